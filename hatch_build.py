@@ -11,7 +11,7 @@ class ShippedScenes(BuildHookInterface):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version != "editable":
             here = Path(self.root)
-            nodes = ast.parse((here / "simbrake" / "files" / "_shipped.py").read_text("utf-8")).body
+            nodes = ast.parse((here / "simbrake" / "files" / "shipped_scenes.py").read_text("utf-8")).body
             names = next(
                 n.value for n in nodes if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "IN_CHECKOUT"
             )

@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 import simbrake as sb
-from simbrake.files._shipped import IN_CHECKOUT
+from simbrake.files.shipped_scenes import IN_CHECKOUT
 
 
 def files(package: pathlib.Path) -> set[pathlib.Path]:

@@ -16,8 +16,8 @@ from PIL import Image
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.files._shipped import title_of
-from simbrake.plot._shared import CYCLE
+from simbrake.files.shipped_scenes import title_of
+from simbrake.plot.drawing import CYCLE
 
 HERE = Path(__file__).resolve().parent
 DPI = 72

@@ -18,8 +18,8 @@ from ._base._corners import clipped, greater, lesser, rounded
 from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
-from .hybrid._arrays import Array, Floats, ScalarArray, TwoArrays, Vector
-from .hybrid._struct import AbstractVar, struct_field
+from .hybrid.arrays import Array, Floats, ScalarArray, TwoArrays, Vector
+from .hybrid.struct import AbstractVar, struct_field
 from .phases import AbstractEnd, AtStop, AtTemperature, as_end
 from .profiles import AbstractProfile, faults_of_sign
 

@@ -12,8 +12,8 @@ from ._base._arguments import explained
 from ._base._faults import DRUM_RADIUS, Fault, Faults
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Quantity, Scalar, Values, in_si
-from .hybrid._arrays import Array, Floats, Mark, ScalarArray, TwoArrays
-from .hybrid._struct import AbstractClassVar, AbstractVar, with_fields
+from .hybrid.arrays import Array, Floats, Mark, ScalarArray, TwoArrays
+from .hybrid.struct import AbstractClassVar, AbstractVar, with_fields
 from .phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
 from .profiles import (
     AbstractPoints,

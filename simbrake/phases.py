@@ -15,8 +15,8 @@ from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, as_part, part, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
-from .hybrid._arrays import Array, IntScalar, Mark, ScalarArray
-from .hybrid._struct import struct_field
+from .hybrid.arrays import Array, IntScalar, Mark, ScalarArray
+from .hybrid.struct import struct_field
 from .profiles import AbstractProfile, Constant, Piece, PiecewiseLinear, Real
 
 # --- what ends a phase ------------------------------------------------------------------------------------------------

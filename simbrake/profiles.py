@@ -15,8 +15,8 @@ from ._base._compiling import per_structure
 from ._base._faults import Fault, Faults
 from ._base._part import Part, parts_below, quantity, short_for, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
-from .hybrid._arrays import Array, Floats, Mark, ScalarArray, Vector, numpy_of
-from .hybrid._struct import AbstractVar, struct_field
+from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, numpy_of
+from .hybrid.struct import AbstractVar, struct_field
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
 

@@ -9,7 +9,7 @@ from jaxtyping import Int
 from ._base._faults import Fault
 from ._base._part import Part, quantity
 from ._base._quantity import Scalar
-from .hybrid._arrays import Array, numpy_of
+from .hybrid.arrays import Array, numpy_of
 
 __all__ = ["RopeElasticity", "RopeLayers"]
 

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, part, quantity
 from ._base._quantity import Scalar
-from .hybrid._arrays import Array, TwoArrays
-from .hybrid._struct import AbstractVar, struct_field, with_fields
+from .hybrid.arrays import Array, TwoArrays
+from .hybrid.struct import AbstractVar, struct_field, with_fields
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
 __all__ = [

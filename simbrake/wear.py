@@ -11,15 +11,15 @@ from ._base._corners import greater
 from ._base._faults import Fault, Faults
 from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
 from ._base._quantity import Over, Scalar
-from .brakes._design import AbstractBrake, Brake
+from .brakes.design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
-from .hybrid._arrays import Array, Floats
-from .hybrid._struct import struct_field
+from .hybrid.arrays import Array, Floats
+from .hybrid.struct import struct_field
 from .phases import Phases
 from .profiles import AbstractProfile, Piece, Real
-from .thermal._heat import Heat
-from .thermal._material import ROOM
-from .thermal._network import Lump, Wall, place_of
+from .thermal.heat import Heat
+from .thermal.materials import ROOM
+from .thermal.network import Lump, Wall, place_of
 
 __all__ = [
     "AbstractWearRate",

@@ -20,7 +20,7 @@ from simbrake.outputs import _log as names
 from simbrake.outputs.metrics import METRICS
 from simbrake.outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS
 from simbrake.physics import _mechanism
-from simbrake.thermal._material import library
+from simbrake.thermal.materials import library
 
 DOCS = pathlib.Path(__file__).parents[1]
 sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "papers")]  # benchmarks, and what recomputes the papers

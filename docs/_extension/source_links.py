@@ -1,4 +1,4 @@
-"""The source of simbrake as pages, and links to it: `` [`brakes._band.grip`](../../simbrake/brakes/_band.py) ``.
+"""The source of simbrake as pages, and links to it: `` [`brakes.band.grip`](../../simbrake/brakes/band.py) ``.
 
 On a hosting site such a link opens the file. In the built pages it leads to the line of that name; a name that is not
 in the file is a warning, so that the texts cannot name code that is gone.
@@ -30,7 +30,7 @@ def _defined(body: list[ast.stmt], name: str) -> Any:
 
 
 def line_of(file: pathlib.Path, name: str) -> int:
-    """Line of a dotted name below simbrake (`hybrid._loop`, `brakes._band.BondedLinings`) in the file that has it.
+    """Line of a dotted name below simbrake (`hybrid._loop`, `brakes.band.BondedLinings`) in the file that has it.
 
     Raises `KeyError` where it is not there.
     """

@@ -124,7 +124,7 @@ def _of_arrays(kind: type) -> bool:
     import numpy as np
     from jaxtyping import AbstractArray
 
-    from ..hybrid._arrays import Array
+    from ..hybrid.arrays import Array
 
     return issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array, Array)
 

@@ -24,7 +24,7 @@ from jax.custom_batching import custom_vmap
 from jax.errors import JaxRuntimeError
 from jaxtyping import PyTree
 
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from . import _cache
 from ._faults import Fault, InputError
 from ._programs import STORE

@@ -5,7 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 
 
 def _slope(moved: Array, lost: Array) -> Array:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from ..hybrid._struct import Struct, struct_field
+from ..hybrid.struct import Struct, struct_field
 from ._arguments import explained, with_nearest
 from ._compiling import is_traced
 from ._faults import Fault, Faults, InputError, of_radius

@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Int
 
-from ..hybrid._arrays import Array, Floats
+from ..hybrid.arrays import Array, Floats
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, Faults
 from ._faults import shown as shown

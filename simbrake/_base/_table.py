@@ -21,7 +21,7 @@ import jax
 import numpy as np
 from jax.core import Tracer
 
-from ..hybrid._struct import Struct
+from ..hybrid.struct import Struct
 from ._arguments import explained
 
 # --- units ------------------------------------------------------------------------------------------------------------

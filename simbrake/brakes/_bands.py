@@ -12,10 +12,10 @@ from .._base._faults import Fault, Faults
 from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
-from ..hybrid._arrays import Array, Floats, Vector
-from ..hybrid._struct import struct_field
-from ._band import AbstractStiffness, GivenStiffness, lever_split, product, tension_ratio
-from ._design import (
+from ..hybrid.arrays import Array, Floats, Vector
+from ..hybrid.struct import struct_field
+from .band import AbstractStiffness, GivenStiffness, lever_split, product, tension_ratio
+from .design import (
     AbstractBandBrake,
     AbstractLinings,
     BrakeWords,

@@ -11,9 +11,9 @@ from .._base._faults import Fault, Faults
 from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Scalar, Values, meant_within
 from ..friction import AbstractFriction, reads
-from ..hybrid._arrays import Floats, Mark, ScalarArray, Vector
-from ..hybrid._struct import struct_field
-from ._design import AbstractBrake, AbstractLinings, BrakeWords
+from ..hybrid.arrays import Floats, Mark, ScalarArray, Vector
+from ..hybrid.struct import struct_field
+from .design import AbstractBrake, AbstractLinings, BrakeWords
 
 
 class AbstractPressedBrake(AbstractBrake):

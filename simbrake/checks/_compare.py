@@ -12,8 +12,7 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, plain, pretty
-from ..results._dataset import FORMAT, POINTS, Dataset, dataset, read_result
-from ..results._rerun import Settings, Source, origin
+from ..results.stored import FORMAT, POINTS, Dataset, Settings, Source, dataset, origin, read_result
 from ..runs.result import Result
 
 Numbers = Mapping[str, tuple[float, str]]  # value and unit by name

@@ -18,8 +18,8 @@ from .._base._faults import Fault, InputError
 from .._base._progress import shown_progress
 from .._base._table import Table
 from ..hybrid import Record
-from ..hybrid._arrays import Array
-from ..hybrid._system import ENDED
+from ..hybrid.arrays import Array
+from ..hybrid.system import ENDED
 from ..outputs.log import Event
 from ..outputs.metrics import marks
 from ..parts.scene import Scene

@@ -1,30 +1,12 @@
 """Run the closed forms and report the verdicts."""
 
 import time
-from fnmatch import fnmatchcase
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from ..runs.simulate import require_64_bits
-from ._validation import Case, Validation, run_case
-
-
-def chosen(only: str | None = None) -> list[Case]:
-    """The cases whose name holds the words `only`, or fits it as a pattern with `*`; all without it.
-
-    Raises `InputError` where there is none.
-    """
-    from ._closed_forms import closed_forms  # loaded on demand: it imports the whole package
-
-    cases = closed_forms()
-    word = (only or "*").lower()
-    pattern = word if any(sign in word for sign in "*?[") else f"*{word}*"
-    picked = [case for case in cases if fnmatchcase(case.name.lower(), pattern)]
-    if not picked:
-        names = ", ".join(case.name for case in cases)
-        raise InputError([Fault("--only", f"no case matches {only!r}", f"cases are {names}")])
-    return picked
+from ._validation import Validation, run_case
+from .closed_forms import chosen
 
 
 @explained

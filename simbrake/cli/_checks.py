@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from ..files._shipped import scene_file
+from ..files.shipped_scenes import scene_file
 from . import _options as cli
 
 CANNOT = "simbrake cannot compute here."
@@ -152,7 +152,7 @@ def _timing() -> dict[str, float]:
     """Processor time of a stop of 20 linings on an elastic band, and the relative error of its stopping time."""
     import time
 
-    from ..checks._closed_forms import elastic_scene, elastic_stop
+    from ..checks.closed_forms import elastic_scene, elastic_stop
 
     begin = time.process_time()
     run = sb.prepare(elastic_scene(), ("stopping_time",), max_steps=128)
@@ -233,7 +233,7 @@ def validate(
     cli.prepare_jax()
     if list_ and cross_check is None:
         from .._base._table import Column, Table
-        from ..checks._validate import chosen
+        from ..checks.closed_forms import chosen
 
         columns = ["case", Column("tolerance", show=".0e"), "source", Column("truth", hidden=True)]
         table = Table(columns, [(c.name, c.tolerance, c.source, c.truth) for c in chosen(only)])

@@ -17,7 +17,7 @@ from cyclopts import Parameter
 
 from .._base._faults import Fault, InputError, faults_of_place, whole_folder
 from .._base._faults import whole_file as whole_file
-from ..files._shipped import scene_file
+from ..files.shipped_scenes import scene_file
 
 if TYPE_CHECKING:
     from cyclopts import Token

@@ -11,7 +11,7 @@ import simbrake as sb
 
 from .._base._faults import Fault, InputError, needed
 from .._base._progress import Progress
-from ..files._shipped import scene_file, title_of
+from ..files.shipped_scenes import scene_file, title_of
 from . import _options as cli
 
 
@@ -62,7 +62,7 @@ def run(
     scene = with_limits(scene, limits)
     recorded = sb.read_measured(*measured) if measured else None
     if recorded is not None:
-        from ..studies._measured import check_measured
+        from ..studies.measured import check_measured
 
         check_measured(recorded, scene)
     with Progress("run", "compiling…") as progress:
@@ -402,8 +402,8 @@ def synthesize(
     """
     scene_file(file)
     cli.prepare_jax()
-    from ..design.formulas._inputs import read_given
-    from ..design.formulas._synthesis import faults_of_synthesis
+    from ..design.formulas.inputs import read_given
+    from ..design.formulas.synthesis import faults_of_synthesis
 
     out = out and cli.file_in(out, "synthesis.json" if json_ else "synthesis.txt")
     faults = cli.faults_of_file(out)
@@ -465,7 +465,7 @@ def materials(
     """
     out = out and cli.file_in(out, "materials.png")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out, ".png", ".svg", ".pdf"))
-    from ..design.formulas._material_table import DEFAULT_LININGS, DEFAULT_RIMS
+    from ..design.formulas.material_table import DEFAULT_LININGS, DEFAULT_RIMS
 
     levels = None if energy is None else _energy(scene, energy)
     names = rim or DEFAULT_RIMS, lining or DEFAULT_LININGS

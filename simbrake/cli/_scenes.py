@@ -9,7 +9,7 @@ import cyclopts
 import simbrake as sb
 
 from .._base._faults import Fault, InputError, whole_file
-from ..files._shipped import Shipped, shipped, shipped_files
+from ..files.shipped_scenes import Shipped, shipped, shipped_files
 from . import _options as cli
 
 _WRONG = "0 success; 2 the input is wrong."
@@ -86,7 +86,7 @@ def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False
     """
     opened_scene = cli.opened(file, set_)
     from ..files._scene_file import scene_text
-    from ..files._schema import parameter_table
+    from ..files.schema import parameter_table
 
     if toml:
         print(scene_text(opened_scene), end="")
@@ -108,7 +108,7 @@ def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = Fal
         Print {faults, warnings} as JSON, alone on stdout.
     """
     cli.prepare_jax()
-    from ..files._schema import count_text
+    from ..files.schema import count_text
     from ..parts.scene import plausibility, warnings
 
     try:
@@ -138,7 +138,7 @@ def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
         Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
     """
     cli.prepare_jax()
-    from ..files._schema import json_schema, schema_text
+    from ..files.schema import json_schema, schema_text
 
     print(cli.as_json(json_schema()) if json_ else schema_text(name))
     return 0

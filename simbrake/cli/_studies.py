@@ -14,7 +14,7 @@ import simbrake as sb
 
 from .._base._faults import Fault, faults_of_place
 from .._base._progress import Progress
-from ..files._shipped import scene_file
+from ..files.shipped_scenes import scene_file
 from . import _options as cli
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def _metrics_of(scene: cli.Scene, text: str | None, limits: Iterable[str]) -> tu
     `limits`, where a pressure is compared by the load that gives it."""
     from ..outputs.metrics import metric_names
     from ..runs.measure import PRESSURE
-    from ..studies._evaluator import default_metrics
+    from ..studies.evaluating import default_metrics
 
     named = default_metrics(scene) if text is None else metric_names(scene)
     if text not in (None, "all"):

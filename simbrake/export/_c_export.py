@@ -18,9 +18,8 @@ from .._base._compiling import pack
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._quantity import Quantity, shown
-from ..hybrid._arrays import Array
-from ..hybrid._solve import likes
-from ..hybrid._system import SKIPPED, unravel
+from ..hybrid.arrays import Array, templates
+from ..hybrid.system import SKIPPED, unravel
 from ..outputs.judgement import REASONS, judge
 from ..outputs.log import FAILURES, STATUS_MESSAGES, Status, status_of
 from ..outputs.metrics import metric_names
@@ -153,7 +152,7 @@ class Export:
         self.max_steps = max_steps or (room_for(simulate(scene, solver=self.solver)) if self.runs else 0)
         self.numbers, self.like = pack(scene.as_run)
         problem = jax.eval_shape(lambda x: assemble(self.like.unpack(x))[1:], self.numbers)
-        self.likes = likes(*problem)
+        self.templates = templates(*problem)
         #: points of each input; what is known once the text is made: columns, places of the inputs in the mode, events
         self.points = {key: 2 * waiting + 2 if one.delay else len(one.times) for key, one in self.held.items()}
         self.columns: dict[str, jax.ShapeDtypeStruct] = {}
@@ -177,8 +176,10 @@ class Export:
         whole = jnp.stack(values) if values else jnp.zeros(1)
         return whole, counts, rows.t, rows.y, rows.mode, rows.kind, _labels(record.modes), flags
 
-    def _columns(self, system: Any, t: Array, y: Array, mode: Array, likes: tuple[Any, Any]) -> Array:
-        state, modes = jax.vmap(lambda y, mode: (unravel(y, likes[0]), unravel(mode, likes[1])))(y[None], mode[None])
+    def _columns(self, system: Any, t: Array, y: Array, mode: Array, templates: tuple[Any, Any]) -> Array:
+        state, modes = jax.vmap(lambda y, mode: (unravel(y, templates[0]), unravel(mode, templates[1])))(
+            y[None], mode[None]
+        )
         series = series_of(seen_at(system, t[None], state, modes), system)
         columns = {name: getattr(series, name) for name in SERIES_COLUMNS}
         columns = {name: jnp.asarray(column) for name, column in columns.items() if column is not None}
@@ -187,7 +188,7 @@ class Export:
 
     def _seen(self, x: Array, t: Array, y: Array, mode: Array) -> Array:
         """Columns at one instant of the run."""
-        return self._columns(assemble(self.like.unpack(x))[0], t, y, mode, self.likes)
+        return self._columns(assemble(self.like.unpack(x))[0], t, y, mode, self.templates)
 
     def _begun(self, x: Array) -> Array:
         """Time of the start; of each input its first value, a time long past, and its lag (0: none)."""
@@ -234,7 +235,7 @@ class Export:
     def _changes(self) -> tuple[list[str], dict[str, Any]]:
         """Names of events, and tables by which C finds those of a change of mode."""
         system = assemble(self.scene)[0]
-        mode: Mode = self.likes[1]
+        mode: Mode = self.templates[1]
         kinds = [
             [int(band) for band in BandMode],
             [0, 1] if self.scene.brake.in_series else [0],
@@ -328,7 +329,7 @@ class Export:
             about |= {"ny": states, "nm": modes, **self._about_inputs()}
             room.append(f"double part_in[{before + 2 + states + modes}];")
         if self.runs:
-            now = [np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.likes]
+            now = [np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.templates]
             programs["whole"] = Program(f"{name}_whole", self._whole, np.append(self.numbers, self.rtol))
             inputs = self.numbers, np.asarray(0.0), now[0], now[1].astype(np.int32)
             programs["seen"] = Program(f"{name}_seen", self._seen, *inputs)

@@ -17,13 +17,13 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError, of_radius, text_of_file, whole_file
 from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
-from ..hybrid._struct import Struct
+from ..hybrid.struct import Struct
 from ..parts.scene import Scene, check_scene, paths_without_meaning, require_scene
 from ..phases import AbstractEnd, read_end
 from ..runs.edit import unknown_paths, with_values
-from ..thermal._material import LIBRARY, Material, material
-from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
-from ._shipped import scene_file
+from ..thermal.materials import LIBRARY, Material, material
+from .schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
+from .shipped_scenes import scene_file
 
 #: value of a TOML file: a text, number, flag, date, list or table
 Toml: TypeAlias = object

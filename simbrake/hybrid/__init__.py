@@ -4,12 +4,12 @@
 systems, in one flat loop over step attempts.
 """
 
-from ._arrays import largest, smallest  # noqa: F401
 from ._bordered import CORE, LINEAR, QUADRATURE  # noqa: F401
 from ._method import AbstractMethod, ExplicitRungeKutta
 from ._rosenbrock import Rodas5P
 from ._solve import EventKind, HybridEvent, Record, beginning, concatenate, hybridsolve, solve_segment  # noqa: F401
-from ._system import (  # noqa: F401
+from .arrays import largest, smallest  # noqa: F401
+from .system import (  # noqa: F401
     ADVANCED,
     FINISHED,
     INSTANT,

@@ -14,7 +14,7 @@ import jax.scipy.linalg
 import numpy as np
 from jaxtyping import Float, Int
 
-from ._arrays import Array, TwoArrays, Vector, entry, put, take
+from .arrays import Array, TwoArrays, Vector, entry, put, take
 
 #: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
 CORE, QUADRATURE = -1, -2

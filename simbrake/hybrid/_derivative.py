@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ._arrays import Array, Count, Mark, Scalar, State, TwoArrays
 from ._method import AbstractMethod
-from ._system import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
+from .arrays import Array, Count, Mark, Scalar, State, TwoArrays
+from .system import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
 
 Start = tuple[Scalar, State]  # of a row, or its cotangents
 Turned = TypeVar("Turned")

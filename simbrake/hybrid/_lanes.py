@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 
 from . import _thresholds as at
-from ._arrays import Array, Count, Mark, Scalar, State
 from ._loop import (
     _RUNNING,
     Attempt,
@@ -29,8 +28,9 @@ from ._loop import (
 )
 from ._method import AbstractMethod
 from ._search import Carry
-from ._solve import Record, likes, posed
-from ._system import (
+from ._solve import Record, posed
+from .arrays import Array, Count, Mark, Scalar, State, templates
+from .system import (
     INSTANT,
     LANDED,
     SKIPPED,
@@ -176,4 +176,4 @@ def hybridsolve_lane(
     )
     c = end.carry
     code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
-    return Record(system, p.method, *likes(y0, mode0), p.t1, rows, end.judged + 1, code, c.stats)
+    return Record(system, p.method, *templates(y0, mode0), p.t1, rows, end.judged + 1, code, c.stats)

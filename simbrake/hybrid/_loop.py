@@ -10,7 +10,6 @@ from jax.typing import ArrayLike
 from jaxtyping import Bool, Float, Int, PyTree
 
 from . import _thresholds as at
-from ._arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, any_of_each, entry, first_least
 from ._method import AbstractMethod
 from ._search import (
     Carry,
@@ -26,8 +25,9 @@ from ._search import (
     suspicious,
     unpack,
 )
-from ._struct import traced_once
-from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
+from .arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, any_of_each, entry, first_least
+from .struct import traced_once
+from .system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
 
 _RUNNING = np.int32(-1)
 

@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ._arrays import Array, Count, Rhs, RhsOf, Scalar, State
 from ._bordered import Couplings
-from ._struct import AbstractVar, Struct, struct_field
+from .arrays import Array, Count, Rhs, RhsOf, Scalar, State
+from .struct import AbstractVar, Struct, struct_field
 
 if TYPE_CHECKING:
     import diffrax

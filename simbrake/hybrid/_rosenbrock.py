@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ._arrays import Array, Rhs, RhsOf, Scalar, State, TwoArrays, put, take
 from ._bordered import Bordered, ChainRows, Couplings, Factored, factor, jacobian, linear_rows, solve
 from ._method import AbstractMethod, Pullback, square, weighted
-from ._struct import struct_field
+from .arrays import Array, Rhs, RhsOf, Scalar, State, TwoArrays, put, take
+from .struct import struct_field
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
 #     (I/(γ h) − J) u_i = f(t + c_i h, y + Σ a_ij u_j) + Σ C_ij u_j / h + d_i h ∂f/∂t,   y₁ = y + Σ m_i u_i

@@ -12,8 +12,8 @@ import jax.numpy as jnp
 from jaxtyping import Float, Int
 
 from . import _thresholds as at
-from ._arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, entry, first_least
-from ._system import ravel, unravel
+from .arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, entry, first_least
+from .system import ravel, unravel
 
 
 class Stats(NamedTuple):

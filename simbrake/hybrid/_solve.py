@@ -14,14 +14,14 @@ from jax.core import Tracer
 from jaxtyping import Float, Int, PyTree
 
 from . import _loop
-from ._arrays import Array, Count, IntScalar, Scalar
 from ._bordered import Couplings
 from ._derivative import Call, RowMap, advance, before_jump, no_tangent, pull_back, sweep
 from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
-from ._struct import Struct, with_fields
-from ._system import (
+from .arrays import Array, Count, IntScalar, Scalar, templates
+from .struct import Struct, with_fields
+from .system import (
     INSTANT,
     LANDED,
     SKIPPED,
@@ -228,11 +228,6 @@ def _column(values: Array) -> Array:
     return values if isinstance(values, Tracer) else np.asarray(values)
 
 
-def likes(y0: PyTree, mode0: PyTree) -> tuple[PyTree, PyTree]:
-    y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
-    return y_like, jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
-
-
 def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMethod:
     """The method for the couplings of this system."""
     kinds = system.couplings()
@@ -373,7 +368,7 @@ def hybridsolve(
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     flat_y0 = ravel(y0, jnp.float64)
     flat_mode0 = pack_mode(mode0)
-    y_like, mode_like = likes(y0, mode0)
+    y_like, mode_like = templates(y0, mode0)
     method = fitted(system, method)
     numbers, rest = eqx.partition(system, eqx.is_inexact_array)
     others, structure = eqx.partition((rest, settings, flat_mode0), eqx.is_array)
@@ -423,7 +418,7 @@ def solve_segment(
     (x, n), rows, count = advanced(p, (x, n), start, space(p, flat_y0, flat_mode0), limit)
     packed, count, code, stats = closed(unpack((x, n), start), rows, count)
     rows = unpack_rows(packed, flat_y0.shape[0])
-    record = Record(system, p.method, *likes(y0, mode0), p.t1, rows, count, code, stats)
+    record = Record(system, p.method, *templates(y0, mode0), p.t1, rows, count, code, stats)
     return record, jnp.concatenate([x, n.astype(x.dtype)])
 
 
@@ -437,7 +432,7 @@ def posed(
     settings: Settings,
 ) -> tuple[Problem, Array, Array]:
     """A run that is not differentiated, on flat vectors, with its initial state and mode."""
-    y_like, mode_like = likes(y0, mode0)
+    y_like, mode_like = templates(y0, mode0)
     flat, weights = flatten(system, y_like, mode_like), weights_of(system, y_like)
     times = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     p = Problem(flat, fitted(system, method), *weights, *times, settings)
@@ -447,7 +442,7 @@ def posed(
 def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float) -> np.ndarray:
     """Start of a run for `solve_segment`."""
     y, mode = ravel(y0, jnp.float64), pack_mode(mode0)
-    guards = flatten(system, *likes(y0, mode0)).guards
+    guards = flatten(system, *templates(y0, mode0)).guards
     ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size
     return np.full(carried_size(y.size, ng, mode.size), np.nan)
 

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._compiling import DeviceJit
 from ..hybrid import SKIPPED, Record
-from ..hybrid._arrays import Array, numpy_of
+from ..hybrid.arrays import Array, numpy_of
 from ..loads import AbstractActuator, AbstractFollower, Lever, SpeedHold
 from ..phases import AfterTravel, AtHeight, AtRest, Phase, PhaseNow, Phases
 from ..physics._brake import BrakeSystem, State, piece_of

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..hybrid import Code, Record, smallest
-from ..hybrid._arrays import Array, TwoArrays
+from ..hybrid.arrays import Array, TwoArrays
 from ..phases import AtRest, PhaseNow, Phases
 from ..physics._brake import BrakeSystem, State, piece_of
 from ..physics.mechanism import OPEN, TAKE_UP, BrakeCode, Mode

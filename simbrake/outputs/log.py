@@ -11,10 +11,10 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._corners import greater
-from ..brakes._band import band_torque, grip, product, running_product, tension_ratio
-from ..brakes._design import Bandage, Brake, BrakeWords, under_a_band, unloaded
+from ..brakes.band import band_torque, grip, product, running_product, tension_ratio
+from ..brakes.design import Bandage, Brake, BrakeWords, under_a_band, unloaded
 from ..hybrid import Code, Record, largest
-from ..hybrid._arrays import Array, ScalarArray, Vector
+from ..hybrid.arrays import Array, ScalarArray, Vector
 from ..phases import Ended
 from ..physics.mechanism import BandMode, BrakeCode, Label, events_of_change
 from .metrics import marks

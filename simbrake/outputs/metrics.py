@@ -15,9 +15,9 @@ from jaxtyping import Float
 from .._base._arguments import explained
 from .._base._faults import near
 from .._base._table import number
-from ..brakes._design import Brake, Strength
+from ..brakes.design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
-from ..hybrid._arrays import Array, numpy_of
+from ..hybrid.arrays import Array, numpy_of
 from ..loads import Lever, cylinders
 from ..parts.scene import Scene, has_load
 from ..physics._brake import BrakeSystem
@@ -26,7 +26,7 @@ from ..physics.heated import thermal_of
 from ..physics.mechanism import BandMode, Ledger, Mode, comes_to_rest, holds, slips
 from ..physics.shaft import Shaft
 from ..shaft import TackleLoss, names_of
-from ..thermal._heat import PowerSplit
+from ..thermal.heat import PowerSplit
 from .probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
 from .quantities import coolant_outlet, thickness
 

@@ -15,8 +15,8 @@ from .._base._corners import greater
 from .._base._part import is_traced
 from .._base._progress import piece
 from ..hybrid import SKIPPED, Record, smallest
-from ..hybrid._arrays import Array, Mark, ScalarArray, TwoArrays, VectorM, numpy_of
-from ..hybrid._system import ravel, unravel
+from ..hybrid.arrays import Array, Mark, ScalarArray, TwoArrays, VectorM, numpy_of
+from ..hybrid.system import ravel, unravel
 from ..loads import Lever, cylinders
 from ..phases import PhaseNow
 from ..physics._brake import BrakeNow, BrakeSystem, Capacity, State, piece_of

@@ -16,12 +16,12 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError, near
 from .._base._table import Table, number, rows_table, value_text
-from ..brakes._band import pressure_within
-from ..hybrid._arrays import Array, numpy_of
+from ..brakes.band import pressure_within
+from ..hybrid.arrays import Array, numpy_of
 from ..physics._brake import BrakeSystem
 from ..physics.heated import sensed, thermal_of
 from ..physics.mechanism import PairNow
-from ..thermal._heat import PowerShares
+from ..thermal.heat import PowerShares
 from .probe import Number, Probe, tension_before
 
 #: a value at each time, one of each lining, and whole numbers

@@ -15,8 +15,8 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
-from ..hybrid._arrays import Array, TwoArrays, Vector, VectorM
-from ..hybrid._system import flatten, ravel
+from ..hybrid.arrays import Array, TwoArrays, Vector, VectorM
+from ..hybrid.system import flatten, ravel
 from ..physics._brake import BrakeSystem
 from ._wants import holding_rows
 from .metrics import METRICS, Peak, held_share, passing

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .._base._table import number
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..phases import Phases
 from ..physics._brake import BrakeSystem
 from ..physics.mechanism import BandMode, Mode, slips

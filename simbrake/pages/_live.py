@@ -13,13 +13,12 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._quantity import as_number
 from .._base._table import ZERO
-from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
+from ..brakes.design import Brake
 from ..outputs.log import Event, plain_words
 from ..outputs.quantities import Series, fault_of_times
 from ..parts.scene import Scene
-from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
-from ..plot._shared import (
+from ..plot.drawing import (
     BLUE,
     GREEN,
     ORANGE,
@@ -33,6 +32,7 @@ from ..plot._shared import (
     span,
     windows,
 )
+from ..plot.wheels import CONTACT_COLOURS, LINING, lining_edges, on_circle
 from ..runs.linings import WORDS, lining_contacts
 from ..runs.result import Result, look
 

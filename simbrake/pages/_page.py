@@ -23,15 +23,15 @@ from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
 from ..brakes._bands import MultiBandBrake
-from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
+from ..brakes.design import Brake
 from ..files._scene_file import scene_text
 from ..outputs.duty import stop_table
 from ..outputs.quantities import about_column
 from ..outputs.quantities import flat as flat_series
 from ..parts.scene import Scene
-from ..plot._shared import Figure, both_sides, data_uri, span
-from ..results._dataset import provenance, save
+from ..plot.drawing import Figure, both_sides, data_uri, span
+from ..results.stored import provenance, save
 from ..rig._ledger import Ledger
 from ..rig._replay import Comparison
 from ..runs.accuracy import Accuracy, accuracy
@@ -52,7 +52,7 @@ from ..runs.result import Result
 from ..runs.simulate import simulate
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
-from ..thermal._heat import place_count
+from ..thermal.heat import place_count
 from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     BADGES,

@@ -26,7 +26,7 @@ from ..runs.measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_ch
 from ..runs.result import Result
 from ..runs.simulate import room_for, simulate
 from ..runs.verdict import SMALL_MARGIN
-from ..studies._evaluator import scans
+from ..studies.evaluating import scans
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event
 from ._page import PICTURES, draw, head, render, template_file

@@ -17,7 +17,6 @@ from ..outputs.log import STAGES, Event, plain_words
 from ..outputs.metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
 from ..parts.scene import Scene, paths_without_meaning
 from ..phases import Phases
-from ..plot._studies import bars_of
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
 from ..runs.measure import LimitCheck, title_of, unit_of
 from ..runs.result import Result
@@ -201,7 +200,7 @@ def tornado(table: SensitivityTable, most: int = 12) -> dict[str, Any]:
     Of a bar the path and value of the parameter, the two ends, and where the derivative alone would lead (`tangents`).
     Places, of the metric's own value (`base`) as well, are in percent of the chart's width.
     """
-    base, bars = bars_of(table, most)
+    base, bars = table.bars(most)
     if any(len(ends) > 1 for _, ends in bars):
         caption = (
             "Metric at the lower (blue) and the upper (red) bound of each parameter's range, the others fixed; lines "

@@ -14,12 +14,12 @@ from .._base._part import takes_values
 from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._base._table import number
 from ..brakes._bands import MultiBandBrake
-from ..brakes._design import Brake, unloaded
+from ..brakes.design import Brake, unloaded
 from ..loads import AbstractLoad, Driller, HookLoad, Motor, StringLoad
 from ..phases import AbstractEnd, AfterTime, AfterTravel, AtHeight, AtRest, Phase, Phases
 from ..profiles import AbstractProfile, Constant, PiecewiseLinear
 from ..shaft import AbstractAuxiliaryBrake, AbstractShaftTorque
-from ..thermal._heat import Heat
+from ..thermal.heat import Heat
 from ..wear import Wear
 from .scene import AbstractLimits, Duty, Initial, Scene, banded_brake, faults, sensed_at_start
 

@@ -27,8 +27,8 @@ from .._base._part import (
 )
 from .._base._quantity import Scalar, meant_within, shown
 from .._base._table import ZERO, number, pretty
-from ..brakes._band import ParallelBands
-from ..brakes._design import (
+from ..brakes.band import ParallelBands
+from ..brakes.design import (
     USUAL_CIRCLE,
     AbstractBandBrake,
     AbstractBrake,
@@ -40,14 +40,14 @@ from ..brakes._design import (
     unloaded,
 )
 from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, remembers
-from ..hybrid._arrays import Array
-from ..hybrid._struct import AbstractClassVar, AbstractVar, struct_field, with_fields
+from ..hybrid.arrays import Array
+from ..hybrid.struct import AbstractClassVar, AbstractVar, struct_field, with_fields
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
 from ..phases import AfterTravel, AtHeight, AtTemperature, Phases, faults_of_want
 from ..profiles import AbstractProfile, FunctionProfile, Piece, faults_of_sign, first_piece
 from ..shaft import NO_TACKLE, AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
-from ..thermal._heat import FrictionHeat, Heat, PowerShares
-from ..thermal._network import Wall, nodes_at, place_of
+from ..thermal.heat import FrictionHeat, Heat, PowerShares
+from ..thermal.network import Wall, nodes_at, place_of
 from ..wear import AbstractWearRate, Wear, faults_of_wear
 
 

@@ -10,12 +10,12 @@ from jaxtyping import PyTree
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar
-from ..brakes._design import Brake
+from ..brakes.design import Brake
 from ..friction import FrictionChange, TabulatedFade, TabulatedFriction
-from ..hybrid._arrays import Array, Vector
-from ..hybrid._struct import with_fields, with_value_at
-from ..thermal._heat import Heat, TransmissionPartition
-from ..thermal._network import Conductance, Lump
+from ..hybrid.arrays import Array, Vector
+from ..hybrid.struct import with_fields, with_value_at
+from ..thermal.heat import Heat, TransmissionPartition
+from ..thermal.network import Conductance, Lump
 from ..wear import Delayed, Wear, faults_of_turning, lining_bodies
 from .scene import Duty, Scene
 

@@ -13,9 +13,9 @@ from .._base._part import leaves, parts_below
 from .._base._quantity import Characteristic
 from ..friction import SurfaceState
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem
-from ..hybrid._arrays import Array, ScalarArray, TwoArrays
-from ..hybrid._struct import Struct, struct_field
-from ..hybrid._system import Instant, variables_of
+from ..hybrid.arrays import Array, ScalarArray, TwoArrays
+from ..hybrid.struct import Struct, struct_field
+from ..hybrid.system import Instant, variables_of
 from ..loads import AbstractLoad
 from ..phases import Phases
 from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, next_known_time

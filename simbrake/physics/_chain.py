@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
 from ..friction import SurfaceState
-from ..hybrid._arrays import Array, ScalarArray, Vector
+from ..hybrid.arrays import Array, ScalarArray, Vector
 from ._contact import acceleration, contact_margin, sense_after
 from .mechanism import (
     ELASTIC,

@@ -9,7 +9,7 @@
 import jax.numpy as jnp
 from jaxtyping import Bool, Int
 
-from ..hybrid._arrays import Array, Floats, Vector
+from ..hybrid.arrays import Array, Floats, Vector
 from .mechanism import OPEN, Mode
 from .sliding import Known, where_static
 

@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float, PyTree
 
 from .._base._corners import greater, lesser
-from ..brakes._band import LiningForces, band_torque
+from ..brakes.band import LiningForces, band_torque
 from ..friction import SurfaceState
-from ..hybrid._arrays import Array, ScalarArray, TwoArrays
-from ..hybrid._struct import AbstractVar
+from ..hybrid.arrays import Array, ScalarArray, TwoArrays
+from ..hybrid.struct import AbstractVar
 from ._contact import acceleration, exceeded, limit_margins
 from ._rigid import AbstractBand, ContactGuards, LumpedMode, MotionAfterEvent, sense_of
 from .mechanism import (

@@ -8,8 +8,8 @@ from jaxtyping import Int
 
 from ..friction import FrictionChange
 from ..hybrid import QUADRATURE
-from ..hybrid._arrays import Array, Mark
-from ..hybrid._struct import struct_field
+from ..hybrid.arrays import Array, Mark
+from ..hybrid.struct import struct_field
 from ..phases import AtStop, AtTemperature
 from ..profiles import AbstractProfile, Piece
 from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State

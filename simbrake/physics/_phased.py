@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Int
 
 from ..hybrid import QUADRATURE
-from ..hybrid._arrays import Array, Mark, ScalarArray, largest
-from ..hybrid._system import ENDED
+from ..hybrid.arrays import Array, Mark, ScalarArray, largest
+from ..hybrid.system import ENDED
 from ..phases import AfterTravel, AtHeight, AtRest, AtTemperature, PhaseEnd, PhaseNow
 from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
 from .heated import surface_temperatures

@@ -10,13 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ..brakes._band import LiningForces, band_torque
 from ..brakes._bands import JoinedFriction
 from ..brakes._pressed import AbstractPressedBrake
+from ..brakes.band import LiningForces, band_torque
 from ..friction import SurfaceState
 from ..hybrid import largest
-from ..hybrid._arrays import Array, IntScalar, Mark, ScalarArray, TwoArrays, Vector
-from ..hybrid._struct import AbstractVar
+from ..hybrid.arrays import Array, IntScalar, Mark, ScalarArray, TwoArrays, Vector
+from ..hybrid.struct import AbstractVar
 from ._contact import acceleration, exceeded, limit_margins, speed_after
 from .mechanism import (
     ELASTIC,

@@ -7,7 +7,7 @@ import numpy as np
 
 from .._base._corners import lesser
 from ..hybrid import CORE
-from ..hybrid._arrays import Array, ScalarArray, TwoArrays
+from ..hybrid.arrays import Array, ScalarArray, TwoArrays
 from ..loads import AbstractLoad
 from ..profiles import Piece
 from ..rope import RopeElasticity

@@ -9,8 +9,8 @@ from jaxtyping import Bool, Int, PyTree
 
 from ..friction import memory_at_start
 from ..hybrid import CORE, LINEAR
-from ..thermal._heat import Heat
-from ..thermal._network import place_of
+from ..thermal.heat import Heat
+from ..thermal.network import place_of
 from ._thermal import nodes_of, spans
 from .mechanism import AbstractMechanism, Pair
 

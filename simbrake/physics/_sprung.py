@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._base._corners import clipped
-from ..brakes._band import affine_tensions, band_torque, tension_ratio
-from ..brakes._design import Bandage
+from ..brakes.band import affine_tensions, band_torque, tension_ratio
+from ..brakes.design import Bandage
 from ..friction import Reads, SurfaceState, reads
 from ..hybrid import largest
-from ..hybrid._arrays import Array, Marks, ScalarArray, TwoArrays, Vector, numpy_of
+from ..hybrid.arrays import Array, Marks, ScalarArray, TwoArrays, Vector, numpy_of
 from ._contact import (
     acceleration,
     contact_margin,

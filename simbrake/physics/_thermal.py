@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ..hybrid._arrays import Array, Vector, VectorK
-from ..hybrid._struct import Struct, struct_field
+from ..hybrid.arrays import Array, Vector, VectorK
+from ..hybrid.struct import Struct, struct_field
 from ..profiles import AbstractProfile
-from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count
-from ..thermal._network import (
+from ..thermal.heat import FrictionHeat, Heat, PowerShares, place_count
+from ..thermal.network import (
     AbstractLink,
     Body,
     Junction,

@@ -10,7 +10,7 @@ from jaxtyping import Float, PyTree
 
 from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import QUADRATURE, smallest
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
 from ._sparsity import couplings_of_memory
 from .heated import sensed

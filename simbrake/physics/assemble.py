@@ -6,15 +6,15 @@ import jax
 import jax.numpy as jnp
 
 from ..brakes._bands import MultiBandBrake
-from ..brakes._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
 from ..brakes._pressed import AbstractPressedBrake
+from ..brakes.design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
 from ..friction import Contact, rates_read
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..parts.worn import walls_left, worn_scene
 from ..phases import Phases
 from ..profiles import first_piece
-from ..thermal._heat import FrictionHeat
+from ..thermal.heat import FrictionHeat
 from ..wear import AbstractWearRate, Wear
 from ._brake import BrakeSystem, Feature, State
 from ._chain import Chain

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..friction import SurfaceState
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..phases import Phases
 from ..profiles import AbstractProfile
 from ._brake import BrakeNow, BrakeSystem, Feature, Moment, PerPair, State, numbered, piece_of

@@ -12,10 +12,10 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from ..friction import AbstractFriction, FrictionChange, RatesRead, SurfaceState, reads
 from ..hybrid import SYSTEM_CODES
-from ..hybrid._arrays import Array, ScalarArray, Vector
-from ..hybrid._struct import AbstractClassVar, AbstractVar, Struct, struct_field
+from ..hybrid.arrays import Array, ScalarArray, Vector
+from ..hybrid.struct import AbstractClassVar, AbstractVar, Struct, struct_field
 from ..profiles import AbstractProfile
-from ..thermal._heat import FrictionHeat
+from ..thermal.heat import FrictionHeat
 from ..wear import AbstractWearRate
 from .sliding import AbstractLiningFriction
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from .._base._corners import clipped
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..loads import AbstractFollower, Motor, RecordedMotion
 from ..phases import PhaseNow, Phases
 from ..profiles import AbstractProfile, Piece

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..brakes._band import (
+from ..brakes.band import (
     LiningForces,
     band_torque,
     gripped,
@@ -19,12 +19,12 @@ from ..brakes._band import (
     sliding_ratio,
     tension_ratio,
 )
-from ..brakes._design import AbstractLinings, Lining
+from ..brakes.design import AbstractLinings, Lining
 from ..friction import AbstractFriction, Contact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
-from ..hybrid._arrays import Array, ScalarArray, TwoArrays, Vector
-from ..hybrid._struct import AbstractVar, Struct, struct_field
-from ..thermal._heat import FlashTemperature, PowerShares
+from ..hybrid.arrays import Array, ScalarArray, TwoArrays, Vector
+from ..hybrid.struct import AbstractVar, Struct, struct_field
+from ..thermal.heat import FlashTemperature, PowerShares
 
 #: a number or truth value that may be known while tracing
 Known = Array | bool | float

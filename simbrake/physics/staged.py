@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._corners import clipped
-from ..brakes._band import band_torque, limit_tensions, lining_ratio, piece_of, tensions_on
-from ..brakes._design import Bandage
+from ..brakes.band import band_torque, limit_tensions, lining_ratio, piece_of, tensions_on
+from ..brakes.design import Bandage
 from ..friction import Reads, SurfaceState, reads
-from ..hybrid._arrays import Array, IntScalar, ScalarArray, Vector
-from ..hybrid._struct import Struct
+from ..hybrid.arrays import Array, IntScalar, ScalarArray, Vector
+from ..hybrid.struct import Struct
 from ._contact import acceleration, contact_margin, lifted_after, rim_margin, sense_after
 from ._elastic import AbstractElasticBand, BandState, ElasticNow
 from ._rigid import ContactGuards, LumpedMode, rigid_mode

@@ -3,10 +3,10 @@
 from .._base._retired import answers
 from ._animation import animate
 from ._many import compare, permissible, sweep
-from ._pulley import pressed, pulley
 from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
-from ._shared import titled
 from ._studies import calibration, distribution, overlay, tornado, wear
+from .drawing import titled
+from .wheels import pressed, pulley
 
 __all__ = [
     "animate",

@@ -15,8 +15,8 @@ from .._base._progress import counting
 from ..outputs.quantities import fault_of_times
 from ..parts.scene import banded_brake
 from ..runs.result import Result, look
-from ._pulley import draw_moment, spot, tops_of
-from ._shared import STYLE, ink, one_run, span
+from .drawing import STYLE, ink, one_run, span
+from .wheels import draw_moment, spot, tops_of
 
 _FRAMES = 500  # at most: all of them are in the memory at once
 

@@ -24,9 +24,9 @@ from .._base._quantity import shown as about
 from .._base._table import scale
 from ..outputs.judgement import Colour
 from ..outputs.log import Status
-from ..results._dataset import dataset, read_result
+from ..results.stored import dataset, read_result
 from ..runs.result import Result
-from ._shared import (
+from .drawing import (
     BLUE,
     CYCLE,
     GREY,

@@ -16,15 +16,14 @@ from matplotlib.ticker import MaxNLocator
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import digits, number
-from ..brakes._design import BrakeWords
+from ..brakes.design import BrakeWords
 from ..loads import AbstractString
 from ..outputs.log import Event
 from ..outputs.quantities import LINING_QUANTITIES, Series
 from ..runs.linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
 from ..runs.result import Result
-from ..thermal._network import Wall, place_of
-from ._pulley import CONTACT_COLOURS
-from ._shared import (
+from ..thermal.network import Wall, place_of
+from .drawing import (
     BLUE,
     GREEN,
     GREY,
@@ -52,6 +51,7 @@ from ._shared import (
     styled,
     windows,
 )
+from .wheels import CONTACT_COLOURS
 
 
 @explained

@@ -2,7 +2,6 @@
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -15,18 +14,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .._base._arguments import explained
-from .._base._faults import Fault
+from .._base._faults import Fault, Issues
 from .._base._table import number, pretty, scale
 from ..runs.measure import Metric, name_of
 from ..runs.result import Result
 from ..runs.simulate import simulate
 from ..studies._calibration import Calibration
-from ..studies._evaluator import Faults
 from ..studies._lining_life import LiningLife
-from ..studies._measured import Measured, Points, check_measured, pick
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._uncertainty import Uncertainty
-from ._shared import (
+from ..studies.measured import Measured, Points, check_measured, pick
+from .drawing import (
     BLUE,
     CYCLE,
     GREY,
@@ -57,7 +55,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         >>> figure.axes[0].get_xlabel()
         'stopping time, s'
     """
-    base, bars = bars_of(table, most)
+    base, bars = table.bars(most)
     ranged, colours = any(len(ends) > 1 for _, ends in bars), {"low": BLUE, "high": VERMILLION}
     bars.sort(key=lambda bar: max(abs(end - base) for _, end in bar[1]))
     figure = sheet(figure, 9.5, 0.6, rows=len(bars), room=1.9)
@@ -94,20 +92,6 @@ def _parameters(rows: Sequence[Sensitivity]) -> list[str]:
     return [textwrap.fill(name, 36) for name in names]
 
 
-def bars_of(
-    table: SensitivityTable, most: int
-) -> tuple[float, list[tuple[Sensitivity, list[tuple[Literal["low", "high"], float]]]]]:
-    """Of a tornado chart the value of the metric, and parameters with the ends of their bars.
-
-    Without ranges in the table these are elasticities, which count from 0.
-    """
-    ranged = [row for row in table.matters if row.low is not None and row.high is not None]
-    if ranged:
-        return table.value, [(row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]]  # pyright: ignore
-    rows = [row for row in table.matters if np.isfinite(row.elasticity)]
-    return 0.0, [(row, [("high" if row.elasticity > 0 else "low", row.elasticity)]) for row in rows[:most]]
-
-
 @explained
 @styled
 def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> Figure:
@@ -126,7 +110,7 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
     rows = max(len(data.points), 1)
     figure = sheet(figure, 9.0, 2.3, rows=rows, room=1.4)
     panels = figure.subplots(rows, 1, squeeze=False, sharex=True)[:, 0]
-    faults = Faults()
+    faults = Issues()
     for axes, part in zip(panels, data.points, strict=False):
         s = dense_grid(result, float(part.t.min()), float(part.t.max()))
         values = pick(result, s, part.column, part.entry)

@@ -1,7 +1,3 @@
-from ._dataset import dataset as dataset
-from ._dataset import provenance as provenance
-from ._dataset import read_result as read_result
-from ._dataset import save as save
 from ._of_runs import EVENTS as EVENTS
 from ._of_runs import FAILURES as FAILURES
 from ._of_runs import METRICS as METRICS
@@ -53,3 +49,7 @@ from ._of_runs import steady_state as steady_state
 from ._of_runs import verdict as verdict
 from ._of_runs import with_temperatures as with_temperatures
 from ._rerun import rerun as rerun
+from .stored import dataset as dataset
+from .stored import provenance as provenance
+from .stored import read_result as read_result
+from .stored import save as save

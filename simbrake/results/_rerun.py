@@ -1,7 +1,5 @@
 """A stored result, run again."""
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,22 +13,7 @@ from ..parts.scene import Scene
 from ..runs.edit import with_values
 from ..runs.result import Result
 from ..runs.simulate import simulate
-from ._dataset import Dataset, parts, provenance, read_result
-
-Source = Result | Dataset | str | Path
-Settings = dict[str, Any]  # plain values of JSON by name
-
-
-def origin(source: Source) -> Settings:
-    """Provenance of a stored result, from a file or a data set, or of a result."""
-    if isinstance(source, Result):
-        return provenance(source)
-    data, name = (read_result(source), str(source)) if isinstance(source, str | Path) else (source, "data set")
-    try:
-        return json.loads(data.attrs["provenance"])
-    except (AttributeError, KeyError, ValueError) as error:
-        what = "has no provenance"
-        raise InputError([Fault(name, what, "give a result file, or a data set of simbrake.dataset")]) from error
+from .stored import Settings, Source, origin, parts
 
 
 @explained

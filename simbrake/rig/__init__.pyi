@@ -1,7 +1,9 @@
 from . import figures as figures
 from ._ledger import BRAKES as BRAKES
+from ._ledger import POSITIVE as POSITIVE
 from ._ledger import Entry as Entry
 from ._ledger import Ledger as Ledger
+from ._ledger import faults_of_settings as faults_of_settings
 from ._ledger import ledger as ledger
 from ._ledger import tackle_efficiency as tackle_efficiency
 from ._log import ROLES as ROLES
@@ -10,10 +12,12 @@ from ._log import Log as Log
 from ._log import read as read
 from ._lowerings import LOADS as LOADS
 from ._lowerings import STATES as STATES
+from ._lowerings import THRESHOLDS as THRESHOLDS
 from ._lowerings import Gap as Gap
 from ._lowerings import Level as Level
 from ._lowerings import Lowering as Lowering
 from ._lowerings import Lowerings as Lowerings
+from ._lowerings import faults_of_thresholds as faults_of_thresholds
 from ._lowerings import lowerings as lowerings
 from ._replay import Compared as Compared
 from ._replay import Comparison as Comparison
@@ -24,3 +28,4 @@ from ._replay import Replay as Replay
 from ._replay import ReplayedLowering as ReplayedLowering
 from ._replay import compare as compare
 from ._replay import replay as replay
+from ._replay import settings_of as settings_of

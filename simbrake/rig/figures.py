@@ -6,7 +6,7 @@ from matplotlib.patches import Patch
 
 from .._base._arguments import explained
 from .._base._table import scale
-from ..plot._shared import BLUE, GREEN, GREY, ORANGE, VERMILLION, finish, sheet, styled
+from ..plot.drawing import BLUE, GREEN, GREY, ORANGE, VERMILLION, finish, sheet, styled
 from ._ledger import Ledger
 from ._lowerings import LOADS, Lowering
 from ._replay import Comparison

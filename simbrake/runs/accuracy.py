@@ -23,8 +23,8 @@ from ..outputs.metrics import HOT, METRICS, RESIDUALS, about_output
 from ..outputs.probe import Entry, RunJit, in_lanes
 from ..outputs.scan import Scan
 from ..physics.heated import thermal_of
-from ..thermal._heat import Heat
-from ..thermal._mesh import merged
+from ..thermal.heat import Heat
+from ..thermal.mesh import merged
 from .measure import title_of
 from .mesh import cuts_of, with_finer_layers
 from .report import segments_of

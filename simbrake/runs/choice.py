@@ -10,15 +10,15 @@ from jaxtyping import Float
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._table import digits
-from ..brakes._design import AbstractLinings, Bandage, unloaded
-from ..hybrid._arrays import Array
+from ..brakes.design import AbstractLinings, Bandage, unloaded
+from ..hybrid.arrays import Array
 from ..parts.scene import Scene, remembering_at_start
 from ..profiles import AbstractProfile
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._coolant import WaterJacket
-from ..thermal._heat import Heat
-from ..thermal._material import ROOM
-from ..thermal._network import AbstractCoefficient, Lump, Radiation, Surroundings, ThermalContact, Wall, place_of
+from ..thermal.heat import Heat
+from ..thermal.materials import ROOM
+from ..thermal.network import AbstractCoefficient, Lump, Radiation, Surroundings, ThermalContact, Wall, place_of
 
 #: length of the real stability interval of Dopri8, roughly
 _REACH = 6.0

@@ -26,12 +26,12 @@ from .._base._part import (
     presence_below,
 )
 from .._base._quantity import NumberReader, Quantity, as_number, has_units
-from ..brakes._design import Lining
-from ..hybrid._struct import with_value_at
+from ..brakes.design import Lining
+from ..hybrid.struct import with_value_at
 from ..parts.scene import Scene, require_scene
-from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
-from ..thermal._material import Material
-from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
+from ..thermal.heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
+from ..thermal.materials import Material
+from ..thermal.network import AbstractLink, Body, Conductance, Lump, Wall, place_of
 
 _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?[0-9]{1,9})\])?$", re.DOTALL)
 

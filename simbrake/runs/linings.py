@@ -16,10 +16,10 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
-from ..brakes._design import Brake, under_a_band
+from ..brakes.design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
-from ..hybrid._arrays import Array, Vector
-from ..hybrid._struct import Struct, struct_field
+from ..hybrid.arrays import Array, Vector
+from ..hybrid.struct import Struct, struct_field
 from ..outputs.probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
 from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
 from ..outputs.scan import peak

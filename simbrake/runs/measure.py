@@ -16,8 +16,8 @@ from .._base._faults import Fault, Faults, InputError
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
-from ..hybrid._arrays import Array
-from ..hybrid._struct import struct_field
+from ..hybrid.arrays import Array
+from ..hybrid.struct import struct_field
 from ..outputs.judgement import Colour
 from ..outputs.metrics import (
     HOLDING,

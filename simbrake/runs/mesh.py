@@ -13,8 +13,8 @@ from ..outputs.metrics import HOT, Peak
 from ..outputs.scan import Scan
 from ..parts.scene import Scene
 from ..physics.heated import thermal_of
-from ..thermal._mesh import Coarse, coarse, cuts_for, finer, heated_faces
-from ..thermal._network import Wall, nodes_at, place_of
+from ..thermal.mesh import Coarse, coarse, cuts_for, finer, heated_faces
+from ..thermal.network import Wall, nodes_at, place_of
 
 #: heat that is none, as a share of that of the run;  errors of a temperature (K) that nobody minds
 _NONE, _LITTLE = 1e-9, 0.1

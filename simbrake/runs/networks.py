@@ -22,8 +22,8 @@ from ..hybrid import (
     Settings,
     hybridsolve,
 )
-from ..hybrid._arrays import Array, VectorM
-from ..hybrid._struct import with_fields
+from ..hybrid.arrays import Array, VectorM
+from ..hybrid.struct import with_fields
 from ..outputs.metrics import closure_of
 from ..outputs.probe import Number
 from ..outputs.quantities import array_of_times
@@ -32,8 +32,8 @@ from ..physics._brake import course_of_profile
 from ..physics._sparsity import couplings
 from ..physics._thermal import Conditions, Thermal, assemble_thermal
 from ..profiles import hides_nothing, next_known_time
-from ..thermal._heat import Heat, initial_temperatures, node_names
-from ..thermal._network import Junction, Reservoir
+from ..thermal.heat import Heat, initial_temperatures, node_names
+from ..thermal.network import Junction, Reservoir
 from .choice import stiff_heat
 from .result import Result
 from .simulate import Solver, as_method, simulate, solver_for

@@ -21,7 +21,7 @@ from .._base._no_slope import without_slope
 from .._base._part import leaves
 from .._base._table import Table, number
 from ..hybrid import LANDED, STOPPED, Code, Record
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..loads import Driller
 from ..outputs.log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
 from ..outputs.metrics import (
@@ -57,7 +57,7 @@ from ..physics._brake import BrakeSystem, Capacity
 from ..physics._rope import ElasticRope
 from ..physics.heated import thermal_of
 from ..physics.mechanism import BrakeCode
-from ..thermal._heat import node_names
+from ..thermal.heat import node_names
 from .report import Report, labels_of
 
 # --- derivatives that exist on one side only --------------------------------------------------------------------------

@@ -46,9 +46,9 @@ from ..hybrid import (
     hybridsolve,
     solve_segment,
 )
-from ..hybrid._arrays import Array, VectorK
 from ..hybrid._lanes import hybridsolve_lane
-from ..hybrid._struct import with_value_at
+from ..hybrid.arrays import Array, VectorK
+from ..hybrid.struct import with_value_at
 from ..outputs.log import FAILURES, SimulationError
 from ..outputs.metrics import ByName, identity_of
 from ..outputs.probe import Number
@@ -56,8 +56,8 @@ from ..parts.scene import Scene, check_scene, checked
 from ..physics._brake import BrakeSystem, State
 from ..physics.assemble import assemble
 from ..physics.mechanism import Mode
-from ..thermal._heat import node_names
-from ..thermal._mesh import finer_values
+from ..thermal.heat import node_names
+from ..thermal.mesh import finer_values
 from .choice import stiffness
 from .edit import entry_of, fault_of_path, numbers_in_si, with_inputs
 from .measure import Metric, check_metrics, measure, name_of, unit_of

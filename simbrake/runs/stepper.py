@@ -20,9 +20,9 @@ from .._base._programs import Kept
 from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
 from .._base._table import number
 from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
-from ..hybrid._arrays import Array
-from ..hybrid._struct import with_fields, with_value_at
-from ..hybrid._system import pack_mode, ravel, unravel
+from ..hybrid.arrays import Array
+from ..hybrid.struct import with_fields, with_value_at
+from ..hybrid.system import pack_mode, ravel, unravel
 from ..loads import AbstractActuator, Cylinder, Driller, Lever, SpeedHold, TorqueLoad
 from ..outputs.log import Event, SimulationError
 from ..outputs.probe import Probe, RunJit, seen_at

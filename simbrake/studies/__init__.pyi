@@ -15,9 +15,6 @@ from ._lining_life import LiningLife as LiningLife
 from ._lining_life import lining_life as lining_life
 from ._lining_life import turned_scene as turned_scene
 from ._lining_life import worn_scene as worn_scene
-from ._measured import Measured as Measured
-from ._measured import read_measured as read_measured
-from ._measured import read_recordings as read_recordings
 from ._open_evaluator import Evaluator as Evaluator
 from ._open_evaluator import evaluator as evaluator
 from ._sensitivity import Hessian as Hessian
@@ -29,3 +26,6 @@ from ._uncertainty import Estimate as Estimate
 from ._uncertainty import Uncertainty as Uncertainty
 from ._uncertainty import samples as samples
 from ._uncertainty import uncertainty as uncertainty
+from .measured import Measured as Measured
+from .measured import read_measured as read_measured
+from .measured import read_recordings as read_recordings

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
 from ..parts.scene import Scene
 from ..runs.edit import Inputs, with_values
 from ..runs.simulate import solver_name
-from ._evaluator import Faults, Solver
 from ._fit import (
     LOSSES,
     STEP,
@@ -28,7 +27,8 @@ from ._fit import (
     recordings_of,
     solver_within,
 )
-from ._measured import Measured
+from .evaluating import Solver
+from .measured import Measured
 
 
 class State(enum.StrEnum):
@@ -515,7 +515,7 @@ def calibrate(
     Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7; profiles after Pawitan,
     In All Likelihood (2001), 3.4.
     """
-    issues = Faults()
+    issues = Issues()
     issues.choice("loss", loss, LOSSES)
     issues.choice("method", method, ("trf", "dogbox"))
     issues.unless(starts >= 1, "starts", starts, "at least 1")
@@ -541,7 +541,7 @@ def calibrate(
     return _profiled(search, fit) if profile and fit.converged else fit
 
 
-def _absoluteness(recordings: Sequence[Recording], wanted: bool | None, parameters: int, issues: Faults) -> bool:
+def _absoluteness(recordings: Sequence[Recording], wanted: bool | None, parameters: int, issues: Issues) -> bool:
     """Whether standard deviations are absolute; adds their errors."""
     parts = [(each.label(part.name), part.sigma) for each in recordings for part in each.data.all]
     without, count = [name for name, sigma in parts if sigma is None], sum(each.data.count for each in recordings)

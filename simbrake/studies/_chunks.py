@@ -20,8 +20,8 @@ import numpy as np
 
 from .._base._faults import Fault, InputError, text_of_file, whole_file
 from ..hybrid import Code
-from . import _evaluator
-from ._evaluator import Columns, Job
+from . import evaluating as _evaluator
+from .evaluating import Columns, Job
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -10,14 +10,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._arguments import explained
-from .._base._faults import Fault
-from ..hybrid._arrays import Array
+from .._base._faults import Fault, Issues
+from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..runs.edit import with_values
 from ..runs.simulate import room_for, simulate
-from ._evaluator import Box, Faults, Paths, Solver
 from ._fit import FitModel, MeasuredValues, box_of_all, recordings_of, solver_within
-from ._measured import Measured
+from .evaluating import Box, Paths, Solver
+from .measured import Measured
 
 #: log-density of a value, or of those of all recordings (n,), up to a constant
 Prior: TypeAlias = Callable[[Any], Any]
@@ -169,7 +169,7 @@ def log_density(
         >>> bool(density(density.initial) > density(density.initial + 0.5))
         True
     """
-    issues, own, shared = Faults(), per_recording or {}, shared or {}
+    issues, own, shared = Issues(), per_recording or {}, shared or {}
     runs = recordings_of(scene, recordings, issues)
     box = box_of_all(runs, shared, own, start or {}, issues)
     measured = {part.name for each in runs for part in each.data.all}

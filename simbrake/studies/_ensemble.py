@@ -26,7 +26,7 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._cache import canonical, versions
 from .._base._compiling import trace_anew
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from ..outputs.judgement import COLOURS, REASONS, decoded
@@ -49,12 +49,11 @@ from ..runs.simulate import (
     solver_for,
     solver_name,
 )
-from ..thermal._mesh import finer_values
+from ..thermal.mesh import finer_values
 from ._chunks import LostWorkersError, Pool, Store, Task, interruptible, threads
-from ._evaluator import (
+from .evaluating import (
     ABOUT,
     Columns,
-    Faults,
     Job,
     Paths,
     Solver,
@@ -177,7 +176,7 @@ def plan_of(
     max_steps: int | None,
     chunk: int | None,
 ) -> Plan:
-    issues = Faults()
+    issues = Issues()
     arrays = _arrays(scene, values, issues)
     issues.attempt(check_limits, rtol, np.inf, max_steps)
     for name, count in (("chunk", chunk), ("max_steps", max_steps)):
@@ -195,7 +194,7 @@ def plan_of(
     return plan
 
 
-def _arrays(scene: Scene, values: Mapping[str, object], issues: Faults) -> Columns:
+def _arrays(scene: Scene, values: Mapping[str, object], issues: Issues) -> Columns:
     arrays: Columns = {}
     if not values or not isinstance(values, Mapping):
         issues.append(Fault("values", "nothing varies", "give {path: array of values}"))
@@ -287,7 +286,7 @@ def run_packed(payload: bytes, task: Task, folder: str, study: str) -> Columns:
 
     Functions arrive with every message: one job is reused, or each would be traced.
     """
-    store = Faults().attempt(Store, Path(folder), study) if folder else None
+    store = Issues().attempt(Store, Path(folder), study) if folder else None
     kept = None if store is None else store.read(task)
     if kept is not None:
         return kept
@@ -723,7 +722,7 @@ def sweep(
         >>> [round(float(t), 4) for t in grid.stopping_time.values]
         [0.6289, 1.2577]
     """
-    axes, issues = {}, Faults()
+    axes, issues = {}, Issues()
     for path, axis in values.items():
         try:
             array = np.atleast_1d(np.asarray(numbers_in_si(scene, path, axis), dtype=np.float64))

@@ -7,18 +7,18 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._progress import Progress
 from .._base._quantity import shown
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..parts.scene import Scene, check_scene, require_scene
 from ..runs.choice import stiffness
 from ..runs.edit import Inputs, entry_of, with_inputs, with_values
 from ..runs.measure import Metric, measure
 from ..runs.result import Result
 from ..runs.simulate import solver_for
-from ._evaluator import Box, Evaluation, Faults, Paths, PointEvaluator, Solver, box_of, failure_name
-from ._measured import Measured, check_measured, pick
+from .evaluating import Box, Evaluation, Paths, PointEvaluator, Solver, box_of, failure_name
+from .measured import Measured, check_measured, pick
 
 
 class MeasuredValues(NamedTuple):
@@ -29,7 +29,7 @@ class MeasuredValues(NamedTuple):
 
     def __call__(self, result: Result, given: tuple[Array, tuple[Array, ...]]) -> tuple[Array, None]:
         ts, rows = given
-        parts, issues = [], Faults()
+        parts, issues = [], Issues()
         if self.columns:
             series = result.series(ts)
             for (column, entry), row in zip(self.columns, rows, strict=True):
@@ -59,7 +59,7 @@ class Recording(NamedTuple):
 _DECADES = 100.0
 
 
-def recordings_of(scene: Scene, data: Any, issues: Faults) -> list[Recording]:
+def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
     """The recordings in `data`, measured data or several of them; adds what is wrong with their known numbers."""
     require_scene(scene)
     one, several = isinstance(data, Measured), isinstance(data, list | tuple)
@@ -69,7 +69,7 @@ def recordings_of(scene: Scene, data: Any, issues: Faults) -> list[Recording]:
         raise InputError([Fault("data", problem, "what simbrake.read_measured gives, or a list of these")])
     recordings = []
     for name, each in named.items():
-        wrong = Faults()
+        wrong = Issues()
         known = wrong.attempt(with_inputs, scene, dict(each.known))
         recordings.append(Recording(str(name), scene if known is None else known, each))
         issues += [dataclasses.replace(fault, path=recordings[-1].label(fault.path)) for fault in wrong]
@@ -81,11 +81,11 @@ def box_of_all(
     shared: Mapping[str, tuple[float | str, float | str]],
     own: Mapping[str, tuple[float | str, float | str]],
     starts: Mapping[str, float | str],
-    issues: Faults,
+    issues: Issues,
 ) -> Box:
     """Bounds and start of the parameters, first those that all recordings share, then those of each; adds what is wrong
     with them."""
-    boxes, wrong, k, free = list[Box](), list[Faults](), len(shared), {**shared, **own}
+    boxes, wrong, k, free = list[Box](), list[Issues](), len(shared), {**shared, **own}
     if not free:
         issues.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
     for path in dict.fromkeys(path for each in recordings for path in each.data.known if path in shared):
@@ -94,7 +94,7 @@ def box_of_all(
         issues.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
     for each in recordings:
         start = {**starts, **{path: starts[label] for path in own if (label := each.label(path)) in starts}}
-        wrong.append(Faults())
+        wrong.append(Issues())
         boxes.append(box_of(each.scene, free, wrong[-1], starts=start, decades=_DECADES))
     for each, mine in zip(recordings, wrong, strict=True):
         for fault in mine:  # of all recordings, or of this one
@@ -187,9 +187,9 @@ class FitModel:
 
     def check(self, theta: np.ndarray) -> None:
         """Raise `InputError` with what is wrong with scenes and data of the recordings at a start."""
-        issues = Faults()
+        issues = Issues()
         for each, scene in zip(self.recordings, self.scenes(theta), strict=True):
-            wrong = Faults()
+            wrong = Issues()
             wrong.attempt(check_scene, scene)
             wrong.attempt(check_measured, each.data, scene)
             issues += [dataclasses.replace(fault, path=each.label(fault.path)) for fault in wrong]

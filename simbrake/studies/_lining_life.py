@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
 from ..parts.scene import Scene, check_scene, require_scene
@@ -16,7 +16,6 @@ from ..parts.worn import worn_scene as worn_scene
 from ..runs.edit import with_values
 from ..runs.result import Result
 from ..runs.simulate import simulate
-from ._evaluator import Faults
 
 #: thickness in m or with its unit, for all linings or for each
 Permissible: TypeAlias = float | int | str | Sequence[float | int] | np.ndarray | None
@@ -311,7 +310,7 @@ def lining_life(
     turns, best = _turns(turn_at), turn_at == "best"
     if turns or best:
         turned_scene(scene)  # rejects brakes without a band that can be turned
-    issues = Faults()
+    issues = Issues()
     issues.unless(step is None or step >= 1, "step", step, "at least 1 stop")
     issues.unless(0 < tolerance < 1, "tolerance", tolerance, "between 0 and 1")
     issues.report()

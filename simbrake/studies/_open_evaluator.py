@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, shown
+from .._base._faults import Fault, InputError, Issues, shown
 from ..parts.scene import Scene, require_scene
 from ..runs.edit import Inputs, entry_of, with_inputs
 from ..runs.measure import Metric, check_metrics, unit_of
 from ..runs.simulate import Prepared, PreparedResult, Solver, prepare
-from ._evaluator import (
-    Faults,
+from .evaluating import (
     Metrics,
     Paths,
     PointEvaluator,
@@ -103,7 +102,7 @@ class Evaluator:
             for place, value in zip(self._places, row, strict=True):
                 point[place] = value
             points.append(point)
-        Faults(faults_of_runs(enumerate(map(self._prepared.scene_with, points)))).report()
+        Issues(faults_of_runs(enumerate(map(self._prepared.scene_with, points)))).report()
         return points
 
     def _message(self, answer: PreparedResult, values: np.ndarray) -> str:
@@ -142,7 +141,7 @@ def evaluator(
         array([1.2577, 0.7546])
     """
     require_scene(scene)
-    known, issues, asked = Inputs(scene), Faults(), as_metrics(metrics)
+    known, issues, asked = Inputs(scene), Issues(), as_metrics(metrics)
     paths = [parameters] if isinstance(parameters, str) else list(parameters)
     if not paths:
         issues.append(Fault("parameters", "is empty", "as {'brake.linings.friction.coefficient': (0.3, 0.4)}"))
@@ -174,5 +173,5 @@ def evaluator(
     prepared = prepare(scene, asked, **settings)
     hint = "a function of the result to one number"
     wrong = [name for name, value in prepared().metrics.items() if np.ndim(value)]
-    Faults(Fault(name, "is an array", hint) for name in wrong).report()
+    Issues(Fault(name, "is an array", hint) for name in wrong).report()
     return Evaluator(prepared, slopes, bounds, units)

@@ -5,25 +5,25 @@ import difflib
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity, behind
 from .._base._table import Column, Table, Tabular
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..physics.mechanism import Label
 from ..runs.edit import Inputs, fault_of_limit, with_values
 from ..runs.measure import Metric, check_metrics, happened, name_of, unit_of
 from ..runs.report import labels_of
 from ..runs.result import Result, one_sided
-from ._evaluator import Faults, Metrics, Paths, PointEvaluator, Solver, as_metrics, name_of_entry, numbers_of, values_of
 from ._sides import Slopes, compare_sides
+from .evaluating import Metrics, Paths, PointEvaluator, Solver, as_metrics, name_of_entry, numbers_of, values_of
 
 _ENDS = ("lower", "upper")
 
@@ -152,6 +152,17 @@ class SensitivityTable(Tabular):
         """The rows without the single entries of lists."""
         return tuple(row for row in self.rows if row.path.endswith("[:]") or not row.path.endswith("]"))
 
+    def bars(self, most: int) -> tuple[float, list[tuple[Sensitivity, list[tuple[Literal["low", "high"], float]]]]]:
+        """Of a tornado chart the value of the metric, and parameters with the ends of their bars.
+
+        Without ranges in the table the bars are elasticities, which count from 0.
+        """
+        ranged = [row for row in self.matters if row.low is not None and row.high is not None]
+        if ranged:
+            return self.value, [(row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]]  # pyright: ignore
+        rows = [row for row in self.matters if np.isfinite(row.elasticity)]
+        return 0.0, [(row, [("high" if row.elasticity > 0 else "low", row.elasticity)]) for row in rows[:most]]
+
     def parts(self) -> Iterator[str | Table]:
         """The single entries of lists are left out, parameters without influence only counted."""
         yield f"{self.metric} = {self.value:.8g}{behind(self.unit)}"
@@ -255,7 +266,7 @@ def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
     known = list(Inputs(scene).values())
     if wrt is None:
         return known
-    chosen, issues = {}, Faults()
+    chosen, issues = {}, Issues()
     for path in [wrt] if isinstance(wrt, str) else wrt:
         here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
         if not here:
@@ -272,7 +283,7 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float | str]) -> dict[
     if not isinstance(span, Mapping):
         return {leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value))) for leaf in chosen}
     units, reader = {leaf.path: leaf.about.unit for leaf in chosen}, NumberReader()
-    issues = Faults(Fault(path, "has a span but is not a requested parameter") for path in span if path not in units)
+    issues = Issues(Fault(path, "has a span but is not a requested parameter") for path in span if path not in units)
     spans = {}
     for path in (path for path in span if path in units):
         half, about = span[path], Quantity(units[path], "half a range", 0.0, open_low=True, difference=True)
@@ -292,7 +303,7 @@ def _decisive(paths: Paths, effects: np.ndarray, most: int | None) -> set[str]:
 def check_happened(metrics: Metrics, values: np.ndarray) -> None:
     hint = "its derivative does not exist; request one that occurs, or set a later end_time"
     missing = [one for one, value in zip(metrics.asked, values, strict=True) if not happened(value)]
-    Faults(Fault(name_of(one), "has no value in this run", hint) for one in missing).report()
+    Issues(Fault(name_of(one), "has no value in this run", hint) for one in missing).report()
 
 
 def _rows(
@@ -408,7 +419,7 @@ def hessian(
     chosen = chosen_leaves(scene, paths)
     place, x = Paths.of(chosen), numbers_of(chosen)
     names = tuple(name_of_entry(*entry) for entry in place.entries)
-    issues = Faults(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
+    issues = Issues(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
     issues.unless(0 < step < 1, "step", step, "0 < step < 1")
     issues.report()
     run = PointEvaluator(scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver)

@@ -23,7 +23,7 @@ from .._base._progress import Progress
 from .._base._quantity import Characteristic, Over
 from ..runs.edit import with_values
 from ..runs.result import Result
-from ._evaluator import Paths, PointEvaluator, numbers_of, values_of
+from .evaluating import Paths, PointEvaluator, numbers_of, values_of
 
 #: largest change of a number, in steps `h = √rtol` of its size
 _REACH = 10.0

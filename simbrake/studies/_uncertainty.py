@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
 from ..outputs.judgement import REASONS
@@ -20,7 +20,7 @@ from ..parts.scene import Scene, faults, require_scene
 from ..runs.edit import Inputs, numbers_in_si, with_inputs, with_values
 from ..runs.measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
-from ._evaluator import Columns, Faults, as_metrics, failure_name
+from .evaluating import Columns, as_metrics, failure_name
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
 Distribution: TypeAlias = Any
@@ -50,7 +50,7 @@ class Draws:
     """
 
     def __init__(self, scene: Scene, distributions: Mapping[str, Distribution]) -> None:
-        issues = Faults()
+        issues = Issues()
         if not distributions:
             issues.append(Fault("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}"))
         self.quantiles: dict[str, Quantile] = {}
@@ -109,12 +109,12 @@ def samples(
         >>> drawn["initial.omega"].size, bool((drawn["initial.omega"] >= 20.0).all())
         (8, True)
     """
-    draws = checked(Faults(), scene, distributions, n, method)
+    draws = checked(Issues(), scene, distributions, n, method)
     return draws.values(unit_points(n, len(draws.paths), method, np.random.default_rng(seed)))
 
 
 def checked(
-    issues: Faults,
+    issues: Issues,
     scene: Scene,
     distributions: Mapping[str, Distribution],
     n: int | np.integer,
@@ -148,7 +148,7 @@ def power_of_two(n: int) -> int:
     return (int(n) - 1).bit_length()
 
 
-def _distribution(scene: Scene, path: str, distribution: Distribution, issues: Faults) -> Distribution:
+def _distribution(scene: Scene, path: str, distribution: Distribution, issues: Issues) -> Distribution:
     """The frozen distribution, or `None`, with its error added."""
     how = "a frozen distribution as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
     if isinstance(distribution, tuple | list):
@@ -461,7 +461,7 @@ def uncertainty(
 
     Raises `InputError` with all errors, and `SimulationError` (with the runs made) if it was interrupted.
     """
-    asked, issues = as_metrics(metrics), Faults()
+    asked, issues = as_metrics(metrics), Issues()
     bounds, hidden = _limits(scene, limits, asked)
     for p in quantiles:
         issues.share("quantiles", p, 0.95)

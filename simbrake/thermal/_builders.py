@@ -12,9 +12,9 @@ from .._base._part import Whole, takes_values
 from .._base._quantity import Quantity, Values, positive
 from ..profiles import AbstractProfile
 from ._coolant import ATMOSPHERE, Liquid, WaterJacket, water
-from ._heat import AbstractPartition, FrictionHeat, Heat
-from ._material import ROOM, Material, SurfaceLayer, layer_growth
-from ._network import (
+from .heat import AbstractPartition, FrictionHeat, Heat
+from .materials import ROOM, Material, SurfaceLayer, layer_growth
+from .network import (
     AbstractCoefficient,
     AbstractLink,
     Body,

@@ -10,11 +10,11 @@ from .._base._arguments import explained
 from .._base._faults import Fault, Faults
 from .._base._part import Part, part, quantity, takes_values
 from .._base._quantity import Quantity, Scalar, Values
-from ..hybrid._arrays import Array
-from ..hybrid._struct import struct_field
+from ..hybrid.arrays import Array
+from ..hybrid.struct import struct_field
 from ..profiles import AbstractProfile, faults_of_sign
-from ._material import ROOM
-from ._network import AbstractCoefficient, AbstractLink, Surroundings, Temperatures
+from .materials import ROOM
+from .network import AbstractCoefficient, AbstractLink, Surroundings, Temperatures
 
 #: standard atmosphere (Pa)
 ATMOSPHERE = 101_325.0

@@ -6,6 +6,7 @@ import os
 import pathlib
 import platform
 import re
+import shutil
 import subprocess
 import sys
 import types
@@ -60,6 +61,98 @@ def acyclic(arrows):
     return []
 
 
+#: packages above the core, each above the ones before
+WINGS = ("studies", "plot", "checks", "design", "rig", "export", "pages", "cli")
+#: files at the top by their place: all lazy names, and the start of the command
+TOP = {"__init__.py": len(WINGS) + 1, "__main__.py": len(WINGS)}
+
+
+def height(parts):
+    """0 in the core, from 1 in the wings, for a path inside the package."""
+    if parts[0] in TOP:
+        return TOP[parts[0]]
+    return WINGS.index(parts[0]) + 1 if parts[0] in WINGS else 0
+
+
+@functools.cache
+def listed(package):
+    """Names that the `__init__` of a package gives to all."""
+    folder = PACKAGE.joinpath(*package)
+    stub = folder / "__init__.pyi"
+    file = stub if stub.is_file() else folder / "__init__.py"
+    nodes = ast.walk(ast.parse(file.read_text("utf-8")))
+    return {alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names}
+
+
+def taken(file):
+    """(module, name) of everything that a file imports from the package."""
+    here = file.relative_to(PACKAGE).parts[:-1]
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            home = here[: len(here) - node.level + 1]
+            home = (*home, *node.module.split(".")) if node.module else home
+            for alias in node.names:
+                inside = (*home, alias.name)
+                path = PACKAGE.joinpath(*inside)
+                is_module = path.with_suffix(".py").is_file() or path.is_dir()
+                yield (inside, None) if is_module else (home, alias.name)
+
+
+def described(module, name):
+    """Whether a function or class of a module says what it is; constants are explained by a comment."""
+    for node in ast.parse(module.read_text("utf-8")).body if module.is_file() else ():
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
+            return bool(ast.get_docstring(node))
+    return True
+
+
+def test_wings_use_public_names_of_what_is_below():
+    """No arrow from the core to a wing, none from a wing to a higher one; a wing takes what has a public name: a module
+    without underscore, or a name that the `__init__` of its package lists. `_base` is for all."""
+    wrong = []
+    for file in PACKAGE.rglob("*.py"):
+        path = file.relative_to(PACKAGE)
+        for home, name in taken(file):
+            if not home or home[0] == "_base":
+                continue
+            arrow = f"{path} -> {'.'.join(home)} {name or ''}"
+            if height(home) > height(path.parts):
+                wrong.append(f"{arrow}: upwards")
+            if path.parts[0] not in WINGS or home[0] == path.parts[0]:
+                continue
+            private = any(part.startswith("_") for part in (*home, name or ""))
+            if private and not (name and name[0] != "_" and name in listed(home[:-1])):
+                wrong.append(f"{arrow}: private")
+            if name and not described(PACKAGE.joinpath(*home).with_suffix(".py"), name):
+                wrong.append(f"{arrow}: without a docstring")
+    assert wrong == []
+
+
+RUN = """
+import importlib, pkgutil, simbrake as sb
+for found in pkgutil.walk_packages(sb.__path__, "simbrake."):
+    if found.name.split(".")[1] not in {above}:
+        importlib.import_module(found.name)
+print(sb.simulate(sb.read_scene("standard")).status)
+"""
+
+
+@pytest.mark.parametrize("wing", [*WINGS, "all"])
+@pytest.mark.slow
+def test_without_a_wing_the_rest_imports_and_runs(wing, tmp_path):
+    gone = WINGS if wing == "all" else (wing,)
+    without = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(PACKAGE, tmp_path / "simbrake", ignore=without)
+    for name in gone:
+        shutil.rmtree(tmp_path / "simbrake" / name)
+    above = (*WINGS[WINGS.index(gone[0]) :], "__main__")
+    found = subprocess.run(
+        [sys.executable, "-c", RUN.format(above=above)],
+        capture_output=True, text=True, check=True, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert found.stdout.strip() == "stopped"
+
+
 def test_imports_point_one_way():
     """No circle among the modules, and none among the folders: there is an order from the lowest to the highest."""
     files = [file for file in PACKAGE.rglob("*.py") if file.parent != PACKAGE or not file.stem.startswith("_")]
@@ -75,8 +168,8 @@ def test_imports_point_one_way():
     assert acyclic({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c", "d"]
     # modules that are looked up by name are not among the imports: two files may, and say for what
     by_name = [file.name for file in files if re.search(r"import_module\(f?.simbrake[.{]", file.read_text("utf-8"))]
-    assert sorted(by_name) == ["__init__.py", "_result.py"]
-    asked = re.findall(r'_above\("([\w.]+)"\)', (PACKAGE / "_run" / "_result.py").read_text("utf-8"))
+    assert sorted(by_name) == ["__init__.py", "result.py"]
+    asked = re.findall(r'_above\("([\w.]+)"\)', (PACKAGE / "runs" / "result.py").read_text("utf-8"))
     assert sorted(set(asked)) == ["runs.accuracy", "runs.measure", "runs.verdict", "plot", "results"]
 
 

@@ -6,8 +6,8 @@ import pytest
 from commands import call
 
 import simbrake as sb
-from simbrake.files import _shipped
-from simbrake.files._shipped import IN_CHECKOUT, shipped_files
+from simbrake.files import shipped_scenes as _shipped
+from simbrake.files.shipped_scenes import IN_CHECKOUT, shipped_files
 
 
 def test_twelve_scenes_are_in_the_wheel(scenarios):

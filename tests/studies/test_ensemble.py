@@ -17,7 +17,7 @@ from stop_scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_
 
 import simbrake as sb
 from simbrake.runs.measure import name_of
-from simbrake.studies._evaluator import ABOUT
+from simbrake.studies.evaluating import ABOUT
 
 
 def travel_share(result):
@@ -141,7 +141,7 @@ def chunks(monkeypatch):
         columns |= {name: np.zeros(len(rows), np.int32) for name in ABOUT}
         return columns | {"method": np.full(len(rows), "none")}
 
-    monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", run_chunk)
+    monkeypatch.setattr("simbrake.studies.evaluating.run_chunk", run_chunk)
     return made
 
 

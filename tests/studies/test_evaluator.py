@@ -8,7 +8,7 @@ from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.friction import ChangingFriction, FrictionChange
-from simbrake.studies._evaluator import Metrics, Paths, PointEvaluator
+from simbrake.studies.evaluating import Metrics, Paths, PointEvaluator
 
 PATHS = ("initial.omega", "brake.pulley.inertia", "duty.slack_tension.level")
 NAMES = ("stopping_time", "stopping_angle")

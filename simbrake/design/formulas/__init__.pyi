@@ -8,13 +8,6 @@ from ._estimates import EngineeringEstimates as EngineeringEstimates
 from ._estimates import EstimateRow as EstimateRow
 from ._estimates import SynthesisRow as SynthesisRow
 from ._estimates import estimates as estimates
-from ._inputs import EstimateData as EstimateData
-from ._inputs import Input as Input
-from ._inputs import Permissible as Permissible
-from ._material_table import EnergyLevel as EnergyLevel
-from ._material_table import MaterialComparison as MaterialComparison
-from ._material_table import MaterialRow as MaterialRow
-from ._material_table import compare_materials as compare_materials
 from ._materials import LININGS as LININGS
 from ._materials import RIMS as RIMS
 from ._materials import LiningMaterial as LiningMaterial
@@ -22,9 +15,6 @@ from ._materials import RimMaterial as RimMaterial
 from ._materials import lining_material as lining_material
 from ._materials import rim_material as rim_material
 from ._rows import Number as Number
-from ._synthesis import Synthesis as Synthesis
-from ._synthesis import SynthesisError as SynthesisError
-from ._synthesis import synthesize as synthesize
 from .contact import contact_current as contact_current
 from .contact import current_density as current_density
 from .contact import equivalent_density as equivalent_density
@@ -66,6 +56,13 @@ from .heating import slab_rise as slab_rise
 from .heating import stopping_rise as stopping_rise
 from .heating import stopping_slab_rise as stopping_slab_rise
 from .heating import transmission_table as transmission_table
+from .inputs import EstimateData as EstimateData
+from .inputs import Input as Input
+from .inputs import Permissible as Permissible
+from .material_table import EnergyLevel as EnergyLevel
+from .material_table import MaterialComparison as MaterialComparison
+from .material_table import MaterialRow as MaterialRow
+from .material_table import compare_materials as compare_materials
 from .statics import ClassicalStop as ClassicalStop
 from .statics import PairStop as PairStop
 from .statics import StagedStop as StagedStop
@@ -76,6 +73,9 @@ from .stress import StressHistory as StressHistory
 from .stress import plate_stress as plate_stress
 from .stress import stress_over_time as stress_over_time
 from .stress import surface_stress as surface_stress
+from .synthesis import Synthesis as Synthesis
+from .synthesis import SynthesisError as SynthesisError
+from .synthesis import synthesize as synthesize
 from .track import TrackRipple as TrackRipple
 from .track import revolution_ripple as revolution_ripple
 from .track import track_ripple as track_ripple

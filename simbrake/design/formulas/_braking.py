@@ -11,12 +11,12 @@ import numpy as np
 from jaxtyping import Float
 
 from ...parts.scene import Scene, banded_brake
-from ...thermal._heat import FlashTemperature, PowerShares
-from ...thermal._material import effusivity_share
+from ...thermal.heat import FlashTemperature, PowerShares
+from ...thermal.materials import effusivity_share
 from ._heated import HeatedPart, RunValues, run_values
-from ._inputs import Input
 from .contact import radiation_coefficient
 from .heating import SchmidtCourse, slab_rise, stopping_rise
+from .inputs import Input
 from .statics import ClassicalStop, PairStop, StagedStop, friction_at_start
 from .stress import stress_over_time, surface_stress
 

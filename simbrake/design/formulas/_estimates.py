@@ -14,8 +14,8 @@ from ...parts.scene import Scene, banded_brake, check_scene
 from ...runs.result import Result
 from ._braking import Braking
 from ._heated import run_values
-from ._inputs import EstimateData, Input, settle
 from ._rows import Number, Row, power_rows, rows_of_pair, stage_rows, stop_rows, unit_text
+from .inputs import EstimateData, Input, settle
 from .statics import classical_staged_stop, classical_stop
 
 

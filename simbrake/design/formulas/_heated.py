@@ -12,11 +12,11 @@ from ...outputs.quantities import Series
 from ...parts.scene import Scene
 from ...runs.networks import with_temperatures
 from ...runs.result import Result
-from ...thermal._heat import Heat, initial_temperatures, node_names
-from ...thermal._material import Material
-from ...thermal._network import Wall, place_of
-from ._inputs import wall_at
+from ...thermal.heat import Heat, initial_temperatures, node_names
+from ...thermal.materials import Material
+from ...thermal.network import Wall, place_of
 from .heating import SchmidtCourse, effective_volume, heat_content, mean_bulk_rise, penetration_depth, schmidt
+from .inputs import wall_at
 
 _TIMES = 2048  # times at which a run, and its hardest brake application, are evaluated
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..._base._arguments import explained
 from ..._base._faults import require_positive
-from ...thermal._material import LIBRARY, Entry, Material, library, material
+from ...thermal.materials import LIBRARY, Entry, Material, library, material
 from ...wear import ThresholdWear
 from .stress import ElasticMaterial
 

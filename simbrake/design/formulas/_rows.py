@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ...loads import AbstractHookLoad
-from ...thermal._heat import shares_of_S
+from ...thermal.heat import shares_of_S
 from . import heating
 from ._braking import Braking
 from ._heated import HeatedPart, RunValues

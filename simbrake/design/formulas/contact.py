@@ -8,8 +8,8 @@ import numpy as np
 
 from ..._base._arguments import explained
 from ..._base._faults import require_not_negative, require_positive
-from ...hybrid._arrays import Array
-from ...thermal._network import STEFAN_BOLTZMANN
+from ...hybrid.arrays import Array
+from ...thermal.network import STEFAN_BOLTZMANN
 
 Amount: TypeAlias = float | int | Array  # one number, or an array of them
 Layers: TypeAlias = Sequence[float] | Array  # a number for each layer or part

@@ -11,9 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..._base._arguments import explained
-from ...plot._shared import BLUE, VERMILLION, ZERO, ink, styled
-from ._material_table import MaterialComparison, MaterialRow
+from ...plot.drawing import BLUE, VERMILLION, ZERO, ink, styled
 from ._materials import LiningMaterial, RimMaterial
+from .material_table import MaterialComparison, MaterialRow
 
 
 class _Panel(NamedTuple):

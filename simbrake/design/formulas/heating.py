@@ -10,9 +10,9 @@ from jaxtyping import Float
 
 from ..._base._arguments import explained
 from ..._base._faults import require_not_negative, require_positive, require_share
-from ...hybrid._arrays import Array
-from ...thermal._heat import TransmissionPartition
-from ...thermal._material import Material
+from ...hybrid.arrays import Array
+from ...thermal.heat import TransmissionPartition
+from ...thermal.materials import Material
 from .contact import Amount
 
 

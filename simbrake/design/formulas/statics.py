@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ..._base._arguments import explained
-from ...brakes._band import grip, running_product, tension_ratio
-from ...brakes._design import Bandage, unloaded
+from ...brakes.band import grip, running_product, tension_ratio
+from ...brakes.design import Bandage, unloaded
 from ...friction import SurfaceState, memory_at_start
-from ...hybrid._arrays import Array
+from ...hybrid.arrays import Array
 from ...outputs.log import internal_slip_tension
 from ...parts.scene import Scene, band_brake, banded_brake, sensed_at_start
 from ...physics.shaft import Shaft

@@ -8,13 +8,13 @@ from jaxtyping import Bool, Float
 
 from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError, require_positive
-from ...brakes._design import Brake
+from ...brakes.design import Brake
 from ...parts.scene import band_brake
 from ...runs.linings import geometric_overlap, rubbing
 from ...runs.result import Result, look
-from ...thermal._material import Material
-from ._inputs import wall_at
+from ...thermal.materials import Material
 from .contact import Layers
+from .inputs import wall_at
 
 _FRACTIONS = np.linspace(0.0, 1.0, 9)  # of an interval of constant flux, at which its extremes are sought
 _DEEP = 0.5  # of the rim's thickness: the back returns exp(−2 √π/0.5) = 8e-4 of a ripple

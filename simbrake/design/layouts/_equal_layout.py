@@ -15,13 +15,13 @@ from jaxtyping import Float
 
 from ..._base._arguments import explained
 from ..._base._compiling import DeviceJit
-from ..._base._faults import Fault
+from ..._base._faults import Fault, Issues
 from ..._base._progress import Progress
 from ..._base._quantity import as_number
 from ..._base._table import Column, Table, Tabular, plain
-from ...brakes._band import running_product
-from ...hybrid._arrays import Array
-from ...hybrid._struct import with_value_at
+from ...brakes.band import running_product
+from ...hybrid.arrays import Array
+from ...hybrid.struct import with_value_at
 from ...outputs.log import FAILURES, SimulationError
 from ...outputs.probe import as_tree
 from ...outputs.quantities import Rubbing
@@ -31,7 +31,8 @@ from ...physics.sliding import LiningFriction
 from ...runs.linings import fault_of_pair, friction_work, lining_mean, lining_wear, wearing
 from ...runs.measure import name_of
 from ...runs.result import Result
-from ...studies._evaluator import Evaluation, Faults, PointEvaluator, Solver
+from ...runs.simulate import Solver
+from ...studies.evaluating import Evaluation, PointEvaluator
 
 #: what can be equal for all linings, with units at full slip and over a brake application
 TARGETS = {
@@ -251,7 +252,7 @@ def validate_request(
     scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Rate, pair: str, start: str
 ) -> None:
     """Raise `InputError` with all errors of a requested layout, errors of the scene included."""
-    brake, errors = band_brake(scene), Faults(faults(scene))
+    brake, errors = band_brake(scene), Issues(faults(scene))
     errors.choice("start", start, ("closed form", "given"))
     errors.choice("free", free, FREE)
     errors.choice("over", over, ("static", "braking"))

@@ -10,14 +10,15 @@ import numpy as np
 from jaxtyping import Float
 
 from ..._base._arguments import explained
-from ..._base._faults import Fault, InputError
+from ..._base._faults import Fault, InputError, Issues
 from ..._base._progress import Progress
 from ..._base._table import Column, Table, Tabular, plain
-from ...hybrid._arrays import Array
+from ...hybrid.arrays import Array
 from ...parts.scene import Scene, faults
 from ...runs.measure import check_metrics, measure, unit_of
 from ...runs.result import Result
-from ...studies._evaluator import Box, Faults, PointEvaluator, Solver, box_of
+from ...runs.simulate import Solver
+from ...studies.evaluating import Box, PointEvaluator, box_of
 
 
 class LimitRow(NamedTuple):
@@ -192,7 +193,7 @@ def least_tension(
     Raises `InputError` with all errors, also where the scene as given does not stop.
     """
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
-    errors = Faults(faults(scene))
+    errors = Issues(faults(scene))
     if not variables:
         errors.append(Fault("variables", "no parameter is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
     box = box_of(scene, variables, errors, each=True)

@@ -10,10 +10,10 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError
 from ..._base._table import scale
-from ...brakes._design import Brake, Lining
+from ...brakes.design import Brake, Lining
 from ...parts.scene import Scene, band_brake
-from ...plot._pulley import Ends, lining_edges, side_by_side
-from ...plot._shared import BLUE, CYCLE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, finish, ink, sheet, styled
+from ...plot.drawing import BLUE, CYCLE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, finish, ink, sheet, styled
+from ...plot.wheels import Ends, lining_edges, side_by_side
 from ._equal_layout import InfeasibleLayout, Layout, LayoutDesign, LayoutRow, chord_equal_load_angles
 
 _STYLES = [(BLUE, "o"), (VERMILLION, "s"), (GREEN, "D"), (ORANGE, "^"), (PURPLE, "v"), (SKY, "P"), (GREY, "X")]

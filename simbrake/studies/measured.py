@@ -11,17 +11,16 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._csv_file import CsvFile
-from .._base._faults import Fault
+from .._base._faults import Fault, Issues
 from .._base._nulls import NULLS
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain
-from ..hybrid._arrays import Array
+from ..hybrid.arrays import Array
 from ..outputs.metrics import METRICS
 from ..outputs.quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
 from ..parts.scene import Scene
 from ..runs.measure import Metric, check_metrics, name_of, unit_of
 from ..runs.result import Result
-from ._evaluator import Faults
 
 #: columns of counts or names, which have no derivative
 _WHOLE = ("at_limit", "band_mode", "sense")
@@ -119,7 +118,7 @@ class Measured(Tabular):
         for metric, value in (events or {}).items():
             number, error = value if isinstance(value, tuple) else (value, None)
             parts.append(_single(metric, float(number), None if error is None else float(error)))
-        Faults(one for one in parts if isinstance(one, Fault)).report()
+        Issues(one for one in parts if isinstance(one, Fault)).report()
         points, singles = ([one for one in parts if isinstance(one, kind)] for kind in (Points, Single))
         return cls(tuple(points), tuple(singles), dict(known or {}))  # pyright: ignore
 
@@ -238,7 +237,7 @@ def _single(metric: Metric, value: float, sigma: float | None) -> Single | Fault
 
 def check_measured(data: Measured, scene: Scene) -> None:
     """Raise `InputError` with all data that cannot be compared with a run of the scene."""
-    issues = Faults()
+    issues = Issues()
     issues.attempt(check_metrics, scene, [one.metric for one in data.singles])
     start = float(np.asarray(scene.initial.time))
     end = float(np.asarray(scene.end_time))
@@ -323,7 +322,7 @@ class _Reading:
     def __init__(self, sigma: Mapping[str, float] | None, columns: Sequence[str] | None, null: Sequence[float]) -> None:
         self.null = null
         self.wanted = None if columns is None else {_normal(name) for name in columns}
-        self.issues = Faults(
+        self.issues = Issues(
             Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
             for name, value in (sigma or {}).items()
             if not (isinstance(value, int | float | np.number) and 0 < value < np.inf)

@@ -11,8 +11,8 @@ import numpy as np
 from jax.typing import DTypeLike
 from jaxtyping import Float, Int, PyTree, Shaped
 
-from ._arrays import Array, Count, Mark, Scalar, State, TwoArrays
-from ._struct import Struct, struct_field, traced_once
+from .arrays import Array, Count, Mark, Scalar, State, TwoArrays
+from .struct import Struct, struct_field, traced_once
 
 
 class Code(enum.IntEnum):
@@ -365,10 +365,10 @@ def _packed(y: PyTree) -> Array:
 def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
     """`system` on flat vectors laid out like `y0` and `mode0`."""
 
-    def likes(tree: PyTree, dtype: DTypeLike) -> PyTree:
+    def templates(tree: PyTree, dtype: DTypeLike) -> PyTree:
         return jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(np.shape(leaf), dtype), tree)
 
-    return Flat(system, likes(y0, np.float64), likes(mode0, np.int32))
+    return Flat(system, templates(y0, np.float64), templates(mode0, np.int32))
 
 
 class Rows(Struct):

@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import ModuleType
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -23,13 +23,13 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._cache import UnknownStructureError, canonical
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack, trace_anew
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._part import Leaf
 from .._base._programs import STORE
 from .._base._quantity import Quantity, behind
 from ..hybrid import LANDED, Code, Record, Rodas5P
-from ..hybrid._arrays import Array, numpy_of
-from ..hybrid._struct import with_fields
+from ..hybrid.arrays import Array, numpy_of
+from ..hybrid.struct import with_fields
 from ..outputs.judgement import coded, judge
 from ..outputs.log import FAILURES
 from ..outputs.metrics import METRICS, identity_of, metric_names
@@ -43,7 +43,6 @@ from ..runs.simulate import Solver, room_for, simulate, simulate_lane, solver_na
 #: how a scene is integrated, as `simulate` takes it
 #: arrays over runs, by name
 Columns: TypeAlias = dict[str, np.ndarray]
-Made = TypeVar("Made")
 
 #: the longest record that a run is repeated with, unless the caller allows more
 _LONGEST = 16384
@@ -149,38 +148,6 @@ class Paths(NamedTuple):
         return with_values(scene, self.values(x))
 
 
-class Faults(list[Fault]):
-    """Errors in the input of a study, collected so that all are in one report."""
-
-    def attempt(self, make: Callable[..., Made], *arguments: Any) -> Made | None:
-        """Result of `make`, or `None` where it raises an `InputError`, whose errors are added."""
-        try:
-            return make(*arguments)
-        except InputError as error:
-            self.extend(error.faults)
-            return None
-
-    def unless(self, good: bool | np.bool_, name: str, value: object, hint: str) -> None:
-        """Adds that a setting is out of range, unless it is `good`."""
-        if not good:
-            self.append(Fault(name, f"{value!r} is out of range", hint))
-
-    def share(self, name: str, value: float, example: float) -> None:
-        """Adds that a setting is not between 0 and 1, unless it is."""
-        if not 0 < value < 1:
-            self.append(Fault(name, f"{value!r} is not a share", f"between 0 and 1, as {example:g}"))
-
-    def choice(self, name: str, value: object, known: Iterable[str]) -> None:
-        """Adds that a setting is unknown, unless it is one of those known."""
-        if value not in (known := tuple(known)):
-            self.append(Fault(name, f"{value!r} is unknown", f"one of {', '.join(known)}"))
-
-    def report(self) -> None:
-        """Raises `InputError` if anything is wrong."""
-        if self:
-            raise InputError([*dict.fromkeys(self)])
-
-
 def named_runs(runs: Sequence[int] | np.ndarray) -> str:
     """`(run 3)`, `(runs 3, 4, 5, 6, 7 and 12 more)`."""
     more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
@@ -252,7 +219,7 @@ class Box(NamedTuple):
 
 
 def bounds_of(
-    scene: Scene, path: str, pair: Any, issues: Faults, about: Quantity | None, shape: tuple[int, ...] = ()
+    scene: Scene, path: str, pair: Any, issues: Issues, about: Quantity | None, shape: tuple[int, ...] = ()
 ) -> np.ndarray | None:
     """Bounds (2, …) of a number in SI from (low, high); `None` where they are none. Adds what is wrong with them."""
     try:
@@ -278,7 +245,7 @@ def bounds_of(
 def box_of(
     scene: Scene,
     bounds: Mapping[str, Any],
-    issues: Faults,
+    issues: Issues,
     *,
     each: bool = False,
     starts: Mapping[str, float | str] | None = None,

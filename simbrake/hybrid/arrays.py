@@ -138,3 +138,9 @@ def put(x: Float[Array, " n"], places: tuple[int, ...], values: Float[Array, " k
     source = np.arange(n)
     source[list(places)] = n + np.arange(len(places))
     return _joined([x, values], source.tolist()) if n else x
+
+
+def templates(y0: PyTree, mode0: PyTree) -> tuple[PyTree, PyTree]:
+    """Zeros of the shapes and types of the states and of the mode of a system."""
+    y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
+    return y_like, jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)

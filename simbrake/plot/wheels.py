@@ -16,16 +16,16 @@ from matplotlib.ticker import MaxNLocator
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import digits
-from ..brakes._band import AbstractStiffness, ParallelBands
-from ..brakes._design import AbstractBandBrake
 from ..brakes._pressed import DiscBrake, ShoeBrake
-from ..hybrid._arrays import Array
+from ..brakes.band import AbstractStiffness, ParallelBands
+from ..brakes.design import AbstractBandBrake
+from ..hybrid.arrays import Array
 from ..outputs.probe import Probe, tension_before
 from ..outputs.quantities import times_within
 from ..parts.scene import banded_brake
 from ..runs.linings import WORDS, Contact, lining_contacts
 from ..runs.result import Result, look
-from ._shared import (
+from .drawing import (
     BLUE,
     GREEN,
     GREY,

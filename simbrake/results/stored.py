@@ -28,7 +28,7 @@ from ..outputs.metrics import about_output
 from ..outputs.quantities import SERIES_COLUMNS, Series, about_column, flat, times_within
 from ..parts.scene import Scene, warnings
 from ..runs.result import Result
-from ..thermal._network import Junction, Reservoir, Wall
+from ..thermal.network import Junction, Reservoir, Wall
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -51,6 +51,11 @@ _STAGE_FIELDS = {
 }
 Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]  # dimensions, values, unit and meaning
 Variables = dict[str, Variable]
+
+
+Source = Result | Dataset | str | Path
+#: plain values of JSON by name
+Settings = dict[str, Any]
 
 
 @explained
@@ -449,3 +454,15 @@ def _checksum(data: Dataset) -> str:
         content = values.astype(values.dtype.newbyteorder("<")).tobytes() if is_number else values.tolist()
         check.update(repr([name, variable.dims, values.shape, sorted(variable.attrs.items()), content]).encode())
     return check.hexdigest()
+
+
+def origin(source: Source) -> Settings:
+    """Provenance of a stored result, from a file or a data set, or of a result."""
+    if isinstance(source, Result):
+        return provenance(source)
+    data, name = (read_result(source), str(source)) if isinstance(source, str | Path) else (source, "data set")
+    try:
+        return json.loads(data.attrs["provenance"])
+    except (AttributeError, KeyError, ValueError) as error:
+        what = "has no provenance"
+        raise InputError([Fault(name, what, "give a result file, or a data set of simbrake.dataset")]) from error

@@ -19,8 +19,8 @@ from .._base._table import Column, Table, numbers
 from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
 from ..brakes import _pressed as _pressed
 from ..brakes._bands import MultiBandBrake
-from ..brakes._design import AbstractBrake, Brake, Lining, uniform_linings
-from ..hybrid._struct import Struct
+from ..brakes.design import AbstractBrake, Brake, Lining, uniform_linings
+from ..hybrid.struct import Struct
 from ..parts._programme import programme_scene
 from ..parts.scene import AbstractDuty, Scene
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
@@ -32,8 +32,8 @@ from ..thermal._builders import (
     with_water_jacket,
 )
 from ..thermal._coolant import Liquid, water
-from ..thermal._heat import Heat
-from ..thermal._material import LIBRARY, Material
+from ..thermal.heat import Heat
+from ..thermal.materials import LIBRARY, Material
 
 
 @takes_values

@@ -6,6 +6,7 @@ The docstring of a function is its formula. It returns the truth, and what compu
 import inspect
 import math
 from collections.abc import Callable
+from fnmatch import fnmatchcase
 from typing import Any, TypeAlias
 
 import jax
@@ -13,6 +14,7 @@ import numpy as np
 
 import simbrake as sb
 
+from .._base._faults import Fault, InputError
 from ._validation import Case
 
 #: the truth, and the function that computes it by simbrake
@@ -55,6 +57,7 @@ def band_stop(load: Any = NO_LOAD, **more: Any) -> sb.Result:
 
 
 def elastic_scene() -> sb.Scene:
+    """A stop of a brake with an elastic band, every lining of which has its own time of slip."""
     return sb.Scene(band_brake(STIFFNESS), sb.Duty(SLACK, NO_LOAD), sb.Initial(SPEED), 5.0)
 
 
@@ -191,3 +194,18 @@ def closed_forms() -> list[Case]:
         source = f"closed form: {inspect.getdoc(function)}"
         cases.append(Case(name, source, truth, TOLERANCES.get(function, 1e-11), value))
     return cases
+
+
+def chosen(only: str | None = None) -> list[Case]:
+    """The cases whose name holds the words `only`, or fits it as a pattern with `*`; all without it.
+
+    Raises `InputError` where there is none.
+    """
+    cases = closed_forms()
+    word = (only or "*").lower()
+    pattern = word if any(sign in word for sign in "*?[") else f"*{word}*"
+    picked = [case for case in cases if fnmatchcase(case.name.lower(), pattern)]
+    if not picked:
+        names = ", ".join(case.name for case in cases)
+        raise InputError([Fault("--only", f"no case matches {only!r}", f"cases are {names}")])
+    return picked

@@ -12,12 +12,12 @@ from .._base._faults import Fault, Faults, require_share
 from .._base._part import Part, part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
 from .._base._table import number
-from ..hybrid._arrays import Array, Floats
-from ..hybrid._struct import struct_field
+from ..hybrid.arrays import Array, Floats
+from ..hybrid.struct import struct_field
 from ..profiles import AbstractProfile
 from ._coolant import WaterJacket
-from ._material import Material, effusivity_share
-from ._network import (
+from .materials import Material, effusivity_share
+from .network import (
     FACES,
     AbstractLink,
     Body,

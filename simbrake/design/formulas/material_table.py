@@ -17,19 +17,19 @@ from ..._base._part import leaves
 from ..._base._progress import counting
 from ..._base._quantity import behind
 from ..._base._table import Column, Table, Tabular, plain
-from ...hybrid._struct import with_value_at
+from ...hybrid.struct import with_value_at
 from ...parts.scene import Scene, band_brake, check_scene
 from ...runs.choice import stiffness
 from ...runs.edit import named_materials, with_materials, with_values
 from ...runs.linings import lining_wear
 from ...runs.simulate import simulate, solver_for
-from ...thermal._material import Material
+from ...thermal.materials import Material
 from ._braking import Braking
 from ._estimates import no_stop
 from ._heated import RunValues, run_values
-from ._inputs import EstimateData, settle
 from ._materials import LININGS, LiningMaterial, RimMaterial, lining_material, rim_material
 from .heating import maximum_temperatures, transmission_table
+from .inputs import EstimateData, settle
 from .statics import classical_stop
 
 _ZERO = 273.15  # K

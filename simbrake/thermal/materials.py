@@ -11,7 +11,7 @@ from .._base._arguments import explained
 from .._base._faults import Fault
 from .._base._part import Part, quantity
 from .._base._quantity import Over, Scalar
-from ..hybrid._arrays import Floats
+from ..hybrid.arrays import Floats
 
 ROOM = 293.15  # K, default reference of properties (20 °C)
 

@@ -15,8 +15,8 @@ from .._base._corners import lesser
 from .._base._faults import Fault, Faults
 from .._base._part import Part, as_part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
-from ..hybrid._arrays import Array, Floats, IntScalar, Marks, ScalarArray, TwoArrays, Vector, VectorK
-from ..hybrid._struct import AbstractVar, struct_field
+from ..hybrid.arrays import Array, Floats, IntScalar, Marks, ScalarArray, TwoArrays, Vector, VectorK
+from ..hybrid.struct import AbstractVar, struct_field
 
 
 @explained

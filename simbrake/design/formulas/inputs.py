@@ -11,9 +11,9 @@ from ..._base._faults import Fault, InputError
 from ..._base._part import faults_of_values
 from ..._base._quantity import NumberReader, Quantity, behind, positive
 from ...parts.scene import Scene, banded_brake
-from ...thermal._heat import FrictionHeat, Heat, PowerShares
-from ...thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
-from ...thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
+from ...thermal.heat import FrictionHeat, Heat, PowerShares
+from ...thermal.materials import LIBRARY, ROOM, Material, effusivity_share, material
+from ...thermal.network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
 from .contact import polished_surface
 from .stress import ElasticMaterial
 

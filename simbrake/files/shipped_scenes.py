@@ -37,9 +37,10 @@ class Shipped(NamedTuple):
 def _files() -> list[Path]:
     """All of them, templates first; a scene in TOML stands behind the same one in Python."""
     # beside the modules in an installed package, beside the package in a checkout
-    scenes = next(path for path in (_PACKAGE / "scenarios", _PACKAGE.parent / "scenarios") if path.is_dir())
+    places = (_PACKAGE / "scenarios", _PACKAGE.parent / "scenarios")
+    scenes = [file for place in places for ending in ("*.py", "*.toml") for file in place.glob(ending)]
     files = [_PACKAGE / "templates" / "scenes" / f"{name}.toml" for name in TEMPLATES]
-    return files + sorted([*scenes.glob("*.py"), *scenes.glob("*.toml")], key=lambda file: (file.stem, file.suffix))
+    return files + sorted(scenes, key=lambda file: (file.stem, file.suffix))
 
 
 def shipped_files() -> dict[str, Shipped]:

@@ -20,9 +20,9 @@ from ..friction import (
     needs,
     reads,
 )
-from ..hybrid._arrays import Floats, ScalarArray, Vector, VectorK, numpy_of
-from ..hybrid._struct import AbstractClassVar, AbstractVar, struct_field
-from ._band import AbstractStiffness, ParallelBands, band_torque, grip, product, tension_ratio
+from ..hybrid.arrays import Floats, ScalarArray, Vector, VectorK, numpy_of
+from ..hybrid.struct import AbstractClassVar, AbstractVar, struct_field
+from .band import AbstractStiffness, ParallelBands, band_torque, grip, product, tension_ratio
 
 
 class Pulley(Part):

@@ -14,10 +14,10 @@ from .._base._compiling import per_structure, read_by
 from .._base._faults import Fault, Faults
 from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Over, Scalar
-from ..hybrid._arrays import Array, Floats, ScalarArray
-from ..hybrid._struct import AbstractVar, struct_field
+from ..hybrid.arrays import Array, Floats, ScalarArray
+from ..hybrid.struct import AbstractVar, struct_field
 from ..profiles import AbstractProfile
-from ._material import ROOM, Material, SurfaceLayer
+from .materials import ROOM, Material, SurfaceLayer
 
 #: of the nodes of a place (K), or values at each
 Temperatures: TypeAlias = Floats

@@ -15,15 +15,15 @@ from ..._base._table import Table, plain
 from ...parts.scene import Scene, banded_brake, faults
 from ...runs.measure import LimitVerdict
 from ...runs.result import Result
-from ...thermal._heat import AbstractPartition
-from ...thermal._material import ROOM, Material, effusivity_share
+from ...thermal.heat import AbstractPartition
+from ...thermal.materials import ROOM, Material, effusivity_share
 from . import _rows as rows
 from . import heating
 from ._braking import Braking
 from ._estimates import RowTable, SynthesisRow, braking_of, table_of
 from ._heated import HeatedPart, schmidt_layers
-from ._inputs import EstimateData, Permissible, faults_of_data
 from ._rows import BULK, OWN_LAW, SCHEME, Number, Row, numbers
+from .inputs import EstimateData, Permissible, faults_of_data
 from .statics import classical_stop
 
 #: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at room temperature

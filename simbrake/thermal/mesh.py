@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ._heat import Heat
-from ._material import ROOM, layer_growth
-from ._network import Lump, Wall, place_of
+from .heat import Heat
+from .materials import ROOM, layer_growth
+from .network import Lump, Wall, place_of
 
 #: error of the rise of a surface, as a share of it, from which layers are too thick, and that of those proposed instead
 TOO_MUCH, GOOD = 0.025, 0.015
