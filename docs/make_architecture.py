@@ -24,16 +24,21 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 LAYERS = (
     ("hybrid", "integrates any hybrid system: steps, guards, jumps, records, derivatives"),
     ("_base", "numbers with units, input errors, tables, compiling, progress"),
-    ("friction, profiles, loads, thermal, wear, brakes", "parts of a scene: parameters, laws, checks"),
-    ("_parts", "the scene: all parts together, checked"),
-    ("_physics", "mechanisms with friction pairs; one system that couples them with heat, wear, rope, phases"),
-    ("_outputs", "what a run says: quantities, maxima and marks between steps, metrics, events, stops"),
-    ("_run", "one run: simulate, prepare, result, limits, verdict, accuracy"),
-    ("studies, layouts", "many runs on one evaluator: sensitivities, ensembles, fits, layouts, life"),
-    ("formulas", "estimates, synthesis, materials"),
-    ("files, results, checks, rig", "scenes and results in files, comparisons; validation; recordings of rigs"),
-    ("plot, _pages, _commands", "figures, the report, the command line"),
+    ("friction, profiles, loads, thermal, wear, brakes, …", "parts of a scene: parameters, laws, checks"),
+    ("parts", "the scene: all parts together, checked"),
+    ("physics", "mechanisms with friction pairs; one system that couples them with heat, wear, rope, phases"),
+    ("outputs", "what a run says: quantities, maxima and marks between steps, metrics, events, stops"),
+    (
+        "runs, files, results",
+        "one run: simulate, prepare, result, limits, verdict, accuracy; scenes and results in files",
+    ),
+    ("studies, plot, checks", "many runs on one evaluator; figures; closed forms, a second integration by SciPy"),
+    ("design, rig, export", "estimates, synthesis, materials, layouts; recordings of rigs; C and FMU"),
+    ("pages", "reports, the app, the page that runs by itself"),
+    ("cli", "the commands"),
 )
+#: how many of them, from the lowest, are the core
+CORE = 7
 
 
 def scene(friction: Any = 0.35, linings: int = 20) -> sb.Scene:
@@ -107,11 +112,12 @@ def picture() -> None:
     figure = Figure(figsize=(10.4, 5.4), layout="constrained")
     axes = figure.subplots()
     for i, (names, words) in enumerate(LAYERS):
-        axes.add_patch(Rectangle((0, i), 16, 0.82, fc="#e8eef4", ec="#4a6a8a"))
+        axes.add_patch(Rectangle((0, i), 16, 0.82, fc="#e8eef4" if i < CORE else "#f6efe2", ec="#4a6a8a"))
         axes.text(0.15, i + 0.41, names, va="center", fontsize=9.5, weight="bold")
         axes.text(6.1, i + 0.41, words, va="center", fontsize=8.2)
-    axes.annotate("", (-0.35, 0.1), (-0.35, len(LAYERS) - 0.3), arrowprops={"arrowstyle": "->", "color": "#4a6a8a"})
-    axes.text(-0.55, len(LAYERS) / 2, "imports point downwards", rotation=90, va="center", ha="center", fontsize=9)
+    axes.annotate("", (-0.25, 0.1), (-0.25, len(LAYERS) - 0.3), arrowprops={"arrowstyle": "->", "color": "#4a6a8a"})
+    axes.text(-0.55, CORE / 2, "core", rotation=90, va="center", ha="center", fontsize=9)
+    axes.text(-0.55, (CORE + len(LAYERS)) / 2, "wings", rotation=90, va="center", ha="center", fontsize=9)
     axes.set(xlim=(-0.9, 16.1), ylim=(-0.1, len(LAYERS)))
     axes.axis("off")
     figure.savefig(DOCS / "architecture.png", dpi=130)
