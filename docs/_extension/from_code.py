@@ -16,10 +16,10 @@ from typing import Any
 from reference import unit_of
 from sphinx.application import Sphinx
 
-from simbrake.outputs import _log as names
+from simbrake.outputs import log as names
 from simbrake.outputs.metrics import METRICS
 from simbrake.outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS
-from simbrake.physics import _mechanism
+from simbrake.physics import mechanism
 from simbrake.thermal.materials import library
 
 DOCS = pathlib.Path(__file__).parents[1]
@@ -100,7 +100,7 @@ TABLES: dict[str, Callable[[], list[str]]] = {
     ),
     "modes": lambda: table(
         "number | mode | band | holds while",
-        [(int(m), f"`{m.name}`", *words) for m, words in _mechanism.BAND_MODES.items()],
+        [(int(m), f"`{m.name}`", *words) for m, words in mechanism.BAND_MODES.items()],
     ),
     "stages": lambda: table("stage | pairs", [(f"`{n}`", words) for n, words in names.STAGES.items()]),
     "statuses": lambda: table("status | message", [(f"`{s}`", words) for s, words in names.STATUS_MESSAGES.items()]),

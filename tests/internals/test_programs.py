@@ -20,7 +20,7 @@ from stop_scenes import closed_form, stop_scene
 import simbrake as sb
 from simbrake._base import _compiling, _programs
 from simbrake._base._programs import STORE, Kept, Store, mappings
-from simbrake.runs import _simulate
+from simbrake.runs import simulate as _simulate
 
 on_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc/self/maps")
 

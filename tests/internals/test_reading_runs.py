@@ -10,8 +10,10 @@ from shipped import load
 
 import simbrake as sb
 from simbrake.hybrid import Code
-from simbrake.outputs import _log, _scan
-from simbrake.physics import _chain, _mechanism, _sprung
+from simbrake.outputs import log as _log
+from simbrake.outputs import scan as _scan
+from simbrake.physics import _chain, _sprung
+from simbrake.physics import mechanism as _mechanism
 from simbrake.results import METRICS, BandMode, metric_names
 from simbrake.runs.measure import measure, unit_of
 

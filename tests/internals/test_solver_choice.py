@@ -16,7 +16,7 @@ import simbrake as sb
 from simbrake.physics._brake import course_of_profile
 from simbrake.profiles import hides_nothing
 from simbrake.runs.choice import fastest_node, stiff_heat, stiffness
-from simbrake.thermal import _network as links
+from simbrake.thermal import network as links
 
 
 def shafted(*laws, load=0.0, end=30.0):
