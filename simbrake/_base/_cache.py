@@ -2,8 +2,7 @@
 
 The folder is `SIMBRAKE_CACHE_DIR` (empty: none), else `simbrake/programs` in the user's cache folder. Its files
 are run and unpickled, so nobody else may have written them: the folder has the mode 0700, it and all folders above
-it belong to the user or to root, nobody else may write to them, and no symbolic link leads there. Every folder is
-opened by its parent's descriptor, so that nothing can be exchanged between the check and the use.
+it belong to the user or to root, nobody else may write to them, and no symbolic link leads there.
 
 The name of a file is the hash of all that its content depends on: the structure (classes, static fields, shapes), the
 versions and sources of simbrake and of what it computes with, and the device. User-defined classes and functions
@@ -21,7 +20,7 @@ import pickle
 import platform
 import stat
 import sys
-import threading
+import tempfile
 import time
 import types
 from collections.abc import Callable, Iterator
@@ -185,41 +184,22 @@ def place() -> Path | None:
     return Path(os.path.abspath(chosen)) if chosen else None
 
 
-def _descend(path: Path) -> int:
-    """The descriptor of a private folder, made if need be. Raises `OSError` with what is wrong with it."""
-    uid, names = os.getuid(), path.parts[1:]
-    descriptor = os.open(path.anchor, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        for depth, name in enumerate(names):
-            whole = os.path.join(path.anchor, *names[: depth + 1])
-            if stat.S_ISLNK(_look(name, descriptor).st_mode):
-                if depth > 0:  # only root can put a link into the root folder
-                    raise _UnsafeError(f"{whole} is a symbolic link")
-                os.close(descriptor)
-                return _descend(Path(os.path.realpath(whole), *names[1:]))
-            below = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=descriptor)
-            os.close(descriptor)
-            descriptor, about, last = below, os.fstat(below), depth == len(names) - 1
-            if about.st_uid not in ((uid,) if last else (uid, 0)):
-                raise _UnsafeError(f"{whole} belongs to another user")
-            # (in a folder as /tmp nobody can replace what belongs to somebody else)
-            if about.st_mode & 0o022 and (last or not about.st_mode & stat.S_ISVTX):
-                raise _UnsafeError(f"others may write to {whole} (chmod go-w helps)")
-            if last and about.st_mode & 0o077:
-                os.fchmod(descriptor, 0o700)
-        return descriptor
-    except BaseException:
-        os.close(descriptor)
-        raise
-
-
-def _look(name: str, folder: int) -> os.stat_result:
-    try:
-        return os.lstat(name, dir_fd=folder)
-    except FileNotFoundError:
-        with contextlib.suppress(FileExistsError):  # another process was faster
-            os.mkdir(name, 0o700, dir_fd=folder)
-        return os.lstat(name, dir_fd=folder)
+def _require_private(path: Path) -> None:
+    """Make a folder if need be, of mode 0700. Raises `OSError` where another user could write to it or replace it."""
+    uid = os.getuid()
+    path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    for folder in (path, *path.parents[:-1]):
+        about = folder.lstat()
+        own = folder == path
+        if stat.S_ISLNK(about.st_mode) and folder.parent != Path(path.anchor):  # only root can put one there
+            raise _UnsafeError(f"{folder} is a symbolic link")
+        about = folder.stat()
+        if about.st_uid not in ((uid,) if own else (uid, 0)):
+            raise _UnsafeError(f"{folder} belongs to another user")
+        # (in a folder as /tmp nobody can replace what belongs to somebody else)
+        if about.st_mode & 0o022 and (own or not about.st_mode & stat.S_ISVTX):
+            raise _UnsafeError(f"others may write to {folder} (chmod go-w helps)")
+    path.chmod(0o700)
 
 
 class Entry(NamedTuple):
@@ -231,67 +211,61 @@ class Entry(NamedTuple):
 
 
 class Folder:
-    """An opened private folder. All its methods raise `OSError`."""
+    """A private folder. All its methods raise `OSError`."""
 
     def __init__(self, path: Path) -> None:
         if os.name != "posix":
             raise _UnsafeError("owners and modes of folders are not known on this system")
-        self.path, self._descriptor = path, _descend(path)
-
-    def _open(self, name: str, flags: int) -> int:
-        descriptor = os.open(name, flags | os.O_NOFOLLOW, 0o600, dir_fd=self._descriptor)
-        about = os.fstat(descriptor)
-        if not stat.S_ISREG(about.st_mode) or about.st_uid != os.getuid() or about.st_mode & 0o077:
-            os.close(descriptor)
-            raise _UnsafeError(f"{self.path / name} is not a private file")
-        return descriptor
+        _require_private(path)
+        self.path = path
 
     def read(self, name: str) -> bytes | None:
         """The content of a file, `None` if there is none. Raises `ValueError` if it is damaged."""
+        file = self.path / name
         try:
-            with open(self._open(name, os.O_RDONLY), "rb") as file:
-                content = file.read()
-                os.utime(file.fileno())
+            about = file.lstat()
+            if not stat.S_ISREG(about.st_mode) or about.st_uid != os.getuid() or about.st_mode & 0o077:
+                raise _UnsafeError(f"{file} is not a private file")
+            content = file.read_bytes()
+            os.utime(file)
         except FileNotFoundError:
             return None
         head, body = len(_MAGIC) + _DIGEST, content[len(_MAGIC) + _DIGEST :]
         if content[:head] != _MAGIC + hashlib.sha256(body).digest():
-            raise ValueError(f"{self.path / name} is damaged")
+            raise ValueError(f"{file} is damaged")
         return body
 
     def write(self, name: str, body: bytes) -> None:
-        """Puts a whole file in its place at once, or none."""
-        part = f".{name}.{os.getpid()}.{threading.get_ident()}"
-        try:
-            with open(self._open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
+        """Put a whole file in its place at once, or none."""
+        with tempfile.NamedTemporaryFile(dir=self.path, prefix=".", delete=False) as file:
+            try:
                 file.write(_MAGIC + hashlib.sha256(body).digest() + body)
-            os.replace(part, name, src_dir_fd=self._descriptor, dst_dir_fd=self._descriptor)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(part, dir_fd=self._descriptor)
-            raise
+                file.flush()
+                os.replace(file.name, self.path / name)
+            except BaseException:
+                os.unlink(file.name)
+                raise
         self._shrink()
 
     def remove(self, name: str) -> None:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(name, dir_fd=self._descriptor)
+        (self.path / name).unlink(missing_ok=True)
 
     def entries(self) -> list[Entry]:
         """All files, the one used last first."""
         entries = []
-        for name in os.listdir(self._descriptor):
+        for file in self.path.iterdir():
             with contextlib.suppress(FileNotFoundError):  # another process has removed it
-                about = os.lstat(name, dir_fd=self._descriptor)
+                about = file.lstat()
                 if stat.S_ISREG(about.st_mode):
-                    entries.append(Entry(name, about.st_size, about.st_mtime))
+                    entries.append(Entry(file.name, about.st_size, about.st_mtime))
         return sorted(entries, key=lambda entry: -entry.used)
 
     def _shrink(self) -> None:
-        total, most, now = 0, limit() * 1e6, time.time()
+        total = 0
         for entry in self.entries():
             total += entry.size
-            forgotten = entry.name.startswith(".") and now - entry.used > 3600  # of a process that was killed
-            if total > most or forgotten:
+            forgotten = entry.name.startswith(".") and time.time() - entry.used > 3600  # of a process that was killed
+            if total > limit() * 1e6 or forgotten:
                 self.remove(entry.name)
 
 

@@ -58,7 +58,7 @@ def file_instead(path):
         (writable_folder, "others may write to {place} (chmod go-w helps)"),
         (writable_parent, "others may write to {place.parent} (chmod go-w helps)"),
         (link, "{place} is a symbolic link"),
-        (file_instead, "{place.name}: Not a directory"),
+        (file_instead, "{place}: File exists"),
     ],
 )
 def test_an_unsafe_folder_is_left_alone(make, words, monkeypatch, tmp_path, caplog):
@@ -78,7 +78,7 @@ def test_a_folder_is_made_private(tmp_path):
     _cache.Folder(tmp_path / "mine")
     _cache.Folder(tmp_path / "new" / "programs")
     places = ("", "mine", "new", "new/programs")
-    assert [(tmp_path / place).stat().st_mode & 0o7777 for place in places] == [0o1777, 0o700, 0o700, 0o700]
+    assert [(tmp_path / place).stat().st_mode & 0o7777 for place in places] == [0o1777, 0o700, 0o755, 0o700]
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
