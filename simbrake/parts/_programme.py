@@ -448,6 +448,8 @@ class _Plan:
         return None
 
     def _brake(self) -> Problem:
+        from scipy.integrate import solve_ivp  # imported where used: few scenes are programmes
+
         gain, omega = self._gain(), self.omega
         self.omega = 0.0
         if gain <= 0:
@@ -456,20 +458,21 @@ class _Plan:
         least = (self.weight - self._resistance(0.0)) / gain
         if not self.pull > least:
             return f"never comes to rest: the load needs {least:.0f} N at the slack end", "raise `pull`"
-        # J ω̇ = −R_b (Π − 1) (T_0 − T_w), T_0 from `first` to the pull in the lever's time, then constant (without
-        # what falls with the speed)
-        excess, over = gain * (self.pull - least), gain * (self.pull - first) / self.lever_time
-        early = self.inertia * omega
-        ramp = excess * self.lever_time - 0.5 * over * self.lever_time**2
-        start = excess - over * self.lever_time
-        if early > ramp:
-            time = self.lever_time + (early - ramp) / excess
-        else:
-            time = float(max(np.roots([0.5 * over, start, -early]).real))
-        rising = min(time, self.lever_time)
-        turned = omega * rising - (0.5 * start + over * rising / 6) * rising**2 / self.inertia
-        turned += 0.5 * max(early - ramp, 0.0) ** 2 / (excess * self.inertia)
-        self._travels(turned / self.per_metre)
+
+        def rates(t: float, y: np.ndarray) -> tuple[float, float]:
+            force = first + (self.pull - first) * min(t / self.lever_time, 1.0)
+            left = self.weight - self._resistance(max(y[1], 0.0)) - gain * force
+            return y[1], left / self.inertia
+
+        def rests(t: float, y: np.ndarray) -> float:
+            return y[1]
+
+        rests.terminal = True  # pyright: ignore
+        # (twice what it takes without what resists at speed)
+        latest = self.lever_time + 2 * self.inertia * omega / (gain * (self.pull - least))
+        course = solve_ivp(rates, (0.0, latest), [0.0, omega], "DOP853", events=rests, rtol=1e-12, atol=1e-12)
+        self._travels(float(course.y[0, -1]) / self.per_metre)
+        time = float(course.t[-1])
         self._phase("brake", PiecewiseLinear([0.0, self.lever_time], [first, self.pull]), AtRest(), time)
         return None
 

@@ -126,6 +126,23 @@ def test_the_lever_starts_from_what_all_torques_leave_of_the_load(drag, shaft):
 @pytest.mark.parametrize(
     "shaft",
     [
+        (sb.loads.ViscousDrag(400.0), sb.loads.HydrodynamicBrake(60.0)),
+        (sb.loads.BearingFriction(3e3), sb.loads.TackleLoss(sheave_factor=1.04)),
+    ],
+)
+def test_the_plan_of_braking_counts_what_resists_at_speed(shaft):
+    """Time and travel of the plan are those of the run."""
+    planned = sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft)
+    result = sb.simulate(planned)
+    assert float(planned.end_time) / 2 == pytest.approx(float(result.record.t_end), rel=1e-10)
+    short = dataclasses.replace(HOOK, rope=sb.loads.RopeLayers("30 mm", 10.0, 10.0))
+    with pytest.raises(sb.InputError, match=f"lowers {result['total_hook_travel']:.5g} m in all"):
+        sb.programme_scene(BRAKE, LOWERED, short, pull=24e3, shaft=shaft)
+
+
+@pytest.mark.parametrize(
+    "shaft",
+    [
         (sb.loads.ViscousDrag(1000.0),),
         (sb.loads.BearingFriction(24e3),),
         (sb.loads.TackleLoss(lowering_efficiency=0.3),),
