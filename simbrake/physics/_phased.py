@@ -19,10 +19,12 @@ _HEIGHT = 10.0
 
 
 class PhaseState(NamedTuple):
-    """Begin of the phase that runs (s), and angle by which the pulley has turned in it (rad)."""
+    """Begin of the phase that runs (s), angle by which the pulley has turned in it (rad), and the sense (±1) in which
+    it turned when the phase or a later piece of it began, 0: at rest."""
 
     begun: Any
     turned: Any
+    way: Any
 
 
 class DutyInPhases(Feature):
@@ -41,18 +43,19 @@ class DutyInPhases(Feature):
         return {**courses, "phase": PhaseEnd(courses["lever"])}
 
     def start(self, now: Moment) -> tuple[State, Mode]:
-        return now.y._replace(phase=PhaseState(now.t, jnp.zeros_like(now.y.omega))), now.mode
+        return now.y._replace(phase=PhaseState(now.t, jnp.zeros_like(now.y.omega), jnp.sign(now.y.omega))), now.mode
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
-        return sizes._replace(phase=PhaseState(jnp.inf, 1.0))
+        return sizes._replace(phase=PhaseState(jnp.inf, 1.0, jnp.inf))
 
     def places(self, brake: BrakeSystem, places: State) -> State:
         # (rates depend on the begin of the phase, but that never moves)
         # (and the angle turned in it is corrected where that of the whole run is)
-        return places._replace(phase=PhaseState(np.asarray(QUADRATURE), places.phi))
+        return places._replace(phase=PhaseState(np.asarray(QUADRATURE), places.phi, np.asarray(QUADRATURE)))
 
     def rates(self, now: Moment, rates: State) -> State:
-        return rates._replace(phase=PhaseState(jnp.zeros_like(now.y.omega), now.y.omega))
+        zero = jnp.zeros_like(now.y.omega)
+        return rates._replace(phase=PhaseState(zero, now.y.omega, zero))
 
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint."""
@@ -66,12 +69,11 @@ class DutyInPhases(Feature):
             if isinstance(end, AtRest):
                 # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
                 moved, speed = y.phase.turned != 0, y.omega / brake.sizes.speed
-                if phase.motor is None:
-                    still = jnp.where(_unwatched(mode), y.phase.turned * speed, 1.0)
-                else:  # which brings it to rest by itself
-                    speeds = jnp.asarray(phase.motor.values)
-                    way = jnp.sign(speeds[jnp.argmax(speeds != 0)]) * speed
-                    still = jnp.where(moved, jnp.sign(y.phase.turned) * speed, jnp.where(way > 0, way, 1.0))
+                # (of a step in which it turns round and comes back, the angle would say that nothing was)
+                way = jnp.where(y.phase.way != 0, y.phase.way, jnp.sign(y.phase.turned))
+                still = jnp.where(way != 0, way * speed, 1.0)
+                if phase.motor is None:  # which brings it to rest by itself
+                    still = jnp.where(_unwatched(mode), still, 1.0)
                 turns_round = ~_unwatched(mode) & (_way(mode).astype(jnp.float64) * y.phase.turned < 0)
                 margins.append(jnp.where((mode.rests & moved) | turns_round, -1.0, still))
             elif isinstance(end, AfterTravel):
@@ -104,13 +106,13 @@ class DutyInPhases(Feature):
         if now.brake.load.by_phases:
             pieces["load"] = now.brake.load.piece_in_phase(*phases.string_at(phase))
         new = new._replace(pieces=pieces)
-        return now.y._replace(phase=_begun_anew(now, new)), new
+        return now.y._replace(phase=_begun_anew(now, new, now.y)), new
 
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
         return new, jnp.where((code == 0) & (new.phase == now.brake.lever.total), ENDED, code)
 
     def reset(self, now: Moment, after: Mode, new: State) -> State:
-        return new._replace(phase=_begun_anew(now, after))
+        return new._replace(phase=_begun_anew(now, after, new))
 
 
 def _unwatched(mode: Mode) -> Mark:
@@ -134,10 +136,13 @@ def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> ScalarArray:
     return above if end.falling else -above
 
 
-def _begun_anew(now: Moment, after: Mode) -> PhaseState:
-    """The state after a change of mode: another phase begins now, unless all are over."""
+def _begun_anew(now: Moment, after: Mode, y: State) -> PhaseState:
+    """The state after a change of mode to `y`: another phase begins now, unless all are over."""
     new, state = (after.phase != now.mode.phase) & (after.phase < now.brake.lever.total), now.y.phase
-    return PhaseState(jnp.where(new, now.t, state.begun), jnp.where(new, 0.0, state.turned))
+    turned = jnp.where(new, 0.0, state.turned)
+    return PhaseState(
+        jnp.where(new, now.t, state.begun), turned, jnp.where(new | (state.way == 0), jnp.sign(y.omega), state.way)
+    )
 
 
 def _lowered(brake: BrakeSystem, y: State) -> ScalarArray | None:

@@ -270,7 +270,6 @@ ROUND = (
 )
 
 
-@pytest.mark.slow
 def test_a_trip_in_and_out_comes_back():
     scene = sb.programme_scene(
         BRAKE, ROUND, HOOK, pull=30e3, empty=8e3, stand=900.0, acceleration=0.3, motor=MOTOR, shaft=(EDDY,)
