@@ -20,9 +20,9 @@ from .._base._part import leaves
 from .._base._quantity import Quantity, shown
 from ..hybrid.arrays import Array, templates
 from ..hybrid.system import SKIPPED, unravel
-from ..outputs.judgement import REASONS, judge
+from ..outputs.judgement import REASONS, held_throughout, judge
 from ..outputs.log import FAILURES, STATUS_MESSAGES, Status, status_of
-from ..outputs.metrics import metric_names
+from ..outputs.metrics import HOLDING, metric_names
 from ..outputs.probe import ends_driven, seen_at
 from ..outputs.quantities import SERIES_COLUMNS, series_of
 from ..parts.scene import Scene, checked
@@ -170,11 +170,13 @@ class Export:
         counts = jnp.stack([record.code, record.count, *record.stats]).astype(jnp.int32)
         rows = record.rows
         speeds = jnp.where(jnp.arange(rows.t.size, dtype=jnp.int32) <= record.count, rows.y[:, 1], 0.0)
-        said = judge(record)
+        least = values[self.outputs.index(HOLDING)] if HOLDING in self.outputs else np.inf
+        said = held_throughout(judge(record), least)
+        ratios = jnp.stack([said.reserve, said.sliding, said.pull])
         ending = jnp.any(speeds != 0.0), ends_driven(record), said.away, said.steady, said.reason, said.colour
         flags = jnp.stack([jnp.asarray(flag).astype(jnp.int32) for flag in ending])
         whole = jnp.stack(values) if values else jnp.zeros(1)
-        return whole, counts, rows.t, rows.y, rows.mode, rows.kind, _labels(record.modes), flags
+        return whole, counts, rows.t, rows.y, rows.mode, rows.kind, _labels(record.modes), flags, ratios
 
     def _columns(self, system: Any, t: Array, y: Array, mode: Array, templates: tuple[Any, Any]) -> Array:
         state, modes = jax.vmap(lambda y, mode: (unravel(y, templates[0]), unravel(mode, templates[1])))(

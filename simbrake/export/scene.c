@@ -27,6 +27,8 @@ typedef struct {
   double *columns; int most_rows, rows_found; /* rows of SCENE_COLUMNS numbers, or NULL: no rows are made */
   int status; /* an scene_status, how a run ended that reached its end */
   int reason, colour; /* an scene_reason: whether the brake did what it was to do; 0 green, 1 amber, 2 red */
+  double reserve, sliding; /* static and sliding torque over that of the hanging load, infinite without one */
+  double pull; /* N, greatest of the duty */
 } scene_result;
 
 //% endif
@@ -167,6 +169,9 @@ int scene_run(scene_memory *memory, const double *numbers, double rtol, scene_re
     + flags[0] * 8 + flags[1] * 4 + flags[2] * 2 + flags[3]];
   result->reason = flags[4];
   result->colour = flags[5];
+  result->reserve = @whole(8)@[0];
+  result->sliding = @whole(8)@[1];
+  result->pull = @whole(8)@[2];
   return counts[0];
 }
 

@@ -377,6 +377,20 @@ def judge(record: Record) -> Judgement:
     return decide(record.system, t, y, mode, (start, first.omega), record.code, past)
 
 
+def held_throughout(found: Judgement, least: Any) -> Judgement:
+    """The decision on a load at rest by its `least` holding reserve while the brake was to hold, `inf`: none was."""
+    h1, h2, h4 = (at for at, reason in enumerate(REASONS) if reason.id in ("H1", "H2", "H4"))
+    at_rest = jnp.isfinite(least) & ((found.reason == h1) | (found.reason == h2) | (found.reason == h4))
+    reserve = jnp.where(at_rest, jnp.minimum(found.reserve, least), found.reserve)
+    holds = at_rest & (found.reason != h1)
+    small = jnp.where(reserve < SMALL_RESERVE, _AMBER, _GREEN)
+    return found._replace(
+        reserve=reserve,
+        reason=jnp.where(holds, jnp.where(reserve <= 1, h2, h4), found.reason),
+        colour=jnp.where(holds, jnp.where(reserve <= 1, _RED, small), found.colour),
+    )
+
+
 class Coded(NamedTuple):
     """What a table of many runs keeps of each decision."""
 

@@ -19,13 +19,13 @@ from .._base._table import pretty, scale
 from ..export import Export, c_text, possible_inputs
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE
 from ..outputs.log import FAILURES, STATUS_MESSAGES, Event, Status
-from ..outputs.metrics import HOLDING, METRICS
+from ..outputs.metrics import METRICS
 from ..parts.scene import Scene
 from ..runs.edit import entry_of
 from ..runs.measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_checks, measure, title_of, unit_of
 from ..runs.result import Result
 from ..runs.simulate import room_for, simulate
-from ..runs.verdict import SMALL_MARGIN
+from ..runs.verdict import RESERVE, SLIDING, SMALL_MARGIN, STILL_MOVING
 from ..studies.evaluating import scans
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event
@@ -105,6 +105,15 @@ def publish(
         "statuses": [_message(scene, status) for status in Status],
         "reasons": [f"{reason.id}: {reason.words}" for reason in REASONS],
         "colours": list(COLOURS),
+        "ratios": [
+            {"key": "reserve", "words": RESERVE, "reasons": [*range(len(REASONS))]},
+            {
+                "key": "sliding",
+                "words": SLIDING,
+                "reasons": [i for i, reason in enumerate(REASONS) if reason.id in STILL_MOVING],
+            },
+        ],
+        "small": SMALL_RESERVE,
         "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
         "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],
         "time": places["t"][0],
@@ -206,17 +215,11 @@ def _metrics(names: Sequence[str], base: Result, limits: Mapping[str, float]) ->
 
 
 def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
-    """`limit` and `least`: what it may be at most and must exceed; `small`: a margin that is less is small."""
+    """`limit`: what it may be at most; `small`: a margin that is less is small."""
     unit = unit_of(name)
     value = float(measure(base, name))
     factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
     limit = limits.get(name)
-    least = None
-    small = 0.0
-    if limit is not None:
-        small = SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
-    elif name == HOLDING:
-        least = 1.0
-        small = SMALL_RESERVE - 1.0
+    small = 0.0 if limit is None else SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
     reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
-    return {"words": title_of(name), **reading, "limit": limit, "least": least, "small": small}
+    return {"words": title_of(name), **reading, "limit": limit, "small": small}

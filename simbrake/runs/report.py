@@ -23,7 +23,7 @@ from ..outputs.duty import (
     stops_of,
     words_of,
 )
-from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour, Judgement, judge
+from ..outputs.judgement import Judgement, held_throughout, judge
 from ..outputs.log import Event, Phase, Stage, Status, absent_stages, event_log, stages_of, with_phases
 from ..outputs.metrics import (
     HOLDING,
@@ -175,17 +175,9 @@ class Report:
     @functools.cached_property
     def judgement(self) -> Judgement:
         """Whether the brake did what it was to do. At rest the reserve is the minimum while it was to hold."""
-        found = Judgement(*(np.asarray(number).item() for number in judge(self._record)))
-        if self.holding is None or REASONS[found.reason].id not in ("H1", "H2", "H4"):
-            return found
-        reserve = min(found.reserve, float(self.holding.value))
-        if REASONS[found.reason].id == "H1":
-            return found._replace(reserve=reserve)
-        by_reserve = Colour.AMBER if reserve < SMALL_RESERVE else Colour.GREEN
-        name = "H2" if reserve <= 1 else "H4"
-        colour = Colour.RED if reserve <= 1 else by_reserve
-        place = [reason.id for reason in REASONS].index(name)
-        return found._replace(reserve=reserve, reason=place, colour=COLOURS.index(colour))
+        least = np.inf if self.holding is None else float(self.holding.value)
+        found = held_throughout(judge(self._record), least)
+        return Judgement(*(np.asarray(number).item() for number in found))
 
     @property
     def broke_away(self) -> tuple[float, float]:

@@ -318,8 +318,10 @@ def _row(check: LimitCheck) -> tuple[float, VerdictRow]:
 # --- capacity of a brake ----------------------------------------------------------------------------------------------
 
 
+#: what a friction brake has over the load, at rest and sliding
+RESERVE, SLIDING = "Holding reserve (static capacity over load)", "Torque of the sliding brake over load"
 #: reasons of a load that is to stop or to hold, and moves at the end
-_STILL_MOVING = ("T1", "H3", "S1", "S2", "S3", "S4", "U1")
+STILL_MOVING = ("T1", "H3", "S1", "S2", "S3", "S4", "U1")
 
 
 def _state(exceeded: bool, small: bool) -> LimitVerdict:
@@ -341,9 +343,9 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     else:
         when = f"at the end, if the lever is pulled with {number(judgement.pull, 'N')}"
     given = judgement.pull > 0 or COLOURS[judgement.colour] == Colour.RED
-    ratios = [("Holding reserve (static capacity over load)", judgement.reserve, when, given)]
-    if REASONS[judgement.reason].id in _STILL_MOVING:
-        ratios.append(("Torque of the sliding brake over load", judgement.sliding, "at the end", True))
+    ratios = [(RESERVE, judgement.reserve, when, given)]
+    if REASONS[judgement.reason].id in STILL_MOVING:
+        ratios.append((SLIDING, judgement.sliding, "at the end", True))
     rows = []
     for name, value, note, is_known in ratios:
         # where a load breaks away without a jump the ratio is 1 but for rounding

@@ -20,6 +20,9 @@ OUT(int, live_events)(void) { return result.events_found < 1000 ? result.events_
 OUT(int, live_status)(void) { return result.status; }
 OUT(int, live_reason)(void) { return result.reason; }
 OUT(int, live_colour)(void) { return result.colour; }
+OUT(double, live_reserve)(void) { return result.reserve; }
+OUT(double, live_sliding)(void) { return result.sliding; }
+OUT(double, live_pull)(void) { return result.pull; }
 OUT(int, live_rows)(void) { return result.rows_found < ROWS ? result.rows_found : ROWS; }
 
 /* The whole run; its code. Its columns at the ends of steps, where `rows`. */

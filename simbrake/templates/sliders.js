@@ -38,25 +38,33 @@
   }
 
   /** Heading, limits and metrics of a run; `coverage`: what the limits cover. */
-  function readResults({metrics: about, coverage}, values, {colour, status, message}) {
+  function readResults({metrics: about, coverage, ratios, small}, values, {colour, status, message, ...said}) {
     const read = (metric, si, offset, digits = 5) =>
       Number.isFinite(si) ? `${shown(si * metric.factor + offset, digits)} ${metric.unit}` : "—";
     const metrics = about.map((metric, n) => {
       const si = Number.isFinite(values[n]) ? values[n] : "", {words, decides} = metric;
       return {words, text: read(metric, values[n], metric.offset, 3), si, unit: metric.si_unit, note: "", decides};
     }).filter((metric) => metric.si !== "").sort((a, b) => b.decides - a.decides);
-    const rows = [];
+    const rows = [], stateOf = (over, near) => over ? ["exceeded", "bad"] : near ? ["small margin", "open"] : ["within limit", "good"];
     about.forEach((metric, n) => {
-      const si = values[n], least = metric.least !== null;
-      // (without a load to hold there is no reserve; what never happened exceeds its limit)
-      if (metric.limit === null && !(least && Number.isFinite(si))) return;
-      const bound = read(metric, least ? metric.least : metric.limit, metric.offset), limit = `${least ? ">" : "≤"} ${bound}`;
-      const margin = least ? si - metric.least : metric.limit - si, over = least ? !(margin > 0) : !(margin >= 0);
-      const [state, kind] = over ? ["exceeded", "bad"] : margin < metric.small ? ["small margin", "open"] : ["within limit", "good"];
-      rows.push([metric.words, read(metric, si, metric.offset), limit, read(metric, margin, 0), state, kind]);
+      const si = values[n];
+      if (metric.limit === null) return;
+      // (what never happened exceeds its limit)
+      const limit = `≤ ${read(metric, metric.limit, metric.offset)}`, margin = metric.limit - si;
+      const judged = stateOf(!(margin >= 0), margin < metric.small);
+      rows.push([metric.words, read(metric, si, metric.offset), limit, read(metric, margin, 0), ...judged]);
     });
     const has = (place, word) => rows.some((row) => row[place] === word), over = has(5, "bad"), open = has(5, "open");
     const found = over ? "red" : colour === "green" && (open || coverage.open) ? "amber" : colour;
+    // (what they mean for the colour is in the reason)
+    for (const {key, words, reasons} of ratios) {
+      const ratio = said[key];
+      if (!Number.isFinite(ratio) || !reasons.includes(said.reason)) continue;
+      const known = key !== "reserve" || said.pull > 0 || colour === "red";
+      const margin = known ? `${ratio < 1 ? "" : "+"}${shown(100 * (ratio - 1), 3)} %` : "—";
+      const judged = known ? stateOf(!(ratio > 1 + 1e-9), ratio < small) : ["not evaluated", ""];
+      rows.push([words, shown(ratio, 4), "> 1", margin, ...judged]);
+    }
     const headline = status + (over ? ", limit exceeded" : has(4, "small margin") ? ", small margin" : "");
     return {colour: found, headline, text: `${message}. ${coverage.words}`.trim(), rows, metrics};
   }
@@ -260,7 +268,8 @@
       const code = c.live_run(live.rtol, live.steps ? 0 : 1), metrics = [...doubles(c.live_metrics(), live.metrics.length)];
       const times = doubles(c.live_times(), c.live_events()), names = new Int32Array(c.memory.buffer, c.live_names(), c.live_events());
       const events = [...times].map((t, i) => ({...live.events[names[i]], t})).filter((event) => event.words);
-      return {code, metrics, events, status: c.live_status(), reason: c.live_reason(), colour: c.live_colour()};
+      const said = {status: c.live_status(), reason: c.live_reason(), colour: c.live_colour()};
+      return {code, metrics, events, ...said, reserve: c.live_reserve(), sliding: c.live_sliding(), pull: c.live_pull()};
     }
 
     function show() {
@@ -274,9 +283,9 @@
       $("state").className = wrong.length ? "state wrong" : "state";
       if (wrong.length) { $("state").textContent = wrong.join("\n"); return; }
       const found = run(), failed = live.failures[found.code] || ["bad_number", "a number is not finite"];
-      const judged = {colour: live.colours[found.colour], status: live.reasons[found.reason], message: live.statuses[found.status]};
-      const said = found.code === 0 ? judged :
-        {colour: "red", status: `Failed: ${failed[0]}`, message: failed[1]};
+      const message = found.code === 0 ? live.statuses[found.status] : failed[1];
+      const said = found.code < 0 ? {colour: "red", status: `Failed: ${failed[0]}`, message} :
+        {...found, colour: live.colours[found.colour], status: live.reasons[found.reason], message};
       const results = readResults(live, found.code === 0 ? found.metrics : found.metrics.map(() => NaN), said);
       const [start, end] = live.span.map((place) => numbers[place]), drawn = curves(start, end, found.events);
       const ran = performance.now() - began, curved = drawn.t.length > 1 ? drawn : null;

@@ -534,6 +534,37 @@ def test_each_move_in_the_browser_is_a_run(published, browser):
     page.close()
 
 
+@pytest.mark.parametrize(
+    ("friction", "end_time"), [(0.02, 5.0), (0.35, 0.5), (0.13, 5.0)], ids=["falls", "ends too early", "small reserve"]
+)
+def test_a_page_judges_a_load_by_its_reserve_as_a_run_does(published, browser, friction, end_time):
+    """Colour, reason, and the rows of what the friction brake gives over the load, held or in motion."""
+    if browser is None:
+        return
+    path, _, _ = published
+    values = {"brake.linings.friction.coefficient": friction, "end_time": end_time}
+    said = sb.simulate(sb.with_values(sb.read_scene(STOP), values)).verdict()
+    page = opened(browser, path.as_uri())
+    page.wait_for_function("window.simbrake.live !== undefined && document.body.dataset.milliseconds")
+    page.evaluate("document.querySelectorAll('details').forEach((box) => { box.open = true; })")
+    for name, value in values.items():
+        field = page.locator(f'[data-path="{name}"] input[type=text]')
+        field.fill(str(value))
+        field.press("Tab")
+    assert page.text_content("#banner b").startswith(said.reason + ":")
+    assert str(said.colour) in page.get_attribute("#banner", "class").split()
+    shown = [row.locator("td").all_text_contents() for row in page.locator("#rows tr").all()]
+    rows = {name: (value, state) for name, value, _, _, state in shown}
+    wanted = [row for row in said.rows if row.limit == "> 1"]
+    assert len(wanted) == (1 if said.reason == "H4" else 2)
+    for row in wanted:
+        value, state = rows[row.name]
+        assert float(value) == pytest.approx(float(row.value.split()[0]), rel=2e-4)
+        assert state == str(row.state)
+    assert page.problems == []
+    page.close()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("areas", "limit", "words"),
