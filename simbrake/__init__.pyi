@@ -51,7 +51,7 @@ from .loads import TorqueLoad as TorqueLoad
 from .loads import TrippingLoad as TrippingLoad
 from .outputs.log import SimulationError as SimulationError
 from .pages._page import report as report
-from .parts._programme import programme_scene as programme_scene
+from .parts.programme import programme_scene as programme_scene
 from .parts.scene import Duty as Duty
 from .parts.scene import ForceDuty as ForceDuty
 from .parts.scene import Initial as Initial

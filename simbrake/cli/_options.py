@@ -119,11 +119,12 @@ def opened(
     *,
     folder: Path | None = None,
     faults: Iterable[Fault] = (),
+    undriven: bool = False,
     **counts: int | None,
 ) -> Scene:
     """The scene of a command with the parameters of `--set`, after JAX is prepared.
 
-    - `folder`: of `--out`;  `counts`: options that are at least 1
+    - `folder`: of `--out`;  `counts`: options that are at least 1;  `undriven`: see `read_scene`
     - `faults`: errors of other options
 
     Raises one `InputError` with the errors of options, scene and parameters.
@@ -142,7 +143,7 @@ def opened(
     from ..runs.edit import parse_assignments
 
     values = attempt(errors, parse_assignments, set_ or [])
-    scene = attempt(errors, read_scene, file, values or {})
+    scene = attempt(errors, read_scene, file, values or {}, undriven=undriven)
     return checked(scene, errors)
 
 

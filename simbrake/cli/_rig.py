@@ -94,7 +94,7 @@ def rig(
     if cli.attempt(faults, existing_file, file, "*.xml", "*.xml.xz", "*.las", "*.csv") is None:
         raise InputError(faults)  # known before JAX is loaded
     cli.prepare_jax()
-    brake_scene = None if scene is None else cli.attempt(faults, cli.opened, scene, set_)
+    brake_scene = None if scene is None else cli.attempt(faults, cli.opened, scene, set_, undriven=True)
     if set_ and scene is None:
         faults.append(Fault("--set", "has no effect", "it is for a parameter of --scene"))
     with Progress("rig", "reading…") as progress:

@@ -18,8 +18,9 @@ from .._base._faults import Fault, InputError, of_radius, text_of_file, whole_fi
 from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from ..hybrid.struct import Struct
+from ..parts.programme import programme_scene, undriven_scene
 from ..parts.scene import Scene, check_scene, paths_without_meaning, require_scene
-from ..phases import AbstractEnd, read_end
+from ..phases import AbstractEnd, AfterTime, read_end
 from ..runs.edit import unknown_paths, with_values
 from ..thermal.materials import LIBRARY, Material, material
 from .schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
@@ -36,11 +37,14 @@ _ANYWHERE = "SIMBRAKE_DATA_ANYWHERE"
 
 
 class SceneReader(NumberReader):
-    """Read objects by the description of `_schema`. `folder`: where files named in the tables are searched."""
+    """Read objects by the description of `_schema`.
 
-    def __init__(self, folder: Path) -> None:
+    - `folder`: where files named in the tables are searched;  `undriven`: whether a scene gets its motion elsewhere
+    """
+
+    def __init__(self, folder: Path, *, undriven: bool = False) -> None:
         super().__init__()
-        self.folder = folder
+        self.folder, self.undriven = folder, undriven
 
     # --- objects --------------------------------------------------------------------------------------------------
 
@@ -51,6 +55,8 @@ class SceneReader(NumberReader):
             if value in LIBRARY:
                 return material(value)
             return self.fault(path, f"{shown(value)} is not a material of the library", nearest(value, sorted(LIBRARY)))
+        if AbstractEnd in wanted and self.undriven and path.endswith("until"):
+            return AfterTime(1.0)
         if isinstance(value, str) and AbstractEnd in wanted:
             try:
                 return read_end(value, path)
@@ -122,6 +128,8 @@ class SceneReader(NumberReader):
         return BAD if any(value is BAD for value in values.values()) else self._made(maker, values, path)
 
     def _made(self, maker: Maker, values: dict[str, object], path: str) -> object:
+        if maker is programme_scene and self.undriven:
+            maker = undriven_scene
         try:
             return maker(**values)
         except InputError as error:  # of fields together, or of a file that it read
@@ -220,7 +228,9 @@ def _wish(part: Part, unit: str) -> str:
 
 
 @explained
-def scene_from_text(text: str, folder: str | Path = ".", values: Mapping[str, Any] | None = None) -> Scene:
+def scene_from_text(
+    text: str, folder: str | Path = ".", values: Mapping[str, Any] | None = None, *, undriven: bool = False
+) -> Scene:
     """The scene that a TOML text describes.
 
     Keys are the names of the fields of `Scene` and of what is in it; `simbrake scene schema` lists them. A number is
@@ -228,7 +238,8 @@ def scene_from_text(text: str, folder: str | Path = ".", values: Mapping[str, An
     `"[0.2, 0.3] rad"`. Where several kinds of an object are possible, `type` names the class or builder, if the keys do
     not tell; a bare number makes the constant law, a text names a material of the library. Omitted keys are
     absent or have their default. `folder`: where the files that it names are searched. `values`: by path, as of
-    `with_values`, and of keys of the text that are no numbers of the scene, as `brake.linings.count`.
+    `with_values`, and of keys of the text that are no numbers of the scene, as `brake.linings.count`. `undriven`: the
+    scene gets its motion from elsewhere (`sb.rig.replay`); its programme, start and end may be wrong.
 
     Raises `InputError` with every error: path, value, unit, reason, and the nearest name or the range.
 
@@ -244,16 +255,18 @@ def scene_from_text(text: str, folder: str | Path = ".", values: Mapping[str, An
         raise InputError([Fault("TOML", str(error), "fix this line; texts need quotes")]) from None
     except (RecursionError, ValueError) as error:  # a number of more digits than Python converts
         raise InputError([Fault("TOML", f"cannot be read: {error}"[:200])]) from None
-    scene, rest = _scene_of(tables, Path(folder)), dict(values or {})
+    scene, rest = _scene_of(tables, Path(folder), undriven=undriven), dict(values or {})
     keys = {path: rest[path] for path in unknown_paths(scene, rest) if _set_key(tables, path, rest[path])}
     if keys:
-        scene = _scene_of(tables, Path(folder))
+        scene = _scene_of(tables, Path(folder), undriven=undriven)
     return with_values(scene, {path: value for path, value in rest.items() if path not in keys}) if rest else scene
 
 
-def _scene_of(tables: dict[str, Toml], folder: Path) -> Scene:
+def _scene_of(tables: dict[str, Toml], folder: Path, *, undriven: bool) -> Scene:
     """The scene of the tables of a file."""
-    reader = SceneReader(folder)
+    reader = SceneReader(folder, undriven=undriven)
+    if undriven and "programme" not in tables:
+        tables = {**tables, "initial": {"omega": 0.0}, "end_time": 1.0}
     version = tables.get(FORMAT, VERSION)
     if version != VERSION:
         reader.fault(FORMAT, f"{version!r} is not known", f'this program reads "{VERSION}"')
@@ -265,7 +278,8 @@ def _scene_of(tables: dict[str, Toml], folder: Path) -> Scene:
     if reader.faults:
         raise InputError(reader.faults)
     assert isinstance(scene, Scene)
-    check_scene(scene)
+    if not undriven:  # (else what moves it is checked with it)
+        check_scene(scene)
     return scene
 
 
@@ -373,11 +387,11 @@ class _Writer:
 
 
 @explained
-def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
+def read_scene(path: str | Path, values: Mapping[str, Any] | None = None, *, undriven: bool = False) -> Scene:
     """The scene of a file, or the template or shipped scene of that name; with `values` by path.
 
-    A TOML file is read as `simbrake.files.scene_from_text` says. A Python file is run, and its function `scene()`
-    returns the scene: read a file of somebody else first.
+    A TOML file is read as `simbrake.files.scene_from_text` says, also `undriven`. A Python file is run, and its
+    function `scene()` returns the scene: read a file of somebody else first.
 
     Raises `InputError` with every error of a TOML file, with the error of a Python file in one line, and with the
     nearest names where there is no such file.
@@ -388,7 +402,7 @@ def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Sce
     """
     file = scene_file(path)
     if file.suffix.lower() == ".toml":
-        return scene_from_text(text_of_file(file), file.parent, values)
+        return scene_from_text(text_of_file(file), file.parent, values, undriven=undriven)
     if file.suffix.lower() != ".py":
         hint = "a scene is a .toml file, or a .py file with a function scene()"
         raise InputError([Fault(str(file), "is neither TOML nor Python", hint)])

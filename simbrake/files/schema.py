@@ -21,7 +21,7 @@ from ..brakes import _pressed as _pressed
 from ..brakes._bands import MultiBandBrake
 from ..brakes.design import AbstractBrake, Brake, Lining, uniform_linings
 from ..hybrid.struct import Struct
-from ..parts._programme import programme_scene
+from ..parts.programme import programme_scene
 from ..parts.scene import AbstractDuty, Scene
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
 from ..thermal._builders import (

@@ -346,7 +346,7 @@ def _scene_of(
         notes.append("auxiliary brakes on the shaft are left out: auxiliary= is their share of what is lowered")
     if scene.duty.load.elastic is not None:
         notes.append("the rope is taken as rigid")
-    duty = dataclasses.replace(scene.duty, **{scene.duty.lever_field: lever, "load": path.hook})
+    duty = dataclasses.replace(scene.duty, **{scene.duty.lever_field: lever, "load": path.hook, "wants": ""})
     motor = _motor(scene, path, notes)
     return dataclasses.replace(scene, duty=duty, initial=Initial(0.0), end_time=path.t[-1], shaft=shaft, motor=motor)
 

@@ -114,6 +114,44 @@ def test_a_log_is_replayed_on_a_scene(capsys, log, tmp_path):
         assert words in err
 
 
+MOVED = """
+format = "simbrake scene 1"
+programme = [{lines}]
+pull = "20 kN"
+limit = "50 kN"
+load = {{ mass = "60 t", drum_radius = "40 cm", line_count = 8 }}
+motor = {{ max_torque = "90 kN*m", max_power = "2 MW", max_speed = "60 rad/s" }}
+brake.pulley = {{ radius = "590 mm", inertia = "1200 kg*m^2" }}
+brake.band = {{ radius = "623 mm" }}
+brake.linings = {{ count = 8, wrap = "270 deg", friction = 0.35 }}
+"""
+
+
+PHASES = '{ phases = [{ lever = "20 kN", until = "5 m" }], count = 3 }'
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        (MOVED.format(lines='"hoist 20 m at 40 m/s", "stop it"'), MOVED.format(lines='"hold 1 s"')),
+        (MOVED.format(lines='"lower 1 m at 9 m/s on the auxiliary brake"'), MOVED.format(lines='"hold 1 s"')),
+        (SCENE.replace("end_time = 1", 'end_time = "long"').replace("omega = 0", "speed = 3"), SCENE),
+        (SCENE.replace('"20 kN"', PHASES).replace("[heat]", 'wants = "rest"\n[heat]'), SCENE),
+    ],
+)
+def test_a_replay_needs_no_motion_of_its_scene(capsys, log, tmp_path, wrong, right):
+    """The programme, the start and the end may be wrong, which other commands say."""
+    wrong, right = (str(written(tmp_path, f"{i}.toml", text)) for i, text in enumerate((wrong, right)))
+    assert call(capsys, "run", wrong)[0] == 2
+    found = []
+    for scene in (wrong, right):
+        code, said, err = call(capsys, "rig", log, "--scene", scene, "--json")
+        assert (code, err) == (0, "")
+        found.append(json.loads(said)["replay"])
+    assert found[0]["settings"] == found[1]["settings"]
+    assert found[0]["energy"] == pytest.approx(found[1]["energy"])
+
+
 def test_json_and_options(capsys, log):
     names = ("--auxiliary", "not decidable=0.5", "--threshold", "travel=15 m", "--tare", "90 kN:110 kN", "--null=-1")
     code, out, _ = call(capsys, "rig", log, *RIG, *names, "--json", "--block-mass", "30 t", "--offset", "-0 s")

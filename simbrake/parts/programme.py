@@ -4,7 +4,7 @@ import dataclasses
 import difflib
 import math
 import re
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -214,6 +214,25 @@ def programme_scene(
         limits=limits,
         motor=motor if any(phase.motor is not None for phase in phases.each) else None,
     )
+
+
+def undriven_scene(
+    brake: Brake | MultiBandBrake,
+    load: HookLoad,
+    pull: float,
+    limit: float | None = None,
+    heat: Heat | None = None,
+    wear: Wear | None = None,
+    motor: Motor | None = None,
+    shaft: tuple[AbstractShaftTorque, ...] = (),
+    limits: AbstractLimits | None = None,
+    **programme: Any,
+) -> Scene:
+    """The scene of a programme for a motion from elsewhere: its parts and the tensions of its lever, not its lines."""
+    still = PiecewiseLinear([0.0, 1.0], [0.0, 0.0])
+    moves = Phase(Driller(still, 2 * pull if limit is None else limit), AfterTime(1.0))
+    phases = Phases((moves, Phase(Constant(pull), AfterTime(1.0))))
+    return Scene(brake, Duty(phases, load), Initial(0.0), 2.0, heat, wear, shaft=shaft, limits=limits, motor=motor)
 
 
 #: what the phases of a programme want by their names; all others hold the load
