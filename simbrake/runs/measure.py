@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool
 
-from .._base._arguments import explained
+from .._base._arguments import explained, faults_of_tracing
 from .._base._faults import Fault, Faults, InputError
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
@@ -86,9 +86,20 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
 
 
 def measure(result: Result, metric: Metric) -> Array:
-    """One number of a result, concrete or traced; `inf` for times of what did not happen."""
+    """One number of a result, concrete or traced; `inf` for times of what did not happen.
+
+    Raises `InputError` with the name of a user's function that fails, or gives no number.
+    """
     if not isinstance(metric, str):
-        return jnp.asarray(metric(result), jnp.float64)
+        name, hint = name_of(metric), "give a function of the result to one number"
+        try:
+            value = jnp.asarray(metric(result), jnp.float64)
+        except Exception as error:
+            what = f"raises {type(error).__name__}: {error}"
+            raise InputError(faults_of_tracing(error) or [Fault(name, what, hint)]) from error
+        if value.ndim:
+            raise InputError([Fault(name, "is an array", hint)])
+        return value
     if metric not in METRICS and metric.startswith("energy."):  # of a pair, or of a torque on the shaft
         return jnp.asarray(result.energy[metric.removeprefix("energy.")])
     value = getattr(result, metric)

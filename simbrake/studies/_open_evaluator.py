@@ -171,7 +171,7 @@ def evaluator(
     settings: dict[str, Any] = {"solver": solver, "rtol": rtol, "max_steps": max_steps}
     slopes = PointEvaluator(scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings)
     prepared = prepare(scene, asked, **settings)
-    hint = "a function of the result to one number"
-    wrong = [name for name, value in prepared().metrics.items() if np.ndim(value)]
-    Issues(Fault(name, "is an array", hint) for name in wrong).report()
+    hint = "give a function that is a number in the scene, or infinite where something never happens"
+    wrong = [name for name, value in prepared().metrics.items() if np.isnan(value)]
+    Issues(Fault(name, "is not a number in the scene", hint) for name in wrong).report()
     return Evaluator(prepared, slopes, bounds, units)

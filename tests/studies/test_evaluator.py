@@ -1,5 +1,6 @@
 """Evaluators against closed forms: derivatives in every direction, codes, records that were too short, arrays."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import nothing_compiled
@@ -134,6 +135,40 @@ def test_runs_without_values_say_why():
     assert np.all(np.isnan(run.jacobian([9.0, 4.0])))
 
 
+def an_array(result):
+    return np.ones(2) * result.stopping_time
+
+
+def of_nothing(result):
+    return result.stoping_time
+
+
+def undefined(result):
+    return jnp.log(-result.stopping_time)
+
+
+@pytest.mark.parametrize(
+    ("metric", "words"),
+    [
+        (an_array, "an_array: is an array"),
+        (of_nothing, r"of_nothing: raises AttributeError: .*nearest: stopping_time"),
+        (undefined, "undefined: is not a number in the scene|undefined: has no value in this run"),
+    ],
+)
+def test_a_metric_of_ones_own_that_fails_is_named(metric, words):
+    studies = {
+        "evaluator": lambda: sb.studies.evaluator(scene(), PATHS, metric),
+        "sensitivity": lambda: sb.studies.sensitivity(scene(), metric),
+        "ensemble": lambda: sb.ensemble(scene(), {"initial.omega": [10.0, 20.0]}, metrics=[metric]),
+    }
+    if metric is undefined:  # in some runs of many it may be
+        del studies["ensemble"]
+    for study in studies.values():
+        with pytest.raises(sb.InputError, match=words) as caught:
+            study()
+        assert len(caught.value.faults) == 1
+
+
 def test_all_errors_of_the_input():
     given = {"initial.omeg": (10.0, 20.0), "brake.linings.angle": (0.1, 0.2), "brake.linings.angle[2]": (0.1, 0.2)}
     with pytest.raises(sb.InputError) as caught:
@@ -150,11 +185,6 @@ def test_all_errors_of_the_input():
     with pytest.raises(sb.InputError, match="parameters: is empty"):
         sb.studies.evaluator(scene(), [])
 
-    def an_array(result):
-        return np.ones(2) * result.stopping_time
-
-    with pytest.raises(sb.InputError, match="an_array: is an array"):
-        sb.studies.evaluator(scene(), PATHS, an_array)
     run = sb.studies.evaluator(scene(), PATHS)
     with pytest.raises(sb.InputError) as caught:
         run.evaluate([[20.0, -800.0, 8e3], [20.0, -900.0, 8e3], [np.nan, 800.0, 8e3]])
