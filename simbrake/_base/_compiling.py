@@ -4,6 +4,7 @@ Options and marks of XLA are accelerators, never conditions: each is tried once 
 out where the installed XLA refuses it. Nothing is set for the process, neither `XLA_FLAGS` nor JAX's configuration."""
 
 import contextlib
+import contextvars
 import functools
 import itertools
 import math
@@ -48,6 +49,10 @@ _QUICK: Options = {"xla_backend_optimization_level": 0}
 #: lines of StableHLO up to which a program is compiled as one function
 LONGEST = 51_000
 _MARK = "xla_cpu_small_call"
+#: numbers from which a result is given in two halves: XLA would have two threads make a long one, each a part of it
+_LONG_RESULT = 8192
+#: whether what is traced now becomes one function as a whole: XLA makes none within another
+_IN_ONE_FUNCTION = contextvars.ContextVar("_IN_ONE_FUNCTION", default=False)
 #: what each accelerator gains, measured once on 2 cores with JAX 0.10.2, or what it is for
 WORTH = {
     "xla_cpu_use_fusion_emitters": "without it compiling takes up to 1.6 times as long",
@@ -114,8 +119,14 @@ def one_function(function: Callable[[Array], PyTree], numbers: Array) -> PyTree:
     """
     from jax.experimental.xla_metadata import set_xla_metadata
 
-    # the mark is put on the call that the result comes from
-    return set_xla_metadata(function(numbers), **{_MARK: "true"}, inlineable="false")
+    def marked(function: Callable[[Array], PyTree]) -> PyTree:
+        # the mark is put on the call that the result comes from
+        return set_xla_metadata(function(numbers), **{_MARK: "true"}, inlineable="false")
+
+    result = jax.eval_shape(function, numbers)
+    if isinstance(result, jax.ShapeDtypeStruct) and result.size > _LONG_RESULT:
+        return jnp.concatenate(marked(jax.jit(lambda x: jnp.split(function(x), [result.shape[0] // 2]))))
+    return marked(function)
 
 
 def joined(function: Callable[[PyTree], PyTree], arrays: PyTree) -> PyTree:
@@ -141,7 +152,7 @@ def joined(function: Callable[[PyTree], PyTree], arrays: PyTree) -> PyTree:
 
     @custom_vmap
     def marked(numbers: Array) -> PyTree:
-        return one_function(inner, numbers) if joins() else inner(numbers)
+        return one_function(inner, numbers) if not _IN_ONE_FUNCTION.get() and joins() else inner(numbers)
 
     @marked.def_vmap
     def _(size: int, batched: PyTree, numbers: Array) -> tuple[PyTree, PyTree]:
@@ -600,19 +611,25 @@ def compiled(
     device = run_device() if device is None else device
 
     def make(by_text: bool) -> Program:
-        start, use, inner = time.perf_counter(), accelerators(device.platform), jax.jit(function)
+        start, use = time.perf_counter(), accelerators(device.platform)
         place = device if by_text else None
         with jax.default_device(device):
             if use.one_function:
                 options = _tier(use.one_function_options, quick)
-                lowered = jax.jit(lambda x: one_function(inner, x), compiler_options=options).lower(numbers)
+                whole = jax.jit(lambda x: one_function(jax.jit(function), x), compiler_options=options)
+                inside = _IN_ONE_FUNCTION.set(True)
+                try:
+                    lowered = whole.lower(numbers)
+                finally:
+                    _IN_ONE_FUNCTION.reset(inside)
                 text = lowered.as_text()
                 if fits_one_function(text, longest):
                     try:
                         return _finished(lowered, start, True, quick, place, text)
                     except JaxRuntimeError:
                         pass  # an operation that it does not know; what is wrong with the function itself shows below
-            ordinary = jax.jit(otherwise or inner, compiler_options=_tier(use.options, quick))
+            # (not the function that was traced above, in which the parts of a run are not joined)
+            ordinary = jax.jit(lambda x: (otherwise or function)(x), compiler_options=_tier(use.options, quick))
             return _finished(ordinary.lower(numbers), start, False, quick, place)
 
     return _cached_or((*(subject or ("program", function)), longest), quick, device, make)
