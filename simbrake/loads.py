@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +16,7 @@ from .hybrid.arrays import Array, Floats, Mark, ScalarArray, TwoArrays
 from .hybrid.struct import AbstractClassVar, AbstractVar, with_fields
 from .phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
 from .profiles import (
+    AbstractHistory,
     AbstractPoints,
     AbstractProfile,
     Constant,
@@ -24,6 +25,7 @@ from .profiles import (
     Real,
     Repeated,
     faults_of_sign,
+    point,
 )
 from .rope import RopeElasticity, RopeLayers
 from .shaft import (
@@ -386,7 +388,7 @@ class TrippingLoad(AbstractString):
         return (passed >= 0) & (passed % 2 == 0), passed // 2
 
 
-class RecordedLoad(AbstractHookLoad):
+class RecordedLoad(AbstractHookLoad, AbstractHistory):
     """A load on the hook that changes at given times: `M_load = m_i g r_d/n − c ω` from the time `t_i` on.
 
     - `times` (k,) in s, not decreasing;  `masses` (k,): `m_i` of all that hangs on the hook (kg), the first one before
@@ -408,23 +410,23 @@ class RecordedLoad(AbstractHookLoad):
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
+    by_piece: ClassVar[tuple[str, ...]] = ("times", "masses")
 
     @property
     def profile(self) -> "_Steps":
-        # (its values bear the scale of the torque)
-        return _Steps(self.times, jnp.asarray(self.masses) * self.gravity * self.travel())
+        return with_fields(_STEPS, times=self.times, values=self.masses, factor=self.gravity * self.travel())
 
     def _mass(self, piece: Piece) -> Array:
-        return _entry(self.masses, jnp.asarray(piece) - 1)
+        return point(self.masses, jnp.asarray(piece) - 1)
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
 
     def inertia(self) -> Scalar:
-        return jnp.asarray(self.masses)[0] * self.travel() ** 2
+        return point(self.masses, 0) * self.travel() ** 2
 
     def added_inertia(self, piece: Piece) -> Array:
-        return (self._mass(piece) - jnp.asarray(self.masses)[0]) * self.travel() ** 2
+        return (self._mass(piece) - point(self.masses, 0)) * self.travel() ** 2
 
     def hanging(self, piece: Piece) -> TwoArrays:
         return self._mass(piece), self._mass(piece) * self.gravity
@@ -433,25 +435,28 @@ class RecordedLoad(AbstractHookLoad):
         return PiecewiseLinear(self.times, self.masses).faults(path)
 
 
-def _entry(x: Scalar, i: Array) -> Array:
-    """The entry `i` of many, of the nearest end beyond them; its cost does not depend on their number."""
-    return jnp.take(jnp.asarray(x), jnp.clip(i, 0, np.shape(x)[0] - 1), mode="clip")
-
-
 def _knot(times: Scalar, piece: Piece) -> Array:
     """The time that ends a piece, `inf` after the last."""
     piece = jnp.asarray(piece)
-    return jnp.where(piece < np.shape(times)[0], _entry(times, piece), jnp.inf)
+    return jnp.where(piece < np.shape(times)[0], point(times, piece), jnp.inf)
 
 
 class _Steps(PiecewiseLinear):
-    """Breakpoints of many values of which each is constant up to the next."""
+    """Breakpoints of many values of which each is constant up to the next, times a factor."""
+
+    factor: Any = 1.0
 
     def value(self, t: Real, piece: Piece) -> Real:
-        return _entry(self.values, jnp.asarray(piece) - 1)
+        return self.factor * point(self.values, jnp.asarray(piece) - 1)
+
+    def scale(self) -> ScalarArray:
+        return self.factor * super().scale()
 
     def next_knot(self, piece: Piece) -> Array:
         return _knot(self.times, piece)
+
+
+_STEPS = _Steps(times=np.zeros(1), values=np.zeros(1))
 
 
 # --- levers that follow the speed -------------------------------------------------------------------------------------
@@ -532,7 +537,8 @@ class AbstractFollower(AbstractSpeedLever):
 
     @property
     def rises(self) -> bool:
-        own = type(self).wanted_torque is AbstractFollower.wanted_torque and type(self.speed) is PiecewiseLinear
+        own = (type(self).wanted_torque, type(self.speed).value)
+        own = own == (AbstractFollower.wanted_torque, PiecewiseLinear.value)
         return own and self.corrects_position  # (the angle is a parabola of the time)
 
     def wanted_torque(
@@ -576,7 +582,7 @@ class Driller(AbstractFollower):
     position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
 
 
-class RecordedMotion(AbstractFollower):
+class RecordedMotion(AbstractFollower, AbstractHistory):
     """A lever, and the motor beside it, that keep the pulley on a recorded motion: it is lowered, hoisted, and at rest.
 
         M_b = (1 − s) M_w   where it is lowered,   M_w = M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − φ_r)]
@@ -604,6 +610,10 @@ class RecordedMotion(AbstractFollower):
     motor_share: Scalar = quantity("1", "share of the motor in lowering", low=0.0, high=1.0, many=Over.ROWS)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
     position_gain: Scalar = quantity("1/s^2", "correction of the angle", low=0.0, default=1.0)
+    by_piece: ClassVar[tuple[str, ...]] = ("angles", "motor_share")
+
+    def near(self, before: Piece, after: Piece) -> Self:
+        return with_fields(super().near(before, after), speed=self.speed.near(before, after))
 
     @property
     def knot_count(self) -> int:
@@ -617,7 +627,7 @@ class RecordedMotion(AbstractFollower):
         """Sense of the motion on a piece: 1 lowered, −1 hoisted, 0 at rest."""
         piece, speeds = jnp.asarray(piece), self.speed.values
         inside = (piece > 0) & (piece < np.shape(speeds)[0])
-        return jnp.where(inside, jnp.sign(_entry(speeds, piece - 1) + _entry(speeds, piece)), 0.0)
+        return jnp.where(inside, jnp.sign(point(speeds, piece - 1) + point(speeds, piece)), 0.0)
 
     def follows(self, piece: Piece) -> Mark:
         return self.way(piece) > 0
@@ -629,9 +639,9 @@ class RecordedMotion(AbstractFollower):
         self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
     ) -> Real:
         piece, (times, speeds) = jnp.asarray(piece), (self.speed.times, self.speed.values)
-        begin, speed, angle = (_entry(x, piece - 1) for x in (times, speeds, self.angles))
-        span, since = _entry(times, piece) - begin, t - begin
-        slope = jnp.where(span > 0, (_entry(speeds, piece) - speed) / jnp.where(span > 0, span, 1.0), 0.0)
+        begin, speed, angle = (point(x, piece - 1) for x in (times, speeds, self.angles))
+        span, since = point(times, piece) - begin, t - begin
+        slope = jnp.where(span > 0, (point(speeds, piece) - speed) / jnp.where(span > 0, span, 1.0), 0.0)
         assert turned is not None
         away = turned - (angle + (speed + 0.5 * slope * since) * since)
         slower = self.gain * (omega - (speed + slope * since)) + self.position_gain * away
@@ -670,7 +680,7 @@ class _RecordedDrive(RecordedMotion):
         self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
     ) -> Real:
         whole = jnp.asarray(RecordedMotion.wanted_torque(self, t, omega, piece, load, inertia, turned))
-        share = _entry(self.motor_share, jnp.asarray(piece) - 1)
+        share = point(self.motor_share, jnp.asarray(piece) - 1)
         return jnp.where((whole > 0) & (self.way(piece) > 0), share * whole, whole)
 
     def next_knot(self, piece: Piece) -> float:
@@ -825,6 +835,11 @@ class AbstractActuator(AbstractProfile):
         if self.lag is not None and isinstance(command, AbstractPoints):
             x = x - self.lag * command.slope(piece) + command.decayed(t, piece, self.lag)
         return x
+
+    def with_sums(self) -> AbstractProfile:
+        if not isinstance(self.input, AbstractPoints):
+            return super().with_sums()
+        return with_fields(self, **{self.command_field: self.input.with_sums(self.lag)})
 
     @abc.abstractmethod
     def force(self, followed: Real) -> Real:

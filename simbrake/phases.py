@@ -4,7 +4,7 @@ import abc
 import dataclasses
 import re
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import jax.numpy as jnp
 import numpy as np
@@ -17,7 +17,7 @@ from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
 from .hybrid.arrays import Array, IntScalar, Mark, ScalarArray
 from .hybrid.struct import struct_field
-from .profiles import AbstractProfile, Constant, Piece, PiecewiseLinear, Real
+from .profiles import FEW, AbstractProfile, Constant, Piece, PiecewiseLinear, Real
 
 # --- what ends a phase ------------------------------------------------------------------------------------------------
 
@@ -450,12 +450,22 @@ class _Table(NamedTuple):
     piece: Int[np.ndarray, " n"]
 
 
+def _is_line(lever: AbstractProfile) -> TypeGuard[PiecewiseLinear]:
+    """Whether it stands in the table: straight lines between a few points."""
+    return type(lever) is PiecewiseLinear and np.size(lever.times) <= FEW
+
+
 def _table(phases: Sequence[Phase]) -> _Table:
     columns: list[tuple[Array, ...]] = []
     for phase in phases:
         lever, zero, inf = phase.lever, jnp.zeros(1), jnp.full(1, jnp.inf)
-        if type(lever) is PiecewiseLinear:
-            columns.append((*lever.lines(), jnp.append(jnp.asarray(lever.times, jnp.float64), jnp.inf)))
+        if _is_line(lever):
+            times, values = jnp.asarray(lever.times, jnp.float64), jnp.asarray(lever.values, jnp.float64)
+            start, base = jnp.append(times[:1], times), jnp.append(values[:1], values)
+            span = jnp.diff(start, append=times[-1:])
+            rise = jnp.diff(base, append=values[-1:])
+            slope = jnp.where(span > 0, rise / jnp.where(span > 0, span, 1.0), 0.0)
+            columns.append((base, start, slope, jnp.append(times, jnp.inf)))
         else:
             level = jnp.reshape(jnp.asarray(lever.level, jnp.float64), 1) if type(lever) is Constant else zero
             columns.append((level, zero, zero, inf))
@@ -489,9 +499,10 @@ class PhaseNow(NamedTuple):
 
     @property
     def _others(self) -> list[tuple[Array, AbstractProfile]]:
-        """Levers that are no straight lines, and whether each is the one now."""
-        straight, levers = (PiecewiseLinear, Constant), [phase.lever for phase in self.whole.each]
-        return [(self.number == i, lever) for i, lever in enumerate(levers) if type(lever) not in straight]
+        """Levers that are not in the table, and whether each is the one now."""
+        levers = [phase.lever for phase in self.whole.each]
+        others = [(i, lever) for i, lever in enumerate(levers) if not (_is_line(lever) or type(lever) is Constant)]
+        return [(self.number == i, lever) for i, lever in others]
 
     def of_each(self, values: Sequence[Any]) -> Array:
         """The value of the phase that runs."""

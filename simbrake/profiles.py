@@ -4,19 +4,19 @@ import abc
 import dataclasses
 import functools
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, PyTree
+from jaxtyping import Float, Int, PyTree
 
 from ._base._compiling import per_structure
 from ._base._faults import Fault, Faults
 from ._base._part import Part, parts_below, quantity, short_for, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
-from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, numpy_of
-from .hybrid.struct import AbstractVar, struct_field
+from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
+from .hybrid.struct import AbstractVar, Struct, struct_field, with_fields
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
 
@@ -56,6 +56,7 @@ else:
 #: how many time breakpoints have passed
 Piece: TypeAlias = Int[Array, "..."] | int
 Name = TypeVar("Name")
+Tree = TypeVar("Tree")
 
 
 #: samples among which the greatest value of a function without known points is looked for
@@ -101,6 +102,12 @@ class AbstractProfile(Part):
     def corrects_position(self) -> bool:
         """Whether its value depends on the angle that the pulley has turned (of a lever)."""
         return False
+
+    def with_sums(self) -> "AbstractProfile":
+        """The same for a run: sums over long lists of points, up to each of them, are formed once."""
+        inside = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        summed = {name: x.with_sums() for name, x in inside.items() if isinstance(x, AbstractProfile)}
+        return with_fields(self, **summed) if summed else self
 
     def no_more_turns(self, t: Real) -> Mark:
         """Whether no time breakpoint after `t` changes the course of the profile."""
@@ -168,23 +175,75 @@ def next_known_time(
     return time - jax.lax.stop_gradient(late), turns
 
 
-def jump_times(times: Vector) -> Vector:
-    """The times of a profile's points, where the second of two equal ones has the derivative of their mean.
+#: points up to which a list is short: all of it is looked at where that is simpler
+FEW = 16
+
+
+class Entries(Struct):
+    """Some entries of a long list, with their numbers in it."""
+
+    numbers: Int[Array, " k"]
+    values: Float[Array, " k"]
+    size: int = struct_field(static=True)
+
+    @property
+    def shape(self) -> tuple[int]:
+        return (self.size,)
+
+
+def point(x: Any, i: Piece) -> Array:
+    """The entry `i` of a list, of the nearest end beyond it; its cost does not depend on how long it is."""
+    i = jnp.clip(jnp.asarray(i, jnp.int32), 0, np.shape(x)[0] - 1)
+    if isinstance(x, Entries):
+        x, i = x.values, jnp.argmax(x.numbers == i).astype(jnp.int32)
+    return entry(jnp.asarray(x), i)
+
+
+class AbstractHistory(Part):
+    """A part with lists of which each piece reads a few entries: those of its points."""
+
+    #: names of these lists, all of one length
+    by_piece: ClassVar[tuple[str, ...]]
+
+    def number(self, i: Array, size: int) -> Array:
+        """Number of the point `i` among so many."""
+        return jnp.clip(i, 0, size - 1)
+
+    def near(self, before: Piece, after: Piece) -> Self:
+        """The part with long lists cut down to what it reads on a piece, and on the one that follows."""
+        lists = {name: x for name in self.by_piece if (x := getattr(self, name)) is not None and np.size(x) > FEW}
+        if not lists:
+            return self
+        size = np.size(next(iter(lists.values())))
+        places = [before - 1, before, before + 1, after - 1, after, 0, size - 1]
+        numbers = self.number(jnp.stack([jnp.asarray(i, jnp.int32) for i in places]), size)
+        return with_fields(self, **{name: Entries(numbers, jnp.asarray(x)[numbers], size) for name, x in lists.items()})
+
+
+def near(tree: Tree, before: Piece, after: Piece) -> Tree:
+    """A tree of parts in which all histories are cut down to what they read on two pieces (`AbstractHistory.near`)."""
+
+    def is_history(x: object) -> bool:
+        return isinstance(x, AbstractHistory)
+
+    return jax.tree.map(lambda x: x.near(before, after) if is_history(x) else x, tree, is_leaf=is_history)
+
+
+def jump_time(before: Array, time: Array) -> Array:
+    """The time of a point, where the second of two at one time has the derivative of their mean.
 
     The values between the two points of a jump are those of a line, however steep: moving one of the points moves the
     mean by half.
     """
-    before = jnp.concatenate([times[:1], times[:-1]])
-    return jnp.where(times > before, times, 0.5 * (before + times))
+    return jnp.where(time > before, time, 0.5 * (before + time))
 
 
 def _next_of(times: Scalar, piece: Piece) -> Floats | float:
     """The time that ends the piece, `inf` after the last."""
-    if not np.shape(times)[0]:
+    n = np.shape(times)[0]
+    if not n:
         return jnp.inf
-    times = jnp.append(jump_times(jnp.asarray(times)), jnp.inf)
-    # (at equal times a minimum of those not yet passed would share the derivative)
-    return jnp.sum(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) == piece, times, 0.0))
+    return jnp.where(piece < n, jump_time(point(times, piece - 1), point(times, piece)), jnp.inf)
 
 
 @short_for(AbstractProfile)
@@ -208,20 +267,25 @@ class Constant(AbstractProfile):
         return abs(self.level)
 
 
-def _picked(x: Vector, mask: Bool[Array, " n"]) -> ScalarArray:
-    """The entry at which the `mask` is set: cheaper in the loop than an indexed load, and transposes well."""
-    return jnp.sum(jnp.where(mask, x, 0.0))
-
-
-def _slopes(rise: Vector, span: Vector) -> Vector:
+def _slopes(rise: Array, span: Array) -> Array:
     return jnp.where(span > 0, rise / jnp.where(span > 0, span, 1.0), 0.0)
 
 
-class AbstractPoints(AbstractProfile):
+def _decaying(lag: Scalar, since: Vector, turn: Vector, jump: Vector, late: Vector) -> Vector:
+    """`D_j = D_{j−1} e^{−s_j/τ} + τ Δm_j − Δv_j e^{−l_j/τ}` at all points, `l_j` (0) being how late a jump is seen."""
+
+    def joined(a: tuple[Vector, Vector], b: tuple[Vector, Vector]) -> tuple[Vector, Vector]:
+        return a[0] * b[0], a[1] * b[0] + b[1]
+
+    return jax.lax.associative_scan(joined, (jnp.exp(-since / lag), lag * turn - jump * jnp.exp(-late / lag)))[1]
+
+
+class AbstractPoints(AbstractProfile, AbstractHistory):
     """Straight lines between points `(times, values)`."""
 
     times: AbstractVar[Scalar]
     values: AbstractVar[Scalar]
+    by_piece: ClassVar[tuple[str, ...]] = ("times", "values")
 
     def slope(self, piece: Piece) -> ScalarArray:
         """Rate of the value on the given piece."""
@@ -235,6 +299,14 @@ class AbstractPoints(AbstractProfile):
 
         `Δm_j`, `Δv_j`: change of slope and jump at the time breakpoint `t_j`.
         """
+
+    @abc.abstractmethod
+    def left_at_points(self, lag: Scalar) -> Vector:
+        """`decayed` just after each point."""
+
+    def with_sums(self, lag: Scalar | None = None) -> "AbstractPoints":
+        """Also those of `decayed` for a `lag`."""
+        return self
 
     def scale(self) -> ScalarArray:
         return numpy_of(self.values).max(abs(self.values))
@@ -260,43 +332,48 @@ class PiecewiseLinear(AbstractPoints):
     times: Scalar = quantity("s", "times of the profile's points", many=Over.ROWS)
     values: Scalar = quantity("SI", "values at the profile's points", many=Over.ROWS)
 
-    def lines(self) -> tuple[Vector, Vector, Vector]:
-        """The straight line of each piece: value at its start, start, slope."""
-        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
-        slope = _slopes(jnp.diff(values), jnp.diff(times))
-        zero = jnp.zeros(1)
-        base = jnp.concatenate([values[:1], values])
-        start = jnp.concatenate([times[:1], times])
-        return base, start, jnp.concatenate([zero, slope, zero])
+    def line(self, piece: Piece) -> tuple[Array, Array, Array]:
+        """The straight line of a piece: value at its start, start, slope."""
+        # (before the first point and after the last both ends are one point)
+        start, end = point(self.times, piece - 1), point(self.times, piece)
+        base, top = point(self.values, piece - 1), point(self.values, piece)
+        return base, start, _slopes(top - base, end - start)
 
     def value(self, t: Real, piece: Piece) -> Real:
-        base, start, slopes = self.lines()
-        in_piece = jnp.arange(base.shape[0], dtype=jnp.int32) == piece
-        return _picked(base, in_piece) + _picked(slopes, in_piece) * (t - _picked(start, in_piece))
+        base, start, slope = self.line(piece)
+        return base + slope * (t - start)
+
+    def areas(self) -> Vector:
+        """`∫ p dt` from the time 0 up to each point."""
+        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        rise = 0.5 * (values[1:] + values[:-1]) * jnp.diff(times)
+        return values[0] * times[0] + jnp.concatenate([jnp.zeros(1), jnp.cumsum(rise)])
 
     def area(self, t: Real, piece: Piece) -> Real:
         """`∫ p dt` from the time 0, on the given piece: the angle turned at a speed."""
-        base, start, slopes = self.lines()
-        rise = 0.5 * (base[1:] + base[:-1]) * jnp.diff(start)
-        before = base[0] * start[0] + jnp.concatenate([jnp.zeros(1), jnp.cumsum(rise)])
-        in_piece = jnp.arange(base.shape[0], dtype=jnp.int32) == piece
-        since = t - _picked(start, in_piece)
-        return _picked(before, in_piece) + (_picked(base, in_piece) + 0.5 * _picked(slopes, in_piece) * since) * since
+        base, start, slope = self.line(piece)
+        since = t - start
+        return point(self.areas(), piece - 1) + (base + 0.5 * slope * since) * since
 
-    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+    def left_at_points(self, lag: Scalar) -> Vector:
         times, values, zero = jnp.asarray(self.times), jnp.asarray(self.values), jnp.zeros(1)
         span, rise = jnp.diff(times), jnp.diff(values)
         turn = jnp.diff(jnp.concatenate([zero, _slopes(rise, span), zero]))
         jump = jnp.concatenate([zero, jnp.where(span > 0, 0.0, rise)])
-        passed = jnp.arange(times.shape[0], dtype=jnp.int32) < piece
+        before = jnp.concatenate([times[:1], times[:-1]])
+        return _decaying(lag, times - before, turn, jump, times - jump_time(before, times))
 
-        def left(of: Array) -> Array:
-            return jnp.exp(jnp.where(passed, of - t, 0.0) / lag)
-
-        return jnp.sum(jnp.where(passed, lag * turn * left(times) - jump * left(jump_times(times)), 0.0))
+    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+        since = jnp.where(piece > 0, t - point(self.times, piece - 1), 0.0)
+        return jnp.where(piece > 0, point(self.left_at_points(lag), piece - 1) * jnp.exp(-since / lag), 0.0)
 
     def next_knot(self, piece: Piece) -> Floats | float:
         return _next_of(self.times, piece)
+
+    def with_sums(self, lag: Scalar | None = None) -> AbstractPoints:
+        if type(self) is not PiecewiseLinear or np.size(self.times) <= FEW:
+            return self
+        return _Summed(self.times, self.values, self.areas(), None if lag is None else self.left_at_points(lag))
 
     def first_piece(self, t: Real) -> Piece:
         return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
@@ -310,6 +387,20 @@ class PiecewiseLinear(AbstractPoints):
         values = jnp.asarray(self.values)  # points may follow that all have the last value
         passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
         return jnp.all(passed | (values == values[-1]))
+
+
+class _Summed(PiecewiseLinear):
+    """Straight lines between many points with the sums over them, up to each point."""
+
+    area_at: Any = None
+    left_at: Any = None
+    by_piece: ClassVar[tuple[str, ...]] = ("times", "values", "area_at", "left_at")
+
+    def areas(self) -> Vector:
+        return self.area_at
+
+    def left_at_points(self, lag: Scalar) -> Vector:
+        return self.left_at
 
 
 @takes_values
@@ -351,55 +442,81 @@ class Repeated(AbstractPoints):
     def knot_count(self) -> int:
         return self.count * int(np.shape(self.times)[0])
 
-    def _jump_times(self) -> Float[Array, " k"]:
-        """`jump_times` of a cycle, the jump from one cycle to the next included."""
-        times = jnp.asarray(self.times)
-        since = jnp.roll(jnp.diff(times, append=self.period + times[:1]), 1)
-        return jnp.where(since > 0, times, times - 0.5 * since)
+    def number(self, i: Array, size: int) -> Array:
+        return i % size
+
+    def _span(self, i: Array) -> Array:
+        """Time from the point `i` of a cycle to the next, which may be the first of the next cycle."""
+        k = np.shape(self.times)[0]
+        following = jnp.where(i < k - 1, point(self.times, i + 1), self.period + point(self.times, 0))
+        return following - point(self.times, i)
+
+    def _rise(self, i: Array) -> Array:
+        return point(self.values, (i + 1) % np.shape(self.times)[0]) - point(self.values, i)
+
+    def _jump_time(self, i: Array) -> Array:
+        """`jump_time` of the point `i` in its cycle, the jump from one cycle to the next included."""
+        k, time = np.shape(self.times)[0], point(self.times, i)
+        since = self._span((i + k - 1) % k)
+        return jnp.where(since > 0, time, time - 0.5 * since)
+
+    def _place(self, piece: Piece) -> tuple[Array, Array]:
+        """The cycle and the point in it after which a piece begins, of the first piece the first."""
+        passed = jnp.clip(jnp.asarray(piece, jnp.int32) - 1, 0, self.knot_count - 1)
+        k = np.shape(self.times)[0]
+        return passed // k, passed % k
+
+    def _begun(self, cycle: Array) -> Array:
+        return self.begin + cycle.astype(jnp.float64) * self.period
 
     def value(self, t: Real, piece: Piece) -> Real:
-        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
-        k = times.shape[0]
-        passed = jnp.clip(piece - 1, 0, self.knot_count - 1)
-        cycle, point = passed // k, passed % k
-        at_point = jnp.arange(k, dtype=jnp.int32) == point
-        slope = _slopes(jnp.diff(values, append=values[:1]), jnp.diff(times, append=self.period + times[:1]))
-        since = t - (self.begin + cycle.astype(jnp.float64) * self.period + _picked(times, at_point))
+        cycle, i = self._place(piece)
         inside = (piece > 0) & (piece < self.knot_count)
-        return _picked(values, at_point) + jnp.where(inside, _picked(slope, at_point), 0.0) * since
+        slope = jnp.where(inside, _slopes(self._rise(i), self._span(i)), 0.0)
+        return point(self.values, i) + slope * (t - (self._begun(cycle) + point(self.times, i)))
+
+    def left_at_points(self, lag: Scalar) -> Vector:
+        """What is left just after each point of the corners and jumps before it in its cycle, one amid others."""
+        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        span, rise = jnp.diff(times, append=self.period + times[:1]), jnp.diff(values, append=values[:1])
+        slope, jump, since = _slopes(rise, span), jnp.roll(jnp.where(span > 0, 0.0, rise), 1), jnp.roll(span, 1)
+        late = jnp.where(since > 0, 0.0, 0.5 * since)
+        return _decaying(lag, since, slope - jnp.roll(slope, 1), jump, late)
 
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
-        # each point of a cycle, over all cycles that have passed it: a geometric series
-        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
-        k = times.shape[0]
-        span, rise = jnp.diff(times, append=self.period + times[:1]), jnp.diff(values, append=values[:1])
-        slope, jump = _slopes(rise, span), jnp.roll(jnp.where(span > 0, 0.0, rise), 1)
-        piece = jnp.clip(jnp.asarray(piece, jnp.int32), 0, self.knot_count)
-        often = (piece + k - 1 - jnp.arange(k, dtype=jnp.int32)) // k
-        count = often.astype(jnp.float64)
-
-        def left(of: Array) -> Array:
-            age = jnp.where(often > 0, t - (self.begin + (count - 1) * self.period + of), 0.0)
-            return jnp.exp(-age / lag)
-
-        ratio = -self.period / lag
-        series = jnp.expm1(count * ratio) / jnp.expm1(ratio)  # (0 of a point not passed)
-        jumps = self._jump_times()
-        total = jnp.sum((lag * (slope - jnp.roll(slope, 1)) * left(times) - jump * left(jumps)) * series)
+        # the cycles before leave a geometric series at the last point of the last of them
+        last = np.shape(self.times)[0] - 1
+        piece, (cycle, i) = jnp.asarray(piece, jnp.int32), self._place(piece)
+        each, ratio = self.left_at_points(lag), -self.period / lag
+        series = jnp.expm1(cycle.astype(jnp.float64) * ratio) / jnp.expm1(ratio)
+        way = self.period + point(self.times, i) - point(self.times, last)
+        left = point(each, i) + point(each, last) * series * jnp.exp(-way / lag)
         # before the first cycle and after the last one it is constant
-        last = t - (self.begin + (self.count - 1.0) * self.period + times[-1])
         begun, over = piece > 0, piece == self.knot_count
-        for part, of in ((lag * slope[-1], times), (jump[0], jumps)):
-            total += jnp.where(begun, part * jnp.exp(-jnp.where(begun, t - (self.begin + of[0]), 0.0) / lag), 0.0)
-        return total - jnp.where(over, lag * slope[-1] * jnp.exp(-jnp.where(over, last, 0.0) / lag), 0.0)
+
+        def since(when: Array | bool, time: Array) -> Array:
+            return jnp.exp(-jnp.where(when, t - time, 0.0) / lag)
+
+        slope, sudden = _slopes(self._rise(last), self._span(last)), self._span(last) <= 0
+        jump = jnp.where(sudden, self._rise(last), 0.0)
+        left = left * since(begun, self._begun(cycle) + point(self.times, i))
+        left += lag * slope * since(begun, self.begin + point(self.times, 0))
+        left += jump * since(begun, self.begin + self._jump_time(jnp.asarray(0, jnp.int32)))
+        end = self.begin + (self.count - 1.0) * self.period + point(self.times, last)
+        return jnp.where(begun, left - jnp.where(over, lag * slope * since(over, end), 0.0), 0.0)
+
+    def with_sums(self, lag: Scalar | None = None) -> AbstractPoints:
+        if type(self) is not Repeated or np.size(self.times) <= FEW or lag is None:
+            return self
+        return _SummedCycle(**vars(self), left_at=self.left_at_points(lag))
 
     def next_knot(self, piece: Piece) -> Floats | float:
-        times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
-        k = times.shape[0]
-        at_point = jnp.arange(k, dtype=jnp.int32) == piece % k
-        times = jnp.where(piece > 0, self._jump_times(), times)  # (no jump leads to the first point of all)
-        t = self.begin + (piece // k).astype(jnp.float64) * self.period + _picked(times, at_point)
-        return jnp.where(piece < self.knot_count, t, jnp.inf)
+        piece = jnp.asarray(piece, jnp.int32)
+        k = np.shape(self.times)[0]
+        i = piece % k
+        # (no jump leads to the first point of all)
+        time = jnp.where(piece > 0, self._jump_time(i), point(self.times, i))
+        return jnp.where(piece < self.knot_count, self._begun(piece // k) + time, jnp.inf)
 
     def first_piece(self, t: Real) -> Piece:
         cycles = np.arange(self.count, dtype=np.float64)[:, None]
@@ -416,6 +533,16 @@ class Repeated(AbstractPoints):
         if np.max(self.times, initial=0.0) > np.asarray(self.period):
             faults.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
         return faults
+
+
+class _SummedCycle(Repeated):
+    """A cycle of many points with the sums over them, up to each point."""
+
+    left_at: Any = None
+    by_piece: ClassVar[tuple[str, ...]] = ("times", "values", "left_at")
+
+    def left_at_points(self, lag: Scalar) -> Vector:
+        return self.left_at
 
 
 class ExponentialRise(AbstractProfile):
@@ -452,7 +579,7 @@ class ExponentialRise(AbstractProfile):
         return abs(self.level)
 
 
-class FunctionProfile(AbstractProfile):
+class FunctionProfile(AbstractProfile, AbstractHistory):
     """A custom function of time, smooth between the `knots` given (corners and jumps).
 
     `function(t, parameters)` must accept traced values; `parameters` is a PyTree of arrays whose numbers can be
@@ -468,13 +595,13 @@ class FunctionProfile(AbstractProfile):
     parameters: Any = None
     typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
     knots: Scalar = quantity("s", "times of corners and jumps", many=Over.ROWS, default=())
+    by_piece: ClassVar[tuple[str, ...]] = ("knots",)
 
     def value(self, t: Real, piece: Piece) -> Real:
-        knots = jnp.asarray(self.knots)
-        if knots.shape[0]:
+        if n := np.shape(self.knots)[0]:
             # stay on this side of a jump: the piece ends just before its knot
-            end = jnp.min(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) >= piece, knots, jnp.inf))
-            start = jnp.max(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) < piece, knots, -jnp.inf))
+            end = jnp.where(piece < n, point(self.knots, piece), jnp.inf)
+            start = jnp.where(piece > 0, point(self.knots, piece - 1), -jnp.inf)
             inside = jnp.clip(t, start, jnp.where(jnp.isfinite(end), end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0), end))
             t = jax.lax.stop_gradient(inside - t) + t
         return jnp.asarray(self.function(t, self.parameters), jnp.float64)

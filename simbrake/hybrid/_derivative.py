@@ -114,12 +114,12 @@ def pull_back(
 class RowMap(NamedTuple):
     """The start `(t, y)` of row `i + 1` as a function of that of row `i`, and its derivative backwards.
 
-    `fixed`: arrays that both take besides, not differentiated.
+    `fixed`: arrays that both take besides, not differentiated.  `own`: numbers of this row alone.
     """
 
-    advance: Callable[[PyTree, PyTree, Array, Count], Array]  # (fixed, params, start, i) → start
-    #: (fixed, params, start, i, c) → cotangents of parameters and start
-    back: Callable[[PyTree, PyTree, Array, Count, Array], tuple[PyTree, Array]]
+    advance: Callable[[PyTree, PyTree, PyTree, Array, Count], Array]  # (fixed, params, own, start, i) → start
+    #: (fixed, params, own, start, i, c) → cotangents of parameters, own numbers and start
+    back: Callable[[PyTree, PyTree, PyTree, Array, Count, Array], tuple[PyTree, PyTree, Array]]
 
 
 #: calls a function of a tree of arrays, as the caller has it compiled
@@ -130,56 +130,65 @@ def sweep(
     row_map: RowMap,
     fixed: PyTree,
     params: PyTree,
+    own: PyTree,
     starts: Float[Array, "row start"],
     count: Count,
-    tangents: tuple[PyTree, Array],
+    tangents: tuple[PyTree, PyTree, Array],
     call: Call,
 ) -> Float[Array, "row start"]:
-    """Tangents of every row's start, `(rows, 1 + ny)`, for tangents of the parameters and of the first start."""
-    sealed = (_first_order_only(params), _first_order_only(starts))
+    """Tangents of every row's start, `(rows, 1 + ny)`, for tangents of the parameters, of the numbers that each row has
+    of its `own` (rows, …), and of the first start."""
+    sealed = tuple(_first_order_only(x) for x in (params, own, starts))
 
     def forward(_: Callable[[PyTree], PyTree], b: PyTree) -> PyTree:
-        d_params, d_start, _ = b
-        return d_params, d_start, call(along, (fixed, *sealed, count, d_params, d_start))
+        *moves, _ = b
+        return *moves, call(along, (fixed, *sealed, count, *moves))
 
     def along(arrays: PyTree) -> Array:
-        fixed, params, starts, count, d_params, d_start = arrays
+        fixed, params, own, starts, count, d_params, d_own, d_start = arrays
 
         def body(i: Count, state: TwoArrays) -> TwoArrays:
             d, out = state
-            d = jax.jvp(lambda q, x: row_map.advance(fixed, q, x, i), (params, starts[i]), (d_params, d))[1]
+            here, moves = (params, _row(own, i), starts[i]), (d_params, _row(d_own, i), d)
+            d = jax.jvp(lambda q, o, x: row_map.advance(fixed, q, o, x, i), here, moves)[1]
             return d, jax.lax.dynamic_update_slice(out, d[None], (i + 1, jnp.zeros_like(i)))
 
         out = jnp.zeros_like(starts).at[0].set(d_start)
         return _repeat(count, body, (d_start, out))[1]
 
     def backward(_: Callable[[PyTree], PyTree], cotangents: PyTree) -> PyTree:
-        c_params, c_start, c_rows = cotangents
-        c, total = call(back, (fixed, *sealed, count, c_params, c_rows))
-        return total, c_start + c, jnp.zeros_like(c_rows)
+        c_params, c_own, c_start, c_rows = cotangents
+        c, *totals = call(back, (fixed, *sealed, count, c_params, c_own, c_rows))
+        return *totals, c_start + c, jnp.zeros_like(c_rows)
 
-    def back(arrays: PyTree) -> tuple[Array, PyTree]:
-        fixed, params, starts, count, c_params, c_rows = arrays
+    def back(arrays: PyTree) -> tuple[Array, PyTree, PyTree]:
+        fixed, params, own, starts, count, c_params, c_own, c_rows = arrays
 
-        def body(j: Count, state: tuple[Array, PyTree]) -> tuple[Array, PyTree]:
+        def body(j: Count, state: tuple[Array, PyTree, PyTree]) -> tuple[Array, PyTree, PyTree]:
             i = count - 1 - j
-            c, total = state
-            d_params, c = row_map.back(fixed, params, starts[i], i, c + c_rows[i + 1])
-            return c, jax.tree.map(jnp.add, total, d_params)
+            c, total, of_rows = state
+            d_params, d_own, c = row_map.back(fixed, params, _row(own, i), starts[i], i, c + c_rows[i + 1])
+            of_rows = jax.tree.map(lambda x, d: jax.lax.dynamic_update_index_in_dim(x, d, i, 0), of_rows, d_own)
+            return c, jax.tree.map(jnp.add, total, d_params), of_rows
 
-        c, total = _repeat(count, body, (jnp.zeros_like(starts[0]), c_params))
-        return c + c_rows[0], total
+        # (cotangents of the own numbers themselves come after those of the rows, which take their places)
+        nothing = jax.tree.map(jnp.zeros_like, own)
+        c, total, of_rows = _repeat(count, body, (jnp.zeros_like(starts[0]), c_params, nothing))
+        return c + c_rows[0], total, jax.tree.map(jnp.add, of_rows, c_own)
 
     # One linear operator with an explicit transpose. JAX requires every part of the right-hand side to depend on the
     # tangent, so that zeros (numbers that are not differentiated, the rows) are written as 0 times the sum of all
     # tangents.
     zero = 0.0 * sum(jnp.sum(leaf) for leaf in jax.tree.leaves(tangents))
-    d_params, d_start = jax.tree.map(lambda leaf: leaf + zero, tangents)
-    nothing = jnp.zeros_like(starts) + zero
+    moves = jax.tree.map(lambda leaf: leaf + zero, tangents)
     solution = jax.lax.custom_linear_solve(
-        lambda x: x, (d_params, d_start, nothing), solve=forward, transpose_solve=backward
+        lambda x: x, (*moves, jnp.zeros_like(starts) + zero), solve=forward, transpose_solve=backward
     )
-    return solution[2]
+    return solution[-1]
+
+
+def _row(of_rows: PyTree, i: Count) -> PyTree:
+    return jax.tree.map(lambda x: x[i], of_rows)
 
 
 def _repeat(count: Count, body: Callable[[Count, Turned], Turned], state: Turned) -> Turned:

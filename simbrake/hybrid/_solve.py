@@ -2,7 +2,6 @@
 
 import dataclasses
 import enum
-import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -260,54 +259,111 @@ def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> tuple[Array, Arr
     return weights, jnp.maximum(jnp.sum(jnp.where(weights > 0, 1.0, 0.0)), 1.0)
 
 
+def _numbers(tree: PyTree) -> list[Array]:
+    import equinox as eqx
+
+    return jax.tree.leaves(eqx.filter(tree, eqx.is_inexact_array))
+
+
+def _places(
+    problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], params: PyTree, others: PyTree, mode: Array
+) -> list[int | None]:
+    """For each number of a system `near` a mode its place among those of the whole one, `None` of entries of a list."""
+    places = []
+
+    def look(params: PyTree, others: PyTree, mode: Array) -> None:
+        whole = {id(x): i for i, x in enumerate(jax.tree.leaves(params[0]))}
+        places.extend(whole.get(id(x)) for x in _numbers(problem(params, others)[0].flat.near(mode, mode)))
+
+    jax.eval_shape(look, params, others, mode)
+    return places
+
+
 def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], call: Call) -> Callable[..., PyTree]:
-    """The run `(params, y0, others, differentiated)` of a problem, and its first derivatives by a sweep over its rows.
+    """The run `(params, y0, others)` of a problem, and its first derivatives by a sweep over its rows.
 
     - `problem`: what a run needs and its initial mode, from `params = (numbers of the system, t1, t0)` and all others
     - `call`: as of `hybridsolve`
     """
 
-    @functools.partial(jax.custom_jvp, nondiff_argnums=(3,))
-    def run(params: PyTree, flat_y0: Array, others: PyTree, differentiated: bool) -> PyTree:
+    def solved(params: PyTree, flat_y0: Array, others: PyTree, direction: PyTree | None = None) -> PyTree:
         p, mode0 = problem(params, others)
-        if differentiated:
-            p = p._replace(direction=generic_direction(p.flat), method=p.method.with_tangents())
+        if direction is not None:
+            p = p._replace(direction=direction, method=p.method.with_tangents())
         packed, count, code, stats = _loop.run(p, flat_y0, mode0)
         rows = unpack_rows(packed, flat_y0.shape[0])
         return rows.t, rows.y, with_fields(rows, t=None, y=None), (count, code, stats)
 
+    @jax.custom_jvp
+    def run(params: PyTree, flat_y0: Array, others: PyTree) -> PyTree:
+        return solved(params, flat_y0, others)
+
     @run.defjvp
-    def _(differentiated: bool, primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
+    def _(primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
         params, flat_y0, others = primals
         d_params, d_y0, _ = tangents
-        t, y, rows, (count, code, stats) = call(lambda arrays: run(*arrays, True), primals)
+        p, mode0 = problem(params, others)
+        # (out here, as XLA hands maxima of long lists to a library, which the parts of a derivative must not call)
+        direction = generic_direction(p.flat)
+        t, y, rows, (count, code, stats) = call(lambda arrays: solved(*arrays), (*primals, direction))
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
-        p, mode0 = problem(params, others)
         rolled = p.method.rolled().with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
+        numbers, t1, t0 = params
+        places = _places(problem, params, others, mode0)
+
+        def of_row(numbers: PyTree, mode: Array, after: Array) -> Flat:
+            return problem((numbers, t1, t0), others)[0].flat.near(mode, after)
+
+        def entries(numbers: PyTree) -> list[Array]:
+            """What each row keeps of long lists, (rows, …)."""
+
+            def kept(mode: Array, after: Array) -> list[Array]:
+                return [x for x, i in zip(_numbers(of_row(numbers, mode, after)), places, strict=True) if i is None]
+
+            return jax.vmap(kept)(rows.mode[:-1], rows.mode[1:])
+
+        def shared(numbers: PyTree) -> list[Array]:
+            return [x for i, x in enumerate(jax.tree.leaves(numbers)) if i in places]
 
         def row(rows: Rows, start: Array, i: Count) -> Rows:
             bare = jax.tree.map(lambda leaf: leaf[i], rows)
             return with_fields(bare, t=start[0], y=start[1:])
 
-        def forwards(fixed: PyTree, params: PyTree, start: Array, i: Count) -> Array:
-            others, rows, method = fixed
-            p, _ = problem(params, others)
-            t, y = advance(p.flat, method, p.t1, row(rows, start, i), rows.mode[i + 1])
+        def flat_of(fixed: PyTree, i: Count, shared: list[Array], own: list[Array]) -> Flat:
+            """The system of one row with these numbers."""
+            import equinox as eqx
+
+            whole, others, rows, _ = fixed
+            flat = problem(whole, others)[0].flat.near(rows.mode[i], rows.mode[i + 1])
+            bare, rest = eqx.partition(flat, eqx.is_inexact_array)
+            alike, apart = dict(zip(sorted(i for i in {*places} if i is not None), shared, strict=True)), iter(own)
+            new = [next(apart) if place is None else alike[place] for place in places]
+            return eqx.combine(jax.tree.unflatten(jax.tree.structure(bare), new), rest)
+
+        def forwards(fixed: PyTree, params: PyTree, own: list[Array], start: Array, i: Count) -> Array:
+            _, _, rows, method = fixed
+            flat = flat_of(fixed, i, params[0], own)
+            t, y = advance(flat, method, params[1], row(rows, start, i), rows.mode[i + 1])
             return jnp.concatenate([t[None], y])
 
-        def backwards(fixed: PyTree, params: PyTree, start: Array, i: Count, c: Array) -> tuple[PyTree, Array]:
-            others, rows, method = fixed
+        def backwards(
+            fixed: PyTree, params: PyTree, own: list[Array], start: Array, i: Count, c: Array
+        ) -> tuple[PyTree, PyTree, Array]:
+            _, _, rows, method = fixed
 
-            def flat(params: PyTree) -> Flat:
-                return problem(params, others)[0].flat
+            def flat(numbers: PyTree) -> Flat:
+                return flat_of(fixed, i, numbers[0][0], numbers[1])
 
-            after = rows.mode[i + 1]
-            cotangents = pull_back(flat, method, params, lambda p: p[1], row(rows, start, i), after, (c[0], c[1:]))
-            return cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
+            given, after = (params, own), rows.mode[i + 1]
+            cotangents = pull_back(flat, method, given, lambda p: p[0][1], row(rows, start, i), after, (c[0], c[1:]))
+            return *cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
 
-        d_start, fixed = jnp.concatenate([d_params[2][None], d_y0]), (others, rows, rolled)
-        d = sweep(RowMap(forwards, backwards), fixed, params, starts, count, (d_params, d_start), call)
+        own, d_own = jax.jvp(entries, (numbers,), (d_params[0],))
+        moves = (shared(d_params[0]), *d_params[1:]), d_own, jnp.concatenate([d_params[2][None], d_y0])
+        fixed = params, others, rows, rolled
+        few = shared(numbers), t1, t0
+        d = sweep(RowMap(forwards, backwards), fixed, few, own, starts, count, moves, call)
         # a record that was too short does not reach the end: its derivatives must not look like those of the run
         d = d * jnp.where(code == Code.STEP_LIMIT, jnp.nan, 1.0)
         return (t, y, rows, (count, code, stats)), (
@@ -384,7 +440,7 @@ def hybridsolve(
     # JAX looks traced functions up together with the mesh; its absence is written differently here and
     # inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
-        t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others, False)
+        t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
     rows = with_fields(rows, t=t, y=y)
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)
 

@@ -12,7 +12,7 @@ from jax.typing import DTypeLike
 from jaxtyping import Float, Int, PyTree, Shaped
 
 from .arrays import Array, Count, Mark, Scalar, State, TwoArrays
-from .struct import Struct, struct_field, traced_once
+from .struct import Struct, struct_field, traced_once, with_fields
 
 
 class Code(enum.IntEnum):
@@ -100,6 +100,14 @@ class AbstractHybridSystem(Struct):
         Of several at one instant it is one, which `transition` passes alone: the others follow with steps of length 0.
         A minimum of all would share the derivative among them.
         """
+
+    def near(self, mode: PyTree, after: PyTree) -> "AbstractHybridSystem":
+        """The same system for one row of a run: of long lists it may keep those entries alone that its equations read
+        in a mode, and in the one `after` it. All other numbers must stay the arrays that they are.
+
+        So a derivative with respect to a list costs a row what these entries cost.
+        """
+        return self
 
     @abc.abstractmethod
     def scales(self) -> PyTree:
@@ -291,6 +299,9 @@ class Flat(Struct):
     @traced_once
     def guards(self, t: Array, y: Array, mode: Array) -> Array:
         return _packed(self.system.guards(t, self.unpack_state(y), self.unpack_mode(mode)))
+
+    def near(self, mode: Array, after: Array) -> "Flat":
+        return with_fields(self, system=self.system.near(self.unpack_mode(mode), self.unpack_mode(after)))
 
     def guards_like(self, t: Array, y: PyTree, mode: PyTree) -> PyTree:
         """Shapes of the guards, in their structure."""

@@ -16,9 +16,9 @@ from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem
 from ..hybrid.arrays import Array, ScalarArray, TwoArrays
 from ..hybrid.struct import Struct, struct_field
 from ..hybrid.system import Instant, variables_of
-from ..loads import AbstractLoad
+from ..loads import AbstractLoad, RecordedMotion
 from ..phases import Phases
-from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, next_known_time
+from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, near, next_known_time
 from .mechanism import (
     OPEN,
     AbstractMechanism,
@@ -627,6 +627,17 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def next_stop(self, mode: Mode, y: Any = None) -> ScalarArray | float:
         return self._next_known(y, mode)[0]
+
+    def near(self, mode: Mode, after: Mode) -> "BrakeSystem":
+        courses = {"lever": self.lever, "load": self.load, **self.profiles}
+        # (a recorded motion is on the pieces of its lever, also as the course of a motor)
+        names = {id(x): "lever" if isinstance(x, RecordedMotion) else name for name, x in courses.items()}
+
+        def cut(part: Any) -> Any:
+            name = names.get(id(part))
+            return part if name is None else near(part, piece_of(mode, name), piece_of(after, name))
+
+        return jax.tree.map(cut, self, is_leaf=lambda x: id(x) in names)
 
     # --- as results ---------------------------------------------------------------------------------------------------
 

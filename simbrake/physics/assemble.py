@@ -13,7 +13,7 @@ from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..parts.worn import walls_left, worn_scene
 from ..phases import Phases
-from ..profiles import first_piece
+from ..profiles import AbstractProfile, first_piece
 from ..thermal.heat import FrictionHeat
 from ..wear import AbstractWearRate, Wear
 from ._brake import BrakeSystem, Feature, State
@@ -38,7 +38,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
 
     With feedback of wear the brake is as worn as it is at the start of the run.
     """
-    scene = worn_scene(scene)
+    scene = _with_sums(worn_scene(scene))
     brake, duty, initial, heat, lever = scene.brake, scene.duty, scene.initial, scene.heat, scene.lever
     thermal = u = None
     if heat is not None:
@@ -95,6 +95,15 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     pieces |= {name: first_piece(profile, t_0) for name, profile in given.items()}
     mode = Mode(jnp.asarray(band), sense, own_mode, pieces, layer=layer)
     return system, *system.start(t_0, omega_0, own, u, mode)
+
+
+def _with_sums(scene: Scene) -> Scene:
+    """The scene with sums over its histories (`AbstractProfile.with_sums`)."""
+
+    def is_profile(x: object) -> bool:
+        return isinstance(x, AbstractProfile)
+
+    return jax.tree.map(lambda x: x.with_sums() if is_profile(x) else x, scene, is_leaf=is_profile)
 
 
 def _senses(pair: Pair, thermal: Thermal | None) -> bool:
