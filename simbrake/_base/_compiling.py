@@ -129,11 +129,11 @@ def one_function(function: Callable[[Array], PyTree], numbers: Array) -> PyTree:
     return marked(function)
 
 
-def joined(function: Callable[[PyTree], PyTree], arrays: PyTree) -> PyTree:
-    """`function(arrays)` of a tree of arrays within a larger program: as one function where XLA can do that, but not
-    where many are computed side by side, as XLA's treatment of those is not known.
+def joined(function: Callable[[PyTree], PyTree], arrays: PyTree, *, in_turn: bool = False) -> PyTree:
+    """`function(arrays)` of a tree of arrays within a larger program: as one function where XLA can do that.
 
-    Arrays that are not traced are compiled in.
+    Where it is mapped, many are computed side by side in the ordinary way, as XLA's treatment of those is not known, or
+    one after the other (`in_turn`). Arrays that are not traced are compiled in.
     """
     leaves, structure = jax.tree.flatten(arrays)
     traced = [isinstance(leaf, Tracer) for leaf in leaves]
@@ -156,7 +156,7 @@ def joined(function: Callable[[PyTree], PyTree], arrays: PyTree) -> PyTree:
 
     @marked.def_vmap
     def _(size: int, batched: PyTree, numbers: Array) -> tuple[PyTree, PyTree]:
-        answers = jax.vmap(inner)(numbers)
+        answers = jax.lax.map(marked, numbers) if in_turn else jax.vmap(inner)(numbers)
         return answers, jax.tree.map(lambda _: True, answers)
 
     return marked(numbers)

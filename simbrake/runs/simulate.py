@@ -292,7 +292,8 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
 
     def run(numbers: Array) -> Record:
         problem, settings = posed(packing, numbers, max_steps)
-        return hybridsolve(*problem, method, settings, **({"call": joined} if joins else {}))
+        call = {"call": functools.partial(joined, in_turn=True)} if joins else {}
+        return hybridsolve(*problem, method, settings, **call)
 
     return run
 
@@ -373,11 +374,13 @@ _explicit = functools.cache(lambda: ExplicitRungeKutta.shipped("Dopri8"))
 
 
 def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
-    """Limits of the step attempts, tried one after the other; a scene of many events begins with the second."""
+    """Limits of the step attempts, tried one after the other; a scene of many events begins with the second, and none
+    is below the number of points of a history."""
     if max_steps:
         return (max_steps,)
     many = scene.brake.resolved or getattr(scene.duty.lever, "knot_count", 0) > 40
-    return _STEPS[many:]
+    points = max(map(np.size, jax.tree.leaves(scene)))
+    return tuple(n for n in _STEPS[many:] if n > points) or _STEPS[-1:]
 
 
 #: how many times the step attempts of a run a differentiated one may take, as it resolves tangents too
