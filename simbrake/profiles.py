@@ -3,7 +3,7 @@
 import abc
 import dataclasses
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import jax
@@ -18,7 +18,16 @@ from ._base._quantity import Over, Quantity, Scalar
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
 from .hybrid.struct import AbstractVar, Struct, struct_field, with_fields
 
-__all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
+__all__ = [
+    "AbstractProfile",
+    "Constant",
+    "ExponentialRise",
+    "FunctionProfile",
+    "PiecewiseLinear",
+    "Repeated",
+    "held",
+    "ramp",
+]
 
 #: knots of different profiles closer than this share of their time coincide
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
@@ -417,6 +426,20 @@ def ramp(
         PiecewiseLinear(times=[0, 0.35] s, values=[2000, 24000])
     """
     return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
+
+
+@takes_values
+def held(
+    times: Annotated[Sequence[float], Quantity("s", "times from which the values hold", many=Over.ROWS)],
+    values: Annotated[Sequence[float], Quantity("SI", "values", many=Over.ROWS)],
+) -> PiecewiseLinear:
+    """Samples each of which holds up to the next (zero order): straight lines with a jump at each time.
+
+    Example:
+        >>> sb.profiles.held([0.0, 1.0, 3.0], [2.0, 5.0, 4.0]).values
+        array([2., 2., 5., 5., 4.])
+    """
+    return PiecewiseLinear(times=np.repeat(times, 2)[1:], values=np.repeat(values, 2)[:-1])
 
 
 class Repeated(AbstractPoints):
