@@ -430,8 +430,8 @@ def ramp(
 
 @takes_values
 def held(
-    times: Annotated[Sequence[float], Quantity("s", "times from which the values hold", many=Over.ROWS)],
-    values: Annotated[Sequence[float], Quantity("SI", "values", many=Over.ROWS)],
+    times: Annotated[Sequence[float] | np.ndarray, Quantity("s", "times from which the values hold", many=Over.ROWS)],
+    values: Annotated[Sequence[float] | np.ndarray, Quantity("SI", "values", many=Over.ROWS)],
 ) -> PiecewiseLinear:
     """Samples each of which holds up to the next (zero order): straight lines with a jump at each time.
 
