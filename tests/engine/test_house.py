@@ -170,7 +170,7 @@ def test_imports_point_one_way():
     by_name = [file.name for file in files if re.search(r"import_module\(f?.simbrake[.{]", file.read_text("utf-8"))]
     assert sorted(by_name) == ["__init__.py", "result.py"]
     asked = re.findall(r'_above\("([\w.]+)"\)', (PACKAGE / "runs" / "result.py").read_text("utf-8"))
-    assert sorted(set(asked)) == ["runs.accuracy", "runs.measure", "runs.verdict", "plot", "results"]
+    assert sorted(set(asked)) == ["plot", "results", "runs.accuracy", "runs.measure", "runs.verdict"]
 
 
 def test_integrator_knows_nothing_of_brakes():
