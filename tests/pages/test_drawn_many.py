@@ -31,14 +31,6 @@ def data_of(columns, events=(), status="stopped", end=4.0, start=0.0):
 
 
 BAND = {"tight_tension": ("N", np.linspace(2e4, 6e4, 5)), "slack_tension": ("N", np.linspace(1e3, 5e3, 5))}
-PADS = {
-    "lever_force": ("N", np.linspace(0.0, 8e3, 5)),
-    "normal_load": ("N", np.outer(np.arange(1, 6), [1e3, 3e3, 2e3])),
-}
-HOT = {
-    "rim_temperature": ("K", 273.15 + np.array([20.0, 50.0, 90.0, 60.0, 40.0])),
-    "lining_temperature": ("K", 273.15 + np.array([[20.0, 25, 0], [60, 70, 0], [30, 20, 0], [30, 20, 0], [30, 20, 0]])),
-}
 
 
 def test_compare_marks_events():
@@ -63,35 +55,6 @@ def test_compare_marks_events():
     for axes, factor, column in ((torque, 1e-3, "brake_torque"), (tension, 1e-3, "tight_tension")):
         for line, data in zip(axes.lines, (one, other), strict=True):
             np.testing.assert_allclose(line.get_xydata(), np.stack([data["time"], factor * data[column]], axis=1))
-
-
-def test_compare_of_pads():
-    held = data_of(PADS | HOT, status="lowering")
-    cold = data_of(PADS, status="lowering")
-    figure = plot.compare({"hot": held, "cold": cold})
-    lever, load, hot = figure.axes[2:]
-    np.testing.assert_allclose([line.get_ydata() for line in lever.lines], [[0, 2, 4, 6, 8]] * 2)
-    np.testing.assert_allclose([line.get_ydata() for line in load.lines], [[3, 6, 9, 12, 15]] * 2)
-    (line,) = hot.lines
-    np.testing.assert_allclose(line.get_ydata(), [25.0, 70.0, 90.0, 60.0, 40.0])
-    assert line.get_color() == CYCLE[0]
-    # the lever is drawn where it holds the speed of all
-    stopped = data_of(PADS)
-    assert len(plot.compare([stopped, cold]).axes) == 3
-    banded = data_of(BAND, status="lowering")
-    np.testing.assert_allclose(plot.compare([banded, banded]).axes[2].lines[0].get_ydata(), [1, 2, 3, 4, 5])
-
-
-def test_compare_names_what_each_kind_of_brake_has():
-    """The force on a pad is no tension of a band: each has its panel."""
-    axes = plot.compare({"band": data_of(BAND), "disc": data_of(PADS)}).axes[2:]
-    assert [one.get_ylabel().replace("\n", " ") for one in axes] == [
-        "tension of the tight end, kN",
-        "normal force on a lining, kN",
-    ]
-    assert [[line.get_color() for line in one.lines] for one in axes] == [[CYCLE[0]], [CYCLE[1]]]
-    axes = plot.compare([data_of(BAND, status="lowering"), data_of(PADS, status="lowering")]).axes[2:4]
-    assert [one.get_ylabel().split("\n")[1] for one in axes] == ["the lever, kN", "the actuator, kN"]
 
 
 # --- metrics over parameters ------------------------------------------------------------------------------------------
@@ -136,25 +99,6 @@ def test_sweep_over_one_parameter():
     figure = plot.sweep(failed, ["peak_rim_temperature"])
     (cell,) = figure.axes[0].patches
     assert (cell.get_x(), cell.get_x() + cell.get_width()) == pytest.approx((15.0, 25.0))
-
-
-def test_sweep_draws_four_metrics_at_most():
-    names = ["zeta", "max_tension", "energy.friction_heat", "hook_travel", "stopping_angle"]
-    rise = [1.0, 2.0, 3.0, 4.0]
-    data = line_study(**{name: ("1" if name == "zeta" else "", rise) for name in names})
-    labels = [axes.get_ylabel() for axes in plot.sweep(data).axes]
-    assert labels == [
-        "stopping time, s",
-        "hook travel to the first\nstop (–)",
-        "angle to the first stop (–)",
-        "energy: friction heat (–)",
-    ]
-    with pytest.raises(sb.InputError, match="the data is without colour, sequence — there are: peak_rim"):
-        plot.sweep(data, ["colour", "zeta", "sequence"])
-    # equal but rounding, or one value alone: nothing that varies
-    for values in ([1.0, 1.0 + 1e-12, 1.0, 1.0], [math.nan, 2.0, math.nan, math.nan]):
-        with pytest.raises(sb.InputError, match="has no metric that varies"):
-            plot.sweep(study("load.mass", {"load.mass": MASS}, {"a": ("s", values)}, [0] * 4, [0] * 4))
 
 
 def test_sweep_over_two_parameters():
@@ -210,22 +154,6 @@ def test_permissible_map():
     lines = [path.vertices for part in axes.collections[1:3] for path in part.get_paths()]
     np.testing.assert_allclose(lines[0][:, 0], 2.2, rtol=1e-9)
     np.testing.assert_allclose(lines[1][:, 1], 13.0, rtol=1e-9)
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == [
-        *(
-            "within all limits",
-            "a limit is exceeded, or the load is not stopped or held",
-            "hook travel to the first stop ≤ 2.2 m",
-            "minimum holding reserve ≥ 13",
-        ),
-        "no value, or failed",
-    ]
-    figure = plot.permissible(data.isel(b=slice(4)), {"hook_travel": 0.5, "min_holding_reserve": 9.0})
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[2:] == [
-        "hook travel to the first stop ≤ 0.5 m: exceeded everywhere",
-        "minimum holding reserve ≥ 9: kept everywhere",
-    ]
     with pytest.raises(sb.InputError, match="is no grid of two parameters"):
         plot.permissible(data.isel(a=0), {"hook_travel": 1.0})
     with pytest.raises(sb.InputError, match="the data is without max_tension"):
@@ -246,50 +174,3 @@ def test_sweep_of_an_ensemble():
         for axes, x in zip(row, ([10, 20, 30, 50], [1, 3, 2, 4]), strict=True):
             np.testing.assert_allclose(axes.lines[0].get_xydata(), np.stack([x, values], axis=1))
             assert not axes.patches
-
-
-def test_sweep_of_many_runs():
-    """Beside 400 points the share of the runs by the metric, its quantiles, and names in words."""
-    n = 400
-    rng = np.random.default_rng(1)
-    about = {"units": "kg", "meaning": "mass on the hook"}
-    mass, speed = rng.uniform(1e4, 2e4, n), rng.uniform(1.0, 2.0, n)
-    time = 1e-4 * mass + speed
-    coords = {"load.mass": ("run", mass, about), "run": ("run", np.arange(n))}
-    code = np.where(np.arange(n) < 40, 4, 0)
-    figure = plot.sweep(study("run", coords, {"stopping_time": ("s", time)}, np.zeros(n, int), code))
-    points, share = figure.axes
-    assert (points.get_xlabel(), points.get_ylabel()) == ("mass on the hook, t", "stopping time, s")
-    assert sum(bar.get_width() for bar in share.patches) == pytest.approx(90.0)
-    at = np.percentile(time[40:], [95, 50, 5])
-    np.testing.assert_allclose([line.get_ydata()[0] for line in share.lines], at)
-    assert [line.get_label() for line in share.lines] == [
-        f"{p} % below {x:.4g}" for p, x in zip((95, 50, 5), at, strict=True)
-    ]
-    coords["speed"] = ("run", speed, {"units": "rad/s", "meaning": "initial speed"})
-    figure = plot.sweep(study("run", coords, {"stopping_time": ("s", time)}, np.zeros(n, int), code))
-    plane, bar = figure.axes
-    assert (plane.get_xlabel(), plane.get_ylabel()) == ("mass on the hook, t", "initial speed, rad/s")
-    assert bar.get_ylabel() == "stopping time, s"
-    dots, contours = plane.collections
-    np.testing.assert_allclose(dots.get_offsets(), np.stack([mass / 1e3, speed], axis=1)[40:])
-    along = np.concatenate([path.vertices @ [0.1, 1.0] for path in contours.get_paths()])
-    assert np.abs(np.subtract.outer(along, contours.levels)).min(axis=1).max() < 1e-6
-    assert len(contours.levels) > 4
-    few = plot.sweep(
-        study("run", coords, {"stopping_time": ("s", time)}, np.zeros(n, int), code).isel(run=slice(0, 50))
-    )
-    assert [len(axes.lines) for axes in few.axes] == [1, 1]
-
-
-def test_sweep_of_a_fine_grid():
-    """A curve without points, the distribution beside it; what has no value is one hatched part."""
-    x = np.linspace(1e4, 2e4, 201)
-    values = np.where(x > 1.5e4, math.nan, x)
-    metrics = {"stopping_time": ("s", 1e-4 * values)}
-    mass = ("load.mass", x, {"units": "kg", "meaning": "mass on the hook"})
-    figure = plot.sweep(study("load.mass", {"load.mass": mass}, metrics, [0] * 201, [0] * 201))
-    curve, share = figure.axes
-    assert [line.get_marker() for line in curve.lines] == ["None"]
-    assert len(curve.patches) == 1
-    assert len(share.lines) == 3

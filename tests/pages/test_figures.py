@@ -1,26 +1,19 @@
-"""Every figure of `simbrake.plot`: its example runs, texts are legible at half size, axes have units, colours are safe,
-and no text lies on a line or on another text."""
+"""Every figure of `simbrake.plot`: its example runs, texts are legible at half size, axes have units."""
 
 import dataclasses
 import doctest
 import inspect
-import itertools
 import json
 import re
 
-import matplotlib
 import numpy as np
 import pytest
 import rig_recordings
 from commands import call
 from goldens import assert_kept, words_of
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.text import Text
 from paper_figures import PUBLISHED, published
-from picture_scenes import CONTACTS, CYCLE, hot_result, plain_result, staged_result
+from picture_scenes import hot_result, plain_result, staged_result
 from stop_scenes import stop_scene
 
 import simbrake as sb
@@ -37,116 +30,15 @@ DRAWN = {
 COUNTED = r"lining,|lining$|number of the stop|^\$k\$ of \d+|brake applications|^(ex|in)ternal pair$|^$"
 
 
-# --- what a reader meets ----------------------------------------------------------------------------------------------
-
-
-def texts_of(figure):
-    """Texts that are drawn, with their boxes (pixels)."""
-    renderer = figure.canvas.get_renderer()
-    figure.draw(renderer)
-    away = set()
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            low, high = sorted(axis.get_view_interval())
-            room = 1e-9 * (high - low)
-            for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
-                if not axes.axison or not low - room <= tick.get_loc() <= high + room:
-                    away |= {tick.label1, tick.label2}
-            if not axes.axison:
-                away.add(axis.label)
-    shown = [x for x in figure.findobj(Text) if x.get_visible() and x.get_text().strip() and x not in away]
-    return [(x, box) for x in shown for box in [x.get_window_extent(renderer)] if box.width > 0]
-
-
-def points_of(line):
-    """Points of a line, one pixel apart, as far as they lie in its axes."""
-    xy = line.get_transform().transform(np.asarray(line.get_xydata(), float))
-    gaps = np.isfinite(xy).all(axis=1)
-    points = [xy[gaps]]
-    if line.get_linestyle() not in ("None", "none", " ", ""):
-        for (a, b), good in zip(itertools.pairwise(xy), gaps[1:] & gaps[:-1], strict=True):
-            count = int(min(np.hypot(*(b - a)), 5000)) + 1 if good else 0
-            points.append(a + np.linspace(0, 1, count + 1)[:, None] * (b - a) if good else np.zeros((0, 2)))
-    points, box = np.concatenate(points), line.axes.bbox
-    inside = (points >= [box.x0 - 1, box.y0 - 1]) & (points <= [box.x1 + 1, box.y1 + 1])
-    return points[inside.all(axis=1)] if line.get_clip_on() else points
-
-
-def frame(text, box):
-    """The box of a text, of a turned one before it was turned, with the point and the matrix of the turn."""
-    at, turn = text.get_transform().transform(text.get_position()), text.get_rotation()
-    if not (turn % 90 and text.get_rotation_mode() == "anchor"):
-        return box, at, np.eye(2)
-    text.set_rotation(0.0)
-    box = text.get_window_extent(text.get_figure(root=True).canvas.get_renderer())
-    text.set_rotation(turn)
-    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-    return box, at, np.asarray([[c, -s], [s, c]])
-
-
-def on_text(points, text, box):
-    """Which points lie in the box of a text, of a turned one in its own frame."""
-    box, at, turn = frame(text, box)
-    points = (points - at) @ turn + at
-    inside = (points > [box.x0 + 1, box.y0 + 1]) & (points < [box.x1 - 1, box.y1 - 1])
-    return inside.all(axis=1)
-
-
-def safe(colour):
-    """Grey, one of the colours for any colour vision, paler ones of these, or of a perceptually uniform map."""
-    rgb = np.asarray(to_rgb(colour))
-    if np.ptp(rgb) < 0.02:
-        return True
-    known = [np.asarray(to_rgb(one)) for one in [*CYCLE, *CONTACTS.values(), "#00604a"]]
-    pale = [share * one + 1 - share for one in known for share in np.linspace(0.1, 1.0, 37)]
-    maps = [matplotlib.colormaps[name](np.linspace(0, 1, 257))[:, :3] for name in ("viridis", "inferno")]
-    return (
-        min(np.abs(np.asarray(pale) - rgb).max(axis=1).min(), *(np.abs(m - rgb).max(axis=1).min() for m in maps)) < 0.02
-    )
-
-
 def check(figure):
-    """The rules for every figure."""
+    """Every axis names its unit, and every text can be read at half size."""
     root = figure.get_figure(root=True)
-    FigureCanvasAgg(root)
-    drawn = texts_of(root)
-    assert min(text.get_fontsize() for text, _ in drawn) / 2 >= 6
     for axes in root.axes:
         labels = [axes.get_xlabel(), axes.get_ylabel()] if axes.axison else []
         for label in labels:
             words = label.replace("\n", " ")
             assert re.search(r", \S+( \(.*\))?$|\(–\)|, % |, 1/s", words) or re.search(COUNTED, words), words
-    colours = [text.get_color() for text, _ in drawn]
-    for line in root.findobj(Line2D):
-        colours += [line.get_color()] if line.get_linestyle() != "None" else [line.get_markeredgecolor()]
-    colours += [one.get_facecolor() for one in root.findobj(Patch) if one.get_fill()]
-    assert not {str(colour) for colour in colours if not safe(colour)}
-    lines = [
-        line
-        for axes in root.axes
-        if axes.get_visible()
-        for line in axes.lines
-        if line.get_visible() and line.get_gid() != "scale" and len(line.get_xdata())
-    ]
-    for line in lines:
-        points = points_of(line)
-        hit = [text.get_text() for text, box in drawn if on_text(points, text, box).any()]
-        assert not hit, (line.get_label(), hit)
-    level = [(text, box) for text, box in drawn if not text.get_rotation() % 90]
-    for (a, x), (b, y) in itertools.combinations(level, 2):
-        apart = x.x1 - 1 <= y.x0 + 1 or y.x1 - 1 <= x.x0 + 1 or x.y1 - 1 <= y.y0 + 1 or y.y1 - 1 <= x.y0 + 1
-        assert apart, (a.get_text(), b.get_text())
-    for a, x in drawn:
-        if a.get_rotation() % 90:
-            box, at, turn = frame(a, x)
-            points = np.stack(np.meshgrid(*(np.linspace(*sorted(e), 20) for e in (box.intervalx, box.intervaly))), -1)
-            points = (points.reshape(-1, 2) - at) @ turn.T + at
-            hit = [b.get_text() for b, y in drawn if b is not a and on_text(points, b, y).any()]
-            assert not hit, (a.get_text(), hit)
-    cut = [
-        x.get_text() for x, box in drawn if not x.get_clip_on() and not -2 <= box.x0 <= box.x1 <= root.bbox.width + 2
-    ]
-    assert not cut
+    assert min(text.get_fontsize() for text in root.findobj(Text) if text.get_text().strip()) / 2 >= 6
 
 
 # --- the examples -----------------------------------------------------------------------------------------------------

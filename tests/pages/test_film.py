@@ -1,6 +1,5 @@
 """An animation: what its frames show, when, and what it refuses; and how fast the film of a page runs."""
 
-import json
 import math
 import re
 
@@ -10,11 +9,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from picture_scenes import CONTACTS, plain_result, staged_result, wedges
 from PIL import Image
-from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.pages._page import film_page
 
 CONTACT_OF = {to_hex(colour): words for words, colour in CONTACTS.items()}
 
@@ -117,43 +114,3 @@ def test_what_makes_no_animation(tmp_path, name, given, paths):
 
 
 # --- the film of a page -----------------------------------------------------------------------------------------------
-
-
-def film_of_page(result, **options):
-    """The film of a page: its moments, and how fast it runs until when."""
-    page = film_page(result, "", **{"count": 101, "duration": 5.0, "start": None, "end": None} | options)
-    return json.loads(re.search(r'id="data">(.*?)</script>', page)[1])["run"]["film"]
-
-
-def test_film_is_slow_where_slip_begins():
-    """45 % of the film up to 1.3 times full slip, the rest up to 1.15 times the stop; words say how slow."""
-    run = plain_result()
-    full, stop = float(run.full_slip_time), float(run.stopping_time)
-    film = film_of_page(run)
-    t = film["t"]
-    assert (t[0], t[45], t[100]) == pytest.approx((0.0, 1.3 * full, 1.15 * stop), rel=1e-5)
-    rates = 0.45 * 5.0 / (1.3 * full), 0.55 * 5.0 / (1.15 * stop - 1.3 * full)
-    for one, rate in zip(film["rates"], rates, strict=True):
-        times = re.search(r"slow motion: (\S+) times slower", one["words"])[1]
-        assert float(times) == pytest.approx(rate, rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("duration", "words"),
-    [(1.0, "as fast as the brake"), (0.5, "2.0 times faster"), (2.0, "slow motion: 2.0 times slower")],
-)
-def test_rate_of_an_even_film(duration, words):
-    film = film_of_page(plain_result(), duration=duration, start=2.0, end=3.0)
-    (rate,) = film["rates"]
-    assert words in rate["words"]
-    np.testing.assert_allclose(film["t"], np.linspace(2.0, 3.0, 101), rtol=1e-6)
-
-
-def test_film_has_the_travel_of_the_hook():
-    """Radius of the drum 0.4 m and 8 lines: 0.05 m for each radian."""
-    run = sb.simulate(stop_scene(n=4, beta=60.0, C=None, T0=3e4, load=sb.HookLoad(5e3, 0.4, 8.0), end=1.0))
-    film = film_of_page(run, start=0.1, end=0.4)
-    np.testing.assert_allclose(film["hook"], 0.05 * np.asarray(film["phi"]), rtol=1e-5)
-    for wrong in ({"start": -1.0, "end": 9.0}, {"start": 0.4, "end": 0.4}):
-        with pytest.raises(sb.InputError):
-            film_of_page(run, **wrong)

@@ -1,4 +1,4 @@
-"""Report, app and publication in a browser at 1280 and 400 px: what is read from the page is the run.
+"""Report, app and publication in a browser: what is read from the page is the run.
 
 Chromium by Playwright where both are installed; elsewhere the data of the pages is tested without, which the end of the
 test run says loudly (`conftest.py`).
@@ -9,30 +9,24 @@ import contextlib
 import dataclasses
 import html
 import http.client
-import io
 import itertools
 import json
-import math
 import re
 import socket
 import subprocess
 import sys
 from typing import NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from browsers import browser_path, chromium
 from commands import call, output
 from disc_scenes import disc_scene
-from rig_recordings import book
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.export import _c_code
 
 NASTY = "</script><img src=x onerror=\"document.title='run'\">"
-SIZES = {"wide": (1280, 900), "phone": (400, 800)}
 
 
 @pytest.fixture(scope="module")
@@ -45,10 +39,9 @@ def browser():
         yield found
 
 
-def opened(browser, address, size="wide", **options):
-    """A page that must not report errors, fits the width of its window, and asks for nothing elsewhere."""
-    width, height = SIZES[size]
-    page = browser.new_page(viewport={"width": width, "height": height}, **options)
+def opened(browser, address):
+    """A page that must not report errors, and asks for nothing elsewhere; it fits the width of a phone too."""
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
     page.problems = []
     page.on("pageerror", lambda error: page.problems.append(str(error)))
     asked = []
@@ -56,7 +49,8 @@ def opened(browser, address, size="wide", **options):
     page.goto(address)
     assert page.problems == []
     assert all(url.startswith((address.rpartition("/")[0], "data:")) or url.endswith("/favicon.ico") for url in asked)
-    if options.get("java_script_enabled", True):
+    for width in (400, 1280):
+        page.set_viewport_size({"width": width, "height": 900})
         assert page.evaluate("document.documentElement.scrollWidth") <= width
     return page
 
@@ -64,16 +58,6 @@ def opened(browser, address, size="wide", **options):
 def data_of(text):
     (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)
     return json.loads(found)
-
-
-def number(text):
-    return float(text.replace("−", "-").split()[0])
-
-
-def legend(page, chart):
-    """Time and values at the cursor of a chart."""
-    values = page.locator(f'[data-chart="{chart}"] .u-value').all_inner_texts()
-    return [number(value) for value in values]
 
 
 # --- report -----------------------------------------------------------------------------------------------------------
@@ -114,18 +98,6 @@ def test_curves_and_film_of_the_run(run, report):
     np.testing.assert_allclose(film["pairs"][0]["load"][50], np.asarray(s.normal_load[0]) / 1e3, rtol=1e-4)
     np.testing.assert_allclose(film["phi"][50:60], s.phi, rtol=1e-4)
     assert len(film["pairs"][0]["contacts"][50]) == run.scene.brake.linings.count
-    stop, slip = run.metrics["stopping_time"], run.metrics["full_slip_time"]
-    assert [(window["words"], window["start"], window["end"]) for window in data["windows"]] == [
-        ("until rest", 0.0, pytest.approx(1.15 * stop)),
-        ("up to full slip, enlarged", 0.0, pytest.approx(1.3 * slip)),
-        ("whole run", 0.0, 5.0),
-    ]
-    assert (film["hook"], film["heat"], film["seconds"]) == (None, None, 8.0)
-    slow, fast = film["rates"]
-    assert fast["until"] == 8.0
-    for one, low, high, begin in ((slow, 0.0, 1.3 * slip, 0.0), (fast, 1.3 * slip, 1.15 * stop, slow["until"])):
-        rate = float(re.search(r"slow motion: (\S+) times", one["words"])[1])
-        assert rate == pytest.approx((one["until"] - begin) / (high - low), rel=0.05)
     marked = {event["words"]: event["t"] for event in data["events"]}
     assert marked["stop"] == run.metrics["stopping_time"]
 
@@ -138,94 +110,15 @@ def test_curves_of_temperature():
         rim="metal",
     )
     hook = sb.HookLoad(1e3, 0.4, 8)
-    for scene, body, lining in ((stop_scene(n=3, load=hook), "rim", "lining"), (disc_scene(), "disc", "pad")):
+    for scene in (stop_scene(n=3, load=hook), disc_scene()):
         result = sb.simulate(dataclasses.replace(scene, heat=heat))
-        data = data_of(sb.report(result, check=False))["run"]
-        charts = {chart["title"]: chart for chart in data["charts"]}
-        named = [line["label"] for line in charts["Surface temperature"]["lines"]]
-        assert named == [f"hottest {body}", f"hottest {lining}"]
-        film = data["film"]
+        film = data_of(sb.report(result, check=False))["run"]["film"]
         s = result.series(film["t"])
         linings, rim = (np.asarray(x) - 273.15 for x in (s.lining_temperature, s.rim_temperature))
         np.testing.assert_allclose(film["heat"]["linings"], linings, rtol=1e-4)
         np.testing.assert_allclose(film["heat"]["rim"], rim.max(axis=1), rtol=1e-4)
-        low, high = min(linings.min(), rim.min()), max(linings.max(), rim.max())
-        assert (film["heat"]["low"], film["heat"]["high"]) == pytest.approx((low, max(high, low + 1.0)), rel=1e-4)
-        assert (film["tension"] is None) == (film["hook"] is None) == (lining == "pad")
         if film["hook"]:
             np.testing.assert_allclose(film["hook"], np.asarray(film["phi"]) * 0.4 / 8, rtol=1e-5)
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_hovering_shows_the_series(browser, run, report, size):
-    if browser is None:
-        return
-    page = opened(browser, report[0].as_uri(), size)
-    for place in (0.06, 0.1, 0.55):
-        area = page.locator('[data-chart="Torque"] .u-over')
-        area.scroll_into_view_if_needed()
-        box = area.bounding_box()
-        page.mouse.move(box["x"] + place * box["width"], box["y"] + 20)
-        page.wait_for_timeout(100)
-        t, brake, load = legend(page, "Torque")
-        s = run.series([t])
-        assert 0 < t < 5.0
-        assert brake == pytest.approx(float(s.brake_torque[0]) / 1e3, rel=1e-4)
-        assert load == pytest.approx(float(s.load_torque[0]) / 1e3, rel=1e-4)
-        assert legend(page, "Speed")[0] == t  # one cursor in all charts
-        assert legend(page, "Speed")[1] == pytest.approx(float(s.omega[0]), rel=1e-4, abs=1e-4)
-        film = float(re.search(r"t = (\S+) s", page.inner_text("#now"))[1])
-        assert film == pytest.approx(min(t, 1.15 * run.metrics["stopping_time"]), abs=0.02)  # the film follows
-    page.close()
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_film_plays_steps_and_scrubs(browser, run, report, size):
-    if browser is None:
-        return
-    film = data_of(report[1])["run"]["film"]
-    page = opened(browser, report[0].as_uri(), size)
-    page.locator("#at").fill("100")
-    for step, moment in (("#forth", 101), ("#forth", 102), ("#back", 101)):
-        page.click(step)
-        assert float(re.search(r"t = (\S+) s", page.inner_text("#now"))[1]) == pytest.approx(
-            film["t"][moment], rel=1e-5
-        )
-    angle = float(re.search(r"rotate\((\S+)\)", page.get_attribute(".turning", "transform"))[1])
-    assert math.remainder(angle + math.degrees(film["phi"][101]), 360.0) == pytest.approx(0.0, abs=1e-2)
-    page.locator('.lining[data-lining="4"]').hover(force=True)
-    said = page.inner_text("#looked")
-    assert f"N = {film['pairs'][0]['load'][101][4]:.5g} kN" in said
-    assert f"T behind it {film['tension'][101][5]:.5g} kN" in said
-    page.click("#play")
-    page.wait_for_timeout(300)
-    page.click("#play")
-    assert int(page.input_value("#at")) > 101
-    page.close()
-
-
-def test_a_report_prints_on_four_pages(browser, report):
-    if browser is None:
-        return
-    page = opened(browser, report[0].as_uri())
-    printed = page.pdf(format="A4")
-    assert 1 <= len(re.findall(rb"/Type\s*/Page\b", printed)) <= 4
-    page.close()
-
-
-@pytest.mark.parametrize(("scheme", "paper"), [("light", (255, 255, 255)), ("dark", (18, 24, 31))])
-def test_figures_are_dark_on_a_dark_screen(browser, report, scheme, paper):
-    if browser is None:
-        return
-    page = opened(browser, report[0].as_uri(), color_scheme=scheme)
-    figures = page.locator("figure > img:visible")
-    assert figures.count() > 0
-    for i in range(figures.count()):
-        shown = plt.imread(io.BytesIO(figures.nth(i).screenshot()))
-        assert tuple(np.rint(255 * shown[20, 4, :3])) == paper
-        # (axes and texts are as far from the paper as can be read)
-        assert np.ptp(shown[:, : shown.shape[1] // 12].mean(axis=2)) > 0.6
-    page.close()
 
 
 def test_texts_of_people_never_run(browser, report):
@@ -240,19 +133,6 @@ def test_texts_of_people_never_run(browser, report):
                   "document.body.append(s); }")  # fmt: skip
     assert page.evaluate("window.ran") is None
     page.close()
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_ledger_of_a_rig(browser, tmp_path, size):
-    recorded = book()
-    sb.pages.write_ledger(recorded, tmp_path)
-    text = (tmp_path / "ledger.html").read_text("utf-8")
-    assert all(words in text for words in ("flagged and left out: 1", "single update", *recorded.notes))
-    if browser is not None:
-        page = opened(browser, f"file://{tmp_path}/ledger.html", size)
-        assert page.locator("#lowerings tbody tr").count() == 2 * len(recorded.entries)
-        assert page.locator("#totals table").count() == 2
-        page.close()
 
 
 def test_animate_writes_a_page(tmp_path, capsys):
@@ -390,71 +270,25 @@ def test_every_parameter_has_a_slider(server, scene):
     assert controls["initial.omega"]["unit"] == "rad/s"
 
 
-@pytest.mark.slow
-def test_the_app_opens_on_what_pulls_and_not_on_its_limit(scene, tmp_path):
-    """The full pull of the hand, though the force that is allowed is larger."""
-    force = sb.PiecewiseLinear([0.0, 0.4], [0.0, 450.0])
-    lever = sb.Lever(force, arm=1.8, slack_arm=0.025, efficiency=0.9, greatest_force=600.0)
-    duty, start = sb.Duty(lever, sb.HookLoad(60e3, 0.35, 10)), sb.Initial(hook_speed=1.0)
-    sb.write_scene(dataclasses.replace(scene, duty=duty, initial=start), tmp_path / "scene.toml")
-    with serving(tmp_path / "scene.toml") as found:
-        first = {one.get("name"): one["path"] for one in controls_of(found) if one["group"] == "What decides first"}
-    assert first["Pull of the hand, full"] == "duty.slack_tension.force.values[1]"
-    assert first["Hook speed at the start"] == "initial.hook_speed"
-    assert first["Mass on the hook"] == "duty.load.mass"
-
-
-def compared_with_the_start(page, start, now):
-    """A press of the button adds the start to tiles and charts, another one removes it."""
-    before = page.locator(".chart .u-label").all_inner_texts()
-    page.click("#compare")
-    first, last = (run.metrics["stopping_time"] for run in (start, now))
-    said = page.locator("#figures div", has=page.get_by_text("Stopping time", exact=True)).locator("small").inner_text()
-    share = re.fullmatch(rf"start: {first:.3g} s, [+]?([−.\d]+) %", said).group(1)
-    assert number(share) == pytest.approx(100 * (last / first - 1), rel=0.05)  # two digits
-    labels = page.locator(".chart .u-label").all_inner_texts()
-    assert [name for name in labels if name.endswith(", start")] == [
-        f"{name}, start" for name in before if name != "t, s"
-    ]
-    page.click("#compare")
-    assert page.locator(".chart .u-label").all_inner_texts() == before
-    assert "start:" not in page.inner_text("#figures")
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size, tmp_path):
+def test_a_slider_moves_metrics_and_pictures(browser, server, scene, tmp_path):
     if browser is None:
         return
     from playwright.sync_api import expect
 
-    page = opened(browser, server.address, size)
+    page = opened(browser, server.address)
     assert page.title() != "run"
-    if size == "phone":
-        page.locator("summary", has_text="initial").click()
     page.fill("#find", "omega")
-    assert page.locator(".control:visible").count() == 1
     page.locator('[data-path="initial.omega"] input[type=range]').fill("700")
     expect(page.locator("#state")).to_have_text(re.compile("drawn after"), timeout=30_000)
     control = next(one for one in controls_of(server) if one["path"] == "initial.omega")
     w = control["low"] + 0.7 * (control["high"] - control["low"])
     run = sb.simulate(sb.with_values(scene, {"initial.omega": w}))
     expect(page.locator("#figures")).to_contain_text(f"{run.metrics['stopping_time']:.3g} s", timeout=30_000)
-    page.fill("#find", "")
     with page.expect_download() as download:
         page.click("#save")
     file = tmp_path / "scene.toml"
     download.value.save_as(file)
-    saved = sb.read_scene(file)
-    assert float(saved.initial.omega) == pytest.approx(w, rel=1e-12)
-    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    page.click("#copy")
-    expect(page.locator("#state")).to_have_text("copied as TOML")
-    assert page.evaluate("navigator.clipboard.readText()") == file.read_text("utf-8")
-    compared_with_the_start(page, sb.simulate(scene), run)
-    page.click("#reset")
-    expect(page.locator("#figures")).to_contain_text(
-        f"{sb.simulate(scene).metrics['stopping_time']:.3g} s", timeout=30_000
-    )
+    assert float(sb.read_scene(file).initial.omega) == pytest.approx(w, rel=1e-12)
     assert page.problems == []
     page.close()
 
@@ -484,13 +318,6 @@ def test_a_publication_has_what_it_needs(published):
         "size": path.stat().st_size,
     }
     assert said["size"] < 1e6
-    first = [control for control in live["controls"] if control["group"] == live["controls"][0]["group"]]
-    assert [control["path"] for control in first] == [
-        "duty.load.mass",
-        "initial.omega",
-        "duty.slack_tension.values[1]",
-        "brake.linings.friction.coefficient",
-    ]
     angles = next(control for control in live["controls"] if control["path"] == "brake.linings.angle")
     assert len(angles["places"]) == 20  # equal ones have one slider
 
@@ -517,8 +344,7 @@ def test_each_move_in_the_browser_is_a_run(published, browser):
             assert value == pytest.approx(float(result[about["name"]]), rel=1e-9)
         times = [event.time for event in result.events if event.lining is None]
         assert [event["t"] for event in found["events"]] == pytest.approx(times, rel=1e-9)
-        assert page.text_content("#banner b").startswith("H4: At rest and held")
-    compared_with_the_start(page, sb.simulate(sb.read_scene(STOP)), result)
+        assert page.text_content("#banner b").startswith("H4")
     curves = page.evaluate("window.simbrake.live.curves(0, 5, window.simbrake.live.run().events)")
     series = result.series(np.asarray(curves["t"]))
     between = np.all([np.abs(np.asarray(curves["t"]) - t) > 1e-6 for t in times], axis=0)
@@ -528,8 +354,6 @@ def test_each_move_in_the_browser_is_a_run(published, browser):
     page.locator('[data-path="initial.omega"] input[type=text]').fill("-1e60")
     page.locator('[data-path="initial.omega"] input[type=text]').press("Tab")
     assert "out of range" in page.text_content("#state")
-    page.click("#reset")
-    assert page.text_content("#state").startswith("run in")
     assert page.problems == []
     page.close()
 
@@ -565,42 +389,6 @@ def test_a_page_judges_a_load_by_its_reserve_as_a_run_does(published, browser, f
     page.close()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("areas", "limit", "words"),
-    [
-        ("0.03 m^2", 6e3, "Pressure on linings is compared by their load."),
-        ([0.03] * 19 + [0.02], None, "Not looked at here: Maximum mean pressure on a lining."),
-    ],
-)
-def test_a_publication_keeps_the_limits_of_its_scene(browser, scene, tmp_path, areas, limit, words):
-    """The run exceeds a permissible pressure: a page is red if it can look, and never green if it cannot."""
-    pytest.importorskip("ziglang")
-    linings = dataclasses.replace(scene.brake.linings, area=areas, permissible_pressure=0.2e6)
-    limited = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings))
-    sb.write_scene(limited, tmp_path / "scene.toml")
-    out = tmp_path / "page.html"
-    text = f"# {NASTY}\n{(tmp_path / 'scene.toml').read_text('utf-8')}"
-    (tmp_path / "scene.toml").write_text(text, "utf-8")
-    given = ("--vary", "initial.omega=20:20.1", "--limit", "max_tension=1 MN", "--out", str(out))
-    output("publish", str(tmp_path / "scene.toml"), *given)
-    text = out.read_text("utf-8")
-    data = data_of(text)["live"]
-    limits = {metric["name"]: metric["limit"] for metric in data["metrics"]}
-    assert (limits["max_normal_load"], limits["max_tension"]) == (pytest.approx(limit) if limit else None, 1e6)
-    assert words in data["coverage"]["words"]
-    assert [(one["path"], one["low"], one["high"]) for one in data["controls"]] == [("initial.omega", 20.0, 20.1)]
-    assert NASTY not in text
-    if browser is not None:
-        page = opened(browser, out.as_uri())
-        page.wait_for_function("document.body.dataset.milliseconds")
-        said = page.inner_text("#banner")
-        assert words in said
-        assert ("exceeded" in said) == (limit is not None)
-        assert page.get_attribute("#banner", "class") == f"verdict {'red' if limit else 'amber'}"
-        page.close()
-
-
 def test_what_makes_no_publication(scene, tmp_path, monkeypatch, capsys):
     """Wrong ranges, no compiler, no C form: each with the way out, and nothing is written."""
     sb.write_scene(scene, tmp_path / "scene.toml")
@@ -622,7 +410,3 @@ def test_what_makes_no_publication(scene, tmp_path, monkeypatch, capsys):
         patch.setitem(sys.modules, "ziglang", None)
         err = told()
     assert all(way in err for way in ("simbrake report", "simbrake app", "pip install 'simbrake[live]'"))
-    pytest.importorskip("ziglang")
-    monkeypatch.delitem(_c_code._ENTRYWISE, "tan")
-    err = told()
-    assert "uses the operation tan, which has no C form yet — simbrake report and simbrake app" in err
