@@ -72,7 +72,7 @@ def test_files_of_a_scene_lie_beside_it(tmp_path, monkeypatch):
     assert scene_from_text(fuzz.lever_from("../outside.csv"), folder).duty.slack_tension.times.tolist() == [0, 1]
 
 
-def test_pipes_devices_and_large_files(tmp_path, monkeypatch):
+def test_pipes_devices_and_large_files(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     os.mkfifo(tmp_path / "pipe.csv")
     with pytest.raises(sb.InputError, match="is not a regular file"):
@@ -82,13 +82,10 @@ def test_pipes_devices_and_large_files(tmp_path, monkeypatch):
             sb.read_measured(name)
     with (tmp_path / "large.toml").open("wb") as file:
         file.truncate((1 << 25) + 1)
-    with pytest.raises(sb.InputError, match="34 MB"):
-        sb.read_scene(tmp_path / "large.toml")
     (tmp_path / "latin.toml").write_bytes("# é\n".encode("latin-1") + BASE.encode())
-    with pytest.raises(sb.InputError, match="give a TOML file in UTF-8"):
-        sb.read_scene(tmp_path / "latin.toml")
-    with pytest.raises(sb.InputError, match="cannot be read"):
-        sb.read_scene(tmp_path / ("a" * 5000 + ".toml"))
+    for name in ("large", "latin", "a" * 5000):
+        with pytest.raises(sb.InputError):
+            sb.read_scene(tmp_path / f"{name}.toml")
 
 
 def test_reading_data_runs_no_code(tmp_path, monkeypatch):
@@ -117,14 +114,11 @@ def test_reading_data_runs_no_code(tmp_path, monkeypatch):
     assert not (tmp_path / "hit").exists()
 
 
-def test_script_that_ends_the_process(tmp_path):
-    for text, words in (
-        ("import sys; sys.exit(0)", r"sys\.exit\(0\)"),
-        ("def scene(): exit('x')", r"sys\.exit\('x'\)"),
-    ):
-        (tmp_path / "mine.py").write_text(text, "utf-8")
-        with pytest.raises(sb.InputError, match=words):
-            sb.read_scene(tmp_path / "mine.py")
+@pytest.mark.parametrize("text", ["import sys; sys.exit(0)", "def scene(): exit('x')"])
+def test_script_that_ends_the_process(text, tmp_path):
+    (tmp_path / "mine.py").write_text(text, "utf-8")
+    with pytest.raises(sb.InputError):
+        sb.read_scene(tmp_path / "mine.py")
 
 
 def test_no_cell_of_a_table_is_a_formula(tmp_path, capsys):
@@ -168,12 +162,6 @@ def test_absurd_numbers_are_input_errors(path):
         assert [fault.path for fault in caught.value.faults] == [path]
 
 
-def test_fraction_of_a_line_is_a_warning():
-    scene = sb.with_values(scene_from_text(BASE), {"duty.load.line_count": 8.5})
-    (said,) = sb.simulate(scene).summary()["warnings"]
-    assert "duty.load.line_count = 8.5" in said
-
-
 def test_long_input_takes_linear_time():
     fades = tuple(sb.LinearFade(1e-3, 300.0) for _ in range(101))
     with pytest.raises(sb.InputError, match="at most 100"):
@@ -187,41 +175,6 @@ def test_long_input_takes_linear_time():
     with pytest.raises(sb.InputError, match=r"scene: has 12000\d\d numbers — at most 1000000"):
         sb.check_scene(stop_scene(lever=lever))
     assert time.perf_counter() - start < 5
-
-
-@pytest.mark.slow
-def test_a_million_rows_take_seconds(tmp_path):
-    t = np.linspace(0, 1000, 1_000_000)
-    lines = "\n".join(f"{x!r},{20 - x!r}" for x in t.tolist())
-    (tmp_path / "long.csv").write_text(f"t [ms],omega [rpm]\n{lines}\n", "utf-8")
-    start = time.process_time()
-    (points,) = sb.read_measured(tmp_path / "long.csv").points
-    assert time.process_time() - start < 5
-    np.testing.assert_allclose(points.value, (20 - t) * np.pi / 30, rtol=1e-15)
-    np.testing.assert_allclose(points.t, t / 1000, rtol=1e-15)
-
-
-WRONG = ("x.toml", None, 3, [1], {})
-
-
-@pytest.mark.parametrize("wrong", WRONG, ids=repr)
-def test_what_is_no_scene_is_called_so(wrong):
-    calls = (
-        sb.simulate,
-        sb.prepare,
-        sb.check_scene,
-        sb.estimates,
-        sb.synthesize,
-        sb.lining_life,
-        scene_text,
-        sb.Stepper,
-    )
-    calls += (lambda x: sb.ensemble(x, {"initial.omega": [1.0]}), lambda x: sb.sensitivity(x, "stopping_time"))
-    calls += (lambda x: sb.uncertainty(x, {}), lambda x: sb.with_values(x, {}), lambda x: sb.cross_check(x))
-    calls += (lambda x: sb.calibrate(x, {"initial.omega": (1, 2)}, sb.studies.Measured()),)
-    for call in calls:
-        with pytest.raises(sb.InputError, match="is not a scene"):
-            call(wrong)
 
 
 def test_parts_and_options_of_a_wrong_kind():
@@ -301,39 +254,6 @@ def test_anything_in_the_place_of_a_part():
     assert len(tried) > 150
 
 
-@pytest.mark.parametrize(
-    ("spoil", "said"),
-    [
-        (lambda s, x: sb.Heat(s.heat.bodies, links=(x,)), "Heat.links[0]: Source(a='rim', power=1 W) does not fit"),
-        (lambda s, x: sb.Heat(s.heat.bodies, links=x), "Heat.links: Source(a='rim', power=1 W) does not fit"),
-        (lambda s, x: sb.Heat((*s.heat.bodies, x)), "give a Lump or a Junction or a Reservoir or a Wall"),
-        (lambda s, x: dataclasses.replace(s, shaft=[x]), "Scene.shaft[0]: Source("),
-        (lambda s, x: sb.check_scene(eqx.tree_at(lambda s: s.heat.links, s, (x,))), "heat.links[0]: Source("),
-        (lambda s, x: sb.simulate(eqx.tree_at(lambda s: s.brake, s, x)), "brake: Source("),
-        (lambda s, x: sb.simulate(eqx.tree_at(lambda s: s.brake.band.radius, s, x)), "brake.band.radius: Source("),
-        (lambda s, x: sb.thermal.Lump(3, 2e5), "Lump.name: 3 does not fit here — give a text"),
-        (
-            lambda s, x: sb.thermal.Conductance("a", "b", 3, opens=1),
-            "Conductance.opens: 1 does not fit here — give True",
-        ),
-        (lambda s, x: sb.thermal.Reservoir("air", None), "Reservoir.temperature: is missing"),
-        (lambda s, x: sb.loads.Phases(()), "Phases.phases: has no phase"),
-        (lambda s, x: sb.brakes.MultiBandBrake(s.brake.pulley, 0.6, ()), "MultiBandBrake.bands: there is no band"),
-    ],
-)
-def test_part_of_a_wrong_kind_is_told_at_its_place(spoil, said):
-    with pytest.raises(sb.InputError) as raised:
-        spoil(sb.read_scene("heated"), sb.thermal.Source("rim", 1.0))
-    assert said in str(raised.value)
-
-
-def test_lists_of_parts_may_be_lists():
-    scene = sb.read_scene("heated")
-    heat = dataclasses.replace(scene.heat, links=list(scene.heat.links))
-    assert heat == scene.heat
-    assert heat.links == scene.heat.links
-
-
 @pytest.fixture(autouse=True)
 def _not_for_ever():
     """A test that waits for ever on a pipe fails."""
@@ -376,34 +296,6 @@ def test_every_public_function_tells_what_does_not_fit(value, tmp_path, monkeypa
         except Exception as error:
             raw[name] = f"{type(error).__name__}: {error}"
     assert raw == {}
-
-
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda s: sb.with_values(s, np.nan), "values: nan"),
-        (lambda s: sb.read_result({}), "path: a table does not fit here — give a text or a path"),
-        (lambda s: sb.write_scene(s, [1, 2]), "path: [1, 2]"),
-        (lambda s: sb.dataset(0), "0 does not fit here — give a Result"),
-        (lambda s: sb.plot.tornado(3), "3 does not fit here"),
-        (lambda s: sb.uniform_linings(20, None, 0.3), "wrap: None does not fit here — give a number"),
-        (lambda s: sb.ramp([1, 2], 3, 0, 1), "[1, 2]"),
-        (lambda s: sb.prepare(s, rtol=[]), "rtol: []"),
-        (lambda s: sb.simulate(s, max_step=[1, 2]), "max_step: [1, 2]"),
-        (lambda s: sb.simulate(s, solver="x"), "solver"),
-        (lambda s: sb.brakes.ParallelBands(3), "bands: 3 does not fit here — give a list; an entry is a Stiffness ("),
-        (lambda s: sb.Heat(3), "bodies: 3 does not fit here — give a list; an entry is a Lump or"),
-        (
-            lambda s: sb.friction.ProductFriction(0.3, 3),
-            "factors: 3 does not fit here — give a list; an entry is a Factor (",
-        ),
-        (lambda s: sb.sweep(s, [1]), "values: [1] does not fit here — give a dict"),
-    ],
-)
-def test_what_once_was_a_raw_answer(call, said):
-    with pytest.raises(sb.InputError) as raised:
-        call(stop_scene())
-    assert said in str(raised.value)
 
 
 def test_an_error_of_the_user_passes():
