@@ -1,6 +1,4 @@
-"""Parts of the integrator: short vectors, bordered systems, roots and minima inside a step, crossings."""
-
-from types import SimpleNamespace
+"""Parts of the integrator: bordered systems, roots inside a step."""
 
 import jax
 import jax.numpy as jnp
@@ -8,7 +6,7 @@ import numpy as np
 import pytest
 
 from simbrake.hybrid import CORE, LINEAR, _bordered
-from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious
+from simbrake.hybrid._search import first_root
 
 
 @pytest.mark.parametrize(("m", "n"), [(0, 7), (3, 0), (3, 19), (20, 4)])
@@ -79,53 +77,3 @@ def test_first_root_of_a_cubic_to_rounding():
         assert float(found[0]) == pytest.approx(inside[0], abs=1e-12 / abs(np.polyval(np.polyder(c), inside[0])))
         checked += 1
     assert checked > 30
-
-
-def test_cubic_with_a_minimum_is_suspicious():
-    """Where it rises at the end; one that rises by more than its slopes explain has no minimum inside."""
-    rng, dips, calm = np.random.default_rng(5), 0, 0
-    for c3, c2, d0, g0 in rng.normal([0.0, 0.0, 0.0, 4.0], size=(400, 4)):
-        slope = np.poly1d([3 * c3, 2 * c2, d0])
-        minima = [x.real for x in slope.roots if abs(x.imag) < 1e-12 and 0 < x.real < 1 and slope.deriv()(x.real) > 0]
-        g1, d1, h = g0 + d0 + c2 + c3, slope(1.0), 0.5
-        c = SimpleNamespace(g=np.array([g0]), rate=np.array([d0 / h]), armed=np.array([True]))
-        said = bool(suspicious(c, h, np.array([g1]), np.array([d1 / h]), 1e-9, np.array([False]))[0])
-        assert said or not minima or d1 <= 0
-        rises = d0 > 0 and d1 > 0 and 3 * (g1 - g0) > d0 + d1
-        assert not (said and rises)
-        dips, calm = dips + bool(minima and d1 > 0), calm + rises
-    assert min(dips, calm) > 20
-
-
-def test_minimum_inside_the_step():
-    """Of cubics, against the roots of their derivatives."""
-    cubics = np.random.default_rng(11).normal(size=(400, 4))
-    c3, c2, d0, g0 = cubics.T
-    places, values, exist = jax.jit(interior_minimum)(g0, d0, g0 + d0 + c2 + c3, 3 * c3 + 2 * c2 + d0)
-    for c, place, value, exists in zip(cubics, places, values, exist, strict=True):
-        slope = np.polyder(c)
-        minima = [x.real for x in np.roots(slope) if x.imag == 0 and np.polyval(np.polyder(slope), x.real) > 0]
-        assert bool(exists) == any(0.02 < x < 0.98 for x in minima)
-        if exists:
-            assert float(place) == pytest.approx(minima[0], rel=1e-9)
-            assert float(value) == pytest.approx(np.polyval(c, minima[0]), abs=1e-12)
-    assert 40 < np.sum(exist) < 200
-
-
-@pytest.mark.parametrize(
-    ("armed", "rate", "start", "end", "end_rate", "crosses"),
-    [
-        (True, -1.0, 1.0, -1e-12, -1.0, True),
-        (True, -1.0, 1.0, -1e-16, 1.0, False),  # touches zero within rounding
-        (True, -1.0, 1.0, 0.0, -1.0, True),
-        (False, 1.0, -1e-10, 0.5, 1.0, False),  # leaves zero
-        (False, 1.0, 1e-10, 0.5e-10, -1.0, False),  # leaves zero, and is not back yet
-        (False, 1.0, 1e-10, -1e-12, -1.0, True),
-        (False, 1.0, -1e-10, -2e-10, 1.0, True),  # sinks further
-        (False, -1.0, 0.0, -1e-10, -1.0, False),  # within the tolerance of a guard that does not leave
-        (False, -1.0, 0.0, -1e-8, -1.0, True),
-    ],
-)
-def test_what_crosses_zero(armed, rate, start, end, end_rate, crosses):
-    c = SimpleNamespace(g=np.array([start]), rate=np.array([rate]), armed=np.array([armed]))
-    assert bool(crossed(c, 1.0, np.array([end]), np.array([end_rate]), 1e-9)[0]) == crosses

@@ -10,13 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from stop_scenes import stop_scene
-from user_parts import Bump, Cooling, Cubic, Quartic, Slanted, Timed, of
+from user_parts import Bump, Slanted, of
 
 import simbrake as sb
 from simbrake.physics._brake import course_of_profile
 from simbrake.profiles import hides_nothing
 from simbrake.runs.choice import fastest_node, stiff_heat, stiffness
-from simbrake.thermal import network as links
 
 
 def shafted(*laws, load=0.0, end=30.0):
@@ -53,9 +52,7 @@ def test_fastest_node_of_a_rim(single):
 @pytest.mark.parametrize(("steps", "stiff"), [(149.0, False), (151.0, True)])
 def test_150_steps_of_the_fastest_node(steps, stiff):
     heat = sb.Heat((sb.thermal.Lump("a", 2.0), sb.thermal.Reservoir("air")), (sb.thermal.Conductance("a", "air", 4.0),))
-    found, why = stiff_heat(heat, 6.0 * steps / 4.0)
-    assert found == stiff
-    assert why.startswith("the thermal node a follows within 0.25 s")
+    assert stiff_heat(heat, 6.0 * steps / 4.0)[0] == stiff
 
 
 @pytest.mark.parametrize(("steps", "stiff"), [(1490.0, False), (1510.0, True)])
@@ -64,44 +61,11 @@ def test_1500_steps_of_drag_and_rope(steps, stiff):
     c = 6.0 * steps / 8.0 * 800.0
     load = sb.TorqueLoad(sb.Constant(0.0), drag=0.75 * c)
     drag = sb.with_values(shafted(sb.loads.ViscousDrag(0.25 * c), load=load, end=10.0), {"initial.time": 2.0})
-    found, why = stiffness(drag)
-    assert (found, f"drag balances the speed within {800.0 / c:.2g} s" in why) == (stiff, stiff)
+    assert stiffness(drag)[0] == stiff
     m, r, n = 2e3, 0.4, 2
     rope = sb.loads.RopeElasticity(1e6, damping=6.0 * steps / 10.0 / (1 / m + (r / n) ** 2 / 800.0))
     load = sb.loads.TrippingLoad(m, 6e4, 900.0, 1.0, 5.0, 6.0, r, n, count=2, elasticity=rope)
-    found, why = stiffness(shafted(load=load, end=10.0))
-    assert (found, "the damped rope follows within" in why) == (stiff, stiff)
-
-
-def test_steps_of_a_quick_state():
-    heat = sb.lumped_heat(rim=1e6, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
-    for steps, needs in ((600, [False, True]), (6000, [True, True]), (60, [False, False])):
-        cold = stop_scene(C=None, law=Timed(time=10.0 / (6 * steps)), end=10.0)
-        assert [stiffness(one)[0] for one in (cold, dataclasses.replace(cold, heat=heat))] == needs
-
-
-@pytest.mark.parametrize(("growth", "stiff"), [(1e-3, False), (10.0, True)])
-def test_a_users_link_may_be_stiff(growth, stiff):
-    """100 K at the start: `g = 1e4 s` W/K, 17 steps for s = 1e-3, 1.7e5 for s = 10."""
-    bodies = (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0))
-    assert stiff_heat(sb.Heat(bodies, (Quartic("a", "air", growth),)), 10.0)[0] is stiff
-
-
-@pytest.mark.parametrize(
-    ("link", "nonlinear", "constant"),
-    [
-        (sb.thermal.ThermalContact("a", "b", 1.0), False, True),
-        (sb.thermal.Convection("a", 1.0, 10.0, covered=0.5), False, False),
-        (sb.thermal.Convection("a", 1.0, Cooling()), False, False),
-        (sb.thermal.Convection("a", 1.0, sb.thermal.TemperatureCoefficient(2.0)), True, False),
-        (sb.thermal.Radiation("a", 1.0, 0.8), True, False),
-        (Cubic("a", "b", 1.0), True, False),
-    ],
-)
-def test_what_a_conductance_depends_on(link, nonlinear, constant):
-    bodies = (sb.thermal.Lump("a", 1.0, count=3), sb.thermal.Lump("b", 1.0), sb.thermal.Reservoir("air", 300.0))
-    assert links.depends_on_temperatures(link, bodies) is nonlinear
-    assert links.is_constant(link, bodies) is constant
+    assert stiffness(shafted(load=load, end=10.0))[0] == stiff
 
 
 def test_which_profiles_hide_nothing():

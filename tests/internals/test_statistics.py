@@ -4,16 +4,14 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
-from fit_scenes import ELASTIC, LINE, START, elastic_data, line, rigid, speeds
+from fit_scenes import ELASTIC, elastic_data
 from scipy import stats
 from scipy.optimize import least_squares
 from scipy.special import ndtri
 from stop_scenes import stop_scene
 
-import simbrake as sb
 from simbrake.studies import _uncertainty
-from simbrake.studies._fit import FitModel, Recording, Search, cost, identify
+from simbrake.studies._fit import FitModel, Recording, cost, identify
 
 
 def test_robust_errors_match_the_sandwich():
@@ -47,23 +45,6 @@ def test_jacobian_matches_differences():
     theta = np.array([0.31, 1.5e5, 900.0])
     J, D = model(theta).jacobian * theta, central(model, theta) * theta
     np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
-
-
-def test_interruption_keeps_the_best_point(monkeypatch):
-    look, calls = Search.look, []
-
-    def interrupted(self, z):
-        calls.append(z)
-        if len(calls) > 3:
-            monkeypatch.setattr(Search, "look", look)
-            raise KeyboardInterrupt
-        return look(self, z)
-
-    monkeypatch.setattr(Search, "look", interrupted)
-    fit = sb.calibrate(rigid(), LINE, speeds(line()), start=START)
-    assert not fit.converged
-    assert "interrupted" in fit.message
-    assert fit.chi2 <= fit.chi2_start
 
 
 def central(model, theta, relative=1e-5):
@@ -104,29 +85,6 @@ def test_few_runs_bound_what_they_can():
     # order statistics of 20: the 6th and the 15th hold the median with 95.9 %
     middle = _uncertainty.quantile(np.arange(1.0, 21.0), group, 0.5, 0.95)
     assert (middle.low, middle.value, middle.high) == (6.0, 10.5, 15.0)
-
-
-def test_failed_runs_count_without_metrics():
-    rng = np.random.default_rng(0)
-    x = rng.uniform(1.0, 2.0, 200)
-    code = np.where(np.arange(200) < 10, 1, 0)
-    data = xr.Dataset({"stopping_time": ("run", np.where(np.arange(200) < 50, np.inf, x)), "code": ("run", code)})
-    data["max_tension"] = "run", np.where(code == 1, np.nan, 1e3 * x)
-    data["reason"] = "run", np.where(np.arange(200) < 50, "S1", "H4")
-    asked = ["stopping_time", "max_tension"]
-    bounds = {"max_tension": 1.9e3}
-    found = _uncertainty._evaluate(
-        data, np.arange(200), asked, bounds, (0.5,), 0.95, "random", 0, {"x": ("1", 1.0, 1.5, 2.0)}
-    )
-    assert found.statistics["stopping_time"].count == 150
-    assert found.statistics["max_tension"].count == 190
-    assert found.statistics["max_tension"].mean.value == pytest.approx(1e3 * x[10:].mean())
-    assert found.failures["does not stop"].count == 50
-    passed = int(np.sum(x[10:] > 1.9)) + 10
-    assert found.failures["max_tension > 1900 N"].count == passed
-    assert found.failures["any of these"].count == int(np.sum((np.arange(200) < 50) | (x > 1.9)))
-    assert found.codes == {"step_limit": 10}
-    assert "10 runs failed (step_limit 10)" in str(found)
 
 
 def covered(estimate, truth):

@@ -10,7 +10,6 @@ import pytest
 from heat_scenes import BETA, W0, J, N, fading, rigid_stop
 
 import simbrake as sb
-from simbrake.physics.heated import thermal_of
 
 # --- duties ------------------------------------------------------------------------------------------------------
 
@@ -68,9 +67,10 @@ def test_linings_heat_by_their_own_friction():
     """Insulated walls, one per lining: stored heat in proportion to the tension increments, whatever the depth."""
     scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
     result = sb.simulate(scene)
-    capacity = np.asarray(thermal_of(result.record.system).capacity)
-    stored = capacity * (np.asarray(result.end_temperatures) - sb.thermal.ROOM)
-    linings = stored[6:].reshape(N, 5).sum(axis=1)
+    wall = next(body for body in scene.heat.bodies if body.name == "lining")
+    capacity = float(wall.material.density * wall.material.specific_heat * wall.area) * np.asarray(wall.steps)
+    rise = np.asarray(result.end_temperatures)[6:].reshape(N, 5) - sb.thermal.ROOM
+    linings = rise @ capacity
     fz = 0.35 * math.tan(BETA / 2)
     tensions = ((1 + fz) / (1 - fz)) ** np.arange(N + 1)
     np.testing.assert_allclose(linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), rtol=1e-9)

@@ -13,8 +13,6 @@ from helpers import main
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.parts.worn import walls_left
-from simbrake.physics.heated import thermal_of
 
 LIMIT = 8e-3
 
@@ -46,22 +44,12 @@ def test_life_is_that_of_the_tight_lining(braking):
     assert life.over_mean[-1] == pytest.approx(float(braking.wear_over_mean), rel=1e-12)
     assert life.over_least[0] == pytest.approx(float(braking.wear_over_least), rel=1e-12)
     assert life.used == pytest.approx(w.mean() / w.max(), rel=1e-12)
-    # how uneven the wear of one stop is, initially and at the end
-    course = life.history._replace(per_braking=np.array([[1.0, 1.0, 1.0, 3.0], [1.0, 1.0, 1.0, 5.0]]))
-    (line,) = (line for line in str(dataclasses.replace(life, history=course)).splitlines() if line[:6] == "uneven")
-    assert line == (
-        "uneven   maximum wear of one stop 2 times the mean and 3 times the minimum initially, "
-        "2.5 and 5 times at the end"
-    )
-    course = course._replace(per_braking=course.per_braking[::-1])
-    assert "initially, 2 and 3 times" in str(dataclasses.replace(life, history=course))
     # what is worn before, and a permissible wear of one's own, per lining and with a unit
     worn = np.array([0.0, 1e-3, 0.0, 2e-3])
     early = sb.lining_life(sb.with_values(braking.scene, {"wear.worn": worn}), "6 mm")
     np.testing.assert_allclose(early.each, (6e-3 - worn) / w, rtol=1e-12)
     each = np.array([1e-3, 8e-3, 8e-3, 8e-3])
     assert sb.lining_life(braking.scene, each).first == int(np.argmin(each / w)) + 1
-    assert f"{life.brakings:.0f} stops, until lining 4 of 4 has lost 8 mm" in str(life)
 
 
 @pytest.mark.slow
@@ -161,10 +149,10 @@ def test_worn_linings_in_the_heat_part():
     worn = sb.studies.worn_scene(ws.stop(wear, heat)).heat
     np.testing.assert_allclose(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14)
     np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
-    # walls: the conduction through them is λ A/(δ − h), each copy with its own h
+    # insulated walls: they store a tenth of the friction's heat in what is left of them
     steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
-    layered, alike = (
-        sb.layered_heat(
+    for each, left in ((1, 0.03 - h.mean()), (4, 0.03 - h)):
+        layered = sb.layered_heat(
             rim=steel,
             rim_thickness=0.025,
             track_area=0.8,
@@ -175,20 +163,15 @@ def test_worn_linings_in_the_heat_part():
             lining_area=4 * ws.AREA,
             lining_layers=5,
             each=each,
-            inside=20.0,
         )
-        for each in (4, 1)
-    )
-    mean = walls_left(ws.stop(sb.Wear(ws.K, worn=h, heat=True), alike))["lining"]  # of linings of equal angles
-    np.testing.assert_allclose(mean, [1 - h.mean() / 0.03], rtol=1e-14, strict=True)
-    scene = ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered)
-    np.testing.assert_allclose(walls_left(scene)["lining"], 1 - h / 0.03, rtol=1e-14, strict=True)
-    thermal = thermal_of(sb.simulate(scene).record.system)
-    through = 2 * np.asarray(thermal.half[thermal.spans.stores["lining"]]).reshape(4, 5).sum(axis=1)
-    np.testing.assert_allclose(through, (0.03 - h) / (float(lining.conductivity) * ws.AREA), rtol=1e-12)
-    stored = np.asarray(thermal.capacity[4:]).reshape(4, 5).sum(axis=1)
-    expected = float(lining.density) * float(lining.specific_heat) * ws.AREA * (0.03 - h)
-    np.testing.assert_allclose(stored, expected, rtol=1e-12)
+        result = sb.simulate(ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered))
+        (wall,) = (body for body in layered.bodies if body.name == "lining")
+        rise = (np.asarray(result.end_temperatures)[-5 * each :].reshape(each, 5) - sb.thermal.ROOM) @ np.asarray(
+            wall.steps
+        )
+        depth = np.sum(rise / 0.03 * left) * float(wall.area)
+        stored = float(lining.density * lining.specific_heat) * depth
+        assert stored == pytest.approx(0.1 * float(result.energy["friction_heat"]), rel=1e-8)
     table = sb.thermal.TransmissionPartition([300.0], [8.0], [8.0], [12.0], [1e-5], lining_thickness=0.03)
     partition = dataclasses.replace(layered, friction=dataclasses.replace(layered.friction, partition=table))
     seen = sb.studies.worn_scene(ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)).heat.friction.partition
@@ -272,7 +255,6 @@ def test_the_command_prints_the_life(braking, tmp_path, capsys):
     with pytest.raises(SystemExit) as done:
         main(["life", str(file), "--out", str(tmp_path / "life")])
     assert done.value.code == 0
-    assert "until lining 4" in capsys.readouterr().out
     assert {path.name for path in (tmp_path / "life").iterdir()} == {"life.json", "wear.png"}
     with pytest.raises(SystemExit) as done:
         main(["life", str(file), "--turn-at", "late"])
@@ -282,9 +264,7 @@ def test_the_command_prints_the_life(braking, tmp_path, capsys):
 def test_the_picture_shows_the_life(braking):
     plain, turned = sb.lining_life(braking), sb.lining_life(braking, turn_at="best")
     figure = plot.wear({"as built": plain, "turned": turned})
-    panels = {axes.get_xlabel(): axes for axes in figure.get_axes() if axes.get_title() == ""}
     along = [axes for axes in figure.get_axes() if "brake applications" in axes.get_title()]
-    assert [axes.get_title().splitlines()[0] for axes in along] == ["as built", "turned"]
     last = along[0].lines[4]
     np.testing.assert_allclose(last.get_ydata(), 1e3 * plain.worn, rtol=1e-9)
     np.testing.assert_allclose(last.get_xdata(), [1, 2, 3, 4])
@@ -292,7 +272,6 @@ def test_the_picture_shows_the_life(braking):
     most = course.lines[0]
     assert most.get_xdata()[-1] == pytest.approx(plain.brakings / 1e3)
     assert most.get_ydata()[-1] == pytest.approx(8.0)
-    assert any(label == "brake applications, thousands" for label in panels)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Evaluators against closed forms: derivatives in every direction, codes, records that were too short, arrays."""
+"""Evaluators against closed forms: values, derivatives, codes, arrays."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -9,7 +9,6 @@ from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.friction import ChangingFriction, FrictionChange
-from simbrake.studies.evaluating import Metrics, Paths, PointEvaluator
 
 PATHS = ("initial.omega", "brake.pulley.inertia", "duty.slack_tension.level")
 NAMES = ("stopping_time", "stopping_angle")
@@ -26,43 +25,6 @@ def truth(x):
     powers = np.array([[1.0, 1.0, -1.0], [2.0, 1.0, -1.0]])
     x, values = np.asarray(x), np.array([t, x[0] * t / 2])
     return values, values[:, None] * powers / x
-
-
-@pytest.mark.parametrize(
-    ("reverse", "singly"),
-    [
-        (False, False),
-        pytest.param(True, True, marks=pytest.mark.slow),
-    ],
-)
-def test_values_and_derivatives_of_a_stop(reverse, singly):
-    run = PointEvaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=reverse, singly=singly)
-    found, (values, slopes) = run(X), truth(X)
-    assert found.code == 0
-    np.testing.assert_allclose(found.values, values, rtol=1e-9)
-    np.testing.assert_allclose(found.jacobian, slopes, rtol=1e-8)
-    assert run(X) is found  # remembered
-    assert run.runs == 1
-
-
-@pytest.mark.slow
-def test_a_record_that_is_too_short():
-    short = sb.simulate(scene(end=1e-3))
-    run = PointEvaluator(
-        scene(end=1e-3), Paths.each(("end_time", *PATHS)), Metrics(NAMES), size=2, reverse=True, singly=True
-    )
-    run.like(short)
-    run.limits = (4, *run.limits)  # fewer than any stop takes
-    found = run(np.array([5.0, *X]))
-    assert found.code == 0
-    np.testing.assert_allclose(found.values, truth(X)[0], rtol=1e-9)
-    assert run.runs == 1
-    few = PointEvaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=True, singly=True, max_steps=4)
-    assert few(X).code == 1
-    assert np.all(np.isnan(few(X).jacobian))
-
-
-# --- for other libraries ----------------------------------------------------------------------------------------------
 
 
 def test_a_scene_as_a_function_of_arrays(caplog):

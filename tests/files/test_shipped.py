@@ -6,24 +6,6 @@ import pytest
 from commands import call
 
 import simbrake as sb
-from simbrake.files import shipped_scenes as _shipped
-from simbrake.files.shipped_scenes import IN_CHECKOUT, shipped_files
-
-
-def test_twelve_scenes_are_in_the_wheel(scenarios):
-    """What `.ci/check_installed.py` sees in an installed one."""
-    names = {name for name, one in shipped_files().items() if not one.template}
-    assert {one.file.parent for one in shipped_files().values() if not one.template} == {scenarios}
-    assert len(names - set(IN_CHECKOUT)) == 12
-    assert names > set(IN_CHECKOUT)
-
-
-def test_scene_of_the_checkout_alone(capsys, monkeypatch):
-    installed = [one.file for name, one in shipped_files().items() if name not in IN_CHECKOUT]
-    monkeypatch.setattr(_shipped, "_files", lambda: installed)
-    for arguments in (("run", "unequal_bands"), ("new", "unequal_bands")):
-        code, _, err = call(capsys, *arguments)
-        assert (code, "scenarios/unequal_bands.py in a checkout" in err) == (2, True)
 
 
 @pytest.mark.parametrize("name", ["drag_lowering", "drag_lowering.py", "scenarios/drag_lowering.py", "standard.toml"])
