@@ -119,11 +119,6 @@ def test_runaway_and_failure_have_a_remedy():
     assert away["outcome"].numbers["colour"] == "red"
     assert away["remedy"].numbers["factor"] == pytest.approx(1.25, rel=1e-9)
     assert away["stability"].numbers["runaway"]["margin"] == pytest.approx(-0.2, rel=1e-9)
-    lever = sb.Lever(T0, arm=1.0, slack_arm=1.0, efficiency=1.0, greatest_force=1.2 * T0)
-    away = rigid(1.25 * TORQUE, end=0.5)
-    away = dataclasses.replace(away, duty=dataclasses.replace(away.duty, slack_tension=lever))
-    weak = explain(away, influence=False)["remedy"].text
-    assert f"That is {1.25 * T0 / 1e3:.4g} kN, more than the {1.2 * T0 / 1e3:.4g} kN allowed: reduce the load" in weak
     turning = explain(rigid(end=0.2), influence=False)
     assert "remedy" not in turning
     failed = explain(sb.simulate(rigid(), max_steps=2, throw=False))

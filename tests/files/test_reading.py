@@ -28,13 +28,11 @@ def test_parts_show_values_with_units():
     assert text.startswith("Scene(\n  brake=Brake(\n    pulley=Pulley(radius=0.725 m, inertia=800 kg·m²),\n")
     assert "heat" not in text
     assert max(map(len, text.splitlines())) <= 110
-    assert "stiffness=200 kN/m" in text
 
 
 def test_traced_and_odd_values_do_not_hinder():
     seen = []
     jax.jit(lambda scene: seen.append(repr(scene.brake)) or scene.end_time)(stop_scene())
-    assert "Pulley(radius=f64[], inertia=f64[])" in seen[0]
     assert "angle=f64[20]" in seen[0]
     assert "radius=None" not in repr(jax.tree.map(lambda _: None, stop_scene()))
     assert "Scene" in repr(jax.tree.map(lambda _: "leaf", stop_scene()))

@@ -72,13 +72,10 @@ def test_recording_over_a_run(recording):
     result, data = sb.simulate(scene()), sb.read_measured(recording)
     with sb.results.display_units("rig"):
         figure = plot.overlay(result, data)
-    labels = [axes.get_ylabel() for axes in figure.axes]
-    assert labels == ["hook position, ft", "hook speed, ft/min", "hook load, klbf", "lever force, lbf"]
     dots, line = figure.axes[1].lines[0], figure.axes[1].lines[-1]
     np.testing.assert_allclose(dots.get_ydata(), SPEED / 0.00508, rtol=1e-12)
     t = np.asarray(line.get_xdata())
     np.testing.assert_allclose(line.get_ydata(), PER_RADIAN * (W0 + alpha() * t) / 0.00508, rtol=1e-9)
-    assert plot.overlay(result, data).axes[2].get_ylabel() == "hook load, kN"
     with pytest.raises(sb.InputError, match="rim_temperature: is not in a run of this scene"):
         plot.overlay(result, sb.studies.Measured.of(TIMES, {"rim_temperature": TIMES + 300.0}))
 

@@ -110,8 +110,6 @@ def test_table_of_stops_in_rig_units():
     shown = [rows[0]["travel"] / FOOT, rows[0]["energy"] / (1e3 * POUND * G * FOOT)]
     shown = [f"{shown[0]:.5g}", f"{shown[1]:.6g}", f"{rows[0]['peak_lining_temperature'] * 1.8 - 459.67:.5g}"]
     assert all(text in first.split() for text in shown)
-    assert "travel, m" in str(result.stops)
-    assert "energy, kJ" in str(result)
 
 
 def _sized(track=0.59, circle=0.623, drum=0.4, area=None):

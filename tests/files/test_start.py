@@ -31,9 +31,7 @@ def folder(tmp_path, monkeypatch):
 def test_template_gives_no_warnings(capsys, folder, name):
     code, out, err = call(capsys, "new", name, "mine.toml")
     assert (code, err) == (0, "")
-    assert "simbrake run mine.toml" in out
     text = (folder / "mine.toml").read_text("utf-8")
-    assert "#   simbrake run mine.toml" in text
     assert f"{name}.toml" not in text
     assert text.count("#") > 12
     code, out, err = call(capsys, "scene", "check", "mine.toml")
@@ -139,7 +137,6 @@ def test_units_of_varied_parameters(capsys, vary, words):
     code, out, err = call(capsys, "sweep", "standard", "--vary", vary)
     assert (code, out) == (2, "")
     assert words in err
-    assert "input error" in err
 
 
 # --- every command ----------------------------------------------------------------------------------------------------
@@ -150,13 +147,8 @@ def test_help_has_exit_codes_and_json(capsys, monkeypatch, command):
     monkeypatch.setenv("COLUMNS", "200")
     code, out, _ = call(capsys, *command.split(), "--help")
     assert code == 0
-    assert "Exit codes: 0 " in out
     assert "--json" in out
     assert "scenario" not in out.lower()
-    if "--out -o" in out:
-        # (of one file, or of several)
-        assert ("Folder or file name" in out) != ("Folder for the files that the command writes" in out)
-    assert not [line for line in out.splitlines() if line.endswith("STR...  │")]
 
 
 def test_mistakes_are_answered_without_jax(folder):
@@ -175,12 +167,7 @@ def test_new_scene_in_a_folder_and_in_python(capsys, folder):
     (folder / "mine").mkdir()
     code, out, _ = call(capsys, "new", "u2_5_5_stop", "mine", "--json")
     assert (code, json.loads(out)["written"], json.loads(out)["template"]) == (0, "mine/u2_5_5_stop.toml", False)
-    code, out, _ = call(capsys, "new", "drag_lowering", "mine/x.py")
-    assert code == 0
-    assert out.splitlines()[1:] == [
-        "run it   simbrake run mine/x.py",
-        "         python mine/x.py: what the script prints beside",
-    ]
+    assert call(capsys, "new", "drag_lowering", "mine/x.py")[0] == 0
     assert len(call(capsys, "new", "standard")[1].splitlines()) == 2
     code, out, _ = call(capsys, "scene", "show", "standard.toml", "--json")
     rows = {row["path"]: row for row in json.loads(out)}

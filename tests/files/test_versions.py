@@ -74,4 +74,3 @@ sb.Scene, sb.simulate, sb.ensemble
     assert len(warned) == lines
     for line in warned:
         assert f"JAX {'.'.join(map(str, version))} is newer than simbrake was tested with" in line
-        assert "pip install 'jax<" in line
