@@ -9,7 +9,6 @@ import pytest
 from bandage_scenes import HALF, R_B, R, changes, check_conditions, random_duty, run, sampled, scene
 
 import simbrake as sb
-from simbrake import plot
 
 
 @functools.cache
@@ -191,7 +190,3 @@ def test_simulate_runs_a_bandage():
     assert 0 < sliding < 3
     assert float(o.internal_dynamic[0]) == pytest.approx(150 / 360 * sliding / 3)
     assert s.lining_speed.shape == (1, 3)
-    # both contacts, each over the whole run and, enlarged, up to the lock
-    titles = [panel.get_title() for panel in plot.contacts(result).axes]
-    whole = ["band on linings (external)", "linings on the rim (internal)"]
-    assert titles == [text for name in whole for text in (name, f"{name}, enlarged")]

@@ -166,7 +166,6 @@ def test_files_words_and_errors(tmp_path):
     read = sb.files.scene_from_text(f"{head}[brake.linings]\n{keys}{rest}")
     assert float(sb.simulate(read).stopping_time) == pytest.approx(J * W0 / (R * T0 * math.expm1(F * WRAP)), rel=1e-12)
     assert given.brake.features == ("continuous lining",)
-    assert "Π = exp(Σ f β)" in str(sb.formulas.estimates(given))
     with pytest.raises(sb.InputError, match="continuous: has no blocks to lay out"):
         sb.layouts.equal_layout(given, "pressure")
     bandage = sb.Bandage(20.0, 0.2)

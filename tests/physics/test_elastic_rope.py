@@ -59,11 +59,9 @@ def test_hook_swings_over_a_drum_at_rest():
         gone = 0.5 * M * (-(v[-1] ** 2)) + 0.5 * K * (e[0] ** 2 - e[-1] ** 2) + W * (e[-1] - e[0])
         assert float(result.energy["damper_heat"]) == pytest.approx(gone, rel=1e-8, abs=1e-6)
         assert float(result.energy["closure"]) < 1e-9
-    assert "swings on its rope by ±" in sb.simulate(scene()).message
     # a weight that hangs still does so exactly, at any stiffness
     still = sb.simulate(scene(193461.33280156262, m=41591.71271006674, w0=0.0))
     assert float(still.energy["closure"]) == 0.0
-    assert still.message.endswith("and is held")
 
 
 def test_overshoot_of_a_hard_stop():

@@ -78,8 +78,6 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     assert float(energy["motor_work"]) == pytest.approx(2 * MASS * 9.80665 * 25.0, rel=1e-10)
     assert float(energy["friction_heat"]) == pytest.approx(2 * MASS * 9.80665 * 20.0, rel=1e-10)
     assert float(energy["closure"]) < 1e-12
-    assert "hook travel 40 m down and 50 m up" in str(result)
-    assert "2 are without the brake" in sb.results.explain(result, influence=False)["course"].text
     at = result.series([20.0])  # steady: the motor bears the load
     assert float(at.motor_torque[0]) == pytest.approx(WEIGHT, rel=1e-10)
     assert float(at.motor_power[0]) == pytest.approx(MASS * 9.80665 * UP, rel=1e-10)
@@ -428,7 +426,6 @@ def test_a_run_that_ends_under_the_motor_is_driven(speed, travel, reason):
     assert result.status == result.summary()["duty"] == "driven"
     assert (result.verdict().colour, result.verdict().reason) == ("amber", reason)
     assert float(result.total_hook_travel) == pytest.approx(travel, abs=1e-9)
-    assert "mean power of the motor" in str(result)
     assert "nan" not in str(sb.results.explain(result, influence=False))
 
 
@@ -445,9 +442,8 @@ def test_runs_of_an_ensemble_are_driven_too():
 @pytest.mark.slow
 def test_a_load_that_the_motor_keeps_does_not_run_away():
     lower = Phase(0.0, "travel 500 m", motor=course(0.0, DOWN))
-    with pytest.raises(sb.SimulationError, match="phase_never_ends") as error:
+    with pytest.raises(sb.SimulationError, match="phase_never_ends"):
         run(Phases((lower,)), end=20.0)
-    assert "runs away" not in str(error.value)
     with pytest.raises(sb.SimulationError, match=r"load torque 29\.42 kN"):
         run(Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),)), motor=_weak(20e3, 1e6), end=3.0)
 
@@ -461,10 +457,7 @@ def test_a_motor_corrects_the_angle_from_the_time_0_on():
 @pytest.mark.slow
 def test_figures_of_a_trip_show_its_motor_and_the_stops_of_its_brake():
     result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
-    for torques in (sb.plot.stop(result).axes[2], sb.plot.duty(result).axes[1]):
-        assert "motor $M$" in [line.get_label() for line in torques.lines]
     np.testing.assert_array_equal(sb.plot.stops(result).axes[0].lines[0].get_xdata(), [2, 4])
-    assert "4 stops, 2 of them after hoisting; at the end stopped" in result.verdict().headline
 
 
 def test_a_speed_that_is_never_followed_has_a_name():
@@ -507,8 +500,6 @@ def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
     assert sb.simulate(scene, throw=False).events["phase_end"].times == pytest.approx([t], rel=1e-10)
     failed = sb.simulate(dataclasses.replace(scene, initial=sb.Initial(0.0)), throw=False)
     assert failed.status == "phase_never_ends"
-    assert "phase 1 'coast' of cycle 1 (travel −0.1 m)" in failed.message
-    assert "upwards it needs `motor`, with a speed below 0" in failed.message
 
 
 def test_a_motor_without_limits_is_refused():

@@ -28,7 +28,6 @@ def test_overspeed_of_free_fall():
     assert result["max_drum_speed"] > 14.0
     (row,) = [row for row in result.verdict().rows if "speed" in row.name]
     assert row.state == "exceeded"
-    assert f"first exceeded at {4.0 / rate:.6g} s" in str(result)
     turning = result.series([0.3]).omega
     assert turning == pytest.approx([10.0 + 0.3 * rate], rel=1e-12)
 
@@ -72,7 +71,6 @@ def test_limit_of_an_energy():
     own = sb.simulate(falling(energy={"friction_heat": "1 kJ"}))
     (row,) = [row for row in own.verdict().rows if row.name == "Energy: friction heat"]
     assert (row.limit, row.state) == ("≤ 1 kJ", "exceeded")
-    assert any(text.startswith("over_limit: friction heat") for text in own.summary()["warnings"])
     assert sb.simulate(scene).summary()["warnings"] == own.summary()["warnings"]
     with pytest.raises(sb.InputError) as caught:
         sb.files.scene_from_text(text.replace("friction_heat", "heat_lost"))

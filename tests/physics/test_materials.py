@@ -174,14 +174,12 @@ def test_rim_too_hot_at_start_leaves_nothing():
     row = compared([sb.formulas.rim_material("brass", permissible_temperature=290.0)]).row("brass")
     assert (row.greatest_work, row.ends) == (0.0, "rim temperature")
     assert not row.admissible
-    assert "over 17 °C" in row.fails[0]
 
 
 def test_levels_by_a_number_of_the_scene():
     table = compared(["brass"], energy={"initial.omega": [10.0, 30.0]})
     assert [row["friction_work"].value for row in table] == pytest.approx([4e4, 36e4])
     assert [level.label for level in table.levels] == ["initial.omega = 10 rad/s", "initial.omega = 30 rad/s"]
-    assert table.levels[1].words == "360 kJ"
     loaded = compared(["brass"], scene=stop_scene(C=None, load=2e3), energy=[1e5])
     assert loaded.row("brass")["friction_work"].value == pytest.approx(1e5, rel=1e-11)
 
@@ -193,8 +191,6 @@ def test_inertia_follows_the_mass_if_asked():
     inertia = J + lighter * (radius**2 + (radius - 0.05) ** 2) / 2
     table = compared([own, other], inertia=True)
     assert [row["friction_work"].value for row in table] == pytest.approx([0.5 * J * W0**2, 0.5 * inertia * W0**2])
-    assert "for every rim mass" not in str(table)
-    assert "for every rim mass" in str(compared([own]))
 
 
 def test_ranking_has_admissible_pairs_first():

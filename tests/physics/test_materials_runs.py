@@ -29,7 +29,7 @@ def test_a_new_material_does_not_re_trace(simulated, caplog):
 
 @pytest.mark.slow
 def test_simulated_numbers_are_of_the_scene(simulated):
-    table, row = simulated, simulated.row("brass")
+    row = simulated.row("brass")
     scene = heated()
     wall = dataclasses.replace(scene.heat.bodies[0], material=sb.material("brass"))
     heat = dataclasses.replace(scene.heat, bodies=(wall, *scene.heat.bodies[1:]))
@@ -40,7 +40,6 @@ def test_simulated_numbers_are_of_the_scene(simulated):
     assert row["share"].simulated == pytest.approx(0.95, rel=1e-9)
     assert row["wear"].simulated is None  # the scene has no lining whose temperature were known
     assert row["mass"].simulated is None
-    assert "no rim in layers" not in str(table)
 
 
 @pytest.mark.slow
@@ -70,7 +69,6 @@ def test_one_run_without_heat_and_mean_wear():
     works = [row["friction_work"].value for row in table]
     assert works == pytest.approx([0.5 * J * W0**2] * 2, rel=1e-9)
     assert table.row("brass")["surface"].simulated is None
-    assert "no rim in layers" in str(table)
     n = scene.brake.linings.count
     linings = dataclasses.replace(scene.brake.linings, area=np.asarray(0.75 / n))
     result = sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
@@ -83,10 +81,6 @@ def test_one_run_without_heat_and_mean_wear():
 
 def test_table_its_numbers_and_labelled_data():
     table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
-    text = str(table)
-    assert text.count("within limits") >= 4
-    assert "× allowable stress" in text
-    assert "classical stop of 4000 kJ" in text
     told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
     assert len(told["rows"]) == 8
     assert told["rows"][0]["surface"]["estimate"] == table.rows[0]["surface"].value
@@ -136,7 +130,6 @@ def test_the_command(capsys, scenarios, tmp_path, monkeypatch, drawn):
     picture = tmp_path / "materials.png"
     code, out, _ = call(capsys, *command, "--energy", "400 kJ, 0.8 MJ", "-o", str(picture))
     assert code == 0
-    assert "classical stop of 800 kJ" in out
     assert picture.exists()
     told = json.loads(call(capsys, *command, "--energy", "400 kJ, 0.8 MJ", "--json")[1])
     widths = [bar.get_width() for bar in drawn["materials.png"].axes[0].patches]

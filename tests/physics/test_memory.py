@@ -273,7 +273,6 @@ def test_fast_state_gets_a_stiff_method():
     slow, fast = (sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3))
     assert slow.method_name == "Dopri8"
     assert fast.method_name == "Rodas5P"
-    assert "0.001 s" in fast.summary()["solver"]["reason"]
     drop = 1e-3 * (1 - 0.5) / 0.5  # (s) what the first millisecond brakes more than all others
     assert float(fast.stopping_time) == pytest.approx(OMEGA * J / (0.5 * TORQUE) - drop, rel=1e-7)
 

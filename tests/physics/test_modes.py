@@ -189,7 +189,6 @@ def test_a_lining_that_locks_itself():
     with pytest.raises(sb.InputError, match=r"lining 20: f·tan\(β/2\) = 1.065 ≥ 1, the band is self-locking"):
         sb.simulate(stop_scene(C=None, law=law))
     result = sb.simulate(stop_scene(law=law, end=1.0))
-    assert any("lining 20" in w for w in result.summary()["warnings"])
     assert result.metrics["full_slip_time"] is None  # it never slips
     # as if bonded: a quarter of an oscillation from the onset
     chi = math.sqrt(2e5 * 0.725**2 / 800)

@@ -249,17 +249,6 @@ def test_endless_phase_says_what_it_awaits():
     weak = Phases((PHASES.phases[0], Phase(500.0, "rest", "brake")), 1)
     result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(weak, LOAD), end_time=8.0), throw=False)
     assert result.status == "phase_never_ends"
-    assert "phase 2 'brake' of cycle 1 (rest) began at" in result.message
-    # (lowering from rest, then the load against 500 N of lever tension)
-    m = EMPTY + STRING
-    J, M, grip = J_P + m * PER_RAD**2, m * G * PER_RAD, GAIN * 500.0
-    begun = math.sqrt(2 * DISTANCE / PER_RAD * J / M)
-    speed = math.sqrt(2 * DISTANCE / PER_RAD * M / J) + (8.0 - begun) * (M - grip) / J
-    assert f"began at {begun:.6g} s and turns at {speed:.6g} rad/s, the load runs away: " in result.message
-    assert f"load torque {M / 1e3:.6g} kN·m, the sliding brake gives {grip / 1e3:.6g} kN·m" in result.message
-    far = Phases((Phase(PULL, "travel 30 m"),), 1)
-    result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(far, LOAD), end_time=8.0), throw=False)
-    assert "phase 1 of cycle 1 (travel 30 m) began at 0 s and is at 0 m, the pulley is at rest" in result.message
 
 
 def test_phases_are_written_and_read(two_cycles):

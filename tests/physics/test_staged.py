@@ -87,7 +87,6 @@ def test_bandage_turns_with_the_pulley():
     assert "internal_slip" not in names(result)
     summary = result.summary()
     assert [stage["name"] for stage in summary["absent_stages"]] == ["stage_2", "stage_3"]
-    assert "does not exceed the internal" in summary["absent_stages"][0]["reason"]
     # it is then a standard brake with the inertia of both
     plain = staged.stop(stiffness=3e5, J=staged.J + staged.J_B)
     standard = sb.Scene(
@@ -234,6 +233,5 @@ def test_overlap_coefficients_follow_stages():
     grown = sb.results.overlap(result, [1.8, 2.5], sb.results.RunningIn(0.4, 1e3))
     worked = np.asarray([7835.30357277947, 7835.30357277947])
     np.testing.assert_allclose(grown.external_static, share * (1 - 0.6 * np.exp(-worked / 1e3)), rtol=1e-10)
-    assert plot.stages(result).axes[0].get_ylabel() == "speed, rad/s"
     with pytest.raises(ValueError, match="with a bandage"):
         plot.stages(sb.simulate(stop_scene()))

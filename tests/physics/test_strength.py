@@ -42,7 +42,6 @@ def test_stresses_force_and_travel():
     assert m["lever_travel"] == pytest.approx(travel, rel=1e-9)
     said = [text for text in result.summary()["warnings"] if text.startswith("over_limit")]
     assert [text.split()[1:3] for text in said] == [["band", "stress"], ["lever", "force"], ["lever", "travel"]]
-    assert f"{T0 * RATIO / AREA / 20e6:.4g} × the allowable 20 MPa" in said[0]
     within = sb.simulate(scene(sb.brakes.Strength(AREA, "80 MPa"), greatest_force="600 N"))
     assert not [text for text in within.summary()["warnings"] if text.startswith("over_limit")]
     assert "max_anchor_stress" not in within.metrics

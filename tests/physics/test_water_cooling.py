@@ -180,8 +180,6 @@ def test_constant_friction_power():
     assert float(energy["heat_closure"]) < 1e-12
     assert float(result["peak_wetted_temperature"]) == pytest.approx(INLET + rise[-1], rel=1e-10)
     assert float(result["peak_coolant_temperature"]) == pytest.approx(INLET + g * rise[-1] / rate_of(), rel=1e-10)
-    assert f"+ to coolant {carried / 1e3:.6g} kJ (residual" in str(result).replace(" = ", " + ")
-    assert "coolant  at most " in str(result)
     assert sb.dataset(result, [end]).coolant_temperature.dims == ("time",)
 
     def ends(x):
@@ -284,8 +282,6 @@ def test_boiling_is_an_event_and_a_limit():
     (row,) = [row for row in said.rows if row.name == "Hottest wetted wall"]
     assert (said.colour, row.state, row.limit) == ("red", "exceeded", f"≤ {float(LIQUID.boiling) - 273.15:.6g} °C")
     assert any(text.startswith(f"coolant_boils: from {time:.6g} s on") for text in result.summary()["warnings"])
-    assert f"coolant boils once, at {time:.6g} s" in str(result)
-    assert f"first at {time:.6g} s" in sb.results.explain(result, influence=False)["limits"].text
     for limit in (330.0, 400.0):
         own = sb.simulate(dataclasses.replace(scene, limits=sb.Limits(peak_wetted_temperature=limit)))
         assert own.events["coolant_boils"].times == [event.time]

@@ -99,9 +99,6 @@ def test_wear_metrics_series_and_words(cold):
     np.testing.assert_allclose(np.asarray(series.worn_thickness), np.outer(share, cold.worn_thickness), rtol=1e-10)
     assert list(series.pairs) == ["external"]
     np.testing.assert_array_equal(series.pairs["external"].worn_thickness, series.worn_thickness)
-    line = next(line for line in str(cold).splitlines() if line.startswith("wear"))
-    assert f"{1e6 * m['greatest_wear']:.5g} µm on lining 4" in line
-    assert f"{m['wear_over_least']:.4g} times the least" in line
     data = sb.dataset(cold, [0.0, 8.0])
     assert data.worn_thickness.dims == ("time", "lining")
     assert data.worn_thickness.attrs["units"] == "m"
@@ -114,7 +111,6 @@ def test_run_without_slip_has_no_wear(cold):
     still = sb.simulate(sb.with_values(cold.scene, {"initial.omega": 0.0}))
     assert not np.any(np.asarray(still.worn_thickness))
     assert still.metrics["wear_over_mean"] is None
-    assert "no lining slid" in str(still)
 
 
 # --- with heat --------------------------------------------------------------------------------------------------------
