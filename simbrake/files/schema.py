@@ -24,6 +24,7 @@ from ..hybrid.struct import Struct
 from ..parts.programme import programme_scene
 from ..parts.scene import AbstractDuty, Scene
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
+from ..runs import measure as measure  # limits, found as a subclass
 from ..thermal._builders import (
     layered_heat,
     lumped_heat,

@@ -209,6 +209,14 @@ def test_packages_load_names_when_used():
     assert found.stdout.splitlines() == ["[]", "True True", "True True"]
 
 
+def test_a_fresh_process_reads_every_template():
+    """Kinds of a part are found among the classes that are loaded: whoever reads a file has loaded them all."""
+    program = "import simbrake as sb; from simbrake.files.shipped_scenes import TEMPLATES; "
+    program += "print([sb.read_scene(name).end_time is not None for name in TEMPLATES])"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert "False" not in found.stdout
+
+
 def test_help_and_version_do_not_need_jax():
     program = "import sys; from simbrake.__main__ import main\nsys.argv = ['simbrake', sys.argv[1]]\n"
     program += "try:\n    main()\nfinally:\n    print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"
