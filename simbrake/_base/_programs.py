@@ -1,7 +1,8 @@
 """Compiled programs in memory: one store with a bound, from which the least recently used programs go.
 
-Each program holds memory, mostly XLA's description of it, and memory mappings for its code. Linux allows a process
-65,530 mappings (`/proc/sys/vm/max_map_count`); one that has used them up is killed inside of XLA, without a message.
+Each program holds memory, mostly XLA's description of it, and memory mappings for its code, of which Linux allows a
+process 65,530. The bound of the memory holds both: 150 structures one after the other, each simulated, printed and
+partly differentiated, took at most 740 MB and 3,000 mappings.
 """
 
 import contextlib
@@ -14,7 +15,7 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Hashable
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import jax
 
@@ -22,19 +23,11 @@ _Value = TypeVar("_Value")
 #: who made a program, and for what
 Key: TypeAlias = tuple[Hashable, ...]
 
-MEMORY_VARIABLE, MAPPINGS_VARIABLE = "SIMBRAKE_PROGRAM_MEMORY", "SIMBRAKE_PROGRAM_MAPPINGS"
+MEMORY_VARIABLE = "SIMBRAKE_PROGRAM_MEMORY"
 #: MB that programs may take
 DEFAULT_MEMORY = 320.0
-#: memory mappings of the process, whoever holds them, from which on programs go
-DEFAULT_MAPPINGS = 15_000
-#: share of the mappings of the system that is ours at most
-_SHARE = 0.25
 #: MB that a line of StableHLO takes in a compiled program; 4.1 to 7.9 kB in those of seven scenes (JAX 0.10.2)
 _PER_LINE = 0.005
-#: mappings of a program at most, for the next time to count them; counting 15,000 takes some 30 ms
-_MOST_EACH = 512
-#: programs between two counts at least
-_LEAST_MADE = 4
 #: a pressed store goes down to this share of its bound, so that it is not pressed by the next program again
 _LOWER = 0.75
 
@@ -42,42 +35,12 @@ _LOWER = 0.75
 _lines = operator.attrgetter("lines")
 
 
-class Bounds(NamedTuple):
-    """What all programs together may take; looked up when a program is made."""
-
-    megabytes: float
-    mappings: int
-
-    @classmethod
-    def now(cls) -> "Bounds":
-        limits = []
-        for variable, default in ((MEMORY_VARIABLE, DEFAULT_MEMORY), (MAPPINGS_VARIABLE, DEFAULT_MAPPINGS)):
-            try:
-                limits.append(max(0.0, float(os.environ.get(variable, default))))
-            except ValueError:
-                limits.append(float(default))
-        return cls(limits[0], int(min(limits[1], _SHARE * _most_mappings())))
-
-
-@functools.cache
-def _most_mappings() -> float:
+def memory_bound() -> float:
+    """MB that all programs together may take; looked up when a program is made."""
     try:
-        with open("/proc/sys/vm/max_map_count", "rb") as file:
-            return float(file.read())
-    except (OSError, ValueError):
-        return float("inf")
-
-
-def mappings() -> int | None:
-    """Memory mappings of this process; `None` where the system does not tell."""
-    count = 0
-    try:
-        with open("/proc/self/maps", "rb", buffering=0) as file:
-            while part := file.read(1 << 20):
-                count += part.count(b"\n")
-    except OSError:
-        return None
-    return count
+        return max(0.0, float(os.environ.get(MEMORY_VARIABLE, DEFAULT_MEMORY)))
+    except ValueError:
+        return DEFAULT_MEMORY
 
 
 @functools.cache
@@ -97,7 +60,7 @@ class _Entry:
 
 
 class Store:
-    """Programs by key, as many as the bounds allow.
+    """Programs by key, as many as the bound allows.
 
     A program that has gone is made again when it is next asked for. Whoever holds one (a `Prepared`, a run in another
     thread) keeps it alive. `made` counts the programs made so far.
@@ -112,9 +75,6 @@ class Store:
         self._dead: deque[Hashable] = deque()
         #: MB that have gone since JAX's caches were cleared
         self._gone = 0.0
-        self._until_count = 0
-        #: mappings that could not be given back, and some more
-        self._others = 0
         self.made = 0
 
     def __len__(self) -> int:
@@ -167,53 +127,24 @@ class Store:
         if clear is not None:
             clear()
 
-    def _drop_oldest(self, enough: Callable[[int, float], bool]) -> None:
-        """Drop the least recently used programs until `enough(those left, their MB)`; the last one stays."""
-        keys = sorted(self._entries, key=lambda key: self._entries[key].used)
-        left, megabytes = len(keys), self.memory
-        for key in keys[:-1]:
-            if enough(left, megabytes):
-                return
-            left, megabytes = left - 1, megabytes - self._entries[key].megabytes
-            self._drop(key)
-
     def _hold_bounds(self) -> None:
-        """Drop what exceeds the bounds."""
+        """Drop what exceeds the bound, the least recently used first; the last one stays."""
         with contextlib.suppress(IndexError):
             while True:
                 self.forget(self._dead.popleft())
-        bounds = Bounds.now()
-        if self.memory > bounds.megabytes:
-            self._drop_oldest(lambda _, megabytes: megabytes <= _LOWER * bounds.megabytes)
+        bound = memory_bound()
+        if self.memory > bound:
+            for key in sorted(self._entries, key=lambda key: self._entries[key].used)[:-1]:
+                if self.memory <= _LOWER * bound:
+                    break
+                self._drop(key)
             _trim()(0)
-        if self._gone > bounds.megabytes:
+        if self._gone > bound:
             # JAX keeps what was traced for them, some MB for each structure, and programs of single operations
-            self._clear_jax()
-        self._until_count -= 1
-        if self._until_count <= 0:
-            self._hold_mappings(bounds.mappings)
-
-    def _hold_mappings(self, bound: int) -> None:
-        count = mappings()
-        if count is None:
-            self._until_count = 1 << 30
-            return
-        if count > max(bound, self._others):
-            half = len(self._entries) // 2
-            self._drop_oldest(lambda left, _: left <= half)
-            if mappings() > _LOWER * bound:  # pyright: ignore
-                self._clear_jax()
-            if mappings() > _LOWER * bound:  # pyright: ignore
-                self._drop_oldest(lambda left, _: False)
-            count = mappings() or 0
-            self._others = count + bound // 8
-        self._until_count = max(_LEAST_MADE, (max(bound, self._others) - count) // _MOST_EACH)
-
-    def _clear_jax(self) -> None:
-        jax.clear_caches()
-        gc.collect()
-        _trim()(0)
-        self._gone = 0.0
+            jax.clear_caches()
+            gc.collect()
+            _trim()(0)
+            self._gone = 0.0
 
 
 #: of the process

@@ -73,7 +73,7 @@ def _examined() -> dict[str, Any]:
 
     from .._base import _cache
     from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, WORTH, accelerators, run_device
-    from .._base._programs import Bounds
+    from .._base._programs import memory_bound
 
     device_of_runs = run_device()
     refused = accelerators(device_of_runs.platform).refused
@@ -87,7 +87,7 @@ def _examined() -> dict[str, Any]:
         "x64": jnp.ones(()).dtype == jnp.float64,
         "devices": {"all": devices, "single_runs": str(device_of_runs), "ensembles": devices},
         "cache": {name: kept[name] for name in ("folder", "programs", "bytes")} | {"jax": _cache.of_jax()},
-        "memory": Bounds.now()._asdict(),
+        "memory": {"megabytes": memory_bound()},
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
         "accelerators": rows if device_of_runs.platform == "cpu" else [],
     }
@@ -179,7 +179,7 @@ def _text(report: dict[str, Any]) -> str:
         ("devices", ", ".join(devices["all"])),
         ("", f"single runs on {devices['single_runs']}, ensembles on {', '.join(devices['ensembles'])}"),
         ("programs", f"{cache['folder']} ({size})" if cache["folder"] else "not cached"),
-        ("", f"in a process at most some {memory['megabytes']:g} MB and {memory['mappings']:,} memory mappings"),
+        ("", f"in a process at most some {memory['megabytes']:g} MB"),
         ("XLA_FLAGS", f"{report['xla_flags'] or 'not set'} (simbrake never sets it)"),
     ]
     for i, row in enumerate(report["accelerators"]):
