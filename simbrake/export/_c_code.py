@@ -10,7 +10,7 @@ import functools
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,32 +22,58 @@ LONGEST, _FEW, _DEEPEST = 150, 4, 24
 #: operations of a function that is repeated wherever it is called; bytes of a variable on the stack
 _SHORT, _LARGE = 16, 8192
 
-_KINDS = {"f64": "double", "f32": "float", "i64": "int64_t", "i32": "int32_t", "i8": "int8_t", "i1": "uint8_t"}
-_KINDS |= {"ui64": "uint64_t", "ui32": "uint32_t", "ui8": "uint8_t"}
+_KINDS = {
+    "f64": "double",
+    "f32": "float",
+    "i64": "int64_t",
+    "i32": "int32_t",
+    "i8": "int8_t",
+    "i1": "uint8_t",
+    "ui64": "uint64_t",
+    "ui32": "uint32_t",
+    "ui8": "uint8_t",
+}
+_REAL = ("double", "float")
 _BYTES = {"double": 8, "float": 4, "int64_t": 8, "uint64_t": 8, "int32_t": 4, "uint32_t": 4}
 
 #: C of operations that act entry by entry: of real numbers, and of whole ones where that differs
 _ENTRYWISE = {
-    **{"add": "({0} + {1})", "subtract": "({0} - {1})", "multiply": "({0} * {1})", "negate": "(-{0})"},
-    **{"divide": "({0} / {1})", "remainder": "fmod({0}, {1})", "power": "pow({0}, {1})", "atan2": "atan2({0}, {1})"},
-    **{"maximum": "maximum({0}, {1})", "minimum": "minimum({0}, {1})", "abs": "fabs({0})", "sign": "sign({0})"},
-    **{"and": "({0} & {1})", "or": "({0} | {1})", "xor": "({0} ^ {1})", "is_finite": "(isfinite({0}) != 0)"},
-    **{
-        "exponential": "exp({0})",
-        "exponential_minus_one": "expm1({0})",
-        "log": "log({0})",
-        "log_plus_one": "log1p({0})",
-    },
-    **{"sqrt": "sqrt({0})", "rsqrt": "(1.0 / sqrt({0}))", "cbrt": "cbrt({0})", "logistic": "(1.0 / (1.0 + exp(-{0})))"},
-    **{"sine": "sin({0})", "cosine": "cos({0})", "tan": "tan({0})", "tanh": "tanh({0})"},
     **{name: f"{name}({{0}})" for name in ("acos", "asin", "atan", "sinh", "cosh", "asinh", "acosh", "atanh", "erf")},
-    **{"floor": "floor({0})", "ceil": "ceil({0})", "round_nearest_even": "rint({0})", "square": "square({0})"},
-    **{"round_nearest_afz": "round({0})", "select": "({0} ? {1} : {2})"},
+    **{name: f"{name}({{0}})" for name in ("log", "sqrt", "cbrt", "tan", "tanh", "floor", "ceil", "square", "sign")},
+    "add": "({0} + {1})",
+    "subtract": "({0} - {1})",
+    "multiply": "({0} * {1})",
+    "negate": "(-{0})",
+    "divide": "({0} / {1})",
+    "remainder": "fmod({0}, {1})",
+    "power": "pow({0}, {1})",
+    "atan2": "atan2({0}, {1})",
+    "maximum": "maximum({0}, {1})",
+    "minimum": "minimum({0}, {1})",
+    "abs": "fabs({0})",
+    "and": "({0} & {1})",
+    "or": "({0} | {1})",
+    "xor": "({0} ^ {1})",
+    "is_finite": "(isfinite({0}) != 0)",
+    "exponential": "exp({0})",
+    "exponential_minus_one": "expm1({0})",
+    "log_plus_one": "log1p({0})",
+    "rsqrt": "(1.0 / sqrt({0}))",
+    "logistic": "(1.0 / (1.0 + exp(-{0})))",
+    "sine": "sin({0})",
+    "cosine": "cos({0})",
+    "round_nearest_even": "rint({0})",
+    "round_nearest_afz": "round({0})",
+    "select": "({0} ? {1} : {2})",
     "clamp": "minimum(maximum({0}, {1}), {2})",
 }
 _OF_WHOLE = {
-    **{"divide": "divided({0}, {1})", "remainder": "remains({0}, {1})", "abs": "whole_abs({0})"},
-    **{"maximum": "whole_maximum({0}, {1})", "minimum": "whole_minimum({0}, {1})", "sign": "whole_sign({0})"},
+    "divide": "divided({0}, {1})",
+    "remainder": "remains({0}, {1})",
+    "abs": "whole_abs({0})",
+    "maximum": "whole_maximum({0}, {1})",
+    "minimum": "whole_minimum({0}, {1})",
+    "sign": "whole_sign({0})",
     "clamp": "whole_minimum(whole_maximum({0}, {1}), {2})",
 }
 #: operations that act entry by entry, and those that only move entries
@@ -66,12 +92,21 @@ class UnknownOperation(Exception):
 # --- programs as they are read ----------------------------------------------------------------------------------------
 
 
+Shape = tuple[int, ...]
+Type = tuple[Shape, str]
+
+
 class Operation(NamedTuple):
     name: str
     attributes: dict[str, Any]
     ins: list[int]
     outs: list[int]
-    regions: "list[Body]"
+    types: list[Type]  # of the results
+    regions: "Sequence[Body]" = ()
+
+    def kept(self, users: Container[int]) -> tuple[int, ...]:
+        """Which of its results are used, from 0."""
+        return tuple(i for i, out in enumerate(self.outs) if out in users)
 
 
 class Body:
@@ -92,10 +127,6 @@ def _dimensions(attribute: Any) -> dict[str, list[int]]:
     return collections.defaultdict(list, lists)
 
 
-Shape = tuple[int, ...]
-Type = tuple[Shape, str]
-
-
 def _type_of(value: Any) -> Type:
     return tuple(value.type.shape), _KINDS[str(value.type.element_type)]
 
@@ -109,8 +140,8 @@ class Module:
         # results by operation, of the body that is read and of those around it; the entry of arrays that have but one
         self._results: collections.ChainMap[Any, list[int]] = collections.ChainMap()
         self._entries: dict[int, int] = {}
-        lowered = jax.jit(function, keep_unused=True).lower(*arguments)
-        module = lowered.compiler_ir()
+        self.calls = collections.Counter[str]()
+        module = jax.jit(function, keep_unused=True).lower(*arguments).compiler_ir()
         self.functions: dict[str, Body] = {}
         for operation in module.body.operations:  # pyright: ignore
             block = next((block for region in operation.regions for block in region.blocks), None)
@@ -118,7 +149,6 @@ class Module:
                 raise UnknownOperation(operation.operation.name)
             self.functions[operation.attributes["sym_name"].value] = self._body(block)
         self._numbers.clear()
-        self.calls = collections.Counter(op.attributes["callee"].value for op in self._calls())
 
     def _new(self, types: Iterable[Type]) -> list[int]:
         """Numbers of new values."""
@@ -144,7 +174,7 @@ class Module:
             if op.regions or not types or name == "optimization_barrier":
                 regions = [self._body(region.blocks[0]) for region in op.regions]
                 outs = self._new(types)
-                body.ops.append(Operation(name, attributes, ins, outs, regions))
+                body.ops.append(Operation(name, attributes, ins, outs, types, regions))
             else:
                 outs = self._once(body, name, attributes, ins, types)
             self._numbers |= zip(op.results, outs, strict=True)
@@ -161,7 +191,9 @@ class Module:
                 if entry is not None:
                     self._entries[outs[0]] = entry
                     name, attributes, ins = "broadcast_in_dim", {"broadcast_dimensions": []}, [entry]
-                body.ops.append(Operation(name, attributes, ins, outs, []))
+                if name == "call":
+                    self.calls[attributes["callee"].value] += 1
+                body.ops.append(Operation(name, attributes, ins, outs, types))
             else:
                 outs = [entry]
             self._results[key] = outs
@@ -179,17 +211,6 @@ class Module:
             return self._once(body, name, attributes, entries, [((), kind)])[0]
         return None
 
-    def _calls(self) -> Iterator[Operation]:
-        def within(body: Body) -> Iterator[Operation]:
-            for op in body.ops:
-                for region in op.regions:
-                    yield from within(region)
-                if op.name == "call":
-                    yield op
-
-        for body in self.functions.values():
-            yield from within(body)
-
     # --- what is needed of it
 
     def repeated(self, op: Operation) -> bool:
@@ -204,7 +225,7 @@ class Module:
             users[out].append(body)
         ops: list[Operation] = []
         for op in reversed(body.ops):
-            kept = tuple(i for i, out in enumerate(op.outs) if out in users)
+            kept = op.kept(users)
             if not kept:
                 continue
             ops.append(op)
@@ -268,21 +289,22 @@ def _sum(*terms: int | str) -> int | str:
 
 def _times(x: int | str, factor: int) -> int | str:
     if isinstance(x, int) or factor == 0:
-        return factor * (x if isinstance(x, int) else 0)
-    return x if factor == 1 else f"({x}) * {factor}" if not x.isidentifier() else f"{x} * {factor}"
-
-
-def _strides(shape: Shape) -> list[int]:
-    return [math.prod(shape[i + 1 :]) for i in range(len(shape))]
+        return factor * x if isinstance(x, int) else 0
+    return x if factor == 1 else f"{x} * {factor}" if x.isidentifier() else f"({x}) * {factor}"
 
 
 def _place(index: Index, shape: Shape) -> int | str:
-    return _sum(*(_times(x, stride) for x, stride, n in zip(index, _strides(shape), shape, strict=True) if n != 1))
+    return _sum(*(_times(x, math.prod(shape[d + 1 :])) for d, x in enumerate(index) if shape[d] != 1))
+
+
+def _others(shape: Shape, dims: Container[int]) -> list[int]:
+    """The dimensions of an array that are not among `dims`."""
+    return [d for d in range(len(shape)) if d not in dims]
 
 
 def literal(x: Any, kind: str) -> str:
     """A number in C."""
-    if kind in ("double", "float"):
+    if kind in _REAL:
         x = float(x)
         words = "NAN" if math.isnan(x) else "INFINITY" if math.isinf(x) else repr(abs(x))
         return f"(-{words})" if math.copysign(1.0, x) < 0 else words
@@ -350,11 +372,9 @@ class Program:
         #: of what is being printed: values by number, lines, operations, and who uses each value
         self._env, self._nodes = dict[int, Value](), list[Any]()
         self._body, self._users = Body([]), dict[int, list[Body]]()
-        main = self._module.functions["main"]
-        pointers, outs = self._function("main", main)
+        pointers, self.outs = self._function("main", self._module.functions["main"])
         self.ins = [f"frame->{pointer}" for pointer in pointers]
-        self.outs = outs
-        self.text = self._printed(pointers)
+        self.text = self._printed()
 
     # --- variables
 
@@ -375,19 +395,17 @@ class Program:
 
     def _stored(self, value: Value) -> Value:
         """A value in a variable of its own."""
-        name = self._new(value.kind, value.size)
-        if value.size == 1:
-            self._nodes.append(Line(f"{name} = {value.at([0] * len(value.shape))};", name))
-        else:
-            self._nodes.append(Line("", name))
-            self._fill(name, value)
+        if value.size != 1:
+            stored = self._variable(value.shape, value.kind)
+            self._put(stored, value)
+            return stored
+        name = self._new(value.kind)
+        self._nodes.append(Line(f"{name} = {value.at([0] * len(value.shape))};", name))
         return self._held(name, value.shape, value.kind, self._body)
 
-    def _fill(self, name: str, value: Value) -> None:
-        if value.size == 1:
-            self._nodes.append(Line(f"{name} = {value.at([0] * len(value.shape))};"))
-            return
-        self._loop(value.shape, lambda index: f"{name}[{_place(index, value.shape)}] = {value.at(index)};")
+    def _put(self, whole: Value, part: Value, place: Callable[[Index], Index] = lambda index: index) -> None:
+        """Write the entries of a part into an array, each at its place there."""
+        self._loop(part.shape, lambda index: f"{whole.at(place(index))} = {part.at(index)};")
 
     def _loop(self, shape: Shape, text: Callable[[Index], str]) -> None:
         if math.prod(shape) <= _FEW:
@@ -405,16 +423,14 @@ class Program:
         return value
 
     def _define(self, number: int, value: Value) -> None:
-        users = self._users[number]
-        alone = len(users) == 1 and users[0] is self._body
+        alone = self._users[number] == [self._body]
         if value.cost > 0 and not (alone and value.cost <= _DEEPEST):
             value = self._stored(value)
         self._env[number] = value
 
     def _own(self, number: int) -> bool:
         """Whether a value lies in a variable that may be written over: this is its only use."""
-        value, users = self._env[number], self._users[number]
-        return bool(value.name) and value.fresh is self._body and len(users) == 1 and users[0] is self._body
+        return self._env[number].fresh is self._body and self._users[number] == [self._body]
 
     # --- functions and bodies
 
@@ -430,14 +446,14 @@ class Program:
                 variable = self._new(f"const {kind} *" if pointed else kind)
                 variables.append(variable)
                 value = self._held(variable, shape, kind)
-                if name == "main" and math.prod(shape) == 1:
+                if name == "main" and value.size == 1:
                     value = value._replace(at=lambda _, variable=variable: f"{variable}[0]", name="")
                 self._env[arg] = value
-            outs = self._emit(body, body.outs)
-            outs = [value if value.name and value.name in self._kinds else self._stored(value) for value in outs]
-            outs = [value._replace(fresh=None) for value in outs]
+            outs = [
+                value if value.name in self._kinds else self._stored(value) for value in self._emit(body, body.outs)
+            ]
             self._functions[name] = self._nodes
-            self._results[name] = variables, outs
+            self._results[name] = variables, [value._replace(fresh=None) for value in outs]
             self._env, self._nodes = kept
         return self._results[name]
 
@@ -467,15 +483,14 @@ class Program:
     def _op_call(self, op: Operation) -> None:
         name = op.attributes["callee"].value
         body = self._module.functions[name]
-        kept = [i for i, out in enumerate(op.outs) if out in self._users]
+        kept = op.kept(self._users)
         if self._module.repeated(op):
             outs = [body.outs[i] for i in kept]
             _, users = self._module.needed(body, outs)
             env = {}
             for number, arg in zip(op.ins, body.args, strict=True):
                 if arg in users:
-                    alone = len(users[arg]) == 1 and users[arg][0] is body
-                    value = self._env[number] if alone else self._solid(number)
+                    value = self._env[number] if users[arg] == [body] else self._solid(number)
                     env[arg] = value._replace(fresh=body if self._own(number) else None)
             env, self._env = self._env, env
             values = self._emit(body, outs)
@@ -500,9 +515,9 @@ class Program:
     # --- loops and branches
 
     def _op_while(self, op: Operation) -> None:
-        kept = tuple(i for i, out in enumerate(op.outs) if out in self._users)
         cond, body = op.regions
-        carried, slots = self._module.carried(op, kept), dict[int, Value]()
+        carried = self._module.carried(op, op.kept(self._users))
+        slots = dict[int, Value]()
         for i in carried:
             if body.outs[i] == body.args[i]:
                 value = self._solid(op.ins[i])._replace(fresh=None)
@@ -523,22 +538,22 @@ class Program:
                 continue
             if names & {*_TOKEN.findall(value.at(["i0"] * len(value.shape)))}:
                 value = self._stored(value)
-            changes.append((slots[i].name, value))
-        for name, value in changes:
-            self._fill(name, value)
+            changes.append((slots[i], value))
+        for change in changes:
+            self._put(*change)
         inside, self._nodes = self._nodes, outer
         stop = Pinned(f"if (!{going.at([])}) break;")
         self._nodes.append(Block([("for (;;) {", [*before, stop, *inside])]))
 
     def _op_case(self, op: Operation) -> None:
-        kept = [i for i, out in enumerate(op.outs) if out in self._users]
-        types = [self._module.types[op.outs[i]] for i in kept]
-        results = [self._variable(*kind) for kind in types]
-        which, parts = self._solid(op.ins[0]).at([]), []
+        kept = op.kept(self._users)
+        results = [self._variable(*op.types[i]) for i in kept]
+        which = self._solid(op.ins[0]).at([])
+        parts = []
         for number, region in enumerate(op.regions):
             outer, self._nodes = self._nodes, []
             for result, value in zip(results, self._emit(region, [region.outs[i] for i in kept]), strict=True):
-                self._fill(result.name, value)
+                self._put(result, value)
             test = f"if ({which} == {number}) {{" if number < len(op.regions) - 1 else "{"
             parts.append((f"}} else {test}" if number else test, self._nodes))
             self._nodes = outer
@@ -549,16 +564,13 @@ class Program:
     # --- entry by entry
 
     def _entrywise(self, op: Operation) -> None:
-        shape, kind = self._module.types[op.outs[0]]
-        real = kind in ("double", "float")
-        form = _ENTRYWISE[op.name] if real or op.name not in _OF_WHOLE else _OF_WHOLE[op.name]
-        self._each(op, shape, kind, form)
+        real = op.types[0][1] in _REAL
+        self._each(op, _ENTRYWISE[op.name] if real or op.name not in _OF_WHOLE else _OF_WHOLE[op.name])
 
-    def _each(self, op: Operation, shape: Shape, kind: str, form: str) -> None:
+    def _each(self, op: Operation, form: str) -> None:
         """Results of an operation that acts entry by entry; scalars among its operands count for all entries."""
-        values = [
-            self._env[number] if self._module.types[number][0] == shape else self._solid(number) for number in op.ins
-        ]
+        shape, kind = op.types[0]
+        values = [self._env[x] if self._env[x].shape == shape else self._solid(x) for x in op.ins]
 
         def at(index: Index) -> str:
             return form.format(*(value.at(index if value.shape == shape else []) for value in values))
@@ -566,27 +578,20 @@ class Program:
         self._define(op.outs[0], Value(shape, kind, at, 1 + sum(value.cost for value in values)))
 
     def _op_not(self, op: Operation) -> None:
-        shape, kind = self._module.types[op.outs[0]]
-        self._each(op, shape, kind, "(!{0})" if kind == "uint8_t" else "(~{0})")
+        self._each(op, "(!{0})" if op.types[0][1] == "uint8_t" else "(~{0})")
 
     def _op_compare(self, op: Operation) -> None:
         sign = _COMPARED[re.findall(r"[A-Z]{2}", str(op.attributes["comparison_direction"]))[-1]]
-        self._each(op, self._module.types[op.outs[0]][0], "uint8_t", f"({{0}} {sign} {{1}})")
+        self._each(op, f"({{0}} {sign} {{1}})")
 
     def _op_convert(self, op: Operation) -> None:
-        (shape, kind), (_, before) = self._module.types[op.outs[0]], self._module.types[op.ins[0]]
-        if kind == before:
-            self._env[op.outs[0]] = self._env[op.ins[0]]._replace(fresh=None)
+        kind = op.types[0][1]
+        value = self._env[op.ins[0]]
+        if kind == value.kind:
+            self._env[op.outs[0]] = value._replace(fresh=None)
             return
-        real = before in ("double", "float")
-        form = f"(({kind}){{0}})"
-        if str(kind) == "uint8_t":
-            form = "({0} != 0)"
-        elif real and kind == "int32_t":
-            form = "whole_32({0})"
-        elif real and kind == "int64_t":
-            form = "whole({0})"
-        self._each(op, shape, kind, form)
+        forms = {"int32_t": "whole_32({0})", "int64_t": "whole({0})"} if value.kind in _REAL else {}
+        self._each(op, "({0} != 0)" if kind == "uint8_t" else forms.get(kind, f"(({kind}){{0}})"))
 
     def _op_optimization_barrier(self, op: Operation) -> None:
         for number, out in zip(op.ins, op.outs, strict=True):
@@ -594,7 +599,8 @@ class Program:
                 self._env[out] = self._solid(number)._replace(fresh=None)
 
     def _op_constant(self, op: Operation) -> None:
-        (shape, kind), attribute = self._module.types[op.outs[0]], op.attributes["value"]
+        shape, kind = op.types[0]
+        attribute = op.attributes["value"]
         numbers = np.ravel(np.asarray(attribute))
         if attribute.is_splat or len({*numbers.tolist()}) == 1:
             text = literal(numbers[0], kind)
@@ -611,7 +617,7 @@ class Program:
         self._env[op.outs[0]] = Value(shape, kind, at, 0, table)
 
     def _op_iota(self, op: Operation) -> None:
-        shape, kind = self._module.types[op.outs[0]]
+        shape, kind = op.types[0]
         d = op.attributes["iota_dimension"].value
 
         def at(index: Index) -> str:
@@ -622,20 +628,20 @@ class Program:
     # --- the same entries in another order
 
     def _moved(self, op: Operation, value: Value, back: Callable[[Index], Index]) -> None:
-        shape, kind = self._module.types[op.outs[0]]
-        self._define(op.outs[0], Value(shape, kind, lambda index: value.at(back(index)), value.cost))
+        self._define(op.outs[0], Value(*op.types[0], lambda index: value.at(back(index)), value.cost))
 
     def _op_broadcast_in_dim(self, op: Operation) -> None:
-        dims, (shape, _) = [*op.attributes["broadcast_dimensions"]], self._module.types[op.outs[0]]
+        dims = [*op.attributes["broadcast_dimensions"]]
         value = self._env[op.ins[0]]
-        if value.size < math.prod(shape):
+        if value.size < math.prod(op.types[0][0]):
             value = self._solid(op.ins[0])
         self._moved(
             op, value, lambda index: [index[d] if n != 1 else 0 for d, n in zip(dims, value.shape, strict=True)]
         )
 
     def _op_reshape(self, op: Operation) -> None:
-        value, (shape, kind) = self._env[op.ins[0]], self._module.types[op.outs[0]]
+        value = self._env[op.ins[0]]
+        shape, kind = op.types[0]
         long = [d for d, n in enumerate(shape) if n != 1]
         if [shape[d] for d in long] == [n for n in value.shape if n != 1]:
 
@@ -658,7 +664,8 @@ class Program:
         self._moved(op, self._env[op.ins[0]], lambda index: [index[p] for p in places])
 
     def _op_reverse(self, op: Operation) -> None:
-        dims, (shape, _) = [*op.attributes["dimensions"]], self._module.types[op.outs[0]]
+        dims = [*op.attributes["dimensions"]]
+        shape = op.types[0][0]
 
         def back(index: Index) -> Index:
             turned = [
@@ -669,13 +676,10 @@ class Program:
         self._moved(op, self._env[op.ins[0]], back)
 
     def _op_slice(self, op: Operation) -> None:
-        starts, steps = [*op.attributes["start_indices"]], [*op.attributes["strides"]]
+        starts = [*op.attributes["start_indices"]]
+        steps = [*op.attributes["strides"]]
         value = self._solid(op.ins[0]) if len(self._users[op.ins[0]]) > 1 else self._env[op.ins[0]]
-
-        def back(index: Index) -> Index:
-            return [_sum(_times(x, step), start) for x, step, start in zip(index, steps, starts, strict=True)]
-
-        self._moved(op, value, back)
+        self._moved(op, value, lambda index: [*map(_sum, map(_times, index, steps), starts)])
 
     def _starts(self, numbers: Sequence[int], shape: Shape, sizes: Shape) -> list[int | str]:
         """Variables with the first indices of a slice, kept inside of the array."""
@@ -690,52 +694,39 @@ class Program:
         return starts
 
     def _op_dynamic_slice(self, op: Operation) -> None:
-        value, (shape, kind) = self._solid(op.ins[0]), self._module.types[op.outs[0]]
+        value = self._solid(op.ins[0])
+        shape, kind = op.types[0]
         starts = self._starts(op.ins[1:], value.shape, shape)
-        sliced = Value(shape, kind, lambda index: value.at([_sum(a, x) for a, x in zip(starts, index, strict=True)]))
+        sliced = Value(shape, kind, lambda index: value.at([*map(_sum, starts, index)]))
         self._env[op.outs[0]] = self._stored(sliced) if len(self._users[op.outs[0]]) > 1 else sliced
 
     def _op_dynamic_update_slice(self, op: Operation) -> None:
-        whole, part = self._env[op.ins[0]], self._env[op.ins[1]]
+        whole = self._env[op.ins[0]]
+        part = self._env[op.ins[1]]
         starts = self._starts(op.ins[2:], whole.shape, part.shape)
         if not self._own(op.ins[0]):
             whole = self._stored(whole)
         elif whole.name in _TOKEN.findall(part.at(["i0"] * len(part.shape))):
             part = self._stored(part)
-
-        def text(index: Index) -> str:
-            place = [_sum(a, x) for a, x in zip(starts, index, strict=True)]
-            return f"{whole.at(place)} = {part.at(index)};"
-
-        self._loop(part.shape, text)
+        self._put(whole, part, lambda index: [*map(_sum, starts, index)])
         self._env[op.outs[0]] = whole
 
     def _op_concatenate(self, op: Operation) -> None:
-        d, (shape, kind) = op.attributes["dimension"].value, self._module.types[op.outs[0]]
-        whole, first = self._variable(shape, kind), 0
+        d = op.attributes["dimension"].value
+        whole = self._variable(*op.types[0])
+        first = 0
         for number in op.ins:
             part = self._env[number]
-
-            def text(index: Index, part: Value = part, first: int = first) -> str:
-                place = [_sum(x, first) if i == d else x for i, x in enumerate(index)]
-                return f"{whole.at(place)} = {part.at(index)};"
-
-            self._loop(part.shape, text)
+            self._put(whole, part, lambda index: [_sum(x, first) if i == d else x for i, x in enumerate(index)])
             first += part.shape[d]
         self._env[op.outs[0]] = whole
 
     def _op_pad(self, op: Operation) -> None:
-        value, padding = self._env[op.ins[0]], self._env[op.ins[1]]
-        (shape, kind), low = self._module.types[op.outs[0]], [*op.attributes["edge_padding_low"]]
+        padding = self._env[op.ins[1]]
         apart = [n + 1 for n in op.attributes["interior_padding"]]
-        value, low = self._cut(op, value, low)
-        whole = self._stored(Value(shape, kind, lambda _: padding.at([])))
-
-        def text(index: Index) -> str:
-            place = [_sum(_times(x, step), a) for x, step, a in zip(index, apart, low, strict=True)]
-            return f"{whole.at(place)} = {value.at(index)};"
-
-        self._loop(value.shape, text)
+        value, low = self._cut(op, self._env[op.ins[0]], [*op.attributes["edge_padding_low"]])
+        whole = self._stored(Value(*op.types[0], lambda _: padding.at([])))
+        self._put(whole, value, lambda index: [*map(_sum, map(_times, index, apart), low)])
         self._env[op.outs[0]] = whole
 
     def _cut(self, op: Operation, value: Value, low: list[int]) -> tuple[Value, list[int]]:
@@ -747,16 +738,14 @@ class Program:
             raise UnknownOperation("pad that cuts and spreads")
         first = [max(-n, 0) for n in low]
         shape = tuple(n - a - max(-b, 0) for n, a, b in zip(value.shape, first, high, strict=True))
-        cut = value._replace(
-            shape=shape, name="", at=lambda index: value.at([_sum(x, a) for x, a in zip(index, first, strict=True)])
-        )
+        cut = value._replace(shape=shape, name="", at=lambda index: value.at([*map(_sum, index, first)]))
         return cut, [max(n, 0) for n in low]
 
     # --- sums and the like
 
     def _inline(self, region: Body, args: Sequence[Value]) -> tuple[list[Any], list[Value]]:
         """A small region, with these values for its arguments."""
-        self._env |= dict(zip(region.args, args, strict=True))
+        self._env |= zip(region.args, args, strict=True)
         return self._nested(region, region.outs)
 
     def _counter(self, shape: Shape) -> tuple[list[str], Index]:
@@ -769,15 +758,26 @@ class Program:
         """Loops around lines, not to be divided."""
         return [Block([(" ".join([*heads, "{"]), inside)], True)] if heads else inside
 
+    def _sums(self, heads: list[str], loops: list[str], begin: list[Line], add: list[Any], end: list[Line]) -> None:
+        """Loops that begin sums, add to them and end them; without an end the sums of all entries grow side by side,
+        so that none waits for another."""
+        if end:
+            self._nodes += self._nest(heads, [*begin, *self._nest(loops, add), *end])
+        else:
+            self._nodes += [*self._nest(heads, begin), *self._nest([*loops, *heads], add)]
+
     def _scalar(self, text: str, kind: str) -> Value:
         return Value((), kind, lambda _: text)
 
     def _op_reduce(self, op: Operation) -> None:
-        count, [region] = len(op.outs), op.regions
-        values, initial = [self._env[x] for x in op.ins[:count]], [self._env[x].at([]) for x in op.ins[count:]]
-        dims, shape = [*op.attributes["dimensions"]], values[0].shape
-        kept = [d for d in range(len(shape)) if d not in dims]
-        results = [self._variable(*self._module.types[out]) for out in op.outs]
+        count = len(op.outs)
+        [region] = op.regions
+        values = [self._env[x] for x in op.ins[:count]]
+        initial = [self._env[x].at([]) for x in op.ins[count:]]
+        dims = [*op.attributes["dimensions"]]
+        shape = values[0].shape
+        kept = _others(shape, dims)
+        results = [self._variable(*kind) for kind in op.types]
         outer, over = self._counter(tuple(shape[d] for d in kept))
         inner, inside = self._counter(tuple(shape[d] for d in dims))
         place: dict[int, int | str] = dict(zip([*kept, *dims], [*over, *inside], strict=True))
@@ -793,31 +793,27 @@ class Program:
             lines += [Line(f"{name} = {text};", name) for name, text in zip(fresh, texts, strict=True)]
             texts = fresh
         lines += [Line(f"{name} = {text};") for name, text in zip(sums, texts, strict=True)]
-        if beside:  # sums of all entries side by side: none waits for another
-            first = [Line(f"{sums[0]} = {initial[0]};")]
-            self._nodes += [*self._nest(outer, first), *self._nest([*inner, *outer], lines)]
-            self._env[op.outs[0]] = results[0]
-            return
-        begin = [Line(f"{name} = {x};", name) for name, x in zip(sums, initial, strict=True)]
+        begin = [Line(f"{name} = {x};", "" if beside else name) for name, x in zip(sums, initial, strict=True)]
         end = [Line(f"{result.at(over)} = {name};") for result, name in zip(results, sums, strict=True)]
-        self._nodes += self._nest(outer, [*begin, *self._nest(inner, lines), *end])
-        for out, result in zip(op.outs, results, strict=True):
-            self._env[out] = result
+        self._sums(outer, inner, begin, lines, [] if beside else end)
+        self._env |= zip(op.outs, results, strict=True)
 
     def _op_reduce_window(self, op: Operation) -> None:
-        value, initial, [region] = self._env[op.ins[0]], self._env[op.ins[1]].at([]), op.regions
-        (shape, kind), attributes = self._module.types[op.outs[0]], op.attributes
+        value = self._env[op.ins[0]]
+        initial = self._env[op.ins[1]].at([])
+        [region] = op.regions
+        shape, kind = op.types[0]
+        attributes = op.attributes
         windows = [*attributes["window_dimensions"]]
         low = np.asarray(attributes["padding"]).reshape(-1, 2)[:, 0].tolist()
-        plain = all(
-            name not in attributes or {*attributes[name]} == {1}
-            for name in ("window_strides", "base_dilations", "window_dilations")
-        )
+        others = ("window_strides", "base_dilations", "window_dilations")
+        plain = all({*attributes.get(name, [1])} == {1} for name in others)
         [d] = [d for d, n in enumerate(windows) if n != 1] or [0]
         n = shape[d]
         if not plain or shape != value.shape or windows[d] != n or low[d] not in (0, n - 1):
             raise UnknownOperation("reduce_window other than a running one")
-        result, total = self._variable(shape, kind), self._new(kind)
+        result = self._variable(shape, kind)
+        total = self._new(kind)
         heads, over = self._counter(tuple(m for e, m in enumerate(shape) if e != d))
         k = f"j{next(self._indices)}"
         along = k if low[d] else f"{n - 1} - {k}"
@@ -830,45 +826,43 @@ class Program:
 
     def _op_dot_general(self, op: Operation) -> None:
         numbers = _dimensions(op.attributes["dot_dimension_numbers"])
-        left, right = self._solid(op.ins[0]), self._solid(op.ins[1])
-        batch = [*numbers["lhs_batching_dimensions"]], [*numbers["rhs_batching_dimensions"]]
-        summed = [*numbers["lhs_contracting_dimensions"]], [*numbers["rhs_contracting_dimensions"]]
-        free = [
-            [d for d in range(len(value.shape)) if d not in (*batch[side], *summed[side])]
-            for side, value in enumerate((left, right))
-        ]
-        (shape, kind), total = self._module.types[op.outs[0]], self._new("double")
+        sides = []
+        for number, side in zip(op.ins, ("lhs", "rhs"), strict=True):
+            value = self._solid(number)
+            batch = numbers[f"{side}_batching_dimensions"]
+            summed = numbers[f"{side}_contracting_dimensions"]
+            sides.append((value, batch, _others(value.shape, (*batch, *summed)), summed))
+        shape, kind = op.types[0]
+        total = self._new("double")
         result = self._variable(shape, kind)
         heads, over = self._counter(shape)
-        loops, along = self._counter(tuple(left.shape[d] for d in summed[0]))
-        shared, split = len(batch[0]), len(batch[0]) + len(free[0])
-        places = [
-            dict(zip([*batch[side], *free[side], *summed[side]], [*over[:shared], *own, *along], strict=True))
-            for side, own in enumerate((over[shared:split], over[split:]))
-        ]
-        a, b = (v.at([place[d] for d in range(len(v.shape))]) for v, place in zip((left, right), places, strict=True))
-        if split < len(shape):  # sums of all entries side by side: none waits for another
-            zero = [Line(f"{result.at(over)} = 0;")]
-            add = [Line(f"{result.at(over)} += {a} * {b};")]
-            self._nodes += [*self._nest(heads, zero), *self._nest([*loops, *heads], add)]
-            self._env[op.outs[0]] = result
-            return
-        add = self._nest(loops, [Line(f"{total} += {a} * {b};")])
-        lines = [Line(f"{total} = 0;", total), *add, Line(f"{result.at(over)} = {total};")]
-        self._nodes += self._nest(heads, lines)
+        left, batch, free, summed = sides[0]
+        loops, along = self._counter(tuple(left.shape[d] for d in summed))
+        shared = len(batch)
+        split = shared + len(free)
+        factors = []
+        for (value, batch, free, summed), own in zip(sides, (over[shared:split], over[split:]), strict=True):
+            place = dict(zip([*batch, *free, *summed], [*over[:shared], *own, *along], strict=True))
+            factors.append(value.at([place[d] for d in range(len(value.shape))]))
+        beside = split < len(shape)
+        entry = result.at(over)
+        name = entry if beside else total
+        begin = [Line(f"{name} = 0;", "" if beside else name)]
+        add = [Line(f"{name} += {' * '.join(factors)};")]
+        self._sums(heads, loops, begin, add, [] if beside else [Line(f"{entry} = {name};")])
         self._env[op.outs[0]] = result
 
     # --- entries by number
 
     def _op_gather(self, op: Operation) -> None:
         numbers = _dimensions(op.attributes["dimension_numbers"])
-        value, rows, (shape, kind) = self._solid(op.ins[0]), self._solid(op.ins[1]), self._module.types[op.outs[0]]
-        sizes, offsets = [*op.attributes["slice_sizes"]], [*numbers["offset_dims"]]
-        fixed = {*numbers["collapsed_slice_dims"], *numbers["operand_batching_dims"]}
-        wide = [d for d in range(len(value.shape)) if d not in fixed]
-        entry = self._entry(
-            next(iter(numbers["index_vector_dim"]), 0), rows, [d for d in range(len(shape)) if d not in offsets]
-        )
+        value = self._solid(op.ins[0])
+        rows = self._solid(op.ins[1])
+        shape, kind = op.types[0]
+        sizes = [*op.attributes["slice_sizes"]]
+        offsets = numbers["offset_dims"]
+        wide = _others(value.shape, (*numbers["collapsed_slice_dims"], *numbers["operand_batching_dims"]))
+        entry, along = self._entry(numbers, rows, _others(shape, offsets))
         pairs = [*zip(numbers["operand_batching_dims"], numbers["start_indices_batching_dims"], strict=True)]
 
         def at(index: Index) -> str:
@@ -876,16 +870,17 @@ class Program:
             for j, d in enumerate(numbers["start_index_map"]):
                 place[d] = f"within({entry(index, j)}, {value.shape[d] - sizes[d]})" if value.shape[d] > sizes[d] else 0
             for d, r in pairs:
-                place[d] = entry.batch(index, r)  # pyright: ignore
+                place[d] = along(index, r)
             for d, o in zip(wide, offsets, strict=True):
                 place[d] = _sum(place[d], index[o])
             return value.at(place)
 
         self._define(op.outs[0], Value(shape, kind, at, 2))
 
-    def _entry(self, vector: int, rows: Value, batch: list[int]) -> Any:
-        """C of the number `j` in the vector of indices that belongs to the entry of a result."""
-        own = [d for d in range(len(rows.shape)) if d != vector]
+    def _entry(self, numbers: dict[str, list[int]], rows: Value, batch: list[int]) -> tuple[Callable, Callable]:
+        """C of the number `j` in the vector of indices that belongs to the entry of a result, and the index of that
+        entry along the dimension `r` of the vectors."""
+        own = _others(rows.shape, numbers["index_vector_dim"] or [0])
 
         def entry(index: Index, j: int) -> str:
             place: list[int | str] = [j] * len(rows.shape)
@@ -893,19 +888,18 @@ class Program:
                 place[d] = index[b]
             return rows.at(place)
 
-        entry.batch = lambda index, r: index[batch[own.index(r)]]  # pyright: ignore
-        return entry
+        return entry, lambda index, r: index[batch[own.index(r)]]
 
     def _op_scatter(self, op: Operation) -> None:
         numbers = _dimensions(op.attributes["scatter_dimension_numbers"])
-        whole, rows, part, [region] = self._env[op.ins[0]], self._solid(op.ins[1]), self._solid(op.ins[2]), op.regions
+        whole = self._env[op.ins[0]]
+        rows = self._solid(op.ins[1])
+        part = self._solid(op.ins[2])
+        [region] = op.regions
         whole = whole if self._own(op.ins[0]) else self._stored(whole)
-        windows = [*numbers["update_window_dims"]]
-        fixed = {*numbers["inserted_window_dims"], *numbers["input_batching_dims"]}
-        wide = [d for d in range(len(whole.shape)) if d not in fixed]
-        entry = self._entry(
-            next(iter(numbers["index_vector_dim"]), 0), rows, [d for d in range(len(part.shape)) if d not in windows]
-        )
+        windows = numbers["update_window_dims"]
+        wide = _others(whole.shape, (*numbers["inserted_window_dims"], *numbers["input_batching_dims"]))
+        entry, along = self._entry(numbers, rows, _others(part.shape, windows))
         heads, index = self._counter(part.shape)
         place: list[int | str] = [0] * len(whole.shape)
         sizes = dict(zip(wide, (part.shape[d] for d in windows), strict=True))
@@ -916,7 +910,7 @@ class Program:
             tests.append(f"{name} >= 0 && {name} <= {whole.shape[d] - sizes.get(d, 1)}")
             place[d] = name
         for d, r in zip(numbers["input_batching_dims"], numbers["scatter_indices_batching_dims"], strict=True):
-            place[d] = entry.batch(index, r)
+            place[d] = along(index, r)
         for d, w in zip(wide, windows, strict=True):
             place[d] = _sum(place[d], index[w])
         target = whole.at(place)
@@ -928,7 +922,7 @@ class Program:
 
     # --- text
 
-    def _printed(self, pointers: list[str]) -> str:
+    def _printed(self) -> str:
         """All functions, none longer than `LONGEST` lines, behind the frame with what they share."""
         divided: dict[str, list[Any]] = {}
         whose: dict[str, str] = {}
@@ -941,18 +935,14 @@ class Program:
             for token in {*_TOKEN.findall("\n".join(_texts(nodes)))}:
                 homes[token].add(function)
         outs = {value.name for _, values in self._results.values() for value in values}
-        shared = {
-            name
-            for name, (kind, size) in self._kinds.items()
-            if len(homes[name]) > 1 or size * _BYTES.get(kind, 1) > _LARGE or name in outs or name in pointers
-        }
-        shared |= self._pointed & {*self._kinds}
+        shared = {name for name in self._kinds if len(homes[name]) > 1 or self._bytes(name) > _LARGE}
+        shared |= outs | self._pointed & {*self._kinds}
         shared |= {name for names, _ in self._results.values() for name in names}
         places = self._places(
             {name for name in shared if len({whose[home] for home in homes[name]}) == 1} - outs - self._pointed
         )
         kept = [name for name in self._kinds if name in shared - {*places}]
-        self.bytes = sum(size * _BYTES.get(kind, 1) for kind, size in map(self._kinds.__getitem__, kept))
+        self.bytes = sum(map(self._bytes, kept))
         fields = "\n".join(f"  {self._declared(name)};" for name in kept)
         texts = [f"struct {self.name}_frame {{\n{fields}\n}};"]
         texts += [f"static const {kind} {name}[] = {{{text}}};" for (kind, text), name in self._tables.items()]
@@ -982,7 +972,7 @@ class Program:
 
     def _places(self, names: set[str]) -> dict[str, str]:
         """For large arrays of one function each: the earlier one, no longer used, in whose memory it lies."""
-        large = {name for name in names if (kind := self._kinds[name])[1] * _BYTES.get(kind[0], 1) > _LARGE}
+        large = {name for name in names if self._bytes(name) > _LARGE}
         places: dict[str, str] = {}
         for nodes in self._functions.values():
             spans, clock = dict[str, list[int]](), itertools.count()
@@ -1011,6 +1001,10 @@ class Program:
                     self._kinds[best[1]] = kind, size
                 free.append((last, places.get(name, name)))
         return places
+
+    def _bytes(self, name: str) -> int:
+        kind, size = self._kinds[name]
+        return size * _BYTES.get(kind, 1)
 
     def _declared(self, name: str) -> str:
         kind, size = self._kinds[name]
