@@ -5,7 +5,7 @@ import importlib
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +151,9 @@ class Export:
         self.runs = outputs is not None
         self.max_steps = max_steps or (room_for(simulate(scene, solver=self.solver)) if self.runs else 0)
         self.numbers, self.like = pack(scene.as_run)
+        #: numbers by their paths; in place of its values each has their places among all numbers
+        placed = leaves(self.like.unpack(np.arange(self.numbers.size, dtype=np.float64)))
+        self.placed = [leaf for leaf in placed if np.size(leaf.value)]
         problem = jax.eval_shape(lambda x: assemble(self.like.unpack(x))[1:], self.numbers)
         self.templates = templates(*problem)
         #: points of each input; what is known once the text is made: columns, places of the inputs in the mode, events
@@ -197,7 +200,8 @@ class Export:
         scene = self.like.unpack(x)
         start, numbers = jnp.asarray(scene.initial.time), []
         for held in self.held.values():
-            parent, part = (functools.reduce(getattr, where, scene) for where in (held.where[:-1], held.where))
+            parent = functools.reduce(getattr, held.where[:-1], scene)
+            part = getattr(parent, held.where[-1])
             delay = getattr(parent, "dead_time", 0.0)
             lag = 0.0 if held.lag is None else parent.lag
             numbers += [part.value(start - delay, part.first_piece(start - delay)), start - delay - 1.0, lag]
@@ -244,20 +248,25 @@ class Export:
             [-1, 0, 1] if mode.turn is not None else [1],
             [0, 1] if mode.taut is not None else [1],
         ]
-        states, rests_open = [*itertools.product(*kinds)], system.rests_open
+        states = [*itertools.product(*kinds)]
+
+        def label(state: tuple[int, ...], layer: int = 0) -> Label:
+            band, inner, turn, taut = state
+            return Label(band, inner, turn, layer, taut)
+
         endings = [
-            [*Status].index(
-                status_of(Label(state[0], state[1], state[2], 0, state[3]), moved, driven, lambda: away, lambda: steady)
-            )
+            [*Status].index(status_of(label(state), moved, driven, lambda: away, lambda: steady))
             for state in states
             for moved, driven, away, steady in itertools.product((False, True), repeat=4)
         ]
-        resting = ", ".join(str(int(Label(state[0], state[1], state[2], 0, state[3]).rests)) for state in states)
-        names: list[str] = []
-        sequences, table = list[tuple[int, ...]]([()]), list[int]()
+        resting = ", ".join(str(int(label(state).rests)) for state in states)
+        names = list[str]()
+        sequences: list[tuple[int, ...]] = [()]
+        table = list[int]()
         for before, after, layer, first in itertools.product(states, states, (0, 1), (False, True)):
-            was, now = (Label(s[0], s[1], s[2], n, s[3]) for s, n in ((before, 0), (after, layer)))
-            events = events_of_change(was, now, first, rests_open) if was != now else []
+            was = label(before)
+            now = label(after, layer)
+            events = events_of_change(was, now, first, system.rests_open) if was != now else []
             names += [event for event in events if event not in names]
             sequence = tuple(names.index(event) + 1 for event in events)
             if sequence not in sequences:
@@ -280,36 +289,30 @@ class Export:
 
     def _enums(self, codes: list[tuple[str, int, str]], states: int) -> dict[str, list[tuple[str, int, str]]]:
         """What has a number: names, numbers and meanings, by the name of their enum."""
-        count, held = self.numbers.size, list(self.held.items())
-        numbers = [
-            (
-                f"NUMBER_{leaf.path}",
-                int(np.ravel(leaf.value)[0]),
-                _about(leaf.path, leaf.about, np.size(leaf.value), "numbers from here"),
-            )
-            for leaf in leaves(self.like.unpack(np.arange(count, dtype=np.float64)))
-            if np.size(leaf.value)
-        ]
-        columns = [
-            (f"COLUMN_{key}", start, _about(key, SERIES_COLUMNS[key], size, "of them"))
-            for key, (start, size) in self.places().items()
-        ]
-        sizes = [("NUMBERS", count, "numbers of the scene"), ("COLUMNS", self.width, "entries of all columns")]
-        sizes.append(("INPUTS", len(held), "inputs of the step"))
-        if self.steps:
-            sizes.append(("STATES", states, "states"))
-        if self.runs:
-            sizes.insert(1, ("METRICS", len(self.outputs), "metrics"))
-            sizes.append(("ROWS", self.max_steps + 1, "rows that a run may fill"))
+        sizes = [("NUMBERS", self.numbers.size, "numbers of the scene")]
+        sizes += [("METRICS", len(self.outputs), "metrics")] * self.runs
+        sizes += [("COLUMNS", self.width, "entries of all columns"), ("INPUTS", len(self.held), "inputs of the step")]
+        sizes += [("STATES", states, "states")] * self.steps
+        sizes += [("ROWS", self.max_steps + 1, "rows that a run may fill")] * self.runs
         enums = {
-            "number": numbers,
+            "number": [
+                (
+                    f"NUMBER_{leaf.path}",
+                    int(np.min(leaf.value)),
+                    _about(leaf.path, leaf.about, np.size(leaf.value), "numbers from here"),
+                )
+                for leaf in self.placed
+            ],
             "metric": [(f"METRIC_{m}", i, f"[{unit_of(m)}]; infinite: never") for i, m in enumerate(self.outputs)],
             "event_name": [(f"EVENT_{event}", i, event) for i, event in enumerate(self.events, 1)],
-            "column": columns,
-            "input": [(f"INPUT_{key}", i, f"[{one.unit}]") for i, (key, one) in enumerate(held)],
+            "column": [
+                (f"COLUMN_{key}", start, _about(key, SERIES_COLUMNS[key], size, "of them"))
+                for key, (start, size) in self.places().items()
+            ],
+            "input": [(f"INPUT_{key}", i, f"[{one.unit}]") for i, (key, one) in enumerate(self.held.items())],
             "code": codes,
-            "status": [(f"STATUS_{s}", i, STATUS_MESSAGES[s]) for i, s in enumerate(Status)] if self.runs else [],
-            "reason": [(f"REASON_{r.id}", i, r.words) for i, r in enumerate(REASONS)] if self.runs else [],
+            "status": [(f"STATUS_{s}", i, STATUS_MESSAGES[s]) for i, s in enumerate(Status)] * self.runs,
+            "reason": [(f"REASON_{r.id}", i, r.words) for i, r in enumerate(REASONS)] * self.runs,
             "size": sizes,
         }
         return {
@@ -321,10 +324,13 @@ class Export:
     def text(self) -> str:
         import jinja2  # (slow to import)
 
-        name, upper, count = self.name, self.name.upper(), self.numbers.size
-        programs: dict[str, Program] = {}
+        name = self.name
+        upper = name.upper()
+        count = self.numbers.size
+        programs = dict[str, Program]()
         about: dict[str, Any] = {"runs": self.runs, "steps": self.steps}
-        room, states = list[str](), 0
+        room = list[str]()
+        states = 0
         if self.steps:
             step, before, (states, modes) = self._step()
             programs |= {"begun": Program(f"{name}_begun", self._begun, self.numbers), "part": step}
@@ -346,6 +352,7 @@ class Export:
             ("CODE_NO_MEMORY", -2, "there is no memory"),
             ("CODE_TOO_MANY_COMMANDS", -3, "more commands than there is space for wait in a dead time"),
         ]
+        code_names = {number: key.removeprefix("CODE_").lower() for key, number, _ in codes}
         main = f";\n   with {upper}_MAIN it has a main() that runs the scene and prints metrics and events" * self.runs
 
         def result(key: str) -> Callable[[int], str]:
@@ -387,7 +394,7 @@ class Export:
             statuses=[*Status],
             reasons=[reason.id for reason in REASONS],
             event_names=["", *self.events],
-            code_names=_by_number(codes),
+            code_names=[code_names.get(number, "") for number in range(max(code_names) + 1)],
             values=", ".join(literal(v, "double") for v in self.numbers),
             rtol=repr(self.rtol),
             skipped=SKIPPED,
@@ -395,10 +402,7 @@ class Export:
 
     def _ranges(self) -> str:
         """Of the numbers of each path where they begin, how many, and what they may be."""
-        places = leaves(self.like.unpack(np.arange(self.numbers.size, dtype=np.float64)))
-        rows = [
-            (int(np.min(one.value)), np.size(one.value), *range_of(one.about)) for one in places if np.size(one.value)
-        ]
+        rows = [(int(np.min(leaf.value)), np.size(leaf.value), *range_of(leaf.about)) for leaf in self.placed]
         return ", ".join(f"{{{first}, {size}, {low!r}, {high!r}}}" for first, size, low, high in rows)
 
     def _about_inputs(self) -> dict[str, Any]:
@@ -417,12 +421,6 @@ def range_of(about: Quantity) -> tuple[float, float]:
     """Lowest and highest value that a number may have."""
     low, high = about.ends
     return math.nextafter(low, math.inf) if about.open_low else low, high
-
-
-def _by_number(codes: Iterable[tuple[str, int, str]]) -> list[str]:
-    """Names of the codes from 0 on, at their numbers."""
-    names = {number: key.removeprefix("CODE_").lower() for key, number, _ in codes}
-    return [names.get(number, "") for number in range(max(names) + 1)]
 
 
 def program_version() -> str:

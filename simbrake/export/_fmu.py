@@ -1,5 +1,6 @@
 """A scene as an FMU for co-simulation: C that steps it under the inputs of another program."""
 
+import collections
 import dataclasses
 import importlib.util
 import math
@@ -22,7 +23,6 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError, whole_file
 from .._base._quantity import Quantity, shown
-from ..files._scene_file import leaves
 from ..outputs.quantities import SERIES_COLUMNS
 from ..parts.scene import Scene, checked
 from ..runs.stepper import HeldInput, held_inputs
@@ -30,8 +30,13 @@ from ._c_export import Export, c_name, c_text, check_waiting, possible_inputs, p
 
 #: outputs of several values, of which the maximum is given
 _MAXIMA = (
-    *("rim_temperature", "lining_temperature", "band_temperature", "lining_outer_temperature"),
-    *("wetted_temperature", "coolant_temperature", "coolant_heat_flow"),
+    "rim_temperature",
+    "lining_temperature",
+    "band_temperature",
+    "lining_outer_temperature",
+    "wetted_temperature",
+    "coolant_temperature",
+    "coolant_heat_flow",
 )
 _LEFT_OUT = ("t", "holding_reserve")  # (of a pulley that turns it is not a number)
 #: units of FMI by their powers of base units
@@ -142,22 +147,30 @@ class _Variable:
 
 def _variables(held: Mapping[str, HeldInput], export: Export) -> list[_Variable]:
     """Inputs, the columns that are outputs, outputs that tell of events, parameters."""
-    variables, first = [], 0
+    variables = []
+    first = 0
     for place, (name, held_input) in enumerate(held.items()):
         low = 0.0 if held_input.unit == "N" else None
         about = Quantity(held_input.unit, f"{name}, held from one step to the next", low=low)
         variables.append(_Variable(name, "input", about, start=held_input.level, first=place, kind="INPUT"))
     for name, column in export.columns.items():
-        size, several = math.prod(column.shape), len(column.shape) > 1
+        size = math.prod(column.shape)
+        several = len(column.shape) > 1
         if name not in _LEFT_OUT and (not several or name in _MAXIMA):
-            about, kind = SERIES_COLUMNS[name], "Integer" if np.issubdtype(column.dtype, np.integer) else "Real"
-            about = Quantity(about.unit, ("maximum: " if several else "") + about.meaning)
+            kind = "Integer" if np.issubdtype(column.dtype, np.integer) else "Real"
+            about = SERIES_COLUMNS[name]
+            about = Quantity(about.unit, "maximum: " * several + about.meaning)
             variables.append(_Variable(name, "output", about, kind, first=first, size=size))
         first += size
     about = Quantity("1", "whether the brake holds the pulley at rest")
     variables.append(_Variable("holding", "output", about, "Boolean", kind="HOLDING"))
-    for path, about, start, place in _parameters(export):
-        variables.append(_Variable(path, "parameter", about, start=start, first=place, kind="PARAMETER"))
+    for leaf in export.placed:
+        for at, place in np.ndenumerate(leaf.value):
+            path = leaf.path + "".join(f"[{i}]" for i in at)
+            value = float(export.numbers[int(place)])
+            if math.isfinite(value):
+                parameter = _Variable(path, "parameter", leaf.about, start=value, first=int(place), kind="PARAMETER")
+                variables.append(parameter)
     about = Quantity("1", "relative tolerance of the integration", low=1e-15, high=0.1)
     variables.append(_Variable("rtol", "parameter", about, start=export.rtol, kind="TOLERANCE"))
     names = ", ".join(f"{i} {name}" for i, name in enumerate(export.events, start=1))
@@ -168,17 +181,6 @@ def _variables(held: Mapping[str, HeldInput], export: Export) -> list[_Variable]
     ):
         variables.append(_Variable(name, "output", Quantity(unit, meaning), kind, kind=name.upper()))
     return variables
-
-
-def _parameters(export: Export) -> list[tuple[str, Quantity, float, int]]:
-    """Path, meaning, value and place of every number of a scene that is finite."""
-    found, places = [], leaves(export.like.unpack(np.arange(export.numbers.size, dtype=np.float64)))
-    for leaf in places:
-        for at, place in np.ndenumerate(leaf.value):
-            value, entry = float(export.numbers[int(place)]), "".join(f"[{i}]" for i in at)
-            if math.isfinite(value):
-                found.append((leaf.path + entry, leaf.about, value, int(place)))
-    return found
 
 
 # --- files of an FMU --------------------------------------------------------------------------------------------------
@@ -249,11 +251,17 @@ def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: 
 def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], token: str, fmi: int) -> bytes:
     """The model description of FMI 2.0 or 3.0."""
     marked, state = ("guid", "FMUstate") if fmi == 2 else ("instantiationToken", "FMUState")
-    root = Element("fmiModelDescription", {"fmiVersion": f"{fmi}.0", "modelName": name, marked: token})
-    root.set("description", f"{scene.brake.kind}, without dependencies")
-    root.set("generationTool", f"simbrake {program_version()}")
-    root.set("variableNamingConvention", "structured")
-    able = ["canHandleVariableCommunicationStepSize", *(["canNotUseMemoryManagementFunctions"] if fmi == 2 else [])]
+    attributes = {
+        "fmiVersion": f"{fmi}.0",
+        "modelName": name,
+        marked: token,
+        "description": f"{scene.brake.kind}, without dependencies",
+        "generationTool": f"simbrake {program_version()}",
+        "variableNamingConvention": "structured",
+    }
+    root = Element("fmiModelDescription", attributes)
+    able = ["canHandleVariableCommunicationStepSize"]
+    able += ["canNotUseMemoryManagementFunctions"] * (fmi == 2)
     able += [f"canGetAndSet{state}", f"canSerialize{state}"]
     about = SubElement(root, "CoSimulation", {"modelIdentifier": name, **dict.fromkeys(able, "true")})
     if fmi == 2:
@@ -262,8 +270,7 @@ def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], 
     if units := dict.fromkeys(variable.unit for variable in variables if variable.unit):
         definitions = SubElement(root, "UnitDefinitions")
         for unit in units:
-            powers = {base: str(power) for base, power in _powers(unit).items()}
-            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", powers)
+            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", _powers(unit))
     categories = SubElement(root, "LogCategories")
     for category in ("logEvents", "logStatusDiscard", "logStatusError"):
         SubElement(categories, "Category", name=category)
@@ -271,24 +278,37 @@ def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], 
     described = SubElement(root, "ModelVariables")
     types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
     for place, one in enumerate(variables):
-        kind = "ScalarVariable" if fmi == 2 else types[one.type]
-        entry = SubElement(described, kind, name=one.name, valueReference=str(place))
-        entry.set("description", one.about.meaning)
-        entry.set("causality", one.causality)
-        entry.set("variability", one.variability)
+        entry = SubElement(
+            described,
+            "ScalarVariable" if fmi == 2 else types[one.type],
+            name=one.name,
+            valueReference=str(place),
+            description=one.about.meaning,
+            causality=one.causality,
+            variability=one.variability,
+        )
         if one.causality == "output":
             entry.set("initial", "calculated")
-        _add_value(SubElement(entry, one.type) if fmi == 2 else entry, one)
-    structure, outputs = Element("ModelStructure"), [i for i, one in enumerate(variables) if one.causality == "output"]
+        if fmi == 2:
+            entry = SubElement(entry, one.type)
+        if one.unit:
+            entry.set("unit", one.unit)
+        if one.start is not None:
+            entry.set("start", repr(one.start))
+            for bound, limit in (("min", one.about.low), ("max", one.about.high)):
+                if limit is not None:
+                    entry.set(bound, repr(float(limit)))
+    structure = Element("ModelStructure")
+    outputs = [i for i, one in enumerate(variables) if one.causality == "output"]
     if fmi == 2:
         for part in ("Outputs", "InitialUnknowns"):
             unknowns = SubElement(structure, part)
             for place in outputs:
                 SubElement(unknowns, "Unknown", index=str(place + 1))
     else:
-        clock = SubElement(described, "Float64", name="time", valueReference=str(len(variables)))
-        clock.set("causality", "independent")
-        clock.set("variability", "continuous")
+        last = str(len(variables))
+        clock = {"name": "time", "valueReference": last, "causality": "independent", "variability": "continuous"}
+        SubElement(described, "Float64", clock)
         for part in ("Output", "InitialUnknown"):
             for place in outputs:
                 SubElement(structure, part, valueReference=str(place))
@@ -304,29 +324,18 @@ def _build_description(name: str) -> bytes:
     return _xml(root)
 
 
-def _add_value(entry: Element, one: _Variable) -> None:
-    """Unit, start and bounds of a variable."""
-    if one.unit:
-        entry.set("unit", one.unit)
-    if one.start is not None:
-        entry.set("start", repr(one.start))
-        for bound, limit in (("min", one.about.low), ("max", one.about.high)):
-            if limit is not None:
-                entry.set(bound, repr(float(limit)))
-
-
 def _xml(root: Element) -> bytes:
     indent(root)
     return tostring(root, "UTF-8", xml_declaration=True)
 
 
-def _powers(unit: str) -> dict[str, int]:
+def _powers(unit: str) -> dict[str, str]:
     """Powers of the base units of a unit as `kg.m2` or `W/(m.K)`."""
-    powers: dict[str, int] = {}
+    powers = collections.defaultdict[str, int](int)
     above, _, below = unit.partition("/")
     for part, sign in ((above, 1), (below.strip("()"), -1)):
         for factor in filter(None, part.split(".")):
             name, power = (factor[:-1], int(factor[-1])) if factor[-1].isdigit() and len(factor) > 1 else (factor, 1)
             for base, n in _BASE.get(name, {}).items():
-                powers[base] = powers.get(base, 0) + sign * power * n
-    return powers
+                powers[base] += sign * power * n
+    return {base: str(power) for base, power in powers.items()}
