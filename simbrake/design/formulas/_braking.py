@@ -8,13 +8,12 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from ...parts.scene import Scene, banded_brake
 from ...thermal.heat import FlashTemperature, PowerShares
 from ...thermal.materials import effusivity_share
 from ._heated import HeatedPart, RunValues, run_values
-from .contact import radiation_coefficient
+from .contact import SeriesOfTimes, radiation_coefficient
 from .heating import SchmidtCourse, slab_rise, stopping_rise
 from .inputs import Input
 from .statics import ClassicalStop, PairStop, StagedStop, friction_at_start
@@ -67,7 +66,7 @@ class Braking:
     ) -> "Braking":
         """The hardest brake application of a run, else a classical stop, if there is one."""
         if run is not None:
-            time, work, omega = run.duration, float(run.work[-1]), float(abs(run.omega[0]))
+            time, work, omega = run.duration, run.work[-1], abs(run.omega[0])
         else:
             classical, omega = stop or stages, float(scene.start_speed)
             time, work = (0.0, 0.0) if classical is None else (classical.time, classical.work)
@@ -149,7 +148,7 @@ class Braking:
         """Time of the run to rest (s); of several brake applications that of the hardest."""
         if self.run is None or not self.several:
             return self.run and self.run.result.metrics.get("stopping_time")
-        begin, end = float(self.run.t[0]), float(self.run.t[-1])
+        begin, end = self.run.t[[0, -1]]
         rests = [e.time for e in self.run.result.events if e.name == "stop" and e.time >= end - 1e-9 * max(end, 1.0)]
         return rests[0] - begin if rests and rests[0] - end < self.run.duration else None
 
@@ -160,9 +159,9 @@ class Braking:
             return self.run and self.run.result.metrics.get("stopping_angle")
         if (time := self.hardest_time) is None:
             return None
-        begin = float(self.run.t[0])
-        phi = np.asarray(self.run.result.series(np.array([begin, begin + time])).phi)
-        return float(phi[1] - phi[0])
+        begin = self.run.t[0]
+        first, last = np.asarray(self.run.result.series(np.array([begin, begin + time])).phi)
+        return last - first
 
     # forces and work
 
@@ -179,7 +178,7 @@ class Braking:
     @functools.cached_property
     def friction(self) -> float:
         """Mean coefficient of friction at the start."""
-        return float(np.mean(friction_at_start(self.scene, self.pair or "external")))
+        return np.mean(friction_at_start(self.scene, self.pair or "external")).item()
 
     @property
     def pressure(self) -> float | None:
@@ -194,7 +193,7 @@ class Braking:
         if self.run is None:
             return None
         power = np.asarray(self.run.series.normal_load).sum(axis=1) * np.abs(np.asarray(self.run.series.slip_speed))
-        return self.rims * float(np.trapezoid(power, self.run.t) / self.run.slid) / self.lining_area
+        return self.rims * np.trapezoid(power, self.run.t) / self.run.slid / self.lining_area
 
     @property
     def stopping_load(self) -> tuple[float, float]:
@@ -252,7 +251,7 @@ class Braking:
         """Mean temperature of the metal at the beginning of the brake application (K)."""
         mean = self.body_mean()
         if mean is not None:
-            return float(mean[0])
+            return mean[0]
         return self.band_start if self.part == "band" else self.start
 
     @functools.cached_property
@@ -264,12 +263,12 @@ class Braking:
     def simulated_bulk(self) -> float | None:
         """Mean temperature (K) of its heated depth in the run."""
         mean = self.body_mean(self.heated.depth)
-        return None if mean is None else float(np.mean(mean))
+        return None if mean is None else np.mean(mean).item()
 
     @property
     def whole_rise(self) -> float:
         """Rise (K) of all of the metal."""
-        capacity = float(self.metal.density * self.metal.specific_heat)
+        capacity = self.metal.density * self.metal.specific_heat
         return self.metal_heat / (self.metal_area * self.metal_thickness * capacity)
 
     @property
@@ -284,15 +283,15 @@ class Braking:
     @functools.cached_property
     def falling_rise(self) -> float:
         """Maximum rise (K) of the surface of a half-space under a flux that falls linearly."""
-        return float(stopping_rise(self.initial_flux, self.time / 2, self.time, float(self.metal.effusivity)))
+        return float(stopping_rise(self.initial_flux, self.time / 2, self.time, self.metal.effusivity))
 
     @functools.cached_property
     def flash(self) -> float | None:
         """Flash temperature (K) at the initial speed, on spots that carry the hardness; `None` at rest."""
         if self.speed <= 0:
             return None
-        conductivity, diffusivity = float(self.metal.conductivity), float(self.metal.diffusivity)
-        share = self.metal_share * float(self.power.heat)
+        conductivity, diffusivity = self.metal.conductivity, self.metal.diffusivity
+        share = self.metal_share * self.power.heat
         law = FlashTemperature(self.spot_length, conductivity, diffusivity, share, self.hardness)
         spots = jnp.asarray(self.friction * self.hardness * self.speed)
         return float(law.rise(spots, jnp.asarray(self.speed)))
@@ -300,7 +299,7 @@ class Braking:
     @functools.cached_property
     def run_schmidt(self) -> SchmidtCourse | None:
         """Schmidt's scheme with the heat of the run, `None` without a run that has a rim in layers."""
-        run, hot = self.layered, float(self.power.heat)
+        run, hot = self.layered, self.power.heat
         if run is None:
             return None
         beyond = hot * (self.beyond_share if self.pair else 0.0)
@@ -316,8 +315,8 @@ class Braking:
     @property
     def stress(self) -> float:
         """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the end."""
-        face = float(slab_rise(self.flux, self.time, self.rim_thickness, self.rim))
-        mean = self.flux * self.time / (self.rim_thickness * float(self.rim.density * self.rim.specific_heat))
+        face = slab_rise(self.flux, self.time, self.rim_thickness, self.rim)
+        mean = self.flux * self.time / (self.rim_thickness * (self.rim.density * self.rim.specific_heat))
         return float(surface_stress(face, mean, self.elastic))
 
     @property
@@ -331,11 +330,11 @@ class Braking:
         if run is None:
             return None
         time, stress, ratio = stress_over_time(run.t, run.profile, run.profile_depth, self.elastic).worst
-        return time - float(run.t[0]), stress, ratio
+        return time - run.t[0], stress, ratio
 
     # the run
 
-    def body_mean(self, depth: float = math.inf) -> Float[np.ndarray, " m"] | None:
+    def body_mean(self, depth: float = math.inf) -> SeriesOfTimes | None:
         """Mean temperature (K) of the metal of the run down to a depth (m); of a band all of it."""
         if self.pair == "external":
             return self.run and self.run.band
@@ -344,7 +343,7 @@ class Braking:
     @property
     def peak(self) -> float | None:
         """Maximum temperature of the rim's face in the run (K)."""
-        return self.layered and float(np.max(self.layered.surface))
+        return self.layered and np.max(self.layered.surface)
 
     # the pairs of a staged brake
 
@@ -361,8 +360,8 @@ class Braking:
                 run = self.pair_runs[pair]
                 if run is None:
                     continue
-                more, omega = float(run.other_work[-1]), float(np.max(np.abs(run.omega)))
-                braking = dataclasses.replace(self, run=run, time=run.duration, work=float(run.work[-1]), omega=omega)
+                more, omega = run.other_work[-1], np.max(np.abs(run.omega))
+                braking = dataclasses.replace(self, run=run, time=run.duration, work=run.work[-1], omega=omega)
             else:
                 assert self.stages is not None
                 own: PairStop = getattr(self.stages, pair)
@@ -371,5 +370,5 @@ class Braking:
                 more = self.stages.external.work  # work before or while the internal pair slides
                 braking = dataclasses.replace(self, time=own.time, work=own.work, omega=own.omega, slid=own.angle)
             beyond = self.beyond_share if pair == "internal" else 0.0  # the rim's, S-12…14
-            brakings.append(dataclasses.replace(braking, pair=pair, more=beyond * float(self.power.heat) * more))
+            brakings.append(dataclasses.replace(braking, pair=pair, more=beyond * self.power.heat * more))
         return brakings

@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from ...outputs.quantities import Series
 from ...parts.scene import Scene
@@ -15,6 +14,7 @@ from ...runs.result import Result
 from ...thermal.heat import Heat, initial_temperatures, node_names
 from ...thermal.materials import Material
 from ...thermal.network import Wall, place_of
+from .contact import Depths, Profiles, SeriesOfTimes
 from .heating import SchmidtCourse, effective_volume, heat_content, mean_bulk_rise, penetration_depth, schmidt
 from .inputs import wall_at
 
@@ -25,22 +25,22 @@ class WallCourse(NamedTuple):
     """Layers (m, k) of a wall in K from the named face on, mean of its copies; depth and thickness (k,) of each (m)."""
 
     wall: Wall
-    layers: Float[np.ndarray, "m k"]
-    depth: Float[np.ndarray, " k"]
-    steps: Float[np.ndarray, " k"]
+    layers: Profiles
+    depth: Depths
+    steps: Depths
 
-    def mean(self, depth: float = math.inf) -> Float[np.ndarray, " m"]:
+    def mean(self, depth: float = math.inf) -> SeriesOfTimes:
         """Mean temperature (K) down to a depth (m), weighted with the thickness of the layers inside it."""
         inside = self.inside(depth)
         return self.layers @ inside / np.sum(inside)
 
-    def inside(self, depth: float) -> Float[np.ndarray, " k"]:
+    def inside(self, depth: float) -> Depths:
         """Part of each layer's thickness (m) within a depth."""
         ends = np.cumsum(self.steps)
         return np.clip(depth - (ends - self.steps), 0.0, self.steps)
 
     @property
-    def content(self) -> Float[np.ndarray, " m"]:
+    def content(self) -> SeriesOfTimes:
         """Heat per area (J/m²) above that of the first row, with the material's temperature dependence."""
         return np.asarray(heat_content(self.wall.material, self.layers[:1], self.layers)) @ self.steps
 
@@ -93,12 +93,12 @@ class HeatedPart:
 
     @property
     def mass(self) -> float:
-        return self.volume * float(self.material.density)
+        return self.volume * self.material.density
 
     @functools.cached_property
     def rise(self) -> float:
         heat = self.share * self.work + self.more
-        return float(mean_bulk_rise(1.0, heat, float(self.material.specific_heat), self.mass))
+        return float(mean_bulk_rise(1.0, heat, self.material.specific_heat, self.mass))
 
     @property
     def bulk(self) -> float:
@@ -107,7 +107,7 @@ class HeatedPart:
     @property
     def simulated_bulk(self) -> float | None:
         """Bulk temperature (K) in the run, mean over the depth and the brake application."""
-        return None if self.course is None else float(np.mean(self.course.mean(self.depth)))
+        return None if self.course is None else np.mean(self.course.mean(self.depth)).item()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -123,22 +123,22 @@ class RunValues:
     result: Result
     series: Series
     pair: str
-    work: Float[np.ndarray, " m"]
-    other_work: Float[np.ndarray, " m"]
-    omega: Float[np.ndarray, " m"]
-    torque: Float[np.ndarray, " m"]
+    work: SeriesOfTimes
+    other_work: SeriesOfTimes
+    omega: SeriesOfTimes
+    torque: SeriesOfTimes
     brakings: int
     total_work: float
 
     @property
-    def t(self) -> Float[np.ndarray, " m"]:
+    def t(self) -> SeriesOfTimes:
         """Times (s)."""
         return np.asarray(self.series.t)
 
     @property
     def duration(self) -> float:
         """Time over which friction works (s)."""
-        return float(self.t[-1] - self.t[0])
+        return self.t[-1] - self.t[0]
 
     @property
     def slid(self) -> float:
@@ -172,10 +172,10 @@ class RunValues:
     def face(self) -> float | None:
         """Maximum temperature of the linings' face (K), of the rim's where only that is known."""
         known = [c for c in (self.series.lining_temperature, self.series.rim_temperature) if c is not None]
-        return float(np.max(np.asarray(known[0]))) if known else None
+        return np.max(np.asarray(known[0])) if known else None
 
     @property
-    def band(self) -> Float[np.ndarray, " m"] | None:
+    def band(self) -> SeriesOfTimes | None:
         """Mean temperature of the band (K)."""
         band = self.series.band_temperature
         return None if band is None else np.asarray(band).mean(axis=1)
@@ -193,29 +193,29 @@ class RunValues:
         return self.rim
 
     @property
-    def surface(self) -> Float[np.ndarray, " m"]:
+    def surface(self) -> SeriesOfTimes:
         """Temperature of its face (K)."""
         return np.asarray(self.series.rim_temperature)[:, 0]
 
     @property
     def gradient(self) -> float:
         """Maximum gradient (K/m) at the face."""
-        return float(np.max((self.surface - self.course.layers[:, 0]) / self.course.depth[0]))
+        return np.max((self.surface - self.course.layers[:, 0]) / self.course.depth[0])
 
     @property
     def at_peak(self) -> tuple[float, float, float]:
         """Relative time, power and work at the maximum temperature of the face."""
         i, power = int(np.argmax(self.surface)), np.gradient(self.work, self.t)
-        time, last = float(self.t[i] - self.t[0]) / self.duration, float(self.work[-1])
-        return time, float(power[i]) * self.duration / last, float(self.work[i] / self.work[-1])
+        last = self.work[-1]
+        return (self.t[i] - self.t[0]) / self.duration, power[i] * self.duration / last, self.work[i] / last
 
     @property
-    def profile_depth(self) -> Float[np.ndarray, " p"]:
+    def profile_depth(self) -> Depths:
         """Depths (p,) of `profile`: the face, the layers' centres, and the back (m)."""
         return np.concatenate([[0.0], self.course.depth, [np.sum(self.course.steps)]])
 
     @property
-    def profile(self) -> Float[np.ndarray, "m p"]:
+    def profile(self) -> Profiles:
         """Temperature (K) over the depth from face to back, the back face as its layer."""
         layers = self.course.layers
         return np.concatenate([self.surface[:, None], layers, layers[:, -1:]], axis=1)
@@ -223,7 +223,7 @@ class RunValues:
     @property
     def drop(self) -> float:
         """Maximum difference between face and back (K)."""
-        return float(np.max(self.profile[:, 0] - self.profile[:, -1]))
+        return np.max(self.profile[:, 0] - self.profile[:, -1])
 
     def schmidt(self, material: Material, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
         """Schmidt's scheme with the friction work of the run, from its temperatures at the start; adiabatic otherwise.
@@ -231,13 +231,13 @@ class RunValues:
         - `material` of the rim; `share` of the friction heat into it; `area` (m²) of the track; `beyond`: share of the
           other pair's heat
         """
-        heat, thickness = share * self.work + beyond * self.other_work, float(self.course.wall.thickness)
+        heat, thickness = share * self.work + beyond * self.other_work, self.course.wall.thickness
         layers = schmidt_layers(material, thickness, self.duration)
         depth = thickness * (np.arange(layers) + 0.5) / layers
 
         def flux(t0: float, t1: float) -> float:
             gained = np.interp(self.t[0] + t1, self.t, heat) - np.interp(self.t[0] + t0, self.t, heat)
-            return float(gained / (area * (t1 - t0)))
+            return gained / (area * (t1 - t0))
 
         start = np.interp(depth, self.profile_depth, self.profile[0])
         return schmidt(material, thickness, layers, self.duration, flux, start=start)
@@ -245,17 +245,17 @@ class RunValues:
 
 def schmidt_layers(material: Material, thickness: float, time: float) -> int:
     """Layers for Schmidt's scheme over a `time` (s): at most some 20,000 steps."""
-    return int(np.clip(math.sqrt(1e4 / (float(material.diffusivity) * time / thickness**2)), 8, 100))
+    return int(np.clip(math.sqrt(1e4 / (material.diffusivity * time / thickness**2)), 8, 100))
 
 
 def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
     """First and last index of the stretch over which friction works most, and how many such stretches there are."""
-    works = np.diff(work) > 1e-9 * max(float(work[-1] - work[0]), 1e-300)
+    works = np.diff(work) > 1e-9 * max(work[-1] - work[0], 1e-300)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], works, [False]]).astype(int)))
     stretches = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     if not stretches:
         return None
-    return (*max(stretches, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(stretches))
+    return (*max(stretches, key=lambda ends: work[ends[1]] - work[ends[0]]), len(stretches))
 
 
 def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
@@ -292,5 +292,4 @@ def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunVal
     s = result.series(np.linspace(t[first], t[last], times))
     inside, whole = worked(s), np.asarray(s.friction_work)
     inside = inside - inside[0]
-    total = float(work[-1] - work[0])
-    return RunValues(result, s, pair, inside, whole - whole[0] - inside, *_sliding(s, pair), count, total)
+    return RunValues(result, s, pair, inside, whole - whole[0] - inside, *_sliding(s, pair), count, work[-1] - work[0])

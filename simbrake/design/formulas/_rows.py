@@ -84,8 +84,9 @@ class Row(NamedTuple):
         """The rows that have a value, as plain numbers."""
         for row in rows:
             if row.value is not None:
-                simulated = None if row.simulated is None else float(row.simulated)
-                yield row._replace(value=float(row.value), simulated=simulated)
+                yield row._replace(
+                    value=float(row.value), simulated=None if row.simulated is None else float(row.simulated)
+                )
 
 
 # reasons why an estimate and a run differ that several rows have
@@ -128,18 +129,35 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
     if len(bands) > 1:
         formula = f"Π = Σ s_j Π_j, {formula.replace('Π', 'Π_j')}"
     yield Row("tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols)
-    symbols, formula = (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)), f"M_b = {n_r(b)}R_b T_0 (Π − 1)"
     torque = run and run.torque.max()
-    yield Row("brake torque", formula, M_b, "N*m", "Z-17", torque, LEVER, symbols)
-    symbols = numbers(ω_0=omega_0, M_b=M_b)
-    yield Row("stopping time", "t = J ω_0/(M_b − M)", stop.time, "s", "Z-18", time, LEVER, symbols)
-    symbols = numbers(ω_0=omega_0, t=stop.time)
-    yield Row("stopping angle", "φ = ω_0 t/2", stop.angle, "rad", "", angle, LEVER, symbols)
-    why = "a longer travel adds work of the load, and the energy that stretches the band is not friction work"
-    yield Row("friction work", "W = M_b φ", stop.work, "J", "", work, why, numbers(M_b=M_b, φ=stop.angle))
+    yield Row(
+        "brake torque",
+        f"M_b = {n_r(b)}R_b T_0 (Π − 1)",
+        M_b,
+        "N*m",
+        "Z-17",
+        torque,
+        LEVER,
+        (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)),
+    )
+    yield Row(
+        "stopping time", "t = J ω_0/(M_b − M)", stop.time, "s", "Z-18", time, LEVER, numbers(ω_0=omega_0, M_b=M_b)
+    )
+    yield Row("stopping angle", "φ = ω_0 t/2", stop.angle, "rad", "", angle, LEVER, numbers(ω_0=omega_0, t=stop.time))
+    yield Row(
+        "friction work",
+        "W = M_b φ",
+        stop.work,
+        "J",
+        "",
+        work,
+        "a longer travel adds work of the load, and the energy that stretches the band is not friction work",
+        numbers(M_b=M_b, φ=stop.angle),
+    )
     power = run and np.max(np.diff(run.work) / np.diff(run.t))  # means over neighbouring times
-    symbols = numbers(M_b=M_b, ω_0=omega_0)
-    yield Row("initial friction power", "P = M_b ω_0", stop.power, "W", "S-7", power, LEVER, symbols)
+    yield Row(
+        "initial friction power", "P = M_b ω_0", stop.power, "W", "S-7", power, LEVER, numbers(M_b=M_b, ω_0=omega_0)
+    )
 
 
 def power_rows(b: Braking) -> Iterator[Row]:
@@ -154,9 +172,15 @@ def power_rows(b: Braking) -> Iterator[Row]:
     yield share("work into heat", "heat", "heat")
     yield share("electrical work", "electricity", "electrical")
     if b.stop is not None:
-        heat, symbols = shares_of_S().split(b.stop.power).heat, numbers(M_b=b.stop.torque, ω_0=b.omega)
-        name, source = "heat power at the start, S-10", "S-10, one reading"
-        yield Row(name, "0.68 M_b ω_0", heat, "W", source, numbers=symbols)
+        heat = shares_of_S().split(b.stop.power).heat
+        yield Row(
+            "heat power at the start, S-10",
+            "0.68 M_b ω_0",
+            heat,
+            "W",
+            "S-10, one reading",
+            numbers=numbers(M_b=b.stop.torque, ω_0=b.omega),
+        )
     yield share("mechanical work", "mechanical work", "mechanical")
 
 
@@ -164,7 +188,7 @@ def stage_rows(b: Braking) -> Iterator[Row]:
     """The stages of a staged brake, and the work of its pairs."""
     stages, run, external, internal = b.stages, b.run, b.pair_runs.get("external"), b.pair_runs.get("internal")
     metrics = {} if run is None else run.result.metrics
-    works = [0.0 if pair is None else float(pair.work[-1]) for pair in b.pair_runs.values()]
+    works = [0.0 if pair is None else pair.work[-1] for pair in b.pair_runs.values()]
     both = sum(works) if works else None
     share = works[0] / both if both else None
     slip = None if run is None else _internal_slip(run)
@@ -189,8 +213,10 @@ def stage_rows(b: Braking) -> Iterator[Row]:
     ratio = "Π = ∏ (1 + f z)/(1 − f z), band on linings"
     yield Row("tension ratio", ratio, stages.ratio, "1", "Z-12…14")
     yield onset
-    torque, formula = external and external.torque.max(), f"M_ext = {n_r(b)}R_b T_0 (Π − 1)"
-    yield row("torque, external pair", formula, stages.external_torque, "N*m", torque, "Z-17")
+    torque = external and external.torque.max()
+    yield row(
+        "torque, external pair", f"M_ext = {n_r(b)}R_b T_0 (Π − 1)", stages.external_torque, "N*m", torque, "Z-17"
+    )
     formula = f"M_int = {n_r(b)}R Σ f (N_i + N_pre − m r_m ω_b²) ≥ 0; its mean over stage 2"
     torque = internal and internal.torque.max()
     yield row("torque, both pairs slide", formula, stages.internal_torque, "N*m", torque)
@@ -206,8 +232,9 @@ def stage_rows(b: Braking) -> Iterator[Row]:
     yield row("friction work", "W_ext + W_int", stages.work, "J", both)
     one, other = works or (None, None)
     yield row("friction work, external pair", "W_ext = M_ext φ_b", stages.external.work, "J", one)
-    formula = "W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3"
-    yield row("friction work, internal pair", formula, stages.internal.work, "J", other)
+    yield row(
+        "friction work, internal pair", "W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3", stages.internal.work, "J", other
+    )
     shares = (share, None if share is None else 1 - share)
     for pair, value, simulated in zip(("external", "internal"), stages.shares, shares, strict=True):
         yield row(f"share of the {pair} pair", "W of the pair/W", value, "1", simulated)
@@ -236,28 +263,67 @@ def operation_rows(b: Braking) -> Iterator[Row]:
         tension = run and run.series.slack_tension.max()
         yield Row("slack tension, maximum", "T_0 of the lever", T_0, "N", "", tension, why)
         tension = run and run.series.tight_tension.max()
-        symbols = numbers(Π=stop.ratio, T_0=T_0)
-        yield Row("tight tension, maximum", "Π T_0", stop.ratio * T_0, "N", "Z-14", tension, why, symbols)
+        yield Row(
+            "tight tension, maximum",
+            "Π T_0",
+            stop.ratio * T_0,
+            "N",
+            "Z-14",
+            tension,
+            why,
+            numbers(Π=stop.ratio, T_0=T_0),
+        )
         why = "as the stopping angle; a band that is stretched meanwhile slides less"
-        symbols = numbers(R_b=b.R_b, φ=stop.angle)
-        yield Row("friction travel", "R_b φ", b.R_b * stop.angle, "m", "", run and run.slid, why, symbols)
+        yield Row(
+            "friction travel",
+            "R_b φ",
+            b.R_b * stop.angle,
+            "m",
+            "",
+            run and run.slid,
+            why,
+            numbers(R_b=b.R_b, φ=stop.angle),
+        )
         load = b.scene.duty.load
         if isinstance(load, AbstractHookLoad):
             angle = b.hardest_angle
-            simulated = None if angle is None else load.travelled(angle)
-            symbols = numbers(r_d=load.drum_radius, n=load.line_count)
             travel, why = load.travelled(stop.angle), "as the stopping angle"
-            yield Row("hook travel", "r_d φ/n", travel, "m", "", simulated, why, symbols)
+            yield Row(
+                "hook travel",
+                "r_d φ/n",
+                travel,
+                "m",
+                "",
+                None if angle is None else load.travelled(angle),
+                why,
+                numbers(r_d=load.drum_radius, n=load.line_count),
+            )
     else:
         torque = b.work * b.R_b / b.travel if b.travel else None
         yield Row("mean brake torque", "W/φ", torque, "N*m", "energy", numbers=numbers(W=b.work))
         yield Row("friction work", "of the braking", b.work, "J", "run", numbers=numbers(τ=b.time))
     area, why = b.lining_area, "as friction work and stopping time"
-    symbols = numbers(W=work, A_l=area)
-    yield Row("energy load of the linings", "W/A_l", work / area, "J/m^2", "S-7", run and b.work / area, why, symbols)
-    simulated, symbols = run and b.work / (area * b.time), numbers(W=work, A_l=area, τ=time)
-    name, power = "power load of the linings, mean", work / (area * time)
-    yield Row(name, "W/(A_l τ)", power, "W/m^2", "S-7", simulated, why, symbols)
+    yield Row(
+        "energy load of the linings",
+        "W/A_l",
+        work / area,
+        "J/m^2",
+        "S-7",
+        run and b.work / area,
+        why,
+        numbers(W=work, A_l=area),
+    )
+    power = work / (area * time)
+    yield Row(
+        "power load of the linings, mean",
+        "W/(A_l τ)",
+        power,
+        "W/m^2",
+        "S-7",
+        run and b.work / (area * b.time),
+        why,
+        numbers(W=work, A_l=area, τ=time),
+    )
 
 
 # --- heat -------------------------------------------------------------------------------------------------------------
@@ -267,34 +333,58 @@ def part_rows(part: HeatedPart) -> tuple[Row, Row, Row, Row]:
     """Thermal penetration depth, Fourier number, parameter B and effective volume of a heated part."""
     name, a, time, depth, thickness = part.name, part.diffusivity, part.time, part.depth, part.thickness
     Fo, B = heating.effective_fourier_number(a, time, thickness), heating.fourier_parameter(a, thickness)
-    symbols = numbers(a=a, τ=time)
-    b = Row(f"thermal penetration depth, {name}", "b = 1.73 √(a τ)", depth, "m", "S, step 1", numbers=symbols)
-    symbols, formula = numbers(a=a, τ=time, δ=thickness, b=depth), "a τ/δ², or 1/3 while b ≤ δ"
-    fourier = Row(f"Fourier number, {name}", formula, Fo, "1", "S-15, step 2", numbers=symbols)
+    b = Row(
+        f"thermal penetration depth, {name}", "b = 1.73 √(a τ)", depth, "m", "S, step 1", numbers=numbers(a=a, τ=time)
+    )
+    fourier = Row(
+        f"Fourier number, {name}",
+        "a τ/δ², or 1/3 while b ≤ δ",
+        Fo,
+        "1",
+        "S-15, step 2",
+        numbers=numbers(a=a, τ=time, δ=thickness, b=depth),
+    )
     parameter = Row(f"parameter B, {name}", "a/δ²", B, "1/s", "S, table 1")
-    symbols = numbers(A=part.area, b=depth, δ=thickness)
-    volume = Row(f"effective volume, {name}", "A min(b, δ)", part.volume, "m^3", "S, step 3", numbers=symbols)
+    volume = Row(
+        f"effective volume, {name}",
+        "A min(b, δ)",
+        part.volume,
+        "m^3",
+        "S, step 3",
+        numbers=numbers(A=part.area, b=depth, δ=thickness),
+    )
     return b, fourier, parameter, volume
 
 
 def partition_rows(b: Braking) -> list[Row]:
     """Heat partition coefficient of the metal by two laws."""
     name, simulated = "heat partition coefficient", b.simulated_share
-    symbols = numbers(e_1=b.metal.effusivity, e_2=b.lining.effusivity)
-    formula, share = "e_1/(e_1 + e_2)", b.effusivity_share
-    charron = Row(f"{name}, {b.part}, effusivities", formula, share, "1", "Charron", simulated, OWN_LAW, symbols)
+    share = b.effusivity_share
+    charron = Row(
+        f"{name}, {b.part}, effusivities",
+        "e_1/(e_1 + e_2)",
+        share,
+        "1",
+        "Charron",
+        simulated,
+        OWN_LAW,
+        numbers(e_1=b.metal.effusivity, e_2=b.lining.effusivity),
+    )
     if b.part == "band":
         return [charron]
-    K_1, K_2 = (float(np.asarray(K)) for K in heating.transmission_table().transmissions(jnp.asarray(b.start_now)))
-    name, symbols = f"{name}, rim, transmission", numbers(T=b.start_now)
-    return [charron, Row(name, "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, OWN_LAW, symbols)]
+    K_1, K_2 = heating.transmission_table().transmissions(jnp.asarray(b.start_now))
+    name = f"{name}, rim, transmission"
+    return [
+        charron,
+        Row(name, "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, OWN_LAW, numbers(T=b.start_now)),
+    ]
 
 
 def stack_rows(b: Braking) -> Iterator[Row]:
     """Lining and band one after the other."""
     if b.part == "rim":
         thickness = [b.lining_thickness, b.band_thickness]
-        conductivity = [float(b.lining.conductivity), float(b.band.conductivity)]
+        conductivity = [b.lining.conductivity, b.band.conductivity]
         each = [d / (k * b.lining_area) for d, k in zip(thickness, conductivity, strict=True)]
         mean, resistance = series_conductivity(thickness, conductivity), series_resistance(*each)
         yield Row("conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30")
@@ -308,40 +398,74 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
 
     def slab_peak(rise: Callable[..., Any]) -> float:
         """Maximum temperature (K) of the surface of a slab under a flux that falls linearly."""
-        return T + float(np.max(rise(q_0, time * np.linspace(0.0, 1.0, 1025), time, b.metal_thickness, b.metal)))
+        return T + np.max(rise(q_0, time * np.linspace(0.0, 1.0, 1025), time, b.metal_thickness, b.metal))
 
     yield Row("bulk temperature, mean", "T + (2/3) a W/(c G)", bulk, "K", "S-25", b.simulated_bulk, BULK)
-    why = "heat exchanged with linings and air during the brake application, properties that change with temperature"
-    yield Row("bulk temperature, end", "T + a W/(c G_rim)", b.end, "K", "", b.simulated_end, why)
-    plate, simulated = (
-        T + float(heating.slab_rise(b.flux, time, b.metal_thickness, b.metal)),
-        b.layered and b.layered.surface[-1],
+    yield Row(
+        "bulk temperature, end",
+        "T + a W/(c G_rim)",
+        b.end,
+        "K",
+        "",
+        b.simulated_end,
+        "heat exchanged with linings and air during the brake application, properties that change with temperature",
     )
-    why = "the power falls towards the end, when the formula is hottest"
-    formula = "slab, adiabatic back, t = τ"
-    yield Row(f"{name}, constant flux", formula, plate, "K", carslaw, simulated, why)
+    plate = T + heating.slab_rise(b.flux, time, b.metal_thickness, b.metal)
+    yield Row(
+        f"{name}, constant flux",
+        "slab, adiabatic back, t = τ",
+        plate,
+        "K",
+        carslaw,
+        b.layered and b.layered.surface[-1],
+        "the power falls towards the end, when the formula is hottest",
+    )
     yield falling_row(b)
-    symbols, formula = numbers(T=T, q_0=q_0, τ=time), "slab, adiabatic back, q_0 (1 − t/τ), its maximum"
+    symbols = numbers(T=T, q_0=q_0, τ=time)
     slab, of_S = slab_peak(heating.stopping_slab_rise), slab_peak(heating.reconstructed_surface_rise)
-    yield Row(f"{name}, falling flux, slab", formula, slab, "K", carslaw, b.peak, _SLAB, symbols)
-    formula, source = "T + (α W/(λ A τ)) δ [τ_N/3 + Fo τ_W − third term]", "S-24, third term lost: reconstructed"
-    yield Row(f"{name}, S-24", formula, of_S, "K", source, b.peak, _SLAB, symbols)
+    yield Row(
+        f"{name}, falling flux, slab",
+        "slab, adiabatic back, q_0 (1 − t/τ), its maximum",
+        slab,
+        "K",
+        carslaw,
+        b.peak,
+        _SLAB,
+        symbols,
+    )
+    yield Row(
+        f"{name}, S-24",
+        "T + (α W/(λ A τ)) δ [τ_N/3 + Fo τ_W − third term]",
+        of_S,
+        "K",
+        "S-24, third term lost: reconstructed",
+        b.peak,
+        _SLAB,
+        symbols,
+    )
     yield from maximum_rows(b)
     if b.run_schmidt is None:
         course = heating.schmidt(b.metal, b.metal_thickness, 40, time, b.flux, start=T)
         end = np.interp(time, course.t, course.temperature[:, 0])
         yield Row(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28")
     else:
-        peak, formula = np.max(b.run_schmidt.temperature[:, 0]), "½ (t_{j−1} + t_{j+1}), the run's own heat"
-        yield Row(f"{name}, Schmidt", formula, peak, "K", "S-28", b.peak, SCHEME)
+        peak = np.max(b.run_schmidt.temperature[:, 0])
+        yield Row(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), the run's own heat", peak, "K", "S-28", b.peak, SCHEME)
 
 
 def falling_row(b: Braking) -> Row:
     """Surface of a half-space under a flux that falls linearly."""
-    formula, source = "half-space, q_0 (1 − t/τ), t = τ/2", "Carslaw & Jaeger §2.9"
-    why, value = "the power does not fall linearly; a half-space has no back", b.start_now + b.falling_rise
-    symbols = numbers(T=b.start_now, q_0=b.initial_flux, τ=b.time, e=b.metal.effusivity)
-    return Row("surface temperature, falling flux", formula, value, "K", source, b.peak, why, symbols)
+    value = b.start_now + b.falling_rise
+    return Row(
+        "surface temperature, falling flux",
+        "half-space, q_0 (1 − t/τ), t = τ/2",
+        value,
+        "K",
+        "Carslaw & Jaeger §2.9",
+        b.peak,
+        "the power does not fall linearly; a half-space has no back",
+        numbers(T=b.start_now, q_0=b.initial_flux, τ=b.time, e=b.metal.effusivity),
+    )
 
 
 def maximum_rows(b: Braking) -> Iterator[Row]:
@@ -349,13 +473,18 @@ def maximum_rows(b: Braking) -> Iterator[Row]:
     if b.flash is None:
         return
     T, t_v, t_s, t_f, name = b.start_now, b.heated.rise, b.falling_rise, b.flash, "maximum temperature"
-    symbols = numbers(v=b.speed, f=b.friction, HB=b.hardness, l=b.spot_length)
-    yield Row("flash temperature, rise", "(2 q/λ) √(a l/(π v))", t_f, "K", "Blok, Jaeger", numbers=symbols)
+    yield Row(
+        "flash temperature, rise",
+        "(2 q/λ) √(a l/(π v))",
+        t_f,
+        "K",
+        "Blok, Jaeger",
+        numbers=numbers(v=b.speed, f=b.friction, HB=b.hardness, l=b.spot_length),
+    )
     of_S26, of_S27, plain = (T + rise for rise in heating.maximum_temperatures(t_v, t_s, t_f))
     symbols = numbers(T=T, t_s=t_s, t_v=t_v, t_f=t_f)
     yield Row(f"{name}, S-26", "T + t_s + t_f/3", of_S26, "K", "S-26", b.peak, _FLASH, symbols)
-    formula = "T + t_v + t_s/3 + t_f/3"
-    yield Row(f"{name}, S-27", formula, of_S27, "K", "S-27, doubtful scan", b.peak, _FLASH, symbols)
+    yield Row(f"{name}, S-27", "T + t_v + t_s/3 + t_f/3", of_S27, "K", "S-27, doubtful scan", b.peak, _FLASH, symbols)
     yield Row(f"{name}, sum", "T + t_v + t_s + t_f", plain, "K", "", b.peak, _FLASH, symbols)
 
 
@@ -364,8 +493,9 @@ def maximum_rows(b: Braking) -> Iterator[Row]:
 
 def pressure_row(b: Braking) -> Row:
     """Mean pressure of the linings."""
-    symbols = numbers(W=b.work, s=b.travel, A_l=b.face_area)
-    return Row("pressure, mean", "W/(f s A_l)", b.pressure, "Pa", "S-7", numbers=symbols)
+    return Row(
+        "pressure, mean", "W/(f s A_l)", b.pressure, "Pa", "S-7", numbers=numbers(W=b.work, s=b.travel, A_l=b.face_area)
+    )
 
 
 def contact_rows(b: Braking) -> Iterator[Row]:
@@ -374,15 +504,21 @@ def contact_rows(b: Braking) -> Iterator[Row]:
     if b.pressure is not None:
         area = real_contact_area(b.face_area, b.pressure, b.hardness)
         yield Row("real contact area", "A_a p/HB", area, "m^2", "S-34")
-    drop, thickness, conductivity = b.layered and b.layered.drop, b.rim_thickness, float(b.rim.conductivity)
+    drop, thickness, conductivity = b.layered and b.layered.drop, b.rim_thickness, b.rim.conductivity
     if b.part == "rim":
         yield Row("polished surface", "2 π R b", b.track_area, "m^2", "S-35")
         yield Row("matte surfaces", "Σ A", b.matte_area, "m^2", "S-36")
-        formula = "ε σ (T² + T_a²)(T + T_a)"
-        yield Row("radiation coefficient", formula, b.radiation, "W/(m^2*K)", "S-37, 38")
-        why = "until the heat reaches the back of the rim, no heat leaves there and the flux varies over the depth"
+        yield Row("radiation coefficient", "ε σ (T² + T_a²)(T + T_a)", b.radiation, "W/(m^2*K)", "S-37, 38")
         stationary = b.flux * thickness / conductivity
-        yield Row("drop over the rim, stationary flux", "q δ/λ", stationary, "K", "S-23", drop, why)
+        yield Row(
+            "drop over the rim, stationary flux",
+            "q δ/λ",
+            stationary,
+            "K",
+            "S-23",
+            drop,
+            "until the heat reaches the back of the rim, no heat leaves there and the flux varies over the depth",
+        )
     if drop is not None:
         flux = current_density(conductivity, drop, thickness)
         yield Row("flux by the maximum drop", "λ ΔT/δ", flux, "W/m^2", "S-23")
@@ -415,15 +551,17 @@ def stress_rows(b: Braking) -> Iterator[Row]:
     time, stress, ratio = b.run_stress or (None, None, None)
     E, alpha, nu, permissible = b.elastic.young, b.elastic.expansion, b.elastic.poisson, b.elastic.permissible
     symbols = numbers(E=E, α_T=alpha, ν=nu, q=b.flux, τ=b.time, δ=b.rim_thickness)
-    name, formula = "thermal stress", "−E α (T_s − T_m)/(1 − ν)"
-    yield Row(f"{name}, surface", formula, b.stress, "Pa", "model §6.3", stress, _STRESS, symbols)
+    name = "thermal stress"
+    yield Row(f"{name}, surface", "−E α (T_s − T_m)/(1 − ν)", b.stress, "Pa", "model §6.3", stress, _STRESS, symbols)
     depth = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
     rise = np.asarray(heating.slab_rise(b.flux, b.time, b.rim_thickness, b.rim, depth))
     bent = plate_stress(rise, depth, b.elastic, restraint="none")[0]
-    formula, source = "plate without restraint", "Timoshenko & Goodier §132"
-    yield Row(f"{name}, free to bend", formula, bent, "Pa", source, numbers=symbols)
-    symbols = numbers(σ_p=permissible)
-    yield Row("stress over allowable", "|σ|/σ_p", b.stress_ratio, "1", "S, step 11", ratio, _STRESS, symbols)
+    yield Row(
+        f"{name}, free to bend", "plate without restraint", bent, "Pa", "Timoshenko & Goodier §132", numbers=symbols
+    )
+    yield Row(
+        "stress over allowable", "|σ|/σ_p", b.stress_ratio, "1", "S, step 11", ratio, _STRESS, numbers(σ_p=permissible)
+    )
     end = b.layered and b.layered.duration
     yield Row("time of maximum stress", "at the end: τ", end, "s", "", time, _STRESS)
 

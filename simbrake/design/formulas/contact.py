@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
+from jaxtyping import Float
 
 from ..._base._arguments import explained
 from ..._base._faults import require_not_negative, require_positive
@@ -13,6 +14,9 @@ from ...thermal.network import STEFAN_BOLTZMANN
 
 Amount: TypeAlias = float | int | Array  # one number, or an array of them
 Layers: TypeAlias = Sequence[float] | Array  # a number for each layer or part
+SeriesOfTimes: TypeAlias = Float[np.ndarray, " m"]  # a number at each time
+Depths: TypeAlias = Float[np.ndarray, " k"]  # a number at each depth, or part of the track
+Profiles: TypeAlias = Float[np.ndarray, "m k"]  # the same at each time
 
 
 @explained

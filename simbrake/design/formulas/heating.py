@@ -13,7 +13,7 @@ from ..._base._faults import require_not_negative, require_positive, require_sha
 from ...hybrid.arrays import Array
 from ...thermal.heat import TransmissionPartition
 from ...thermal.materials import Material
-from .contact import Amount
+from .contact import Amount, Depths, Profiles, SeriesOfTimes
 
 
 @explained
@@ -165,9 +165,9 @@ def slab_rise(flux: Amount, time: Amount, thickness: Amount, material: Material,
         >>> round(float(rise), 2)
         112.72
     """
-    conductivity = float(material.conductivity)
+    conductivity = material.conductivity
     xi = 1 - np.asarray(depth, float) / thickness
-    Fo, xi = np.broadcast_arrays(fourier_number(float(material.diffusivity), time, thickness), xi)
+    Fo, xi = np.broadcast_arrays(fourier_number(material.diffusivity, time, thickness), xi)
     rise = np.where(Fo < 0.02, _by_images(Fo, xi), _by_series(np.maximum(Fo, 0.02), xi))
     return (flux * thickness / conductivity * rise)[()]
 
@@ -204,13 +204,13 @@ def stopping_slab_rise(flux: Amount, time: Amount, duration: Amount, thickness: 
         >>> round(float(rise), 2)
         75.15
     """
-    half_space = stopping_rise(flux, time, duration, float(material.effusivity))  # checks the times
-    Fo = fourier_number(float(material.diffusivity), duration, thickness)
+    half_space = stopping_rise(flux, time, duration, material.effusivity)  # checks the times
+    Fo = fourier_number(material.diffusivity, duration, thickness)
     tau = np.asarray(time, float) / duration
     n2 = (math.pi * np.arange(1, 16)) ** 2
     terms = (4 / n2 + 4 / (n2**2 * np.asarray(Fo)[..., None])) * np.exp(-n2 * np.asarray(Fo * tau)[..., None])
     rise = 2 * (1 - tau) / 3 + Fo * (2 * tau - tau**2) + 2 / (45 * Fo) - terms.sum(axis=-1)
-    return np.where(Fo * tau < 0.02, half_space, flux * thickness / (2 * float(material.conductivity)) * rise)[()]
+    return np.where(Fo * tau < 0.02, half_space, flux * thickness / (2 * material.conductivity) * rise)[()]
 
 
 @explained
@@ -235,8 +235,8 @@ def reconstructed_surface_rise(
     if np.any(tau > 1):
         raise ValueError(f"time = {time} is after the end of the brake application at {duration}")
     present = slab_rise(flux * (1 - tau), time, thickness, material)
-    above = fourier_number(float(material.diffusivity), duration, thickness) * tau**2
-    return present + flux * thickness / (2 * float(material.conductivity)) * above
+    above = fourier_number(material.diffusivity, duration, thickness) * tau**2
+    return present + flux * thickness / (2 * material.conductivity) * above
 
 
 @explained
@@ -263,7 +263,7 @@ def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
     """
     slope = 0.0 if material.specific_heat_slope is None else float(material.specific_heat_slope)
     middle = 0.5 * (start + end) - float(material.reference)
-    return float(material.density * material.specific_heat) * (1 + slope * middle) * (end - start)
+    return (material.density * material.specific_heat) * (1 + slope * middle) * (end - start)
 
 
 class MaximumTemperatures(NamedTuple):
@@ -305,12 +305,12 @@ class SchmidtCourse(NamedTuple):
         (12, 184.1)
     """
 
-    t: Float[np.ndarray, " m"]
-    depth: Float[np.ndarray, " k"]
-    temperature: Float[np.ndarray, "m k"]
+    t: SeriesOfTimes
+    depth: Depths
+    temperature: Profiles
 
     @property
-    def mean(self) -> Float[np.ndarray, " m"]:
+    def mean(self) -> SeriesOfTimes:
         """Mean temperature of the layers (K): the scheme conserves it exactly."""
         return self.temperature[:, 1:-1].mean(axis=1)
 
@@ -358,7 +358,7 @@ def schmidt(
     if layers < 2:
         raise ValueError(f"layers = {layers} must be at least 2")
     dx = thickness / layers
-    step, half = dx**2 / (2 * float(material.diffusivity)), dx / (2 * float(material.conductivity))
+    step, half = dx**2 / (2 * material.diffusivity), dx / (2 * material.conductivity)
 
     def face(t: Amount, q: Amount, h: float) -> Amount:
         return (t + half * (q + h * ambient)) / (1 + half * h)
@@ -472,8 +472,8 @@ def rational_rim_thickness(material: Material, time: float, *, heat: float, rise
         11.93
     """
     require_not_negative(time=time, heat=heat)
-    depth = float(penetration_depth(float(material.diffusivity), time))
-    storage = heat / float(material.density * material.specific_heat) / rise if rise > 0 else math.inf
+    depth = float(penetration_depth(material.diffusivity, time))
+    storage = heat / (material.density * material.specific_heat) / rise if rise > 0 else math.inf
     return RimThickness(depth, storage, max(depth, storage))
 
 
@@ -518,7 +518,7 @@ def back_temperature(material: Material, thickness: float, time: float, *, face:
         436.64
     """
     require_positive(thickness=thickness, face=face, start=start)
-    Fo = fourier_number(float(material.diffusivity), time, thickness)
+    Fo = fourier_number(material.diffusivity, time, thickness)
     return start + (face - start) * float(held_face_rise(Fo))
 
 
@@ -545,7 +545,7 @@ def rational_lining_thickness(
         9.61
     """
     require_positive(face=face, back=back, start=start)
-    depth = float(penetration_depth(float(material.diffusivity), time))
+    depth = float(penetration_depth(material.diffusivity, time))
     if start >= back:
         insulation = math.inf
     elif face <= back:
@@ -557,5 +557,5 @@ def rational_lining_thickness(
         Fo = low
         if held_face_rise(low) < theta:
             Fo = float(brentq(lambda x: float(held_face_rise(x)) - theta, low, high, xtol=1e-15, rtol=1e-13))  # pyright: ignore
-        insulation = math.sqrt(float(material.diffusivity) * time / Fo)
+        insulation = math.sqrt(material.diffusivity * time / Fo)
     return LiningThickness(depth, insulation, max(depth, insulation))

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from ..._base._arguments import explained
 from ..._base._faults import require_positive
-from .contact import Amount, Layers
+from .contact import Amount, Layers, SeriesOfTimes
 
 
 class ElasticMaterial(NamedTuple):
@@ -105,11 +105,11 @@ def _modulus(elastic: ElasticMaterial) -> float:
 class StressHistory(NamedTuple):
     """Thermal stress of a rim over a run (Pa), compression negative."""
 
-    t: Float[np.ndarray, " m"]  # s
-    surface: Float[np.ndarray, " m"]  # at the track
-    back: Float[np.ndarray, " m"]  # at the bore
-    extreme: Float[np.ndarray, " m"]  # of maximum magnitude over the depth
-    ratio: Float[np.ndarray, " m"]  # |extreme| over the permissible stress
+    t: SeriesOfTimes  # s
+    surface: SeriesOfTimes  # at the track
+    back: SeriesOfTimes  # at the bore
+    extreme: SeriesOfTimes  # of maximum magnitude over the depth
+    ratio: SeriesOfTimes  # |extreme| over the permissible stress
 
     @property
     def worst(self) -> tuple[float, float, float]:

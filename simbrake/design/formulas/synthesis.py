@@ -64,7 +64,7 @@ def properties_at(material: Material, T: float, part: str) -> Material:
             end = float(material.reference) - 1 / float(getattr(material, f"{name}_slope"))
             words = f"{name.replace('_', ' ')} of the {part}, linear in the temperature, falls to 0 at {end:.5g} K"
             raise SynthesisError("material_range", f"{words}; the bulk temperature is {T:.5g} K")
-    return Material(density=float(material.density), **properties)
+    return Material(density=material.density, **properties)
 
 
 _Law = Callable[[dict[str, float], dict[str, Material]], float]
@@ -159,13 +159,13 @@ class Chain:
     def schmidt(self) -> heating.SchmidtCourse:
         """Schmidt's scheme with the heat of the run, else with the falling power of a stop."""
         b = self.after
-        share, run = b.share * float(b.power.heat), b.run
+        share, run = b.share * b.power.heat, b.run
         if b.layered is not None:
             return b.layered.schmidt(b.rim, share, b.track_area)
 
         def work(t: float) -> float:
             if run is not None:
-                return float(np.interp(run.t[0] + t, run.t, run.work))
+                return np.interp(run.t[0] + t, run.t, run.work)
             s = min(t / b.time, 1.0)
             return b.work * (2 * s - s**2)
 
@@ -178,13 +178,13 @@ class Chain:
     @property
     def face_peak(self) -> float:
         """Maximum temperature of the rim's face by Schmidt's scheme (K)."""
-        return float(np.max(self.schmidt.temperature[:, 0]))
+        return np.max(self.schmidt.temperature[:, 0])
 
     @property
     def lining_body(self) -> float:
         """Mean temperature of the whole lining at the beginning (K)."""
         run = self.before.run
-        return self.start["lining"] if run is None or run.lining is None else float(run.lining.mean()[0])
+        return self.start["lining"] if run is None or run.lining is None else run.lining.mean()[0]
 
     @property
     def lining_back(self) -> tuple[float, float | None]:
@@ -193,7 +193,7 @@ class Chain:
         back = heating.back_temperature(
             b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body
         )
-        return back, course and float(course.layers[:, -1].max())
+        return back, course and course.layers[:, -1].max()
 
 
 def _depths(c: Chain) -> Iterator[Row]:
@@ -201,22 +201,38 @@ def _depths(c: Chain) -> Iterator[Row]:
     depth, rim, within = c.first["rim"].depth, c.before.run and c.before.run.rim, None
     if rim is not None:  # share of its simulated heat within the depth at the end
         rise = rim.layers[-1] - rim.layers[0]
-        whole = float(rise @ rim.steps)
-        within = float(rise @ rim.inside(depth)) / whole if whole > 0 else None
-    why = "the temperature profile has no sharp edge; it also depends on the thickness and on earlier heating"
-    name, source = "rim's heat within the depth", "S, steps 1, 3"
-    yield Row(name, "1: all of it", 1, "1", source, within, why, numbers(b=depth))
+        whole = rise @ rim.steps
+        within = rise @ rim.inside(depth) / whole if whole > 0 else None
+    yield Row(
+        "rim's heat within the depth",
+        "1: all of it",
+        1,
+        "1",
+        "S, steps 1, 3",
+        within,
+        "the temperature profile has no sharp edge; it also depends on the thickness and on earlier heating",
+        numbers(b=depth),
+    )
 
 
 def _fourier_number(part: HeatedPart) -> Row:
-    formula = "a τ/δ², for b > δ" if part.depth > part.thickness else "1/3, for b ≤ δ"
-    return rows.part_rows(part)[1]._replace(formula=formula)
+    return rows.part_rows(part)[1]._replace(
+        formula="a τ/δ², for b > δ" if part.depth > part.thickness else "1/3, for b ≤ δ"
+    )
 
 
 def _partition(c: Chain) -> Iterator[Row]:
     simulated, share, name = c.before.simulated_share, c.first["rim"].share, "heat partition coefficient"
-    symbols = numbers(T_rim=c.start["rim"], T_lining=c.start["lining"])
-    yield Row(f"{name}, rim", _law_words(c), share, "1", "S, step 4", simulated, OWN_LAW, symbols)
+    yield Row(
+        f"{name}, rim",
+        _law_words(c),
+        share,
+        "1",
+        "S, step 4",
+        simulated,
+        OWN_LAW,
+        numbers(T_rim=c.start["rim"], T_lining=c.start["lining"]),
+    )
     rest, left = c.first["lining"].share, None if simulated is None else 1 - simulated
     yield Row(f"{name}, linings", "1 − α_TP", rest, "1", "S-42", left, OWN_LAW, numbers(α_TP=share))
     yield from rows.partition_rows(c.before)
@@ -264,20 +280,43 @@ def _properties(c: Chain) -> Iterator[Row]:
             value, simulated = float(getattr(properties_at(material, T, name), field)), None
             if part.course is not None and part.simulated_bulk is not None:  # the law of the scene there
                 simulated = property_at(part.course.wall.material, field, part.simulated_bulk)
-            words_of, why = f"{field.replace('_', ' ')}, {name}", "the run evaluates it at the local temperature"
-            yield Row(words_of, words, value, unit, source, simulated, why, symbols)
+            words_of = f"{field.replace('_', ' ')}, {name}"
+            yield Row(
+                words_of,
+                words,
+                value,
+                unit,
+                source,
+                simulated,
+                "the run evaluates it at the local temperature",
+                symbols,
+            )
 
 
 def _repeated(c: Chain) -> Iterator[Row]:
-    words = "until T_v converges" if c.rounds else "none: properties stay those of room temperature"
     change = Number("last change", c.change, "K")
-    yield Row("rounds of steps 1 to 5", words, c.rounds, "1", "S, step 7", numbers=(change,))
+    yield Row(
+        "rounds of steps 1 to 5",
+        "until T_v converges" if c.rounds else "none: properties stay those of room temperature",
+        c.rounds,
+        "1",
+        "S, step 7",
+        numbers=(change,),
+    )
     parts, name = [c.last[name] for name in HEATED], "heat partition coefficient, rim, refined"
     reached = [rows.part_rows(part)[0] for part in parts] + [_fourier_number(part) for part in parts]
     yield from _refined([*reached, *(rows.part_rows(part)[3] for part in parts)])
-    symbols = numbers(T_rim=c.last["rim"].bulk, T_lining=c.last["lining"].bulk)
-    share, simulated = c.last["rim"].share, c.before.simulated_share
-    yield Row(name, _law_words(c), share, "1", "S, step 7", simulated, OWN_LAW, symbols)
+    share = c.last["rim"].share
+    yield Row(
+        name,
+        _law_words(c),
+        share,
+        "1",
+        "S, step 7",
+        c.before.simulated_share,
+        OWN_LAW,
+        numbers(T_rim=c.last["rim"].bulk, T_lining=c.last["lining"].bulk),
+    )
     yield from _refined(_bulk(c.last))
 
 
@@ -288,10 +327,17 @@ def _refined(figures: Iterable[Row]) -> Iterator[Row]:
 def _layers(c: Chain) -> Iterator[Row]:
     b, course, run, simulated = c.after, c.schmidt, c.after.layered, None
     words = "½ (t_{j−1} + t_{j+1})"
-    formula = f"{words}, " + ("falling power" if b.run is None else "the run's own heat")
-    symbols = numbers(a=b.rim.diffusivity, q=b.flux, N=course.depth.size - 2)
-    yield Row("maximum face temperature", formula, c.face_peak, "K", "S-28", b.peak, SCHEME, symbols)
-    end = [float(np.interp(b.time, course.t, column)) for column in course.temperature.T]
+    yield Row(
+        "maximum face temperature",
+        f"{words}, " + ("falling power" if b.run is None else "the run's own heat"),
+        c.face_peak,
+        "K",
+        "S-28",
+        b.peak,
+        SCHEME,
+        numbers(a=b.rim.diffusivity, q=b.flux, N=course.depth.size - 2),
+    )
+    end = [np.interp(b.time, course.t, column) for column in course.temperature.T]
     for place, part in {"face": 0.0, "1/4": 0.25, "1/2": 0.5, "3/4": 0.75, "back": 1.0}.items():
         x = b.rim_thickness * part
         if run is not None:
@@ -299,13 +345,28 @@ def _layers(c: Chain) -> Iterator[Row]:
         at, value = (Number("x", float(x), "m"),), np.interp(x, course.depth, end)
         yield Row(f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at)
     drop, simulated = np.max(course.temperature[:, 0] - course.temperature[:, -1]), run and run.drop
-    symbols = numbers(δ=b.rim_thickness)
-    yield Row("maximum drop over the rim", "t_1 − t_N over time", drop, "K", "S-29", simulated, SCHEME, symbols)
+    yield Row(
+        "maximum drop over the rim",
+        "t_1 − t_N over time",
+        drop,
+        "K",
+        "S-29",
+        simulated,
+        SCHEME,
+        numbers(δ=b.rim_thickness),
+    )
     yield from (*_rim_thickness(c), *_lining_thickness(c))
-    symbols = numbers(Number("T_0", c.lining_body, "K"), T_f=c.face_peak, τ=b.time, δ=b.lining_thickness)
-    why = "the formula starts from a lining of one temperature; the run's has the heat of earlier brake applications"
     name, formula, (back, simulated) = "lining's back after the braking", "T_0 + (T_f − T_0) θ(a τ/δ²)", c.lining_back
-    yield Row(name, formula, back, "K", "Carslaw & Jaeger §3.4", simulated, why, symbols)
+    yield Row(
+        name,
+        formula,
+        back,
+        "K",
+        "Carslaw & Jaeger §3.4",
+        simulated,
+        "the formula starts from a lining of one temperature; the run's has the heat of earlier brake applications",
+        numbers(Number("T_0", c.lining_body, "K"), T_f=c.face_peak, τ=b.time, δ=b.lining_thickness),
+    )
 
 
 def _rim_thickness(c: Chain) -> Iterator[Row]:
@@ -313,26 +374,29 @@ def _rim_thickness(c: Chain) -> Iterator[Row]:
     b, limit, rational = c.after, c.limits["lining_permissible"], []
     cases = {"braking": (b.metal_heat / b.track_area, limit - c.start["rim"])}
     if b.run is not None and b.several:
-        heat = b.share * float(b.power.heat) * b.run.total_work / b.track_area
-        cases["whole duty"] = heat, limit - float(b.start)
+        heat = b.share * b.power.heat * b.run.total_work / b.track_area
+        cases["whole duty"] = heat, limit - b.start
     depth, symbols = (
-        float(heating.penetration_depth(float(b.rim.diffusivity), b.time)),
+        float(heating.penetration_depth(b.rim.diffusivity, b.time)),
         numbers(a=b.rim.diffusivity, τ=b.time),
     )
-    name, formula = "thickness that heat reaches, rim", "1.73 √(a τ), Fo = 1/3"
-    yield Row(name, formula, depth, "m", "S, steps 1, 2", numbers=symbols)
-    capacity = Number("ρ c", float(b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
+    name = "thickness that heat reaches, rim"
+    yield Row(name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols)
+    capacity = Number("ρ c", (b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
     for name, (heat, rise) in cases.items():
         case = heating.rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
         rational.append(Number(f"δ, {name}", case.rational, "m"))
         symbols = Number("Q", heat, "J/m^2"), capacity, Number("ΔT_p", rise, "K")
         name = f"thickness that holds the heat, {name}"
         yield Row(name, "Q/(ρ c ΔT_p)", case.storage, "m", "energy", numbers=symbols)
-    why = (
-        "the run has the scene's thickness, which also carries load and wears; air and flange take heat in a long duty"
-    )
     course, thickness = c.before.run and c.before.run.rim, max(number.value for number in rational)
-    yield _rational("rim", thickness, course and course.wall.thickness, why, rational)
+    yield _rational(
+        "rim",
+        thickness,
+        course and course.wall.thickness,
+        "the run has the scene's thickness, which also carries load and wears; air and flange take heat in a long duty",
+        rational,
+    )
 
 
 def _lining_thickness(c: Chain) -> Iterator[Row]:
@@ -340,11 +404,11 @@ def _lining_thickness(c: Chain) -> Iterator[Row]:
     b, back = c.after, c.limits["back_permissible"]
     cases = {"braking": (b.time, c.face_peak, c.lining_body)}
     if b.run is not None and b.several:  # as if the rim had been as warm all the time
-        capacity = float(b.rim.density * b.rim.specific_heat)
+        capacity = b.rim.density * b.rim.specific_heat
         warm = c.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * capacity)
-        cases["whole duty"] = float(b.run.t[-1]) - float(b.scene.initial.time), warm, float(b.start)
+        cases["whole duty"] = b.run.t[-1] - b.scene.initial.time, warm, b.start
     a = b.lining.diffusivity
-    depth, symbols = float(heating.penetration_depth(float(a), b.time)), numbers(a=a, τ=b.time)
+    depth, symbols = float(heating.penetration_depth(a, b.time)), numbers(a=a, τ=b.time)
     yield Row("thickness that heat reaches, lining", "1.73 √(a τ)", depth, "m", "S, steps 1, 2", numbers=symbols)
     rational = [Number("δ, heat reaches", depth, "m")]
     formula = "√(a τ/Fo_p), θ(Fo_p) = (T_p − T_0)/(T_f − T_0)"
@@ -354,14 +418,20 @@ def _lining_thickness(c: Chain) -> Iterator[Row]:
         cool = Number("T_p", back, "K"), Number("T_0", start, "K")
         name, symbols = f"thickness that keeps the back cool, {name}", (*numbers(a=a, τ=time, T_f=face), *cool)
         yield Row(name, formula, case.insulation, "m", "Carslaw & Jaeger §3.4", numbers=symbols)
-    why = "the run has the scene's thickness, of which a part is there to wear"
     course, thickness = c.before.run and c.before.run.lining, max(number.value for number in rational)
-    yield _rational("lining", thickness, course and course.wall.thickness, why, rational)
+    yield _rational(
+        "lining",
+        thickness,
+        course and course.wall.thickness,
+        "the run has the scene's thickness, of which a part is there to wear",
+        rational,
+    )
 
 
 def _rational(part: str, thickness: float, simulated: Any, why: str, of: list[Number]) -> Row:
-    name, formula = f"rational thickness, {part}", "maximum of these"
-    return Row(name, formula, thickness, "m", "S, step 8", simulated, why, tuple(of))
+    return Row(
+        f"rational thickness, {part}", "maximum of these", thickness, "m", "S, step 8", simulated, why, tuple(of)
+    )
 
 
 def _surface(c: Chain) -> Iterator[Row]:
@@ -380,15 +450,15 @@ def _surface(c: Chain) -> Iterator[Row]:
 def _balance(c: Chain) -> Iterator[Row]:
     b, run, time, gained = c.after, c.after.run, None, None
     why = "linings, flange and air take from the rim, or give to it, while it is braked"
-    rim, symbols = run and run.rim, numbers(α=b.share, W=b.heat)
-    kept = rim and float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
-    yield Row("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why, symbols)
+    rim = run and run.rim
+    kept = rim and rim.content[-1] * rim.wall.area * rim.wall.copies
+    yield Row("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why, numbers(α=b.share, W=b.heat))
     if run is not None:
         angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
         if angle[-1] >= 8 * math.pi:
-            end = float(np.interp(8 * math.pi, angle, run.t))
-            time, work = end - float(run.t[0]), float(np.interp(end, run.t, run.work))
-            gained = b.share * float(b.power.heat) * work
+            end = np.interp(8 * math.pi, angle, run.t)
+            time, work = end - run.t[0], np.interp(end, run.t, run.work)
+            gained = b.share * b.power.heat * work
     faster = "the first four revolutions are faster than the mean, and their power differs"
     net = None if kept is None else kept / (b.track_area * b.time)
     beside = {"time of four revolutions": (time, faster), "heat gained in it": (gained, faster)}
@@ -401,10 +471,18 @@ def _balance(c: Chain) -> Iterator[Row]:
 def _stress(c: Chain) -> Iterator[Row]:
     b, why = c.after, "the power is not that of a linear fall, and the covered track takes more than the mean"
     yield from rows.stress_rows(b)
-    name, formula = "maximum gradient at the face", "2 q/λ: initially falling power"
-    conductivity, simulated = float(b.rim.conductivity), b.layered and b.layered.gradient
-    gradient, symbols = b.initial_flux / conductivity, numbers(q=b.flux, λ=conductivity)
-    yield Row(name, formula, gradient, "K/m", "S-23", simulated, why, symbols)
+    conductivity = b.rim.conductivity
+    gradient = b.initial_flux / conductivity
+    yield Row(
+        "maximum gradient at the face",
+        "2 q/λ: initially falling power",
+        gradient,
+        "K/m",
+        "S-23",
+        b.layered and b.layered.gradient,
+        why,
+        numbers(q=b.flux, λ=conductivity),
+    )
 
 
 def _operation(c: Chain) -> Iterator[Row]:
@@ -413,8 +491,10 @@ def _operation(c: Chain) -> Iterator[Row]:
         work = b.run.work[-1] if b.several else b.run.total_work
     stop = list(rows.stop_rows(b, b.hardest_time, b.hardest_angle, work))
     yield from (*stop[2::-1], *stop[3:], *rows.operation_rows(b))  # the stopping time first
-    why = "the formula leaves out the angle at which the band leaves a lining, and takes the initial friction"
-    yield rows.pressure_row(b)._replace(simulated=b.run_pressure, why=why)
+    yield rows.pressure_row(b)._replace(
+        simulated=b.run_pressure,
+        why="the formula leaves out the angle at which the band leaves a lining, and takes the initial friction",
+    )
 
 
 def _margins(c: Chain) -> Iterator[Row]:
@@ -428,10 +508,19 @@ def _margins(c: Chain) -> Iterator[Row]:
     def margin(name: str, formula: str, unit: str, limit: Any, value: Any, in_run: Any, why: str = compared) -> Row:
         if limit is None or value is None:
             return Row(f"margin, {name}", formula, None, unit)
-        symbols, simulated = (Number("permissible", limit, unit), Number("found", value, unit)), None
+        simulated = None
         if in_run is not None:
             simulated = limit - in_run
-        return Row(f"margin, {name}", formula, limit - value, unit, "S, step 12", simulated, why, symbols)
+        return Row(
+            f"margin, {name}",
+            formula,
+            limit - value,
+            unit,
+            "S, step 12",
+            simulated,
+            why,
+            (Number("permissible", limit, unit), Number("found", value, unit)),
+        )
 
     face, back = limits["lining_permissible"], limits["back_permissible"]
     yield margin("face of the linings", "T_p − T_max", "K", face, c.face_peak, run and run.face, hottest)
@@ -595,10 +684,10 @@ def _start_temperatures(b: Braking) -> dict[str, float]:
     """
     start = dict.fromkeys(b.parts, b.start_now)
     if b.run is not None and b.run.lining is not None:
-        depth = float(heating.penetration_depth(float(b.lining.diffusivity), b.time))
-        start["lining"] = float(b.run.lining.mean(depth)[0])
+        depth = float(heating.penetration_depth(b.lining.diffusivity, b.time))
+        start["lining"] = b.run.lining.mean(depth)[0]
     if b.run is not None and b.run.band is not None:
-        start["band"] = float(b.run.band[0])
+        start["band"] = b.run.band[0]
     return start
 
 
@@ -606,6 +695,11 @@ def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permiss
     """All input errors of a synthesis, before any simulation."""
     wrong = [*faults(scene), *faults_of_data(data, limits)]
     if banded_brake(scene).in_series:
-        hint = "give a brake with one friction pair; `estimates` handles both pairs of a staged one"
-        wrong.append(Fault("brake.bandage", "cannot be synthesised", hint))
+        wrong.append(
+            Fault(
+                "brake.bandage",
+                "cannot be synthesised",
+                "give a brake with one friction pair; `estimates` handles both pairs of a staged one",
+            )
+        )
     return wrong

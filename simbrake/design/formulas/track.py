@@ -13,7 +13,7 @@ from ...parts.scene import band_brake
 from ...runs.linings import geometric_overlap, rubbing
 from ...runs.result import Result, look
 from ...thermal.materials import Material
-from .contact import Layers
+from .contact import Depths, Layers, Profiles, SeriesOfTimes
 from .inputs import wall_at
 
 _FRACTIONS = np.linspace(0.0, 1.0, 9)  # of an interval of constant flux, at which its extremes are sought
@@ -70,16 +70,16 @@ class TrackRipple(NamedTuple):
     (k,) where each begins, as a part of the revolution, and `flux` (m, k) into the rim there (W/m²).
     """
 
-    t: Float[np.ndarray, " m"]
-    period: Float[np.ndarray, " m"]  # s, of a revolution past the linings; `inf` where they stick
-    frequency: Float[np.ndarray, " m"]  # Hz, of heating and cooling: parts of the track that are heated, per second
-    amplitude: Float[np.ndarray, " m"]  # K, from the lowest to the highest temperature of a point over a revolution
-    above: Float[np.ndarray, " m"]  # K, highest over the mean, which is the surface temperature of the network
-    reach: Float[np.ndarray, " m"]  # √(2π a/ω)/δ_rim: depth that a ripple reaches, over the rim's thickness
+    t: SeriesOfTimes
+    period: SeriesOfTimes  # s, of a revolution past the linings; `inf` where they stick
+    frequency: SeriesOfTimes  # Hz, of heating and cooling: parts of the track that are heated, per second
+    amplitude: SeriesOfTimes  # K, from the lowest to the highest temperature of a point over a revolution
+    above: SeriesOfTimes  # K, highest over the mean, which is the surface temperature of the network
+    reach: SeriesOfTimes  # √(2π a/ω)/δ_rim: depth that a ripple reaches, over the rim's thickness
     overlap: float  # share of the track under linings
-    edges: Float[np.ndarray, " k"]
+    edges: Depths
     heated: Bool[np.ndarray, " k"]
-    flux: Float[np.ndarray, "m k"]
+    flux: Profiles
 
     @property
     def valid(self) -> Bool[np.ndarray, " m"]:
@@ -143,18 +143,18 @@ def track_ripple(
         period = 2 * math.pi / omega
     # an interval may have its extreme inside, where neighbours still heat or cool it
     places = (edges[:, None] + np.diff(edges, append=1.0)[:, None] * _FRACTIONS).ravel()
-    unit = revolution_ripple(places, edges, flux, 1.0, float(material.effusivity))
+    unit = revolution_ripple(places, edges, flux, 1.0, material.effusivity)
     ripple = np.sqrt(np.where(omega > 0, period, 0.0))[:, None] * unit
     heated = lining >= 0
     patches = np.sum(heated & ~np.roll(heated, 1))
-    thickness = math.nan if wall is None else float(wall.thickness)
-    reach = np.sqrt(float(material.diffusivity) * period) / thickness
+    thickness = math.nan if wall is None else wall.thickness
+    reach = np.sqrt(material.diffusivity * period) / thickness
     overlap = geometric_overlap(brake)[1]
     extremes = np.ptp(ripple, axis=1), np.max(ripple, axis=1)
     return TrackRipple(np.asarray(s.t), period, patches / period, *extremes, reach, overlap, edges, heated, flux)
 
 
-def _around(brake: Brake, area: Float[np.ndarray, "..."]) -> tuple[Float[np.ndarray, " k"], np.ndarray]:
+def _around(brake: Brake, area: Float[np.ndarray, "..."]) -> tuple[Depths, np.ndarray]:
     """Where the parts of the track begin (k,), from the tight end on, and the lining over each (k,), −1 where open."""
     n = brake.linings.count
     section = np.broadcast_to(np.asarray(brake.linings.angle, float), (n,))[::-1] / (2 * math.pi)
