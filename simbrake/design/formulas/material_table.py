@@ -117,9 +117,12 @@ class Case:
         """Estimates that `criteria` limit; the maximum has a third of the flash."""
         start = self.braking.start_now
         maximum = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash).surface_and_third_flash
-        ratio, surface = self.braking.stress_ratio, start + self.surface_rise
-        limited = {"surface": surface, "lining_surface": surface, "stress_ratio": ratio}
-        return limited | {"maximum": start + float(maximum)}
+        return {
+            "surface": start + self.surface_rise,
+            "lining_surface": start + self.surface_rise,
+            "stress_ratio": self.braking.stress_ratio,
+            "maximum": start + float(maximum),
+        }
 
     def transmission(self) -> float:
         """Heat partition coefficient of the rim by heat transmission."""
@@ -133,11 +136,11 @@ class Case:
         """Mean depth (m) worn off the linings over all brake applications, each at the temperature of the hardest."""
         b = self.braking
         work = b.work if b.run is None else b.run.total_work
-        cosine = float(np.mean(np.asarray(band_brake(b.scene).linings.cosine)))
+        cosine = np.mean(np.asarray(band_brake(b.scene).linings.cosine))
         load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
         speed = jnp.asarray(b.travel / b.time)
         rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.limited["surface"]))
-        return float(np.mean(np.asarray(rate))) * load_way
+        return np.mean(np.asarray(rate)).item() * load_way
 
     def quantities(self, simulated: bool) -> dict[str, Compared]:
         """All quantities by name, beside those of the run if they are `simulated`."""
@@ -157,8 +160,12 @@ class Case:
         }
         if simulated and b.run is not None:
             result = b.run.result
-            in_run = {"share": b.simulated_share, "bulk": b.simulated_bulk, "bulk_end": b.simulated_end}
-            in_run["surface"] = b.peak
+            in_run = {
+                "share": b.simulated_share,
+                "bulk": b.simulated_bulk,
+                "bulk_end": b.simulated_end,
+                "surface": b.peak,
+            }
             if b.run_stress is not None:
                 _, in_run["stress"], in_run["stress_ratio"] = b.run_stress
             if b.scene.network.linings is not None:
@@ -170,7 +177,7 @@ class Case:
 
 def rim_mass(b: Braking) -> float:
     """`ρ δ A` (kg)."""
-    return float(b.rim.density) * b.rim_thickness * b.track_area
+    return b.rim.density * b.rim_thickness * b.track_area
 
 
 def ring_inertia(mass: float, b: Braking) -> float:
@@ -285,8 +292,8 @@ class MaterialRow:
             name: {"estimate": quantity.value, "simulated": quantity.simulated, "unit": quantity.unit}
             for name, quantity in self.quantities.items()
         }
-        words = {name: getattr(self, name) for name in ("level", "rim", "lining", "admissible", "fails")}
-        return plain(words | {"greatest_work": self.greatest_work, "ends": self.ends} | numbers)
+        names = ("level", "rim", "lining", "admissible", "fails", "greatest_work", "ends")
+        return plain({name: getattr(self, name) for name in names} | numbers)
 
 
 def _celsius(T: float) -> str:
@@ -297,16 +304,17 @@ def _scaled(factor: float, digits: str) -> Callable[[float], str]:
     return lambda value: format(factor * value, digits)
 
 
-#: columns of the table: quantity, heading, estimate, simulated number or (`None`) the latter where there is one
-_COLUMNS: tuple[tuple[str, str, bool | None, str, Callable[[float], str]], ...] = (
-    ("share", "share", False, "%", _scaled(100.0, ".1f")),
-    *((name, name, simulated, "°C", _celsius) for name in ("bulk", "surface") for simulated in (False, True)),
-    ("lining_surface", "lining", True, "°C", _celsius),
-    ("maximum", "maximum", False, "°C", _celsius),
-    *(("stress", "stress", simulated, "MPa", _scaled(1e-6, ".0f")) for simulated in (False, True)),
-    ("stress_ratio", "stress over allowable", None, "", _scaled(1.0, ".2f")),
-    *(("wear", "wear", simulated, "µm", _scaled(1e6, ".3g")) for simulated in (False, True)),
-    ("mass", "mass", False, "kg", _scaled(1.0, ".0f")),
+#: columns of the table: quantity, heading, unit, how it is shown, and which of its numbers
+_COLUMNS: tuple[tuple[str, str, str, Callable[[float], str], tuple[str, ...]], ...] = (
+    ("share", "share", "%", _scaled(100.0, ".1f"), ("value",)),
+    ("bulk", "bulk", "°C", _celsius, ("value", "simulated")),
+    ("surface", "surface", "°C", _celsius, ("value", "simulated")),
+    ("lining_surface", "lining", "°C", _celsius, ("simulated",)),
+    ("maximum", "maximum", "°C", _celsius, ("value",)),
+    ("stress", "stress", "MPa", _scaled(1e-6, ".0f"), ("value", "simulated")),
+    ("stress_ratio", "stress over allowable", "", _scaled(1.0, ".2f"), ("best",)),
+    ("wear", "wear", "µm", _scaled(1e6, ".3g"), ("value", "simulated")),
+    ("mass", "mass", "kg", _scaled(1.0, ".0f"), ("value",)),
 )
 
 
@@ -338,18 +346,20 @@ class MaterialComparison(Tabular):
     def row(self, rim: str, lining: str | None = None, level: int = 0) -> MaterialRow:
         """The row of a rim and a lining (the first, if none is named) at a level. Raises `KeyError` for other names."""
         lining = self.linings[0].name if lining is None else lining
-        level = range(len(self.levels))[level]
-        for row in self.rows:
-            if (row.rim, row.lining, row.level) == (rim, lining, level):
+        for row in self._rows_at(level):
+            if (row.rim, row.lining) == (rim, lining):
                 return row
         names = f"rims {', '.join(r.name for r in self.rims)}; linings {', '.join(x.name for x in self.linings)}"
         raise KeyError(f"no row {rim!r} with {lining!r}; there are: {names}")
 
     def ranking(self, level: int = -1) -> list[MaterialRow]:
         """Rows of a level, those with the largest friction work first, pairs within all limits before all others."""
-        level = range(len(self.levels))[level]
-        rows = [row for row in self.rows if row.level == level]
+        rows = self._rows_at(level)
         return sorted(rows, key=lambda row: (not row.admissible, -row.greatest_work))
+
+    def _rows_at(self, level: int) -> list[MaterialRow]:
+        level = range(len(self.levels))[level]
+        return [row for row in self.rows if row.level == level]
 
     @property
     def simulated(self) -> bool:
@@ -374,25 +384,25 @@ class MaterialComparison(Tabular):
         """The same as an `xarray.Dataset` over `level`, `rim`, `lining`; simulated numbers in `<name>_simulated`."""
         import xarray as xr
 
-        names = [r.name for r in self.rims], [x.name for x in self.linings]
-        shape = len(self.levels), len(names[0]), len(names[1])
-        dims = ("level", "rim", "lining")
+        places = {
+            "level": [level.label for level in self.levels],
+            "rim": [rim.name for rim in self.rims],
+            "lining": [lining.name for lining in self.linings],
+        }
+        data = xr.Dataset(coords=places, attrs={"about": self.about})
 
-        def cube(values: list[Any], dtype: Any = float) -> Any:
-            return np.asarray([np.nan if x is None else x for x in values], dtype).reshape(shape)
+        def add(name: str, values: Any, **about: str) -> None:
+            data[name] = (tuple(places), np.reshape(values, [len(names) for names in places.values()]), about)
 
-        variables: dict[str, Any] = {}
-        for name, (_, _, unit, meaning, formula) in self.rows[0].quantities.items():
-            about = {"units": unit, "meaning": meaning, "formula": formula}
-            variables[name] = (dims, cube([row[name].value for row in self.rows]), about)
-            simulated = cube([row[name].simulated for row in self.rows])
+        for name, (unit, meaning, formula) in QUANTITIES.items():
+            add(name, [row[name].value for row in self.rows], units=unit, meaning=meaning, formula=formula)
+            simulated = np.array([row[name].simulated for row in self.rows], float)
             if not np.all(np.isnan(simulated)):
-                variables[f"{name}_simulated"] = (dims, simulated, {"units": unit, "meaning": f"{meaning}, simulated"})
-        about = {"units": "J", "meaning": "maximum friction work of one brake application, by the estimates"}
-        variables["greatest_work"] = (dims, cube([row.greatest_work for row in self.rows]), about)
-        variables["admissible"] = (dims, cube([row.admissible for row in self.rows], bool))
-        coords = {"level": [level.label for level in self.levels], "rim": names[0], "lining": names[1]}
-        return xr.Dataset(variables, coords, {"about": self.about})
+                add(f"{name}_simulated", simulated, units=unit, meaning=f"{meaning}, simulated")
+        meaning = "maximum friction work of one brake application, by the estimates"
+        add("greatest_work", [row.greatest_work for row in self.rows], units="J", meaning=meaning)
+        add("admissible", [row.admissible for row in self.rows])
+        return data
 
     def parts(self) -> Iterator[str | Table]:
         yield self.about
@@ -403,29 +413,27 @@ class MaterialComparison(Tabular):
             "rim",
             "lining",
             Column("work", display_units="kJ", show=_scaled(1e-3, ".0f")),
+            Column("ends", heading="", left=True),
         ]
         ranked = [(n, row.rim, row.lining, row.greatest_work, row.ends) for n, row in enumerate(self.ranking(), 1)]
         title = "maximum friction work of one brake application by the estimates, and its limiting criterion"
-        yield from ("", Table([*columns, Column("ends", heading="", left=True)], ranked, title), "")
+        yield from ("", Table(columns, ranked, title), "")
         yield from (f"note: {note}" for note in self.notes)
 
     def _table(self, level: int) -> Table:
-        rows = [row for row in self.rows if row.level == level]
-        shown = [c for c in _COLUMNS if not c[2] or any(row[c[0]].simulated is not None for row in rows)]
-        columns = [
-            Column(
-                f"{name}_{simulated}", heading=heading + (" sim." if simulated else ""), display_units=unit, show=show
-            )
-            for name, heading, simulated, unit, show in shown
-        ]
-        lines = []
-        for row in rows:
-            values = [
-                one.best if simulated is None else one.simulated if simulated else one.value
-                for one, simulated in ((row[c[0]], c[2]) for c in shown)
-            ]
-            verdict = f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits"
-            lines.append((row.rim, row.lining, *values, verdict))
+        rows = self._rows_at(level)
+        columns = []
+        values = []
+        for name, heading, unit, show, numbers in _COLUMNS:
+            for number in numbers:
+                column = [getattr(row[name], number) for row in rows]
+                if any(x is not None for x in column):
+                    heading += " sim." if number == "simulated" else ""
+                    columns.append(Column(f"{name}_{number}", heading=heading, display_units=unit, show=show))
+                    values.append(column)
+        verdicts = [f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits" for row in rows]
+        pairs = ((row.rim, row.lining) for row in rows)
+        lines = [(*pair, *line) for pair, line in zip(pairs, zip(*values, verdicts, strict=True), strict=True)]
         return Table(["rim", "lining", *columns, "verdict"], lines)
 
 
@@ -537,7 +545,7 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
             levels.append((f"{path} = {shown}", f"{meaning} {shown}", level))
     else:
         works = [float(work) for work in energy]
-        wrong = [work for work in works if not (work > 0 and np.isfinite(work))]
+        wrong = [work for work in works if not 0 < work < math.inf]
         if wrong:
             raise InputError([Fault("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")])
         titles = [f"classical stop of {work / 1e3:g} kJ" for work in works]
@@ -583,7 +591,7 @@ class _Study:
     def __post_init__(self) -> None:
         self.named = named_materials(self.scene.network)
         own = self._own = settle(self.scene, self.data)
-        self._own_mass = float(own["rim"].value.density) * own["rim_thickness"].value * own["track_area"].value
+        self._own_mass = own["rim"].value.density * own["rim_thickness"].value * own["track_area"].value
         self._runs: dict[bytes, RunValues] = {}
 
     def scene_of(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial) -> Scene:
@@ -595,7 +603,7 @@ class _Study:
         if self.inertia:
             b = self._braking(scene, rim, lining)
             more = ring_inertia(rim_mass(b) - self._own_mass, b)
-            scene = with_values(scene, {"brake.pulley.inertia": float(band_brake(scene).pulley.inertia) + more})
+            scene = with_values(scene, {"brake.pulley.inertia": band_brake(scene).pulley.inertia + more})
             check_scene(scene)
         return scene
 
