@@ -51,9 +51,9 @@ NEEDS_AREA = ("pressure", "wear")
 Target: TypeAlias = str | Callable[[Result], Any]
 #: a wear rate in m³/(N·m), or a function of pressure, slip speed and temperature
 Rate: TypeAlias = Any
-#: angles (n,) and areas (n,) of linings, these `None` where there are none
-Angles: TypeAlias = Float[np.ndarray, " n"]
-Areas: TypeAlias = Float[np.ndarray, " n"] | None
+#: a number for each lining; areas are `None` where there are none
+ByLining: TypeAlias = Float[np.ndarray, " n"]
+Areas: TypeAlias = ByLining | None
 
 
 # --- closed forms -----------------------------------------------------------------------------------------------------
@@ -73,13 +73,13 @@ class InfeasibleLayout(ValueError):
 class Layout:
     """`angle` (n,) in rad from the slack to the tight end, `ratio` `Π_k = T_k/T_0` with `k` linings at their limit."""
 
-    angle: Float[np.ndarray, " n"]
+    angle: ByLining
     ratio: float
     k: int
 
 
 @explained
-def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, wrap: float) -> Layout:
+def equal_increment_angles(f: float | ByLining, n: int, k: int, wrap: float) -> Layout:
     """Angles for equal tension increments, i.e. equal torque, of the first `k` of `n` linings (Z tables 5, 6).
 
         1/(f_i z_i) = 1/(f_{i+1} z_{i+1}) − 2,   β_{k+1} = … = β_n = β_k,   Σβ = wrap
@@ -95,7 +95,7 @@ def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, w
     if np.any(friction <= 0) or not 0 < wrap <= 2 * math.pi * (1 + 1e-12):
         raise InfeasibleLayout("friction must be positive and the wrap between 0 and 360°")
 
-    def angles(z_k: float) -> Float[np.ndarray, " n"]:
+    def angles(z_k: float) -> ByLining:
         inverse = 1.0 / (friction[-1] * z_k) - 2.0 * np.arange(k - 1, -1, -1)  # 1/(f_k z_k) − 2 (k − i)
         beta = 2 * np.arctan(1.0 / (friction * inverse))
         return np.append(beta, np.full(n - k, beta[-1]))
@@ -106,7 +106,7 @@ def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, w
             f"equal tension increments of {k} of {n} linings reach f·tan(β_1/2) = 1 at a wrap of "
             f"{math.degrees(np.sum(angles(z_max))):.1f}°, below the requested {math.degrees(wrap):.1f}°"
         )
-    z_k = _root(lambda z: float(np.sum(angles(z))) - wrap, 1e-12 * z_max, z_max)
+    z_k = _root(lambda z: np.sum(angles(z)) - wrap, 1e-12 * z_max, z_max)
     beta = angles(z_k)
     first = friction[0] * math.tan(beta[0] / 2)
     last = friction[-1] * z_k
@@ -114,9 +114,7 @@ def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, w
 
 
 @explained
-def equal_load_angles(
-    f: float | Float[np.ndarray, " n"], n: int, wrap: float, *, area: float | Float[np.ndarray, " n"] = 1.0
-) -> Layout:
+def equal_load_angles(f: float | ByLining, n: int, wrap: float, *, area: float | ByLining = 1.0) -> Layout:
     """Angles for equal normal loads `N_i` of `n` sliding linings, or equal pressures `N_i/A_i` (model §2.2).
 
         s_i/((1 + f_i z_i) A_i) = s_{i+1}/((1 − f_{i+1} z_{i+1}) A_{i+1}),   Σβ = wrap
@@ -133,7 +131,7 @@ def equal_load_angles(
     def side(z: float, i: int, sign: float) -> float:
         return z / math.sqrt(1 + z * z) / (1 + sign * friction[i] * z) / areas[i]
 
-    def chain(z_n: float) -> Float[np.ndarray, " n"] | int:
+    def chain(z_n: float) -> ByLining | int:
         """`z` of all linings, or the index of the one that cannot carry the load."""
         z = np.empty(n)
         z[-1] = z_n
@@ -148,7 +146,7 @@ def equal_load_angles(
 
     def surplus(z_n: float) -> float:
         z = chain(z_n)
-        return 2 * math.pi if isinstance(z, int) else float(np.sum(2 * np.arctan(z))) - wrap
+        return 2 * math.pi if isinstance(z, int) else np.sum(2 * np.arctan(z)) - wrap
 
     low, high = 1e-12, math.tan(min(wrap, 0.999 * math.pi) / 2)
     if surplus(high) < 0:
@@ -157,7 +155,7 @@ def equal_load_angles(
         middle = 0.5 * (low + high)
         low, high = (middle, high) if surplus(middle) < 0 else (low, middle)
     z = chain(low)
-    if isinstance(z, int) or abs(float(np.sum(2 * np.arctan(z))) - wrap) > 1e-9:
+    if isinstance(z, int) or abs(np.sum(2 * np.arctan(z)) - wrap) > 1e-9:
         at = chain(high)
         where = f"lining {at + 1}" if isinstance(at, int) else "a lining"
         raise InfeasibleLayout(
@@ -224,7 +222,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
 _full_slip_compiled = DeviceJit(full_slip)
 
 
-def friction_at_start(scene: Scene) -> Float[np.ndarray, " n"]:
+def friction_at_start(scene: Scene) -> ByLining:
     """Coefficients of friction of sliding linings as the run starts."""
     return np.asarray(_full_slip_compiled(scene)[1], float)
 
@@ -238,7 +236,7 @@ def at_full_slip(scene: Scene, target: str, rate: Rate) -> Float[Array, " n"]:
     return quantities.get(target, r.pressure)  # pyright: ignore
 
 
-def own_layout(scene: Scene) -> tuple[Angles, Areas]:
+def own_layout(scene: Scene) -> tuple[ByLining, Areas]:
     """Angles and areas of a scene's linings."""
     linings = band_brake(scene).linings
     angle = np.asarray(linings.angle, float)
@@ -297,8 +295,8 @@ class LayoutRow:
     """One layout: `angle` (n,) in rad, `area` (n,) in m² or `None`, and every target (n,) by name, with its unit."""
 
     name: str
-    angle: Float[np.ndarray, " n"]
-    area: Float[np.ndarray, " n"] | None
+    angle: ByLining
+    area: Areas
     values: dict[str, Any]
     units: dict[str, str]
 
@@ -335,12 +333,12 @@ class LayoutDesign(Tabular):
         return {row.name: row for row in self.rows}[name]
 
     @property
-    def angle(self) -> Float[np.ndarray, " n"]:
+    def angle(self) -> ByLining:
         """Lining angles (rad)."""
         return self.row("optimum").angle
 
     @property
-    def area(self) -> Float[np.ndarray, " n"] | None:
+    def area(self) -> Areas:
         """Lining areas (m²)."""
         return self.row("optimum").area
 
@@ -461,7 +459,7 @@ class _Search:
             return Evaluation(np.full(size, np.nan), np.full((size, len(w)), np.nan), 0, None)
         before, trial = self.run.runs, self.run(w, layout_and_rate)
         if self.run.runs > before:
-            worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in trial.more)
+            worst = max(np.max(values) / np.min(values) for values in map(np.asarray, trial.more))
             self.progress.now(f"run {self.run.runs}, maximum over minimum {worst:.9g}")
         return trial if trial.code == 0 else trial._replace(values=np.full_like(trial.values, np.nan))
 
@@ -472,9 +470,7 @@ class _Search:
         units = [
             TARGETS[target][asked.over == "braking"] if isinstance(target, str) else "" for target in asked.targets
         ]
-        columns = (
-            {} if evaluation.more is None else {k: np.asarray(v) for k, v in zip(named, evaluation.more, strict=True)}
-        )
+        columns = {} if evaluation.more is None else dict(zip(named, map(np.asarray, evaluation.more), strict=True))
         angle, area = (None if x is None else np.asarray(x) for x in layout)
         return LayoutRow(name, angle, area, columns, dict(zip(named, units, strict=True)))  # pyright: ignore
 
@@ -504,15 +500,19 @@ class _Search:
         return fit.x, int(fit.njev)
 
 
-def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[Angles, Areas], str]:
+def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[ByLining, Areas], str]:
     """Angles and areas of model §2.2 that level the targets at full slip, with the friction of the start; those of the
     scene, and the reason, where there is no closed form.
 
     Equal friction work is equal tension increments, equal wear is equal pressure (exact for a constant wear rate).
     Angles need not level a target that areas can level.
     """
-    (angle, area), target, note = own_layout(scene), targets[0], ""
-    f, n, wrap = friction_at_start(scene), len(angle), float(np.sum(angle))
+    angle, area = own_layout(scene)
+    target = targets[0]
+    note = ""
+    f = friction_at_start(scene)
+    n = len(angle)
+    wrap = np.sum(angle)
     try:
         if free == "area":
             pass
@@ -580,8 +580,15 @@ def equal_layout(
     layouts = {"given": own_layout(scene)} | ({} if note else {"closed form": closed})
     levelled = _Levelled(targets, over, pair)
     layout_and_rate = (*(layouts["given"] if start == "given" else closed), wear_rate)
-    settings: dict[str, Any] = {"run": over == "braking", "solver": solver, "rtol": rtol}
-    run = PointEvaluator(scene, _Unfolded(free, place), levelled, given=layout_and_rate, **settings)
+    run = PointEvaluator(
+        scene,
+        _Unfolded(free, place),
+        levelled,
+        given=layout_and_rate,
+        run=over == "braking",
+        solver=solver,
+        rtol=rtol,
+    )
     if over == "braking":
         run.like(run.result())
     search = _Search(run, free, levelled, friction_at_start(scene))
@@ -591,7 +598,7 @@ def equal_layout(
             for name, layout in layouts.items()
         ]
         w, iterations = search.solve(tolerance, max_iterations)
-        best = search.row("optimum", _unfolded(w, layout_and_rate[0], layout_and_rate[1], free), search.look(w))
+        best = search.row("optimum", _unfolded(w, *layout_and_rate[:2], free), search.look(w))
     named = tuple(map(name_of, targets))
     if not best.non_uniformity <= 1 + tolerance:
         grip = search.friction * np.tan(best.angle / 2)

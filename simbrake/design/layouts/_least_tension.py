@@ -250,15 +250,17 @@ def _multipliers(
     active, low, high = (np.flatnonzero(at) for at in (np.abs(room) < _ACTIVE, u < _ACTIVE, u > 1 - _ACTIVE))
     unit, wrap = np.eye(len(u)), [] if problem.wrap is None else [problem.wrap]
     columns = [*slope[active], *unit[low], *(-unit[high]), *wrap]
-    lam, nu = np.zeros(len(room)), np.zeros(len(u))
+    lam = np.zeros(len(room))
+    nu = np.zeros(len(u))
+    norm = np.linalg.norm(gradient).item()
     if not columns:
-        return lam, nu, float(np.linalg.norm(gradient))
+        return lam, nu, norm
     matrix = np.stack(columns, axis=1)
     least = np.append(np.zeros(len(columns) - len(wrap)), [-np.inf] * len(wrap))
     x = lsq_linear(matrix, gradient, (least, np.full(len(columns), np.inf)), tol=1e-14).x
     lam[active], nu[low], of_high, _ = np.split(x, np.cumsum([len(active), len(low), len(high)]))
     nu[high] = -of_high
-    return lam, nu, float(np.linalg.norm(matrix @ x - gradient)) / max(float(np.linalg.norm(gradient)), 1e-300)
+    return lam, nu, np.linalg.norm(matrix @ x - gradient).item() / max(norm, 1e-300)
 
 
 def _report(problem: _Problem, solution: Any) -> LeastTension:
@@ -270,8 +272,8 @@ def _report(problem: _Problem, solution: Any) -> LeastTension:
     # T* changes with its limit by −λ_j ∂(room_j)/∂(limit_j), where room_j = 0
     moves = -lam * problem.scale / problem.limits
     columns = (before[1:], after[1:], problem.limits, np.abs(room) < _ACTIVE, moves)
-    named = zip(problem.names[1:], units[1:], *(column.tolist() for column in columns), strict=True)
-    limits = tuple(LimitRow(*row) for row in named)
+    named = (problem.names[1:], units[1:], *(column.tolist() for column in columns))
+    limits = tuple(map(LimitRow, *named))
     names = [
         path if span.stop - span.start == 1 else f"{path}[{i}]"
         for path, span in zip(paths.names, paths.spans, strict=True)
@@ -280,7 +282,7 @@ def _report(problem: _Problem, solution: Any) -> LeastTension:
     start, x = (problem.box.up(u) for u in (problem.start, end))
     sides = np.where(end < _ACTIVE, "low", np.where(end > 1 - _ACTIVE, "high", ""))
     columns = (start, x, sides, nu * problem.scale / problem.box.slope(x))
-    rows = tuple(BoundRow(*row) for row in zip(names, *(column.tolist() for column in columns), strict=True))
+    rows = tuple(map(BoundRow, names, *(column.tolist() for column in columns)))
     scene = jax.tree.map(np.asarray, paths(problem.run.scene, jnp.asarray(x)))
     feasible = bool(np.all(room > -_ACTIVE))
     return LeastTension(
