@@ -21,7 +21,7 @@ _DAY = 86400.0
 _FIRST = -62135596800.0
 _LAST = 253402300800.0
 #: names of a column of times, the more certain ones first
-_NAMES = (
+_NAMES = [
     "DATETIME",
     "TIMESTAMP",
     "TIME",
@@ -33,7 +33,7 @@ _NAMES = (
     "T",
     "CLOCK",
     "INDEX",
-)
+]
 
 
 class Times(NamedTuple):

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
-_MONTHS = (
+_MONTHS = [
     "jan(?:uary)?",
     "feb(?:ruary)?",
     "mar(?:ch)?",
@@ -19,8 +19,8 @@ _MONTHS = (
     "oct(?:ober)?",
     "nov(?:ember)?",
     "dec(?:ember)?",
-)
-_WEEKDAYS = ("mon", "tue(?:s)?", "wed(?:nes)?", "thu(?:rs?)?", "fri", "sat(?:ur)?", "sun")
+]
+_WEEKDAYS = ["mon", "tue(?:s)?", "wed(?:nes)?", "thu(?:rs?)?", "fri", "sat(?:ur)?", "sun"]
 _MONTH = f"(?:{'|'.join(_MONTHS)})"
 _WEEKDAY = rf"(?:(?P<weekday>(?:{'|'.join(_WEEKDAYS)})(?:day)?)\.?,?\s*)?"
 #: dates by an example; of `a`, `b`, `c` only the column as a whole tells which is the day
@@ -44,8 +44,18 @@ CLOCKS = {
     "030000": r"(?P<hour>\d{2})(?P<minute>\d{2})(?P<second>\d{2}(?:[.,]\d+)?)",
 }
 #: hours east of UTC of the zones that an abbreviation names
-_EAST = {"Z": 0, "UT": 0, "UTC": 0, "GMT": 0, "WET": 0, "WEST": 1, "BST": 1, "CET": 1, "CEST": 2, "EET": 2, "EEST": 3}
-_EAST |= {"MSK": 3, "EST": -5, "EDT": -4, "CST": -6, "CDT": -5, "MST": -7, "MDT": -6, "PST": -8, "PDT": -7}
+_ABBREVIATIONS = {
+    0: "Z UT UTC GMT WET",
+    1: "WEST BST CET",
+    2: "CEST EET",
+    3: "EEST MSK",
+    -4: "EDT",
+    -5: "EST CDT",
+    -6: "CST MDT",
+    -7: "MST PDT",
+    -8: "PST",
+}
+_EAST = {name: hours for hours, names in _ABBREVIATIONS.items() for name in names.split()}
 #: zones by an example
 ZONES = {
     "Z": "Z",

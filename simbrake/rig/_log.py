@@ -89,24 +89,31 @@ _ABSURD = {"m": 1e6, "N": 1e12}
 #: units as logs write them (in lower case), by the SI unit; the table of simbrake has the others
 _POUND = 4.4482216152605
 _TONNE = 9806.65
-_SPELLINGS: dict[str, dict[str, float]] = {
+_SPELLED: dict[str, dict[str, float]] = {
     "m": {
-        **dict.fromkeys(("m", "meter", "meters", "metre", "metres", "mtr"), 1.0),
-        **dict.fromkeys(("ft", "f", "feet", "foot"), 0.3048),
-        **dict.fromkeys(("in", "inch", "inches"), 0.0254),
+        "m meter meters metre metres mtr": 1.0,
+        "ft f feet foot": 0.3048,
+        "in inch inches": 0.0254,
     },
     "N": {
-        **{"n": 1.0, "dan": 10.0, "kn": 1e3, "kdan": 1e4},
-        **dict.fromkeys(("lbf", "lb", "lbs", "lbm"), _POUND),
-        **dict.fromkeys(("klbf", "klb", "klbs", "klbm", "kip", "kips", "1000lbf", "1000lb", "1000lbs"), 1e3 * _POUND),
-        **dict.fromkeys(("kgf", "kg", "kgs"), _TONNE / 1e3),
-        **dict.fromkeys(("t", "tf", "tonf", "ton", "tons", "tonne", "tonnes", "mt", "mton", "te"), _TONNE),
-        **{"tonfus": 2e3 * _POUND, "tonfuk": 2240.0 * _POUND},
+        "n": 1.0,
+        "dan": 10.0,
+        "kn": 1e3,
+        "kdan": 1e4,
+        "lbf lb lbs lbm": _POUND,
+        "klbf klb klbs klbm kip kips 1000lbf 1000lb 1000lbs": 1e3 * _POUND,
+        "kgf kg kgs": _TONNE / 1e3,
+        "t tf tonf ton tons tonne tonnes mt mton te": _TONNE,
+        "tonfus": 2e3 * _POUND,
+        "tonfuk": 2240.0 * _POUND,
     },
+}
+_SPELLINGS = {
+    si: {name: factor for names, factor in units.items() for name in names.split()} for si, units in _SPELLED.items()
 }
 #: spellings that have another meaning elsewhere
 _DOUBTFUL = {"tonf", "ton", "tons", "mt"}
-_NO_UNIT = ("", "unitless", "none", "-", "--", "---", "n/a", "na", "euc", "null", "dimensionless", "undefined")
+_NO_UNIT = ("", *["unitless", "none", "-", "--", "---", "n/a", "na", "euc", "null", "dimensionless", "undefined"])
 #: spacing of rows that is a gap, as a multiple of the usual one, and at least (s)
 _GAP = 10.0
 _GAP_S = 20.0
@@ -150,7 +157,7 @@ class Channel:
         """
         t, x = self.t[self.updates], self.value[self.updates]
         if t.size < 4:
-            return float("nan")
+            return np.nan
         spacing = np.diff(t)
         weight = np.abs(np.diff(x))
         order = np.argsort(spacing)
@@ -173,7 +180,7 @@ class Channel:
         t, x = self.t[self.updates], self.value[self.updates]
         if not np.isfinite(self.interval):
             return 0.0
-        row = float(np.median(np.diff(self.t)))
+        row = np.median(np.diff(self.t))
         spacing = np.diff(t)
         change = np.abs(np.diff(x))
         usual = np.abs(spacing - self.interval) < 1.5 * row
@@ -243,7 +250,7 @@ class Log(Tabular):
         hours = f"{self.t.size} rows over {digits(self.t[-1] / 3600, 3)} h, one each {digits(self.interval, 3)} s"
         yield f"{self.source}: {hours}, from {self.start or 'a time without date'}"
         yield self._table
-        lost = float(np.sum(self.gaps[:, 1] - self.gaps[:, 0]))
+        lost = np.sum(self.gaps[:, 1] - self.gaps[:, 0])
         yield f"gaps: {len(self.gaps)}" + (f", {digits(lost, 4)} s in all" if len(self.gaps) else "")
         yield "assumed:" if self.guesses else "nothing assumed"
         yield from (f"- {guess}" for guess in self.guesses)
@@ -407,12 +414,11 @@ def _roles(
     return roles
 
 
-def _merged(x: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """The last value in each group of rows, of which `last` (n,) marks the ends: rows of one time may fill in turn."""
-    ends = np.flatnonzero(last)
-    starts = np.concatenate([[0], ends[:-1] + 1])
-    filled = np.maximum.accumulate(np.where(np.isnan(x), -1, np.arange(x.size)))[ends]
-    return np.where(filled >= starts, x[np.maximum(filled, 0)], np.nan)
+def _merged(x: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """The last value in each `group` (n,) of rows: rows of one time may fill in turn."""
+    import pandas as pd
+
+    return pd.Series(x).groupby(group).last().to_numpy()
 
 
 @dataclasses.dataclass
@@ -471,7 +477,7 @@ class _Reading:
             scale = scales.get(i)
             if scale is not None:
                 x *= float(scale.factor)
-            x = x[rows] if self._last is None else _merged(x[rows], self._last)
+            x = x[rows] if self._group is None else _merged(x[rows], self._group)
             table.values[i] = np.empty(0)
             role = "" if scale is None and role != "activity" else role
             si = ROLES[role].unit if role else ""
@@ -493,7 +499,7 @@ class _Reading:
     def _ordered(self, seconds: np.ndarray, spread: bool) -> tuple[np.ndarray | None, Any]:
         """Times that increase, and the rows that have them."""
         self._repeated = 0
-        self._last = None
+        self._group = None
         if seconds.size < 2:
             self.fault("", f"has {seconds.size} rows", "a recording has at least two")
             return None, slice(None)
@@ -517,10 +523,10 @@ class _Reading:
         if not steps.any():
             self.fault("", "has the same time in all rows", "time='COLUMN' says which column the time is")
             return None, slice(None)
+        first = np.concatenate([[True], steps > 0])
+        group = np.cumsum(first) - 1
+        starts = seconds[first]
         if spread and self._repeated > 0.5 * steps.size:
-            first = np.concatenate([[True], steps > 0])
-            group = np.cumsum(first) - 1
-            starts = seconds[first]
             length = np.diff(starts, append=starts[-1] + np.median(np.diff(starts)))
             length = np.minimum(length, np.median(np.diff(starts)))
             count = np.bincount(group)
@@ -530,9 +536,8 @@ class _Reading:
                 f"{self._repeated} rows repeat a time: rows of one time are spread evenly up to the next"
             )
         elif self._repeated:
-            last = np.concatenate([steps > 0, [True]])
-            self._last = last
-            seconds = seconds[last]
+            self._group = group
+            seconds = starts
             self.guesses.append(f"{self._repeated} rows repeat the time of the row before: they are read as one row")
         return seconds, rows
 
@@ -622,7 +627,7 @@ class _Reading:
 
     def _gaps(self, t: np.ndarray) -> np.ndarray:
         steps = np.diff(t)
-        i = np.flatnonzero(steps > max(_GAP * float(np.median(steps)), _GAP_S))
+        i = np.flatnonzero(steps > max(_GAP * np.median(steps), _GAP_S))
         return np.stack([t[i], t[i + 1]], axis=1) if i.size else np.empty((0, 2))
 
     def _said(self, channels: list[Channel]) -> list[str]:
