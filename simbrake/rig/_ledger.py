@@ -11,7 +11,7 @@ from .._base._faults import Fault, InputError
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Log
-from ._lowerings import LOADS, Lowering, Lowerings, in_seconds, lowerings
+from ._lowerings import COLUMNS, LOADS, Lowering, Lowerings, column_of, in_seconds, lowerings
 
 _GRAVITY = 9.80665  # m/s^2
 #: tension of a rope behind a turning sheave with roller bearings over that before it
@@ -71,7 +71,7 @@ class Entry:
 
 
 _ENTRY = tuple(field.name for field in dataclasses.fields(Entry) if field.name != "lowering")
-_SUMS = (
+_SUMS = [
     "travel",
     "hook_work",
     "hook_work_low",
@@ -80,8 +80,7 @@ _SUMS = (
     "drum_work",
     "auxiliary_work",
     "friction_work",
-)
-_UNITS = {"travel": "m", "mean_power": "W", "drum_speed": "rad/s", "drum_torque": "N*m"}
+]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -162,10 +161,9 @@ class Ledger(Tabular):
         known = any(not column.hidden for column in drum.columns if column.name != first)
         totals = (table.readable(*(column.name for column in table.columns)) for table in (self.by_trip, self.by_day))
         gaps = self.lowerings.gap_table.readable(first, "duration", "change", "cut", "rest", title="gaps")
-        known = [drum] if known else []
         return (
             rows.readable(first, *_HOOK, title="at the hook"),
-            *known,
+            *([drum] if known else []),
             *([gaps] if self.lowerings.gaps else []),
             *totals,
         )
@@ -173,14 +171,8 @@ class Ledger(Tabular):
     @property
     def table(self) -> Table:
         """A row for each lowering, hook and drum."""
-        of_hook = self.lowerings.table.columns
-        of_drum = [Column(name, _UNITS.get(name, "" if name == "refused" else "J"), show=".4g") for name in _ENTRY]
-        of_drum[-1] = Column("refused", left=True)
-        rows = [
-            [getattr(one.lowering, column.name) for column in of_hook] + [getattr(one, name) for name in _ENTRY]
-            for one in self.entries
-        ]
-        return Table([*of_hook, *of_drum], rows)
+        names = [*COLUMNS, *_ENTRY]
+        return Table(map(column_of, names), ([_value(entry, name) for name in names] for entry in self.entries))
 
     def _totals(self, name: str, key: Callable[[Lowering], object]) -> Table:
         groups: dict[object, list[Entry]] = {}
@@ -188,8 +180,7 @@ class Ledger(Tabular):
             if not one.lowering.flags:
                 groups.setdefault(key(one.lowering), []).append(one)
         rows = [[label, len(members), *(_sum(members, what) for what in _SUMS)] for label, members in groups.items()]
-        sums = [Column(what, _UNITS.get(what, "J"), show=".4g") for what in _SUMS]
-        return Table([Column(name, left=True), Column("lowerings"), *sums], rows, f"by {name}")
+        return Table([name, Column("lowerings"), *map(column_of, _SUMS)], rows, f"by {name}")
 
     @property
     def by_day(self) -> Table:
@@ -234,7 +225,7 @@ class Ledger(Tabular):
 
 
 #: columns for reading
-_HOOK = (
+_HOOK = [
     "duration",
     "travel",
     "top_speed",
@@ -246,7 +237,7 @@ _HOOK = (
     "kinetic_energy",
     "kind",
     "flags",
-)
+]
 _DRUM = tuple(name for name in _ENTRY if name not in _HOOK)
 
 
@@ -256,8 +247,13 @@ def _work(values: Mapping[str, Any]) -> str:
     return f"{work} ({low} to {high})"
 
 
+def _value(entry: Entry, name: str) -> Any:
+    """A number of the drum, or of the lowering itself."""
+    return getattr(entry if name in _ENTRY else entry.lowering, name)
+
+
 def _sum(members: list[Entry], name: str) -> float | None:
-    values = [getattr(one, name) if hasattr(one, name) else getattr(one.lowering, name) for one in members]
+    values = [_value(entry, name) for entry in members]
     return None if any(x is None for x in values) else float(sum(values))
 
 
@@ -402,7 +398,7 @@ def refusal(log: Log, one: Lowering) -> str:
     inside = inside[~np.isnan(inside)]
     if not inside.size:
         return f"{name} is heave-compensated, and the heave has no value"
-    moved = float(np.ptp(inside))
+    moved = np.ptp(inside)
     if moved <= _HEAVE * one.travel:
         return ""
     return (

@@ -33,6 +33,20 @@ THRESHOLDS = {
     **dict.fromkeys(("end_speed", "fastest"), "m/s"),
     **dict.fromkeys(("alone", "string", "slack", "set_down"), "1"),
 }
+#: SI unit → quantities in it; how a number is shown where four digits are too few or too many
+_QUANTITIES = {
+    "s": "begin duration",
+    "m": "height travel recorded_travel change",
+    "m/s": "top_speed",
+    "N": "mean_load static_load",
+    "J": "hook_work hook_work_low hook_work_high recorded_work kinetic_energy tackle_loss drum_work drum_work_low "
+    "drum_work_high auxiliary_work friction_work friction_heat",
+    "W": "mean_power",
+    "rad/s": "drum_speed",
+    "N*m": "drum_torque",
+}
+_UNITS = {name: unit for unit, names in _QUANTITIES.items() for name in names.split()}
+_SHOWN = {"begin": ".6g", "height": ".6g", "top_speed": ".3g", "change": "+.3g"}
 #: flag of a lowering that goes on in a gap
 _CUT = "cut by a gap"
 #: update interval (s) above which no lowering can be followed
@@ -176,15 +190,8 @@ class Lowerings(Tabular):
     @property
     def gap_table(self) -> Table:
         """A row for each gap."""
-        columns = [
-            Column("start", left=True, show=in_seconds),
-            Column("begin", "s", show=".6g"),
-            Column("duration", "s", show=".4g"),
-            Column("change", "m", show="+.3g"),
-            Column("cut", heading="lowerings cut"),
-            Column("rest"),
-        ]
-        return Table(columns, [list(gap) for gap in self.gaps], "gaps")
+        columns = [*map(column_of, ("start", "begin", "duration", "change"))]
+        return Table([*columns, Column("cut", heading="lowerings cut"), Column("rest")], self.gaps, "gaps")
 
     @property
     def basis(self) -> tuple[str, ...]:
@@ -202,34 +209,21 @@ class Lowerings(Tabular):
 
     @property
     def _shares(self) -> str:
+        words = (f"{name} {100 * x:.0f} %" for name, x in self._share_by_state.items() if x > 0)
+        return f"rows: {', '.join(words)}"
+
+    @property
+    def _share_by_state(self) -> dict[str, float]:
         share = np.bincount(self.state, minlength=len(STATES)) / max(self.state.size, 1)
-        said = (f"{name} {100 * x:.0f} %" for name, x in zip(STATES, share, strict=True) if x > 0)
-        return f"rows: {', '.join(said)}"
+        return dict(zip(STATES, share.tolist(), strict=True))
 
     @property
     def table(self) -> Table:
         """A row for each lowering."""
-        columns = [
-            Column("start", left=True, show=in_seconds),
-            Column("begin", "s"),
-            Column("duration", "s", show=".4g"),
-            Column("height", "m", hidden=True),
-            Column("travel", "m", show=".4g"),
-            Column("top_speed", "m/s", show=".3g"),
-            Column("mean_load", "N", show=".4g"),
-            Column("static_load", "N", show=".4g"),
-            Column("hook_work", "J", show=".4g"),
-            Column("hook_work_low", "J", show=".4g"),
-            Column("hook_work_high", "J", show=".4g"),
-            Column("kind", left=True),
-            Column("flags", left=True, show=", ".join),
-            Column("activity", left=True),
-        ]
-        return Table(columns, [[getattr(one, column.name) for column in columns] for one in self.lowerings])
+        return Table(map(column_of, COLUMNS), (vars(one) for one in self.lowerings))
 
     def as_dict(self) -> dict[str, Any]:
         """Lowerings with totals, thresholds and states as shares; SI units."""
-        share = np.bincount(self.state, minlength=len(STATES)) / max(self.state.size, 1)
         return plain(
             {
                 "source": self.log.source,
@@ -240,7 +234,7 @@ class Lowerings(Tabular):
                 "left_out": self.left_out,
                 "tare": self.tare,
                 "decidable": self.decidable,
-                "states": dict(zip(STATES, share.tolist(), strict=True)),
+                "states": self._share_by_state,
                 "interval_by": self.interval_by,
                 "thresholds": self.thresholds,
                 "notes": self.notes,
@@ -252,6 +246,18 @@ class Lowerings(Tabular):
 def in_seconds(start: str) -> str:
     """A time in ISO 8601 without what is behind its seconds."""
     return start[:19].replace("T", " ")
+
+
+def column_of(name: str) -> Column:
+    """The column of a quantity of a lowering, a gap, the drum or a replay, by its name."""
+    if name in _UNITS:
+        return Column(name, _UNITS[name], show=_SHOWN.get(name, ".4g"), hidden=name == "height")
+    words = {"start": in_seconds, "flags": ", ".join}
+    return Column(name, show=words.get(name, str), left=True)
+
+
+#: columns of a lowering
+COLUMNS = [field.name for field in dataclasses.fields(Lowering)]
 
 
 def _long(seconds: float) -> str:
@@ -426,15 +432,19 @@ class _Finder:
         self.blind = np.zeros(step.size, bool)
         self.blind[np.searchsorted(height.t, times[i], side="right") - 1] = True
         self.notes: list[str] = []
+        #: highest load of the block alone, lowest of a string; no load is one of the two where they are not decidable
+        self.heavy = -np.inf, np.inf
 
     def result(self) -> Lowerings:
         tare, decidable = self._tare()
         spans = self._spans()
         works = _Works(self.log, self.height, self.load)
-        limits, heavy = self.limits, (0.0, 0.0) if tare is None else (limits_of(self.limits, tare))
+        limits = self.limits
+        if tare is not None and decidable:
+            self.heavy = limits["alone"] * tare.high, limits["string"] * tare.high
         cuts = self._cuts(spans)
         found = [
-            self._lowering(works, a, b, decidable, heavy, cut=cut)
+            self._lowering(works, a, b, cut=cut)
             for (a, b), cut in zip(spans, np.any(cuts, axis=0).tolist(), strict=True)
         ]
         gaps = tuple(self._gaps(cuts.sum(axis=1)))
@@ -446,7 +456,7 @@ class _Finder:
         if self.log.compensated:
             self.notes.append(f"{self.log.position.mnemonic} is heave-compensated: not the motion of the drum")
         self._clocks(spans)
-        state, load = self._states(tare, decidable, heavy)
+        state, load = self._states(tare)
         return Lowerings(
             self.log, tuple(found), gaps, state, load, tare, decidable, works.interval_by, limits, tuple(self.notes)
         )
@@ -471,7 +481,7 @@ class _Finder:
             loads = loads + (load**2).sum(axis=1)
             rates = rates + rate @ rate
         alike = both / np.sqrt(np.maximum(loads * rates, 1e-12))
-        lag = float(lags[alike.argmax()])
+        lag = lags[alike.argmax()]
         late = 0.5 * (self.height.interval + self.load.interval)
         if len(long) > 2 and late < abs(lag) < lags[-1] and alike.max() > max(_ALIKE, 2.0 * alike[lags == 0.0][0]):
             when = f"{abs(lag):g} s {'later' if lag > 0 else 'earlier'}"
@@ -497,10 +507,11 @@ class _Finder:
 
     def _gaps(self, cut: np.ndarray) -> Iterator[Gap]:
         """Times without heights, with the number of lowerings that each of them cuts."""
-        for (begin, end), (before, behind), count in zip(self.gap_times, self.gap_heights, cut, strict=True):
-            change = float(behind - before)
+        edges = self.gap_times.tolist(), self.gap_heights.tolist()
+        for (begin, end), (before, behind), count in zip(*edges, cut.tolist(), strict=True):
+            change = behind - before
             rest = not count and abs(change) <= self.limits["heave"]
-            yield Gap(_start(self.log, float(begin)), float(begin), float(end - begin), change, int(count), rest)
+            yield Gap(_start(self.log, begin), begin, end - begin, change, count, rest)
 
     def _spans(self) -> list[tuple[int, int]]:
         """First and last knot of each motion downwards."""
@@ -531,27 +542,23 @@ class _Finder:
             if moves:
                 rested = 0.0
                 left = below
-            if moves and below <= lowest:
-                last = k + 1
-            elif moves:
-                last = last if below > self.height.value[last] else k + 1
+                if below <= max(lowest, self.height.value[last]):
+                    last = k + 1
             lowest = min(lowest, below)
         if begin >= 0:
             spans.append((begin, last))
         drop = self.height.value
         return [(a, b) for a, b in spans if drop[a] - drop[b] >= self.limits["travel"]]
 
-    def _lowering(
-        self, works: "_Works", a: int, b: int, decidable: bool, heavy: tuple[float, float], *, cut: bool
-    ) -> Lowering:
+    def _lowering(self, works: "_Works", a: int, b: int, *, cut: bool) -> Lowering:
         t, h = self.height.t[a : b + 1], self.height.value[a : b + 1]
-        travel = float(h[0] - h[-1])
-        begin = float(t[0])
+        begin, end = t[[0, -1]].tolist()
+        top, bottom = h[[0, -1]].tolist()
+        travel = top - bottom
         work, low, high = works.between(a, b)
         flags = [_CUT] if cut else []
-        deepest = self.fall[a:b].max()
         speed = self.mean_speed[a:b]
-        if deepest > max(self.limits["jump"], _SINGLE * travel):
+        if self.fall[a:b].max() > max(self.limits["jump"], _SINGLE * travel):
             flags.append("single update")
         elif self._jumps(speed, self.lasted[a:b]):
             flags.append("jump")
@@ -562,25 +569,24 @@ class _Finder:
         if not np.isfinite(work):
             flags.append("load missing")
         mean = work / travel
-        middle = [np.interp(-x, -np.minimum.accumulate(h), t) for x in (h[0] - 0.25 * travel, h[0] - 0.75 * travel)]
+        middle = [np.interp(-x, -np.minimum.accumulate(h), t) for x in (top - 0.25 * travel, top - 0.75 * travel)]
         quiet = self.load.value[slice(*np.searchsorted(self.load.t, middle))]
         static = float(np.median(quiet)) if quiet.size else float(self.load.at(np.array(0.5 * sum(middle))))
-        kind = 0 if not decidable else 1 if mean <= heavy[0] else 2 if mean >= heavy[1] else 0
         return Lowering(
             start=_start(self.log, begin),
             begin=begin,
-            duration=float(t[-1] - t[0]),
-            height=float(h[0]),
+            duration=end - begin,
+            height=top,
             travel=travel,
-            top_speed=float(max(self.between[a:b].max(), travel / (t[-1] - t[0]))),
+            top_speed=float(max(self.between[a:b].max(), travel / (end - begin))),
             mean_load=mean,
             static_load=static,
             hook_work=work,
             hook_work_low=low,
             hook_work_high=high,
-            kind=LOADS[kind],
+            kind=LOADS[self._kind(mean)],
             flags=tuple(flags),
-            activity=self._activity(begin, float(t[-1])),
+            activity=self._activity(begin, end),
         )
 
     def _jumps(self, speed: np.ndarray, lasted: np.ndarray) -> bool:
@@ -604,8 +610,12 @@ class _Finder:
         if not codes.size:
             return ""
         values, counts = np.unique(codes, return_counts=True)
-        code = float(values[counts.argmax()])
+        code = values[counts.argmax()]
         return channel.words[int(code)] if channel.words else f"{code:g}"
+
+    def _kind(self, load: np.ndarray | float) -> Any:
+        """Places in `LOADS`."""
+        return np.select([load <= self.heavy[0], load >= self.heavy[1]], [1, 2], 0)
 
     # --- loads ------------------------------------------------------------------------------------------------
 
@@ -634,42 +644,36 @@ class _Finder:
         peaks = [i for i in range(wide.size) if wide[i] >= least and wide[i] == wide[max(0, i - 3) : i + 4].max()]
         if not peaks:
             return None, False
-        loads = [float(np.exp((i + classes.min() + 0.5) * _CLASS)) for i in peaks]
+        loads = [np.exp((i + classes.min() + 0.5) * _CLASS) for i in peaks]
         # a slack hook is not moved: the block's level is one of the loads in motion
-        near = [bool(np.sum(np.abs(moved - x) < 0.1 * x) >= _SHARE * moved.size) for x in loads]
+        near = [np.sum(np.abs(moved - x) < 0.1 * x) >= _SHARE * moved.size for x in loads]
         low = high = peak = peaks[near.index(True) if any(near) else 0]
         while low > 0 and wide[low - 1] > 0.1 * wide[peak]:
             low -= 1
         while high < wide.size - 1 and wide[high + 1] > 0.1 * wide[peak]:
             high += 1
         inside = load[(classes - classes.min() >= low) & (classes - classes.min() <= high)]
-        level = Level(*(float(x) for x in np.quantile(inside, (0.5, 0.05, 0.95))))
+        level = Level(*np.quantile(inside, (0.5, 0.05, 0.95)).tolist())
         heavier = every > _APART * level.high
         return level, bool(heavier.mean() >= _SHARE)
 
-    def _states(self, tare: Level | None, decidable: bool, heavy: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    def _states(self, tare: Level | None) -> tuple[np.ndarray, np.ndarray]:
         """State of the block and class of the load in each row of the log."""
         rate = self._rates()
         slow = self.limits["end_speed"]
         channel = self.log["hook_load"]
         x = np.interp(self.log.t, self.load.t, self.load.value)
-        load = np.zeros(x.size, int)
-        if decidable:
-            load = np.select([x <= heavy[0], x >= heavy[1]], [1, 2], 0)
+        load = self._kind(x)
         state = np.select([np.isnan(rate) | np.isnan(channel.value), rate >= slow, rate <= -slow], [0, 1, 2], 3)
         if tare is None:
             return state, load
         rest = state == 3
         is_slack = x < self.limits["slack"] * tare.low
-        if decidable:
-            moving = np.isin(state, (1, 2)) & (load == 2)
-            last = np.maximum.accumulate(np.where(moving, np.arange(x.size), -1))
-            before = np.where(last >= 0, _mean_of_runs(moving, x)[np.maximum(last, 0)], np.inf)
-            lighter = np.isfinite(before) & (x < self.limits["set_down"] * before) & (load != 1)
-            state = np.select([rest & is_slack, rest & (load == 1), rest & lighter], [6, 4, 5], state)
-        else:
-            state = np.where(rest & is_slack, 6, state)
-        return state, load
+        moving = np.isin(state, (1, 2)) & (load == 2)
+        last = np.maximum.accumulate(np.where(moving, np.arange(x.size), -1))
+        before = np.where(last >= 0, _mean_of_runs(moving, x)[last], -np.inf)
+        lighter = x < self.limits["set_down"] * before
+        return np.select([rest & is_slack, rest & (load == 1), rest & lighter], [6, 4, 5], state), load
 
 
 def _start(log: Log, t: float) -> str | None:
@@ -678,11 +682,6 @@ def _start(log: Log, t: float) -> str | None:
         return None
     zone = "Z" if log.start.endswith("Z") else ""
     return (datetime.fromisoformat(log.start.removesuffix("Z")) + timedelta(seconds=t)).isoformat() + zone
-
-
-def limits_of(limits: dict[str, Any], tare: Level) -> tuple[float, float]:
-    """Highest load of the block alone, lowest of a string."""
-    return limits["alone"] * tare.high, limits["string"] * tare.high
 
 
 def _mean_of_runs(inside: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -715,8 +714,7 @@ class _Works:
         self.bounds = None
         if low is not None and high is not None and not (np.isnan(low.value).all() or np.isnan(high.value).all()):
             self.bounds = self._bounds(low, high)
-        kind = "lowest and highest loads, bounds" if self.bounds else "the spread of quadratures, 90 %"
-        self.interval_by = kind
+        self.interval_by = "lowest and highest loads, bounds" if self.bounds else "the spread of quadratures, 90 %"
 
     def _cumulative(self, shift: float) -> np.ndarray:
         """`∫F dx` from the first knot to each one, with the load `shift` s later."""
@@ -745,24 +743,23 @@ class _Works:
 
     def between(self, a: int, b: int) -> tuple[float, float, float]:
         """Work between two knots, and its interval."""
-        begin = self.height.t[a]
-        end = self.height.t[b]
+        begin, end = self.height.t[[a, b]]
         work = float(self.sums[b] - self.sums[a])
         first = np.searchsorted(self.read, begin, side="right")
         last = np.searchsorted(self.read, end)
         around = self.read[max(first - 1, 0) : last + 1]
         longest = max(np.max(np.diff(around), initial=0.0), around[0] - begin, end - around[-1])
         if longest > max(_SLOWEST, 3.0 * self.load.interval):
-            return float("nan"), float("nan"), float("nan")
+            return np.nan, np.nan, np.nan
         if self.bounds is not None:
             low, high = (float(x[b] - x[a]) for x in self.bounds)
             return work, min(low, work), max(high, work)
-        other = [float(x[b] - x[a]) for x in self.shifted]
-        timing = max(abs(x - work) for x in other)
+        timing = max(abs(x[b] - x[a] - work) for x in self.shifted)
         # what the cut of the ends leaves out
-        fall = np.diff(self.height.value[[max(a - 1, 0), a, b, min(b + 1, self.height.t.size - 1)]])[::2]
-        ends = abs(work) * float(np.abs(fall).sum() / (self.height.value[a] - self.height.value[b]))
-        steps = 0.7 * self.step * abs(work) / (self.height.value[a] - self.height.value[b])
+        first, top, bottom, last = self.height.value[[max(a - 1, 0), a, b, min(b + 1, self.height.t.size - 1)]]
+        travel = top - bottom
+        ends = abs(work) * ((abs(top - first) + abs(last - bottom)) / travel)
+        steps = 0.7 * self.step * abs(work) / travel
         half = float(np.sqrt(timing**2 + ends**2 + steps**2 + self._scatter(a, b) ** 2))
         return work, work - half, work + half
 
@@ -771,12 +768,11 @@ class _Works:
         from scipy.special import stdtrit
 
         t = self.load.t
-        f = self.load.value
         i, j = np.searchsorted(t, (self.height.t[a], self.height.t[b]))
         if j - i < 3:
             i, j = max(i - 1, 0), min(j + 1, t.size)
         t = t[i:j]
-        f = f[i:j]
+        f = self.load.value[i:j]
         if t.size < 3:
             return 0.0
         share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])

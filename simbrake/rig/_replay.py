@@ -24,7 +24,7 @@ from ..runs.verdict import Verdict
 from ..shaft import AbstractAuxiliaryBrake, TackleLoss
 from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of
 from ._log import Channel, Log
-from ._lowerings import LOADS, Course, Lowering, Lowerings, course_of, in_seconds, lowerings, spans_of
+from ._lowerings import LOADS, Course, Lowering, Lowerings, column_of, course_of, in_seconds, lowerings, spans_of
 
 #: acceleration of the hook (m/s²) below which its load is that of the weight; share by which readings are off, and
 #: time (s) for which they are, where the weight has changed
@@ -136,7 +136,7 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
     known = dict(zip(down, found.lowerings, strict=True))
     end = height.t.size - 1
     last = 0
-    at = float(height.value[0])
+    at = height.value[0]
     for a, b in [*sorted([*down, *up]), (end, end)]:
         begin = max(a, last)
         h = height.value[last : begin + 1]
@@ -190,8 +190,8 @@ def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     What is off for less, as while a load gets faster, is in no level.
     """
-    least = 0.02 * float(np.max(np.abs(x)))
-    total = float(x[0])
+    least = 0.02 * np.max(np.abs(x))
+    total = x[0]
     count = 1
     members = [[0]]
     off = list[int]()
@@ -200,18 +200,18 @@ def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         mean = total / count
         if abs(value - mean) <= _CHANGED * max(mean, least):
             members[-1].append(i)
-            total = total + value
-            count = count + 1
+            total += value
+            count += 1
             off = []
             continue
         off = [*(off if (value > mean) == side else ()), i]
         side = value > mean
         if len(off) > 1 and t[i] - t[off[0]] >= _LASTS:
             members.append(off)
-            total = float(np.sum(x[off]))
+            total = np.sum(x[off])
             count = len(off)
             off = []
-    levels = [float(np.median(x[of])) for of in members]
+    levels = [np.median(x[of]) for of in members]
     return np.asarray([0.0, *(0.5 * (t[of[0]] + t[of[0] - 1]) for of in members[1:])]), np.maximum(levels, 0.0)
 
 
@@ -244,8 +244,8 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     if rope is None:
         angles = [x / per_radian for x in travels]
     else:
-        turns = float(rope.turns)
-        grid = np.unique(np.append(np.arange(0.0, turns, float(rope.turns_per_layer)), turns))[::-1]
+        turns = rope.turns
+        grid = np.unique(np.append(np.arange(0.0, turns, rope.turns_per_layer), turns))[::-1]
         paid = np.asarray(hook.travelled(2 * np.pi * (turns - grid)))
         if lowest - highest > paid[-1]:
             far, most = (number(x, "m", count=4) for x in (lowest - highest, paid[-1]))
@@ -254,25 +254,19 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         left = [np.interp(np.append(x, 0.0) - highest, paid, grid) for x in travels]
         angles = [2 * np.pi * (x[-1] - x[:-1]) for x in left]
         rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))
-    t = [0.0]
-    angle = [0.0]
-    speed = [0.0]
-    skipped = [0.0]
+    points = [np.zeros((4, 1))]  # t, angle, speed, skipped
     for one, travel, turned in zip(motions, travels, angles, strict=True):
-        off = float(height.value[0] - one.height[0] - travel[0])
+        off = height.value[0] - one.height[0] - travel[0]
         # (from rest to rest, also between pauses in a motion)
         for a, b in np.flatnonzero(np.diff(np.diff(turned) != 0, prepend=False, append=False)).reshape(-1, 2):
             times, speeds = _points(one.t[a : b + 1], turned[a : b + 1])
             along = turned[a] + np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
-            first = int(times[0] <= t[-1])
-            t, angle, speed = [*t, *times[first:]], [*angle, *along[first:]], [*speed, *speeds[first:]]
-            skipped += [off] * (times.size - first)
-    if t[-1] < log.t[-1]:
-        t = [*t, log.t[-1]]
-        angle = [*angle, angle[-1]]
-        speed = [*speed, 0.0]
-        skipped = [*skipped, skipped[-1]]
-    t, angle, speed, skipped = (np.asarray(x) for x in (t, angle, speed, skipped))
+            first = int(times[0] <= points[-1][0, -1])
+            points.append(np.stack([times, along, speeds, np.full(times.size, off)])[:, first:])
+    last, turned, _, off = points[-1][:, -1]
+    if last < log.t[-1]:
+        points.append(np.array([[log.t[-1], turned, 0.0, off]]).T)
+    t, angle, speed, skipped = np.concatenate(points, axis=1)
     shared = {name: getattr(hook, name) for name in ("drum_radius", "line_count", "gravity", "drag")}
     still = RecordedLoad([0.0], [0.0], **shared, rope=rope)  # pyright: ignore
     path = Reconstruction(t, angle, speed, skipped, still, load, motions)
@@ -281,7 +275,7 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     for one in motions:  # all readings of one that is never quiet
         inside = (load.t >= one.t[0]) & (load.t <= one.t[-1])
         quiet |= inside & (np.count_nonzero(quiet & inside) < 2)
-    gravity = float(shared["gravity"])
+    gravity = shared["gravity"]
     begins, masses = _levels(load.t[quiet], load.value[quiet] / (gravity - np.minimum(rate, 0.5 * gravity)[quiet]))
     hook = RecordedLoad(_filled(begins, t[-1]), _filled(masses), **shared, rope=rope)  # pyright: ignore
     return dataclasses.replace(path, hook=hook)
@@ -309,13 +303,16 @@ def settings_of(scene: Scene, log: Log) -> dict[str, Any]:
     tackles: list[Any] = [law for law in scene.torques if isinstance(law, TackleLoss)]
     efficiency = float(tackles[0].lowering_efficiency) if tackles else 1.0
     known: dict[str, Any] = {"efficiency": max(efficiency, 1e-3)}
-    known |= {} if hook.rope else {"drum_radius": float(hook.drum_radius)}
-    return known | ({} if "lines_strung" in log.channels else {"lines": float(hook.line_count)})
+    if not hook.rope:
+        known["drum_radius"] = float(hook.drum_radius)
+    if "lines_strung" not in log.channels:
+        known["lines"] = float(hook.line_count)
+    return known
 
 
 def _motor(scene: Scene, path: Reconstruction, notes: list[str]) -> Motor:
     """The motor of the scene, or one that gives what the motion asks for."""
-    fastest = max(float(np.max(np.abs(path.speed))), 1.0)
+    fastest = max(np.max(np.abs(path.speed)), 1.0)
     if scene.motor is not None:
         most = float(scene.motor.max_speed)
         if fastest > most:
@@ -323,11 +320,10 @@ def _motor(scene: Scene, path: Reconstruction, notes: list[str]) -> Motor:
             notes.append(f"the drum turns at up to {high}, the motor of the scene at {limit}: this limit is left out")
         return dataclasses.replace(scene.motor, speed=None, max_speed=max(fastest, most))
     notes.append("the scene has no motor: one without limits hoists; for the brake that is time to cool")
-    mass = float(np.max(path.hook.masses))
+    mass = np.max(path.hook.masses)
     per_radian = float(path.hook.travel())
-    inertia = float(scene.brake.inertia) + mass * per_radian**2
-    faster = float(np.max(np.abs(path.slope)))
-    torque = 4 * (mass * float(path.hook.gravity) * per_radian + inertia * faster)
+    inertia = scene.brake.inertia + mass * per_radian**2
+    torque = 4 * (mass * path.hook.gravity * per_radian + inertia * np.max(np.abs(path.slope)))
     return Motor(torque, torque * fastest, fastest)
 
 
@@ -449,22 +445,18 @@ class Replay(Tabular):
         """A row for each lowering."""
         heats = list(self.lowerings[0].hottest) if self.lowerings else []
         columns = [
-            Column("start", left=True, show=in_seconds),
-            Column("begin", "s", show=".6g"),
-            Column("kind", left=True),
-            *(Column(name, "m", show=".4g") for name in ("recorded_travel", "travel")),
+            *map(column_of, ("start", "begin", "kind", "recorded_travel", "travel")),
             Column("travel_deviation", show=".2e"),
-            *(Column(name, "J", show=".4g") for name in ("recorded_work", "hook_work")),
+            *map(column_of, ("recorded_work", "hook_work")),
             Column("work_deviation", show=".2e"),
-            Column("friction_heat", "J", show=".4g"),
+            column_of("friction_heat"),
             *(Column(name, "K", show=".4g") for name in heats),
-            Column("flags", left=True, show=", ".join),
+            column_of("flags"),
         ]
         rows = []
         for one in self.lowerings:
-            of = {**vars(one), **{name: getattr(one.lowering, name) for name in ("start", "begin", "kind", "flags")}}
-            of |= {name: one.hottest.get(name) for name in heats}
-            rows.append([of[column.name] for column in columns])
+            known = {**vars(one.lowering), **vars(one), **one.hottest}
+            rows.append({column.name: known.get(column.name) for column in columns})
         return Table(columns, rows)
 
     @property
@@ -487,17 +479,15 @@ class Replay(Tabular):
     def as_dict(self) -> dict[str, Any]:
         """The ledger, and below `replay` the run: the place of the `hottest` lowering, `metrics`, all in SI units."""
         most = self.hottest
-        replay = plain(
-            {
-                **_of_run(self.result, self.verdict),
-                "hottest": None if most is None else self.lowerings.index(most),
-                "lowerings": self.table,
-                "bound": None if not (self.bound and self.bound_verdict) else _of_run(self.bound, self.bound_verdict),
-                "settings": self.settings,
-                "notes": self.notes,
-            }
-        )
-        return {**self.book.as_dict(), "replay": replay}
+        replay = {
+            **_of_run(self.result, self.verdict),
+            "hottest": None if most is None else self.lowerings.index(most),
+            "lowerings": self.table,
+            "bound": None if not (self.bound and self.bound_verdict) else _of_run(self.bound, self.bound_verdict),
+            "settings": self.settings,
+            "notes": self.notes,
+        }
+        return {**self.book.as_dict(), "replay": plain(replay)}
 
     __getattr__ = staticmethod(
         answers("Replay", gone={"write": "simbrake.pages.write_ledger(replay, folder) writes it"})
@@ -514,16 +504,15 @@ def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, floa
     """Largest distance (m) of the hook from the reconstruction, and when (s)."""
     t = path.t[path.t <= float(result.record.t_end)]
     away = np.abs(np.asarray(result.series(t).hook_position) - np.asarray(path.hook.travelled(path.angle_at(t))))
-    return float(away.max()), float(t[away.argmax()])
+    return away.max(), t[away.argmax()]
 
 
 def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering]:
     done = [one.lowering for one in path.motions if one.lowering is not None]
     end = float(result.record.t_end)
     spans = [(one.begin, one.end) for one in done]
-    inside = [one for one in spans if one[1] <= end]
+    inside = [span for span in spans if span[1] <= end]
     from_ = np.asarray(path.hook.times)
-    masses = np.asarray(path.hook.masses)
     knots = [np.concatenate([[a], from_[(from_ > a) & (from_ < b)], [b]]) for a, b in inside]
     until = [min(a, end) for a, _ in spans[1:]] + [end]
     heat = np.zeros(0)
@@ -544,10 +533,10 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
         if i >= len(inside):
             yield ReplayedLowering(one, far, work)
             continue
-        hanging = masses[np.searchsorted(from_, knots[i][:-1], side="right") - 1]
-        own = float(np.sum(hanging * float(path.hook.gravity) * np.diff(x[i])))
+        hanging = path.hook.masses[np.searchsorted(from_, knots[i][:-1], side="right") - 1]
+        own = float(np.sum(hanging * path.hook.gravity * np.diff(x[i])))
         travel = float(x[i][-1] - x[i][0])
-        tops = {name: float(hottest[name][i]) for name in names}
+        tops = {name: float(tops[i]) for name, tops in hottest.items()}
         yield ReplayedLowering(one, far, work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops)
 
 
@@ -701,7 +690,7 @@ class Comparison(Tabular):
     def table(self) -> Table:
         """A row for each lowering."""
         names = [f"{channel}_{name}" for channel in ("position", "load") for name in Match._fields]
-        columns = [Column("begin", "s", show=".6g"), *(Column(name, show=".4g") for name in names)]
+        columns = [column_of("begin"), *(Column(name, show=".4g") for name in names)]
         each = zip(self.replay.lowerings, self.position.matches, self.load.matches, strict=True)
         return Table(columns, [[one.lowering.begin, *position, *load] for one, position, load in each])
 
