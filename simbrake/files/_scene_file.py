@@ -131,7 +131,7 @@ class SceneReader(NumberReader):
         if maker is programme_scene and self.undriven:
             maker = undriven_scene
         try:
-            return maker(**values)
+            return maker(**values)  # pyright: ignore
         except InputError as error:  # of fields together, or of a file that it read
             fields, where = {part.name for part in parts_of(maker)}, f"{path}: " if path else ""
             for fault in error.faults:
