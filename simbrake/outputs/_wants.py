@@ -163,7 +163,8 @@ def holding_rows(record: Record) -> Holding:
     """When the brake is to hold the pulley at rest, and when a held load broke away.
 
     The lever is let go where it falls, the load moves off, and the brake opens before the pulley rests again, unless
-    a phase is to hold. A load that moves off otherwise has broken away, unless its motion is meant.
+    a phase is to hold. A load that moves off otherwise has broken away, unless its motion is meant. So has one that
+    begins to move as a phase begins that is to hold it, if the run does not end in that motion.
     """
     rows, xp = record.rows, numpy_of(record.rows.t)
     n = rows.t.shape[0]
@@ -200,6 +201,11 @@ def holding_rows(record: Record) -> Holding:
     rest_again = _next(there & rests(modes), n, xp)
     let_go = drops & (opens < rest_again) & ~first.is_hold
     broken = moves_off & ~let_go & ~first.moves
+    if modes.phase is not None:
+        resting = rests(modes)
+        last_phase = xp.max(xp.where(lasts, modes.phase, 0))
+        goes_on = (modes.phase == last_phase) & ~resting[record.count]
+        broken = broken | (lasts & ~resting & first.is_hold & ~goes_on)
     # of a fall that lets go nothing is to be held from where it begins
     falling = lasts & held & falls & ~first.is_hold
     steady = _next(lasts & ~falling, n, xp)

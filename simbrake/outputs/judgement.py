@@ -92,7 +92,7 @@ REASONS = (
     Reason("L4", "Lowered at a steady speed"),
     Reason("L6", "Lowered, not at a steady speed"),
     Reason("U1", "Moves under the applied brake, and nothing says that it is to move", goes_on=True),
-    Reason("X1", "The brake is open, the load falls"),
+    Reason("X1", "The load moves, and nothing is to stop it"),
 )
 
 
@@ -321,7 +321,7 @@ def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Ite
     yield "H4", end.rests & stays & (end.closed | to_rest | hold), by_reserve
     yield "X0", ~end.hangs & ~paced & ~to_rest & ~unsaid, _GREEN
     yield "H5", (want == int(Want.RELEASED)) & moves, _AMBER
-    yield "S3", to_rest & moves & ~strong & end.rises, _RED
+    yield "S3", to_rest & moves & ~strong & end.rises & ~end.steady, _RED
     yield "S1", to_rest & moves & ~strong, _RED
     yield "S4", to_rest & moves & end.engaged & end.closed & ~end.rises & end.steady, _AMBER
     yield "S2", to_rest & moves, _AMBER
@@ -348,12 +348,16 @@ def _judged(
     want, named = _want_at_end(system, y, mode, end, start[1], past)
     ids, fits, colours = zip(*_rules(end, want, named, code, past), strict=True)
     assert ids == tuple(reason.id for reason in REASONS)
-    first = jnp.argmax(jnp.stack([jnp.asarray(fit, bool) for fit in fits])).astype(jnp.int32)
+    fits = jnp.stack([jnp.asarray(fit, bool) for fit in fits])
     colours = jnp.stack([jnp.asarray(colour, jnp.int32) for colour in colours])
-    chosen = jnp.arange(len(ids), dtype=jnp.int32) == first
+    number_of = jnp.arange(len(ids), dtype=jnp.int32)
+    first = jnp.argmax(fits).astype(jnp.int32)
+    # a phase that did not end is no better than what the brake did in it
+    next_one = jnp.argmax(fits & (number_of != ids.index("T1")))
+    chosen = (number_of == first) | ((first == ids.index("T1")) & (number_of == next_one.astype(jnp.int32)))
     return Judgement(
         reason=first,
-        colour=jnp.sum(jnp.where(chosen, colours, 0)).astype(jnp.int32),
+        colour=jnp.max(jnp.where(chosen, colours, 0)).astype(jnp.int32),
         want=want.astype(jnp.int32),
         load=end.load,
         pull=end.pull,

@@ -14,6 +14,7 @@ from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour, Judgeme
 from ..outputs.log import Status
 from ..outputs.metrics import HOT, about_output
 from ..outputs.probe import Entry
+from ..shaft import AbstractDryTorque
 from .measure import Judged, LimitCheck, LimitVerdict, judged, limit_checks, read_limits, title_of
 from .report import body_of, hottest_first
 from .result import Result
@@ -212,7 +213,7 @@ def _sentence(result: Result) -> str:
             when, capacity = report.broke_away
             return f"The held load broke away at {number(when, 's')}: static capacity {digits(capacity, 4)} of the load"
         case "H2":
-            return f"At rest, but the friction brake alone holds {reserve}; dry friction of the shaft holds the rest"
+            return f"At rest, but the friction brake alone holds {reserve}{_beside_the_brake(result)}"
         case "H3":
             return f"To hold the load, and moves at {moves}: {sliding}"
         case "H4":
@@ -226,7 +227,10 @@ def _sentence(result: Result) -> str:
         case "X0":
             return f"{_led(result)}; no load hangs"
         case "X1":
-            return f"The brake is open, and the load {'falls' if end['omega'] else 'does not move'} at {moves}"
+            falls = end["omega"] * judgement.load > 0
+            if judgement.sliding_now > 0:
+                return f"The load {'runs on' if falls else 'moves'} at {moves}: {sliding}"
+            return f"The brake is open, and the load {'falls' if falls else 'moves'} at {moves}"
         case "S1":
             return f"To be stopped, and runs on at {moves}: {sliding}"
         case "S3":
@@ -259,6 +263,14 @@ def _sentence(result: Result) -> str:
         case "U1":
             return f"Moves at {moves}, and the duty does not say that it is to: {sliding}. If it is meant, give `wants`"
     return reason.words
+
+
+def _beside_the_brake(result: Result) -> str:
+    """What bears the part of a resting load that the friction brake does not."""
+    scene = result.scene
+    dry = any(isinstance(law, AbstractDryTorque) for law in scene.shaft)
+    others = ["the motor"] * (scene.motor is not None) + ["dry friction of the shaft"] * dry
+    return f"; {' or '.join(others)} holds the rest" if others else ""
 
 
 _NO_PULL = "no pull of the friction brake is given: nothing is said of holding"
