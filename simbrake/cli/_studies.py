@@ -294,7 +294,7 @@ def _limits_text(limits: dict[str, Any] | None) -> str:
     for one in limits["checked"]:
         bound = "of 1 or less" if one["name"] == HOLDING else f"above {number(one['limit'], unit_of(one['name']))}"
         without = limits["runs"] - one["of"]
-        rest = f" that have it ({without} have none)" if without else ""
+        rest = f" that have it ({without} {'has' if without == 1 else 'have'} none)" if without else ""
         said.append(f"{one['name']} {bound} in {one['exceeded']} of {one['of']} runs{rest}")
     said += [f"not among --metrics: {', '.join(limits['not_checked'])}"] * bool(limits["not_checked"])
     return f"\nlimits   {'; '.join(said)}"

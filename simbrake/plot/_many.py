@@ -163,7 +163,7 @@ _FIRST = ("stopping_time", "hook_travel", "stopping_angle", "energy.friction_hea
 def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure | None = None) -> Figure:
     """Metrics over the parameters of `simbrake.sweep` or `simbrake.ensemble`.
 
-    - a grid of one parameter: a curve with its points; it has a gap where the sequence of events changes
+    - a grid of one parameter: a curve with its points, dotted where the sequence of events changes
     - a grid of two: filled contours, runs that failed hatched, thick lines where the sequence of events changes
     - a parameter of one value is no axis
     - rows of an ensemble: a point for each run over each parameter, failed ones left out; of more than 50 runs with
@@ -226,8 +226,8 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     blank = any(not np.all(np.isfinite(np.asarray(data[name].values, np.float64))) for name in shown) or failed > 0
     handles: list[Artist] = []
     if grid and changes:
-        look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, "ls": (0, (4, 6))}
-        handles.append(Line2D([], [], label=f"{'' if plane else 'gap: '}the sequence of events changes", **look))
+        look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, **_BRIDGE}
+        handles.append(Line2D([], [], label="the sequence of events changes", **look))
     if grid and blank:
         handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label=_NO_VALUE))
     name_marks(figure, [], handles)

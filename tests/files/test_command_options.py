@@ -240,7 +240,10 @@ def test_limits_of_a_sweep(capsys, asked):
         ("max_tension", 1),
         ("min_holding_reserve", 1),
     ]
+    assert [one["of"] for one in told["checked"]] == [3, 3, 2]
     assert (told["runs"], told["not_checked"]) == (3, ["max_pressure", "max_band_stress"])
+    said = run(capsys, f"{VARY},min_holding_reserve {limit}")[1]
+    assert "min_holding_reserve of 1 or less in 1 of 2 runs that have it (1 has none)" in said
 
 
 @pytest.mark.parametrize(
