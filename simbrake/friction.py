@@ -15,7 +15,7 @@ from jaxtyping import Bool, PyTree
 from ._base._arguments import faults_of_tracing
 from ._base._compiling import per_structure, read_by
 from ._base._corners import clipped, greater, lesser, rounded
-from ._base._faults import Fault, Faults, InputError
+from ._base._faults import Fault, Faults, input_error
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
 from .hybrid.arrays import Array, Floats, ScalarArray, TwoArrays, Vector
@@ -797,7 +797,7 @@ class ProductFriction(AbstractScaledFriction):
 
     def __check_init__(self) -> None:
         if isinstance(self.factors, tuple) and len(self.factors) > 100:  # each adds equations
-            raise InputError([Fault("ProductFriction.factors", f"are {len(self.factors)}", "at most 100")])
+            raise input_error("ProductFriction.factors", f"are {len(self.factors)}", "at most 100")
 
     def scale(self, contact: Contact) -> Array:
         product = None

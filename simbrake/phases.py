@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
-from ._base._faults import Fault, Faults, InputError
+from ._base._faults import Fault, Faults, input_error
 from ._base._part import Part, as_part, part, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
@@ -168,7 +168,7 @@ def read_end(text: str, path: str = "until") -> AbstractEnd:
     def amount(words: str, unit: str, meaning: str, *, signed: bool = False) -> Any:
         value = in_si(words, Quantity(unit, meaning) if signed else Quantity(unit, meaning, 0.0, open_low=True))
         if not isinstance(value, np.ndarray):
-            raise InputError([Fault(path, f"{words!r} is no {meaning} in a unit of {unit}", _FORMS)])
+            raise input_error(path, f"{words!r} is no {meaning} in a unit of {unit}", _FORMS)
         return value
 
     plain = " ".join(text.split())
@@ -177,20 +177,20 @@ def read_end(text: str, path: str = "until") -> AbstractEnd:
     if match := _TRAVEL.fullmatch(plain):
         distance = amount(match["distance"].replace("\N{MINUS SIGN}", "-"), "m", "travel", signed=True)
         if distance == 0.0:
-            raise InputError([Fault(path, f"{text!r} is no travel", _FORMS)])
+            raise input_error(path, f"{text!r} is no travel", _FORMS)
         return AfterTravel(distance)
     if match := _HEIGHT.fullmatch(plain):
         return AtHeight(amount(match["height"], "m", "height", signed=True), match["way"] == "up")
     if match := _TEMPERATURE.fullmatch(plain):
         of = match["of"] or "rim"
         if of not in PLACES:
-            raise InputError([Fault(path, f"{of!r} is no place of a temperature", f"there are: {', '.join(PLACES)}")])
+            raise input_error(path, f"{of!r} is no place of a temperature", f"there are: {', '.join(PLACES)}")
         return AtTemperature(amount(match["level"], "K", "temperature"), of, match["way"] == "below")
     if match := _STOP.fullmatch(plain):
         return AtStop(amount(match["number"], "1", "number of a stop"))
     if plain[:1].isdigit() or plain[:1] == ".":
         return AfterTime(amount(plain, "s", "time"))
-    raise InputError([Fault(path, f"{text!r} is not understood", _FORMS)])
+    raise input_error(path, f"{text!r} is not understood", _FORMS)
 
 
 def as_end(x: Any) -> Any:

@@ -27,7 +27,7 @@ from jaxtyping import PyTree
 
 from ..hybrid.arrays import Array
 from . import _cache
-from ._faults import Fault, InputError
+from ._faults import input_error
 from ._programs import STORE
 
 _Answer = TypeVar("_Answer")
@@ -181,7 +181,7 @@ def run_device() -> Any:
         return jax.local_devices()[0]
     except (RuntimeError, AssertionError) as error:
         what = f"is {jax.config.jax_platforms}, and there is no such device"  # pyright: ignore
-        raise InputError([Fault("JAX_PLATFORMS", what, "unset it, or add cpu")]) from error
+        raise input_error("JAX_PLATFORMS", what, "unset it, or add cpu") from error
 
 
 #: the process that compiled first
@@ -192,7 +192,7 @@ def require_own_process() -> None:
     """Raises `InputError` in a process forked from one that has compiled: its first program would wait for ever."""
     if (_OWNER or [os.getpid()])[0] != os.getpid():
         hint = 'start processes by multiprocessing.get_context("spawn")'
-        raise InputError([Fault("process", "was forked from one that had run simbrake, without its threads", hint)])
+        raise input_error("process", "was forked from one that had run simbrake, without its threads", hint)
 
 
 class DeviceJit:

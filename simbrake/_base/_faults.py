@@ -56,6 +56,11 @@ class InputError(ValueError):
         super().__init__("\n".join([f"{count}:", *(f"  {fault}" for fault in faults)]))
 
 
+def input_error(path: str, problem: str, hint: str = "") -> InputError:
+    """An input with this error alone."""
+    return InputError([Fault(path, problem, hint)])
+
+
 #: effective radius of a drum: that of its rope, not of the drum itself
 DRUM_RADIUS = "drum_radius"
 
@@ -117,7 +122,7 @@ def needed(package: str, use: str, extra: str) -> ModuleType:
     try:
         return importlib.import_module(package)
     except ImportError:
-        raise InputError([Fault(package, f"is missing, which {use}", f"pip install 'simbrake[{extra}]'")]) from None
+        raise input_error(package, f"is missing, which {use}", f"pip install 'simbrake[{extra}]'") from None
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
@@ -128,13 +133,13 @@ def existing_file(file: Path, *kinds: str) -> Path:
     try:
         what = "is a folder" if file.is_dir() else "is not a regular file" if file.exists() else "there is no such file"
     except OSError as error:  # a name that is too long
-        raise InputError([Fault(str(file)[:200], f"cannot be read: {error.strerror}", "give another path")]) from None
+        raise input_error(str(file)[:200], f"cannot be read: {error.strerror}", "give another path") from None
     if file.is_file():
         return file
     folder = file if file.is_dir() else file.parent if file.parent.is_dir() else Path(".")
     there = sorted(str(path) for kind in kinds for path in folder.glob(kind))
     hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a file"
-    raise InputError([Fault(str(file), what, hint)])
+    raise input_error(str(file), what, hint)
 
 
 #: maximum bytes of a scene or a manifest
@@ -150,18 +155,18 @@ def text_of_file(path: Path, what: str = "a TOML file") -> str:
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
             about = os.fstat(file.fileno())
             if not stat.S_ISREG(about.st_mode):
-                raise InputError([Fault(str(path), "is not a regular file", f"give {what} on a disk")])
+                raise input_error(str(path), "is not a regular file", f"give {what} on a disk")
             if about.st_size > _MOST_BYTES:
                 size = f"{about.st_size / 1e6:.0f} MB are more than the {_MOST_BYTES / 1e6:.0f} MB of {what}"
-                raise InputError([Fault(str(path), size, "make it smaller")])
+                raise input_error(str(path), size, "make it smaller")
             return file.read(_MOST_BYTES).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except InputError:
         raise
     except FileNotFoundError:
-        raise InputError([Fault(str(path), "there is no such file", f"give the path of {what}")]) from None
+        raise input_error(str(path), "there is no such file", f"give the path of {what}") from None
     except (OSError, ValueError) as error:
         words = error.strerror if isinstance(error, OSError) else error
-        raise InputError([Fault(str(path), f"cannot be read: {words}", f"give {what} in UTF-8")]) from None
+        raise input_error(str(path), f"cannot be read: {words}", f"give {what} in UTF-8") from None
 
 
 def faults_of_place(option: str, place: Path | None) -> list[Fault]:
@@ -188,7 +193,7 @@ _FORGOTTEN = 3600.0
 def _scratch_beside(place: Path) -> Iterator[Path]:
     """Temporary folder beside `place`, on the same disk; `InputError` where nothing can be written."""
     if "\0" in str(place):
-        raise InputError([Fault(repr(str(place)), "has a null character", "give another name")])
+        raise input_error(repr(str(place)), "has a null character", "give another name")
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=place.parent))
@@ -202,7 +207,7 @@ def _scratch_beside(place: Path) -> Iterator[Path]:
             shutil.rmtree(scratch, ignore_errors=True)
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
-        raise InputError([Fault(str(place), what, "give another place")]) from error
+        raise input_error(str(place), what, "give another place") from error
 
 
 @contextlib.contextmanager

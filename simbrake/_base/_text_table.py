@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from ._faults import Fault, InputError, existing_file
+from ._faults import existing_file, input_error
 from ._nulls import EMPTY
 
 #: bytes or characters of a piece of a file; the most of a row
@@ -42,9 +42,9 @@ def opened(path: Path, *kinds: str, most: int, progress: Callable[[int], object]
             unpack = next((way for mark, way in packed.items() if start.startswith(mark)), None)
             yield File(path, raw if unpack is None else unpack(raw), most, lambda: progress(raw.tell()))
     except (lzma.LZMAError, EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise InputError([Fault(str(path), f"cannot be unpacked: {error}", "it is cut off or damaged")]) from None
+        raise input_error(str(path), f"cannot be unpacked: {error}", "it is cut off or damaged") from None
     except OSError as error:
-        raise InputError([Fault(str(path), f"cannot be read: {error.strerror or error}")]) from None
+        raise input_error(str(path), f"cannot be read: {error.strerror or error}") from None
 
 
 class File:
@@ -65,14 +65,14 @@ class File:
             left -= len(piece)
             if left < 0:
                 what = f"is larger than {self._most / 1e9:.2g} GB when it is unpacked"
-                raise InputError([Fault(str(self.path), what, "split it")])
+                raise input_error(str(self.path), what, "split it")
             self._progress()
             yield piece
 
     def check_row(self, length: int) -> None:
         """Raise `InputError` for a row that no table has."""
         if length > _LONGEST_ROW:
-            raise InputError([Fault(str(self.path), f"has a row of more than {_LONGEST_ROW >> 20} MB", "repair it")])
+            raise input_error(str(self.path), f"has a row of more than {_LONGEST_ROW >> 20} MB", "repair it")
 
     @property
     def encoding(self) -> str | None:
@@ -179,7 +179,7 @@ class Rows:
         if len(frame) != len(lines):
             at = next((place for line, place in zip(lines, places, strict=True) if line.count('"') % 2), places[0])
             where = f"{self.path} {self.word} {at}"
-            raise InputError([Fault(where, "cannot be split into cells", "is a quote left open?")])
+            raise input_error(where, "cannot be split into cells", "is a quote left open?")
         for i in range(self.count):
             column = frame[i]
             if i in self.texts:

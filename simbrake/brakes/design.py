@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, Faults, InputError
+from .._base._faults import Fault, Faults, input_error
 from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
 from .._base._quantity import Over, Scalar, Values, meant_within, positive
 from ..friction import (
@@ -652,7 +652,7 @@ def under_a_band(brake: AbstractBrake) -> Brake:
     if not isinstance(brake, Brake):
         needed = "a brake with one band" if brake.banded else "a band brake"
         problem = f"is a {brake.words.brake}: this needs {needed}"
-        raise InputError([Fault("brake", problem, "take a `Brake`, with band and linings")])
+        raise input_error("brake", problem, "take a `Brake`, with band and linings")
     return brake
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import input_error
 from .._base._table import Column, Table, plain, pretty
 from ..results.stored import FORMAT, POINTS, Dataset, Settings, Source, dataset, origin, read_result
 from ..runs.result import Result
@@ -124,7 +124,7 @@ def compare(a: Source, b: Source, /, *, rtol: float = 1e-9) -> Comparison:
         True
     """
     if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # a NaN is not
-        raise InputError([Fault("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")])
+        raise input_error("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")
     left, right = _data(a, b)
     from_a, from_b = origin(left), origin(right)
     events, others = _events(left), _events(right)
@@ -164,9 +164,9 @@ def _data(a: Source, b: Source) -> list[Dataset]:
         data = read_result(source) if isinstance(source, str | Path) else source
         if getattr(data, "attrs", {}).get("format") != FORMAT:
             what = f"{type(source).__name__} is not a result"
-            raise InputError([Fault("compare", what, "give a Result, its dataset, or the path of a result file")])
+            raise input_error("compare", what, "give a Result, its dataset, or the path of a result file")
         if missing := [name for name in _NEEDED if name not in data.variables]:
-            raise InputError([Fault("compare", f"a result is without {', '.join(missing)}", "give all of a data set")])
+            raise input_error("compare", f"a result is without {', '.join(missing)}", "give all of a data set")
         datasets.append(data)
     return datasets
 

@@ -14,7 +14,7 @@ import numpy as np
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError
+from .._base._faults import input_error
 from ._validation import Case
 
 #: the truth, and the function that computes it by simbrake
@@ -207,5 +207,5 @@ def chosen(only: str | None = None) -> list[Case]:
     picked = [case for case in cases if fnmatchcase(case.name.lower(), pattern)]
     if not picked:
         names = ", ".join(case.name for case in cases)
-        raise InputError([Fault("--only", f"no case matches {only!r}", f"cases are {names}")])
+        raise input_error("--only", f"no case matches {only!r}", f"cases are {names}")
     return picked

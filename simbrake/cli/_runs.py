@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError, needed
+from .._base._faults import Fault, InputError, input_error, needed
 from .._base._progress import Progress
 from ..files.shipped_scenes import scene_file, title_of
 from . import _options as cli
@@ -181,7 +181,7 @@ def explain(
             result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress)
         else:
             if set_:
-                raise InputError([Fault("--set", "changes a scene, not a result", "give the scene file")])
+                raise input_error("--set", "changes a scene, not a result", "give the scene file")
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
         limits = cli.limits_of(result.scene, limit)
@@ -313,7 +313,7 @@ def compare(
         if not path.is_dir():
             scene_file(path, "*.nc")
     if out is not None and out.exists() and not out.is_dir():
-        raise InputError([Fault("--out", f"{out} is a file", "give a folder")])
+        raise input_error("--out", f"{out} is a file", "give a folder")
     cli.prepare_jax()
 
     def source(path: Path) -> Path | cli.Result:
@@ -472,7 +472,7 @@ def materials(
     try:
         comparison = sb.compare_materials(scene, *names, energy=levels, run=run, inertia=inertia, rtol=rtol)
     except KeyError as error:
-        raise InputError([Fault("--rim, --lining", error.args[0])]) from None
+        raise input_error("--rim, --lining", error.args[0]) from None
     cli.tell(comparison, comparison.as_dict, json_)
     if out is not None:
         with cli.whole_file(out) as path:
@@ -490,7 +490,7 @@ def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]
     scalars = {leaf.path: leaf.about for leaf in leaves(scene) if not getattr(leaf.value, "ndim", 0)}
     about = scalars.get(path) if path else Quantity("J", "friction work", 0.0, open_low=True)
     if about is None:
-        raise InputError([Fault("--energy", f"{path} is not a single number of the scene", _ENERGY)])
+        raise input_error("--energy", f"{path} is not a single number of the scene", _ENERGY)
     reader = NumberReader()
     values = [reader.number(number, about, "--energy", about.unit) for number in numbers.split(",")]
     if reader.faults:
@@ -588,7 +588,7 @@ def app(
     try:
         server = sb.pages.Server(slider_app, port)
     except OSError as error:
-        raise InputError([Fault("--port", f"{port} cannot be used: {error.strerror}", "give another port")]) from None
+        raise input_error("--port", f"{port} cannot be used: {error.strerror}", "give another port") from None
     words = f"the app is at {server.address}\nfor this computer alone; Ctrl+C ends it"
     cli.tell(words, lambda: {"address": server.address}, json_)
     if open_:

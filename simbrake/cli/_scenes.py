@@ -8,7 +8,7 @@ import cyclopts
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import InputError, input_error, whole_file
 from ..files.shipped_scenes import Shipped, shipped, shipped_files
 from . import _options as cli
 
@@ -39,9 +39,9 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
     entry = shipped_files()[source.stem]
     target = Path(source.name) if file is None else file / source.name if file.is_dir() else file
     if target.suffix != source.suffix:
-        raise InputError([Fault(str(target), f"{name} is a {source.suffix} file", f"give a name with {source.suffix}")])
+        raise input_error(str(target), f"{name} is a {source.suffix} file", f"give a name with {source.suffix}")
     if target.exists():
-        raise InputError([Fault(str(target), "exists and is not replaced", "give another name")])
+        raise input_error(str(target), "exists and is not replaced", "give another name")
     # the commands in its comments name the new file
     text = source.read_text("utf-8").replace(f"scenarios/{source.name}", str(target)).replace(source.name, target.name)
     with whole_file(target) as scratch:

@@ -15,7 +15,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._compiling import pack
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import InputError, input_error, whole_file
 from .._base._part import leaves
 from .._base._quantity import Quantity, shown
 from ..hybrid.arrays import Array, templates
@@ -72,7 +72,7 @@ def export_c(
     """
     path = Path(path)
     if path.suffix != ".c":
-        raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .c")])
+        raise input_error(str(path), f"has the ending {path.suffix!r}", "give a name with .c")
     scene = checked(scene)
     check_limits(1e-10, max_steps=max_steps)
     check_waiting(waiting)
@@ -90,7 +90,7 @@ def export_c(
 
 def check_waiting(waiting: int) -> None:
     if not isinstance(waiting, int) or not 1 <= waiting <= 10_000:
-        raise InputError([Fault("waiting", f"{shown(waiting)} is out of range", "must be a whole number, 1 to 10000")])
+        raise input_error("waiting", f"{shown(waiting)} is out of range", "must be a whole number, 1 to 10000")
 
 
 def c_name(path: Path) -> str:
@@ -105,7 +105,7 @@ def c_text(export: "Export", hint: str = "leave out what the export stops at") -
         return export.text()
     except UnknownOperation as error:
         what = f"uses the operation {error}, which has no C form yet"
-        raise InputError([Fault("scene", what, hint)]) from error
+        raise input_error("scene", what, hint) from error
 
 
 def possible_inputs(scene: Scene) -> list[str] | None:

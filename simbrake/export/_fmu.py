@@ -21,7 +21,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import input_error, whole_file
 from .._base._quantity import Quantity, shown
 from ..outputs.quantities import SERIES_COLUMNS
 from ..parts.scene import Scene, checked
@@ -86,13 +86,13 @@ def export_fmu(
     """
     path = Path(path)
     if path.suffix != ".fmu":
-        raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")])
+        raise input_error(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")
     scene = checked(scene)
     inputs = possible_inputs(scene) if inputs is None else inputs
     held, name = held_inputs(scene, [] if inputs is None else inputs), c_name(path)
     check_waiting(waiting)
     if fmi not in (2, 3):
-        raise InputError([Fault("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")])
+        raise input_error("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")
     export = Export(name, scene, held, waiting=waiting)
     text = c_text(export)
     variables = _variables(held, export)
@@ -191,7 +191,7 @@ def _compiler(named: str | None) -> list[str] | None:
     command = named or os.environ.get("CC")
     if command and (parts := shlex.split(command)):
         if shutil.which(parts[0]) is None:
-            raise InputError([Fault("compiler", f"{parts[0]} is not there", "name a C compiler, or leave it out")])
+            raise input_error("compiler", f"{parts[0]} is not there", "name a C compiler, or leave it out")
         return parts
     found = next((one for one in ("cc", "gcc", "clang") if shutil.which(one)), None)
     if found is None and importlib.util.find_spec("ziglang"):
@@ -219,7 +219,7 @@ def _compile(command: list[str], folder: Path, name: str, fmi: int) -> None:
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines()
         first = next((line for line in said if "error" in line), said[-1] if said else "without a word")
-        raise InputError([Fault("compiler", f"{command[0]} failed: {first}", "name another C compiler")])
+        raise input_error("compiler", f"{command[0]} failed: {first}", "name another C compiler")
 
 
 def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: Export, fmi: int) -> str:

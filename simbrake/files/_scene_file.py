@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, of_radius, text_of_file, whole_file
+from .._base._faults import Fault, InputError, input_error, of_radius, text_of_file, whole_file
 from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from ..hybrid.struct import Struct
@@ -248,13 +248,13 @@ def scene_from_text(
         Initial(omega=24 rad/s, elongation=0 m, time=0 s)
     """
     if _DEEP.search(text):  # the time to read such a key grows with the square of its parts
-        raise InputError([Fault("TOML", "is nested too deeply")])
+        raise input_error("TOML", "is nested too deeply")
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError([Fault("TOML", str(error), "fix this line; texts need quotes")]) from None
+        raise input_error("TOML", str(error), "fix this line; texts need quotes") from None
     except (RecursionError, ValueError) as error:  # a number of more digits than Python converts
-        raise InputError([Fault("TOML", f"cannot be read: {error}"[:200])]) from None
+        raise input_error("TOML", f"cannot be read: {error}"[:200]) from None
     scene, rest = _scene_of(tables, Path(folder), undriven=undriven), dict(values or {})
     keys = {path: rest[path] for path in unknown_paths(scene, rest) if _set_key(tables, path, rest[path])}
     if keys:
@@ -274,7 +274,7 @@ def _scene_of(tables: dict[str, Toml], folder: Path, *, undriven: bool) -> Scene
         tables = {key: value for key, value in tables.items() if key != FORMAT}
         scene = reader.read(tables, (Scene,), "", "SI")
     except RecursionError:
-        raise InputError([Fault("TOML", "is nested too deeply")]) from None
+        raise input_error("TOML", "is nested too deeply") from None
     if reader.faults:
         raise InputError(reader.faults)
     assert isinstance(scene, Scene)
@@ -405,20 +405,20 @@ def read_scene(path: str | Path, values: Mapping[str, Any] | None = None, *, und
         return scene_from_text(text_of_file(file), file.parent, values, undriven=undriven)
     if file.suffix.lower() != ".py":
         hint = "a scene is a .toml file, or a .py file with a function scene()"
-        raise InputError([Fault(str(file), "is neither TOML nor Python", hint)])
+        raise input_error(str(file), "is neither TOML nor Python", hint)
     try:
         names = runpy.run_path(str(file), run_name=f"scene_{file.stem}")
         if not callable(names.get("scene")):
             if callable(names.get("main")):
-                raise InputError([Fault(str(file), "is a study without a scene", f"run it: python {file}")])
-            raise InputError([Fault(str(file), "defines no function scene()", "return a simbrake.Scene from it")])
+                raise input_error(str(file), "is a study without a scene", f"run it: python {file}")
+            raise input_error(str(file), "defines no function scene()", "return a simbrake.Scene from it")
         scene = names["scene"]()
     except InputError:
         raise
     except SystemExit as error:
-        raise InputError([Fault(str(file), f"ends by sys.exit({error.code!r})", "return a scene instead")]) from error
+        raise input_error(str(file), f"ends by sys.exit({error.code!r})", "return a scene instead") from error
     except Exception as error:  # any exception in a user's file is an input error, reported in one line
-        raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "fix the scene file")]) from error
+        raise input_error(str(file), f"{type(error).__name__}: {error}", "fix the scene file") from error
     if not isinstance(scene, Scene):
-        raise InputError([Fault(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")])
+        raise input_error(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")
     return with_values(scene, dict(values)) if values else scene

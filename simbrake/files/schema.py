@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
+from .._base._faults import InputError, input_error
 from .._base._part import Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
 from .._base._quantity import Quantity
 from .._base._table import Column, Table, numbers
@@ -367,7 +367,7 @@ def schema_text(name: str | None = None) -> str:
     if not chosen:
         keys = sorted({part.name for part in parts})
         hint = nearest(str(name), [*makers, *keys], instead=makers)
-        raise InputError([Fault(str(name), "unknown type, or key without a type", hint)])
+        raise input_error(str(name), "unknown type, or key without a type", hint)
     blocks = [_block(key, maker) for key, maker in chosen.items()]
     return "\n\n".join([_HEAD, *blocks] if name is None else blocks)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, existing_file
+from .._base._faults import InputError, existing_file, input_error
 
 #: names of the templates, in the order in which a newcomer meets them
 TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
@@ -70,7 +70,7 @@ def shipped(name: str | Path) -> Path:
     if file is not None:
         return file
     hint = hint_of(name) or f"there are: {', '.join(shipped_files())}"
-    raise InputError([Fault(str(name), "is not the name of a template or shipped scene", hint)])
+    raise input_error(str(name), "is not the name of a template or shipped scene", hint)
 
 
 def scene_file(name: str | Path, *kinds: str) -> Path:
@@ -88,7 +88,7 @@ def scene_file(name: str | Path, *kinds: str) -> Path:
     except InputError as error:
         (fault,) = error.faults
         hint = f"{hint_of(file) or fault.hint}; simbrake new lists templates and shipped scenes"
-        raise InputError([Fault(fault.path, fault.problem, hint)]) from None
+        raise input_error(fault.path, fault.problem, hint) from None
 
 
 def hint_of(name: str | Path) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Bool, Float, Int
 
-from .._base._faults import Fault, InputError, near
+from .._base._faults import Fault, InputError, input_error, near
 from .._base._table import Table, number, rows_table, value_text
 from ..brakes.band import pressure_within
 from ..hybrid.arrays import Array, numpy_of
@@ -642,9 +642,9 @@ def array_of_times(ts: Any, path: str) -> np.ndarray:
     try:
         times = np.atleast_1d(np.asarray(ts, np.float64))
     except (TypeError, ValueError):
-        raise InputError([Fault(path, f"{ts!r} are not numbers", "times in s")]) from None
+        raise input_error(path, f"{ts!r} are not numbers", "times in s") from None
     if times.ndim != 1 or not times.size:
-        raise InputError([Fault(path, f"have the shape {times.shape}", "one time in s, or a list of times")])
+        raise input_error(path, f"have the shape {times.shape}", "one time in s, or a list of times")
     return times
 
 

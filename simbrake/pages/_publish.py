@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import input_error, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._table import pretty, scale
@@ -154,7 +154,7 @@ def _compiled(text: str, steps: bool, rows: int) -> bytes:
         done = subprocess.run([*call, "-o", "live.wasm", "live.c"], cwd=scratch, capture_output=True, text=True)
         if done.returncode:
             said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
-            raise InputError([Fault("ziglang", f"failed: {said}", OTHER_PAGES)])
+            raise input_error("ziglang", f"failed: {said}", OTHER_PAGES)
         return (scratch / "live.wasm").read_bytes()
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import Fault, Faults, InputError
+from .._base._faults import Fault, Faults, InputError, input_error
 from .._base._part import takes_values
 from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._base._table import number
@@ -158,7 +158,7 @@ def programme_scene(
     the scene, such as friction that depends on the temperature without heat; and for a brake without a band.
     """
     if not isinstance(brake, Brake | MultiBandBrake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a band brake")])
+        raise input_error("brake", f"is a {brake.words.brake}: programmes need a band brake")
     cycles = parse_programme(programme)
     reader = NumberReader()
     if not isinstance(load, HookLoad):

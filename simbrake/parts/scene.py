@@ -13,7 +13,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._compiling import DeviceJit, per_value
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._part import (
     Numbers,
     Part,
@@ -264,7 +264,7 @@ def require_scene(scene: object) -> None:
     """Raise `InputError` for anything else than a scene."""
     if not isinstance(scene, Scene):
         hint = "give a simbrake.Scene; simbrake.read_scene(file) reads one"
-        raise InputError([Fault("scene", f"{shown(scene)} is not a scene", hint)])
+        raise input_error("scene", f"{shown(scene)} is not a scene", hint)
 
 
 def faults(scene: Scene) -> list[Fault]:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import PyTree
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import InputError, input_error
 from .._base._quantity import Scalar
 from ..brakes.design import Brake
 from ..friction import FrictionChange, TabulatedFade, TabulatedFriction
@@ -128,7 +128,7 @@ def turned_scene(scene: Scene) -> Scene:
     """
     brake, n = scene.brake, scene.brake.linings.count
     if not isinstance(brake, Brake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: only one band is turned end for end")])
+        raise input_error("brake", f"is a {brake.words.brake}: only one band is turned end for end")
     if brake.in_series:
         raise InputError(faults_of_turning(brake))
 

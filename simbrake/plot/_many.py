@@ -19,7 +19,7 @@ from matplotlib.tri import Triangulation
 from scipy.interpolate import RegularGridInterpolator
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import input_error
 from .._base._quantity import shown as about
 from .._base._table import scale
 from ..outputs.judgement import Colour
@@ -81,7 +81,7 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
     """
     named = results if isinstance(results, Mapping) else {chr(97 + i): source for i, source in enumerate(results)}
     if len(named) < 2:
-        raise InputError([Fault("results", f"{len(named)} result is no comparison", "give two or more")])
+        raise input_error("results", f"{len(named)} result is no comparison", "give two or more")
     data = {name: _data(source) for name, source in named.items()}
     held = all(run["status"].item() == Status.LOWERING for run in data.values())
     panels = [("speed", ("omega",)), ("brake torque", ("brake_torque",))]
@@ -181,7 +181,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     """
     if not hasattr(data, "data_vars"):
         hint = "give the data set of simbrake.sweep or simbrake.ensemble"
-        raise InputError([Fault("data", f"{about(data)} does not fit here", hint)])
+        raise input_error("data", f"{about(data)} does not fit here", hint)
     grid = "run" not in data.dims
     if grid:
         single = [name for name, size in data.sizes.items() if size == 1]
@@ -189,7 +189,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     paths = [str(name) for name in (data.dims if grid else data.coords) if name != "run" and data[name].ndim == 1]
     if grid and len(paths) > 2:
         hint = "select one value of the others: data.sel({path: value})"
-        raise InputError([Fault("data", f"is a grid of {len(paths)} parameters", hint)])
+        raise input_error("data", f"is a grid of {len(paths)} parameters", hint)
     shown = _shown(data, metrics)
     many = data["code"].size > _FEW
     plane = len(paths) == 2 and (grid or many)
@@ -284,10 +284,10 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     """
     if not hasattr(data, "data_vars") or len(data["code"].dims) != 2 or min(data["code"].shape) < 2:
         hint = "give the data set of simbrake.sweep over two parameters"
-        raise InputError([Fault("data", "is no grid of two parameters", hint)])
+        raise input_error("data", "is no grid of two parameters", hint)
     if missing := [name for name in limits if name not in data.data_vars] or ([] if limits else ["a limit"]):
         hint = f"there are: {', '.join(map(str, data.data_vars))}"
-        raise InputError([Fault("limits", f"the data is without {', '.join(missing)}", hint)])
+        raise input_error("limits", f"the data is without {', '.join(missing)}", hint)
     (x, name), (y, other) = (_along(data, str(path)) for path in data["code"].dims)
     good = np.asarray(data["code"].values) == 0
     margins, lines = [], []
@@ -342,7 +342,7 @@ def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
     if asked is not None:
         if missing := [name for name in asked if name not in names]:
             hint = f"there are: {', '.join(names)}"
-            raise InputError([Fault("metrics", f"the data is without {', '.join(missing)}", hint)])
+            raise input_error("metrics", f"the data is without {', '.join(missing)}", hint)
         return list(asked)
 
     def varies(name: str) -> bool:
@@ -353,7 +353,7 @@ def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
     order = [name for name in _FIRST if name in names] + [name for name in names if name not in _FIRST]
     varying = [name for name in order if varies(name)][:4]
     if not varying:
-        raise InputError([Fault("data", "has no metric that varies", "vary a parameter that matters")])
+        raise input_error("data", "has no metric that varies", "vary a parameter that matters")
     return varying
 
 

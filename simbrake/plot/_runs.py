@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import input_error
 from .._base._table import digits, number
 from ..brakes.design import BrakeWords
 from ..loads import AbstractString
@@ -150,7 +150,7 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     """
     table = result.stops
     if not len(table):
-        raise InputError([Fault("result", "has no stop", "a run in which the pulley stops")])
+        raise input_error("result", "has no stop", "a run in which the pulley stops")
     names, every = [column.name for column in table.columns], np.asarray(table["braking_time"])
     shown = (every > 0) | ~np.any(every > 0)
     hot = [name for name in names if name.startswith("peak_")]
@@ -547,16 +547,16 @@ def _wall(result: Result, name: str | None, copy: int | None) -> Wall:
     walls = heat.walls
     if not walls:
         why = "no body of the scene is in layers" if result.scene.heated else "the scene has no heat"
-        raise InputError([Fault("wall", why, "there is no depth to draw; layered_heat makes walls")])
+        raise input_error("wall", why, "there is no depth to draw; layered_heat makes walls")
     if name is None and heat.rim is not None:
         name = place_of(heat.rim)[0]
         name = name if name in [wall.name for wall in walls] else None
     matching = [wall for wall in walls if name in (None, wall.name)]
     if not matching:
         names = ", ".join(wall.name for wall in walls)
-        raise InputError([Fault("wall", f"there is no wall {name!r}", f"there are: {names}")])
+        raise input_error("wall", f"there is no wall {name!r}", f"there are: {names}")
     if copy is not None and not 1 <= copy <= matching[0].copies:
-        raise InputError([Fault("copy", f"there is no {name} {copy}", f"there are 1…{matching[0].copies}")])
+        raise input_error("copy", f"there is no {name} {copy}", f"there are 1…{matching[0].copies}")
     return matching[0]
 
 

@@ -22,7 +22,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import input_error
 from .._base._table import number
 from ..outputs.log import Event
 from ..outputs.metrics import marks as known_marks
@@ -169,7 +169,7 @@ def sheet(figure: Figure | None, width: float, height: float, *, rows: int = 1, 
 def one_run(result: Result) -> Result:
     """The result, if it is one run. Raises `InputError` for a batch of them."""
     if np.ndim(result.record.count) > 0:
-        raise InputError([Fault("result", "is a batch of runs", "draw one of them: jax.tree.map(lambda x: x[0], …)")])
+        raise input_error("result", "is a batch of runs", "draw one of them: jax.tree.map(lambda x: x[0], …)")
     return result
 
 

@@ -14,7 +14,7 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import input_error
 from .._base._table import digits
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.band import AbstractStiffness, ParallelBands
@@ -325,7 +325,7 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     brake = one_run(result).scene.brake
     if not isinstance(brake, DiscBrake | ShoeBrake):
         hint = "draw it with `plot.pulley`" if brake.banded else "`plot.stop` and `plot.lining_map` show its forces"
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: this draws discs and drums", hint)])
+        raise input_error("brake", f"is a {brake.words.brake}: this draws discs and drums", hint)
     t, p = _moment(result, time, "max_normal_load", lambda p: p.shown.pairs[0].normal)
     contacts, (pair,) = lining_contacts(result, p), p.shown.pairs
     normal, friction = np.asarray(pair.normal)[0], np.asarray(pair.friction)[0]

@@ -13,7 +13,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, needed
+from .._base._faults import Fault, InputError, input_error, needed
 from .._base._nulls import EMPTY
 from .._base._text_table import HEAD, PIECE, File, Rows, cells_of, opened
 from ._grammar import is_date_name, says_time
@@ -92,7 +92,7 @@ def tables_of(path: Path, progress: Callable[[int], object], texts: Sequence[str
     kinds = ("*.xml", "*.xml.xz", "*.las", "*.csv")
     with opened(path, *kinds, most=_MOST_BYTES, progress=progress) as file:
         if not file.head.strip():
-            raise InputError([Fault(str(path), "is empty", "give a WITSML, LAS or CSV recording")])
+            raise input_error(str(path), "is empty", "give a WITSML, LAS or CSV recording")
         text = file.head.decode(file.encoding or "latin-1", "replace").lstrip("\ufeff\xef\xbb\xbf \t\r\n")
         if text.startswith("<"):
             return _Witsml(file, texts).read()
@@ -155,7 +155,7 @@ class _Witsml(ElementTree.TreeBuilder):
         return self.tables
 
     def _refuse(self, what: str, hint: str) -> Any:
-        raise InputError([Fault(str(self.file.path), what, hint)])
+        raise input_error(str(self.file.path), what, hint)
 
     def _damaged(self, error: ElementTree.ParseError) -> Fault:
         inside = f" in <{self._open[-1].tag}>" if self._open else ""
@@ -218,7 +218,7 @@ class _Witsml(ElementTree.TreeBuilder):
         if not names or len(names) > _MOST_COLUMNS:
             what = "lists no curves" if not names else f"lists {len(names)} curves, more than {_MOST_COLUMNS}"
             where = f"{self.file.path} <log>"
-            raise InputError([Fault(where, what, "mnemonicList, or logCurveInfo, names them")])
+            raise input_error(where, what, "mnemonicList, or logCurveInfo, names them")
         by_name = {curve.get("mnemonic", ""): curve for curve in curves}
         units = [unit.strip() for unit in said("unitList").split(",")]
         if len(units) != len(names):
@@ -307,7 +307,7 @@ def _las(file: File, texts: Sequence[str]) -> list[Table]:
     tables = [one.finish(one.rows) for one in found if one.rows is not None]
     if not tables:
         what = "has no section ~A, or ~Log_Data of LAS 3, with rows"
-        raise InputError([Fault(str(file.path), what, "it is cut off: export the log again")])
+        raise input_error(str(file.path), what, "it is cut off: export the log again")
     for table in tables:
         table.remarks[:0] = [*file.remarks, *remarks]
     return tables
@@ -328,7 +328,7 @@ def _header(path: Path, head: Mapping[str, list[str]], data: re.Match[str]) -> A
         return lasio.read(io.StringIO(text + "~A\n"), ignore_data=True, ignore_header_errors=False)
     except Exception as error:  # any exception of the parser: the header is not LAS
         what = f"is no LAS file that lasio reads: {error}"
-        raise InputError([Fault(str(path), what, "LAS 1.2, 2 and 3 are read")]) from None
+        raise input_error(str(path), what, "LAS 1.2, 2 and 3 are read") from None
 
 
 class _LasTable:
@@ -339,7 +339,7 @@ class _LasTable:
         self.texts = texts
         if not las.curves or len(las.curves) > _MOST_COLUMNS:
             what = f"lists {len(las.curves)} curves"
-            raise InputError([Fault(f"{path} ~Curve", what, f"name the columns of {title} there")])
+            raise input_error(f"{path} ~Curve", what, f"name the columns of {title} there")
 
         def value(name: str) -> str:
             return next((str(s[name].value) for s in (las.version, las.well) if name in s), "")
@@ -421,10 +421,10 @@ def _csv(file: File, texts: Sequence[str]) -> Table:
             names[i] = match["name"]
             units[i] = match["unit"].strip()
     if len(names) > _MOST_COLUMNS:
-        raise InputError([Fault(place, f"has {len(names)} columns", f"at most {_MOST_COLUMNS}")])
+        raise input_error(place, f"has {len(names)} columns", f"at most {_MOST_COLUMNS}")
     for name, times in Counter(filter(None, names)).items():
         if times > 1:
-            raise InputError([Fault(place, f"names {name} {times} times", "one column each")])
+            raise input_error(place, f"names {name} {times} times", "one column each")
     sample = [cells_of(line, separator) for line in start[first : first + 200] if line.strip()]
     number = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*")
     comma = separator != "," and any(number.fullmatch(cell) for row in sample for cell in row)
@@ -460,4 +460,4 @@ def _header_of(path: Path, lines: list[str]) -> tuple[str, int]:
             if len(cells) == wide and named >= max(2, 0.6 * wide):
                 return separator, i
     hint = "name the columns in the first row, as Time,BPOS"
-    raise InputError([Fault(str(path), "has no row of column names", hint)])
+    raise input_error(str(path), "has no row of column names", hint)

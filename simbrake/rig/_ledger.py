@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Log
@@ -376,9 +376,7 @@ def lines_of(log: Log, notes: list[str]) -> float | None:
     if rows.size > 1:
         first, then, when = (digits(float(x), 6) for x in (*channel.value[rows[:2]], log.t[rows[1]]))
         what = f"lines strung change from {first} to {then} {when} s after the first row"
-        raise InputError(
-            [Fault(f"{log.source} column {channel.mnemonic}", what, "split the log there, or give lines=")]
-        )
+        raise input_error(f"{log.source} column {channel.mnemonic}", what, "split the log there, or give lines=")
     count = float(channel.value[rows[0]]) if rows.size else 0.0
     if count < 1:
         return None

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Channel, Log
 
@@ -376,7 +376,7 @@ def lowerings(
     load = course_of(log["hook_load"])
     if np.ptp(height.value) < travel:
         what = f"stays within {digits(np.ptp(height.value), 3)} m: nothing is lowered by {travel:g} m"
-        raise InputError([Fault(f"{log.source} column {position.mnemonic}", what, "is it the height of the block?")])
+        raise input_error(f"{log.source} column {position.mnemonic}", what, "is it the height of the block?")
     return _Finder(log, height, load, thresholds).result()
 
 
@@ -450,9 +450,7 @@ class _Finder:
         gaps = tuple(self._gaps(cuts.sum(axis=1)))
         if not found and not any(gap.change <= -limits["travel"] for gap in gaps):
             what = f"nothing is lowered by {limits['travel']:g} m"
-            raise InputError(
-                [Fault(f"{self.log.source} column {self.log.position.mnemonic}", what, "does it count upwards?")]
-            )
+            raise input_error(f"{self.log.source} column {self.log.position.mnemonic}", what, "does it count upwards?")
         if self.log.compensated:
             self.notes.append(f"{self.log.position.mnemonic} is heave-compensated: not the motion of the drum")
         self._clocks(spans)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
@@ -250,7 +250,7 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         if lowest - highest > paid[-1]:
             far, most = (number(x, "m", count=4) for x in (lowest - highest, paid[-1]))
             hint = "give those that are on the drum with the block at its highest"
-            raise InputError([Fault("duty.load.rope.turns", f"pay out {most} of the hook, the log has {far}", hint)])
+            raise input_error("duty.load.rope.turns", f"pay out {most} of the hook, the log has {far}", hint)
         left = [np.interp(np.append(x, 0.0) - highest, paid, grid) for x in travels]
         angles = [2 * np.pi * (x[-1] - x[:-1]) for x in left]
         rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, Issues
+from .._base._faults import Fault, Issues, input_error
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
 from ..parts.scene import Scene
@@ -195,7 +195,7 @@ class Calibration(Tabular):
         if recording is None:
             return max(rows.values(), key=lambda row: max(part.largest for part in row[1]))
         if recording not in rows:
-            raise InputError([Fault("recording", f"there is no {recording!r}", f"there are: {', '.join(rows)}")])
+            raise input_error("recording", f"there is no {recording!r}", f"there are: {', '.join(rows)}")
         return rows[recording]
 
     @property

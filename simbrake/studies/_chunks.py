@@ -18,7 +18,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._base._faults import Fault, InputError, text_of_file, whole_file
+from .._base._faults import InputError, input_error, text_of_file, whole_file
 from ..hybrid import Code
 from . import evaluating as _evaluator
 from .evaluating import Columns, Job
@@ -159,15 +159,15 @@ class Store:
         self.folder, self.study = Path(folder), study
         manifest = self.folder / "manifest.json"
         if self.folder.exists() and not self.folder.is_dir():
-            raise InputError([Fault("directory", f"{folder} is a file", "give a folder")])
+            raise input_error("directory", f"{folder} is a file", "give a folder")
         if manifest.exists():
             self._compare(manifest, about or {})
             return
         if about is None:
-            raise InputError([Fault("directory", f"{manifest} is not there")])
+            raise input_error("directory", f"{manifest} is not there")
         if self.folder.is_dir() and any(self.folder.iterdir()):
             what = f"{folder} holds other files and no manifest of an ensemble"
-            raise InputError([Fault("directory", what, "give a new or an empty folder")])
+            raise input_error("directory", what, "give a new or an empty folder")
         text = json.dumps({"study": study, **about}, indent=2)
         with whole_file(manifest) as scratch:
             scratch.write_text(f"{text}\n", "utf-8")
@@ -179,7 +179,7 @@ class Store:
                 raise ValueError("it is not a table")
         except (ValueError, RecursionError) as error:
             words = error.faults[0].problem if isinstance(error, InputError) else f"cannot be read: {error}"
-            raise InputError([Fault("directory", f"{manifest} {words}", "give another folder")]) from error
+            raise input_error("directory", f"{manifest} {words}", "give another folder") from error
         differ = [name for name, value in about.items() if there.get(name) != value]
         if not differ and there.get("study") == self.study:
             return
@@ -188,7 +188,7 @@ class Store:
         values = "; ".join(_difference(name, there.get(name), about.get(name)) for name in differ if name[:4] != "the ")
         hint = "give another folder, or remove this one if its runs are no longer wanted"
         words = f"{self.folder} holds another ensemble: {what} {verb}{f' ({values})' if values else ''}"
-        raise InputError([Fault("directory", words, hint)])
+        raise input_error("directory", words, hint)
 
     def _file(self, task: Task) -> Path:
         mark = hashlib.sha256(np.asarray(task.runs, np.int64).tobytes() + str(task.limit).encode()).hexdigest()[:16]

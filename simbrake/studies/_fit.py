@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import Fault, InputError, Issues
+from .._base._faults import Fault, InputError, Issues, input_error
 from .._base._progress import Progress
 from .._base._quantity import shown
 from ..hybrid.arrays import Array
@@ -66,7 +66,7 @@ def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
     named: Any = {"": data} if one else {str(i): each for i, each in enumerate(data, 1)} if several else data
     if not (isinstance(named, Mapping) and named and all(isinstance(each, Measured) for each in named.values())):
         problem = f"{shown(data)} is not measured data"
-        raise InputError([Fault("data", problem, "what simbrake.read_measured gives, or a list of these")])
+        raise input_error("data", problem, "what simbrake.read_measured gives, or a list of these")
     recordings = []
     for name, each in named.items():
         wrong = Issues()
@@ -351,7 +351,7 @@ class Search:
                 elif k == 0 and self.starts == 1:
                     hint = "give another start, or try several (starts=8)"
                     hint = f"raise end_time, {hint}" if "does not occur" in refused else hint
-                    raise InputError([Fault("start", refused, hint)])
+                    raise input_error("start", refused, hint)
         except KeyboardInterrupt:
             if self.best is None:
                 raise

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, Issues
+from .._base._faults import Issues, input_error
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
 from ..parts.scene import Scene, check_scene, require_scene
@@ -188,7 +188,7 @@ class _Brake:
         steps, now, length = list[_Step](), start, 1.0 if step is None else step
         if not np.any(now.wear > 0):
             hint = "the linings must slide with a wear rate above 0"
-            raise InputError([Fault("scene", "no lining wears in it", hint)])
+            raise input_error("scene", "no lining wears in it", hint)
         if not self.feeds_back and step is None:
             length = np.inf
         while now.done < until:
@@ -254,20 +254,18 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
         scene = with_values(scene, {"wear.permissible": permissible})
     wear = scene.wear
     if wear is None:
-        raise InputError(
-            [Fault("wear", "is missing", "give the scene a `Wear`, a file [wear] with rate = 1e-14, in m³/(N·m)")]
-        )
+        raise input_error("wear", "is missing", "give the scene a `Wear`, a file [wear] with rate = 1e-14, in m³/(N·m)")
     if wear.permissible is None:
-        raise InputError([Fault("wear.permissible", "is missing", "give the permissible wear depth, as in 8 mm")])
+        raise input_error("wear.permissible", "is missing", "give the permissible wear depth, as in 8 mm")
     check_scene(scene)
     if wear.turned_at is not None:
-        raise InputError([Fault("wear.turned_at", "is for one run", "give `turn_at` in stops")])
+        raise input_error("wear.turned_at", "is for one run", "give `turn_at` in stops")
     n = scene.brake.linings.count
     limit = np.broadcast_to(np.asarray(wear.permissible, np.float64), (n,))
     worn = np.broadcast_to(np.asarray(wear.worn, np.float64), (n,))
     over = np.flatnonzero(worn >= limit)
     if over.size:
-        raise InputError([Fault("wear.worn", f"lining {over[0] + 1} is worn already", "increase the permissible wear")])
+        raise input_error("wear.worn", f"lining {over[0] + 1} is worn already", "increase the permissible wear")
     check_scene(with_values(scene, {"wear.worn": limit}))  # a worn brake outside its valid range
     return with_values(scene, {"wear.worn": np.array(worn)}), limit
 
@@ -338,7 +336,7 @@ def _turns(turn_at: TurnAt) -> tuple[float, ...]:
     try:
         turns = tuple(float(x) for x in np.atleast_1d(np.asarray(turn_at, np.float64)))
     except (TypeError, ValueError):
-        raise InputError([Fault("turn_at", f"{turn_at!r} is not a number of stops", 'numbers, or "best"')]) from None
+        raise input_error("turn_at", f"{turn_at!r} is not a number of stops", 'numbers, or "best"') from None
     if any(not b > a for a, b in zip((0.0, *turns), turns, strict=False)):
-        raise InputError([Fault("turn_at", f"{list(turns)} do not increase from 0", "stops since the start")])
+        raise input_error("turn_at", f"{list(turns)} do not increase from 0", "stops since the start")
     return turns

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, Issues, shown
+from .._base._faults import Fault, Issues, input_error, shown
 from ..parts.scene import Scene, require_scene
 from ..runs.edit import Inputs, entry_of, with_inputs
 from ..runs.measure import Metric, check_metrics, unit_of
@@ -90,12 +90,10 @@ class Evaluator:
         try:
             x = np.asarray(X, np.float64)
         except (TypeError, ValueError):
-            raise InputError([Fault("X", f"{shown(X)} is no array of numbers", "numbers in SI")]) from None
+            raise input_error("X", f"{shown(X)} is no array of numbers", "numbers in SI") from None
         k = len(self.names)
         if x.ndim not in (1, 2) or x.shape[-1] != k:
-            raise InputError(
-                [Fault("X", f"has the shape {x.shape}", f"({k},), or (runs, {k}): {', '.join(self.names)}")]
-            )
+            raise input_error("X", f"has the shape {x.shape}", f"({k},), or (runs, {k}): {', '.join(self.names)}")
         points = []
         for row in np.atleast_2d(x):
             point = np.array(self._prepared.numbers)

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, Issues
+from .._base._faults import Fault, InputError, Issues, input_error
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity, behind
@@ -231,7 +231,7 @@ def sensitivity(
     metrics = Metrics(tuple(as_metrics(metric)))
     check_metrics(scene, metrics.asked)
     if most is not None and most < 0:
-        raise InputError([Fault("most", f"{most} is out of range", "a number of parameters, from 0")])
+        raise input_error("most", f"{most} is out of range", "a number of parameters, from 0")
     chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
     paths, size, x = Paths.of(chosen), len(metrics.asked), numbers_of(chosen)
@@ -436,7 +436,7 @@ def hessian(
     def gradient(at: np.ndarray) -> np.ndarray:
         slopes = run(at)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.jacobian)):
-            raise InputError([Fault("step", "the metric has no derivative within it", "give a smaller step")])
+            raise input_error("step", "the metric has no derivative within it", "give a smaller step")
         return slopes.jacobian[0]
 
     rows, errors = [], []

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import numpy as np
 
 from ..._base._arguments import explained
-from ..._base._faults import Fault, InputError
+from ..._base._faults import InputError, input_error
 from ..._base._table import Column, Table, Tabular, plain
 from ...parts.scene import Scene, banded_brake, check_scene
 from ...runs.result import Result
@@ -177,14 +177,14 @@ class EngineeringEstimates(RowTable[EstimateRow]):
 def no_stop(hint: str) -> InputError:
     """Error of a scene without a classical stop where one is needed."""
     hint = f"it must begin in motion and the brake outweigh its load; or {hint}"
-    return InputError([Fault("scene", "has no classical stop", hint)])
+    return input_error("scene", "has no classical stop", hint)
 
 
 def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking, str]:
     """The brake application of a scene or of a run, with its description. Raises `InputError` as `estimates`."""
     scene = run.scene if isinstance(run, Result) else run
     if isinstance(run, Result) and not run.concrete:
-        raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
+        raise input_error("run", "is traced or a batch", "give one result with values")
     check_scene(scene)
     banded_brake(scene)
     inputs, staged = settle(scene, data), scene.brake.in_series
@@ -196,7 +196,7 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
         return Braking.of(scene, inputs, stop, stages), "; time and friction work are those of a classical stop"
     values = run_values(run)
     if values is None:
-        raise InputError([Fault("run", "has no friction work", "no lining slides in it")])
+        raise input_error("run", "has no friction work", "no lining slides in it")
     which = (
         "the brake application" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
     )

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..._base._faults import Fault, InputError
+from ..._base._faults import Fault, InputError, input_error
 from ..._base._part import faults_of_values
 from ..._base._quantity import NumberReader, Quantity, behind, positive
 from ...parts.scene import Scene, banded_brake
@@ -308,7 +308,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     if not scene.brake.in_series:
         for name in _STAGED:
             if given.pop(name) is not None:
-                raise InputError([Fault(name, "has no effect", "only a staged brake has an external pair")])
+                raise input_error(name, "has no effect", "only a staged brake has an external pair")
     inputs: dict[str, Input] = {}
     for name, value in given.items():
         unit = _NUMBERS[name].unit if name in _NUMBERS else ""
@@ -342,8 +342,8 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     derive("matte_area", track, _ASSUMED["matte_area"][1])
     overlap = inputs["lining_area"].value / track
     if overlap > 1 + 1e-9:
-        raise InputError(
-            [Fault("lining_area", f"covers {overlap:.4g} of the track", "the linings cannot cover more than the track")]
+        raise input_error(
+            "lining_area", f"covers {overlap:.4g} of the track", "the linings cannot cover more than the track"
         )
     inputs["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
     inputs["start"] = Input("start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C")

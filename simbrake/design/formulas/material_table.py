@@ -12,7 +12,7 @@ import numpy as np
 from jax.core import Tracer
 
 from ..._base._arguments import explained
-from ..._base._faults import Fault, InputError
+from ..._base._faults import Fault, InputError, input_error
 from ..._base._part import leaves
 from ..._base._progress import counting
 from ..._base._quantity import behind
@@ -476,9 +476,9 @@ def compare_materials(
     """
     check_scene(scene)
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene)):
-        raise InputError([Fault("scene", "is traced", "give a scene with values")])
+        raise input_error("scene", "is traced", "give a scene with values")
     if band_brake(scene).in_series:
-        raise InputError([Fault("brake.bandage", "cannot be compared", "give a brake with one friction pair")])
+        raise input_error("brake.bandage", "cannot be compared", "give a brake with one friction pair")
     rim_materials = _alike([rim_material(r) if isinstance(r, str) else r for r in rims])
     lining_materials = _alike([lining_material(x) if isinstance(x, str) else x for x in linings])
     _require_names(rims=rim_materials, linings=lining_materials)
@@ -533,7 +533,7 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
     if isinstance(energy, Mapping):
         if len(energy) != 1:
             hint = 'as in {"initial.omega": [12.0, 24.0]}'
-            raise InputError([Fault("energy", f"names {len(energy)} numbers of the scene", hint)])
+            raise input_error("energy", f"names {len(energy)} numbers of the scene", hint)
         ((path, values),) = energy.items()
         scenes = [with_values(scene, {path: float(value)}) for value in values]
         abouts = [leaf.about for level in scenes for leaf in leaves(level) if leaf.path == path]
@@ -547,11 +547,11 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
         works = [float(work) for work in energy]
         wrong = [work for work in works if not 0 < work < math.inf]
         if wrong:
-            raise InputError([Fault("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")])
+            raise input_error("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")
         titles = [f"classical stop of {work / 1e3:g} kJ" for work in works]
         levels = [(title, title, _of_work(scene, work)) for title, work in zip(titles, works, strict=True)]
     if not levels:
-        raise InputError([Fault("energy", "is empty", "leave it out for the duty of the scene")])
+        raise input_error("energy", "is empty", "leave it out for the duty of the scene")
     return levels
 
 
@@ -630,7 +630,7 @@ class _Study:
         if key not in self._runs:
             values = run_values(simulate(scene, solver=solver, rtol=self.rtol), times=_TIMES)
             if values is None:
-                raise InputError([Fault("scene", "has no friction work", "no lining slides in its run")])
+                raise input_error("scene", "has no friction work", "no lining slides in its run")
             self._runs[key] = values
         return self._runs[key]
 

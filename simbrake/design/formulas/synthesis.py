@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._base._arguments import explained
-from ..._base._faults import Fault, InputError
+from ..._base._faults import Fault, InputError, input_error
 from ..._base._table import Table, plain
 from ...parts.scene import Scene, banded_brake, faults
 from ...runs.measure import LimitVerdict
@@ -79,7 +79,7 @@ def share_law(b: Braking, partition: AbstractPartition | None) -> _Law:
     """
     source, pair = b.inputs["share"].source, b.scene.network.friction
     if partition is not None and source == "given":
-        raise InputError([Fault("share", "is given beside a law of the partition", "give one of the two")])
+        raise input_error("share", "is given beside a law of the partition", "give one of the two")
     if source == "given":
         return lambda T, materials: b.share
     law = partition if partition is not None else pair.partition if source == "scene" and pair is not None else None
