@@ -15,7 +15,7 @@ from jaxtyping import Bool, PyTree
 from ._base._arguments import faults_of_tracing
 from ._base._compiling import per_structure, read_by
 from ._base._corners import clipped, greater, lesser, rounded
-from ._base._faults import Fault, Faults, input_error
+from ._base._faults import Fault, Faults, Issues, input_error
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
 from .hybrid.arrays import Array, Floats, ScalarArray, TwoArrays, Vector
@@ -497,18 +497,18 @@ _PASS_ON = "pass the contact on to that law as it is, or with `contact._replace`
 
 def _faults_of_bases(law: AbstractFriction, path: str) -> Faults:
     """Errors of a law that hides states or changes of the laws that it is made of, or mixes up their changes."""
-    faults, bases = Faults(), law.bases
+    faults, bases = Issues(), law.bases
     for name, base in bases.items():
         lost = {id(change) for change in base.over_time} - {id(change) for change in law.over_time}
         if lost:
             hint = "put all changes into one law around it; a custom law leaves `over_time` as it is"
-            faults.append(Fault(f"{path}.{name}", "changes over time, and the law around it does not", hint))
+            faults.add(f"{path}.{name}", "changes over time, and the law around it does not", hint)
         if remembers(base) and not remembers(law):
             hint = "a custom law leaves `start`, `rates` and `sizes` as they are"
-            faults.append(Fault(f"{path}.{name}", "has states, and the law around it has none", hint))
+            faults.add(f"{path}.{name}", "has states, and the law around it has none", hint)
         faults += _faults_of_bases(base, f"{path}.{name}")
     if sum(bool(base.over_time) for base in bases.values()) > 1:
-        faults.append(Fault(path, "several laws in it change over time", "put all changes into one law around it"))
+        faults.add(path, "several laws in it change over time", "put all changes into one law around it")
     return faults
 
 
@@ -543,18 +543,18 @@ def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> Faults:
         start, sizes = law.start(n), law.sizes()
     except Exception as error:  # any exception of a user-defined law
         return [Fault(path, f"its states at the start cannot be found: {error}")]
-    like, faults = jax.tree.structure(start), []
+    like, faults = jax.tree.structure(start), Issues()
     if like.num_leaves == 0:
         return faults
     each = f"give one number, or a list of {n}"
     for name, tree in (("state", start), ("size", sizes)):
         for x in map(np.asarray, jax.tree.leaves(tree)):
             if x.shape not in ((), (n,)):
-                faults.append(Fault(path, f"a {name} of the shape {x.shape} does not fit {n} linings", each))
+                faults.add(path, f"a {name} of the shape {x.shape} does not fit {n} linings", each)
             elif not np.all(np.isfinite(x)) or (name == "size" and np.any(x <= 0)):
-                faults.append(Fault(path, f"a {name} of {x} is out of range", "finite numbers; sizes > 0"))
+                faults.add(path, f"a {name} of {x} is out of range", "finite numbers; sizes > 0")
     if jax.tree.structure(sizes) not in (like, jax.tree.structure(0)):
-        faults.append(Fault(path, "`sizes` has another structure than `start`", "give one size for each state"))
+        faults.add(path, "`sizes` has another structure than `start`", "give one size for each state")
     return faults or _faults_of_rates(law, path, n)
 
 
@@ -841,11 +841,11 @@ class FrictionWithMemory(AbstractScaledFriction):
         return functools.reduce(operator.add, [process.change(contact.memory, contact) for process in self.processes])
 
     def faults(self, path: str) -> Faults:
-        faults = []
+        faults = Issues()
         if not self.processes:
-            faults.append(Fault(f"{path}.processes", "is empty", "give at least one process, or the base law alone"))
+            faults.add(f"{path}.processes", "is empty", "give at least one process, or the base law alone")
         if remembers(self.base):
-            faults.append(Fault(f"{path}.base", "has states of its own", "put all processes into one law"))
+            faults.add(f"{path}.base", "has states of its own", "put all processes into one law")
         return faults
 
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ._base._arguments import explained
-from ._base._faults import DRUM_RADIUS, Fault, Faults
+from ._base._faults import DRUM_RADIUS, Fault, Faults, Issues
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Quantity, Scalar, Values, in_si
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, TwoArrays
@@ -327,14 +327,14 @@ class StringLoad(AbstractString):
         return piece % 2 == 1, piece // 2
 
     def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> Faults:
-        strings, errors = np.asarray(self.string), Faults()
+        strings, errors = np.asarray(self.string), Issues()
         if strings.ndim and strings.size != count:
             what = f"has {strings.size} masses for {count} phases"
-            errors.append(Fault(f"{path}.string", what, "one number, or one for each phase, those of `then` included"))
+            errors.add(f"{path}.string", what, "one number, or one for each phase, those of `then` included")
         least = float(np.min(strings)) + min(stands) * float(self.stand)
         if least < 0 and not errors:
             what = f"{float(np.min(strings)):g} kg is less than the {-min(stands)} stands that are laid down"
-            errors.append(Fault(f"{path}.string", what, "a heavier string, lighter stands, or fewer cycles"))
+            errors.add(f"{path}.string", what, "a heavier string, lighter stands, or fewer cycles")
         return errors
 
     def string_on(self, piece: Piece) -> Scalar:

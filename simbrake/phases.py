@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
-from ._base._faults import Fault, Faults, input_error
+from ._base._faults import Fault, Faults, Issues, input_error
 from ._base._part import Part, as_part, part, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
@@ -247,13 +247,13 @@ class Phase(Part):
     wants: str = struct_field(static=True, default="")
 
     def faults(self, path: str) -> Faults:
-        faults = faults_of_want(self.wants, path)
+        faults = Issues(faults_of_want(self.wants, path))
         if self.wants == "hoist" and self.motor is None:
             hint = "give the phase the speed of a motor, or another want"
-            faults.append(Fault(f"{path}.wants", "is hoist, and no motor works in this phase", hint))
+            faults.add(f"{path}.wants", "is hoist, and no motor works in this phase", hint)
         if self.wants == "rest" and isinstance(self.until, AfterTravel | AtHeight):
             hint = 'give until = "rest", or wants = "lower"'
-            faults.append(Fault(f"{path}.wants", "is rest, and the phase ends in motion", hint))
+            faults.add(f"{path}.wants", "is rest, and the phase ends in motion", hint)
         return faults
 
 
@@ -432,11 +432,11 @@ class Phases(Part):
         return [] if self.phases else [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
 
     def faults(self, path: str) -> Faults:
-        faults = []
+        faults = Issues()
         for i, phase in enumerate(self.phases):
             if isinstance(phase.until, AtStop):
                 hint = '"rest", with as many phases as there are stops'
-                faults.append(Fault(f"{path}.phases[{i}].until", "a number of stops ends no phase", hint))
+                faults.add(f"{path}.phases[{i}].until", "a number of stops ends no phase", hint)
         return faults
 
 

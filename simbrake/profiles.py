@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 
 from ._base._compiling import per_structure
-from ._base._faults import Fault, Faults
+from ._base._faults import Fault, Faults, Issues
 from ._base._part import Part, parts_below, quantity, short_for, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
@@ -135,12 +135,12 @@ class AbstractProfile(Part):
 
 def faults_of_sign(course: Part, path: str, unit: str, hint: str = "a band cannot push") -> Faults:
     """Errors of negative values in a profile, and in those that it is made of: of numbers in its own `unit`."""
-    faults = []
+    faults = Issues()
     for where, profile, own_unit in parts_below(course, path, unit):
         for field in dataclasses.fields(profile) if isinstance(profile, AbstractProfile) and own_unit == unit else ():
             about, values = field.metadata.get("quantity"), getattr(profile, field.name)
             if about is not None and about.unit == "SI" and np.any(np.asarray(values) < 0):
-                faults.append(Fault(f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint))
+                faults.add(f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint)
     return faults
 
 

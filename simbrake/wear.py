@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ._base._corners import greater
-from ._base._faults import Fault, Faults
+from ._base._faults import Fault, Faults, Issues
 from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
 from ._base._quantity import Over, Scalar
 from .brakes.design import AbstractBrake, Brake
@@ -268,7 +268,7 @@ def lining_bodies(heat: Heat) -> set[str]:
 
 def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> Faults:
     """Errors between the wear of a scene and its other parts (concrete values only)."""
-    faults = _faults_of_thickness(wear, heat) if wear.heat else []
+    faults = Issues(_faults_of_thickness(wear, heat) if wear.heat else ())
     has = {"internal": wear.internal is not None, "geometry": wear.geometry}
     has |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
     has["turned_after"] = wear.turned_after is not None
@@ -278,22 +278,20 @@ def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Ph
         faults += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
     if brake.linings.area is None:
         where = f"brake.{brake.pairs['external'].field}.area"
-        faults.append(Fault(where, "is missing", "wear depends on the pressure"))
+        faults.add(where, "is missing", "wear depends on the pressure")
     if has["internal"] and one_band:
         if brake.bandage is None:
-            faults.append(
-                Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
-            )
+            faults.add("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
         elif brake.bandage.area is None:
-            faults.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
+            faults.add("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure")
     phased = isinstance(lever, Phases)
     if has["take_up_speed"] and (phased or lever.controls_speed):
         why = "in phases" if phased else "that depends on the speed"
-        faults.append(Fault("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"))
+        faults.add("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out")
     which = ("turned_at", "turned_after") if phased else ("turned_after", "turned_at")
     if has[which[0]] and one_band:
         what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
-        faults.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
+        faults.add(f"wear.{which[0]}", what, f"give wear.{which[1]}")
     if (has["turned_at"] or has["turned_after"]) and one_band:
         faults += faults_of_turning(brake)
     return faults + faults_of_sizes(wear, "wear", brake.linings.count)
@@ -320,13 +318,13 @@ def _faults_of_thickness(wear: Wear, heat: Heat) -> Faults:
     names = lining_bodies(heat)
     if not names:
         return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
-    faults, worn = [], float(np.max(np.asarray(wear.worn)))
+    faults, worn = Issues(), float(np.max(np.asarray(wear.worn)))
     for i, body in enumerate(heat.bodies):
         if body.name not in names:
             continue
         if isinstance(body, Lump) and wear.thickness is None:
-            faults.append(Fault("wear.thickness", "is missing", f"the lump {body.name!r} has no thickness"))
+            faults.add("wear.thickness", "is missing", f"the lump {body.name!r} has no thickness")
         elif isinstance(body, Wall) and worn >= float(body.thickness):
             what = f"{worn:g} m worn off must be below the thickness of the wall {body.name!r}"
-            faults.append(Fault(f"heat.bodies[{i}].thickness", what))
+            faults.add(f"heat.bodies[{i}].thickness", what)
     return faults

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._faults import Fault, InputError
+from ._faults import Fault, InputError, Issues
 from ._nulls import EMPTY, NULLS, take_nulls, told_as_null
 from ._table import Unit, spelled
 from ._table import unit as unit_of_text
@@ -44,7 +44,7 @@ class CsvFile:
         self.heads: list[Head] = []
         self.places = np.empty(0, np.int64)
         self._null = tuple(null)
-        self._listed: list[Fault] = []
+        self._listed = Issues()
         self._left_out = 0
         try:
             with opened(path, "*.csv", most=_MOST_BYTES) as file:
@@ -62,7 +62,7 @@ class CsvFile:
 
     def fault(self, where: str, problem: str, hint: str = "") -> None:
         if len(self._listed) < _LISTED:
-            self._listed.append(Fault(f"{self.path}{where}", problem, hint))
+            self._listed.add(f"{self.path}{where}", problem, hint)
         else:
             self._left_out += 1
 

@@ -237,12 +237,16 @@ Made = TypeVar("Made")
 
 
 class Issues(list[Fault]):
-    """Errors in the input of a study, collected so that all are in one report."""
+    """Errors of an input, collected so that all are in one report."""
 
-    def attempt(self, make: Callable[..., Made], *arguments: Any) -> Made | None:
+    def add(self, path: str, problem: str, hint: str = "") -> None:
+        """Adds an error."""
+        self.append(Fault(path, problem, hint))
+
+    def attempt(self, make: Callable[..., Made], *arguments: Any, **named: Any) -> Made | None:
         """Result of `make`, or `None` where it raises an `InputError`, whose errors are added."""
         try:
-            return make(*arguments)
+            return make(*arguments, **named)
         except InputError as error:
             self.extend(error.faults)
             return None
@@ -250,17 +254,17 @@ class Issues(list[Fault]):
     def unless(self, good: object, name: str, value: object, hint: str) -> None:
         """Adds that a setting is out of range, unless it is `good`."""
         if not good:
-            self.append(Fault(name, f"{value!r} is out of range", hint))
+            self.add(name, f"{value!r} is out of range", hint)
 
     def share(self, name: str, value: float, example: float) -> None:
         """Adds that a setting is not between 0 and 1, unless it is."""
         if not 0 < value < 1:
-            self.append(Fault(name, f"{value!r} is not a share", f"between 0 and 1, as {example:g}"))
+            self.add(name, f"{value!r} is not a share", f"between 0 and 1, as {example:g}")
 
     def choice(self, name: str, value: object, known: Iterable[str]) -> None:
         """Adds that a setting is unknown, unless it is one of those known."""
         if value not in (known := tuple(known)):
-            self.append(Fault(name, f"{value!r} is unknown", f"one of {', '.join(known)}"))
+            self.add(name, f"{value!r} is unknown", f"one of {', '.join(known)}")
 
     def report(self) -> None:
         """Raises `InputError` if anything is wrong."""

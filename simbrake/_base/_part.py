@@ -16,7 +16,7 @@ from jax.core import Tracer
 from ..hybrid.struct import Struct, struct_field
 from ._arguments import explained, with_nearest
 from ._compiling import is_traced
-from ._faults import Fault, Faults, InputError, of_radius
+from ._faults import Fault, Faults, Issues, of_radius
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
 from ._table import part_text, rows_table, value_text
 
@@ -176,7 +176,7 @@ class Part(Struct, metaclass=_Told):
         return cls.instead.get(name, "") or of_radius(name, [field.name for field in dataclasses.fields(cls)])
 
     def __check_init__(self) -> None:
-        name, faults, hints = type(self).__name__, [], _hints(type(self))  # pyright: ignore
+        name, faults, hints = type(self).__name__, Issues(), _hints(type(self))  # pyright: ignore
         for field in dataclasses.fields(self):
             if type(getattr(self, field.name)) is list and entry_of(hints.get(field.name)) is not None:
                 object.__setattr__(self, field.name, tuple(getattr(self, field.name)))
@@ -194,12 +194,11 @@ class Part(Struct, metaclass=_Told):
         unread = {fault.path for fault in faults}
         wrong = self.faults_of_kinds(name)
         faults += [fault for fault in wrong if fault.path not in unread] if wrong else self.faults_of_presence(name)
-        if faults:
-            raise InputError(faults)
+        faults.report()
 
     def faults_of_kinds(self, path: str) -> Faults:
         """Errors of the part at a path where something else than its fields name stands in them."""
-        faults, hints = Faults(), _hints(type(self))
+        faults, hints = Issues(), _hints(type(self))
         for field in dataclasses.fields(self):  # pyright: ignore
             value, hint, about = getattr(self, field.name), hints.get(field.name, Any), field.metadata.get("quantity")
             if about is None:
@@ -343,7 +342,7 @@ def takes_values(build: _Build) -> _Build:
     @functools.wraps(build)
     def checked(*args: Any, **named: Any) -> Any:
         try:
-            bound, faults = signature.bind(*args, **named), []
+            bound, faults = signature.bind(*args, **named), Issues()
         except TypeError:
             return built(*args, **named)  # whose error names the nearest arguments
         for name, value in bound.arguments.items():
@@ -360,8 +359,7 @@ def takes_values(build: _Build) -> _Build:
             elif (family := short_of(alternatives(plain.get(name)))) is not None:
                 value = family(value)
             bound.arguments[name] = value
-        if faults:
-            raise InputError(faults)
+        faults.report()
         return built(*bound.args, **bound.kwargs)
 
     parameters = [
@@ -574,9 +572,9 @@ def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> Faults:
 
 def faults_of_sizes(node: object, path: str, n: int) -> Faults:
     """Lists without an entry for each of `n` linings, or for each gap between two."""
-    faults = []
+    faults = Issues()
     for leaf in leaves(node, path):
         entries = {True: n, Over.GAPS: n - 1}.get(leaf.about.many)
         if entries is not None and np.shape(leaf.value) not in ((), (entries,)):
-            faults.append(Fault(leaf.path, f"does not fit {n} linings", f"give one number, or a list of {entries}"))
+            faults.add(leaf.path, f"does not fit {n} linings", f"give one number, or a list of {entries}")
     return faults

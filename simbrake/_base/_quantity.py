@@ -16,7 +16,7 @@ from jaxtyping import Int
 
 from ..hybrid.arrays import Array, Floats
 from ._compiling import warn_of_untested_jax
-from ._faults import Fault, Faults
+from ._faults import Fault, Faults, Issues
 from ._faults import shown as shown
 from ._table import pretty, to_si, unit
 
@@ -223,10 +223,10 @@ class NumberReader:
     """Read numbers and collect every error: path, value, unit, reason, and allowed range."""
 
     def __init__(self) -> None:
-        self.faults: Faults = []
+        self.faults: Issues = Issues()
 
     def fault(self, path: str, problem: str, hint: str = "") -> object:
-        self.faults.append(Fault(path or "scene", problem, hint))
+        self.faults.add(path or "scene", problem, hint)
         return BAD
 
     def number(self, value: object, about: Quantity, path: str, unit: str) -> Any:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
-from .._base._faults import Fault, Faults
+from .._base._faults import Fault, Faults, Issues
 from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
@@ -323,7 +323,7 @@ class MultiBandBrake(AbstractBandBrake):
 
     def _faults_of_band(self, band: LinedBand, path: str) -> Faults:
         linings, where = band.linings, f"{path}.linings"
-        angle, faults = np.asarray(linings.angle), Faults()
+        angle, faults = np.asarray(linings.angle), Issues()
         if angle.ndim != 1:
             return [Fault(f"{where}.angle", "a list of angles is needed, one per lining", "one lining: [0.5]")]
         faults += faults_of_pair(linings, where, angle.size)
@@ -331,14 +331,14 @@ class MultiBandBrake(AbstractBandBrake):
         faults += [fault for fault in faults_of_sizes(linings, where, angle.size) if not fault.path.startswith(law)]
         faults += faults_of_wrap(band.stiffness, angle, f"{where}.angle", f"{path}.stiffness")
         if linings.mass is not None:
-            faults.append(Fault(f"{where}.mass", "has no effect", "the linings follow their band"))
+            faults.add(f"{where}.mass", "has no effect", "the linings follow their band")
         if linings.area is None and any(other.linings.area is not None for other in self.bands):
-            faults.append(Fault(f"{where}.area", "is missing", "another band has areas: give those of all bands"))
+            faults.add(f"{where}.area", "is missing", "another band has areas: give those of all bands")
         by_share = any(other.share is not None for other in self.bands)
         wanted, idle = ("share", "stiffness") if by_share else ("stiffness", "share")
         hint = "the bands share the lever's tension by their stiffness, or by given shares: one of the two for all"
         if getattr(band, wanted) is None:
-            faults.append(Fault(f"{path}.{wanted}", "is missing", hint))
+            faults.add(f"{path}.{wanted}", "is missing", hint)
         if getattr(band, idle) is not None:
-            faults.append(Fault(f"{path}.{idle}", f"stands beside the {wanted} of a band", hint))
+            faults.add(f"{path}.{idle}", f"stands beside the {wanted} of a band", hint)
         return faults

@@ -7,7 +7,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import Fault, Faults
+from .._base._faults import Fault, Faults, Issues
 from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Scalar, Values, meant_within
 from ..friction import AbstractFriction, reads
@@ -333,17 +333,17 @@ class ShoeBrake(AbstractPressedBrake):
         return jnp.asarray(normal) / self.linings.area * self.linings.peak
 
     def faults_of_shape(self, path: str) -> Faults:
-        shoes, where, faults = self.linings, f"{path}.linings", []
+        shoes, where, faults = self.linings, f"{path}.linings", Issues()
         if np.asarray(shoes.end) <= np.asarray(shoes.start):
             what = f"{float(shoes.end):g} rad is not beyond the start {float(shoes.start):g} rad"
-            faults.append(Fault(f"{where}.end", what, "a lining reaches from start to end, counted from its pin"))
+            faults.add(f"{where}.end", what, "a lining reaches from start to end, counted from its pin")
         if np.asarray(self.pin) >= np.asarray(shoes.radius):
             what = f"{float(self.pin):g} m is not inside the drum of {float(shoes.radius):g} m"
             hint = "the pins of internal shoes are inside the drum"
             if meant := meant_within(float(self.pin), 0.1 * float(shoes.radius), float(shoes.radius)):
                 hint += f": did you mean {meant}?"
-            faults.append(Fault(f"{path}.pin", what, hint))
+            faults.add(f"{path}.pin", what, hint)
         if reads(shoes.friction, 2, T=True, p=True).p:
             hint = "the pressure of a shoe depends on its friction: take a law of speed and temperature"
-            faults.append(Fault(f"{where}.friction", "cannot depend on the pressure of a double-shoe brake", hint))
+            faults.add(f"{where}.friction", "cannot depend on the pressure of a double-shoe brake", hint)
         return faults

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, Faults, input_error
+from .._base._faults import Fault, Faults, Issues, input_error
 from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
 from .._base._quantity import Over, Scalar, Values, meant_within, positive
 from ..friction import (
@@ -407,7 +407,7 @@ class AbstractBrake(Part):
         return jnp.ones(1)
 
     def faults(self, path: str) -> Faults:
-        faults = []
+        faults = Issues()
         for name, place in self.pairs.items():
             of = " of the internal pair" if name == "internal" else ""
             faults += faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
@@ -557,58 +557,56 @@ class Brake(AbstractBandBrake):
         return [Fault(f"{path}.rims", what, hint)]
 
     def _faults_of_segments(self, path: str) -> Faults:
-        band, mass, faults = self.band, self.linings.mass, []
+        band, mass, faults = self.band, self.linings.mass, Issues()
         if band.segments is None:
             if mass is not None:
                 hint = "linings move individually only where the band has `segments`"
-                faults.append(Fault(f"{path}.linings.mass", "has no effect", hint))
+                faults.add(f"{path}.linings.mass", "has no effect", hint)
             return faults
         if self.bandage is not None:
             hint = "the linings of a staged brake ride on the pulley; `Bandage.spring` resolves them"
-            faults.append(Fault(f"{path}.band.segments", "is not available for a staged brake", hint))
+            faults.add(f"{path}.band.segments", "is not available for a staged brake", hint)
         if band.stiffness is None:
             hint = "with segments it is the stiffness of the one to the anchor"
-            faults.append(Fault(f"{path}.band.stiffness", "is missing", hint))
+            faults.add(f"{path}.band.stiffness", "is missing", hint)
         if mass is None:
-            faults.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves individually"))
+            faults.add(f"{path}.linings.mass", "is missing", "each lining of a chain moves individually")
         return faults
 
     def _faults_of_springs(self, path: str, n: int) -> Faults:
         """Errors of options that a resolved, or a rigid, bandage does not support."""
-        bandage, bandage_path, faults = self.bandage, f"{path}.bandage", []
+        bandage, bandage_path, faults = self.bandage, f"{path}.bandage", Issues()
         if bandage is None:
             return faults
         if (bandage.mass is None) != (bandage.mass_radius is None):
             missing = "mass" if bandage.mass is None else "mass_radius"
-            faults.append(
-                Fault(f"{bandage_path}.{missing}", "is missing", "the centrifugal force needs both, or leave out both")
-            )
+            faults.add(f"{bandage_path}.{missing}", "is missing", "the centrifugal force needs both, or leave out both")
         if bandage.spring is None:
             lists = [name for name in ("inertia", "spring_damping") if np.ndim(getattr(bandage, name))]
             what = f"does not fit {n} linings"
             return faults + [Fault(f"{bandage_path}.{name}", what, "give one number, or springs") for name in lists]
         if self.band.stiffness is not None:
             hint = "leave it out: with separate linings the band has no single motion"
-            faults.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
+            faults.add(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint)
         for pair, where in ((self.linings, f"{path}.linings.friction"), (bandage, f"{bandage_path}.friction")):
             law = pair.friction
             if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
-                faults.append(Fault(where, "cannot depend on the pressure in a bandage with springs", "leave it out"))
+                faults.add(where, "cannot depend on the pressure in a bandage with springs", "leave it out")
             elif pair is bandage and not reads(law, n, T=True, p=False).T:
                 still = unloaded(pair, np.zeros(n), None)
                 turns = self.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(self.linings.angle) / 2)
                 if np.any(turns >= self.band.radius):
-                    faults.append(Fault(where, "a lining held by the band could not slide on the rim"))
+                    faults.add(where, "a lining held by the band could not slide on the rim")
         return faults
 
 
 def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str = "") -> Faults:
     """Errors of the friction law of a pair's linings, `of` the pair in words, and of their areas."""
-    faults = faults_of_law(pair.friction, f"{path}.friction", n)
+    faults = Issues(faults_of_law(pair.friction, f"{path}.friction", n))
     if pair.area is None and needs(pair.friction, n).p:
-        faults.append(Fault(f"{path}.area", "is missing", f"the friction law{of} depends on the pressure"))
+        faults.add(f"{path}.area", "is missing", f"the friction law{of} depends on the pressure")
     elif pair.area is None and getattr(pair, "permissible_pressure", None) is not None:
-        faults.append(Fault(f"{path}.area", "is missing", "a permissible pressure needs the area of a lining"))
+        faults.add(f"{path}.area", "is missing", "a permissible pressure needs the area of a lining")
     return faults
 
 

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._arguments import explained
 from .._base._compiling import DeviceJit
-from .._base._faults import Fault, InputError
+from .._base._faults import Issues
 from .._base._progress import shown_progress
 from .._base._table import Table
 from ..hybrid import Record
@@ -389,15 +389,14 @@ def cross_check(
 
     Raises `InputError` with all errors of scene and options, `SimulationError` where the run of simbrake fails.
     """
-    faults = []
+    faults = Issues()
     if method is not None and method not in METHODS:
-        faults.append(Fault("method", f"SciPy has no {method!r}", f"one of {', '.join(METHODS)}"))
+        faults.add("method", f"SciPy has no {method!r}", f"one of {', '.join(METHODS)}")
     if not 1e-13 <= rtol < 0.1:
-        faults.append(Fault("rtol", f"{rtol} is out of range", "1e-13 ≤ rtol < 0.1"))
+        faults.add("rtol", f"{rtol} is out of range", "1e-13 ≤ rtol < 0.1")
     if max_evaluations < 1:
-        faults.append(Fault("max_evaluations", f"{max_evaluations} is out of range", "at least 1"))
-    if faults:
-        raise InputError(faults)
+        faults.add("max_evaluations", f"{max_evaluations} is out of range", "at least 1")
+    faults.report()
     with shown_progress(progress, "cross-check", "compiling…") as shown:
         fresh = simulate(scene, rtol=rtol, progress=shown) if result is None else result
         start = time.perf_counter()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
-from .._base._faults import Fault, InputError, faults_of_place, whole_folder
+from .._base._faults import Fault, InputError, Issues, faults_of_place, whole_folder
 from .._base._faults import whole_file as whole_file
 from ..files.shipped_scenes import scene_file
 
@@ -103,15 +103,6 @@ def prepare_jax() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # from here on Ctrl-C is handled by what runs
 
 
-def attempt(faults: list[Fault], make: Callable[..., T], *arguments: object, **named: object) -> T | None:
-    """Return the result of `make`, or `None` with its errors added to `faults`, for one report of all errors."""
-    try:
-        return make(*arguments, **named)
-    except InputError as error:
-        faults += error.faults
-        return None
-
-
 def opened(
     file: Path,
     set_: list[str] | None,
@@ -129,25 +120,25 @@ def opened(
 
     Raises one `InputError` with the errors of options, scene and parameters.
     """
-    errors = [*faults]
+    errors = Issues(faults)
     if not 1e-15 < rtol < 0.1:
-        errors.append(Fault("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1"))
+        errors.add("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1")
     for name, count in counts.items():
         if count is not None and count < 1:
-            errors.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
+            errors.add(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1")
     errors += faults_of_place("--out", folder)
-    if attempt(errors, scene_file, file) is None:
+    if errors.attempt(scene_file, file) is None:
         raise InputError(errors)  # known before JAX is loaded
     prepare_jax()
     from ..files._scene_file import read_scene
     from ..runs.edit import parse_assignments
 
-    values = attempt(errors, parse_assignments, set_ or [])
-    scene = attempt(errors, read_scene, file, values or {}, undriven=undriven)
+    values = errors.attempt(parse_assignments, set_ or [])
+    scene = errors.attempt(read_scene, file, values or {}, undriven=undriven)
     return checked(scene, errors)
 
 
-def checked(value: T | None, faults: list[Fault]) -> T:
+def checked(value: T | None, faults: Issues) -> T:
     """A value that is there. Raises `InputError` if there are errors."""
     if faults or value is None:
         raise InputError(faults)
@@ -174,20 +165,20 @@ def faults_of_file(file: Path | None, *endings: str) -> list[Fault]:
 
 
 def assignments(
-    option: str, form: str, texts: list[str] | None, parse: Callable[[str], T], faults: list[Fault]
+    option: str, form: str, texts: list[str] | None, parse: Callable[[str], T], faults: Issues
 ) -> dict[str, T]:
     """Values by name from texts of the `form` NAME=VALUE; those that `parse` refuses (`ValueError`) go to `faults`."""
     values: dict[str, T] = {}
     for text in texts or []:
         name, _, value = (part.strip() for part in text.partition("="))
         if name in values:
-            faults.append(Fault(f"{option} {name}", "is given twice", "give each parameter once"))
+            faults.add(f"{option} {name}", "is given twice", "give each parameter once")
             continue
         try:
             values[name] = parse(value if name else "")
         except ValueError:
             hint = "numbers are in SI, or have their unit"
-            faults.append(Fault(f"{option} {text}", f"is not of the form {form}", hint))
+            faults.add(f"{option} {text}", f"is not of the form {form}", hint)
     return values
 
 
@@ -198,7 +189,7 @@ def bounds(text: str) -> list[str]:
 
 
 def in_si(
-    scene: Scene | None, option: str, texts: Mapping[str, Sequence[str]], faults: list[Fault]
+    scene: Scene | None, option: str, texts: Mapping[str, Sequence[str]], faults: Issues
 ) -> dict[str, tuple[float, ...]]:
     """Numbers by the path of a parameter, in SI from texts with or without unit; errors go to `faults`."""
     if scene is None:
@@ -222,8 +213,9 @@ def limits_of(scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()
     """
     from ..runs.measure import check_metrics, parse_limits
 
-    limits, faults = parse_limits(scene, texts or [])
-    attempt(faults, check_metrics, scene, metrics)
+    limits, found = parse_limits(scene, texts or [])
+    faults = Issues(found)
+    faults.attempt(check_metrics, scene, metrics)
     return checked(limits, faults)
 
 

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError, existing_file, faults_of_place
+from .._base._faults import Fault, InputError, Issues, existing_file, faults_of_place
 from .._base._progress import Progress
 from . import _options as cli
 
@@ -90,13 +90,13 @@ def rig(
     settings: dict[str, Any] = {"lines": lines, "drum_radius": drum_radius, "efficiency": efficiency, "brake": brake}
     settings |= {"block_mass": block_mass, "trip_pause": trip_pause, "auxiliary": auxiliary}
     reading = {"names": column, "null": null, "time": time, "offset": offset, "show_names": names}
-    faults = faults_of_place("--out", out)
-    if cli.attempt(faults, existing_file, file, "*.xml", "*.xml.xz", "*.las", "*.csv") is None:
+    faults = Issues(faults_of_place("--out", out))
+    if faults.attempt(existing_file, file, "*.xml", "*.xml.xz", "*.las", "*.csv") is None:
         raise InputError(faults)  # known before JAX is loaded
     cli.prepare_jax()
-    brake_scene = None if scene is None else cli.attempt(faults, cli.opened, scene, set_, undriven=True)
+    brake_scene = None if scene is None else faults.attempt(cli.opened, scene, set_, undriven=True)
     if set_ and scene is None:
-        faults.append(Fault("--set", "has no effect", "it is for a parameter of --scene"))
+        faults.add("--set", "has no effect", "it is for a parameter of --scene")
     with Progress("rig", "reading…") as progress:
         try:
             said = book = _ledger(file, settings, tare, threshold, reading, brake_scene, faults, progress)
@@ -119,7 +119,7 @@ def _ledger(
     threshold: list[str] | None,
     reading: dict[str, Any],
     scene: Scene | None,
-    faults: list[Fault],
+    faults: Issues,
     progress: Progress,
 ) -> Ledger:
     """The ledger of a log by options as they are written, else by a scene. Raises `InputError` with all errors."""
@@ -147,18 +147,16 @@ def _ledger(
         if name in THRESHOLDS:
             limits[name] = in_si(name, text, THRESHOLDS[name])
         else:
-            faults.append(Fault(f"--threshold {name}", "unknown threshold", f"there are: {', '.join(THRESHOLDS)}"))
+            faults.add(f"--threshold {name}", "unknown threshold", f"there are: {', '.join(THRESHOLDS)}")
     if tare is not None:
         ends = tuple(in_si("tare", end, "N") for end in tare.split(":"))
         if len(ends) != 2:
-            faults.append(Fault("tare", f"{tare} is not of the form LOW:HIGH", 'as in "290 kN:310 kN"'))
+            faults.add("tare", f"{tare} is not of the form LOW:HIGH", 'as in "290 kN:310 kN"')
         elif None not in ends:
             limits["tare"] = ends
     limits = {name: value for name, value in limits.items() if value is not None}
-    wrong = [*faults, *reader.faults, *faults_of_settings(**settings), *faults_of_thresholds(limits)]
-    log = cli.attempt(
-        wrong, sb.rig.read, file, progress=lambda x, of: progress.now("MB read", x / 1e6, of / 1e6), **reading
-    )
+    wrong = Issues([*faults, *reader.faults, *faults_of_settings(**settings), *faults_of_thresholds(limits)])
+    log = wrong.attempt(sb.rig.read, file, progress=lambda x, of: progress.now("MB read", x / 1e6, of / 1e6), **reading)
     if log is None or wrong:
         raise InputError(wrong)
     progress.now("lowerings")

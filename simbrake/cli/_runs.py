@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError, input_error, needed
+from .._base._faults import Fault, InputError, Issues, input_error, needed
 from .._base._progress import Progress
 from ..files.shipped_scenes import scene_file, title_of
 from . import _options as cli
@@ -45,15 +45,15 @@ def run(
     accuracy
         Run a second time, to estimate the errors of metrics, event times and states; and with finer layers of walls.
     """
-    lost: list[Fault] = []
+    lost = Issues()
     counts = {"max_steps": max_steps, "max_events": max_events}
     ending = out.suffix if out and not out.is_dir() else ""
     if ending in (".parquet", ".csv", ".xlsx", ".mat"):
         hint = "give .nc; docs/recipes/result_tables.py writes tables for other programs"
-        lost.append(Fault("--out", f"{ending} files of results went", hint))
+        lost.add("--out", f"{ending} files of results went", hint)
     single = out if ending == ".nc" else None
     if measured and (single or not out):
-        lost.append(Fault("--measured", "is drawn into a figure", "give its folder: --out"))
+        lost.add("--measured", "is drawn into a figure", "give its folder: --out")
     scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
     from .._base._table import display_units
     from ..runs.measure import limit_checks, summary_with_limits, text_with_limits, with_limits
@@ -268,11 +268,11 @@ def animate(
     json_
         Print {status, message, written} as JSON, alone on stdout.
     """
-    faults = cli.faults_of_file(out, ".gif", ".html")
+    faults = Issues(cli.faults_of_file(out, ".gif", ".html"))
     if not 0 < duration <= 600:
-        faults.append(Fault("--duration", f"{duration} is out of range", "0…600 s"))
+        faults.add("--duration", f"{duration} is out of range", "0…600 s")
     if not 0 < fps <= 50:
-        faults.append(Fault("--fps", f"{fps} is out of range", "1…50 frames a second"))
+        faults.add("--fps", f"{fps} is out of range", "1…50 frames a second")
     scene = cli.opened(file, set_, rtol, faults=faults)
     result = sb.simulate(scene, rtol=rtol, throw=False, progress=None)
     if out.suffix.lower() == ".gif":
@@ -406,9 +406,9 @@ def synthesize(
     from ..design.formulas.synthesis import faults_of_synthesis
 
     out = out and cli.file_in(out, "synthesis.json" if json_ else "synthesis.txt")
-    faults = cli.faults_of_file(out)
-    data, permissible = cli.attempt(faults, read_given, given or []) or (None, sb.formulas.Permissible())
-    scene = cli.attempt(faults, cli.opened, file, set_, rtol)
+    faults = Issues(cli.faults_of_file(out))
+    data, permissible = faults.attempt(read_given, given or []) or (None, sb.formulas.Permissible())
+    scene = faults.attempt(cli.opened, file, set_, rtol)
     faults += [] if scene is None else faults_of_synthesis(scene, data, permissible)
     scene = cli.checked(scene, faults)
     partition = sb.formulas.transmission_table() if transmission else None
@@ -529,22 +529,22 @@ def publish(
     out = cli.file_in(out or Path(), f"{file.stem}_sliders.html")
     if live:
         print("note: --live has no effect: every page of publish runs its scene", file=sys.stderr)
-    faults = cli.faults_of_file(out)
-    cli.attempt(faults, needed, "ziglang", "compiles the page (simbrake report and simbrake app need none)", "live")
+    faults = Issues(cli.faults_of_file(out))
+    faults.attempt(needed, "ziglang", "compiles the page (simbrake report and simbrake app need none)", "live")
     form = "PATH=LOW:HIGH, as in initial.omega=10:30"
     requested = cli.assignments("--vary", form, vary, cli.bounds, faults)
-    scene = cli.attempt(faults, cli.opened, file, set_, rtol)
+    scene = faults.attempt(cli.opened, file, set_, rtol)
     ranges = cli.in_si(scene, "--vary", requested, faults)
-    limits = (scene and cli.attempt(faults, cli.limits_of, scene, limit)) or {}
+    limits = (scene and faults.attempt(cli.limits_of, scene, limit)) or {}
     from .._base._part import leaves
     from ..runs.edit import entry_of
 
     there = {leaf.path for leaf in leaves(scene)}
     for path, (low, high) in ranges.items():
         if entry_of(path, there)[0] not in there:
-            faults.append(Fault(path, "is absent in this scene", "give the scene a value of it"))
+            faults.add(path, "is absent in this scene", "give the scene a value of it")
         elif not low < high:
-            faults.append(Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH"))
+            faults.add(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH")
     scene = cli.checked(scene, faults)
     title = title_of(file)
 

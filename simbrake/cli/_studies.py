@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, faults_of_place
+from .._base._faults import Fault, Issues, faults_of_place
 from .._base._progress import Progress
 from ..files.shipped_scenes import scene_file
 from . import _options as cli
@@ -106,7 +106,7 @@ def sweep(
     scheduler
         Address of a Dask scheduler whose workers run the simulations.
     """
-    faults: list[Fault] = []
+    faults = Issues()
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
 
     def split(text: str) -> tuple[list[str], int]:
@@ -121,20 +121,20 @@ def sweep(
 
     requested = cli.assignments("--vary", form, vary, split, faults)
     if not vary:
-        faults.append(Fault("--vary", "is missing", form))
+        faults.add("--vary", "is missing", form)
     runs = math.prod(max(count, len(texts)) for texts, count in requested.values()) if sample is None else sample
     if runs > _MOST_RUNS:
-        faults.append(Fault("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}"))
+        faults.add("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}")
     faults += faults_of_place("--resume", resume)
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
-    scene = cli.attempt(faults, cli.opened, file, set_, rtol, folder=out, **counts)
+    scene = faults.attempt(cli.opened, file, set_, rtol, folder=out, **counts)
     axes: Any = cli.in_si(scene, "--vary", {path: texts for path, (texts, _) in requested.items()}, faults)
     for path, (texts, count) in requested.items():
         if count and path in axes:
             axes[path] = _evenly(axes[path][0], axes[path][1], count)
             if not axes[path]:
-                faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
-    limits = (scene and cli.attempt(faults, cli.limits_of, scene, limit)) or {}
+                faults.add(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT")
+    limits = (scene and faults.attempt(cli.limits_of, scene, limit)) or {}
     scene = cli.checked(scene, faults)
     asked = _metrics_of(scene, metrics, limits)
     drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
@@ -189,7 +189,7 @@ def _files_of(data: Dataset, runs: Table) -> dict[str, Any]:
     heads = [column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]" for column in runs.columns]
     rows = partial(runs.frame().to_csv, index=False, header=heads, float_format="%.15g", lineterminator="\n")
     files = {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}
-    chart = cli.attempt([], sb.plot.sweep, data)  # none of three parameters or more, and where nothing varies
+    chart = Issues().attempt(sb.plot.sweep, data)  # none of three parameters or more, and where nothing varies
     return files if chart is None else files | {"sweep.png": partial(chart.savefig, dpi=130)}
 
 
@@ -352,16 +352,16 @@ def calibrate(
     """
     scene_file(file)
     cli.prepare_jax()
-    faults: list[Fault] = []
+    faults = Issues()
     spreads = cli.assignments("--sigma", "NAME=VALUE", sigma, float, faults)
     if not (fit or each):
-        faults.append(Fault("--fit", "no parameter is to be fitted", "--fit brake.pulley.inertia=500:2000"))
+        faults.add("--fit", "no parameter is to be fitted", "--fit brake.pulley.inertia=500:2000")
     files = [*data, *(events or [])]
     if recordings and files:
-        faults.append(Fault("--recordings", f"beside {files[0]}", "name the files of each recording in the table"))
+        faults.add("--recordings", f"beside {files[0]}", "name the files of each recording in the table")
     reader, sources = (sb.studies.read_recordings, [recordings]) if recordings else (sb.read_measured, files)
-    measured = cli.attempt(faults, reader, *sources, sigma=spreads, columns=column)  # pyright: ignore
-    scene = cli.attempt(faults, cli.opened, file, set_, rtol, folder=out, starts=starts)
+    measured = faults.attempt(reader, *sources, sigma=spreads, columns=column)  # pyright: ignore
+    scene = faults.attempt(cli.opened, file, set_, rtol, folder=out, starts=starts)
 
     def numbers(option: str, form: str, texts: list[str] | None, split: Any) -> Any:
         return cli.in_si(scene, option, cli.assignments(option, form, texts, split, faults), faults)
@@ -429,12 +429,12 @@ def life(
         Number of stops after which the band is turned end for end, or best: the number that gives the longest life;
         may be repeated.
     """
-    faults: list[Fault] = []
+    faults = Issues()
     turns = None
     try:
         turns = "best" if turn_at == ["best"] else [float(x) for x in turn_at or []] or None
     except ValueError:
-        faults.append(Fault("--turn-at", f"{turn_at} are not numbers of stops", "numbers, or best"))
+        faults.add("--turn-at", f"{turn_at} are not numbers of stops", "numbers, or best")
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     with Progress("life", "compiling and running…"):
         lining_life = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)

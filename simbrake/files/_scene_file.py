@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, input_error, of_radius, text_of_file, whole_file
+from .._base._faults import Fault, InputError, Issues, input_error, of_radius, text_of_file, whole_file
 from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from ..hybrid.struct import Struct
@@ -275,8 +275,7 @@ def _scene_of(tables: dict[str, Toml], folder: Path, *, undriven: bool) -> Scene
         scene = reader.read(tables, (Scene,), "", "SI")
     except RecursionError:
         raise input_error("TOML", "is nested too deeply") from None
-    if reader.faults:
-        raise InputError(reader.faults)
+    reader.faults.report()
     assert isinstance(scene, Scene)
     if not undriven:  # (else what moves it is checked with it)
         check_scene(scene)
@@ -323,11 +322,10 @@ def scene_text(scene: Scene) -> str:
 
     require_scene(scene)
     hint = "write the scene outside of jit and grad"
-    faults = [Fault(leaf.path, "is traced", hint) for leaf in leaves(scene) if isinstance(leaf.value, Tracer)]
+    faults = Issues(Fault(leaf.path, "is traced", hint) for leaf in leaves(scene) if isinstance(leaf.value, Tracer))
     writer = _Writer(paths_without_meaning(scene), faults)
     tables = {} if faults else writer.table(scene, (Scene,), "", "SI")
-    if faults:
-        raise InputError(faults)
+    faults.report()
     return tomli_w.dumps({FORMAT: VERSION, **tables})
 
 
@@ -350,14 +348,14 @@ def write_scene(scene: Scene, path: str | Path) -> None:
 class _Writer:
     """Write a scene by the description that the reader uses."""
 
-    def __init__(self, left_out: tuple[str, ...], faults: list[Fault]) -> None:
+    def __init__(self, left_out: tuple[str, ...], faults: Issues) -> None:
         self.left_out, self.faults = left_out, faults
 
     def table(self, node: Struct, wanted: tuple[type, ...], path: str, unit: str) -> dict[str, Toml]:
         maker = type(node)
         if makers_of(wanted).get(maker.__name__) is not maker:
             what = f"{maker.__name__} is a custom class or function"
-            self.faults.append(Fault(path, what, "a file cannot hold it; keep the scene in Python"))
+            self.faults.add(path, what, "a file cannot hold it; keep the scene in Python")
             return {}
         table: dict[str, Toml] = {"type": maker.__name__} if several(wanted) else {}
         for part in parts_of(maker):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Issues
 from .._base._quantity import as_number
 from .._base._table import ZERO
 from ..brakes._pressed import DiscBrake, ShoeBrake
@@ -198,13 +198,12 @@ def film_of(result: Result, duration: float, start: float | int | None, end: flo
     low = first if start is None else float(as_number(start))
     high = (finish if finish > low else last) if end is None else float(as_number(end))
     checks = [fault_of_times(np.asarray([t]), first, last, name) for name, t in (("start", low), ("end", high))]
-    faults = [fault for fault in checks if fault]
+    faults = Issues(filter(None, checks))
     low = max(low, first)
     high = min(high, last)
     if not faults and not low < high:
-        faults.append(Fault("end", f"{high:g} s is not after the start at {low:g} s", "it must be later"))
-    if faults:
-        raise InputError(faults)
+        faults.add("end", f"{high:g} s is not after the start at {low:g} s", "it must be later")
+    faults.report()
     slip = next((e.time for e in result.events if e.name == "full_slip" and low < e.time < high), high)
     slow = low + 1.3 * (slip - low)
     if slow - low > 0.25 * (high - low):

@@ -19,7 +19,7 @@ from markupsafe import Markup
 
 from .. import plot
 from .._base._arguments import explained
-from .._base._faults import InputError, whole_file, whole_folder
+from .._base._faults import InputError, Issues, whole_file, whole_folder
 from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
 from ..brakes._bands import MultiBandBrake
@@ -215,13 +215,10 @@ def report(
         ('<!DOCTYPE html>', True)
     """
     scene = run.scene if isinstance(run, Result) else run
-    bounds, faults = read_limits(scene, limits or {})
-    try:
-        check_metrics(scene, sensitivity)
-    except InputError as error:
-        faults += error.faults
-    if faults:
-        raise InputError(faults)
+    bounds, found = read_limits(scene, limits or {})
+    faults = Issues(found)
+    faults.attempt(check_metrics, scene, sensitivity)
+    faults.report()
     with shown_progress(progress, "report", "compiling the run…") as progress:
         result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=progress)
         parts = contents(result, bounds, title, files or {}, progress)

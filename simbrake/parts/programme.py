@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import Fault, Faults, InputError, input_error
+from .._base._faults import Fault, Faults, input_error
 from .._base._part import takes_values
 from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._base._table import number
@@ -103,8 +103,7 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
     cycles = [*cycles, Cycle(steps, 1)] if steps else cycles
     if not any(cycle.steps for cycle in cycles) and not reader.faults:
         reader.fault(path, "has no step", f"as in {FORMS[0]!r}")
-    if reader.faults:
-        raise InputError(reader.faults)
+    reader.faults.report()
     return cycles
 
 
@@ -170,8 +169,7 @@ def programme_scene(
     # errors of brake, load and heat in any scene: the plan uses the friction at the start
     still = Scene(brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat, shaft=shaft)
     reader.faults += [dataclasses.replace(fault, path=fault.path.removeprefix("duty.")) for fault in faults(still)]
-    if reader.faults:
-        raise InputError(reader.faults)
+    reader.faults.report()
     assert isinstance(load, HookLoad)
     steps = {step.what for cycle in cycles for step in cycle.steps}
     limit = 2 * pull if limit is None else limit
@@ -184,8 +182,7 @@ def programme_scene(
         whole = plan.end(cycle.count, 0 if steps & {"make_up", "lay_down"} else 1)
         reader.faults += [] if problems else whole
     reader.faults += plan.faults(empty, stand, wear)
-    if reader.faults:
-        raise InputError(reader.faults)
+    reader.faults.report()
     hook = load
     if "take" in steps:
         hook = StringLoad(  # pyright: ignore

@@ -10,7 +10,7 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import Fault, Issues, whole_file
 from .._base._progress import counting
 from ..outputs.quantities import fault_of_times
 from ..parts.scene import banded_brake
@@ -60,8 +60,7 @@ def animate(
         (0.0 < duration * fps <= _FRAMES, "duration", f"makes {duration * fps:.0f} frames", f"1 to {_FRAMES}"),
     ]
     faults += [Fault(path, what, hint) for good, path, what, hint in checks if not good]
-    if wrong := [fault for fault in faults if fault]:
-        raise InputError(wrong)
+    Issues(filter(None, faults)).report()
     times = np.linspace(low, high, max(2, round(duration * fps)))
     tops = tops_of(look(result, times))
 

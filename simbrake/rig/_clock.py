@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._faults import Fault
+from .._base._faults import Issues
 from .._base._table import unit
 from ._formats import Table
 from ._grammar import Said, day_of, east_of, forms, is_date_name, is_open, said, says_time, seconds_of
@@ -52,7 +52,7 @@ def start_of(seconds: float, zone: str) -> str:
     return f"{text}{zone}"
 
 
-def times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault]) -> Times | None:
+def times_of(table: Table, where: str, time: Sequence[str], faults: Issues) -> Times | None:
     """Times of a table in the order of its rows; errors are added to `faults`, of which the caller makes a report.
 
     - `time`: names of the columns, and a format of `strptime` for the whole time, or for its date alone
@@ -65,23 +65,23 @@ def times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault])
     if not wrong.size:
         return times
     what = "is outside of the years 1 to 9999"
-    faults.append(Fault(f"{where} {table.row(wrong[0])}, time", what, "is it in the unit of its column?"))
+    faults.add(f"{where} {table.row(wrong[0])}, time", what, "is it in the unit of its column?")
     return None
 
 
-def _times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault]) -> Times | None:
+def _times_of(table: Table, where: str, time: Sequence[str], faults: Issues) -> Times | None:
     """Times as `times_of` has them, of any size."""
     columns = [name for name in time if name in table.names or "%" not in name]
     form = " ".join(name for name in time if name not in columns)
     unknown = [name for name in columns if name not in table.names]
     if unknown:
-        faults.append(Fault(f"time {', '.join(unknown)}", "is no column", f"there are: {', '.join(table.names)}"))
+        faults.add(f"time {', '.join(unknown)}", "is no column", f"there are: {', '.join(table.names)}")
         return None
     places = [table.names.index(name) for name in columns] or _places(table)
     if not places:
         hint = "time='COLUMN', or time=('DATE', 'TIME'), says which it is"
         index = f": its index is {table.index_type!r}" if table.index_type else ""
-        faults.append(Fault(where, f"has no usable time{index}", f"{hint}; {forms()}"))
+        faults.add(where, f"has no usable time{index}", f"{hint}; {forms()}")
         return None
     if len(places) == 1 and places[0] not in table.texts and not form:
         return _of_numbers(table, places[0], table.values[places[0]], where, faults)
@@ -89,7 +89,7 @@ def _times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault]
     if len(texts) != len(places):
         names = ", ".join(table.names[i] for i in places)
         what = "are no date and clock" if len(places) > 1 else f"holds numbers, which {form!r} does not read"
-        faults.append(Fault(f"{where} column{'s' * (len(places) > 1)} {names}", what, "time=('DATE', 'TIME')"))
+        faults.add(f"{where} column{'s' * (len(places) > 1)} {names}", what, "time=('DATE', 'TIME')")
         return None
     if len(texts) == 1 and not form and (numbers := _numbers(texts[0])) is not None:
         return _of_numbers(table, places[0], numbers, where, faults)
@@ -150,7 +150,7 @@ def _places(table: Table) -> list[int]:
     return next(([named[name]] for name in _NAMES if name in named), [])
 
 
-def _unread_date(table: Table, used: Sequence[int], where: str, faults: list[Fault]) -> None:
+def _unread_date(table: Table, used: Sequence[int], where: str, faults: Issues) -> None:
     """An error for a column of dates beside clocks that is not understood."""
     for i, name in enumerate(table.names):
         if i in used or not is_date_name(name):
@@ -160,7 +160,7 @@ def _unread_date(table: Table, used: Sequence[int], where: str, faults: list[Fau
         if text:
             clock = table.names[used[0]]
             hint = f"time=({name!r}, {clock!r}, '%d/%m/%Y') says how to read it, time={clock!r} leaves it out"
-            faults.append(Fault(f"{where} column {name}", f"{text!r} is no date", f"{forms()}; {hint}"))
+            faults.add(f"{where} column {name}", f"{text!r} is no date", f"{forms()}; {hint}")
             return
 
 
@@ -178,16 +178,14 @@ def _numbers(texts: list[str]) -> np.ndarray | None:
         return None
 
 
-def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: list[Fault]) -> Times | None:
+def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: Issues) -> Times | None:
     name = table.names[i]
     text = table.units[i]
     place = f"{where} column {name}"
     bad = np.flatnonzero(~np.isfinite(x) | np.isin(x, table.nulls))
     if bad.size:
         more = f"; {bad.size} rows have none" if bad.size > 1 else ""
-        faults.append(
-            Fault(f"{where} {table.row(bad[0])}, column {name}", "has no time", f"every row needs its time{more}")
-        )
+        faults.add(f"{where} {table.row(bad[0])}, column {name}", "has no time", f"every row needs its time{more}")
         return None
     plain = text.strip().lower()
     remarks: list[str] = []
@@ -199,7 +197,7 @@ def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: list[Fa
     try:
         seconds = x * float(unit(plain, "s").factor)
     except ValueError as error:
-        faults.append(Fault(place, f"{text!r} is not a unit of time", str(error)))
+        faults.add(place, f"{text!r} is not a unit of time", str(error))
         return None
     if not plain:
         milli = 8e11 < x[0] < 4e12
@@ -223,7 +221,7 @@ class _Texts:
     places: Sequence[int]
     texts: list[str]
     where: str
-    faults: list[Fault]
+    faults: Issues
 
     @property
     def names(self) -> str:
@@ -253,8 +251,8 @@ class _Texts:
     def _wrong(self, rows: Sequence[int] | np.ndarray, what: str, hint: str) -> None:
         """An error of rows, of which the first is named."""
         many = f"; {len(rows)} rows are so" if len(rows) > 1 else ""
-        self.faults.append(
-            Fault(f"{self.where} {self.table.row(rows[0])}, column {self.names}", what, f"{hint}{many}".lstrip("; "))
+        self.faults.add(
+            f"{self.where} {self.table.row(rows[0])}, column {self.names}", what, f"{hint}{many}".lstrip("; ")
         )
 
     @property
@@ -279,10 +277,10 @@ class _Texts:
         try:
             stamps = self._stamps(self.texts, form)
         except ValueError as error:
-            self.faults.append(Fault("time", f"{form!r} is no format: {error}", "as '%d/%m/%Y %H:%M:%S'"))
+            self.faults.add("time", f"{form!r} is no format: {error}", "as '%d/%m/%Y %H:%M:%S'")
             return None
         if any(dated) and not all(dated):
-            self.faults.append(Fault("time", f"{form!r} has no day, month and year", "as '%d/%m/%Y %H:%M:%S'"))
+            self.faults.add("time", f"{form!r} has no day, month and year", "as '%d/%m/%Y %H:%M:%S'")
             return None
         bad = np.flatnonzero(np.isnan(stamps))
         if bad.size:
@@ -348,7 +346,7 @@ class _Texts:
             try:
                 found = self._stamps(distinct, form) / _DAY
             except ValueError as error:
-                self.faults.append(Fault("time", f"{form!r} is no format: {error}", "as '%d/%m/%Y'"))
+                self.faults.add("time", f"{form!r} is no format: {error}", "as '%d/%m/%Y'")
                 return None
             order = ""
             days: _Days = [None if np.isnan(day) else int(day) for day in found]

@@ -13,7 +13,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, input_error, needed
+from .._base._faults import Fault, InputError, Issues, input_error, needed
 from .._base._nulls import EMPTY
 from .._base._text_table import HEAD, PIECE, File, Rows, cells_of, opened
 from ._grammar import is_date_name, says_time
@@ -64,16 +64,15 @@ class Table:
             if row > self.row_numbers.max(initial=0) and count < rows.count
         ]
         wrong = rows.ragged[: len(rows.ragged) - len(short)]
-        faults: list[Fault] = []
+        faults = Issues()
         for row, count in wrong[:_LISTED]:
             what = f"has {count} cells under {rows.count} columns"
-            faults.append(Fault(f"{rows.path} {rows.word} {row}", what, "the row is damaged: remove or repair it"))
+            faults.add(f"{rows.path} {rows.word} {row}", what, "the row is damaged: remove or repair it")
         if wrong[_LISTED:]:
-            faults.append(Fault(str(rows.path), f"has {len(wrong)} rows with another number of cells in all"))
+            faults.add(str(rows.path), f"has {len(wrong)} rows with another number of cells in all")
         if not self.row_numbers.size and not faults:
-            faults.append(Fault(str(rows.path), "has no rows of values", "it is cut off: export the log again"))
-        if faults:
-            raise InputError(faults)
+            faults.add(str(rows.path), "has no rows of values", "it is cut off: export the log again")
+        faults.report()
         for i, (count, row, text) in rows.odd.items():
             if np.isfinite(self.values[i]).sum() < count:
                 self.remarks.append(f"{self.names[i]}: holds words, not used")  # which may be names of people

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, input_error
+from .._base._faults import Issues, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Log
@@ -303,8 +303,7 @@ def ledger(
     """
     settings: dict[str, Any] = {"lines": lines, "drum_radius": drum_radius, "efficiency": efficiency}
     settings |= {"block_mass": block_mass, "brake": brake, "auxiliary": auxiliary, "trip_pause": trip_pause}
-    if faults := faults_of_settings(**settings):
-        raise InputError(faults)
+    faults_of_settings(**settings).report()
     found = of if isinstance(of, Lowerings) else lowerings(of)
     notes = list(found.notes)
     shares = shares_of(auxiliary)
@@ -345,26 +344,26 @@ POSITIVE = {"lines": "1", "drum_radius": "m", "block_mass": "kg", "trip_pause": 
 
 def faults_of_settings(
     efficiency: float | None, brake: str | None, auxiliary: float | Mapping[str, float] | None, **positive: float | None
-) -> list[Fault]:
+) -> Issues:
     """Errors of arguments of `ledger`."""
     shares = shares_of(auxiliary)
-    faults = [
-        Fault(name, f"{x} is not a positive number", f"in {POSITIVE[name]}" if POSITIVE[name] != "1" else "")
-        for name, x in positive.items()
-        if x is not None and not (np.isfinite(x) and x > 0)
-    ]
+    faults = Issues()
+    for name, x in positive.items():
+        if x is not None and not (np.isfinite(x) and x > 0):
+            unit = POSITIVE[name]
+            faults.add(name, f"{x} is not a positive number", "" if unit == "1" else f"in {unit}")
     if efficiency is not None and not 0 < efficiency <= 1:
-        faults.append(Fault("efficiency", f"{efficiency} is out of range", "0 < efficiency ≤ 1"))
+        faults.add("efficiency", f"{efficiency} is out of range", "0 < efficiency ≤ 1")
     if brake is not None and brake not in BRAKES:
-        faults.append(Fault("brake", f"unknown kind {brake!r}", f"there are: {', '.join(BRAKES)}"))
+        faults.add("brake", f"unknown kind {brake!r}", f"there are: {', '.join(BRAKES)}")
     for kind, share in shares.items():
         if kind not in LOADS:
-            faults.append(Fault(f"auxiliary {kind}", "is no kind of load", f"there are: {', '.join(LOADS)}"))
+            faults.add(f"auxiliary {kind}", "is no kind of load", f"there are: {', '.join(LOADS)}")
         if share is not None and not 0 <= share <= 1:
-            faults.append(Fault("auxiliary", f"{share} is out of range", "a share of the work at the drum, 0 to 1"))
+            faults.add("auxiliary", f"{share} is out of range", "a share of the work at the drum, 0 to 1")
     if brake == "friction" and any(shares.values()):
-        faults.append(Fault("auxiliary", "is given beside brake='friction'", "which has no auxiliary brake"))
-    return list(dict.fromkeys(faults))
+        faults.add("auxiliary", "is given beside brake='friction'", "which has no auxiliary brake")
+    return Issues(dict.fromkeys(faults))
 
 
 def lines_of(log: Log, notes: list[str]) -> float | None:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, Issues
 from .._base._nulls import NULLS, take_nulls, told_as_null
 from .._base._progress import counting
 from .._base._table import Column, Table, Tabular, Unit, digits, plain, unit
@@ -329,11 +329,11 @@ def read(
     """
     file = Path(path)
     wanted = dict(names or {})
-    faults = [
+    faults = Issues(
         Fault(f"names {role}", "is no role", f"there are: {', '.join(ROLES)}") for role in wanted if role not in ROLES
-    ]
+    )
     if offset is not None and not np.isfinite(offset):
-        faults.append(Fault("offset", f"{offset} is no time", "seconds, positive where the load's clock is ahead"))
+        faults.add("offset", f"{offset} is no time", "seconds, positive where the load's clock is ahead")
     clock = [time] if isinstance(time, str) else list(time or ())
     size = file.stat().st_size if file.is_file() else 0
     try:
@@ -354,7 +354,7 @@ def read(
 
 def _likeness(table: FileTable, names: Mapping[str, str]) -> tuple[bool, int]:
     """Whether a table has a block position, and how many other channels."""
-    roles = _roles(table, names, [], [])
+    roles = _roles(table, names, [], Issues())
     return "block_position" in roles, len(roles)
 
 
@@ -373,7 +373,7 @@ def _letters(name: str) -> str:
 
 
 def _roles(
-    table: FileTable, names: Mapping[str, str], guesses: list[str], faults: list[Fault]
+    table: FileTable, names: Mapping[str, str], guesses: list[str], faults: Issues
 ) -> dict[str, tuple[int, str]]:
     """Column and unit of each role: by `names`, or by mnemonic, or else by the description."""
     roles: dict[str, tuple[int, str]] = {}
@@ -381,7 +381,7 @@ def _roles(
         match = re.fullmatch(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]", text)
         name, of = (text, None) if text in table.names or match is None else (match["name"], match["unit"])
         if name not in table.names:
-            faults.append(Fault(f"names {role}", f"{text!r} is no column", f"there are: {', '.join(table.names)}"))
+            faults.add(f"names {role}", f"{text!r} is no column", f"there are: {', '.join(table.names)}")
             continue
         i = table.names.index(name)
         roles[role] = i, table.units[i] if of is None else of
@@ -434,7 +434,7 @@ class _Reading:
     clock: Sequence[str]
     offset: float
     guesses: list[str]
-    faults: list[Fault]
+    faults: Issues
 
     def log(self) -> Log:
         table = self.table
@@ -494,7 +494,7 @@ class _Reading:
         )
 
     def fault(self, where: str, problem: str, hint: str = "") -> None:
-        self.faults.append(Fault(f"{self.path}{where}", problem, hint))
+        self.faults.add(f"{self.path}{where}", problem, hint)
 
     def _ordered(self, seconds: np.ndarray, spread: bool) -> tuple[np.ndarray | None, Any]:
         """Times that increase, and the rows that have them."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, input_error
+from .._base._faults import Issues, input_error
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Channel, Log
 
@@ -369,9 +369,8 @@ def lowerings(
     if log.interval > _SLOWEST or position.interval > _SLOWEST:
         rate = digits(max(log.interval, position.interval if position.held else 0.0), 3)
         what = f"is updated each {rate} s: lowerings cannot be followed above {_SLOWEST:g} s"
-        faults.append(Fault(f"{log.source} column {position.mnemonic}", what, "give a recording over time"))
-    if faults:
-        raise InputError(faults)
+        faults.add(f"{log.source} column {position.mnemonic}", what, "give a recording over time")
+    faults.report()
     height = course_of(position, spacing)
     load = course_of(log["hook_load"])
     if np.ptp(height.value) < travel:
@@ -380,16 +379,15 @@ def lowerings(
     return _Finder(log, height, load, thresholds).result()
 
 
-def faults_of_thresholds(thresholds: Mapping[str, Any]) -> list[Fault]:
+def faults_of_thresholds(thresholds: Mapping[str, Any]) -> Issues:
     """Errors of arguments of `lowerings`."""
-    faults = [
-        Fault(name, f"{x} is not a positive number", f"in {THRESHOLDS[name]}")
-        for name, x in thresholds.items()
-        if name not in ("floor", "tare") and not (np.isfinite(x) and x > 0)
-    ]
+    faults = Issues()
+    for name, x in thresholds.items():
+        if name not in ("floor", "tare") and not (np.isfinite(x) and x > 0):
+            faults.add(name, f"{x} is not a positive number", f"in {THRESHOLDS[name]}")
     tare = thresholds.get("tare")
     if tare is not None and not 0 < tare[0] <= tare[1]:
-        faults.append(Fault("tare", f"{tare} is no interval of loads", "lowest and highest load without string, N"))
+        faults.add("tare", f"{tare} is no interval of loads", "lowest and highest load without string, N")
     return faults
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, input_error
+from .._base._faults import InputError, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
@@ -598,27 +598,24 @@ def replay(
         auxiliary = 0.0 if of.settings["brake"] == "friction" else of.settings["auxiliary"]
     faults = faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
     if not isinstance(hook, AbstractHookLoad):
-        faults.append(Fault("duty.load", f"a {type(hook).__name__} has no hook", "give lines and drum: `HookLoad`"))
+        faults.add("duty.load", f"a {type(hook).__name__} has no hook", "give lines and drum: `HookLoad`")
         raise InputError(faults)
     known: dict[str, Any] = settings_of(scene, log) | {"auxiliary": None if faults else auxiliary}
     book = of if isinstance(of, Ledger) else ledger(found, **known)
     lines, strung = float(hook.line_count), book.settings["lines"]
     if strung is not None and strung != lines:
         what = f"{digits(lines)} lines are strung, the log has {digits(strung)}"
-        faults.append(Fault("duty.load.line_count", what, "give the scene those of the log"))
+        faults.add("duty.load.line_count", what, "give the scene those of the log")
     refused = [words for one in found.valid if (words := refusal(log, one))]
     if refused:
         hint = "give a height between block and crown: names={'block_position': …}"
         what = f"{len(refused)} of {len(found.valid)} lowerings: {refused[0]}"
-        faults.append(Fault(f"{log.source} column {log.position.mnemonic}", what, hint))
+        faults.add(f"{log.source} column {log.position.mnemonic}", what, hint)
     if not found.valid:
-        faults.append(Fault(log.source, "has no lowering without flags", "print sb.rig.lowerings(log)"))
+        faults.add(log.source, "has no lowering without flags", "print sb.rig.lowerings(log)")
     if not max(_tensions(scene)) > 0:
-        faults.append(
-            Fault(f"duty.{scene.duty.lever_field}", "is never pulled", "give the tension that holds the load")
-        )
-    if faults:
-        raise InputError(faults)
+        faults.add(f"duty.{scene.duty.lever_field}", "is never pulled", "give the tension that holds the load")
+    faults.report()
     if auxiliary is None:
         whole = "the friction brakes take all that is lowered, an upper bound"
         notes.append(f"{whole}: auxiliary= is the share of a motor or an auxiliary brake")

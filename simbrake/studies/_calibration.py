@@ -523,7 +523,7 @@ def calibrate(
     issues.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
     issues.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
     if profile and loss != "linear":
-        issues.append(Fault("profile", f"is not known of the loss {loss}", 'it needs loss="linear"'))
+        issues.add("profile", f"is not known of the loss {loss}", 'it needs loss="linear"')
     issues.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
     own = per_recording or {}
     recordings = recordings_of(scene, data, issues)
@@ -551,5 +551,5 @@ def _absoluteness(recordings: Sequence[Recording], wanted: bool | None, paramete
     absolute = not without if wanted is None else wanted
     if not absolute and count <= parameters:
         what = f"{count} values do not determine their scatter with {parameters} parameters"
-        issues.append(Fault("data", what, "measure more, or give standard deviations"))
+        issues.add("data", what, "measure more, or give standard deviations")
     return absolute

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._arguments import explained
-from .._base._faults import Fault, Issues
+from .._base._faults import Issues
 from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..runs.edit import with_values
@@ -176,24 +176,24 @@ def log_density(
     spreads = {f"{name}_sigma": pair for name, pair in (noise or {}).items()}
     for name, pair in (noise or {}).items():
         if name not in measured:
-            issues.append(Fault(f"noise of {name}", "it was not measured", f"there are: {', '.join(sorted(measured))}"))
+            issues.add(f"noise of {name}", "it was not measured", f"there are: {', '.join(sorted(measured))}")
         if not (len(pair) == 2 and 0 < pair[0] < pair[1] < np.inf):
-            issues.append(Fault(f"noise of {name}", f"the bounds {pair!r} are out of range", "0 < low < high"))
+            issues.add(f"noise of {name}", f"the bounds {pair!r} are out of range", "0 < low < high")
     for each in runs:
         for part in each.data.all:
             if part.sigma is None and part.name not in (noise or {}):
                 hint = f'give its measuring error, or noise={{"{part.name}": (low, high)}}'
-                issues.append(Fault(each.label(part.name), "has no standard deviation", hint))
+                issues.add(each.label(part.name), "has no standard deviation", hint)
     for path, prior in (priors or {}).items():
         if path not in {**shared, **own, **spreads}:
-            issues.append(Fault(f"prior of {path}", "is of no parameter", "a path of shared or per_recording"))
+            issues.add(f"prior of {path}", "is of no parameter", "a path of shared or per_recording")
         elif not callable(prior):
-            issues.append(Fault(f"prior of {path}", f"{prior!r} is no function", "log_prob of a distribution"))
+            issues.add(f"prior of {path}", f"{prior!r} is no function", "log_prob of a distribution")
     first = jax.tree.structure(runs[0].scene), [np.shape(x) for x in jax.tree.leaves(runs[0].scene)]
     for each in runs[1:]:
         if (jax.tree.structure(each.scene), [np.shape(x) for x in jax.tree.leaves(each.scene)]) != first:
             what = f"has another structure than {runs[0].name}"
-            issues.append(Fault(each.label("scene"), what, "known lists must be as long for all recordings"))
+            issues.add(each.label("scene"), what, "known lists must be as long for all recordings")
     issues.report()
     solver = solver_within(runs, {**shared, **own}) if solver is None else solver
     layout = FitModel(runs, tuple(shared), tuple(own), solver=solver, rtol=rtol, max_steps=max_steps)

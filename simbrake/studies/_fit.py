@@ -87,11 +87,11 @@ def box_of_all(
     with them."""
     boxes, wrong, k, free = list[Box](), list[Issues](), len(shared), {**shared, **own}
     if not free:
-        issues.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
+        issues.add("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}')
     for path in dict.fromkeys(path for each in recordings for path in each.data.known if path in shared):
-        issues.append(Fault(path, "is shared by all recordings, and known of one", "fit it per recording"))
+        issues.add(path, "is shared by all recordings, and known of one", "fit it per recording")
     for path in sorted({*starts} - {*free} - {each.label(path) for path in own for each in recordings}):
-        issues.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
+        issues.add(path, "has a start value but no bounds", "give bounds, or set it in the scene")
     for each in recordings:
         start = {**starts, **{path: starts[label] for path in own if (label := each.label(path)) in starts}}
         wrong.append(Issues())

@@ -142,7 +142,7 @@ def evaluator(
     known, issues, asked = Inputs(scene), Issues(), as_metrics(metrics)
     paths = [parameters] if isinstance(parameters, str) else list(parameters)
     if not paths:
-        issues.append(Fault("parameters", "is empty", "as {'brake.linings.friction.coefficient': (0.3, 0.4)}"))
+        issues.add("parameters", "is empty", "as {'brake.linings.friction.coefficient': (0.3, 0.4)}")
     leaves = {path: known.get(entry_of(path, known)[0]) for path in paths}
     # (of what is not there a value that also a count of linings may have)
     count = float(scene.brake.linings.count)

@@ -52,7 +52,7 @@ class Draws:
     def __init__(self, scene: Scene, distributions: Mapping[str, Distribution]) -> None:
         issues = Issues()
         if not distributions:
-            issues.append(Fault("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}"))
+            issues.add("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}")
         self.quantiles: dict[str, Quantile] = {}
         self.about: dict[str, Quantity] = {}  # of each path
         frozen: dict[str, Any] = {}
@@ -63,7 +63,7 @@ class Draws:
         issues.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
         hint = "give each parameter one distribution"
         for path, old in Inputs(scene).twice(distributions).items():
-            issues.append(Fault(path, f"overlaps with {old}", hint))
+            issues.add(path, f"overlaps with {old}", hint)
         bad = {fault.path for fault in issues}
         middle = with_values(scene, {path: value for path, value in medians.items() if path not in bad})
         inputs = Inputs(middle)
@@ -123,7 +123,7 @@ def checked(
 ) -> Draws:
     """The distributions. Raises `InputError` with all their errors and those already in `found`."""
     if not isinstance(n, int | np.integer) or n < 1:
-        issues.append(Fault("n", f"{n!r} is not a number of samples", "a whole number, at least 1"))
+        issues.add("n", f"{n!r} is not a number of samples", "a whole number, at least 1")
     issues.choice("method", method, METHODS)
     draws = issues.attempt(Draws, scene, distributions)
     issues.attempt(check_metrics, scene, metrics)
@@ -179,7 +179,7 @@ def _distribution(scene: Scene, path: str, distribution: Distribution, issues: I
             if not middle.ndim and np.isfinite(middle):
                 return distribution
             what, hint = f"its median is {middle}, not one number", "look at the distribution's parameters"
-    issues.append(Fault(path, what, hint))
+    issues.add(path, what, hint)
     return None
 
 
@@ -467,7 +467,7 @@ def uncertainty(
         issues.share("quantiles", p, 0.95)
     issues.share("confidence", confidence, 0.95)
     if not isinstance(replicates, int | np.integer) or replicates < 2:
-        issues.append(Fault("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual"))
+        issues.add("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual")
     issues += [
         Fault(f"limits[{name!r}]", f"{value!r} is not a number", "the maximum permissible value in SI units")
         for name, value in bounds.items()

@@ -245,9 +245,9 @@ def check_measured(data: Measured, scene: Scene) -> None:
         beyond = part.t[outside(part.t, start, end)]
         if beyond.size:
             what = f"was measured at {beyond[0]:.6g} s, but the run goes from {start:g} to {end:g} s"
-            issues.append(Fault(part.name, what, "set end_time (and initial.time) of the scene to the measurement"))
+            issues.add(part.name, what, "set end_time (and initial.time) of the scene to the measurement")
     if not data.count:
-        issues.append(Fault("data", "nothing was measured", "give columns over time, or events"))
+        issues.add("data", "nothing was measured", "give columns over time, or events")
     issues.report()
 
 
@@ -311,7 +311,7 @@ def read_measured(
     reading = _Reading(sigma, columns, null)
     data = reading.read(*paths)
     if not paths:
-        reading.issues.append(Fault("data", "no file was given", "give one or more CSV files"))
+        reading.issues.add("data", "no file was given", "give one or more CSV files")
     reading.report([data])
     return data
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._arguments import explained
-from .._base._faults import Fault, Faults
+from .._base._faults import Faults, Issues
 from .._base._part import Part, part, quantity, takes_values
 from .._base._quantity import Quantity, Scalar, Values
 from ..hybrid.arrays import Array
@@ -225,14 +225,14 @@ class WaterJacket(AbstractLink):
 
     def faults(self, path: str) -> Faults:
         """Errors of a channel that the coefficient lacks or does not need, and of a flow below 0."""
-        names, faults = ("section", "diameter", "length"), Faults()
+        names, faults = ("section", "diameter", "length"), Issues()
         needed = names if self.coefficient is None else names[: isinstance(self.coefficient, AbstractCoefficient)]
         for name in names:
             if name in needed and getattr(self, name) is None:
                 hint = "give it, or the heat transfer coefficient as a number"
-                faults.append(Fault(f"{path}.{name}", "is missing: the coefficient follows from the channel", hint))
+                faults.add(f"{path}.{name}", "is missing: the coefficient follows from the channel", hint)
             elif name not in needed and getattr(self, name) is not None:
-                faults.append(Fault(f"{path}.{name}", "has no effect on this coefficient", "leave out one of the two"))
+                faults.add(f"{path}.{name}", "has no effect on this coefficient", "leave out one of the two")
         if isinstance(self.flow, AbstractProfile):
             faults += faults_of_sign(self.flow, f"{path}.flow", "m^3/s", "the coolant flows one way")
         return faults

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._arguments import explained
-from .._base._faults import Fault, Faults, require_share
+from .._base._faults import Fault, Faults, Issues, require_share
 from .._base._part import Part, part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
 from .._base._table import number
@@ -400,14 +400,14 @@ class Heat(Part):
         - `linings`: their number;  `rims`: number of separate rims that bands may have, 0: they share one
         """
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
-        faults = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
+        faults = Issues(faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p)))
         for kind in ("rim", "band"):
             if getattr(self, f"permissible_{kind}") is not None and getattr(self, kind) is None:
                 hint = f"name it in `{kind}`, or leave the limit out"
-                faults.append(Fault(f"{path}.permissible_{kind}", f"the network names no place as the {kind}", hint))
+                faults.add(f"{path}.permissible_{kind}", f"the network names no place as the {kind}", hint)
         for i in self.pressed:
             if getattr(self.links[i], "resistance", None) is not None:
-                faults.append(Fault(f"{path}.links[{i}].law", "stands beside a resistance", "give one of the two"))
+                faults.add(f"{path}.links[{i}].law", "stands beside a resistance", "give one of the two")
         if faults or (faults := self._faults_of_jackets(path)):
             return faults
         by_name = {body.name: body for body in self.bodies}
@@ -420,34 +420,32 @@ class Heat(Part):
                 continue
             body = body_at(place, by_name)
             if body is None:
-                faults.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
+                faults.add(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall")
                 continue
             sizes = [1, linings] if rims == 0 or field.endswith(("lining", "linings")) else [1, rims, linings]
             if (nodes := size_of(body, place_of(place)[1])) not in sizes:
                 hint = " or ".join(str(size) for size in sizes)
-                faults.append(Fault(f"{path}.{field}", f"{place!r} has {nodes} nodes", hint))
+                faults.add(f"{path}.{field}", f"{place!r} has {nodes} nodes", hint)
         if not faults:
             for name, pair in pairs.items():
                 faults += self._faults_of_pair(pair, f"{path}.{name}", by_name)
         return faults
 
-    def _faults_of_jackets(self, path: str) -> Faults:
+    def _faults_of_jackets(self, path: str) -> Issues:
         """Errors of coolants: without an inlet temperature, or boiling at the inlet or at the start."""
-        faults, by_name = Faults(), {body.name: body for body in self.bodies}
+        faults, by_name = Issues(), {body.name: body for body in self.bodies}
         for i, jacket in self.jackets.items():
             where, boiling = f"{path}.links[{i}]", float(jacket.liquid.boiling)
             if not isinstance(inlet := by_name[place_of(jacket.b)[0]], Reservoir):
                 hint = "name a `Reservoir` with the temperature of the inlet"
-                faults.append(Fault(f"{where}.b", f"{jacket.b!r} is no reservoir", hint))
+                faults.add(f"{where}.b", f"{jacket.b!r} is no reservoir", hint)
                 continue
             if boiling != float(self.boiling):  # pyright: ignore
                 hint = "give the jackets of a network one pressure"
-                faults.append(Fault(f"{where}.liquid.boiling", "differs from that of the jacket before", hint))
+                faults.add(f"{where}.liquid.boiling", "differs from that of the jacket before", hint)
             name, face = place_of(jacket.a)
             if isinstance(by_name[name], Reservoir):
-                faults.append(
-                    Fault(f"{where}.a", f"{jacket.a!r} is a reservoir", "name the wall that the coolant wets")
-                )
+                faults.add(f"{where}.a", f"{jacket.a!r} is a reservoir", "name the wall that the coolant wets")
                 continue
             wall, at_start = by_name[name], getattr(by_name[name], "temperature", 0.0)
             T_in = inlet.temperature
@@ -458,17 +456,17 @@ class Heat(Part):
                 if (hottest := float(np.max(T))) >= boiling:
                     there = f"{path}.bodies[{[*by_name].index(body.name)}].temperature"
                     what = f"{number(hottest, 'K')} of the {words}: the coolant boils at {number(boiling, 'K')}"
-                    faults.append(Fault(there, what, "from the start: begin cooler, or give a higher pressure"))
+                    faults.add(there, what, "from the start: begin cooler, or give a higher pressure")
         return faults
 
     def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> Faults:
-        faults: Faults = []
+        faults = Issues()
         sensor = pair.sensor
         if sensor is None or isinstance(by_name[place_of(sensor)[0]], Junction):
             hint = "name a body with capacity in `sensed`"
-            faults.append(Fault(f"{path}.sensed", "the friction law needs a temperature that is a state", hint))
+            faults.add(f"{path}.sensed", "the friction law needs a temperature that is a state", hint)
         if (pair.beyond is None) != (pair.beyond_share is None):
-            faults.append(Fault(f"{path}.beyond", "a place and its share of the heat belong together", "give both"))
+            faults.add(f"{path}.beyond", "a place and its share of the heat belong together", "give both")
         for field in ("metal", "lining", "beyond"):
             place = getattr(pair, field)
             if place is None:
@@ -476,7 +474,7 @@ class Heat(Part):
             body = by_name[place_of(place)[0]]
             if isinstance(body, Reservoir) or (isinstance(body, Junction) and self._open(place)):
                 what = "a reservoir" if isinstance(body, Reservoir) else "a junction that radiates or convects freely"
-                faults.append(Fault(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body"))
+                faults.add(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body")
         return faults
 
     def _open(self, place: str) -> bool:

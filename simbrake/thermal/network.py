@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._compiling import per_structure, read_by
-from .._base._faults import Fault, Faults
+from .._base._faults import Fault, Faults, Issues
 from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Over, Scalar
 from ..hybrid.arrays import Array, Floats, ScalarArray
@@ -474,22 +474,22 @@ def faults_of_network(
     heated: tuple[str, ...] = (),
 ) -> Faults:
     """All errors of a network: names, sizes, nodes without connection, loops without a solution."""
-    faults: Faults = []
+    faults = Issues()
     by_name = {body.name: body for body in bodies}
     for i, body in enumerate(bodies):
         where = f"{path}.bodies[{i}]"
         if body.name in [other.name for other in bodies[:i]] or not body.name or "." in body.name:
             what = f"the name {body.name!r} is in use or invalid"
-            faults.append(Fault(where, what, "names are unique, without dots"))
+            faults.add(where, what, "names are unique, without dots")
         if isinstance(body, Lump) and np.any(np.asarray(body.capacity) == 0):
             hint = "give each a capacity, or none of them: then it is a `Junction`"
-            faults.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
+            faults.add(f"{where}.capacity", "0 J/K at some of its nodes", hint)
         if isinstance(body, Wall) and body.surface_layer is not None and body.layers == 1:
-            faults.append(Fault(f"{where}.layers", "one layer has no face of its own", "give at least 2 layers"))
+            faults.add(f"{where}.layers", "one layer has no face of its own", "give at least 2 layers")
         for field in ("capacity", "temperature"):
             shape = np.shape(getattr(body, field, 0.0))
             if shape not in ((), (body.count,)):
-                faults.append(Fault(f"{where}.{field}", f"shape {shape} does not fit {body.count} nodes"))
+                faults.add(f"{where}.{field}", f"shape {shape} does not fit {body.count} nodes")
     touched: set[str] = {place_of(place)[0] for place in (*heated, *(source.a for source in sources))}
     ends = [(f"{path}.links[{i}]", link, (link.a, link.b)) for i, link in enumerate(links)]
     ends += [(f"{path}.sources[{i}]", source, (source.a,)) for i, source in enumerate(sources)]
@@ -506,13 +506,13 @@ def faults_of_network(
         touched |= {name for name, _ in named}
         counts = {size_of(by_name[name], face) for name, face in named} - {1}
         if len(counts) > 1:
-            faults.append(Fault(edge_path, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
+            faults.add(edge_path, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one")
             continue
         if isinstance(edge, Source) or not is_perfect(edge, bodies):
             continue
         if not any(isinstance(by_name[name], Wall) for name, _ in named):
             hint = "make them one lump, or give a resistance"
-            faults.append(Fault(f"{edge_path}.resistance", "perfect contact of two lumps", hint))
+            faults.add(f"{edge_path}.resistance", "perfect contact of two lumps", hint)
     alone = [body.name for body in bodies if body.name not in touched and not isinstance(body, Reservoir)]
     if len(bodies) > 1:
         what = "is connected to nothing"
@@ -608,15 +608,15 @@ def _faults_of_surfaces(
     bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...], path: str
 ) -> Faults:
     """Errors of perfect contacts at faces with other links: they open, or hold several lumps at one temperature."""
-    by_name, faults = {body.name: body for body in bodies}, []
+    by_name, faults = {body.name: body for body in bodies}, Issues()
     surfaces = surfaces_of(bodies, links, sources)
     for i, link in enumerate(links):
         faces = [face for surface in surfaces for face in surface.faces if face in (link.a, link.b)]
         if faces and opens(link) and is_perfect(link, bodies):
             what = f"perfect contact that opens, at {faces[0]} with other links"
-            faults.append(Fault(f"{path}.links[{i}].resistance", what, "give it a resistance"))
+            faults.add(f"{path}.links[{i}].resistance", what, "give it a resistance")
     for surface in surfaces:
         if len(surface.nodes) > 1 or any(place_size(node, by_name) > surface.size for node in surface.nodes):
             what = f"perfect contacts at {' and '.join(surface.faces)} hold {' and '.join(surface.nodes)} together"
-            faults.append(Fault(f"{path}.links", what, "give all but one a resistance"))
+            faults.add(f"{path}.links", what, "give all but one a resistance")
     return faults

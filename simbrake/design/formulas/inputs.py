@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..._base._faults import Fault, InputError, input_error
+from ..._base._faults import Fault, input_error
 from ..._base._part import faults_of_values
 from ..._base._quantity import NumberReader, Quantity, behind, positive
 from ...parts.scene import Scene, banded_brake
@@ -208,8 +208,7 @@ def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
             data[name] = material(value)
         else:
             reader.fault(name, f"unknown material {value!r}", f"there are: {', '.join(sorted(LIBRARY))}")
-    if reader.faults:
-        raise InputError(reader.faults)
+    reader.faults.report()
     limits = {name.removeprefix("permissible."): numbers.pop(name) for name in [*numbers] if name not in _NUMBERS}
     stress = limits.pop("stress", None)
     elastic = None if stress is None else ElasticMaterial(permissible=stress)

@@ -12,7 +12,7 @@ import numpy as np
 from jax.core import Tracer
 
 from ..._base._arguments import explained
-from ..._base._faults import Fault, InputError, input_error
+from ..._base._faults import Issues, input_error
 from ..._base._part import leaves
 from ..._base._progress import counting
 from ..._base._quantity import behind
@@ -502,16 +502,15 @@ def compare_materials(
 
 
 def _require_names(**groups: Iterable[Any]) -> None:
-    faults = []
+    faults = Issues()
     for name, materials in groups.items():
         names = [material.name for material in materials]
         twice = sorted({known for known in names if names.count(known) > 1})
         if not names:
-            faults.append(Fault(name, "are none", "at least one material is needed"))
+            faults.add(name, "are none", "at least one material is needed")
         if twice:
-            faults.append(Fault(name, f"have {', '.join(twice)} more than once", "a name must denote one material"))
-    if faults:
-        raise InputError(faults)
+            faults.add(name, f"have {', '.join(twice)} more than once", "a name must denote one material")
+    faults.report()
 
 
 def _alike(materials: list[Any]) -> list[Any]:

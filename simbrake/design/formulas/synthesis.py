@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._base._arguments import explained
-from ..._base._faults import Fault, InputError, input_error
+from ..._base._faults import Issues, input_error
 from ..._base._table import Table, plain
 from ...parts.scene import Scene, banded_brake, faults
 from ...runs.measure import LimitVerdict
@@ -657,11 +657,10 @@ def synthesize(
     scene = run.scene if isinstance(run, Result) else run
     wrong = faults_of_synthesis(scene, data, permissible)
     if not 0 < tolerance < math.inf:
-        wrong.append(Fault("tolerance", f"{tolerance} is out of range", "must be > 0 K"))
+        wrong.add("tolerance", f"{tolerance} is out of range", "must be > 0 K")
     if rounds < 1:
-        wrong.append(Fault("rounds", f"{rounds} is out of range", "at least 1"))
-    if wrong:
-        raise InputError(wrong)
+        wrong.add("rounds", f"{rounds} is out of range", "at least 1")
+    wrong.report()
     before, about = braking_of(run, data)
     if before.run is not None and before.several:
         before = dataclasses.replace(before, stop=classical_stop(before.run.then))
@@ -691,15 +690,13 @@ def _start_temperatures(b: Braking) -> dict[str, float]:
     return start
 
 
-def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> list[Fault]:
+def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> Issues:
     """All input errors of a synthesis, before any simulation."""
-    wrong = [*faults(scene), *faults_of_data(data, limits)]
+    wrong = Issues([*faults(scene), *faults_of_data(data, limits)])
     if banded_brake(scene).in_series:
-        wrong.append(
-            Fault(
-                "brake.bandage",
-                "cannot be synthesised",
-                "give a brake with one friction pair; `estimates` handles both pairs of a staged one",
-            )
+        wrong.add(
+            "brake.bandage",
+            "cannot be synthesised",
+            "give a brake with one friction pair; `estimates` handles both pairs of a staged one",
         )
     return wrong

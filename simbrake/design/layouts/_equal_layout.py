@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from ..._base._arguments import explained
 from ..._base._compiling import DeviceJit
-from ..._base._faults import Fault, Issues
+from ..._base._faults import Issues
 from ..._base._progress import Progress
 from ..._base._quantity import as_number
 from ..._base._table import Column, Table, Tabular, plain
@@ -258,35 +258,33 @@ def validate_request(
     if missing := fault_of_pair(pair, list(brake.pairs)):
         errors.append(missing)
     elif pair != first and over == "static":
-        errors.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
+        errors.add("pair", "statics are those of the band on the linings", 'give over="braking"')
     for target in targets:
         if isinstance(target, str) and target not in TARGETS:
             hint = f"there are: {', '.join(TARGETS)}, or a function of a result to one number per lining"
-            errors.append(Fault("target", f"{target!r} is unknown", hint))
+            errors.add("target", f"{target!r} is unknown", hint)
         elif not isinstance(target, str) and over == "static":
-            errors.append(Fault("target", "a function of a result needs a run", 'give over="braking"'))
+            errors.add("target", "a function of a result needs a run", 'give over="braking"')
         elif free == "area" and target in TARGETS and target not in NEEDS_AREA and not read_by_linings(scene).p:
-            errors.append(Fault("target", f"{target} does not depend on the areas", "free the angles"))
+            errors.add("target", f"{target} does not depend on the areas", "free the angles")
     count = 2 if free == "both" else 1
     if len(targets) != count:
         hint = 'as ("tension_increment", "pressure"): the first for the angles, the second for the areas'
         words = f"{free!r} levels {count}, there are {len(targets)}"
-        errors.append(Fault("target", words, hint if free == "both" else 'free="both" levels two'))
+        errors.add("target", words, hint if free == "both" else 'free="both" levels two')
     if "wear" in targets and rate is None:
-        errors.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
+        errors.add("rate", "is missing", "wear needs a wear rate in m³/(N·m)")
     if np.size(brake.linings.angle) < 2:
-        errors.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
+        errors.add("brake.linings.angle", "one lining has no layout", "give two or more")
     if brake.linings.continuous and free != "area":
         hint = 'free="area", its width along the band'
-        errors.append(Fault("brake.linings.continuous", "has no blocks to lay out: its angles are arbitrary", hint))
+        errors.add("brake.linings.continuous", "has no blocks to lay out: its angles are arbitrary", hint)
     looked_at = {pair} & set(brake.pairs) if any(name in NEEDS_AREA for name in targets) else set()
     for rubbing_pair in sorted(looked_at | ({first} if free in ("area", "both") else set())):
         if brake.rubbing_part(rubbing_pair).area is None:
-            errors.append(
-                Fault(f"brake.{brake.pairs[rubbing_pair].field}.area", "is missing", "the target depends on the areas")
-            )
+            errors.add(f"brake.{brake.pairs[rubbing_pair].field}.area", "is missing", "the target depends on the areas")
     if free != "angle" and pair in others:
-        errors.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
+        errors.add("free", "the areas that can be freed are those towards the band", 'free="angle"')
     errors.report()
 
 

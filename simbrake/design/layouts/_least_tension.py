@@ -195,12 +195,12 @@ def least_tension(
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
     errors = Issues(faults(scene))
     if not variables:
-        errors.append(Fault("variables", "no parameter is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
+        errors.add("variables", "no parameter is free", "as {'duty.slack_tension.level': (1e3, 3e4)}")
     box = box_of(scene, variables, errors, each=True)
     errors.attempt(check_metrics, scene, [objective, *allowed])
     for name, value in allowed.items():
         if not (np.isfinite(value) and value > 0):
-            errors.append(Fault(name, f"a limit of {value:g} is not possible", "it must be positive and finite"))
+            errors.add(name, f"a limit of {value:g} is not possible", "it must be positive and finite")
     errors.report()
     names = (objective, *allowed)
     reverse = len(box.low) > 4 * len(names)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ..._base._arguments import explained
-from ..._base._faults import Fault, InputError
+from ..._base._faults import Issues
 from ..._base._table import scale
 from ...brakes.design import Brake, Lining
 from ...parts.scene import Scene, band_brake
@@ -40,14 +40,16 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
         position on the wrap from the slack end $\\Sigma\\beta$, °
     """
     named = _named(given)
-    faults, edges = [], {}
+    faults = Issues()
+    edges = {}
     for name, layout in named.items():
         try:
             edges[name] = _edges(layout)
         except ValueError as error:
-            faults.append(Fault(f"given[{name!r}]", str(error), "angles in rad from the slack to the tight end"))
-    if faults or not edges:
-        raise InputError(faults or [Fault("given", "is empty", "give a layout, or several by name")])
+            faults.add(f"given[{name!r}]", str(error), "angles in rad from the slack to the tight end")
+    if not named:
+        faults.add("given", "is empty", "give a layout, or several by name")
+    faults.report()
     first = next(iter(edges.values()))
     beta = first[:, 1] - first[:, 0]
     if uniform and np.ptp(beta) > 1e-9 * beta.max():
