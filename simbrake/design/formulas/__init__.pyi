@@ -5,8 +5,6 @@ from . import statics as statics
 from . import stress as stress
 from . import track as track
 from ._estimates import EngineeringEstimates as EngineeringEstimates
-from ._estimates import EstimateRow as EstimateRow
-from ._estimates import SynthesisRow as SynthesisRow
 from ._estimates import estimates as estimates
 from ._materials import LININGS as LININGS
 from ._materials import RIMS as RIMS
@@ -14,6 +12,7 @@ from ._materials import LiningMaterial as LiningMaterial
 from ._materials import RimMaterial as RimMaterial
 from ._materials import lining_material as lining_material
 from ._materials import rim_material as rim_material
+from ._rows import EstimateRow as EstimateRow
 from ._rows import Number as Number
 from .contact import contact_current as contact_current
 from .contact import current_density as current_density

@@ -1,11 +1,8 @@
 """Estimates beside the simulated values: one row, tables of rows, and the estimates of a scene or a run."""
 
 import dataclasses
-import math
 from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar, Generic, TypeVar
-
-import numpy as np
+from typing import Any, ClassVar
 
 from ..._base._arguments import explained
 from ..._base._faults import InputError, input_error
@@ -14,93 +11,28 @@ from ...parts.scene import Scene, banded_brake, check_scene
 from ...runs.result import Result
 from ._braking import Braking
 from ._heated import run_values
-from ._rows import Number, Row, power_rows, rows_of_pair, stage_rows, stop_rows, unit_text
+from ._rows import EstimateRow, power_rows, present, rows_of_pair, shown, stage_rows, stop_rows, unit_text
 from .inputs import EstimateData, Input, settle
 from .statics import classical_staged_stop, classical_stop
 
 
 @dataclasses.dataclass(frozen=True)
-class EstimateRow:
-    """One estimate: its `name`, `formula`, `value` and `unit`, the `source` of the formula, the `simulated` value
-
-    (`None` without a run, or where the run has no such number) and `why` the two differ. Temperatures are in K.
-
-    Example:
-        >>> row = sb.estimates(scene)["friction work"]
-        >>> row.formula, round(row.value / 1e3, 2)
-        ('W = M_b φ', 508.01)
-    """
-
-    name: str
-    formula: str
-    value: float
-    unit: str
-    source: str
-    simulated: float | None = None
-    why: str = ""
-
-    @property
-    def difference(self) -> float | None:
-        """Estimate less simulated value, `None` without one or where the estimate is not finite."""
-        if self.simulated is None or not np.isfinite(self.value):
-            return None
-        apart = self.value - self.simulated
-        return 0.0 if abs(apart) <= 1e-14 * abs(self.value) else apart  # rounding
-
-    @property
-    def words(self) -> str:
-        """Name, value and unit."""
-        return f"{self.name} {_shown(self.value)} {unit_text(self.unit)}".rstrip()
-
-    def as_dict(self) -> dict[str, Any]:
-        """`{name, formula, value, unit, simulated, difference, source, why}`."""
-        keys = ("name", "formula", "value", "unit", "simulated", "difference", "source", "why")
-        return {key: plain(getattr(self, key)) for key in keys}
-
-
-@dataclasses.dataclass(frozen=True)
-class SynthesisRow(EstimateRow):
-    """A row of one step: an `EstimateRow` with its `step` (1…12) and the `numbers` put into the formula.
-
-    `verdict`, of a permissible limit: `within limit` or `exceeded` by the estimate, and by the run where that differs.
-
-    Example:
-        >>> row = sb.synthesize(scene).step(1)[0]
-        >>> row.step, row.name, row.formula
-        (1, 'thermal penetration depth, rim', 'b = 1.73 √(a τ)')
-    """
-
-    step: int = 0
-    numbers: tuple[Number, ...] = ()
-    verdict: str = ""
-
-    def as_dict(self) -> dict[str, Any]:
-        """`{step, name, formula, value, unit, simulated, difference, source, why, numbers, verdict}`."""
-        return {"step": self.step, **super().as_dict(), "numbers": plain(self.numbers), "verdict": self.verdict}
-
-
-# --- tables of rows ---------------------------------------------------------------------------------------------------
-
-R = TypeVar("R", bound=EstimateRow)
-
-
-@dataclasses.dataclass(frozen=True)
-class RowTable(Tabular, Generic[R]):
+class RowTable(Tabular):
     """Named rows, their inputs, and a description of the brake application (`about`)."""
 
     about: str
     inputs: tuple[Input, ...]
-    rows: tuple[R, ...]
+    rows: tuple[EstimateRow, ...]
     kind: ClassVar[str] = "row"
 
-    def __getitem__(self, name: str) -> R:
+    def __getitem__(self, name: str) -> EstimateRow:
         """The row of that name. Raises `KeyError` with the known names."""
         for row in self.rows:
             if row.name == name:
                 return row
         raise KeyError(f"no {self.kind} {name!r}; there are: {', '.join(row.name for row in self.rows)}")
 
-    def __iter__(self) -> Iterator[R]:
+    def __iter__(self) -> Iterator[EstimateRow]:
         return iter(self.rows)
 
     def as_list(self) -> list[dict[str, Any]]:
@@ -118,29 +50,30 @@ class RowTable(Tabular, Generic[R]):
         return [self.about, "", inputs]
 
 
+#: columns of rows of a synthesis, with their headings
+_OF_STEPS = {"verdict": "", "numbers": "with"}
+
+
 def table_of(rows: Sequence[EstimateRow]) -> list[str | Table]:
     """Rows as a table, those of a synthesis with their numbers, and below it why estimate and run differ."""
     columns = [
         Column("name", heading="", left=True),
-        *(Column(name, show=_shown) for name in ("estimate", "simulated", "difference")),
+        *(Column(name, show=shown) for name in ("estimate", "simulated", "difference")),
         *(Column(name, left=True, show=unit_text) for name in ("unit", "formula")),
     ]
-    if any(isinstance(row, SynthesisRow) for row in rows):
-        columns += [Column("verdict", heading="", left=True), Column("numbers", heading="with", left=True)]
+    columns += [
+        Column(name, heading=heading, left=True, hidden=not rows[0].step) for name, heading in _OF_STEPS.items()
+    ]
     lines = []
     for row in rows:
         formula = f"{row.formula} ({row.source})" if row.source else row.formula
-        line = [row.name, row.value, row.simulated, row.difference, row.unit, formula]
-        lines.append([*line, row.verdict, ", ".join(map(str, row.numbers))] if isinstance(row, SynthesisRow) else line)
+        line = row.name, row.value, row.simulated, row.difference, row.unit, formula
+        lines.append([*line, row.verdict, ", ".join(map(str, row.numbers))])
     reasons: dict[str, list[str]] = {}
     for row in rows:
         if row.why and row.difference:
             reasons.setdefault(row.why, []).append(row.name)
     return [Table(columns, lines), *(f"reason: {why} ({'; '.join(names)})" for why, names in reasons.items())]
-
-
-def _shown(value: float) -> str:
-    return f"{value:.5g}" if math.isfinite(value) else "none"
 
 
 def _of_input(value: Any) -> str:
@@ -151,7 +84,7 @@ def _of_input(value: Any) -> str:
 
 
 @dataclasses.dataclass(frozen=True)
-class EngineeringEstimates(RowTable[EstimateRow]):
+class EngineeringEstimates(RowTable):
     """Classical estimates of a brake from its scene, beside its simulation where there is one.
 
     - `rows`: the estimates in order; `inputs`: their inputs and the source of each number; `about`: the
@@ -247,5 +180,4 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
             metrics = b.run.result.metrics
             simulated = metrics.get("stopping_time"), metrics.get("stopping_angle"), b.run.total_work
         rows = [*stop_rows(b, *simulated), *power_rows(b), *rows_of_pair(b)]
-    estimated = tuple(EstimateRow(*row[:7]) for row in Row.present(rows))
-    return EngineeringEstimates(f"engineering estimates{about}", tuple(b.inputs.values()), estimated)
+    return EngineeringEstimates(f"engineering estimates{about}", tuple(b.inputs.values()), tuple(present(rows)))

@@ -1,11 +1,13 @@
 """Every estimate once, by subject: its name, formula, value, source, simulated value, and why the two differ."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
+from ..._base._table import plain
 from ...loads import AbstractHookLoad
 from ...thermal.heat import shares_of_S
 from . import heating
@@ -67,8 +69,19 @@ def numbers(*others: Number, **values: float | np.ndarray) -> tuple[Number, ...]
     return (*others, *(Number(symbol, float(value), _UNITS[symbol]) for symbol, value in values.items()))
 
 
-class Row(NamedTuple):
-    """One estimate, with the `numbers` put into its formula; a `value` that is `None` does not exist."""
+class EstimateRow(NamedTuple):
+    """One estimate: its `name`, `formula`, `value` and `unit`, the `source` of the formula, the `simulated` value
+    (`None` without a run, or where the run has no such number), `why` the two differ, and the `numbers` put into the
+    formula. Temperatures are in K.
+
+    Of a synthesis also its `step` (1…12), and of a permissible limit the `verdict`: `within limit` or `exceeded` by the
+    estimate, and by the run where that differs.
+
+    Example:
+        >>> row = sb.estimates(scene)["friction work"]
+        >>> row.formula, round(row.value / 1e3, 2)
+        ('W = M_b φ', 508.01)
+    """
 
     name: str
     formula: str
@@ -78,15 +91,41 @@ class Row(NamedTuple):
     simulated: Any = None
     why: str = ""
     numbers: tuple[Number, ...] = ()
+    step: int = 0
+    verdict: str = ""
 
-    @classmethod
-    def present(cls, rows: "Iterable[Row]") -> "Iterator[Row]":
-        """The rows that have a value, as plain numbers."""
-        for row in rows:
-            if row.value is not None:
-                yield row._replace(
-                    value=float(row.value), simulated=None if row.simulated is None else float(row.simulated)
-                )
+    @property
+    def difference(self) -> float | None:
+        """Estimate less simulated value, `None` without one or where the estimate is not finite."""
+        if self.simulated is None or not np.isfinite(self.value):
+            return None
+        apart = self.value - self.simulated
+        return 0.0 if abs(apart) <= 1e-14 * abs(self.value) else apart  # rounding
+
+    @property
+    def words(self) -> str:
+        """Name, value and unit."""
+        return f"{self.name} {shown(self.value)} {unit_text(self.unit)}".rstrip()
+
+    def as_dict(self) -> dict[str, Any]:
+        """`{name, formula, value, unit, simulated, difference, source, why}`, of a synthesis with `step`, `numbers` and
+        `verdict`."""
+        keys = ["name", "formula", "value", "unit", "simulated", "difference", "source", "why"]
+        if self.step:
+            keys = ["step", *keys, "numbers", "verdict"]
+        return {key: plain(getattr(self, key)) for key in keys}
+
+
+def shown(value: float) -> str:
+    return f"{value:.5g}" if math.isfinite(value) else "none"
+
+
+def present(rows: Iterable[EstimateRow]) -> Iterator[EstimateRow]:
+    """The rows that have a value, as plain numbers."""
+    for row in rows:
+        if row.value is not None:
+            simulated = None if row.simulated is None else float(row.simulated)
+            yield row._replace(value=float(row.value), simulated=simulated)
 
 
 # reasons why an estimate and a run differ that several rows have
@@ -116,7 +155,7 @@ def of_rims(b: Braking) -> tuple[Number, ...]:
 # --- the stop ---------------------------------------------------------------------------------------------------------
 
 
-def stop_rows(b: Braking, time: float | None, angle: float | None, work: float | None) -> Iterator[Row]:
+def stop_rows(b: Braking, time: float | None, angle: float | None, work: float | None) -> Iterator[EstimateRow]:
     """The classical stop, beside time (s), angle (rad) and friction work (J) of a run."""
     stop, run = b.stop, b.run
     if stop is None:
@@ -128,9 +167,9 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
         formula = "Π = exp(Σ f β)"
     if len(bands) > 1:
         formula = f"Π = Σ s_j Π_j, {formula.replace('Π', 'Π_j')}"
-    yield Row("tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols)
+    yield EstimateRow("tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols)
     torque = run and run.torque.max()
-    yield Row(
+    yield EstimateRow(
         "brake torque",
         f"M_b = {n_r(b)}R_b T_0 (Π − 1)",
         M_b,
@@ -140,11 +179,13 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
         LEVER,
         (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)),
     )
-    yield Row(
+    yield EstimateRow(
         "stopping time", "t = J ω_0/(M_b − M)", stop.time, "s", "Z-18", time, LEVER, numbers(ω_0=omega_0, M_b=M_b)
     )
-    yield Row("stopping angle", "φ = ω_0 t/2", stop.angle, "rad", "", angle, LEVER, numbers(ω_0=omega_0, t=stop.time))
-    yield Row(
+    yield EstimateRow(
+        "stopping angle", "φ = ω_0 t/2", stop.angle, "rad", "", angle, LEVER, numbers(ω_0=omega_0, t=stop.time)
+    )
+    yield EstimateRow(
         "friction work",
         "W = M_b φ",
         stop.work,
@@ -155,25 +196,27 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
         numbers(M_b=M_b, φ=stop.angle),
     )
     power = run and np.max(np.diff(run.work) / np.diff(run.t))  # means over neighbouring times
-    yield Row(
+    yield EstimateRow(
         "initial friction power", "P = M_b ω_0", stop.power, "W", "S-7", power, LEVER, numbers(M_b=M_b, ω_0=omega_0)
     )
 
 
-def power_rows(b: Braking) -> Iterator[Row]:
+def power_rows(b: Braking) -> Iterator[EstimateRow]:
     """Shares of the friction work."""
     split, booked = b.power.split(b.work), b.run and b.booked.split(b.work)
     own = "the run has the shares of `Scene.power_shares`"
     why = own if b.booked.heat < 1 else "in the run all of it is heat"
 
-    def share(name: str, words: str, part: str) -> Row:
-        return Row(name, f"share of {words} × W", getattr(split, part), "J", "S-8…11", getattr(booked, part, None), why)
+    def share(name: str, words: str, part: str) -> EstimateRow:
+        return EstimateRow(
+            name, f"share of {words} × W", getattr(split, part), "J", "S-8…11", getattr(booked, part, None), why
+        )
 
     yield share("work into heat", "heat", "heat")
     yield share("electrical work", "electricity", "electrical")
     if b.stop is not None:
         heat = shares_of_S().split(b.stop.power).heat
-        yield Row(
+        yield EstimateRow(
             "heat power at the start, S-10",
             "0.68 M_b ω_0",
             heat,
@@ -184,7 +227,7 @@ def power_rows(b: Braking) -> Iterator[Row]:
     yield share("mechanical work", "mechanical work", "mechanical")
 
 
-def stage_rows(b: Braking) -> Iterator[Row]:
+def stage_rows(b: Braking) -> Iterator[EstimateRow]:
     """The stages of a staged brake, and the work of its pairs."""
     stages, run, external, internal = b.stages, b.run, b.pair_runs.get("external"), b.pair_runs.get("internal")
     metrics = {} if run is None else run.result.metrics
@@ -192,7 +235,7 @@ def stage_rows(b: Braking) -> Iterator[Row]:
     both = sum(works) if works else None
     share = works[0] / both if both else None
     slip = None if run is None else _internal_slip(run)
-    onset = Row(
+    onset = EstimateRow(
         "slack tension of internal slip",
         "T_on = [R Σ f (N_pre − m r_m ω²) − J_b M/(J + J_b)]/[R_b (Π − 1) J/(J + J_b) − R Σ f (Π_i + Π_{i−1}) s_i]"
         + ("" if b.rims == 1 else ", J and M over n_r"),
@@ -207,11 +250,11 @@ def stage_rows(b: Braking) -> Iterator[Row]:
         yield onset
         return
 
-    def row(name: str, formula: str, value: float, unit: str, simulated: Any, source: str = _K) -> Row:
-        return Row(name, formula, value, unit, source, simulated, _STAGED)
+    def row(name: str, formula: str, value: float, unit: str, simulated: Any, source: str = _K) -> EstimateRow:
+        return EstimateRow(name, formula, value, unit, source, simulated, _STAGED)
 
     ratio = "Π = ∏ (1 + f z)/(1 − f z), band on linings"
-    yield Row("tension ratio", ratio, stages.ratio, "1", "Z-12…14")
+    yield EstimateRow("tension ratio", ratio, stages.ratio, "1", "Z-12…14")
     yield onset
     torque = external and external.torque.max()
     yield row(
@@ -255,15 +298,15 @@ def _stage_time(run: RunValues, name: str) -> float:
     return sum((stage.duration for stage in stages if stage.name == name), 0.0)
 
 
-def operation_rows(b: Braking) -> Iterator[Row]:
+def operation_rows(b: Braking) -> Iterator[EstimateRow]:
     """Tensions, travel and loads of the linings beside the hardest brake application of a run."""
     stop, run, (work, time) = b.stop, b.run, b.stopping_load
     if stop is not None:
         why, T_0 = "the band holds against the load, is stretched before it slides, and hot linings rub less", b.T_0
         tension = run and run.series.slack_tension.max()
-        yield Row("slack tension, maximum", "T_0 of the lever", T_0, "N", "", tension, why)
+        yield EstimateRow("slack tension, maximum", "T_0 of the lever", T_0, "N", "", tension, why)
         tension = run and run.series.tight_tension.max()
-        yield Row(
+        yield EstimateRow(
             "tight tension, maximum",
             "Π T_0",
             stop.ratio * T_0,
@@ -274,7 +317,7 @@ def operation_rows(b: Braking) -> Iterator[Row]:
             numbers(Π=stop.ratio, T_0=T_0),
         )
         why = "as the stopping angle; a band that is stretched meanwhile slides less"
-        yield Row(
+        yield EstimateRow(
             "friction travel",
             "R_b φ",
             b.R_b * stop.angle,
@@ -288,7 +331,7 @@ def operation_rows(b: Braking) -> Iterator[Row]:
         if isinstance(load, AbstractHookLoad):
             angle = b.hardest_angle
             travel, why = load.travelled(stop.angle), "as the stopping angle"
-            yield Row(
+            yield EstimateRow(
                 "hook travel",
                 "r_d φ/n",
                 travel,
@@ -300,10 +343,10 @@ def operation_rows(b: Braking) -> Iterator[Row]:
             )
     else:
         torque = b.work * b.R_b / b.travel if b.travel else None
-        yield Row("mean brake torque", "W/φ", torque, "N*m", "energy", numbers=numbers(W=b.work))
-        yield Row("friction work", "of the braking", b.work, "J", "run", numbers=numbers(τ=b.time))
+        yield EstimateRow("mean brake torque", "W/φ", torque, "N*m", "energy", numbers=numbers(W=b.work))
+        yield EstimateRow("friction work", "of the braking", b.work, "J", "run", numbers=numbers(τ=b.time))
     area, why = b.lining_area, "as friction work and stopping time"
-    yield Row(
+    yield EstimateRow(
         "energy load of the linings",
         "W/A_l",
         work / area,
@@ -314,7 +357,7 @@ def operation_rows(b: Braking) -> Iterator[Row]:
         numbers(W=work, A_l=area),
     )
     power = work / (area * time)
-    yield Row(
+    yield EstimateRow(
         "power load of the linings, mean",
         "W/(A_l τ)",
         power,
@@ -329,14 +372,14 @@ def operation_rows(b: Braking) -> Iterator[Row]:
 # --- heat -------------------------------------------------------------------------------------------------------------
 
 
-def part_rows(part: HeatedPart) -> tuple[Row, Row, Row, Row]:
+def part_rows(part: HeatedPart) -> tuple[EstimateRow, EstimateRow, EstimateRow, EstimateRow]:
     """Thermal penetration depth, Fourier number, parameter B and effective volume of a heated part."""
     name, a, time, depth, thickness = part.name, part.diffusivity, part.time, part.depth, part.thickness
     Fo, B = heating.effective_fourier_number(a, time, thickness), heating.fourier_parameter(a, thickness)
-    b = Row(
+    b = EstimateRow(
         f"thermal penetration depth, {name}", "b = 1.73 √(a τ)", depth, "m", "S, step 1", numbers=numbers(a=a, τ=time)
     )
-    fourier = Row(
+    fourier = EstimateRow(
         f"Fourier number, {name}",
         "a τ/δ², or 1/3 while b ≤ δ",
         Fo,
@@ -344,8 +387,8 @@ def part_rows(part: HeatedPart) -> tuple[Row, Row, Row, Row]:
         "S-15, step 2",
         numbers=numbers(a=a, τ=time, δ=thickness, b=depth),
     )
-    parameter = Row(f"parameter B, {name}", "a/δ²", B, "1/s", "S, table 1")
-    volume = Row(
+    parameter = EstimateRow(f"parameter B, {name}", "a/δ²", B, "1/s", "S, table 1")
+    volume = EstimateRow(
         f"effective volume, {name}",
         "A min(b, δ)",
         part.volume,
@@ -356,11 +399,11 @@ def part_rows(part: HeatedPart) -> tuple[Row, Row, Row, Row]:
     return b, fourier, parameter, volume
 
 
-def partition_rows(b: Braking) -> list[Row]:
+def partition_rows(b: Braking) -> list[EstimateRow]:
     """Heat partition coefficient of the metal by two laws."""
     name, simulated = "heat partition coefficient", b.simulated_share
     share = b.effusivity_share
-    charron = Row(
+    charron = EstimateRow(
         f"{name}, {b.part}, effusivities",
         "e_1/(e_1 + e_2)",
         share,
@@ -376,22 +419,24 @@ def partition_rows(b: Braking) -> list[Row]:
     name = f"{name}, rim, transmission"
     return [
         charron,
-        Row(name, "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, OWN_LAW, numbers(T=b.start_now)),
+        EstimateRow(
+            name, "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, OWN_LAW, numbers(T=b.start_now)
+        ),
     ]
 
 
-def stack_rows(b: Braking) -> Iterator[Row]:
+def stack_rows(b: Braking) -> Iterator[EstimateRow]:
     """Lining and band one after the other."""
     if b.part == "rim":
         thickness = [b.lining_thickness, b.band_thickness]
         conductivity = [b.lining.conductivity, b.band.conductivity]
         each = [d / (k * b.lining_area) for d, k in zip(thickness, conductivity, strict=True)]
         mean, resistance = series_conductivity(thickness, conductivity), series_resistance(*each)
-        yield Row("conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30")
-        yield Row("resistance, lining and band", "Σ δ/(λ A)", resistance, "K/W", "S-30")
+        yield EstimateRow("conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30")
+        yield EstimateRow("resistance, lining and band", "Σ δ/(λ A)", resistance, "K/W", "S-30")
 
 
-def temperature_rows(b: Braking) -> Iterator[Row]:
+def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
     """Temperatures of the metal: bulk, surface, and their maximum."""
     T, q_0, time, bulk = b.start_now, b.initial_flux, b.time, b.heated.bulk
     carslaw, name = "Carslaw & Jaeger §3.8", "surface temperature"
@@ -400,8 +445,8 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
         """Maximum temperature (K) of the surface of a slab under a flux that falls linearly."""
         return T + np.max(rise(q_0, time * np.linspace(0.0, 1.0, 1025), time, b.metal_thickness, b.metal))
 
-    yield Row("bulk temperature, mean", "T + (2/3) a W/(c G)", bulk, "K", "S-25", b.simulated_bulk, BULK)
-    yield Row(
+    yield EstimateRow("bulk temperature, mean", "T + (2/3) a W/(c G)", bulk, "K", "S-25", b.simulated_bulk, BULK)
+    yield EstimateRow(
         "bulk temperature, end",
         "T + a W/(c G_rim)",
         b.end,
@@ -411,7 +456,7 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
         "heat exchanged with linings and air during the brake application, properties that change with temperature",
     )
     plate = T + heating.slab_rise(b.flux, time, b.metal_thickness, b.metal)
-    yield Row(
+    yield EstimateRow(
         f"{name}, constant flux",
         "slab, adiabatic back, t = τ",
         plate,
@@ -423,7 +468,7 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
     yield falling_row(b)
     symbols = numbers(T=T, q_0=q_0, τ=time)
     slab, of_S = slab_peak(heating.stopping_slab_rise), slab_peak(heating.reconstructed_surface_rise)
-    yield Row(
+    yield EstimateRow(
         f"{name}, falling flux, slab",
         "slab, adiabatic back, q_0 (1 − t/τ), its maximum",
         slab,
@@ -433,7 +478,7 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
         _SLAB,
         symbols,
     )
-    yield Row(
+    yield EstimateRow(
         f"{name}, S-24",
         "T + (α W/(λ A τ)) δ [τ_N/3 + Fo τ_W − third term]",
         of_S,
@@ -447,16 +492,18 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
     if b.run_schmidt is None:
         course = heating.schmidt(b.metal, b.metal_thickness, 40, time, b.flux, start=T)
         end = np.interp(time, course.t, course.temperature[:, 0])
-        yield Row(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28")
+        yield EstimateRow(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28")
     else:
         peak = np.max(b.run_schmidt.temperature[:, 0])
-        yield Row(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), the run's own heat", peak, "K", "S-28", b.peak, SCHEME)
+        yield EstimateRow(
+            f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), the run's own heat", peak, "K", "S-28", b.peak, SCHEME
+        )
 
 
-def falling_row(b: Braking) -> Row:
+def falling_row(b: Braking) -> EstimateRow:
     """Surface of a half-space under a flux that falls linearly."""
     value = b.start_now + b.falling_rise
-    return Row(
+    return EstimateRow(
         "surface temperature, falling flux",
         "half-space, q_0 (1 − t/τ), t = τ/2",
         value,
@@ -468,12 +515,12 @@ def falling_row(b: Braking) -> Row:
     )
 
 
-def maximum_rows(b: Braking) -> Iterator[Row]:
+def maximum_rows(b: Braking) -> Iterator[EstimateRow]:
     """Flash temperature, and the maximum temperature in S's combinations; none at rest."""
     if b.flash is None:
         return
     T, t_v, t_s, t_f, name = b.start_now, b.heated.rise, b.falling_rise, b.flash, "maximum temperature"
-    yield Row(
+    yield EstimateRow(
         "flash temperature, rise",
         "(2 q/λ) √(a l/(π v))",
         t_f,
@@ -483,34 +530,36 @@ def maximum_rows(b: Braking) -> Iterator[Row]:
     )
     of_S26, of_S27, plain = (T + rise for rise in heating.maximum_temperatures(t_v, t_s, t_f))
     symbols = numbers(T=T, t_s=t_s, t_v=t_v, t_f=t_f)
-    yield Row(f"{name}, S-26", "T + t_s + t_f/3", of_S26, "K", "S-26", b.peak, _FLASH, symbols)
-    yield Row(f"{name}, S-27", "T + t_v + t_s/3 + t_f/3", of_S27, "K", "S-27, doubtful scan", b.peak, _FLASH, symbols)
-    yield Row(f"{name}, sum", "T + t_v + t_s + t_f", plain, "K", "", b.peak, _FLASH, symbols)
+    yield EstimateRow(f"{name}, S-26", "T + t_s + t_f/3", of_S26, "K", "S-26", b.peak, _FLASH, symbols)
+    yield EstimateRow(
+        f"{name}, S-27", "T + t_v + t_s/3 + t_f/3", of_S27, "K", "S-27, doubtful scan", b.peak, _FLASH, symbols
+    )
+    yield EstimateRow(f"{name}, sum", "T + t_v + t_s + t_f", plain, "K", "", b.peak, _FLASH, symbols)
 
 
 # --- contact, and the rim alone ---------------------------------------------------------------------------------------
 
 
-def pressure_row(b: Braking) -> Row:
+def pressure_row(b: Braking) -> EstimateRow:
     """Mean pressure of the linings."""
-    return Row(
+    return EstimateRow(
         "pressure, mean", "W/(f s A_l)", b.pressure, "Pa", "S-7", numbers=numbers(W=b.work, s=b.travel, A_l=b.face_area)
     )
 
 
-def contact_rows(b: Braking) -> Iterator[Row]:
+def contact_rows(b: Braking) -> Iterator[EstimateRow]:
     """Real contact, surfaces, and flow through the rim."""
     yield pressure_row(b)
     if b.pressure is not None:
         area = real_contact_area(b.face_area, b.pressure, b.hardness)
-        yield Row("real contact area", "A_a p/HB", area, "m^2", "S-34")
+        yield EstimateRow("real contact area", "A_a p/HB", area, "m^2", "S-34")
     drop, thickness, conductivity = b.layered and b.layered.drop, b.rim_thickness, b.rim.conductivity
     if b.part == "rim":
-        yield Row("polished surface", "2 π R b", b.track_area, "m^2", "S-35")
-        yield Row("matte surfaces", "Σ A", b.matte_area, "m^2", "S-36")
-        yield Row("radiation coefficient", "ε σ (T² + T_a²)(T + T_a)", b.radiation, "W/(m^2*K)", "S-37, 38")
+        yield EstimateRow("polished surface", "2 π R b", b.track_area, "m^2", "S-35")
+        yield EstimateRow("matte surfaces", "Σ A", b.matte_area, "m^2", "S-36")
+        yield EstimateRow("radiation coefficient", "ε σ (T² + T_a²)(T + T_a)", b.radiation, "W/(m^2*K)", "S-37, 38")
         stationary = b.flux * thickness / conductivity
-        yield Row(
+        yield EstimateRow(
             "drop over the rim, stationary flux",
             "q δ/λ",
             stationary,
@@ -521,10 +570,10 @@ def contact_rows(b: Braking) -> Iterator[Row]:
         )
     if drop is not None:
         flux = current_density(conductivity, drop, thickness)
-        yield Row("flux by the maximum drop", "λ ΔT/δ", flux, "W/m^2", "S-23")
+        yield EstimateRow("flux by the maximum drop", "λ ΔT/δ", flux, "W/m^2", "S-23")
 
 
-def balance_rows(b: Braking) -> list[Row]:
+def balance_rows(b: Braking) -> list[EstimateRow]:
     """Heat balance of the rim over four revolutions at the mean speed; none at rest."""
     if not (b.omega > 0 and b.mean_omega > 0 and b.overlap > 0):
         return []
@@ -538,35 +587,37 @@ def balance_rows(b: Braking) -> list[Row]:
     covered, gained = numbers(A_l=b.face_area, A_a=area), numbers(q_1=q_1, A_a=area, κ=kappa)
     turns, lost = numbers(n=4, ω=omega), "h (T − T_a) A_a (1 − κ) τ"
     return [
-        Row("overlap coefficient", "κ = ΣA_l/A_a", kappa, "1", "S-21", numbers=covered),
-        Row("time of four revolutions", "τ = 2 π n/ω", balance.time, "s", "S-17", numbers=turns),
-        Row("heat gained in it", "q_1 A_a κ τ", balance.gained, "J", "S-18", numbers=gained),
-        Row("heat rejected in it", lost, balance.lost, "J", "S-19", numbers=air),
-        Row("mean net flux", formula, balance.mean_flux, "W/m^2", "S-21", numbers=mean),
+        EstimateRow("overlap coefficient", "κ = ΣA_l/A_a", kappa, "1", "S-21", numbers=covered),
+        EstimateRow("time of four revolutions", "τ = 2 π n/ω", balance.time, "s", "S-17", numbers=turns),
+        EstimateRow("heat gained in it", "q_1 A_a κ τ", balance.gained, "J", "S-18", numbers=gained),
+        EstimateRow("heat rejected in it", lost, balance.lost, "J", "S-19", numbers=air),
+        EstimateRow("mean net flux", formula, balance.mean_flux, "W/m^2", "S-21", numbers=mean),
     ]
 
 
-def stress_rows(b: Braking) -> Iterator[Row]:
+def stress_rows(b: Braking) -> Iterator[EstimateRow]:
     """Thermal stress of the rim: a slab under the mean flux, at the end."""
     time, stress, ratio = b.run_stress or (None, None, None)
     E, alpha, nu, permissible = b.elastic.young, b.elastic.expansion, b.elastic.poisson, b.elastic.permissible
     symbols = numbers(E=E, α_T=alpha, ν=nu, q=b.flux, τ=b.time, δ=b.rim_thickness)
     name = "thermal stress"
-    yield Row(f"{name}, surface", "−E α (T_s − T_m)/(1 − ν)", b.stress, "Pa", "model §6.3", stress, _STRESS, symbols)
+    yield EstimateRow(
+        f"{name}, surface", "−E α (T_s − T_m)/(1 − ν)", b.stress, "Pa", "model §6.3", stress, _STRESS, symbols
+    )
     depth = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
     rise = np.asarray(heating.slab_rise(b.flux, b.time, b.rim_thickness, b.rim, depth))
     bent = plate_stress(rise, depth, b.elastic, restraint="none")[0]
-    yield Row(
+    yield EstimateRow(
         f"{name}, free to bend", "plate without restraint", bent, "Pa", "Timoshenko & Goodier §132", numbers=symbols
     )
-    yield Row(
+    yield EstimateRow(
         "stress over allowable", "|σ|/σ_p", b.stress_ratio, "1", "S, step 11", ratio, _STRESS, numbers(σ_p=permissible)
     )
     end = b.layered and b.layered.duration
-    yield Row("time of maximum stress", "at the end: τ", end, "s", "", time, _STRESS)
+    yield EstimateRow("time of maximum stress", "at the end: τ", end, "s", "", time, _STRESS)
 
 
-def rows_of_pair(b: Braking) -> Iterator[Row]:
+def rows_of_pair(b: Braking) -> Iterator[EstimateRow]:
     """Rows of one pair: heated parts, shares, temperatures, contact; of a rim also balance and stress."""
     for part in b.parts.values():
         yield from part_rows(part)

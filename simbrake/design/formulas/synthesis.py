@@ -20,9 +20,9 @@ from ...thermal.materials import ROOM, Material, effusivity_share
 from . import _rows as rows
 from . import heating
 from ._braking import Braking
-from ._estimates import RowTable, SynthesisRow, braking_of, table_of
+from ._estimates import RowTable, braking_of, table_of
 from ._heated import HeatedPart, schmidt_layers
-from ._rows import BULK, OWN_LAW, SCHEME, Number, Row, numbers
+from ._rows import BULK, OWN_LAW, SCHEME, EstimateRow, Number, numbers
 from .inputs import EstimateData, Permissible, faults_of_data
 from .statics import classical_stop
 
@@ -196,14 +196,14 @@ class Chain:
         return back, course and course.layers[:, -1].max()
 
 
-def _depths(c: Chain) -> Iterator[Row]:
+def _depths(c: Chain) -> Iterator[EstimateRow]:
     yield from (rows.part_rows(part)[0] for part in c.first.values())
     depth, rim, within = c.first["rim"].depth, c.before.run and c.before.run.rim, None
     if rim is not None:  # share of its simulated heat within the depth at the end
         rise = rim.layers[-1] - rim.layers[0]
         whole = rise @ rim.steps
         within = rise @ rim.inside(depth) / whole if whole > 0 else None
-    yield Row(
+    yield EstimateRow(
         "rim's heat within the depth",
         "1: all of it",
         1,
@@ -215,15 +215,15 @@ def _depths(c: Chain) -> Iterator[Row]:
     )
 
 
-def _fourier_number(part: HeatedPart) -> Row:
+def _fourier_number(part: HeatedPart) -> EstimateRow:
     return rows.part_rows(part)[1]._replace(
         formula="a τ/δ², for b > δ" if part.depth > part.thickness else "1/3, for b ≤ δ"
     )
 
 
-def _partition(c: Chain) -> Iterator[Row]:
+def _partition(c: Chain) -> Iterator[EstimateRow]:
     simulated, share, name = c.before.simulated_share, c.first["rim"].share, "heat partition coefficient"
-    yield Row(
+    yield EstimateRow(
         f"{name}, rim",
         _law_words(c),
         share,
@@ -234,7 +234,7 @@ def _partition(c: Chain) -> Iterator[Row]:
         numbers(T_rim=c.start["rim"], T_lining=c.start["lining"]),
     )
     rest, left = c.first["lining"].share, None if simulated is None else 1 - simulated
-    yield Row(f"{name}, linings", "1 − α_TP", rest, "1", "S-42", left, OWN_LAW, numbers(α_TP=share))
+    yield EstimateRow(f"{name}, linings", "1 − α_TP", rest, "1", "S-42", left, OWN_LAW, numbers(α_TP=share))
     yield from rows.partition_rows(c.before)
 
 
@@ -246,11 +246,11 @@ def _law_words(c: Chain) -> str:
     return "α_TP: law of the scene" if source == "scene" else "α_TP, as given"
 
 
-def _bulk(parts: Parts) -> Iterator[Row]:
+def _bulk(parts: Parts) -> Iterator[EstimateRow]:
     for name in HEATED:
         part = parts[name]
         also = "as for the rim; linings and rim also exchange heat through the contact"
-        yield Row(
+        yield EstimateRow(
             f"mean bulk temperature, {name}",
             "T + (2/3) α W/(c G)",
             part.bulk,
@@ -262,14 +262,14 @@ def _bulk(parts: Parts) -> Iterator[Row]:
         )
 
 
-def _properties(c: Chain) -> Iterator[Row]:
+def _properties(c: Chain) -> Iterator[EstimateRow]:
     replaced, source = replaced_in(c.first), "S, step 6"
     for name in HEATED:
         part, material = c.first[name], c.before.parts[name].material
         T = part.bulk if name in replaced else ROOM
         words = "T_v of step 5" if T > REPLACED_ABOVE else "room: T_v of step 5 is not above 150 °C"
         symbols = numbers(T_v=part.bulk, limit=REPLACED_ABOVE)
-        yield Row(f"temperature of the properties, {name}", words, T, "K", source, numbers=symbols)
+        yield EstimateRow(f"temperature of the properties, {name}", words, T, "K", source, numbers=symbols)
         for field, symbol, unit in (("conductivity", "λ", "W/(m*K)"), ("specific_heat", "c", "J/(kg*K)")):
             slope, at_room = getattr(material, f"{field}_slope"), Number(symbol, float(getattr(material, field)), unit)
             words, symbols = f"{symbol} (no temperature dependence known)", (at_room,)
@@ -281,7 +281,7 @@ def _properties(c: Chain) -> Iterator[Row]:
             if part.course is not None and part.simulated_bulk is not None:  # the law of the scene there
                 simulated = property_at(part.course.wall.material, field, part.simulated_bulk)
             words_of = f"{field.replace('_', ' ')}, {name}"
-            yield Row(
+            yield EstimateRow(
                 words_of,
                 words,
                 value,
@@ -293,9 +293,9 @@ def _properties(c: Chain) -> Iterator[Row]:
             )
 
 
-def _repeated(c: Chain) -> Iterator[Row]:
+def _repeated(c: Chain) -> Iterator[EstimateRow]:
     change = Number("last change", c.change, "K")
-    yield Row(
+    yield EstimateRow(
         "rounds of steps 1 to 5",
         "until T_v converges" if c.rounds else "none: properties stay those of room temperature",
         c.rounds,
@@ -307,7 +307,7 @@ def _repeated(c: Chain) -> Iterator[Row]:
     reached = [rows.part_rows(part)[0] for part in parts] + [_fourier_number(part) for part in parts]
     yield from _refined([*reached, *(rows.part_rows(part)[3] for part in parts)])
     share = c.last["rim"].share
-    yield Row(
+    yield EstimateRow(
         name,
         _law_words(c),
         share,
@@ -320,14 +320,14 @@ def _repeated(c: Chain) -> Iterator[Row]:
     yield from _refined(_bulk(c.last))
 
 
-def _refined(figures: Iterable[Row]) -> Iterator[Row]:
+def _refined(figures: Iterable[EstimateRow]) -> Iterator[EstimateRow]:
     return (row._replace(name=f"{row.name}, refined") for row in figures)
 
 
-def _layers(c: Chain) -> Iterator[Row]:
+def _layers(c: Chain) -> Iterator[EstimateRow]:
     b, course, run, simulated = c.after, c.schmidt, c.after.layered, None
     words = "½ (t_{j−1} + t_{j+1})"
-    yield Row(
+    yield EstimateRow(
         "maximum face temperature",
         f"{words}, " + ("falling power" if b.run is None else "the run's own heat"),
         c.face_peak,
@@ -343,9 +343,9 @@ def _layers(c: Chain) -> Iterator[Row]:
         if run is not None:
             simulated = np.interp(x, run.profile_depth, run.profile[-1])
         at, value = (Number("x", float(x), "m"),), np.interp(x, course.depth, end)
-        yield Row(f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at)
+        yield EstimateRow(f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at)
     drop, simulated = np.max(course.temperature[:, 0] - course.temperature[:, -1]), run and run.drop
-    yield Row(
+    yield EstimateRow(
         "maximum drop over the rim",
         "t_1 − t_N over time",
         drop,
@@ -357,7 +357,7 @@ def _layers(c: Chain) -> Iterator[Row]:
     )
     yield from (*_rim_thickness(c), *_lining_thickness(c))
     name, formula, (back, simulated) = "lining's back after the braking", "T_0 + (T_f − T_0) θ(a τ/δ²)", c.lining_back
-    yield Row(
+    yield EstimateRow(
         name,
         formula,
         back,
@@ -369,7 +369,7 @@ def _layers(c: Chain) -> Iterator[Row]:
     )
 
 
-def _rim_thickness(c: Chain) -> Iterator[Row]:
+def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
     """For this brake application; in a duty of several also for the heat of all, without cooling."""
     b, limit, rational = c.after, c.limits["lining_permissible"], []
     cases = {"braking": (b.metal_heat / b.track_area, limit - c.start["rim"])}
@@ -381,14 +381,14 @@ def _rim_thickness(c: Chain) -> Iterator[Row]:
         numbers(a=b.rim.diffusivity, τ=b.time),
     )
     name = "thickness that heat reaches, rim"
-    yield Row(name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols)
+    yield EstimateRow(name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols)
     capacity = Number("ρ c", (b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
     for name, (heat, rise) in cases.items():
         case = heating.rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
         rational.append(Number(f"δ, {name}", case.rational, "m"))
         symbols = Number("Q", heat, "J/m^2"), capacity, Number("ΔT_p", rise, "K")
         name = f"thickness that holds the heat, {name}"
-        yield Row(name, "Q/(ρ c ΔT_p)", case.storage, "m", "energy", numbers=symbols)
+        yield EstimateRow(name, "Q/(ρ c ΔT_p)", case.storage, "m", "energy", numbers=symbols)
     course, thickness = c.before.run and c.before.run.rim, max(number.value for number in rational)
     yield _rational(
         "rim",
@@ -399,7 +399,7 @@ def _rim_thickness(c: Chain) -> Iterator[Row]:
     )
 
 
-def _lining_thickness(c: Chain) -> Iterator[Row]:
+def _lining_thickness(c: Chain) -> Iterator[EstimateRow]:
     """For this brake application; in a duty of several also that which keeps the back cool over all."""
     b, back = c.after, c.limits["back_permissible"]
     cases = {"braking": (b.time, c.face_peak, c.lining_body)}
@@ -409,7 +409,9 @@ def _lining_thickness(c: Chain) -> Iterator[Row]:
         cases["whole duty"] = b.run.t[-1] - b.scene.initial.time, warm, b.start
     a = b.lining.diffusivity
     depth, symbols = float(heating.penetration_depth(a, b.time)), numbers(a=a, τ=b.time)
-    yield Row("thickness that heat reaches, lining", "1.73 √(a τ)", depth, "m", "S, steps 1, 2", numbers=symbols)
+    yield EstimateRow(
+        "thickness that heat reaches, lining", "1.73 √(a τ)", depth, "m", "S, steps 1, 2", numbers=symbols
+    )
     rational = [Number("δ, heat reaches", depth, "m")]
     formula = "√(a τ/Fo_p), θ(Fo_p) = (T_p − T_0)/(T_f − T_0)"
     for name, (time, face, start) in cases.items():
@@ -417,7 +419,7 @@ def _lining_thickness(c: Chain) -> Iterator[Row]:
         rational.append(Number(f"δ, {name}", case.insulation, "m"))
         cool = Number("T_p", back, "K"), Number("T_0", start, "K")
         name, symbols = f"thickness that keeps the back cool, {name}", (*numbers(a=a, τ=time, T_f=face), *cool)
-        yield Row(name, formula, case.insulation, "m", "Carslaw & Jaeger §3.4", numbers=symbols)
+        yield EstimateRow(name, formula, case.insulation, "m", "Carslaw & Jaeger §3.4", numbers=symbols)
     course, thickness = c.before.run and c.before.run.lining, max(number.value for number in rational)
     yield _rational(
         "lining",
@@ -428,13 +430,13 @@ def _lining_thickness(c: Chain) -> Iterator[Row]:
     )
 
 
-def _rational(part: str, thickness: float, simulated: Any, why: str, of: list[Number]) -> Row:
-    return Row(
+def _rational(part: str, thickness: float, simulated: Any, why: str, of: list[Number]) -> EstimateRow:
+    return EstimateRow(
         f"rational thickness, {part}", "maximum of these", thickness, "m", "S, step 8", simulated, why, tuple(of)
     )
 
 
-def _surface(c: Chain) -> Iterator[Row]:
+def _surface(c: Chain) -> Iterator[EstimateRow]:
     b, maximum = c.after, list(rows.maximum_rows(c.after))
     yield from (*maximum[1:], *maximum[:1], rows.falling_row(b))
     time, power, work = b.layered.at_peak if b.layered is not None else (None, None, None)
@@ -444,15 +446,15 @@ def _surface(c: Chain) -> Iterator[Row]:
         ("relative power then", "τ_N = 2 (1 − τ/τ_T)", 1, power),
         ("relative work then", "τ_W = 2 τ/τ_T − (τ/τ_T)²", 0.75, work),
     ):
-        yield Row(name, formula, value, "1", source, simulated, why, symbols)
+        yield EstimateRow(name, formula, value, "1", source, simulated, why, symbols)
 
 
-def _balance(c: Chain) -> Iterator[Row]:
+def _balance(c: Chain) -> Iterator[EstimateRow]:
     b, run, time, gained = c.after, c.after.run, None, None
     why = "linings, flange and air take from the rim, or give to it, while it is braked"
     rim = run and run.rim
     kept = rim and rim.content[-1] * rim.wall.area * rim.wall.copies
-    yield Row("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why, numbers(α=b.share, W=b.heat))
+    yield EstimateRow("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why, numbers(α=b.share, W=b.heat))
     if run is not None:
         angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
         if angle[-1] >= 8 * math.pi:
@@ -468,12 +470,12 @@ def _balance(c: Chain) -> Iterator[Row]:
         yield row._replace(simulated=simulated, why=reason)
 
 
-def _stress(c: Chain) -> Iterator[Row]:
+def _stress(c: Chain) -> Iterator[EstimateRow]:
     b, why = c.after, "the power is not that of a linear fall, and the covered track takes more than the mean"
     yield from rows.stress_rows(b)
     conductivity = b.rim.conductivity
     gradient = b.initial_flux / conductivity
-    yield Row(
+    yield EstimateRow(
         "maximum gradient at the face",
         "2 q/λ: initially falling power",
         gradient,
@@ -485,7 +487,7 @@ def _stress(c: Chain) -> Iterator[Row]:
     )
 
 
-def _operation(c: Chain) -> Iterator[Row]:
+def _operation(c: Chain) -> Iterator[EstimateRow]:
     b, work = c.before, None
     if b.run is not None:
         work = b.run.work[-1] if b.several else b.run.total_work
@@ -497,7 +499,7 @@ def _operation(c: Chain) -> Iterator[Row]:
     )
 
 
-def _margins(c: Chain) -> Iterator[Row]:
+def _margins(c: Chain) -> Iterator[EstimateRow]:
     """What is left to the permissible values: the end of step 12."""
     b, run, limits, (work, time) = c.before, c.before.run, c.limits, c.before.stopping_load
     of_run = run and b.work / (b.lining_area * b.time)
@@ -505,13 +507,15 @@ def _margins(c: Chain) -> Iterator[Row]:
     compared = "as the value compared with the limit"
     hottest = "the run's is the hottest lining's face, hotter than the rim by contact resistance and unequal work"
 
-    def margin(name: str, formula: str, unit: str, limit: Any, value: Any, in_run: Any, why: str = compared) -> Row:
+    def margin(
+        name: str, formula: str, unit: str, limit: Any, value: Any, in_run: Any, why: str = compared
+    ) -> EstimateRow:
         if limit is None or value is None:
-            return Row(f"margin, {name}", formula, None, unit)
+            return EstimateRow(f"margin, {name}", formula, None, unit)
         simulated = None
         if in_run is not None:
             simulated = limit - in_run
-        return Row(
+        return EstimateRow(
             f"margin, {name}",
             formula,
             limit - value,
@@ -533,7 +537,7 @@ def _margins(c: Chain) -> Iterator[Row]:
 
 
 #: steps in the order of S
-STEPS: dict[str, Callable[[Chain], Iterable[Row]]] = {
+STEPS: dict[str, Callable[[Chain], Iterable[EstimateRow]]] = {
     "effective thermal penetration depth": _depths,
     "Fourier numbers": lambda c: map(_fourier_number, c.first.values()),
     "effective volumes": lambda c: (rows.part_rows(part)[3] for part in c.first.values()),
@@ -549,22 +553,22 @@ STEPS: dict[str, Callable[[Chain], Iterable[Row]]] = {
 }
 
 
-def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
+def _rows_of(c: Chain) -> Iterator[EstimateRow]:
     """The rows of all steps, with the verdicts of the limits."""
     for number, step in enumerate(STEPS.values(), 1):
-        for row in Row.present(step(c)):
-            yield SynthesisRow(*row[:7], number, row.numbers)
-    for row in Row.present(_margins(c)):
+        for row in rows.present(step(c)):
+            yield row._replace(step=number)
+    for row in rows.present(_margins(c)):
         estimated, simulated = (
             None if margin is None else LimitVerdict.WITHIN if margin >= 0 else LimitVerdict.EXCEEDED
             for margin in (row.value, row.simulated)
         )
         verdict = f"{estimated}" if simulated in (None, estimated) else f"{estimated}, in the run {simulated}"
-        yield SynthesisRow(*row[:7], len(STEPS), row.numbers, verdict)
+        yield row._replace(step=len(STEPS), verdict=verdict)
 
 
 @dataclasses.dataclass(frozen=True)
-class Synthesis(RowTable[SynthesisRow]):
+class Synthesis(RowTable):
     """The parametric synthesis of a brake for one brake application: figures of S's twelve steps beside the simulated
     ones.
 
@@ -584,7 +588,7 @@ class Synthesis(RowTable[SynthesisRow]):
     replaced: tuple[str, ...]
     kind: ClassVar[str] = "figure"
 
-    def step(self, number: int) -> tuple[SynthesisRow, ...]:
+    def step(self, number: int) -> tuple[EstimateRow, ...]:
         """The figures of one step, 1…12; the first is its main one."""
         return tuple(row for row in self.rows if row.step == number)
 
