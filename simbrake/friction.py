@@ -530,7 +530,8 @@ def _misfit(law: AbstractFriction, n: int) -> tuple[str, str] | None:
     try:
         contact, _ = contact_like(law, n)
         coefficients = jax.eval_shape(lambda law, contact: (law.kinetic(contact), law.static(contact)), law, contact)
-        fits = all(np.broadcast_shapes(coefficient.shape, (n,)) == (n,) for coefficient in coefficients)
+        shapes = [getattr(coefficient, "shape", ()) for coefficient in coefficients]
+        fits = all(np.broadcast_shapes(shape, (n,)) == (n,) for shape in shapes)
         return None if fits else misfit
     except (TypeError, ValueError, IndexError) as error:
         for fault in faults_of_tracing(error):

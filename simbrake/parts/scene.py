@@ -501,13 +501,22 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
         return []
     t, omega = jnp.asarray(scene.initial.time), jnp.asarray(scene.start_speed)
     errors = dict[str, Fault]()
+    each = ((), (1,), (scene.brake.linings.count,))
 
-    def look(path: str, law: Any, where: str, evaluate: Callable[[], Any]) -> None:
+    def look(path: str, law: Any, where: str, evaluate: Callable[[], Any], shapes: Any = ((),)) -> None:
         try:
-            value = np.asarray(evaluate(), np.float64)
+            given = evaluate()
+            value = np.asarray(given, np.float64)
         except Exception:  # which the run raises, with the line of the user's code
             return
-        if path not in errors and not np.all(np.isfinite(value)):
+        if path in errors:
+            return
+        if given is None:
+            errors[path] = Fault(path, f"{type(law).__name__} gives nothing", "return its number")
+        elif value.shape not in shapes:
+            what = f"{type(law).__name__} gives an array of the shape {value.shape}"
+            errors[path] = Fault(path, what, "return one number")
+        elif not np.all(np.isfinite(value)):
             worst = value[~np.isfinite(value)].flat[0]
             what = f"{type(law).__name__} is {worst:g} at {where}"
             errors[path] = Fault(path, what, "make it finite where a run begins")
@@ -523,7 +532,7 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
                 where = f"v = {v:g} m/s" + ("" if contact.p is None else ", p = 0 Pa")
                 where += "" if T is None else f", T = {np.min(T):g} K"
                 for coefficient in (law.static, law.kinetic):
-                    look(path, law, where, functools.partial(coefficient, contact))
+                    look(path, law, where, functools.partial(coefficient, contact), each)
     instant = f"t = {float(t):g} s"
     for path, course in own:
         if isinstance(course, AbstractProfile) and not course.controls_speed:
@@ -813,7 +822,7 @@ _OF_DRAWWORKS = {
     **dict.fromkeys(("linings.area", "bandage.area"), (1e-3, 0.5)),
     "area": (1e-4, 50.0),
 }
-#: a drum has so many track radii at most, and the same part of one at least
+#: a drum has so many track radii at most, and the same part of one at least; that of a drawworks is inside its rims
 _DRUM_OVER_TRACK = 5.0
 
 
@@ -867,8 +876,10 @@ def _of_other_ratios(brake: AbstractBrake, load: AbstractLoad) -> Iterator[str]:
     if brake.banded and circle > USUAL_CIRCLE * track:
         name = "band.radius" if isinstance(brake, Brake) else "band_radius"
         yield _said(f"brake.{name}", f"{circle:g} m", about, "")
-    if not 1 / _DRUM_OVER_TRACK <= drum / track <= _DRUM_OVER_TRACK:
-        meant = meant_within(drum, track / _DRUM_OVER_TRACK, track)
+    most = 1.0 if brake.banded else _DRUM_OVER_TRACK
+    if not 1 / _DRUM_OVER_TRACK <= drum / track <= most:
+        halved = 1 < drum / track <= 2
+        meant = f"{drum / 2:g} m, half of a diameter" if halved else meant_within(drum, track / _DRUM_OVER_TRACK, track)
         yield _said("duty.load.drum_radius", f"{drum:g} m", about, meant)
 
 

@@ -144,6 +144,7 @@ def test_a_band_that_does_not_fit_its_rim_is_refused(sizes, words):
         ),
         ({"drum": 400.0}, ['duty.load.drum_radius = 400 m, "400 mm"']),
         ({"drum": 40.0}, ['duty.load.drum_radius = 40 m, "40 cm"']),
+        ({"drum": 0.8}, ["duty.load.drum_radius = 0.8 m, 0.4 m, half of a diameter"]),
         ({"area": 330.0}, ['brake.linings.area = 330 m², "330 cm^2"']),
         ({"area": 33000.0}, ['brake.linings.area = 33000 m², "33000 mm^2"']),
     ],

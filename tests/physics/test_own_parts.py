@@ -296,6 +296,16 @@ class Drag(sb.shaft.AbstractShaftTorque):
         return jnp.log(omega - 20.0)
 
 
+class Nothing(Drag):
+    def torque(self, t, omega, piece, load):
+        return None
+
+
+class Both(Drag):
+    def torque(self, t, omega, piece, load):
+        return jnp.ones(2)
+
+
 class WearAtPressure(sb.wear.AbstractWearRate):
     def at(self, T):
         return jnp.asarray(1e-14)
@@ -318,6 +328,8 @@ class WearAtPressure(sb.wear.AbstractWearRate):
         ({"duty": sb.Duty(8e3, sb.TorqueLoad(of(jnp.log)))}, "duty.load.profile: FunctionProfile is -inf at t = 0 s"),
         ({"duty": sb.Duty(8e3, Spring())}, "duty.load: Spring is inf at t = 0 s, ω = 20 rad/s"),
         ({"shaft": (Drag(),)}, "shaft[0]: Drag is -inf at t = 0 s, ω = 20 rad/s"),
+        ({"shaft": (Nothing(),)}, "shaft[0]: Nothing gives nothing — return its number"),
+        ({"shaft": (Both(),)}, "shaft[0]: Both gives an array of the shape (2,) — return one number"),
     ],
 )
 def test_law_that_is_not_finite_at_the_start_is_named_once(change, words):
