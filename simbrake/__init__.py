@@ -28,12 +28,11 @@ import importlib.util
 from collections.abc import Iterator
 from typing import Any
 
-import lazy_loader
-
+from ._base._arguments import public_names
 from ._base._precision import use_64_bits
 from ._base._retired import answers
 
-_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_named, __dir__, __all__ = public_names(__name__, __file__)
 
 __version__ = "0.1.0"
 

@@ -19,6 +19,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 
+import lazy_loader
+
 from ._faults import Fault, Faults, InputError, near, shown
 
 _Function = TypeVar("_Function", bound=Callable)
@@ -53,7 +55,24 @@ def explained(function: _Function) -> _Function:
                 raise InputError(faults, of_arguments=True) from error
             raise
 
+    called.explained = True  # pyright: ignore
     return cast(_Function, called)
+
+
+def public_names(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package: the names in its `__init__.pyi`, whose modules are imported
+    at their first use, the functions among them `explained`."""
+    named, listed, names = lazy_loader.attach_stub(package, file)
+
+    def found(name: str) -> Any:
+        value = named(name)
+        if inspect.isfunction(value) and not hasattr(value, "explained"):
+            value = explained(value)
+            for home in (package, value.__module__):  # what is pickled is looked up in its module
+                setattr(sys.modules[home], name, value)
+        return value
+
+    return found, listed, names
 
 
 def with_nearest(error: TypeError, function: Callable, named: Mapping[str, Any]) -> TypeError:

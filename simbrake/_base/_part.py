@@ -26,7 +26,6 @@ _SHORT: dict[type, type] = {}
 _MOST_NUMBERS = 1_000_000
 
 
-@explained
 def quantity(
     unit: str,
     meaning: str,

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._arguments import explained
 from .._base._corners import lesser
 from .._base._faults import Fault, Faults
 from .._base._part import Part, as_part, quantity, short_for
@@ -19,7 +18,6 @@ from ..hybrid.arrays import Array, Floats, IntScalar, Marks, ScalarArray, TwoArr
 from ..hybrid.struct import AbstractVar, struct_field
 
 
-@explained
 def grip(f: Floats, angle: Vector, *, continuous: bool = False) -> Vector:
     """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining is self-locking.
 
@@ -58,7 +56,6 @@ def band_torque(radius: Array, slack: Array, tight: Array) -> Floats:
     return radius * (tight - slack)
 
 
-@explained
 def tension_ratio(fz: Vector) -> tuple[Vector, Marks]:
     """Tension ratio of each lining at its limit, and which linings are self-locking.
 
@@ -135,7 +132,6 @@ def affine_tensions(T_0: ScalarArray, a: Vector, b: Vector) -> Vector:
     return A * (T_0 + _running(jnp.add, b / A, 0.0))
 
 
-@explained
 def capstan_ratio(f: ScalarArray, wrap: ScalarArray) -> ScalarArray:
     """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`.
 
@@ -163,7 +159,6 @@ class LiningForces(NamedTuple):
     at_limit: Marks
 
 
-@explained
 def mobilised(
     T_0: ScalarArray,
     T_n: ScalarArray,
@@ -240,7 +235,6 @@ def tensions_on(T_0: ScalarArray, T_n: ScalarArray, mu: Vector, piece: IntScalar
     return jnp.where(piece >= 0, ahead, back)
 
 
-@explained
 def sliding_tensions(
     T_0: ScalarArray,
     f: Vector,
@@ -293,7 +287,6 @@ class ChordForces(NamedTuple):
     normal: VectorK
 
 
-@explained
 def chord_tensions(T_0: ScalarArray, f: Floats, beta: Float[Array, " k_plus_1"]) -> ChordForces:
     """Tensions along a band on point linings joined by chords (model §2.1).
 
@@ -316,7 +309,6 @@ def chord_tensions(T_0: ScalarArray, f: Floats, beta: Float[Array, " k_plus_1"])
 # --- pressure within a lining -----------------------------------------------------------------------------------------
 
 
-@explained
 def pressure_within(mean: Values, ratio: Values, place: Values) -> Floats:
     """Pressure (Pa) at a place within a lining under a band whose tension rises along it (Z, fig. 2):
 
@@ -340,7 +332,6 @@ def pressure_within(mean: Values, ratio: Values, place: Values) -> Floats:
 # --- compliance -------------------------------------------------------------------------------------------------------
 
 
-@explained
 def tension_rise(f: Values, angle: Values) -> ScalarArray:
     """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad.
 
@@ -615,7 +606,6 @@ class ParallelBands(AbstractStiffness):
         return [fault for i, band in enumerate(self.bands) for fault in band.faults_with(f"{path}.bands[{i}]", n)]
 
 
-@explained
 def lever_split(compliances: Values, tension: Values) -> VectorK:
     """Slack tensions (N) of bands in parallel under one lever that gives the sum `S`, with equal elongation.
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Fault, Faults, Issues, input_error
 from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
 from .._base._quantity import Over, Scalar, Values, meant_within, positive
@@ -663,7 +662,6 @@ def _still_friction(linings: AbstractLinings, temperature: Values | None, time: 
     return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T, at)), (n,))
 
 
-@explained
 def stiffness_of(
     brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None
 ) -> ScalarArray | None:
@@ -688,7 +686,6 @@ def stiffness_of(
     return stiffness.stiffness(f, jnp.asarray(brake.linings.weights), jnp.asarray(brake.radius))
 
 
-@explained
 def tension_shares(brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None) -> VectorK:
     """Share of the lever's tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import input_error
 from .._base._table import Column, Table, plain, pretty
 from ..results.stored import FORMAT, POINTS, Dataset, Settings, Source, dataset, origin, read_result
@@ -110,7 +109,6 @@ def _shown(title: str, found: Table | list[str]) -> Iterator[str]:
         yield str(Table(table.columns, rows[:_MOST], title))
 
 
-@explained
 def compare(a: Source, b: Source, /, *, rtol: float = 1e-9) -> Comparison:
     """Compare two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
 

@@ -12,7 +12,6 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Bool, Float, Int
 
-from .._base._arguments import explained
 from .._base._compiling import DeviceJit
 from .._base._faults import Issues
 from .._base._progress import shown_progress
@@ -362,7 +361,6 @@ def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
             yield f"end: {name}{more if kind == 'heat' else ''}", float(ours[i]), float(theirs[i]), float(size[i])
 
 
-@explained
 def cross_check(
     scene: Scene,
     *,

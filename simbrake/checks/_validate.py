@@ -2,14 +2,12 @@
 
 import time
 
-from .._base._arguments import explained
 from .._base._progress import Progress
 from ..runs.simulate import require_64_bits
 from ._validation import Validation, run_case
 from .closed_forms import chosen
 
 
-@explained
 def validate(only: str | None = None, *, progress: bool | None = False) -> Validation:
     """Compare simbrake with twelve closed forms: every kind of brake, loads, heat, events, a derivative.
 

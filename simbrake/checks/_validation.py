@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from .._base._arguments import explained
 from .._base._table import Column, Table, Tabular
 
 PASS, FAIL = "pass", "fail"
@@ -72,7 +71,6 @@ def judged(case: str, source: str, value: float, truth: float, tolerance: float,
     return Check(case, source, value, truth, error, tolerance, PASS if error <= tolerance else FAIL)
 
 
-@explained
 def run_case(case: Case) -> Check:
     """Run a case; any exception is a `fail` with the message.
 

@@ -1,5 +1,5 @@
 """Design before a run: `formulas` with estimates, synthesis and materials, and `layouts` of linings."""
 
-import lazy_loader
+from .._base._arguments import public_names
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -13,7 +13,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._compiling import pack
 from .._base._faults import InputError, input_error, whole_file
 from .._base._part import leaves
@@ -37,7 +36,6 @@ from ._c_code import HELPERS, Program, UnknownOperation, literal
 _USUAL = ("slip_onset_time", "full_slip_time", "stopping_time")
 
 
-@explained
 def export_c(
     scene: Scene,
     path: str | Path,

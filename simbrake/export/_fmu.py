@@ -20,7 +20,6 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import input_error, whole_file
 from .._base._quantity import Quantity, shown
 from ..outputs.quantities import SERIES_COLUMNS
@@ -49,7 +48,6 @@ _BASE = {
 }
 
 
-@explained
 def export_fmu(
     scene: Scene,
     path: str | Path,

@@ -3,11 +3,10 @@
 The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
 
-import lazy_loader
-
+from .._base._arguments import public_names
 from .._base._retired import answers
 
-_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_named, __dir__, __all__ = public_names(__name__, __file__)
 
 __getattr__ = answers(
     __name__,

@@ -13,7 +13,6 @@ from typing import Any, TypeAlias
 import numpy as np
 from jax.core import Tracer
 
-from .._base._arguments import explained
 from .._base._faults import Fault, InputError, Issues, input_error, of_radius, text_of_file, whole_file
 from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
@@ -227,7 +226,6 @@ def _wish(part: Part, unit: str) -> str:
 # --- TOML -------------------------------------------------------------------------------------------------------------
 
 
-@explained
 def scene_from_text(
     text: str, folder: str | Path = ".", values: Mapping[str, Any] | None = None, *, undriven: bool = False
 ) -> Scene:
@@ -308,7 +306,6 @@ def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
     return True
 
 
-@explained
 def scene_text(scene: Scene) -> str:
     """A scene as TOML, every number with its unit; `scene_from_text` gives the same scene back, to the last bit.
 
@@ -329,7 +326,6 @@ def scene_text(scene: Scene) -> str:
     return tomli_w.dumps({FORMAT: VERSION, **tables})
 
 
-@explained
 def write_scene(scene: Scene, path: str | Path) -> None:
     """Write a scene to a TOML file, whole or not at all; see `scene_text`.
 
@@ -384,7 +380,6 @@ class _Writer:
 # --- files of either kind ---------------------------------------------------------------------------------------------
 
 
-@explained
 def read_scene(path: str | Path, values: Mapping[str, Any] | None = None, *, undriven: bool = False) -> Scene:
     """The scene of a file, or the template or shipped scene of that name; with `values` by path.
 

@@ -6,7 +6,6 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-from .._base._arguments import explained
 from .._base._faults import InputError, existing_file, input_error
 
 #: names of the templates, in the order in which a newcomer meets them
@@ -56,7 +55,6 @@ def _shipped_file(name: str | Path) -> Path | None:
     return found[-1] if found else None
 
 
-@explained
 def shipped(name: str | Path) -> Path:
     """The file of a template or shipped scene by its name, with or without its ending.
 

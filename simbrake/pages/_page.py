@@ -18,7 +18,6 @@ from jaxtyping import Float
 from markupsafe import Markup
 
 from .. import plot
-from .._base._arguments import explained
 from .._base._faults import InputError, Issues, whole_file, whole_folder
 from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
@@ -173,7 +172,6 @@ _FOLD = 30
 _ROUNDING = 1e-13
 
 
-@explained
 def report(
     run: Result | Scene,
     path: str | os.PathLike[str] | None = None,

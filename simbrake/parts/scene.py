@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError, input_error
 from .._base._part import (
@@ -571,7 +570,6 @@ def _faults_of_band(scene: Scene) -> Iterator[Fault]:
         yield Fault("heat.flash", "is not available for a staged brake", "leave it out")
 
 
-@explained
 def check_scene(scene: Scene) -> None:
     """Check a scene. Raises `InputError` with all errors.
 

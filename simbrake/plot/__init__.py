@@ -1,35 +1,12 @@
-"""Figures. Each function draws into a given figure or makes one, and returns it without showing it."""
+"""Figures. Each function draws into a given figure or makes one, and returns it without showing it.
 
+The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+"""
+
+from .._base._arguments import public_names
 from .._base._retired import answers
-from ._animation import animate
-from ._many import compare, permissible, sweep
-from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
-from ._studies import calibration, distribution, overlay, tornado, wear
-from .drawing import titled
-from .wheels import pressed, pulley
 
-__all__ = [
-    "animate",
-    "calibration",
-    "compare",
-    "contacts",
-    "depth",
-    "distribution",
-    "duty",
-    "lining_map",
-    "overlay",
-    "permissible",
-    "pressed",
-    "pulley",
-    "stages",
-    "stop",
-    "stops",
-    "sweep",
-    "temperatures",
-    "titled",
-    "tornado",
-    "wear",
-]
+_named, __dir__, __all__ = public_names(__name__, __file__)
 
 _LAYOUTS = ("angles", "chord_angles", "layouts")
 __getattr__ = answers(
@@ -42,4 +19,5 @@ __getattr__ = answers(
         "effects": "docs/recipes/global_indices.py has them as a table, made by SALib",
         "browse": "plot.stop draws the run over time, plot.pulley the brake at a time; simbrake app has sliders",
     },
+    others=_named,
 )

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
-from .._base._arguments import explained
 from .._base._faults import Fault, Issues, whole_file
 from .._base._progress import counting
 from ..outputs.quantities import fault_of_times
@@ -21,7 +20,6 @@ from .wheels import draw_moment, spot, tops_of
 _FRAMES = 500  # at most: all of them are in the memory at once
 
 
-@explained
 def animate(
     result: Result,
     path: str | os.PathLike[str],

@@ -18,7 +18,6 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 from scipy.interpolate import RegularGridInterpolator
 
-from .._base._arguments import explained
 from .._base._faults import input_error
 from .._base._quantity import shown as about
 from .._base._table import scale
@@ -60,7 +59,6 @@ _MOST = 6
 _HOT = ("rim_temperature", "lining_temperature", "band_temperature")
 
 
-@explained
 @styled
 def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure | None = None) -> Figure:
     """Results laid over each other: speed, brake torque, tension of a band's tight end, of discs and shoes the normal
@@ -158,7 +156,6 @@ def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
 _FIRST = ("stopping_time", "hook_travel", "stopping_angle", "energy.friction_heat", "max_tension")
 
 
-@explained
 @styled
 def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure | None = None) -> Figure:
     """Metrics over the parameters of `simbrake.sweep` or `simbrake.ensemble`.
@@ -265,7 +262,6 @@ _NOT_WITHIN = "a limit is exceeded, or the load is not stopped or held"
 _FINE = 241
 
 
-@explained
 @styled
 def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | None = None) -> Figure:
     """Where a brake is within its limits: a grid of two parameters of `simbrake.sweep`, with one line for each limit.

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from .._base._arguments import explained
 from .._base._faults import input_error
 from .._base._table import digits, number
 from ..brakes.design import BrakeWords
@@ -54,7 +53,6 @@ from .drawing import (
 from .wheels import CONTACT_COLOURS
 
 
-@explained
 @styled
 def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     """Slack tension or force that the lever gives, torques of the load and of a motor over the whole run, with the mass
@@ -101,7 +99,6 @@ _HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face
 _HOT |= {"wetted wall": PURPLE, "coolant, outlet": SKY}
 
 
-@explained
 @styled
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """Speed of the pulley and of the hook, torques of brake, load and motor, tensions at the two ends of the band or
@@ -137,7 +134,6 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     return figure
 
 
-@explained
 @styled
 def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     """One point for each stop of the run: duration of the braking, friction heat, and the
@@ -223,7 +219,6 @@ _STAGES = {
 }
 
 
-@explained
 @styled
 def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figure | None = None) -> Figure:
     """Speeds of pulley and bandage of a staged brake, torques and friction heat of both pairs, and their overlap
@@ -281,7 +276,6 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     return figure
 
 
-@explained
 @styled
 def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     """Stick and slip of each lining over time: of a chain on the pulley, of a resolved bandage on band and rim.
@@ -322,7 +316,6 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     return figure
 
 
-@explained
 @styled
 def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     """Temperatures of rim, linings and band over time, the permissible one, and the hottest moment's depth profiles.
@@ -468,7 +461,6 @@ def _layers(result: Result, wall: Wall, T: Float[np.ndarray, "... k"]) -> Float[
 # --- maps -------------------------------------------------------------------------------------------------------------
 
 
-@explained
 @styled
 def depth(result: Result, wall: str | None = None, copy: int | None = None, *, figure: Figure | None = None) -> Figure:
     """Temperature (°C) through the depth (mm) of a wall over time as a map, beside it profiles.
@@ -560,7 +552,6 @@ def _wall(result: Result, name: str | None, copy: int | None) -> Wall:
     return matching[0]
 
 
-@explained
 @styled
 def lining_map(
     result: Result, quantity: str = "temperature", *, pair: str = "external", figure: Figure | None = None

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from .._base._arguments import explained
 from .._base._faults import Fault, Issues
 from .._base._table import number, pretty, scale
 from ..runs.measure import Metric, name_of
@@ -41,7 +40,6 @@ from .drawing import (
 )
 
 
-@explained
 @styled
 def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = None) -> Figure:
     """Tornado chart: effect of every parameter on a metric over its range, the largest on top.
@@ -92,7 +90,6 @@ def _parameters(rows: Sequence[Sensitivity]) -> list[str]:
     return [textwrap.fill(name, 36) for name in names]
 
 
-@explained
 @styled
 def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> Figure:
     """Measured columns over a run, one panel each: what was measured, its standard deviation, and the run.
@@ -140,7 +137,6 @@ def _label(points: Points, unit: str) -> str:
     return f"{words}{', ' * bool(unit)}{unit}"
 
 
-@explained
 @styled
 def calibration(fit: Calibration, recording: str | None = None, *, figure: Figure | None = None) -> Figure:
     """Measured values with their standard deviations and the runs before and after a fit; below, residuals in σ.
@@ -194,7 +190,6 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
 # --- uncertain results ------------------------------------------------------------------------------------------------
 
 
-@explained
 @styled
 def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = None) -> Figure:
     """Histogram and cumulative share of a metric, quantiles with their intervals, and its limit where it has one.
@@ -249,7 +244,6 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
 _MARKS = 5  # lines along the band in one panel
 
 
-@explained
 @styled
 def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None = None) -> Figure:
     """Thickness worn off along the band after parts of the life, and below over the number of brake applications.

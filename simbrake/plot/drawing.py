@@ -21,7 +21,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from .._base._arguments import explained
 from .._base._faults import input_error
 from .._base._table import number
 from ..outputs.log import Event
@@ -117,7 +116,6 @@ def keep_level(axes: Axes) -> None:
 _title: ContextVar[str] = ContextVar("title", default="")
 
 
-@explained
 @contextlib.contextmanager
 def titled(title: str) -> Iterator[None]:
     """Figures of a run that are drawn inside begin with this title, others with the kind of the brake.

@@ -13,7 +13,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from .._base._arguments import explained
 from .._base._faults import input_error
 from .._base._table import digits
 from ..brakes._pressed import DiscBrake, ShoeBrake
@@ -143,7 +142,6 @@ _BARS: tuple[dict[str, Any], ...] = (
 )
 
 
-@explained
 @styled
 def pulley(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Tension of the band and normal load of every lining on the pulley's circle at one time (Z, Fig. 5).
@@ -305,7 +303,6 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) ->
 # --- pads and shoes ---------------------------------------------------------------------------------------------------
 
 
-@explained
 @styled
 def pressed(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Pads of a disc brake, or shoes of a double-shoe brake, at one time, with the pressure and the forces on them.

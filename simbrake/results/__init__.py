@@ -6,11 +6,10 @@ The names are in `__init__.pyi`, each with its module, which is imported at the 
 import importlib
 from typing import Any
 
-import lazy_loader
-
+from .._base._arguments import public_names
 from .._base._retired import answers
 
-_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_named, __dir__, __all__ = public_names(__name__, __file__)
 
 #: what wings say of results, by its wing
 _ABOVE = {

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Issues, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
@@ -26,7 +25,6 @@ BRAKES = {
 _HEAVE = 0.01
 
 
-@explained
 def tackle_efficiency(lines: float, sheave: float = _SHEAVE) -> float:
     """Efficiency of a tackle in lowering: pull of the fast line times the lines, over the load of the hook.
 
@@ -257,7 +255,6 @@ def _sum(members: list[Entry], name: str) -> float | None:
     return None if any(x is None for x in values) else float(sum(values))
 
 
-@explained
 def ledger(
     of: Log | Lowerings,
     *,

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Fault, InputError, Issues
 from .._base._nulls import NULLS, take_nulls, told_as_null
 from .._base._progress import counting
@@ -283,7 +282,6 @@ class Log(Tabular):
         return plain({**about, "compensated": self.compensated, "channels": self._table})
 
 
-@explained
 def read(
     path: str | Path,
     *,

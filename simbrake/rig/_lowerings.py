@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Issues, input_error
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Channel, Log
@@ -303,7 +302,6 @@ def course_of(channel: Channel, spacing: float = 0.0) -> Course:
     return Course(t[rows], x[rows], interval)
 
 
-@explained
 def lowerings(
     log: Log,
     *,

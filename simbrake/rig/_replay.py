@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import InputError, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
@@ -540,7 +539,6 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
         yield ReplayedLowering(one, far, work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops)
 
 
-@explained
 def replay(
     of: Log | Lowerings | Ledger,
     scene: Scene,
@@ -743,7 +741,6 @@ def _simulated(result: Result, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(travel)[back], np.concatenate(force)[back]
 
 
-@explained
 def compare(replay: Replay) -> Comparison:
     """Compare a replay with its log: block position and hook load at their updates in lowerings, in the rig's units.
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Fault, Issues, input_error
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
@@ -469,7 +468,6 @@ def _warnings(search: Search, z: np.ndarray, chi2: float, probability: float | N
     return warnings
 
 
-@explained
 def calibrate(
     scene: Scene,
     bounds: Mapping[str, tuple[float | str, float | str]],

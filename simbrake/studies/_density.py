@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._base._arguments import explained
 from .._base._faults import Issues
 from ..hybrid.arrays import Array
 from ..parts.scene import Scene
@@ -132,7 +131,6 @@ def _unconstrained(box: Box, numbers: np.ndarray, edge: float) -> np.ndarray:
     return np.log(z / (1 - z))
 
 
-@explained
 def log_density(
     scene: Scene,
     recordings: Measured | Sequence[Measured] | Mapping[str, Measured],

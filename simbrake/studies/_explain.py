@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number, plain
@@ -96,7 +95,6 @@ class Explanation(Tabular):
             yield textwrap.fill(finding.text, _WIDTH, initial_indent=head, subsequent_indent=" " * _TOPIC)
 
 
-@explained
 def explain(
     run: Result | Scene | str | os.PathLike[str],
     *,

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Issues, input_error
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
@@ -270,7 +269,6 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
     return with_values(scene, {"wear.worn": np.array(worn)}), limit
 
 
-@explained
 def lining_life(
     run: Scene | Result,
     permissible: Permissible = None,

@@ -110,7 +110,6 @@ class Evaluator:
         return f"no {', '.join(missing)}" if missing else ""
 
 
-@explained
 def evaluator(
     scene: Scene,
     parameters: str | Sequence[str] | Mapping[str, Any],

@@ -9,7 +9,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Fault, InputError, Issues, input_error
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
@@ -188,7 +187,6 @@ def _moves(row: Sensitivity) -> bool:
     return row.derivative != 0 and (row.value == 0 or abs(row.elasticity) > _ROUNDING)
 
 
-@explained
 def sensitivity(
     scene: Scene,
     metric: Metric | Sequence[Metric],
@@ -387,7 +385,6 @@ class Hessian(NamedTuple):
     error: np.ndarray
 
 
-@explained
 def hessian(
     scene: Scene,
     metric: Metric,

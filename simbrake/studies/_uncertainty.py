@@ -10,7 +10,6 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Fault, InputError, Issues
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
@@ -85,7 +84,6 @@ class Draws:
         return {path: np.asarray(quantile(u), np.float64) for (path, quantile), u in columns}
 
 
-@explained
 def samples(
     scene: Scene,
     distributions: Mapping[str, Distribution],
@@ -429,7 +427,6 @@ class Uncertainty(Tabular):
         return f"of the {count} of {self.runs} runs ({count / self.runs:.2%}) that have it; {rest}"
 
 
-@explained
 def uncertainty(
     scene: Scene,
     distributions: Mapping[str, Distribution],

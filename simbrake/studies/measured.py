@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._csv_file import CsvFile
 from .._base._faults import Fault, Issues
 from .._base._nulls import NULLS
@@ -276,7 +275,6 @@ _SIGMA = "_sigma"
 _WORDS = ("event", "unit", "name", "file", "events")
 
 
-@explained
 def read_measured(
     *paths: str | Path,
     sigma: Mapping[str, float] | None = None,
@@ -348,7 +346,6 @@ class _Reading:
         self.issues.report()
 
 
-@explained
 def read_recordings(
     table: str | Path,
     *,

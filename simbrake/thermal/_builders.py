@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._part import Whole, takes_values
 from .._base._quantity import Quantity, Values, positive
 from ..profiles import AbstractProfile
@@ -40,7 +39,6 @@ def _coefficient(where: str) -> Quantity:
     return Quantity("W/(m^2*K)", f"heat transfer coefficient of {where}", 0.0)
 
 
-@explained
 def axial_resistance(length: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
     """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1, shell).
 
@@ -51,7 +49,6 @@ def axial_resistance(length: Values, conductivity: Values, inner: Values, outer:
     return length / (conductivity * math.pi * (outer**2 - inner**2))
 
 
-@explained
 def radial_resistance(width: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
     """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rim lips, disc).
 

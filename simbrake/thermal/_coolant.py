@@ -6,7 +6,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._arguments import explained
 from .._base._faults import Faults, Issues
 from .._base._part import Part, part, quantity, takes_values
 from .._base._quantity import Quantity, Scalar, Values
@@ -126,7 +125,6 @@ def water(
     )
 
 
-@explained
 def dittus_boelter(speed: Values, diameter: Values, liquid: Liquid) -> Values:
     """Heat transfer coefficient (W/(m²·K)) of a liquid that a wall heats, in turbulent flow through a channel.
 

@@ -100,7 +100,6 @@ class PowerShares(Part):
         return [Fault(path, what, "heat is the rest")] if total > 1 + 1e-12 else []
 
 
-@explained
 def shares_of_S(electrical: float = 0.0) -> PowerShares:
     """S's figures: 0.68 of the friction power as heat (one reading of S-10), the rest mechanical.
 

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._arguments import explained
 from .._base._faults import Fault
 from .._base._part import Part, quantity
 from .._base._quantity import Over, Scalar
@@ -107,7 +106,6 @@ def library(part: str) -> dict[str, dict[str, Entry]]:
 LIBRARY = library("thermal")
 
 
-@explained
 def material(name: str, **changes: float) -> Material:
     """A material of the library, with other numbers where `changes` names them.
 
@@ -124,7 +122,6 @@ def material(name: str, **changes: float) -> Material:
     return Material(**{**numbers, **changes})  # pyright: ignore
 
 
-@explained
 def effusivity_share(metal: Material, lining: Material) -> Scalar:
     """Heat partition coefficient of the metal for two sliding half-spaces: `e_1/(e_1 + e_2)` (Charron, 1943).
 
@@ -136,7 +133,6 @@ def effusivity_share(metal: Material, lining: Material) -> Scalar:
     return metal.effusivity / (metal.effusivity + lining.effusivity)
 
 
-@explained
 def layer_growth(first: float, thickness: float, layers: int) -> float:
     """Ratio `r` of neighbouring layers so that `layers` of them, the first `first` thick, fill `thickness`:
 

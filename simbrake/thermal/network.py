@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._arguments import explained
 from .._base._compiling import per_structure, read_by
 from .._base._faults import Fault, Faults, Issues
 from .._base._part import Part, part, quantity, whole
@@ -277,7 +276,6 @@ class ThermalContact(AbstractLink):
         return self.area * (jnp.mean(h) if alone else h)
 
 
-@explained
 def radiation_governs_above(coefficient: float, emissivity: float, ambient: float = ROOM) -> float:
     """Surface temperature (K) above which radiation carries more than convection: `ε σ (T² + T_a²)(T + T_a) = h`.
 

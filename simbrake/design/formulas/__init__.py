@@ -5,6 +5,6 @@
 names is used.
 """
 
-import lazy_loader
+from ..._base._arguments import public_names
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
-from ..._base._arguments import explained
 from ..._base._faults import InputError, input_error
 from ..._base._table import Column, Table, Tabular, plain
 from ...parts.scene import Scene, banded_brake, check_scene
@@ -140,7 +139,6 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
     return Braking.of(scene, inputs, stop, stages, values), about
 
 
-@explained
 def estimates(run: Scene | Result, data: EstimateData | None = None) -> EngineeringEstimates:
     """Classical estimates of a brake application from its scene, beside its simulation (model §6.3).
 

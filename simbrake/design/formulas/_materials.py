@@ -110,7 +110,6 @@ def _settled(
     return numbers, material(name, **{key: numbers[key] for key in _THERMAL}), sources
 
 
-@explained
 def rim_material(name: str, **changes: float) -> RimMaterial:
     """A rim's material: steel_20L, steel_35KhNL, cast_iron, magnesium_alloy, brass, aluminium_alloy.
 
@@ -128,7 +127,6 @@ def rim_material(name: str, **changes: float) -> RimMaterial:
     return RimMaterial(name, thermal, elastic, *limits, sources)
 
 
-@explained
 def lining_material(name: str, **changes: float) -> LiningMaterial:
     """A lining's material: FK-24A, retinax.
 

@@ -7,7 +7,6 @@ from typing import TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from ..._base._arguments import explained
 from ..._base._faults import require_not_negative, require_positive
 from ...hybrid.arrays import Array
 from ...thermal.network import STEFAN_BOLTZMANN
@@ -19,7 +18,6 @@ Depths: TypeAlias = Float[np.ndarray, " k"]  # a number at each depth, or part o
 Profiles: TypeAlias = Float[np.ndarray, "m k"]  # the same at each time
 
 
-@explained
 def real_contact_area(area: Amount, pressure: Amount, hardness: Amount) -> Amount:
     """Real contact area, plastic spots: `A_r = A_a p_a/HB` (S-34), in m².
 
@@ -42,7 +40,6 @@ def real_contact_area(area: Amount, pressure: Amount, hardness: Amount) -> Amoun
     return area * pressure / hardness
 
 
-@explained
 def polished_surface(radius: Amount, width: Amount) -> Amount:
     """The friction track `A_p = 2 π R b` (S-35), in m². Raises `ValueError` where an argument is not positive.
 
@@ -54,7 +51,6 @@ def polished_surface(radius: Amount, width: Amount) -> Amount:
     return 2 * math.pi * radius * width
 
 
-@explained
 def ring_face(inner: Amount, outer: Amount) -> Amount:
     """One face of a ring, `π (R² − r²)`, in m²: rim lip, flange or disc. Raises `ValueError` for `r ≥ R` or `r < 0`.
 
@@ -68,7 +64,6 @@ def ring_face(inner: Amount, outer: Amount) -> Amount:
     return math.pi * (outer**2 - inner**2)
 
 
-@explained
 def matte_surface(*areas: Amount) -> Amount:
     """Matte (unpolished) surface: `A_m = A_lips + A_flange + A_bore + …` (S-36), in m².
 
@@ -83,7 +78,6 @@ def matte_surface(*areas: Amount) -> Amount:
     return sum(areas)
 
 
-@explained
 def radiation_coefficient(emissivity: Amount, temperature: Amount, ambient: Amount) -> Amount:
     """Heat transfer coefficient of radiation in W/(m²·K), temperatures in K (S-37 polished, S-38 matte surfaces):
 
@@ -101,7 +95,6 @@ def radiation_coefficient(emissivity: Amount, temperature: Amount, ambient: Amou
     return emissivity * STEFAN_BOLTZMANN * (temperature**2 + ambient**2) * (temperature + ambient)
 
 
-@explained
 def triboelectric_power(current: Amount, voltage: Amount, factor: Amount = 200.0) -> Amount:
     """Electrical share of the friction power (W): `W_el = k_v I U` (S-8). An estimate.
 
@@ -119,7 +112,6 @@ def triboelectric_power(current: Amount, voltage: Amount, factor: Amount = 200.0
     return factor * current * voltage
 
 
-@explained
 def thermoelectric_voltage(seebeck: Amount, hot: Amount, cold: Amount) -> Amount:
     """Voltage (V) of the contact as a thermocouple: `U = S_ab (T_c − T_0)`, a substitute for the lost S-9. An estimate.
 
@@ -134,7 +126,6 @@ def thermoelectric_voltage(seebeck: Amount, hot: Amount, cold: Amount) -> Amount
     return seebeck * (hot - cold)
 
 
-@explained
 def contact_current(voltage: Amount, resistivity: Amount, area: Amount, spots: Amount = 1) -> Amount:
     """Current (A) that a `voltage` `U` drives through the contact spots; a substitute for S-9. An estimate.
 
@@ -157,7 +148,6 @@ def contact_current(voltage: Amount, resistivity: Amount, area: Amount, spots: A
     return voltage * 2 * spots * radius / resistivity
 
 
-@explained
 def series_resistance(*resistances: Amount) -> Amount:
     """`R = Σ R_i` (K/W) of parts in series (S-30). Raises `ValueError` below 0.
 
@@ -170,7 +160,6 @@ def series_resistance(*resistances: Amount) -> Amount:
     return sum(resistances)
 
 
-@explained
 def parallel_resistance(*resistances: Amount) -> Amount:
     """`1/R = Σ 1/R_i` (K/W) of parts in parallel (S-30). Raises `ValueError` where one is ≤ 0, or none is given.
 
@@ -185,7 +174,6 @@ def parallel_resistance(*resistances: Amount) -> Amount:
     return 1 / sum(1 / R for R in resistances)
 
 
-@explained
 def series_conductivity(thickness: Layers, conductivity: Layers) -> float:
     """Conductivity (W/(m·K)) of layers (k,) in series: `λ = Σ δ_k/Σ(δ_k/λ_k)` (S-30).
 
@@ -200,7 +188,6 @@ def series_conductivity(thickness: Layers, conductivity: Layers) -> float:
     return np.sum(thickness) / np.sum(thickness / np.asarray(conductivity, float))
 
 
-@explained
 def parallel_conductivity(area: Layers, conductivity: Layers) -> float:
     """Conductivity (W/(m·K)) of parts (k,) in parallel: `λ = Σ λ_k A_k/Σ A_k` (S-30). Raises `ValueError` as above.
 
@@ -213,7 +200,6 @@ def parallel_conductivity(area: Layers, conductivity: Layers) -> float:
     return np.sum(area * np.asarray(conductivity, float)) / np.sum(area)
 
 
-@explained
 def equivalent_specific_heat(mass: Layers, specific_heat: Layers) -> float:
     """`c = Σ G_k c_k/Σ G_k` (J/(kg·K)) of layers (k,) of the masses `G_k` (S-32). Raises `ValueError` as above.
 
@@ -226,7 +212,6 @@ def equivalent_specific_heat(mass: Layers, specific_heat: Layers) -> float:
     return np.sum(mass * np.asarray(specific_heat, float)) / np.sum(mass)
 
 
-@explained
 def equivalent_density(mass: Layers, volume: Layers) -> float:
     """`ρ = Σ m_k/Σ V_k` (kg/m³) of layers (k,) (S-33, a sum of quotients in the scan). Raises `ValueError` as above.
 
@@ -238,7 +223,6 @@ def equivalent_density(mass: Layers, volume: Layers) -> float:
     return np.sum(np.asarray(mass, float)) / np.sum(np.asarray(volume, float))
 
 
-@explained
 def equivalent_diffusivity(conductivity: Amount, density: Amount, specific_heat: Amount) -> Amount:
     """`a = λ/(ρ c)` (m²/s) of the equivalent numbers (S-31). Raises `ValueError` where one of them is not positive.
 
@@ -250,7 +234,6 @@ def equivalent_diffusivity(conductivity: Amount, density: Amount, specific_heat:
     return conductivity / (density * specific_heat)
 
 
-@explained
 def current_density(conductivity: Amount, change: Amount, depth: Amount) -> Amount:
     """Current through a layer per area: `j = σ Δφ/δ` electrical (S-22, A/m²), `q = λ ΔT/δ` thermal (S-23, W/m²).
 

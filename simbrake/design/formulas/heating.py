@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ..._base._arguments import explained
 from ..._base._faults import require_not_negative, require_positive, require_share
 from ...hybrid.arrays import Array
 from ...thermal.heat import TransmissionPartition
@@ -16,7 +15,6 @@ from ...thermal.materials import Material
 from .contact import Amount, Depths, Profiles, SeriesOfTimes
 
 
-@explained
 def penetration_depth(diffusivity: Amount, time: Amount) -> Amount:
     """Thermal penetration depth (m) in the `time` `τ` (s): `b = 1.73 √(a τ)` (S, step 1 of the synthesis).
 
@@ -32,7 +30,6 @@ def penetration_depth(diffusivity: Amount, time: Amount) -> Amount:
     return 1.73 * np.sqrt(diffusivity * np.asarray(time, float))
 
 
-@explained
 def fourier_number(diffusivity: Amount, time: Amount, depth: Amount) -> Amount:
     """`Fo = a τ/δ²` (S-15); below 0.01 the back face counts as adiabatic, S expects no more than 15.
 
@@ -47,7 +44,6 @@ def fourier_number(diffusivity: Amount, time: Amount, depth: Amount) -> Amount:
     return diffusivity * np.asarray(time, float) / np.asarray(depth, float) ** 2
 
 
-@explained
 def fourier_parameter(diffusivity: Amount, depth: Amount) -> Amount:
     """`B = a/δ²` in 1/s, so that `Fo = B τ` (S, table 1, which prints 1000 times that for the rim).
 
@@ -58,7 +54,6 @@ def fourier_parameter(diffusivity: Amount, depth: Amount) -> Amount:
     return fourier_number(diffusivity, 1.0, depth)
 
 
-@explained
 def effective_fourier_number(diffusivity: Amount, time: Amount, thickness: Amount) -> Amount:
     """Fourier number of a part, `a τ/δ²` while heat reaches through it, else 1/3 (S, step 2 of the synthesis).
 
@@ -73,7 +68,6 @@ def effective_fourier_number(diffusivity: Amount, time: Amount, thickness: Amoun
     return np.where(through, fourier_number(diffusivity, time, thickness), 1 / 3)[()]
 
 
-@explained
 def effective_volume(area: Amount, thickness: Amount, depth: Amount) -> Amount:
     """Volume (m³) that takes up heat: `ψV = A min(b, δ)` (S, step 3), `area` `A` (m²), thicknesses in m.
 
@@ -88,7 +82,6 @@ def effective_volume(area: Amount, thickness: Amount, depth: Amount) -> Amount:
     return area * np.minimum(depth, thickness)
 
 
-@explained
 def mean_bulk_rise(share: Amount, work: Amount, specific_heat: Amount, mass: Amount) -> Amount:
     """Mean rise of the bulk temperature (K) in a brake application: `ΔT_v = (2/3) a W/(c G)` (S-25).
 
@@ -108,7 +101,6 @@ def mean_bulk_rise(share: Amount, work: Amount, specific_heat: Amount, mass: Amo
     return 2 / 3 * share * work / (specific_heat * mass)
 
 
-@explained
 def half_space_rise(flux: Amount, time: Amount, effusivity: Amount) -> Amount:
     """Surface rise (K) of a half-space under a constant `flux` `q` (W/m²): `ΔT = 2 q √(τ/π)/e`.
 
@@ -125,7 +117,6 @@ def half_space_rise(flux: Amount, time: Amount, effusivity: Amount) -> Amount:
     return 2 * flux * np.sqrt(np.asarray(time, float) / math.pi) / effusivity
 
 
-@explained
 def stopping_rise(flux: Amount, time: Amount, duration: Amount, effusivity: Amount) -> Amount:
     """Surface rise (K) of a half-space while the flux falls linearly, `q(t) = q_0 (1 − t/τ)`, as in a stop:
 
@@ -146,7 +137,6 @@ def stopping_rise(flux: Amount, time: Amount, duration: Amount, effusivity: Amou
     return half_space_rise(flux, t, effusivity) * (1 - 2 * t / (3 * duration))
 
 
-@explained
 def slab_rise(flux: Amount, time: Amount, thickness: Amount, material: Material, depth: Amount = 0.0) -> Amount:
     """Rise (K) at a `depth` `x` below the heated face of a slab with an adiabatic back, under a constant flux:
 
@@ -187,7 +177,6 @@ def _by_images(Fo: Array, xi: Array) -> Array:
     return np.where(Fo > 0, length * ierfc, 0.0)
 
 
-@explained
 def stopping_slab_rise(flux: Amount, time: Amount, duration: Amount, thickness: Amount, material: Material) -> Amount:
     """Surface rise (K) of a slab with an adiabatic back while the flux falls linearly, `q(t) = q_0 (1 − t/t_T)`:
 
@@ -213,7 +202,6 @@ def stopping_slab_rise(flux: Amount, time: Amount, duration: Amount, thickness: 
     return np.where(Fo * tau < 0.02, half_space, flux * thickness / (2 * material.conductivity) * rise)[()]
 
 
-@explained
 def reconstructed_surface_rise(
     flux: Amount, time: Amount, duration: Amount, thickness: Amount, material: Material
 ) -> Amount:
@@ -239,7 +227,6 @@ def reconstructed_surface_rise(
     return present + flux * thickness / (2 * material.conductivity) * above
 
 
-@explained
 def transmission_table() -> TransmissionPartition:
     """V's coefficients and surface layers (table 2) over the temperature of the polished rim surface, as a law.
 
@@ -253,7 +240,6 @@ def transmission_table() -> TransmissionPartition:
     return TransmissionPartition(table["T_polished_C"] + 273.15, polished, matte, band, 1e-6 * table["delta_s_um"])
 
 
-@explained
 def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
     """Heat per volume (J/m³) from `start` to `end` (K), `ρ ∫ c dT`: exact for a specific heat linear in temperature.
 
@@ -274,7 +260,6 @@ class MaximumTemperatures(NamedTuple):
     plain_sum: Amount  # t_v + t_s + t_flash
 
 
-@explained
 def maximum_temperatures(bulk: Amount, surface: Amount, flash: Amount) -> MaximumTemperatures:
     """The maximum temperature in the combinations of S (S-26, S-27) and as a plain sum, of rises in K:
 
@@ -315,7 +300,6 @@ class SchmidtCourse(NamedTuple):
         return self.temperature[:, 1:-1].mean(axis=1)
 
 
-@explained
 def schmidt(
     material: Material,
     thickness: float,
@@ -392,7 +376,6 @@ class HeatBalance(NamedTuple):
     stationary: Amount  # K, surface temperature at which net is 0, `inf` where no heat is rejected
 
 
-@explained
 def heat_balance(
     flux: Amount,
     *,
@@ -452,7 +435,6 @@ class LiningThickness(NamedTuple):
     rational: float
 
 
-@explained
 def rational_rim_thickness(material: Material, time: float, *, heat: float, rise: float) -> RimThickness:
     """Thickness of a rim that the heat of a brake application penetrates and that can store it (S, step 8):
 
@@ -468,7 +450,7 @@ def rational_rim_thickness(material: Material, time: float, *, heat: float, rise
 
     Example:
         >>> case = sb.formulas.rational_rim_thickness(sb.material("steel_20L"), 2.0, heat=2e6, rise=40.0)
-        >>> round(1e3 * case.rational, 2)
+        >>> round(float(1e3 * case.rational), 2)
         11.93
     """
     require_not_negative(time=time, heat=heat)
@@ -477,7 +459,6 @@ def rational_rim_thickness(material: Material, time: float, *, heat: float, rise
     return RimThickness(depth, storage, max(depth, storage))
 
 
-@explained
 def held_face_rise(Fo: Amount) -> Amount:
     """Rise of the adiabatic back of a slab over that of its face, held at constant temperature from the start:
 
@@ -505,7 +486,6 @@ def held_face_rise(Fo: Amount) -> Amount:
     return np.where(F < 0.2, early, late)[()]
 
 
-@explained
 def back_temperature(material: Material, thickness: float, time: float, *, face: float, start: float) -> float:
     """Temperature (K) of the back of a lining whose `face` (K) is held for the `time` (s), from `start` (K).
 
@@ -522,7 +502,6 @@ def back_temperature(material: Material, thickness: float, time: float, *, face:
     return start + (face - start) * float(held_face_rise(Fo))
 
 
-@explained
 def rational_lining_thickness(
     material: Material, time: float, *, face: float, back: float, start: float
 ) -> LiningThickness:
@@ -541,7 +520,7 @@ def rational_lining_thickness(
     Example:
         >>> lining = sb.formulas.lining_material("FK-24A").thermal
         >>> case = sb.formulas.rational_lining_thickness(lining, 60.0, face=620.0, back=390.0, start=293.0)
-        >>> round(1e3 * case.rational, 2)
+        >>> round(float(1e3 * case.rational), 2)
         9.61
     """
     require_positive(face=face, back=back, start=start)

@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from ..._base._arguments import explained
 from ..._base._faults import Issues, input_error
 from ..._base._part import leaves
 from ..._base._progress import counting
@@ -440,7 +439,6 @@ class MaterialComparison(Tabular):
 # --- the function -----------------------------------------------------------------------------------------------------
 
 
-@explained
 def compare_materials(
     scene: Scene,
     rims: Sequence[str | RimMaterial] = DEFAULT_RIMS,

@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..._base._arguments import explained
 from ...brakes.band import grip, running_product, tension_ratio
 from ...brakes.design import Bandage, unloaded
 from ...friction import SurfaceState, memory_at_start
@@ -60,7 +59,6 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     return float(torque), inertia
 
 
-@explained
 def classical_stop(scene: Scene) -> ClassicalStop | None:
     """The stop of a standard brake by statics alone; `None` where there is none.
 
@@ -173,7 +171,6 @@ class _Grip(NamedTuple):
         return float(np.sum(weight / left)), float(np.sum(weight * at / left))
 
 
-@explained
 def classical_staged_stop(scene: Scene) -> StagedStop | None:
     """The stop of a staged brake by statics and constant torques; `None` where there is none (model §4, after K).
 

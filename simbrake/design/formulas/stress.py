@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ..._base._arguments import explained
 from ..._base._faults import require_positive
 from .contact import Amount, Layers, SeriesOfTimes
 
@@ -27,7 +26,6 @@ class ElasticMaterial(NamedTuple):
     permissible: float = 150e6
 
 
-@explained
 def surface_stress(surface: Amount, mean: Amount, elastic: ElasticMaterial) -> Amount:
     """Stress of the rim's surface (Pa): `σ = −E α_T (T_s − T_mean)/(1 − ν)` (model §6.3), compression negative.
 
@@ -46,7 +44,6 @@ def surface_stress(surface: Amount, mean: Amount, elastic: ElasticMaterial) -> A
     return _modulus(elastic) * (mean - surface)
 
 
-@explained
 def plate_stress(
     temperature: Layers, depth: Layers, elastic: ElasticMaterial, *, restraint: str = "bending"
 ) -> Float[np.ndarray, "..."]:
@@ -118,7 +115,6 @@ class StressHistory(NamedTuple):
         return float(self.t[i]), float(self.extreme[i]), float(self.ratio[i])
 
 
-@explained
 def stress_over_time(
     t: Layers, temperature: Layers, depth: Layers, elastic: ElasticMaterial, *, restraint: str = "bending"
 ) -> StressHistory:

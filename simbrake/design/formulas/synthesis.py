@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 import numpy as np
 
-from ..._base._arguments import explained
 from ..._base._faults import Issues, input_error
 from ..._base._table import Table, plain
 from ...parts.scene import Scene, banded_brake, faults
@@ -627,7 +626,6 @@ class Synthesis(RowTable):
 # --- the function -----------------------------------------------------------------------------------------------------
 
 
-@explained
 def synthesize(
     run: Scene | Result,
     data: EstimateData | None = None,

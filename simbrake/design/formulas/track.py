@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError, require_positive
 from ...brakes.design import Brake
 from ...parts.scene import band_brake
@@ -20,7 +19,6 @@ _FRACTIONS = np.linspace(0.0, 1.0, 9)  # of an interval of constant flux, at whi
 _DEEP = 0.5  # of the rim's thickness: the back returns exp(−2 √π/0.5) = 8e-4 of a ripple
 
 
-@explained
 def revolution_ripple(
     place: Layers, edges: Layers, flux: Layers, period: float, effusivity: float
 ) -> Float[np.ndarray, "..."]:
@@ -87,7 +85,6 @@ class TrackRipple(NamedTuple):
         return self.reach <= _DEEP
 
 
-@explained
 def track_ripple(
     result: Result, ts: Layers, *, material: Material | None = None, share: float | None = None, cooling: float = 0.0
 ) -> TrackRipple:

@@ -3,6 +3,6 @@
 The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
 
-import lazy_loader
+from ..._base._arguments import public_names
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

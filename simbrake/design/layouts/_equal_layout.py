@@ -13,7 +13,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..._base._arguments import explained
 from ..._base._compiling import DeviceJit
 from ..._base._faults import Issues
 from ..._base._progress import Progress
@@ -78,7 +77,6 @@ class Layout:
     k: int
 
 
-@explained
 def equal_increment_angles(f: float | ByLining, n: int, k: int, wrap: float) -> Layout:
     """Angles for equal tension increments, i.e. equal torque, of the first `k` of `n` linings (Z tables 5, 6).
 
@@ -113,7 +111,6 @@ def equal_increment_angles(f: float | ByLining, n: int, k: int, wrap: float) -> 
     return Layout(beta, (1 / last + 1) / (1 / first - 1), k)
 
 
-@explained
 def equal_load_angles(f: float | ByLining, n: int, wrap: float, *, area: float | ByLining = 1.0) -> Layout:
     """Angles for equal normal loads `N_i` of `n` sliding linings, or equal pressures `N_i/A_i` (model §2.2).
 
@@ -166,7 +163,6 @@ def equal_load_angles(f: float | ByLining, n: int, wrap: float, *, area: float |
     return Layout(2 * np.arctan(z), float(np.prod((1 + fz) / (1 - fz))), n)
 
 
-@explained
 def chord_equal_load_angles(f: float, k: int, beta_k: float, beta_k1: float) -> Float[np.ndarray, " k"]:
     """Chord angles `β_1…β_k` (rad) for equal normal loads `N_2 = … = N_k`, `β_k` and `β_{k−1}` given.
 
@@ -533,7 +529,6 @@ def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[
     return (angle, area), note
 
 
-@explained
 def equal_layout(
     scene: Scene,
     target: Target | tuple[Target, ...],

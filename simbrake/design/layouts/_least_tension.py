@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError, Issues
 from ..._base._progress import Progress
 from ..._base._table import Column, Table, Tabular, plain
@@ -162,7 +161,6 @@ class _Problem:
         return -factor[:, None] * jacobian[1:]
 
 
-@explained
 def least_tension(
     scene: Scene,
     stopping_time: float,
