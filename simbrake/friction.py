@@ -16,7 +16,7 @@ from ._base._arguments import faults_of_tracing
 from ._base._compiling import per_structure, read_by
 from ._base._corners import clipped, greater, lesser, rounded
 from ._base._faults import Fault, Faults, Issues, input_error
-from ._base._part import Part, part, quantity, short_for
+from ._base._part import Part, part, positive_quantity, quantity, short_for
 from ._base._quantity import Over, Scalar
 from .hybrid.arrays import Array, Floats, ScalarArray, TwoArrays, Vector
 from .hybrid.struct import AbstractVar, struct_field
@@ -166,7 +166,7 @@ class LinearFade(AbstractFactor):
 
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True, typical=1e-3)
     above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
-    floor: Scalar = quantity("1", "minimum factor", low=0.0, high=1.0, many=True, default=0.0)
+    floor: Scalar = quantity("1", "minimum factor", 0.0, 1.0, many=True, default=0.0)
     blend: Scalar | None = quantity(
         "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
     )
@@ -190,7 +190,7 @@ class TabulatedFade(AbstractFactor):
     """
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
-    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=Over.ROWS)
+    values: Scalar = quantity("1", "factors of the table", 0.0, 10.0, many=Over.ROWS)
 
     def factor(self, contact: Contact) -> Floats:
         T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
@@ -218,8 +218,8 @@ class PressureFactor(AbstractFactor):
         PressureFactor(reference=1 MPa, exponent=0.1)
     """
 
-    reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
-    exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
+    reference: Scalar = positive_quantity("Pa", "reference pressure", many=True)
+    exponent: Scalar = quantity("1", "exponent of the pressure", -1.0, 1.0, many=True)
 
     def factor(self, contact: Contact) -> Floats:
         return (1 + contact.p / self.reference) ** (-self.exponent)
@@ -241,13 +241,11 @@ class MemoryProcess(Part):
         MemoryProcess(end=0.9, work=2000000 J/m²)
     """
 
-    end: Scalar = quantity("1", "factor of friction to which it tends", low=0.0, high=10.0, many=True)
+    end: Scalar = quantity("1", "factor of friction to which it tends", 0.0, 10.0, many=True)
     fade: AbstractFactor | None = None
     rate: Scalar | None = quantity("1/s", "rate", low=0.0, many=True, default=None)
     activation: Scalar | None = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4, default=None)
-    work: Scalar | None = quantity(
-        "J/m^2", "friction work per area of running-in", positive=True, many=True, default=None
-    )
+    work: Scalar | None = positive_quantity("J/m^2", "friction work per area of running-in", many=True, default=None)
 
     def change(self, c: Array, contact: Contact) -> Array:
         """Rate (1/s) of the factor `c`."""
@@ -677,10 +675,8 @@ class ConstantFriction(AbstractFriction):
         ConstantFriction(coefficient=0.35, static_ratio=1.1)
     """
 
-    coefficient: Scalar = quantity("1", "coefficient of friction", low=0.0, high=10.0, many=True)
-    static_ratio: Scalar = quantity(
-        "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
-    )
+    coefficient: Scalar = quantity("1", "coefficient of friction", 0.0, 10.0, many=True)
+    static_ratio: Scalar = quantity("1", "ratio of static to kinetic friction", 1.0, 10.0, many=True, default=1.0)
 
     def kinetic(self, contact: Contact) -> Floats:
         return jnp.asarray(self.coefficient)
@@ -707,10 +703,10 @@ class StribeckFriction(AbstractFriction):
         )
     """
 
-    static_coefficient: Scalar = quantity("1", "static coefficient of friction", low=0.0, high=10.0, many=True)
-    kinetic_coefficient: Scalar = quantity("1", "kinetic coefficient of friction", low=0.0, high=10.0, many=True)
-    stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
-    exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
+    static_coefficient: Scalar = quantity("1", "static coefficient of friction", 0.0, 10.0, many=True)
+    kinetic_coefficient: Scalar = quantity("1", "kinetic coefficient of friction", 0.0, 10.0, many=True)
+    stribeck_speed: Scalar = positive_quantity("m/s", "Stribeck speed", many=True)
+    exponent: Scalar = quantity("1", "exponent of the Stribeck curve", 1.0, 4.0, many=True, default=2.0)
 
     def kinetic(self, contact: Contact) -> Floats:
         # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
@@ -744,7 +740,7 @@ class TabulatedFriction(AbstractFriction):
     """
 
     speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=Over.ROWS)
-    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=Over.ROWS)
+    coefficient: Scalar = quantity("1", "coefficients of friction of the table", 0.0, 10.0, many=Over.ROWS)
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
 
     def kinetic(self, contact: Contact) -> Floats:
@@ -830,7 +826,7 @@ class FrictionWithMemory(AbstractScaledFriction):
 
     base: AbstractFriction = part(AbstractFriction)
     processes: tuple[MemoryProcess, ...]  # pyright: ignore
-    initial: Scalar = quantity("1", "factor of friction at the start", low=0.0, high=10.0, many=True, default=1.0)
+    initial: Scalar = quantity("1", "factor of friction at the start", 0.0, 10.0, many=True, default=1.0)
 
     def scale(self, contact: Contact) -> Array:
         return contact.memory

@@ -10,7 +10,7 @@ import numpy as np
 
 from ._base._arguments import explained
 from ._base._faults import DRUM_RADIUS, Fault, Faults, Issues
-from ._base._part import Part, part, parts_below, quantity, short_for, whole
+from ._base._part import Part, part, parts_below, positive_quantity, quantity, short_for, whole
 from ._base._quantity import Over, Quantity, Scalar, Values, in_si
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, TwoArrays
 from .hybrid.struct import AbstractClassVar, AbstractVar, with_fields
@@ -222,9 +222,9 @@ class HookLoad(AbstractHookLoad):
         low=0.0,
         instead="a counterweight pulls the other way: give its torque, of either sign, as a `TorqueLoad`",
     )
-    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
-    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
-    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drum_radius: Scalar = positive_quantity("m", "effective drum radius")
+    line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
+    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
@@ -300,12 +300,12 @@ class StringLoad(AbstractString):
         array(800.)
     """
 
-    empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
+    empty: Scalar = positive_quantity("kg", "mass of hook and block")
     string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0, many=Over.ROWS)
-    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
-    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
+    drum_radius: Scalar = positive_quantity("m", "effective drum radius")
+    line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0, default=0.0)
-    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
@@ -362,16 +362,16 @@ class TrippingLoad(AbstractString):
         30
     """
 
-    empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
+    empty: Scalar = positive_quantity("kg", "mass of hook and block")
     string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0)
     taken: Scalar = quantity("s", "time in the cycle at which the hook takes the string", low=0.0)
-    set: Scalar = quantity("s", "time in the cycle at which the string is set in the slips", positive=True)
-    period: Scalar = quantity("s", "length of a cycle", positive=True)
-    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
-    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
+    set: Scalar = positive_quantity("s", "time in the cycle at which the string is set in the slips")
+    period: Scalar = positive_quantity("s", "length of a cycle")
+    drum_radius: Scalar = positive_quantity("m", "effective drum radius")
+    line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
     count: int = whole("number of cycles", high=1_000_000)
-    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
@@ -404,9 +404,9 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
 
     times: Scalar = quantity("s", "times from which the masses hang", many=Over.ROWS)
     masses: Scalar = quantity("kg", "masses on the hook", low=0.0, many=Over.ROWS)
-    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
-    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
-    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drum_radius: Scalar = positive_quantity("m", "effective drum radius")
+    line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
+    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
@@ -516,7 +516,7 @@ class SpeedHold(AbstractSpeedLever):
         SpeedHold(limit=30 kN)
     """
 
-    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
+    limit: Scalar = positive_quantity("N", "maximum slack tension")
 
     def wanted_torque(
         self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
@@ -577,7 +577,7 @@ class Driller(AbstractFollower):
     """
 
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
-    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
+    limit: Scalar = positive_quantity("N", "maximum slack tension")
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
     position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
 
@@ -605,9 +605,9 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
 
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
     angles: Scalar = quantity("rad", "angle turned at the points of the speed", many=Over.ROWS)
-    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
-    pull: Scalar = quantity("N", "slack tension at rest", positive=True)
-    motor_share: Scalar = quantity("1", "share of the motor in lowering", low=0.0, high=1.0, many=Over.ROWS)
+    limit: Scalar = positive_quantity("N", "maximum slack tension")
+    pull: Scalar = positive_quantity("N", "slack tension at rest")
+    motor_share: Scalar = quantity("1", "share of the motor in lowering", 0.0, 1.0, many=Over.ROWS)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
     position_gain: Scalar = quantity("1/s^2", "correction of the angle", low=0.0, default=1.0)
     by_piece: ClassVar[tuple[str, ...]] = ("angles", "motor_share")
@@ -723,9 +723,9 @@ class Motor(Part):
         [40000.0, 40000.0, 20000.0]
     """
 
-    max_torque: Scalar = quantity("N*m", "maximum torque of the motor at the drum", positive=True)
-    max_power: Scalar = quantity("W", "maximum power of the motor", positive=True)
-    max_speed: Scalar = quantity("rad/s", "maximum speed of the drum under the motor", positive=True)
+    max_torque: Scalar = positive_quantity("N*m", "maximum torque of the motor at the drum")
+    max_power: Scalar = positive_quantity("W", "maximum power of the motor")
+    max_speed: Scalar = positive_quantity("rad/s", "maximum speed of the drum under the motor")
     speed: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
     position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
@@ -776,12 +776,12 @@ class Lever(AbstractProfile):
         "`sb.loads.differential_lever_tension` gives its slack tension"
     }
     force: AbstractProfile = part(AbstractProfile, "N")
-    arm: Scalar = quantity("m", "arm of the force", positive=True)
-    slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)
-    efficiency: Scalar = quantity("1", "efficiency of the linkage", positive=True, high=1.0, default=1.0)
+    arm: Scalar = positive_quantity("m", "arm of the force")
+    slack_arm: Scalar = positive_quantity("m", "arm of the slack end")
+    efficiency: Scalar = positive_quantity("1", "efficiency of the linkage", high=1.0, default=1.0)
     clearance: Scalar = quantity("m", "clearance of the released linings", low=0.0, typical=1e-3, default=0.0)
-    greatest_force: Scalar | None = quantity("N", "allowable force on the lever", positive=True, default=None)
-    greatest_travel: Scalar | None = quantity("m", "allowable travel of the lever", positive=True, default=None)
+    greatest_force: Scalar | None = positive_quantity("N", "allowable force on the lever", default=None)
+    greatest_travel: Scalar | None = positive_quantity("m", "allowable travel of the lever", default=None)
 
     @property
     def knot_count(self) -> int:
@@ -911,7 +911,7 @@ class Actuator(AbstractActuator):
     """
 
     command: AbstractProfile = part(AbstractProfile, "N")
-    lag: Scalar | None = quantity("s", "time constant of the lag", positive=True, default=None)
+    lag: Scalar | None = positive_quantity("s", "time constant of the lag", default=None)
     dead_time: Scalar = quantity("s", "dead time", low=0.0, default=0.0)
     spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
     command_field: ClassVar[str] = "command"
@@ -946,14 +946,14 @@ class Cylinder(AbstractActuator):
     """
 
     pressure: AbstractProfile = part(AbstractProfile, "Pa")
-    area: Scalar | None = quantity("m^2", "area of the piston", positive=True, default=None)
-    diameter: Scalar | None = quantity("m", "diameter of the piston", positive=True, default=None)
-    ratio: Scalar = quantity("1", "force at the band over that of the piston", positive=True, default=1.0)
-    efficiency: Scalar = quantity("1", "efficiency of piston and linkage", positive=True, high=1.0, default=1.0)
+    area: Scalar | None = positive_quantity("m^2", "area of the piston", default=None)
+    diameter: Scalar | None = positive_quantity("m", "diameter of the piston", default=None)
+    ratio: Scalar = positive_quantity("1", "force at the band over that of the piston", default=1.0)
+    efficiency: Scalar = positive_quantity("1", "efficiency of piston and linkage", high=1.0, default=1.0)
     spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
-    lag: Scalar | None = quantity("s", "time constant of the lag", positive=True, default=None)
+    lag: Scalar | None = positive_quantity("s", "time constant of the lag", default=None)
     dead_time: Scalar = quantity("s", "dead time", low=0.0, default=0.0)
-    permissible_pressure: Scalar | None = quantity("Pa", "permissible gauge pressure", positive=True, default=None)
+    permissible_pressure: Scalar | None = positive_quantity("Pa", "permissible gauge pressure", default=None)
     command_field: ClassVar[str] = "pressure"
 
     def faults_of_presence(self, path: str) -> Faults:

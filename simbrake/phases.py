@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
 from ._base._faults import Fault, Faults, Issues, input_error
-from ._base._part import Part, as_part, part, quantity, short_for, whole
+from ._base._part import Part, as_part, part, positive_quantity, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
 from .hybrid.arrays import Array, IntScalar, Mark, ScalarArray
@@ -98,7 +98,7 @@ class AtTemperature(AbstractEnd):
         AtTemperature(level=200 °C)
     """
 
-    level: Scalar = quantity("K", "surface temperature", positive=True)
+    level: Scalar = positive_quantity("K", "surface temperature")
     of: str = struct_field(static=True, default="rim")
     falling: bool = struct_field(static=True, default=False)
 
@@ -122,7 +122,7 @@ class AfterTime(AbstractEnd):
         AfterTime(duration=40 s)
     """
 
-    duration: Scalar = quantity("s", "duration of the phase", positive=True)
+    duration: Scalar = positive_quantity("s", "duration of the phase")
 
     @property
     def words(self) -> str:
@@ -139,7 +139,7 @@ class AtStop(AbstractEnd):
         'stop 3'
     """
 
-    number: Scalar = quantity("1", "number of the stop", low=1.0, high=1e6)
+    number: Scalar = quantity("1", "number of the stop", 1.0, 1e6)
 
     def faults(self, path: str) -> Faults:
         whole = float(self.number) % 1 == 0
@@ -243,7 +243,7 @@ class Phase(Part):
     name: str = struct_field(static=True, default="")
     string_on_hook: bool = struct_field(static=True, default=True)
     motor: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
-    auxiliary: Scalar | None = quantity("1", "engagement of auxiliary brakes", low=0.0, high=1.0, default=None)
+    auxiliary: Scalar | None = quantity("1", "engagement of auxiliary brakes", 0.0, 1.0, default=None)
     wants: str = struct_field(static=True, default="")
 
     def faults(self, path: str) -> Faults:

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int, PyTree
 
 from ._base._compiling import per_structure
 from ._base._faults import Fault, Faults, Issues
-from ._base._part import Part, parts_below, quantity, short_for, takes_values, whole
+from ._base._part import Part, parts_below, positive_quantity, quantity, short_for, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
 from .hybrid.struct import AbstractVar, Struct, struct_field, with_fields
@@ -457,7 +457,7 @@ class Repeated(AbstractPoints):
 
     times: Scalar = quantity("s", "times of the points in one cycle", low=0.0, many=Over.ROWS)
     values: Scalar = quantity("SI", "values at the points", many=Over.ROWS)
-    period: Scalar = quantity("s", "length of a cycle", positive=True)
+    period: Scalar = positive_quantity("s", "length of a cycle")
     count: int = whole("number of cycles", high=1_000_000)
     begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
 
@@ -579,7 +579,7 @@ class ExponentialRise(AbstractProfile):
     """
 
     level: Scalar = quantity("SI", "final level")
-    time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
+    time_constant: Scalar = positive_quantity("s", "time constant of the rise")
     begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
 
     @property
@@ -616,7 +616,7 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
 
     function: Callable[[Any, Any], Any] = struct_field(static=True)
     parameters: Any = None
-    typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
+    typical: Scalar = positive_quantity("SI", "typical magnitude of the profile", default=1.0)
     knots: Scalar = quantity("s", "times of corners and jumps", many=Over.ROWS, default=())
     by_piece: ClassVar[tuple[str, ...]] = ("knots",)
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Int
 
 from ._base._faults import Fault
-from ._base._part import Part, quantity
+from ._base._part import Part, positive_quantity, quantity
 from ._base._quantity import Scalar
 from .hybrid.arrays import Array, numpy_of
 
@@ -31,9 +31,9 @@ class RopeLayers(Part):
     """
 
     diameter: Scalar = quantity("m", "diameter of the rope", low=0.0, typical=0.03)
-    turns_per_layer: Scalar = quantity("1", "turns of a full layer", positive=True)
-    turns: Scalar = quantity("1", "turns on the drum at the start", positive=True)
-    rise: Scalar = quantity("1", "rise of a layer over the diameter", low=0.0, high=1.0, default=math.sqrt(3) / 2)
+    turns_per_layer: Scalar = positive_quantity("1", "turns of a full layer")
+    turns: Scalar = positive_quantity("1", "turns on the drum at the start")
+    rise: Scalar = quantity("1", "rise of a layer over the diameter", 0.0, 1.0, default=math.sqrt(3) / 2)
 
     def first_layer(self) -> Int[Array, ""]:
         """Layer (from 1) that pays out at the start of lowering."""
@@ -85,11 +85,11 @@ class RopeElasticity(Part):
         10.0
     """
 
-    stiffness: Scalar | None = quantity("N/m", "stiffness of all lines at the hook", positive=True, default=None)
+    stiffness: Scalar | None = positive_quantity("N/m", "stiffness of all lines at the hook", default=None)
     damping: Scalar = quantity("N*s/m", "damping of all lines at the hook", low=0.0, default=0.0)
-    modulus: Scalar | None = quantity("Pa", "modulus of elasticity of the rope", positive=True, default=None)
-    area: Scalar | None = quantity("m^2", "metallic cross-section of the rope", positive=True, default=None)
-    length: Scalar | None = quantity("m", "length of a line", positive=True, default=None)
+    modulus: Scalar | None = positive_quantity("Pa", "modulus of elasticity of the rope", default=None)
+    area: Scalar | None = positive_quantity("m^2", "metallic cross-section of the rope", default=None)
+    length: Scalar | None = positive_quantity("m", "length of a line", default=None)
     stretch: Scalar | None = quantity("m", "stretch at the start", default=None)
 
     def at_hook(self, line_count: Scalar) -> Array:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from ._base._faults import Fault, Faults, InputError
-from ._base._part import Part, part, quantity
+from ._base._part import Part, part, positive_quantity, quantity
 from ._base._quantity import Scalar
 from .hybrid.arrays import Array, TwoArrays
 from .hybrid.struct import AbstractVar, struct_field, with_fields
@@ -97,7 +97,7 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
     """
 
     max_torque: Scalar = quantity("N*m", "maximum torque under full excitation", low=0.0)
-    critical_speed: Scalar = quantity("rad/s", "speed of the maximum torque", positive=True)
+    critical_speed: Scalar = positive_quantity("rad/s", "speed of the maximum torque")
     excitation: AbstractProfile = part(AbstractProfile, "1", default_factory=lambda: Constant(1.0))
     place: str | None = struct_field(static=True, default=None)
 
@@ -223,13 +223,13 @@ class TackleLoss(AbstractDryTorque):
     """
 
     sheave_factor: Scalar | None = quantity(
-        "1", "tension of a line over that of its neighbour", low=1.0, high=2.0, default=None, instead=_TACKLE
+        "1", "tension of a line over that of its neighbour", 1.0, 2.0, default=None, instead=_TACKLE
     )
-    hoisting_efficiency: Scalar | None = quantity(
-        "1", "efficiency of the tackle in hoisting", positive=True, high=1.0, default=None, kw_only=True
+    hoisting_efficiency: Scalar | None = positive_quantity(
+        "1", "efficiency of the tackle in hoisting", high=1.0, default=None, kw_only=True
     )
-    lowering_efficiency: Scalar | None = quantity(
-        "1", "efficiency of the tackle in lowering", positive=True, high=1.0, default=None, kw_only=True
+    lowering_efficiency: Scalar | None = positive_quantity(
+        "1", "efficiency of the tackle in lowering", high=1.0, default=None, kw_only=True
     )
     place: str | None = struct_field(static=True, default=None, kw_only=True)
     instead: ClassVar[dict[str, str]] = {"efficiency": _TACKLE}

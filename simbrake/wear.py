@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from ._base._corners import greater
 from ._base._faults import Fault, Faults, Issues
-from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
+from ._base._part import Part, faults_of_sizes, leaves, part, positive_quantity, quantity, short_for
 from ._base._quantity import Over, Scalar
 from .brakes.design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
@@ -86,7 +86,7 @@ class LinearWear(AbstractWearRate):
 
     coefficient: Scalar = _rate_at("at the reference temperature")
     slope: Scalar = quantity("1/K", "relative rise of the wear rate per kelvin", many=True)
-    reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
+    reference: Scalar = positive_quantity("K", "temperature at which the coefficient holds", default=ROOM)
 
     def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
@@ -106,14 +106,10 @@ class ExponentialWear(AbstractWearRate):
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
-    rise: Scalar = quantity(
-        "K",
-        "difference of temperature over which the wear rate grows e-fold",
-        positive=True,
-        difference=True,
-        many=True,
+    rise: Scalar = positive_quantity(
+        "K", "difference of temperature over which the wear rate grows e-fold", difference=True, many=True
     )
-    reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
+    reference: Scalar = positive_quantity("K", "temperature at which the coefficient holds", default=ROOM)
 
     def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
@@ -134,7 +130,7 @@ class ArrheniusWear(AbstractWearRate):
 
     coefficient: Scalar = _rate_at("at the reference temperature")
     energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4)
-    reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
+    reference: Scalar = positive_quantity("K", "temperature at which the coefficient holds", default=ROOM)
 
     def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
@@ -156,7 +152,7 @@ class ThresholdWear(AbstractWearRate):
     """
 
     coefficient: Scalar = _rate_at("below the threshold")
-    threshold: Scalar = quantity("K", "temperature above which wear grows", positive=True, default=503.15)
+    threshold: Scalar = positive_quantity("K", "temperature above which wear grows", default=503.15)
     energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4, default=40e3)
 
     def at(self, T: Temperature) -> Floats:
@@ -192,12 +188,12 @@ class Wear(Part):
     rate: AbstractWearRate = part(AbstractWearRate)
     internal: AbstractWearRate | None = part(AbstractWearRate, default=None)
     worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, typical=1e-3, default=0.0)
-    permissible: Scalar | None = quantity("m", "permissible wear", positive=True, many=True, default=None)
-    thickness: Scalar | None = quantity("m", "thickness of a new lining", positive=True, default=None)
+    permissible: Scalar | None = positive_quantity("m", "permissible wear", many=True, default=None)
+    thickness: Scalar | None = positive_quantity("m", "thickness of a new lining", default=None)
     geometry: bool = struct_field(static=True, default=False)
     heat: bool = struct_field(static=True, default=False)
-    take_up_speed: Scalar | None = quantity(
-        "m/s", "speed at which the lever takes up slack of the band", positive=True, default=None
+    take_up_speed: Scalar | None = positive_quantity(
+        "m/s", "speed at which the lever takes up slack of the band", default=None
     )
     turned_at: Scalar | None = quantity(
         "s", "times at which the band is turned end for end", many=Over.ROWS, default=None

@@ -29,9 +29,9 @@ _MOST_NUMBERS = 1_000_000
 def quantity(
     unit: str,
     meaning: str,
-    *,
     low: float | None = None,
     high: float | None = None,
+    *,
     positive: bool = False,
     difference: bool = False,
     many: bool | Over = False,
@@ -53,6 +53,11 @@ def quantity(
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
     return struct_field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)
+
+
+def positive_quantity(unit: str, meaning: str, **about: Any) -> Any:
+    """A `quantity` that must be > 0."""
+    return quantity(unit, meaning, positive=True, **about)
 
 
 class _Shown(type):

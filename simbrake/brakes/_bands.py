@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
 from .._base._faults import Fault, Faults, Issues
-from .._base._part import Part, faults_of_sizes, quantity
+from .._base._part import Part, faults_of_sizes, positive_quantity
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
 from ..hybrid.arrays import Array, Floats, Vector
@@ -50,11 +50,9 @@ class LinedBand(Part):
     """
 
     linings: Lining
-    stiffness: Scalar | AbstractStiffness | None = quantity(
-        "N/m", "stiffness at the tight end", positive=True, default=None
-    )
-    share: Scalar | None = quantity(
-        "1", "share of the lever's tension, in proportion to those of the other bands", positive=True, default=None
+    stiffness: Scalar | AbstractStiffness | None = positive_quantity("N/m", "stiffness at the tight end", default=None)
+    share: Scalar | None = positive_quantity(
+        "1", "share of the lever's tension, in proportion to those of the other bands", default=None
     )
 
 
@@ -230,7 +228,7 @@ class MultiBandBrake(AbstractBandBrake):
     """
 
     pulley: Pulley
-    band_radius: Scalar = quantity("m", "radius of the band circle", positive=True)
+    band_radius: Scalar = positive_quantity("m", "radius of the band circle")
     bands: tuple[LinedBand, ...]  # pyright: ignore
     words: ClassVar[BrakeWords] = BrakeWords(
         "multi-band brake",

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, Faults, Issues
-from .._base._part import Part, part, quantity, whole
+from .._base._part import Part, part, positive_quantity, quantity, whole
 from .._base._quantity import Scalar, Values, meant_within
 from ..friction import AbstractFriction, reads
 from ..hybrid.arrays import Floats, Mark, ScalarArray, Vector
@@ -134,12 +134,12 @@ class Pads(AbstractLinings):
     """
 
     friction: AbstractFriction = part(AbstractFriction)
-    inner_radius: Scalar = quantity("m", "inner radius of a pad", positive=True)
-    outer_radius: Scalar = quantity("m", "outer radius of a pad", positive=True)
-    angle: Scalar = quantity("rad", "angle of a pad about the shaft", positive=True, high=2 * math.pi)
+    inner_radius: Scalar = positive_quantity("m", "inner radius of a pad")
+    outer_radius: Scalar = positive_quantity("m", "outer radius of a pad")
+    angle: Scalar = positive_quantity("rad", "angle of a pad about the shaft", high=2 * math.pi)
     faces: int = whole("pads on the disc, two of each calliper", high=1000, default=2)
     pressure: AbstractPadPressure = struct_field(default_factory=UniformWear)
-    permissible_pressure: Scalar | None = quantity("Pa", "permissible mean pressure", positive=True, default=None)
+    permissible_pressure: Scalar | None = positive_quantity("Pa", "permissible mean pressure", default=None)
 
     @property
     def count(self) -> int:
@@ -175,7 +175,7 @@ class DiscBrake(AbstractPressedBrake):
         ('disc', 'disc brake')
     """
 
-    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+    inertia: Scalar = positive_quantity("kg*m^2", "inertia about the shaft")
     linings: Pads  # pyright: ignore
     words: ClassVar[BrakeWords] = BrakeWords("disc brake", "pad", "disc")
     couples_loads: ClassVar[bool] = False
@@ -223,11 +223,11 @@ class Shoes(AbstractLinings):
     """
 
     friction: AbstractFriction = part(AbstractFriction)
-    radius: Scalar = quantity("m", "inner radius of the drum", positive=True)
-    width: Scalar = quantity("m", "width of a lining", positive=True)
-    start: Scalar = quantity("rad", "angle at which a lining begins, from its pin", low=0.0, high=math.pi)
-    end: Scalar = quantity("rad", "angle at which a lining ends, from its pin", positive=True, high=math.pi)
-    permissible_pressure: Scalar | None = quantity("Pa", "permissible mean pressure", positive=True, default=None)
+    radius: Scalar = positive_quantity("m", "inner radius of the drum")
+    width: Scalar = positive_quantity("m", "width of a lining")
+    start: Scalar = quantity("rad", "angle at which a lining begins, from its pin", 0.0, math.pi)
+    end: Scalar = positive_quantity("rad", "angle at which a lining ends, from its pin", high=math.pi)
+    permissible_pressure: Scalar | None = positive_quantity("Pa", "permissible mean pressure", default=None)
 
     @property
     def count(self) -> int:
@@ -276,10 +276,10 @@ class ShoeBrake(AbstractPressedBrake):
         2
     """
 
-    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+    inertia: Scalar = positive_quantity("kg*m^2", "inertia about the shaft")
     linings: Shoes  # pyright: ignore
-    pin: Scalar = quantity("m", "distance of the pins from the shaft", positive=True)
-    arm: Scalar = quantity("m", "arm of the force about the pin of its shoe", positive=True)
+    pin: Scalar = positive_quantity("m", "distance of the pins from the shaft")
+    arm: Scalar = positive_quantity("m", "arm of the force about the pin of its shoe")
     couples_loads: ClassVar[bool] = False
     words: ClassVar[BrakeWords] = BrakeWords(
         "double-shoe brake",

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from .._base._corners import lesser
 from .._base._faults import Fault, Faults
-from .._base._part import Part, as_part, quantity, short_for
+from .._base._part import Part, as_part, positive_quantity, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
 from ..hybrid.arrays import Array, Floats, IntScalar, Marks, ScalarArray, TwoArrays, Vector, VectorK
 from ..hybrid.struct import AbstractVar, struct_field
@@ -392,7 +392,7 @@ class GivenStiffness(AbstractStiffness):
         array(100000.)
     """
 
-    value: Scalar = quantity("N/m", "stiffness at the tight end", positive=True)
+    value: Scalar = positive_quantity("N/m", "stiffness at the tight end")
 
     def stiffness(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         return jnp.asarray(self.value)
@@ -441,14 +441,14 @@ class LiningsOnPlates(AbstractGeometry):
         136.8
     """
 
-    modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
-    area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
+    modulus: Scalar = positive_quantity("Pa", "modulus of the band")
+    area: Scalar = positive_quantity("m^2", "cross-section of the band")
     slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
     gap: Scalar = quantity(
         "rad", "angle between neighbouring linings", low=0.0, many=Over.ROWS, may_be_empty=True, default=0.0
     )
-    linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
+    linkage: Scalar | None = positive_quantity("N/m", "stiffness of anchor and linkage", default=None)
     halved_ends: bool = struct_field(static=True, default=False)  # pyright: ignore
 
     def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
@@ -496,7 +496,7 @@ class BondedLinings(LiningsOnPlates):
 
     lining_modulus: Scalar = quantity("Pa", "modulus of the linings", low=0.0, kw_only=True)
     lining_area: Scalar = quantity("m^2", "cross-section of the linings", low=0.0, kw_only=True)
-    lining_radius: Scalar = quantity("m", "radius of the linings' middle", positive=True, kw_only=True)
+    lining_radius: Scalar = positive_quantity("m", "radius of the linings' middle", kw_only=True)
 
     def per_angle(self, radius: Values) -> ScalarArray:
         return super().per_angle(radius) + self.lining_modulus * self.lining_area / self.lining_radius
@@ -524,17 +524,17 @@ class ContinuousLining(AbstractGeometry):
         117.53
     """
 
-    modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
-    slack_area: Scalar = quantity("m^2", "cross-section of the band's tongue", positive=True)
-    tight_area: Scalar = quantity("m^2", "cross-section of the slotted band", positive=True)
+    modulus: Scalar = positive_quantity("Pa", "modulus of the band")
+    slack_area: Scalar = positive_quantity("m^2", "cross-section of the band's tongue")
+    tight_area: Scalar = positive_quantity("m^2", "cross-section of the slotted band")
     split: Scalar = quantity("rad", "angle from the slack end at which the section changes", low=0.0)
     lining_modulus: Scalar = quantity("Pa", "modulus of the lining", low=0.0)
     slack_lining_area: Scalar = quantity("m^2", "cross-section of the lining on the tongue", low=0.0)
     tight_lining_area: Scalar = quantity("m^2", "cross-section of the slotted lining", low=0.0)
-    lining_radius: Scalar = quantity("m", "radius of the lining's middle", positive=True)
+    lining_radius: Scalar = positive_quantity("m", "radius of the lining's middle")
     slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
-    linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
+    linkage: Scalar | None = positive_quantity("N/m", "stiffness of anchor and linkage", default=None)
 
     def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         f, angle = jnp.asarray(f), jnp.asarray(angle)
@@ -583,7 +583,7 @@ class ParallelBands(AbstractStiffness):
     """
 
     bands: tuple[AbstractStiffness, ...] = struct_field(converter=_as_bands)
-    linkage: Scalar | None = quantity("N/m", "stiffness that the bands have in common", positive=True, default=None)
+    linkage: Scalar | None = positive_quantity("N/m", "stiffness that the bands have in common", default=None)
 
     def stiffness(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         own = [band.stiffness(f, angle, radius) for band in self.bands]

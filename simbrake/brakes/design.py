@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, Faults, Issues, input_error
-from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
+from .._base._part import Part, Whole, faults_of_sizes, part, positive_quantity, quantity, takes_values, whole
 from .._base._quantity import Over, Scalar, Values, meant_within, positive
 from ..friction import (
     AbstractFriction,
@@ -35,9 +35,9 @@ class Pulley(Part):
         Pulley(radius=0.59 m, inertia=1200 kg·m²)
     """
 
-    radius: Scalar = quantity("m", "radius of the friction track", positive=True)
-    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
-    width: Scalar | None = quantity("m", "width of the friction track", positive=True, default=None)
+    radius: Scalar = positive_quantity("m", "radius of the friction track")
+    inertia: Scalar = positive_quantity("kg*m^2", "inertia about the shaft")
+    width: Scalar | None = positive_quantity("m", "width of the friction track", default=None)
 
 
 class Segments(Part):
@@ -53,7 +53,7 @@ class Segments(Part):
         Segments(stiffness=2 MN/m, damping_ratio=0.05, anchor_damping=0 N·s/m)
     """
 
-    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=Over.GAPS)
+    stiffness: Scalar = positive_quantity("N/m", "stiffness of the band between two linings", many=Over.GAPS)
     damping_ratio: Scalar = quantity(
         "1", "share of critical damping between two linings", low=0.0, many=Over.GAPS, default=0.05
     )
@@ -73,10 +73,10 @@ class Strength(Part):
         Strength(band_area=9 cm², band_stress=150 MPa)
     """
 
-    band_area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
-    band_stress: Scalar | None = quantity("Pa", "allowable stress of the band", positive=True, default=None)
-    anchor_area: Scalar | None = quantity("m^2", "cross-section of the anchor", positive=True, default=None)
-    anchor_stress: Scalar | None = quantity("Pa", "allowable stress of the anchor", positive=True, default=None)
+    band_area: Scalar = positive_quantity("m^2", "cross-section of the band")
+    band_stress: Scalar | None = positive_quantity("Pa", "allowable stress of the band", default=None)
+    anchor_area: Scalar | None = positive_quantity("m^2", "cross-section of the anchor", default=None)
+    anchor_stress: Scalar | None = positive_quantity("Pa", "allowable stress of the anchor", default=None)
 
 
 class Band(Part):
@@ -95,10 +95,8 @@ class Band(Part):
         Band(radius=0.623 m, stiffness=100 kN/m)
     """
 
-    radius: Scalar = quantity("m", "radius of the band circle", positive=True)
-    stiffness: Scalar | AbstractStiffness | None = quantity(
-        "N/m", "stiffness at the tight end", positive=True, default=None
-    )
+    radius: Scalar = positive_quantity("m", "radius of the band circle")
+    stiffness: Scalar | AbstractStiffness | None = positive_quantity("N/m", "stiffness at the tight end", default=None)
     segments: Segments | None = None
     strength: Strength | None = None
 
@@ -153,12 +151,10 @@ class Lining(AbstractLinings):
     """
 
     friction: AbstractFriction = part(AbstractFriction)
-    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9), many=True)
-    area: Scalar | None = quantity("m^2", "area of a lining", positive=True, many=True, default=None)
-    mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, many=True, default=None)
-    permissible_pressure: Scalar | None = quantity(
-        "Pa", "permissible mean pressure", positive=True, many=True, default=None
-    )
+    angle: Scalar = positive_quantity("rad", "central angle of a lining", high=math.pi * (1 - 1e-9), many=True)
+    area: Scalar | None = positive_quantity("m^2", "area of a lining", many=True, default=None)
+    mass: Scalar | None = positive_quantity("kg", "mass of a lining and its band", many=True, default=None)
+    permissible_pressure: Scalar | None = positive_quantity("Pa", "permissible mean pressure", many=True, default=None)
     continuous: bool = struct_field(static=True, default=False)
 
     def grip(self, f: Values) -> Vector:
@@ -245,19 +241,19 @@ class Bandage(Part):
         )
     """
 
-    inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True, many=True)
+    inertia: Scalar = positive_quantity("kg*m^2", "inertia of the bandage about the shaft", many=True)
     friction: AbstractFriction = part(AbstractFriction)  # pyright: ignore
     preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
-    area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
-    spring: Scalar | None = quantity(
-        "N/m", "stiffness between neighbouring linings", positive=True, many=Over.GAPS, default=None
+    area: Scalar | None = positive_quantity("m^2", "area of a lining's inner face", many=True, default=None)
+    spring: Scalar | None = positive_quantity(
+        "N/m", "stiffness between neighbouring linings", many=Over.GAPS, default=None
     )
     spring_damping: Scalar = quantity(
         "1", "share of critical damping of the springs", low=0.0, many=Over.GAPS, default=0.05
     )
     mass: Scalar | None = quantity("kg", "mass of a lining", low=0.0, many=True, default=None)
-    mass_radius: Scalar | None = quantity(
-        "m", "radius of the centre of mass of a lining", positive=True, many=True, default=None
+    mass_radius: Scalar | None = positive_quantity(
+        "m", "radius of the centre of mass of a lining", many=True, default=None
     )
 
     def centrifugal_force(self, omega: Values) -> Floats | None:

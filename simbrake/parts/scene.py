@@ -13,17 +13,7 @@ import numpy as np
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError, input_error
-from .._base._part import (
-    Numbers,
-    Part,
-    as_arrays,
-    is_traced,
-    leaves,
-    part,
-    parts_below,
-    presence_below,
-    quantity,
-)
+from .._base._part import Numbers, Part, as_arrays, is_traced, leaves, part, parts_below, presence_below, quantity
 from .._base._quantity import Scalar, meant_within, shown
 from .._base._table import ZERO, number, pretty
 from ..brakes.band import ParallelBands

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Faults, Issues
-from .._base._part import Part, part, quantity, takes_values
+from .._base._part import Part, part, positive_quantity, takes_values
 from .._base._quantity import Quantity, Scalar, Values
 from ..hybrid.arrays import Array
 from ..hybrid.struct import struct_field
@@ -76,11 +76,11 @@ class Liquid(Part):
         18.3333
     """
 
-    density: Scalar = quantity("kg/m^3", "density of the coolant", positive=True)
-    specific_heat: Scalar = quantity("J/(kg*K)", "specific heat of the coolant", positive=True)
-    conductivity: Scalar = quantity("W/(m*K)", "thermal conductivity of the coolant", positive=True)
-    viscosity: Scalar = quantity("Pa*s", "dynamic viscosity of the coolant", positive=True)
-    boiling: Scalar = quantity("K", "temperature at which the coolant boils", positive=True)
+    density: Scalar = positive_quantity("kg/m^3", "density of the coolant")
+    specific_heat: Scalar = positive_quantity("J/(kg*K)", "specific heat of the coolant")
+    conductivity: Scalar = positive_quantity("W/(m*K)", "thermal conductivity of the coolant")
+    viscosity: Scalar = positive_quantity("Pa*s", "dynamic viscosity of the coolant")
+    boiling: Scalar = positive_quantity("K", "temperature at which the coolant boils")
 
     @property
     def prandtl(self) -> Scalar:
@@ -187,15 +187,15 @@ class WaterJacket(AbstractLink):
     """
 
     a: str = struct_field(static=True)
-    area: Scalar = quantity("m^2", "wetted area", positive=True)
-    flow: AbstractProfile | Any = quantity("m^3/s", "volume flow of the coolant", positive=True)
+    area: Scalar = positive_quantity("m^2", "wetted area")
+    flow: AbstractProfile | Any = positive_quantity("m^3/s", "volume flow of the coolant")
     liquid: Liquid = part(Liquid)
-    coefficient: AbstractCoefficient | Any = quantity(
-        "W/(m^2*K)", "heat transfer coefficient of the coolant", positive=True, default=None
+    coefficient: AbstractCoefficient | Any = positive_quantity(
+        "W/(m^2*K)", "heat transfer coefficient of the coolant", default=None
     )
-    section: Scalar | None = quantity("m^2", "section of the channel", positive=True, default=None)
-    diameter: Scalar | None = quantity("m", "hydraulic diameter of the channel", positive=True, default=None)
-    length: Scalar | None = quantity("m", "length of the channel", positive=True, default=None)
+    section: Scalar | None = positive_quantity("m^2", "section of the channel", default=None)
+    diameter: Scalar | None = positive_quantity("m", "hydraulic diameter of the channel", default=None)
+    length: Scalar | None = positive_quantity("m", "length of the channel", default=None)
     b: str = struct_field(static=True, default="water")
 
     def rate(self, around: Surroundings) -> Float[Array, ""]:

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._faults import Fault, Faults, Issues, require_share
-from .._base._part import Part, part, quantity, short_for
+from .._base._part import Part, part, positive_quantity, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
 from .._base._table import number
 from ..hybrid.arrays import Array, Floats
@@ -72,8 +72,8 @@ class PowerShares(Part):
         PowerShares(electrical=0.02, mechanical=0)
     """
 
-    electrical: Scalar = quantity("1", "electrical share of the friction power", low=0.0, high=1.0, default=0.0)
-    mechanical: Scalar = quantity("1", "mechanical share of the friction power", low=0.0, high=1.0, default=0.0)
+    electrical: Scalar = quantity("1", "electrical share of the friction power", 0.0, 1.0, default=0.0)
+    mechanical: Scalar = quantity("1", "mechanical share of the friction power", 0.0, 1.0, default=0.0)
     source: str = struct_field(static=True, default="given")
 
     def __check_init__(self) -> None:
@@ -143,7 +143,7 @@ class ConstantPartition(AbstractPartition):
         ConstantPartition(metal=0.93)
     """
 
-    metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
+    metal: Scalar = quantity("1", "share of the friction heat into the metal", 0.0, 1.0, many=True)
 
     def share(self, T_metal: Floats, T_lining: Floats) -> Floats:
         return jnp.asarray(self.metal)
@@ -182,17 +182,17 @@ class TransmissionPartition(AbstractPartition):
     """
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
-    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=Over.ROWS)
-    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=Over.ROWS)
-    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=Over.ROWS)
-    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=Over.ROWS)
-    rim_thickness: Scalar = quantity("m", "thickness of the rim", positive=True, default=0.028)
-    rim_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the rim", positive=True, default=48.85)
-    surface_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)
-    lining_thickness: Scalar = quantity("m", "thickness of the lining", positive=True, default=0.030)
-    lining_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the lining", positive=True, default=0.736)
-    band_thickness: Scalar = quantity("m", "thickness of the band", positive=True, default=0.006)
-    band_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the band", positive=True, default=53.94)
+    alpha_1: Scalar = positive_quantity("W/(m^2*K)", "coefficients of the polished rim surface", many=Over.ROWS)
+    alpha_2: Scalar = positive_quantity("W/(m^2*K)", "coefficients of the matte rim surface", many=Over.ROWS)
+    alpha_3: Scalar = positive_quantity("W/(m^2*K)", "coefficients of the band", many=Over.ROWS)
+    surface_layer: Scalar = positive_quantity("m", "thickness of the lining's surface layer", many=Over.ROWS)
+    rim_thickness: Scalar = positive_quantity("m", "thickness of the rim", default=0.028)
+    rim_conductivity: Scalar = positive_quantity("W/(m*K)", "conductivity of the rim", default=48.85)
+    surface_conductivity: Scalar = positive_quantity("W/(m*K)", "conductivity of the surface layer", default=1.02)
+    lining_thickness: Scalar = positive_quantity("m", "thickness of the lining", default=0.030)
+    lining_conductivity: Scalar = positive_quantity("W/(m*K)", "conductivity of the lining", default=0.736)
+    band_thickness: Scalar = positive_quantity("m", "thickness of the band", default=0.006)
+    band_conductivity: Scalar = positive_quantity("W/(m*K)", "conductivity of the band", default=53.94)
 
     def transmissions(self, T: Floats) -> tuple[Floats, Floats]:
         """`K_1`, `K_2` (W/(m²·K)) at the rim temperature `T` (K)."""
@@ -232,7 +232,7 @@ class FrictionHeat(Part):
     partition: AbstractPartition = part(AbstractPartition)
     sensed: str | None = struct_field(static=True, default=None)
     beyond: str | None = struct_field(static=True, default=None)
-    beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", low=0.0, high=1.0, default=None)
+    beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", 0.0, 1.0, default=None)
 
     @property
     def sensor(self) -> str | None:
@@ -261,11 +261,11 @@ class FlashTemperature(Part):
         1.6287
     """
 
-    length: Scalar = quantity("m", "length of a spot", positive=True)
-    conductivity: Scalar = quantity("W/(m*K)", "conductivity of the body it moves over", positive=True)
-    diffusivity: Scalar = quantity("m^2/s", "diffusivity of the body it moves over", positive=True)
-    share: Scalar = quantity("1", "share of the heat that goes into this body", low=0.0, high=1.0, default=1.0)
-    hardness: Scalar | None = quantity("Pa", "pressure on the spots", positive=True, default=None)
+    length: Scalar = positive_quantity("m", "length of a spot")
+    conductivity: Scalar = positive_quantity("W/(m*K)", "conductivity of the body it moves over")
+    diffusivity: Scalar = positive_quantity("m^2/s", "diffusivity of the body it moves over")
+    share: Scalar = quantity("1", "share of the heat that goes into this body", 0.0, 1.0, default=1.0)
+    hardness: Scalar | None = positive_quantity("Pa", "pressure on the spots", default=None)
     slow: bool = struct_field(static=True, default=False)
 
     def rise(self, q: Array, v: Array) -> Array:
@@ -313,10 +313,10 @@ class Heat(Part):
     rim: str | None = struct_field(static=True, default=None)
     linings: str | None = struct_field(static=True, default=None)
     band: str | None = struct_field(static=True, default=None)
-    permissible: Scalar | None = quantity("K", "permissible temperature of the linings", positive=True, default=None)
+    permissible: Scalar | None = positive_quantity("K", "permissible temperature of the linings", default=None)
     external: FrictionHeat | None = None
-    permissible_rim: Scalar | None = quantity("K", "permissible temperature of the rim", positive=True, default=None)
-    permissible_band: Scalar | None = quantity("K", "permissible temperature of the band", positive=True, default=None)
+    permissible_rim: Scalar | None = positive_quantity("K", "permissible temperature of the rim", default=None)
+    permissible_band: Scalar | None = positive_quantity("K", "permissible temperature of the band", default=None)
 
     @property
     def walls(self) -> tuple[Wall, ...]:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault
-from .._base._part import Part, quantity
+from .._base._part import Part, positive_quantity, quantity
 from .._base._quantity import Over, Scalar
 from ..hybrid.arrays import Floats
 
@@ -26,12 +26,12 @@ class Material(Part):
         Material(conductivity=47.8 W/(m·K), density=7850 kg/m³, specific_heat=534 J/(kg·K), reference=20 °C)
     """
 
-    conductivity: Scalar = quantity("W/(m*K)", "thermal conductivity", positive=True)
-    density: Scalar = quantity("kg/m^3", "density", positive=True)
-    specific_heat: Scalar = quantity("J/(kg*K)", "specific heat", positive=True)
+    conductivity: Scalar = positive_quantity("W/(m*K)", "thermal conductivity")
+    density: Scalar = positive_quantity("kg/m^3", "density")
+    specific_heat: Scalar = positive_quantity("J/(kg*K)", "specific heat")
     conductivity_slope: Scalar | None = quantity("1/K", "relative change of conductivity per kelvin", default=None)
     specific_heat_slope: Scalar | None = quantity("1/K", "relative change of specific heat per kelvin", default=None)
-    reference: Scalar = quantity("K", "temperature at which the properties hold", positive=True, default=ROOM)
+    reference: Scalar = positive_quantity("K", "temperature at which the properties hold", default=ROOM)
 
     @property
     def diffusivity(self) -> Scalar:
@@ -64,7 +64,7 @@ class SurfaceLayer(Part):
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
     thickness: Scalar = quantity("m", "thickness of the surface layer", low=0.0, many=Over.ROWS)
-    conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)
+    conductivity: Scalar = positive_quantity("W/(m*K)", "conductivity of the surface layer", default=1.02)
 
     def resistance(self, T: Floats) -> Floats:
         """`δ_s(T)/λ_s` in m²·K/W."""

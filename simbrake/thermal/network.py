@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from .._base._compiling import per_structure, read_by
 from .._base._faults import Fault, Faults, Issues
-from .._base._part import Part, part, quantity, whole
+from .._base._part import Part, part, positive_quantity, quantity, whole
 from .._base._quantity import Over, Scalar
 from ..hybrid.arrays import Array, Floats, ScalarArray
 from ..hybrid.struct import AbstractVar, struct_field
@@ -125,9 +125,9 @@ class SpeedCoefficient(AbstractCoefficient):
         SpeedCoefficient(at_rest=8 W/(m²·K), speed=2 m/s, exponent=0.8)
     """
 
-    at_rest: Scalar = quantity("W/(m^2*K)", "heat transfer coefficient at rest", positive=True)
-    speed: Scalar = quantity("m/s", "speed at which forced convection takes over", positive=True)
-    exponent: Scalar = quantity("1", "exponent of the speed", low=0.0, high=2.0, default=0.8)
+    at_rest: Scalar = positive_quantity("W/(m^2*K)", "heat transfer coefficient at rest")
+    speed: Scalar = positive_quantity("m/s", "speed at which forced convection takes over")
+    exponent: Scalar = quantity("1", "exponent of the speed", 0.0, 2.0, default=0.8)
 
     def value(self, v: ScalarArray, T: Temperatures, T_a: Temperatures) -> Temperatures:
         return self.at_rest * (1 + (v / self.speed) ** 2) ** (0.5 * self.exponent)
@@ -146,8 +146,8 @@ class TemperatureCoefficient(AbstractCoefficient):
         4.4861
     """
 
-    at_one_kelvin: Scalar = quantity("W/(m^2*K)", "coefficient at a difference of 1 K", positive=True)
-    exponent: Scalar = quantity("1", "exponent of the difference", low=0.0, high=1.0, default=0.25)
+    at_one_kelvin: Scalar = positive_quantity("W/(m^2*K)", "coefficient at a difference of 1 K")
+    exponent: Scalar = quantity("1", "exponent of the difference", 0.0, 1.0, default=0.25)
 
     def value(self, v: ScalarArray, T: Temperatures, T_a: Temperatures) -> Temperatures:
         return self.at_one_kelvin * ((T - T_a) ** 2 + 1.0) ** (0.5 * self.exponent)
@@ -172,11 +172,11 @@ class Convection(AbstractLink):
     """
 
     a: str = struct_field(static=True)
-    area: Scalar = quantity("m^2", "area of the surface", positive=True)
+    area: Scalar = positive_quantity("m^2", "area of the surface")
     coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0, typical=10.0)
     b: str = struct_field(static=True, default="air")
     covered: Scalar | None = quantity(
-        "1", "share covered by linings while they touch the surface", low=0.0, high=1.0, default=None
+        "1", "share covered by linings while they touch the surface", 0.0, 1.0, default=None
     )
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
@@ -197,11 +197,11 @@ class Radiation(AbstractLink):
     """
 
     a: str = struct_field(static=True)
-    area: Scalar = quantity("m^2", "area of the surface", positive=True)
-    emissivity: Scalar = quantity("1", "emissivity", low=0.0, high=1.0)
+    area: Scalar = positive_quantity("m^2", "area of the surface")
+    emissivity: Scalar = quantity("1", "emissivity", 0.0, 1.0)
     b: str = struct_field(static=True, default="air")
     covered: Scalar | None = quantity(
-        "1", "share covered by linings while they touch the surface", low=0.0, high=1.0, default=None
+        "1", "share covered by linings while they touch the surface", 0.0, 1.0, default=None
     )
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
@@ -235,10 +235,10 @@ class MetalContact(AbstractContactLaw):
         [1207.0, 2332.0]
     """
 
-    conductivity: Scalar = quantity("W/(m*K)", "conductivities of both metals", positive=True, many=Over.ROWS)
-    slope: Scalar = quantity("1", "mean slopes of the asperities", positive=True, many=Over.ROWS)
-    roughness: Scalar = quantity("m", "roughnesses of both surfaces", positive=True, many=Over.ROWS)
-    hardness: Scalar = quantity("Pa", "hardness of the softer metal", positive=True)
+    conductivity: Scalar = positive_quantity("W/(m*K)", "conductivities of both metals", many=Over.ROWS)
+    slope: Scalar = positive_quantity("1", "mean slopes of the asperities", many=Over.ROWS)
+    roughness: Scalar = positive_quantity("m", "roughnesses of both surfaces", many=Over.ROWS)
+    hardness: Scalar = positive_quantity("Pa", "hardness of the softer metal")
 
     def conductance(self, p: Floats) -> Floats:
         k, m, sigma = (jnp.broadcast_to(x, (2,)) for x in (self.conductivity, self.slope, self.roughness))
@@ -263,8 +263,8 @@ class ThermalContact(AbstractLink):
 
     a: str = struct_field(static=True)
     b: str = struct_field(static=True)
-    area: Scalar = quantity("m^2", "area in contact", positive=True)
-    resistance: Scalar | None = quantity("m^2*K/W", "contact resistance", positive=True, default=None)
+    area: Scalar = positive_quantity("m^2", "area in contact")
+    resistance: Scalar | None = positive_quantity("m^2*K/W", "contact resistance", default=None)
     opens: bool = struct_field(static=True, default=False)
     law: AbstractContactLaw | None = part(AbstractContactLaw, default=None)
 
@@ -326,7 +326,7 @@ class Lump(Part):
     capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=Over.ROWS)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
-    reference: Scalar = quantity("K", "temperature at which the capacity holds", positive=True, default=ROOM)
+    reference: Scalar = positive_quantity("K", "temperature at which the capacity holds", default=ROOM)
     count: int = whole("number of nodes", default=1)
 
 
@@ -375,10 +375,10 @@ class Wall(Part):
 
     name: str = struct_field(static=True)
     material: Material
-    thickness: Scalar = quantity("m", "thickness of the wall", positive=True)
-    area: Scalar = quantity("m^2", "area of the wall", positive=True)
+    thickness: Scalar = positive_quantity("m", "thickness of the wall")
+    area: Scalar = positive_quantity("m^2", "area of the wall")
     layers: int = whole("number of layers")
-    growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
+    growth: Scalar = positive_quantity("1", "ratio of neighbouring layers", default=1.0)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     copies: int = whole("number of equal walls", high=10_000, default=1)
     both: bool = struct_field(static=True, default=False)
