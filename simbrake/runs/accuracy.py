@@ -101,11 +101,14 @@ _KINDS = {
     "heat": Kind("temperature", "temperatures", "K"),
     "worn": Kind("wear", "worn thickness", "m"),
     "memory": Kind("friction_state", "states of friction laws", "1"),
-    "begun": Kind("phase_start", "start of the phase", "s"),
-    "turned": Kind("phase_angle", "angle in the phase", "rad"),
+    "onset": Kind("friction_change_start", "start of a change of friction", "s"),
     "hook.speed": Kind("hook_speed", "speed of the hook", "m/s"),
     "hook.excess": Kind("rope_stretch", "elongation of the rope", "m"),
 }
+
+
+#: states that only tell a phase when it ends
+_OF_PHASES = ("begun", "turned", "way")
 
 
 def kinds_of(record: Record) -> list[Kind]:
@@ -235,6 +238,8 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> lis
     kinds, others, states = kinds_of(a.record), kinds_of(b.record), []
     finer = kinds != others
     for kind in dict.fromkeys(kinds):
+        if kind.name in _OF_PHASES:
+            continue
         u = y[:, [i for i, entry in enumerate(kinds) if entry == kind]]
         v = other[:, [i for i, entry in enumerate(others) if entry == kind]]
         if kind.name == "temperature":
@@ -264,8 +269,11 @@ def _places(scan: Scan, segment: Segment, times: np.ndarray) -> tuple[np.ndarray
 
 
 def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Flat states at a share of the steps named; at their ends as recorded, not changed by rounding."""
+    """Flat states at a share of the steps named; at their ends as recorded, not changed by rounding, but before the
+    jump of the speed at a change of the rope's layer."""
     steps, inside = scan.steps, (share > 0.0) & (share < 1.0)
+    if scan.record.system.load.layers is not None:  # pyright: ignore
+        inside = share > 0.0
     y = np.where(share[:, None] == 0.0, steps.y0[row], steps.y1[row])
     if inside.any():
         y[inside] = scan.states(row[inside], share[inside])[1]

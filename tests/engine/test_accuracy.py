@@ -132,6 +132,25 @@ def test_errors_of_states_hold_at_any_time(stop, solver, rtol):
         assert found[name] <= 30 * true + 1e-12 * np.max(np.abs(getattr(truth, column))), name
 
 
+def test_errors_of_a_duty_in_phases():
+    """Those of its motion; and what tells a phase when it ends is no result."""
+    duty = sb.Duty(sb.loads.Phases((sb.loads.Phase(16e3, "rest"), sb.loads.Phase(16e3, "1 s"))), 5e3)
+    found = sb.simulate(dataclasses.replace(stop_scene(C=None), duty=duty)).accuracy()
+    assert [state.name for state in found.states] == ["angle", "speed", "energy"]
+    assert all(state.error < 1e-9 * state.value for state in found.states)
+    assert "Speed at any time" in str(found)
+
+
+def test_errors_of_states_do_not_count_jumps():
+    """The speed jumps where the rope changes its layer, by 3 % and more."""
+    rope = sb.rope.RopeLayers("32 mm", turns_per_layer=2, turns=19)
+    load = sb.HookLoad("2 t", 0.4, 8, rope=rope)
+    scene = dataclasses.replace(stop_scene(C=None, w0=24.0), duty=sb.Duty(1500.0, load))
+    result = sb.simulate(scene)
+    assert [event.name for event in result.events].count("layer_change") > 1
+    assert result.accuracy()["speed"] < 1e-9
+
+
 def test_errors_of_maxima_are_no_errors_of_times():
     """The largest speeds of drum and hook are in a fixed ratio, and both known to rounding."""
     found = sb.simulate(sb.read_scene("u2_5_5_stop")).accuracy()
