@@ -161,8 +161,20 @@ class AbstractHookLoad(AbstractLoad):
 
     drum_radius: AbstractVar[Scalar]
     line_count: AbstractVar[Scalar]
+    gravity: AbstractVar[Scalar]
+    drag: AbstractVar[Scalar]
     rope: AbstractVar[RopeLayers | None]
     elasticity: AbstractVar[RopeElasticity | None]
+
+    def mass_on(self, piece: Piece) -> Any:
+        """Mass (kg) on the hook on a piece."""
+        raise NotImplementedError
+
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
+        return self.mass_on(piece) * self.gravity * self.travel() - self.drag * omega
+
+    def hanging(self, piece: Piece) -> tuple[Real, Real]:
+        return self.mass_on(piece), self.mass_on(piece) * self.gravity
 
     @classmethod
     def meant_by(cls, name: str, given: Mapping[str, Any]) -> str:
@@ -229,14 +241,11 @@ class HookLoad(AbstractHookLoad):
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
 
-    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
-        return self.mass * self.gravity * self.travel() - self.drag * omega
+    def mass_on(self, piece: Piece) -> Scalar:
+        return self.mass
 
     def inertia(self) -> Scalar:
         return self.mass * self.travel() ** 2
-
-    def hanging(self, piece: Piece) -> tuple[Real, Real]:
-        return self.mass, self.mass * self.gravity
 
     def faults(self, path: str) -> Faults:
         bare = self.elasticity is not None and float(self.mass) == 0.0
@@ -258,8 +267,6 @@ class AbstractString(AbstractHookLoad):
     empty: AbstractVar[Scalar]
     string: AbstractVar[Scalar]
     stand: AbstractVar[Scalar]
-    gravity: AbstractVar[Scalar]
-    drag: AbstractVar[Scalar]
 
     @abc.abstractmethod
     def hangs(self, piece: Piece) -> TwoArrays:
@@ -269,21 +276,15 @@ class AbstractString(AbstractHookLoad):
         """Mass of the string on a piece without the stands that came to it."""
         return self.string
 
-    def _mass(self, piece: Piece) -> Array:
+    def mass_on(self, piece: Piece) -> Array:
         hangs, stands = self.hangs(piece)
         return self.empty + jnp.where(hangs, self.string_on(piece) + stands.astype(jnp.float64) * self.stand, 0.0)
-
-    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
-        return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
 
     def inertia(self) -> Scalar:
         return self.empty * self.travel() ** 2
 
     def added_inertia(self, piece: Piece) -> Array:
-        return (self._mass(piece) - self.empty) * self.travel() ** 2
-
-    def hanging(self, piece: Piece) -> TwoArrays:
-        return self._mass(piece), self._mass(piece) * self.gravity
+        return (self.mass_on(piece) - self.empty) * self.travel() ** 2
 
 
 class StringLoad(AbstractString):
@@ -416,20 +417,14 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
     def profile(self) -> "_Steps":
         return with_fields(_STEPS, times=self.times, values=self.masses, factor=self.gravity * self.travel())
 
-    def _mass(self, piece: Piece) -> Array:
+    def mass_on(self, piece: Piece) -> Array:
         return point(self.masses, jnp.asarray(piece) - 1)
-
-    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
-        return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
 
     def inertia(self) -> Scalar:
         return point(self.masses, 0) * self.travel() ** 2
 
     def added_inertia(self, piece: Piece) -> Array:
-        return (self._mass(piece) - point(self.masses, 0)) * self.travel() ** 2
-
-    def hanging(self, piece: Piece) -> TwoArrays:
-        return self._mass(piece), self._mass(piece) * self.gravity
+        return (self.mass_on(piece) - point(self.masses, 0)) * self.travel() ** 2
 
     def faults(self, path: str) -> Faults:
         return PiecewiseLinear(self.times, self.masses).faults(path)
