@@ -47,7 +47,7 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
             why = str(error.faults[0]) if isinstance(error, sb.InputError) else why
             platforms = os.environ.get("JAX_PLATFORMS")
             note = why + (f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else "")
-            cli.tell(f"{CANNOT}\n  {note}", lambda: {"ok": False, "notes": [note], "versions": versions()}, json_)
+            cli.tell(f"{CANNOT}\n  {note}", json_, {"ok": False, "notes": [note], "versions": versions()})
             return 1
     notes = [str(warning.message) for warning in caught if issubclass(warning.category, UserWarning)]
     missing = [row["name"] for row in facts["accelerators"] if not row["in_force"]]
@@ -62,7 +62,7 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
     report = {"ok": facts["x64"], "notes": notes} | facts
     if time_ and report["ok"]:
         report["timing"] = _timing()
-    cli.tell(_text(report), lambda: report, json_)
+    cli.tell(_text(report), json_, report)
     return cli.exit_code(report["ok"])
 
 
@@ -124,7 +124,7 @@ def cache(*, clear: cli.Flag = False, json_: cli.Flag = False) -> int:
         rows = [(kind, row["files"], row["bytes"] / 1e6) for kind, row in sorted(about["kinds"].items())]
         table = Table(["program or answer", Column("files"), Column("MB", show=".2f")], rows)
         text = f"{verdict}\n\n{table}" if rows else verdict
-    cli.tell(text, lambda: about, json_)
+    cli.tell(text, json_, about)
     return 0
 
 
@@ -237,7 +237,7 @@ def validate(
 
         columns = ["case", Column("tolerance", show=".0e"), "source", Column("truth", hidden=True)]
         table = Table(columns, [(c.name, c.tolerance, c.source, c.truth) for c in chosen(only)])
-        cli.tell(table, table.as_list, json_)
+        cli.tell(table, json_, table.as_list())
         return 0
     if cross_check is None:
         report = sb.validate(only, progress=None)
@@ -246,7 +246,7 @@ def validate(
         report = sb.cross_check(
             scene, method=method, rtol=rtol, tolerance=allowed, max_evaluations=max_evaluations, progress=None
         )
-    cli.tell(report, report.as_list, json_, report.ok)
+    cli.tell(report, json_, report.as_list(), report.ok)
     return cli.exit_code(report.ok)
 
 

@@ -239,9 +239,13 @@ def as_json(data: object) -> str:
     return json.dumps(data, indent=1, allow_nan=False)
 
 
-def tell(result: object, data: Callable[[], object], json_: bool, ok: bool | None = None) -> None:
-    """Print a result as text, or its `data` as JSON; `ok`: whether the verdict that the text begins with is good."""
-    say(as_json(data()) if json_ else highlighted(str(result), ok))
+def tell(result: Any, json_: bool, data: object = None, ok: bool | None = None) -> None:
+    """Print a result as text, or its `data` as JSON, by default `result.as_dict()`; `ok`: whether the verdict that the
+    text begins with is good."""
+    if json_:
+        say(as_json(result.as_dict() if data is None else data))
+    else:
+        say(highlighted(str(result), ok))
 
 
 _RED = "31"

@@ -105,7 +105,7 @@ def rig(
         except InputError as error:
             raise InputError([_as_option(fault) for fault in error.faults]) from None
         with sb.results.display_units(units):
-            cli.tell(said, said.as_dict, json_)
+            cli.tell(said, json_)
         if out is not None:
             progress.now("page and figure")
             cli.print_written(sb.pages.write_ledger(said, out), json_)

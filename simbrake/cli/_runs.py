@@ -78,7 +78,7 @@ def run(
                 errors = result.accuracy()
                 text = f"{text}\n{errors}"
                 summary = {**summary, "accuracy": errors.as_dict()}
-    cli.tell(text, lambda: summary, json_, cli.is_good(verdict))
+    cli.tell(text, json_, summary, cli.is_good(verdict))
     if recorded is not None and not json_:
         for note in recorded.notes:
             cli.say(f"measured {note}")
@@ -144,7 +144,7 @@ def report(
     said |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
     lines = [f"{result.status}: {result.message}", f"verdict  {verdict}", *limit_lines(checks)]
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
-    cli.tell("\n".join(lines), lambda: said, json_, cli.is_good(verdict))
+    cli.tell("\n".join(lines), json_, said, cli.is_good(verdict))
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
 
 
@@ -189,7 +189,7 @@ def explain(
             explanation = sb.studies.explain(
                 result, limits=limits, influence=influence, accuracy=accuracy, progress=progress
             )
-    cli.tell(explanation, explanation.as_dict, json_)
+    cli.tell(explanation, json_)
     return cli.exit_code(result.ok, fail_on_limit and explanation["outcome"].numbers["fails"])
 
 
@@ -228,13 +228,12 @@ def export(
         else [Fault("export", "writes one file", "give --c FILE.c or --fmu FILE.fmu")]
     )
     scene = cli.opened(file, set_, faults=[*ask, *cli.faults_of_file(c), *cli.faults_of_file(fmu)])
-    if c:
-        with Progress("export", "printing…"):
+    with Progress("export", "printing…"):
+        if c:
             out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)
-    else:
-        with Progress("export", "printing and compiling…"):
+        else:
             out = sb.export.export_fmu(scene, str(fmu), input_, waiting=waiting)
-    cli.tell(f"written  {out}", lambda: {"written": str(out)}, json_)
+    cli.tell(f"written  {out}", json_, {"written": str(out)})
     return 0
 
 
@@ -283,7 +282,7 @@ def animate(
         with cli.whole_file(out) as page:
             page.write_text(sb.pages.film_page(result, title, count, duration, start, end), "utf-8")
     said = {"status": result.status, "message": result.message, "written": str(out)}
-    cli.tell(f"written  {out}", lambda: said, json_)
+    cli.tell(f"written  {out}", json_, said)
     return cli.exit_code(result.ok)
 
 
@@ -335,7 +334,7 @@ def compare(
             f"a: {names[0]}, b: {name}\n{comparison}" for name, comparison in zip(names[1:], comparisons, strict=True)
         )
         data = {"equal": equal, "results": names, "comparisons": [comparison.as_dict() for comparison in comparisons]}
-    cli.tell(text, lambda: data, json_)
+    cli.tell(text, json_, data)
     if out is not None:
         labels = [f"{name}, {i}" if names.count(name) > 1 else name for i, name in enumerate(names, 1)]
         chart = partial(sb.plot.compare(dict(zip(labels, sources, strict=True))).savefig, dpi=130)
@@ -360,11 +359,9 @@ def estimates(
         Simulate the scene as well, to compare; with --no-run the estimates alone.
     """
     scene = cli.opened(file, set_, rtol)
-    with Progress("estimates", "compiling…") as progress:
-        result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress) if run else None
-        progress.now("estimates")
-        table = sb.estimates(result or scene)
-    cli.tell(table, table.as_dict, json_)
+    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None) if run else None
+    table = sb.estimates(result or scene)
+    cli.tell(table, json_)
     return cli.exit_code(result is None or result.ok)
 
 
@@ -412,11 +409,10 @@ def synthesize(
     faults += [] if scene is None else faults_of_synthesis(scene, data, permissible)
     scene = cli.checked(scene, faults)
     partition = sb.formulas.transmission_table() if transmission else None
-    with Progress("run", "compiling and running…"):
-        result = sb.simulate(scene, rtol=rtol, throw=False) if run else None
-        synthesis = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
+    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None) if run else None
+    synthesis = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
     fails = bool(synthesis.exceeded) or (fail_on_limit and result is not None and result.verdict().fails)
-    cli.tell(synthesis, synthesis.as_list, json_)
+    cli.tell(synthesis, json_, synthesis.as_list())
     if out is not None:
         with cli.whole_file(out) as path:
             text = cli.as_json(synthesis.as_list()) if json_ or out.suffix == ".json" else str(synthesis)
@@ -473,7 +469,7 @@ def materials(
         comparison = sb.compare_materials(scene, *names, energy=levels, run=run, inertia=inertia, rtol=rtol)
     except KeyError as error:
         raise input_error("--rim, --lining", error.args[0]) from None
-    cli.tell(comparison, comparison.as_dict, json_)
+    cli.tell(comparison, json_)
     if out is not None:
         with cli.whole_file(out) as path:
             sb.formulas.figures.materials(comparison).savefig(path, dpi=120)
@@ -550,7 +546,7 @@ def publish(
 
     with Progress("publish", "compiling…") as progress:
         published = sb.pages.publish(scene, ranges, out, limits=limits, title=title, rtol=rtol, progress=progress)
-    cli.tell(f"{published}\nwritten  {out}", lambda: {"written": str(out), **published._asdict()}, json_)
+    cli.tell(f"{published}\nwritten  {out}", json_, {"written": str(out), **published._asdict()})
     return 0
 
 
@@ -590,7 +586,7 @@ def app(
     except OSError as error:
         raise input_error("--port", f"{port} cannot be used: {error.strerror}", "give another port") from None
     words = f"the app is at {server.address}\nfor this computer alone; Ctrl+C ends it"
-    cli.tell(words, lambda: {"address": server.address}, json_)
+    cli.tell(words, json_, {"address": server.address})
     if open_:
         import webbrowser
 

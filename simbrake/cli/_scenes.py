@@ -33,7 +33,7 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
     if name is None:
         entries = list(shipped_files().values())
         rows = [{"name": x.name, "file": str(x.file), "template": x.template, "title": x.title} for x in entries]
-        cli.tell(_listed(entries), lambda: rows, json_)
+        cli.tell(_listed(entries), json_, rows)
         return 0
     source = shipped(name)
     entry = shipped_files()[source.stem]
@@ -50,7 +50,7 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
     lines = [f"written  {target}: {entry.title}", f"run it   simbrake run {target}"]
     if source.suffix == ".py":
         lines.append(f"         python {target}: what the script prints beside")
-    cli.tell("\n".join(lines), lambda: about, json_)
+    cli.tell("\n".join(lines), json_, about)
     return 0
 
 
@@ -92,7 +92,7 @@ def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False
         print(scene_text(opened_scene), end="")
     else:
         table = parameter_table(opened_scene)
-        cli.tell(table, table.as_list, json_)
+        cli.tell(table, json_, table.as_list())
     return 0
 
 
@@ -118,11 +118,11 @@ def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = Fal
         if not json_:
             raise
         faults = [{"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults]
-        cli.tell("", lambda: {"faults": faults, "warnings": []}, json_)
+        cli.tell("", json_, {"faults": faults, "warnings": []})
         return 2
     said = [*warnings(opened_scene), *plausibility(opened_scene)]
     lines = [f"no error: {count_text(opened_scene)}", *(f"warning  {text}" for text in said)]
-    cli.tell("\n".join(lines), lambda: {"faults": [], "warnings": said}, json_)
+    cli.tell("\n".join(lines), json_, {"faults": [], "warnings": said})
     return 0
 
 

@@ -56,7 +56,7 @@ def sensitivity(
     faults = [] if 0 <= span < 1 else [Fault("--span", f"{span} is out of range", "0 ≤ span < 1, of each parameter")]
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     tables = sb.sensitivity(scene, metric or ["stopping_time"], wrt, span=span or None, rtol=rtol)
-    cli.tell("\n\n".join(str(table) for table in tables), lambda: [table.as_dict() for table in tables], json_)
+    cli.tell("\n\n".join(str(table) for table in tables), json_, [table.as_dict() for table in tables])
     if out is not None:
         cli.print_written(sb.pages.write_sensitivities(tables, out), json_)
     return 0
@@ -151,8 +151,8 @@ def sweep(
     )
     runs = _table_of(data)
     within = _limits_of(scene, limits, runs, asked)
-    summary = lambda: _summary(runs, axes, asked, rtol) | {"limits": within}  # noqa: E731
-    cli.tell(_text(runs, asked) + _limits_text(within), summary, json_)
+    summary = _summary(runs, axes, asked, rtol) | {"limits": within} if json_ else None
+    cli.tell(_text(runs, asked) + _limits_text(within), json_, summary)
     if out is not None:
         cli.write(out, _files_of(data, runs), json_)
     # -1: interrupted before it was run
@@ -374,7 +374,7 @@ def calibrate(
     measured = cli.checked(measured, faults)
     options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol, "profile": profile}
     calibration = sb.calibrate(scene, limits, measured, per_recording=limits_of_each, **options)  # pyright: ignore
-    cli.tell(calibration, calibration.as_dict, json_)
+    cli.tell(calibration, json_)
     if not json_:
         fitted = {path: value for path, value in calibration.values.items() if "@" not in path}
         settings = [*(set_ or []), *(f"{path}={value:.12g}" for path, value in fitted.items())]
@@ -438,7 +438,7 @@ def life(
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     with Progress("life", "compiling and running…"):
         lining_life = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
-    cli.tell(lining_life, lining_life.as_dict, json_)
+    cli.tell(lining_life, json_)
     if out is not None:
         chart = partial(sb.plot.wear(lining_life).savefig, dpi=130)
         cli.write(out, {"life.json": cli.as_json(lining_life.as_dict()), "wear.png": chart}, json_)

@@ -16,6 +16,7 @@ from ..runs.simulate import solver_name
 from ._fit import (
     LOSSES,
     STEP,
+    Bounds,
     FitModel,
     Identified,
     Recording,
@@ -470,10 +471,10 @@ def _warnings(search: Search, z: np.ndarray, chi2: float, probability: float | N
 
 def calibrate(
     scene: Scene,
-    bounds: Mapping[str, tuple[float | str, float | str]],
+    bounds: Bounds,
     data: Measured | Sequence[Measured] | Mapping[str, Measured],
     *,
-    per_recording: Mapping[str, tuple[float | str, float | str]] | None = None,
+    per_recording: Bounds | None = None,
     start: Mapping[str, float | str] | None = None,
     rtol: float = 1e-8,
     solver: Solver | None = None,

@@ -14,7 +14,7 @@ from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..runs.edit import with_values
 from ..runs.simulate import room_for, simulate
-from ._fit import FitModel, MeasuredValues, box_of_all, recordings_of, solver_within
+from ._fit import Bounds, FitModel, MeasuredValues, box_of_all, recordings_of, solver_within
 from .evaluating import Box, Paths, Solver
 from .measured import Measured
 
@@ -135,8 +135,8 @@ def log_density(
     scene: Scene,
     recordings: Measured | Sequence[Measured] | Mapping[str, Measured],
     *,
-    shared: Mapping[str, tuple[float | str, float | str]] | None = None,
-    per_recording: Mapping[str, tuple[float | str, float | str]] | None = None,
+    shared: Bounds | None = None,
+    per_recording: Bounds | None = None,
     priors: Mapping[str, Prior] | None = None,
     noise: Mapping[str, tuple[float, float]] | None = None,
     start: Mapping[str, float | str] | None = None,

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
@@ -55,6 +55,8 @@ class Recording(NamedTuple):
         return f"{what}@{self.name}" if self.name else what
 
 
+#: lowest and highest value by path, in SI or with units
+Bounds: TypeAlias = Mapping[str, tuple[float | str, float | str]]
 #: bounds with a larger ratio are searched on a logarithmic scale
 _DECADES = 100.0
 
@@ -78,8 +80,8 @@ def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
 
 def box_of_all(
     recordings: Sequence[Recording],
-    shared: Mapping[str, tuple[float | str, float | str]],
-    own: Mapping[str, tuple[float | str, float | str]],
+    shared: Bounds,
+    own: Bounds,
     starts: Mapping[str, float | str],
     issues: Issues,
 ) -> Box:
@@ -106,7 +108,7 @@ def box_of_all(
     return Box(paths, *(np.concatenate([rows[0][:k], *(row[k:] for row in rows)]) for rows in columns))
 
 
-def solver_within(recordings: Sequence[Recording], bounds: Mapping[str, tuple[float | str, float | str]]) -> Solver:
+def solver_within(recordings: Sequence[Recording], bounds: Bounds) -> Solver:
     """The method that `simulate` chooses at the start or with any parameter at a bound: the stiff one if any is."""
     scenes = [each.scene for each in recordings]
     ends = [(path, end) for path, pair in bounds.items() for end in pair]
