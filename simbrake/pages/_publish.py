@@ -78,14 +78,17 @@ def publish(
     steps = possible_inputs(scene) is not None
     # other numbers may need more steps
     room = max(256, 2 * room_for(base))
-    export = Export("scene", scene, {} if steps else None, metrics, room)
-    text = c_text(export, OTHER_PAGES)
+
+    def printed() -> tuple[Export, str]:
+        export = Export("scene", scene, {} if steps else None, metrics, room)
+        return export, c_text(export, OTHER_PAGES)
+
+    export, text = printed()
     if export.bytes > _MEMORY:
         left_out = [name for name in metrics if scans(name)]
         notes.append(f"The run is too long for a page to look into all its steps: {', '.join(left_out)} are left out.")
         metrics = [name for name in metrics if name not in left_out]
-        export = Export("scene", scene, {} if steps else None, metrics, room)
-        text = c_text(export, OTHER_PAGES)
+        export, text = printed()
     progress.now("compiling")
     program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
@@ -182,9 +185,9 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
 
 def _places(export: Export, path: str) -> list[int]:
     """Places of a parameter, or of all entries of a list, among the numbers of a scene."""
-    counted = {leaf.path: leaf for leaf in leaves(export.like.unpack(np.arange(export.numbers.size, dtype=np.float64)))}
-    field, index = entry_of(path, counted)
-    places = np.ravel(counted[field].value).astype(int).tolist()
+    placed = {leaf.path: leaf.value for leaf in export.placed}
+    field, index = entry_of(path, placed)
+    places = np.ravel(placed[field]).astype(int).tolist()
     return places if index is None else [places[index]]
 
 

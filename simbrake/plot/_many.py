@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -23,7 +23,7 @@ from .._base._quantity import shown as about
 from .._base._table import scale
 from ..outputs.judgement import Colour
 from ..outputs.log import Status
-from ..results.stored import dataset, read_result
+from ..results.stored import Dataset, Source, dataset, read_result
 from ..runs.result import Result
 from .drawing import (
     BLUE,
@@ -40,15 +40,6 @@ from .drawing import (
     styled,
     words_of_mark,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    Dataset: TypeAlias = xr.Dataset
-else:  # slow to import
-    Dataset = Any
-
-Source: TypeAlias = Result | Dataset | str | Path
 
 # --- results laid over each other -------------------------------------------------------------------------------------
 
@@ -126,7 +117,7 @@ def _curve(data: Dataset, columns: Sequence[str]) -> Float[np.ndarray, " t"] | N
     """Maximum of the columns that a result has, and of its linings; the normal load where there is no tension."""
     banded = "tight_tension" in data
     names = [name for name in columns if name in data and not (banded and name in ("normal_load", "lever_force"))]
-    curves = [np.asarray(data[name].values, np.float64) for name in names]
+    curves = [data[name].values.astype(float) for name in names]
     return np.max([y.reshape(len(y), -1).max(axis=1) for y in curves], axis=0) if curves else None
 
 
@@ -197,10 +188,10 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     panels = figure.subplots(rows, columns, squeeze=False, **share)
     for axes in panels.flat[len(shown) if plane else rows * columns :]:
         axes.axis("off")
-    changes = plane and np.ptp(np.asarray(data["sequence"].values)) > 0
+    changes = plane and np.ptp(data["sequence"].values) > 0
     for k, metric in enumerate(shown):
-        values = np.asarray(data[metric].values, np.float64)
-        good = np.isfinite(values) & (np.asarray(data["code"].values) == 0)
+        values = data[metric].values.astype(float)
+        good = np.isfinite(values) & (data["code"].values == 0)
         factor, offset, y_unit = _scale(data, metric, values[good])
         y = np.where(good, factor * values + offset, np.nan)
         label = f"{metric_words(metric)}{y_unit}"
@@ -210,7 +201,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         for axes, path in zip(panels[k], paths, strict=False):
             x, name = _along(data, path)
             if grid:
-                changes |= _curve_with_gaps(axes, x, y, np.asarray(data["sequence"].values), "" if many else "o")
+                changes |= _curve_with_gaps(axes, x, y, data["sequence"].values, "" if many else "o")
             else:
                 axes.plot(x, y, ".", color=BLUE, ms=2.0 if many else 4.0, rasterized=many)
             axes.set_xlabel(name if k == len(shown) - 1 else "")
@@ -219,8 +210,8 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         if many:
             _quantiles(panels[k, -1], y)
             panels[k, -1].set_xlabel("share of the runs, %" if k == len(shown) - 1 else "")
-    failed = int(np.sum(np.asarray(data["code"].values) != 0))
-    blank = any(not np.all(np.isfinite(np.asarray(data[name].values, np.float64))) for name in shown) or failed > 0
+    failed = int(np.sum(data["code"].values != 0))
+    blank = any(not np.all(np.isfinite(data[name].values.astype(float))) for name in shown) or failed > 0
     handles: list[Artist] = []
     if grid and changes:
         look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, **_BRIDGE}
@@ -250,7 +241,7 @@ def _quantiles(axes: Axes, y: Float[np.ndarray, " n"]) -> None:
 
 def _along(data: Dataset, path: str) -> tuple[Float[np.ndarray, " n"], str]:
     """Values of a parameter for reading, and its name in words with their unit; two of one name have their path."""
-    values = np.asarray(data[path].values, np.float64)
+    values = data[path].values.astype(float)
     factor, offset, unit = _scale(data, path, values)
     alike = [name for name in data.coords if data[name].attrs.get("meaning") == data[path].attrs.get("meaning")]
     words = str(data[path].attrs.get("meaning", path))
@@ -285,10 +276,10 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
         hint = f"there are: {', '.join(map(str, data.data_vars))}"
         raise input_error("limits", f"the data is without {', '.join(missing)}", hint)
     (x, name), (y, other) = (_along(data, str(path)) for path in data["code"].dims)
-    good = np.asarray(data["code"].values) == 0
+    good = data["code"].values == 0
     margins, lines = [], []
     for metric, limit in limits.items():
-        value, least = np.asarray(data[metric].values, np.float64), metric.startswith("min_")
+        value, least = data[metric].values.astype(float), metric.startswith("min_")
         margins.append(np.where(good & np.isfinite(value), (value - limit) * (1.0 if least else -1.0), np.nan))
         factor, offset, unit = _scale(data, metric, np.asarray([limit]))
         most = f"{factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
@@ -301,7 +292,7 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     fine = [RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v))) for margin in margins]
     lost = np.zeros(good.shape)
     if "colour" in data:
-        lost = (good & (np.asarray(data["colour"].values) == Colour.RED)).astype(float)
+        lost = (good & (data["colour"].values == Colour.RED)).astype(float)
     runs_on = RegularGridInterpolator((x, y), lost, method="nearest")(tuple(np.meshgrid(u, v))) > 0
     blank = np.isnan(np.sum(fine, axis=0)) & ~runs_on
     within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0) & ~runs_on)
@@ -342,7 +333,7 @@ def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
         return list(asked)
 
     def varies(name: str) -> bool:
-        values = np.asarray(data[name].values, np.float64)
+        values = data[name].values.astype(float)
         values = values[np.isfinite(values)]
         return values.size > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
@@ -393,7 +384,7 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
     """Contours of a metric over two parameters: of a grid filled, runs without a value hatched; of rows of runs over
     their points."""
     (x, name), (y, other) = (_along(data, path) for path in paths)
-    good, sequence = np.isfinite(z), np.asarray(data["sequence"].values)
+    good, sequence = np.isfinite(z), data["sequence"].values
     axes.set(xlabel=name, ylabel=other)
     if z.ndim == 1:
         dots = axes.scatter(x[good], y[good], 6.0, z[good], cmap="viridis", alpha=0.5, lw=0, rasterized=True)
