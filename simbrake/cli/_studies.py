@@ -3,7 +3,7 @@
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,12 +19,15 @@ from . import _options as cli
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-    from xarray import Dataset
+    from xarray import DataArray, Dataset
 
     from .._base._table import Table
+    from ..runs.measure import Limited
     from ..studies import Calibration
 else:
-    DataFrame = Dataset = Table = Calibration = object  # slow to import, and not needed by `--help`
+    DataFrame = DataArray = Dataset = Table = Limited = Calibration = (
+        object  # slow to import, and not needed by `--help`
+    )
 
 
 def sensitivity(
@@ -106,6 +109,8 @@ def sweep(
     scheduler
         Address of a Dask scheduler whose workers run the simulations.
     """
+    from ..runs import measure
+
     faults = Issues()
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
 
@@ -149,8 +154,10 @@ def sweep(
         key=key,
         client=scheduler,
     )
+    limited = measure.Limited.of(scene, limits, asked)
+    data = data.assign(colour=_colours(data, limited))
     runs = _table_of(data)
-    within = _limits_of(scene, limits, runs, asked)
+    within = _limits_of(limited, runs, asked)
     summary = _summary(runs, axes, asked, rtol) | {"limits": within} if json_ else None
     cli.tell(_text(runs, asked) + _limits_text(within), json_, summary)
     if out is not None:
@@ -230,6 +237,10 @@ def _summary(runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: fl
     return {"units": units, "counts": _counts(runs), "reasons": reasons, "rtol": rtol, "runs": rows}
 
 
+#: what a verdict of many runs leaves out
+_UNJUDGED = "; of parts without a limit, and of small margins, they say nothing"
+
+
 def _text(runs: Table, metrics: Sequence[str]) -> str:
     """Verdicts and statuses of the runs, and the range of every metric, temperatures in °C."""
     import numpy as np
@@ -250,18 +261,22 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
         lines.append((column.name, *quantiles, "°C" if hot else column.unit, values.size))
     three = [Column(title) for title in ("minimum", "median", "maximum")]
     table = Table(["metric", *three, "unit", Column("of how many runs")], lines)
-    return f"{len(runs)} runs: {ended}\nverdicts {verdicts or 'none'}\n{table}"
+    return f"{len(runs)} runs: {ended}\nverdicts {verdicts or 'none'}{_UNJUDGED}\n{table}"
 
 
-def _limits_of(
-    scene: cli.Scene, limits: Mapping[str, float], runs: Table, metrics: Sequence[str]
-) -> dict[str, Any] | None:
+def _colours(data: Dataset, limited: Limited) -> DataArray:
+    """Colours of the reasons, red where a limit is exceeded; what did not happen exceeds its limit."""
+    colours = data["colour"]
+    for name, bound in limited.limits.items():
+        colours = colours.where((data["code"] != 0) | (data[name] <= bound), "red")
+    return colours.assign_attrs(meaning="colour of the reason, red where a limit that was checked is exceeded")
+
+
+def _limits_of(limited: Limited, runs: Table, metrics: Sequence[str]) -> dict[str, Any] | None:
     """How many runs exceed each limit, of how many that have a value or should have one, and the names of those that
     were not looked at; `None` where there are none."""
     from ..outputs.metrics import HOLDING
-    from ..runs.measure import Limited
 
-    limited = Limited.of(scene, limits, metrics)
     done = [row for row in runs.as_list() if row["code"] == 0]
     # what did not happen, as a stop that never came, exceeds its limit
     exceeded = {

@@ -232,6 +232,7 @@ def test_limits_of_a_sweep(capsys, asked):
     """How many of the runs that ended exceed each limit; what did not happen exceeds it, and a metric is asked for."""
     given = DATA.assign(min_holding_reserve=("run", [0.5, 2.0, 3.0, np.nan], {"units": "1"}))
     given = given.assign(max_tension=("run", [5e3, 6e3, 7e3, 8e3], {"units": "N"}))
+    given = given.assign(colour=("run", ["green", "amber", "", "green"]))
     asked["instead"]("sweep", given)
     limit = '--limit "stopping_time=1.5 s" --limit "max_tension=6 kN"'
     told = json.loads(run(capsys, f"{VARY},min_holding_reserve {limit} --json")[1])["limits"]
@@ -241,6 +242,10 @@ def test_limits_of_a_sweep(capsys, asked):
         ("min_holding_reserve", 1),
     ]
     assert [one["of"] for one in told["checked"]] == [3, 3, 2]
+    colours = [
+        one["colour"] for one in json.loads(run(capsys, f"{VARY},min_holding_reserve {limit} --json")[1])["runs"]
+    ]
+    assert colours == ["green", "red", "", "red"]
     assert (told["runs"], told["not_checked"]) == (3, ["max_pressure", "max_band_stress"])
     said = run(capsys, f"{VARY},min_holding_reserve {limit}")[1]
     assert "min_holding_reserve of 1 or less in 1 of 2 runs that have it (1 has none)" in said
