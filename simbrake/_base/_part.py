@@ -343,7 +343,7 @@ def takes_values(build: _Build) -> _Build:
     plain = typing.get_type_hints(build)
     signature, built = inspect.signature(build), explained(build)
 
-    @functools.wraps(build)
+    @functools.wraps(built)
     def checked(*args: Any, **named: Any) -> Any:
         try:
             bound, faults = signature.bind(*args, **named), Issues()
