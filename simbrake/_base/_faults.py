@@ -80,8 +80,19 @@ def near(name: str, names: Iterable[str]) -> str:
     known = [] if name.startswith("_") else [one for one in names if not one.startswith("_")]
     if hint := of_radius(name, known):
         return f"; {hint}"
-    alike = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    return f"; nearest: {', '.join(alike)}" if alike else ""
+    alike = nearest(name, known, "")
+    return f"; {alike}" if alike else ""
+
+
+def nearest(
+    name: str, names: Iterable[str], otherwise: str | None = None, *, count: int = 3, cutoff: float = 0.5
+) -> str:
+    """Hint for a name that is unknown: those most like it; else what is to be said `otherwise`, by default all."""
+    known = list(names)
+    alike = difflib.get_close_matches(name, known, count, cutoff)
+    if alike:
+        return f"nearest: {', '.join(alike)}"
+    return f"there are: {', '.join(known)}" if otherwise is None else otherwise
 
 
 def shown(value: object) -> str:

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from jax.core import Tracer
 
-from .._base._faults import Fault, InputError, Issues, input_error, of_radius, text_of_file, whole_file
+from .._base._faults import Fault, InputError, Issues, input_error, nearest, of_radius, text_of_file, whole_file
 from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from ..hybrid.struct import Struct
@@ -22,7 +22,7 @@ from ..parts.scene import Scene, check_scene, paths_without_meaning, require_sce
 from ..phases import AbstractEnd, AfterTime, read_end
 from ..runs.edit import unknown_paths, with_values
 from ..thermal.materials import LIBRARY, Material, material
-from .schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
+from .schema import FORMAT, VERSION, Maker, Part, history, makers_of, parts_of, several, short_of
 from .shipped_scenes import scene_file
 
 #: value of a TOML file: a text, number, flag, date, list or table

@@ -1,18 +1,17 @@
 """Format of scene files: one description of every part, as text tables and as JSON Schema."""
 
 import dataclasses
-import difflib
 import functools
 import inspect
 import textwrap
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._faults import InputError, input_error
+from .._base._faults import InputError, input_error, nearest
 from .._base._part import Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
 from .._base._quantity import Quantity
 from .._base._table import Column, Table, numbers
@@ -366,14 +365,7 @@ def schema_text(name: str | None = None) -> str:
         chosen = {key: maker for part in parts if part.name == name for key, maker in part.makers.items()}
     if not chosen:
         keys = sorted({part.name for part in parts})
-        hint = nearest(str(name), [*makers, *keys], instead=makers)
+        hint = nearest(str(name), [*makers, *keys], f"there are: {', '.join(makers)}")
         raise input_error(str(name), "unknown type, or key without a type", hint)
     blocks = [_block(key, maker) for key, maker in chosen.items()]
     return "\n\n".join([_HEAD, *blocks] if name is None else blocks)
-
-
-def nearest(name: str, names: Iterable[str], *, instead: Iterable[str] | None = None) -> str:
-    """Hint for an unknown name: the most similar ones, or all of them (of `instead`) where none is similar."""
-    names = list(names)
-    near = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
-    return f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(names if instead is None else instead)}"

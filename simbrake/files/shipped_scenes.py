@@ -1,12 +1,11 @@
 """Scenes that come with simbrake: commented templates for a new scene, and the shipped scenes. Free of JAX."""
 
 import ast
-import difflib
 import os
 from pathlib import Path
 from typing import NamedTuple
 
-from .._base._faults import InputError, existing_file, input_error
+from .._base._faults import InputError, existing_file, input_error, nearest
 
 #: names of the templates, in the order in which a newcomer meets them
 TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
@@ -94,8 +93,7 @@ def hint_of(name: str | Path) -> str:
     short = Path(name).stem
     if short in IN_CHECKOUT:
         return f"it is scenarios/{short}.py in a checkout of the repository"
-    near = difflib.get_close_matches(short, shipped_files(), n=3, cutoff=0.5)
-    return f"nearest: {', '.join(near)}" if near else ""
+    return nearest(short, shipped_files(), "")
 
 
 def title_of(file: Path) -> str:

@@ -1,7 +1,6 @@
 """Local sensitivities: derivatives of results with respect to parameters, from one differentiated run."""
 
 import dataclasses
-import difflib
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, Issues, input_error
+from .._base._faults import Fault, InputError, Issues, input_error, nearest
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity, behind
@@ -138,8 +137,7 @@ class SensitivityTable(Tabular):
         for row in self.rows:
             if row.path == path:
                 return row
-        near = difflib.get_close_matches(path, [row.path for row in self.rows], n=3, cutoff=0.3)
-        raise KeyError(f"{path}: not in the table; nearest: {', '.join(near)}")
+        raise KeyError(f"{path}: not in the table; {nearest(path, (row.path for row in self.rows), cutoff=0.3)}")
 
     @property
     def matters(self) -> tuple[Sensitivity, ...]:
@@ -268,8 +266,8 @@ def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
     for path in [wrt] if isinstance(wrt, str) else wrt:
         here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
         if not here:
-            near = difflib.get_close_matches(path, [leaf.path for leaf in known], n=3, cutoff=0.4)
-            hint = f"nearest: {', '.join(near or [leaf.path for leaf in known[:4]])}"
+            some = f"as {', '.join(leaf.path for leaf in known[:4])}"
+            hint = nearest(path, (leaf.path for leaf in known), some, cutoff=0.4)
             issues.append(fault_of_limit(path) or Fault(path, "unknown parameter of the scene", hint))
         chosen |= {leaf.path: leaf for leaf in here}
     issues.report()

@@ -1,7 +1,6 @@
 """Measured data: columns over time and single values such as event times, from arrays and from CSV files."""
 
 import dataclasses
-import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._base._csv_file import CsvFile
-from .._base._faults import Fault, Issues
+from .._base._faults import Fault, Issues, nearest
 from .._base._nulls import NULLS
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain
@@ -199,9 +198,7 @@ def unknown_column(where: str, name: str) -> Fault:
     of_pair = pair_column(name)
     if name in _WHOLE or of_pair is not None:
         return Fault(where, f"{name} cannot be fitted", "it is a whole number without a derivative")
-    near = difflib.get_close_matches(re.sub(r"\[.*", "", name), COLUMNS, n=3, cutoff=0.5)
-    hint = f"nearest: {', '.join(near)}" if near else f"there are: t, {', '.join(COLUMNS)}"
-    return Fault(where, f"unknown column {name!r}", hint)
+    return Fault(where, f"unknown column {name!r}", nearest(re.sub(r"\[.*", "", name), ("t", *COLUMNS)))
 
 
 def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points | Fault:
@@ -256,8 +253,7 @@ def pick(result: Result, series: Series, column: str, entry: str | None) -> Arra
     name = column if entry is None else f"{column}[{entry}]"
     values = known.get(column)
     if values is None:
-        near = difflib.get_close_matches(column, known, n=3, cutoff=0.7)
-        hint = f"nearest: {', '.join(near)}" if near else "its brake or heat part has no such quantity"
+        hint = nearest(column, known, "its brake or heat part has no such quantity", cutoff=0.7)
         return Fault(name, "is not in a run of this scene", hint)
     if values.ndim == 1:
         return values if entry is None else Fault(name, f"{column} has no entries", f"call it {column}")

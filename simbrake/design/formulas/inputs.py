@@ -1,13 +1,12 @@
 """Inputs of the estimates: from the user, the scene, the papers, or assumed."""
 
 import dataclasses
-import difflib
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from ..._base._faults import Fault, input_error
+from ..._base._faults import Fault, input_error, nearest
 from ..._base._part import faults_of_values
 from ..._base._quantity import NumberReader, Quantity, behind, positive
 from ...parts.scene import Scene, banded_brake
@@ -202,8 +201,7 @@ def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
             numbers[name] = reader.number(value, ranges[name], name, ranges[name].unit)
         elif name not in _MATERIALS:
             known = [*_NUMBERS, *_MATERIALS, *(name for name in ranges if name not in _NUMBERS)]
-            near = difflib.get_close_matches(name, known, n=3, cutoff=0.4) or known
-            reader.fault(name, "unknown name", f"nearest: {', '.join(near)}")
+            reader.fault(name, "unknown name", nearest(name, known, cutoff=0.4))
         elif value in LIBRARY:
             data[name] = material(value)
         else:
