@@ -52,7 +52,7 @@ from ..outputs.probe import (
 from ..outputs.quantities import SERIES_COLUMNS, Series, array_of_times, outside, series_of, times_within
 from ..outputs.scan import peak
 from ..parts.scene import Scene
-from ..phases import AfterTravel, AtHeight, AtTemperature, Phases
+from ..phases import AbstractEnd, AfterTravel, AtHeight, AtRest, AtTemperature, Phases
 from ..physics._brake import BrakeSystem, Capacity
 from ..physics._rope import ElasticRope
 from ..physics.heated import thermal_of
@@ -397,7 +397,9 @@ class Result:
             words = words.replace("holds it", "holds it on the springs of its band") if swings else words
             return words + (self._of_hook() if end.rests else "")
         what, hint = failure_of(int(self.code), self.scene.brake.words)
-        what = f"{what}: {self._waiting()}" if int(self.code) == BrakeCode.PHASE_NEVER_ENDS else what
+        if int(self.code) == BrakeCode.PHASE_NEVER_ENDS:
+            what = f"{what}: {self._waiting()}"
+            hint = "pull harder, or take a lighter load" if self._too_weak_to_rest else hint
         labels = labels_of(self.record)
         changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]
         words = " → ".join(str(label) for label in changes)
@@ -421,12 +423,24 @@ class Result:
             return ""
         return f"; the hook swings on its rope by ± {number(swing, 'N', count=3)}"
 
+    @property
+    def _end_awaited(self) -> AbstractEnd:
+        """The end of the phase that runs at the end."""
+        lever = self._system.lever
+        assert isinstance(lever, Phases)
+        return lever.each[int(lever.place(np.asarray(self.record.mode_end.phase, np.int32)))].until
+
+    @property
+    def _too_weak_to_rest(self) -> bool:
+        """Whether a phase waits for a stop that the sliding brake cannot bring about."""
+        turns = float(self.record.y_end.omega) != 0.0
+        return turns and isinstance(self._end_awaited, AtRest) and bool(self.end_capacity.outweighed)
+
     def _waiting(self) -> str:
         """The phase that runs at the end, what it waits for, how far that is, and why a load runs away."""
-        record, lever = self.record, self._system.lever
+        record, lever, end = self.record, self._system.lever, self._end_awaited
         assert isinstance(lever, Phases)
         passed, y = int(record.mode_end.phase), record.y_end
-        end = lever.each[int(lever.place(np.asarray(passed, np.int32)))].until
         turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
         motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
         now, more = (motion, []) if turns else ("waits", [motion])

@@ -308,8 +308,9 @@ def _stopped(result: Result) -> str:
     if "stops" in summary:
         return stops_words(summary["stops"])
     if stop is None:
-        moves = summary["status"] not in (Status.HELD, Status.STOPPED)
-        return "Held from the start" if moves else _upper(result.message)
+        if summary["status"] in (Status.HELD, Status.STOPPED):
+            return _upper(result.message)
+        return "Not brought to rest" if result.report().holding is None else "Held from the start"
     return f"Stopped after {number(stop, 's')}"
 
 

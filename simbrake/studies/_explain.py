@@ -179,19 +179,23 @@ def _course(result: Result) -> list[Finding]:
     ):
         said += [what.format(number(m[name], "s")) + " on"] if m.get(name) is not None else []
     course = _upper(", ".join(said)) + ". " if said else ""
-    start, most = abs(float(result.scene.start_speed)), float(np.max(np.abs(result.report().scan.seen.omega)))
-    if most > 1.001 * start > 0:
+    seen, stop = result.report().scan.seen, m["stopping_time"]
+    speeds = np.abs(seen.omega)
+    start, most = abs(float(result.scene.start_speed)), float(np.max(speeds))
+    at_first = float(np.max(speeds[seen.t <= (np.inf if stop is None else stop)]))
+    if at_first > 1.001 * start > 0:
         course += (
-            f"The load first speeds the {words.body} up from {number(start, 'rad/s')} to {number(most, 'rad/s')}. "
+            f"The load first speeds the {words.body} up from {number(start, 'rad/s')} to {number(at_first, 'rad/s')}. "
         )
     numbers = {name: m.get(name) for name in ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle")}
     travel = "" if m["hook_travel"] is None else f", hook travel {number(m['hook_travel'], 'm')}"
-    if m["stopping_time"] is not None:
+    again = [t for name in ("restart", "release") for t in result.events[name].times if stop is not None and t >= stop]
+    again = again if stop is not None and end["angle"] != m["stopping_angle"] else []
+    if stop is not None:
         angle = number(m["stopping_angle"], "rad")
-        course += f"The {words.body} comes to rest after {number(m['stopping_time'], 's')} and {angle}{travel}. "
-        restarts = result.events["restart"].times
-        course += f"It turns again from {number(restarts[0], 's')} on. " if restarts else ""
-    if m["stopping_time"] is None or result.events["restart"]:
+        course += f"The {words.body} comes to rest after {number(stop, 's')} and {angle}{travel}. "
+        course += f"It turns again from {number(min(again), 's')} on. " if again else ""
+    if stop is None or again:
         gone = "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
         turned = f"{number(end['angle'], 'rad')}{gone}"
         course += f"At {number(end['time'], 's')} it turns at {number(end['omega'], 'rad/s')}, after {turned}."
@@ -487,11 +491,14 @@ def _influence(result: Result, progress: Progress) -> list[Finding]:
 
 def _remedy(result: Result) -> list[Finding]:
     """What to do about a run that failed, or whose load is not stopped or held by the friction brake."""
-    if not result.ok:
+    judgement = result.report().judgement
+    reason = REASONS[judgement.reason]
+    to_rest = reason.id == "T1" and result.verdict().wants == "rest"
+    weak = (reason.goes_on or to_rest) and 0 < judgement.sliding < 1
+    if not (result.ok or weak):
         text = ". ".join(map(_upper, failure_of(int(result.code), result.scene.brake.words)))
         return [Finding("remedy", f"{text}.", {"code": int(result.code), "status": result.status})]
-    judgement = result.report().judgement
-    if not REASONS[judgement.reason].goes_on or not 0 < judgement.sliding < 1:
+    if not weak:
         return []
     factor = 1 / judgement.sliding
     times = digits(factor, 4)

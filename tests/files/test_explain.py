@@ -125,6 +125,22 @@ def test_runaway_and_failure_have_a_remedy():
     assert failed["remedy"].numbers["status"] == "step_limit"
 
 
+def test_course_of_a_load_that_is_let_go_after_its_stop():
+    """It becomes fast after the stop, not before."""
+    said = str(explain(sb.simulate(rigid(lever=(T0, T0, 0.0, 0.0), end=6.0)), influence=False)["course"])
+    assert "It turns again from 2 s on." in said
+    assert "first speeds" not in said
+
+
+def test_remedy_of_a_phase_that_never_comes_to_rest():
+    """Half of the torque of the load: no later end time would help."""
+    pull = 0.5 * T0 * LOAD / TORQUE
+    duty = sb.Duty(sb.loads.Phases((sb.loads.Phase(pull, "rest"),)), rigid().duty.load)
+    failed = sb.simulate(dataclasses.replace(rigid(), duty=duty), throw=False)
+    assert failed.message.endswith(": pull harder, or take a lighter load")
+    assert explain(failed, influence=False)["remedy"].numbers["factor"] == pytest.approx(2.0, rel=1e-9)
+
+
 def test_disc_shoe_and_staged_brakes():
     disc = explain(disc_scene(), influence=False)
     assert disc["balance"].numbers["brake_torque"] == pytest.approx(DISC_TORQUE, rel=1e-9)

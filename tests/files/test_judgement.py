@@ -140,6 +140,7 @@ OTHERS = {
         ("H2", "red", "rest"),
     ),
     "breaks away, as is meant": (scene(lever(8e3, 8e3, 8e3, 8e3), hydro=60.0, wants="free"), ("X1", "amber", "free")),
+    "let go before it rested": (scene(lever(5e3, 0.0, 0.0, 0.0), w0=8.0, hydro=60.0), ("H5", "amber", "released")),
     "hoisted": (scene(LATE, **driven(0.0, -5.0)), ("M1", "green", "hoist")),
     "lowered by the lever": (scene(SpeedHold("30 kN"), w0=3.0), ("L1", "green", "lower")),
     "its lever at the limit": (scene(SpeedHold("9 kN"), w0=3.0), ("L2", "red", "lower")),
@@ -163,6 +164,7 @@ def test_histories_are_judged_by_what_they_want(name):
 
 #: words that only these scenes have
 WORDS = {
+    "let go before it rested": "Not brought to rest, then the lever was let go",
     "held by the motor and a weak brake": "; the motor or dry friction of the shaft holds the rest",
     "breaks away, as is meant": "The load runs on at 11.7225 rad/s: the sliding friction brake gives 0.72 of",
 }
