@@ -41,7 +41,8 @@ _FOOT_POUND, _PSI = _POUND * _GRAVITY * Fraction("0.3048"), _POUND * _GRAVITY / 
 _FOOT_POUNDS = {"ft*lbf": _FOOT_POUND, "ft*klbf": 1000 * _FOOT_POUND}
 #: forces (N) in which a hook load is read on a rig; a mass in one of them is that of this weight
 _WEIGHTS = {
-    **{"daN": Fraction(10), "kN": Fraction(1000), "lbf": _POUND * _GRAVITY, "klbf": 1000 * _POUND * _GRAVITY},
+    **{"daN": Fraction(10), "kN": Fraction(1000), "MN": Fraction(1000000)},
+    **{"lbf": _POUND * _GRAVITY, "klbf": 1000 * _POUND * _GRAVITY},
     **{"kgf": _GRAVITY, "kp": _GRAVITY, "tf": 1000 * _GRAVITY},
 }
 _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
@@ -62,7 +63,7 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
         "N": 1 / _GRAVITY,
         **{name: x / _GRAVITY for name, x in _WEIGHTS.items()},
     },
-    "N": {"MN": 1e6, **_WEIGHTS, "t": _WEIGHTS["tf"]},
+    "N": {**_WEIGHTS, "t": _WEIGHTS["tf"]},
     "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
     "N*s/m": {"kN*s/m": 1e3},
     "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3, **_FOOT_POUNDS, "lbf*ft": _FOOT_POUND},
