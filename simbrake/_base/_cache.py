@@ -74,7 +74,8 @@ def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
     if isinstance(value, dict):
         return f"{{{','.join(f'{text(key)}:{text(entry)}' for key, entry in value.items())}}}"
     if isinstance(value, np.ndarray | np.generic | jax.Array | jax.ShapeDtypeStruct):
-        return f"{value.dtype}{list(value.shape)}{_digest(value) if static else ''}"
+        digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest() if static else ""
+        return f"{value.dtype}{list(value.shape)}{digest}"
     if isinstance(value, functools.partial):  # those of JAX too
         return f"{name_of(type(value))}{text((value.func, value.args, value.keywords))}"
     if isinstance(value, jax.tree_util.PyTreeDef):
@@ -95,10 +96,6 @@ def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
 
 
 _LEAF = jax.ShapeDtypeStruct((), np.dtype(bool))
-
-
-def _digest(value: Any) -> str:
-    return hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
 
 
 def _name(named: Any, unknown: bool) -> str:

@@ -85,10 +85,6 @@ def run_case(case: Case) -> Check:
         return Check(case.name, case.source, None, case.truth, words, case.tolerance, FAIL)
 
 
-def _error(error: float | str) -> str:
-    return "—" if isinstance(error, str) else f"{error:.1e}"
-
-
 @dataclasses.dataclass(frozen=True, repr=False)
 class AbstractChecks(Tabular, Sequence[Check]):
     """Checks in order, in `checks`; a subclass defines how they are shown and when all passed."""
@@ -119,7 +115,12 @@ class AbstractChecks(Tabular, Sequence[Check]):
         """Some checks as a table, and the messages of those that have one; `truth`: the heading of the truths."""
         columns = [
             *("case", Column("value", heading="simbrake", show=".15g"), Column("truth", heading=truth, show=".15g")),
-            *(Column("error", show=_error), Column("tolerance", show=".1e"), "verdict", "source"),
+            *(
+                Column("error", show=lambda x: "—" if isinstance(x, str) else f"{x:.1e}"),
+                Column("tolerance", show=".1e"),
+                "verdict",
+                "source",
+            ),
         ]
         return [
             Table(columns, [c.as_dict() for c in checks]),

@@ -133,11 +133,14 @@ def sweep(
     faults += faults_of_place("--resume", resume)
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
     scene = faults.attempt(cli.opened, file, set_, rtol, folder=out, **counts)
+    import numpy as np
+
     axes: Any = cli.in_si(scene, "--vary", {path: texts for path, (texts, _) in requested.items()}, faults)
     for path, (texts, count) in requested.items():
         if count and path in axes:
-            axes[path] = _evenly(axes[path][0], axes[path][1], count)
-            if not axes[path]:
+            low, high = axes[path]
+            axes[path] = np.linspace(low, high, count).tolist()
+            if not low < high:
                 faults.add(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT")
     limits = (scene and faults.attempt(cli.limits_of, scene, limit)) or {}
     scene = cli.checked(scene, faults)
@@ -169,13 +172,6 @@ def sweep(
 #: runs, and values of one parameter, at most
 _MOST_RUNS = 100_000_000
 _MOST_VALUES = 1_000_000
-
-
-def _evenly(low: float, high: float, count: int) -> list[float]:
-    """Numbers from the low to the high end; none where these are not in order."""
-    import numpy as np
-
-    return np.linspace(low, high, count).tolist() if low < high else []
 
 
 def _metrics_of(scene: cli.Scene, text: str | None, limits: Iterable[str]) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import math
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -92,7 +92,7 @@ def publish(
     progress.now("compiling")
     program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
-    places = export.places()
+    places, body = export.places(), scene.brake.words.body
     limited, checks = Limited.of(scene, limits, metrics), limit_checks(base, limits)
     data: Data = {
         "program": base64.b64encode(program).decode("ascii"),
@@ -103,9 +103,9 @@ def publish(
         "rows": _ROWS,
         "rtol": rtol,
         "span": _places(export, "initial.time") + _places(export, "end_time"),
-        "metrics": _metrics(metrics, base, limited.limits),
+        "metrics": [*_metrics(metrics, base, limited.limits)],
         "coverage": _coverage(limited, base, checks),
-        "statuses": [_message(scene, status) for status in Status],
+        "statuses": [STATUS_MESSAGES[status].replace("the pulley", f"the {body}") for status in Status],
         "reasons": [f"{reason.id}: {reason.words}" for reason in REASONS],
         "colours": list(COLOURS),
         "ratios": [
@@ -206,23 +206,15 @@ def _coverage(limited: Limited, base: Result, checks: Sequence[LimitCheck]) -> D
     return {"words": " ".join(words), "open": bool(aside or missing)}
 
 
-def _message(scene: Scene, status: Status) -> str:
-    """How a run ended, in the words of its kind of brake."""
-    return STATUS_MESSAGES[status].replace("the pulley", f"the {scene.brake.words.body}")
-
-
-def _metrics(names: Sequence[str], base: Result, limits: Mapping[str, float]) -> list[Data]:
-    """Metrics for the script: words, unit for reading, limit, and whether they decide."""
-    decide = deciding({name: float(measure(base, name)) for name in names})
-    return [{"name": name, **_metric(name, base, limits), "decides": name in decide} for name in names]
-
-
-def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
-    """`limit`: what it may be at most; `small`: a margin that is less is small."""
-    unit = unit_of(name)
-    value = float(measure(base, name))
-    factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
-    limit = limits.get(name)
-    small = 0.0 if limit is None else SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
-    reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
-    return {"words": title_of(name), **reading, "limit": limit, "small": small}
+def _metrics(names: Sequence[str], base: Result, limits: Mapping[str, float]) -> Iterator[Data]:
+    """Metrics for the script: words, unit for reading, and whether they decide; `limit`: what they may be at most,
+    `small`: a margin that is less is small."""
+    values = {name: float(measure(base, name)) for name in names}
+    decide = deciding(values)
+    for name, value in values.items():
+        unit, limit = unit_of(name), limits.get(name)
+        factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
+        reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
+        small = 0.0 if limit is None else SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
+        about = {"name": name, "words": title_of(name), **reading, "limit": limit, "small": small}
+        yield {**about, "decides": name in decide}

@@ -242,7 +242,7 @@ class _Texts:
         """Times of rows; clocks alone go on behind midnight."""
         remarks = [f"{self.names}: {remark}" for remark in remarks]
         if not dated:
-            turns = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY / 2)])
+            turns = np.append(0, np.cumsum(np.diff(seconds) < -_DAY / 2))
             seconds = seconds + _DAY * turns
             if turns[-1]:
                 remarks.append(f"{self.names}: a clock without date that passes midnight {turns[-1]} times")

@@ -144,7 +144,7 @@ class Channel:
         """Rows (k,) in which the value is another one than in the row with a value before: the rest is held."""
         rows = np.flatnonzero(~np.isnan(self.value))
         x = self.value[rows]
-        return rows[np.concatenate([[True], x[1:] != x[:-1]])] if rows.size else rows
+        return rows[np.append(True, x[1:] != x[:-1])] if rows.size else rows
 
     @functools.cached_property
     def interval(self) -> float:
@@ -521,7 +521,7 @@ class _Reading:
         if not steps.any():
             self.fault("", "has the same time in all rows", "time='COLUMN' says which column the time is")
             return None, slice(None)
-        first = np.concatenate([[True], steps > 0])
+        first = np.append(True, steps > 0)
         group = np.cumsum(first) - 1
         starts = seconds[first]
         if spread and self._repeated > 0.5 * steps.size:

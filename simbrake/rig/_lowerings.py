@@ -297,7 +297,7 @@ def course_of(channel: Channel, spacing: float = 0.0) -> Course:
     elif spacing > interval > 0.0:
         # the first row of each `spacing`
         number = np.floor((t[rows] - t[rows[0]]) / spacing + 1e-9)
-        rows = rows[np.concatenate([[True], np.diff(number) > 0])]
+        rows = rows[np.append(True, np.diff(number) > 0)]
         interval = spacing
     return Course(t[rows], x[rows], interval)
 
@@ -717,7 +717,7 @@ class _Works:
         grid = np.union1d(knots, times[(times > knots[0]) & (times < knots[-1])])
         x = self.height.at(grid)
         f = np.interp(grid, times, self.load.value)
-        work = np.concatenate([[0.0], np.cumsum(-0.5 * (f[1:] + f[:-1]) * np.diff(x))])
+        work = np.append(0.0, np.cumsum(-0.5 * (f[1:] + f[:-1]) * np.diff(x)))
         return work[np.searchsorted(grid, knots)]
 
     def _bounds(self, low: Channel, high: Channel) -> tuple[np.ndarray, np.ndarray]:
@@ -733,7 +733,7 @@ class _Works:
         most = np.maximum.reduceat(high_x, rows)[::2]
         ends = [np.where(np.isfinite(x), x, np.nan) * fall for x in (least, most)]
         ends = [np.minimum(*ends), np.maximum(*ends)]
-        return tuple(np.concatenate([[0.0], np.cumsum(np.nan_to_num(x))]) for x in ends)  # pyright: ignore
+        return tuple(np.append(0.0, np.cumsum(np.nan_to_num(x))) for x in ends)  # pyright: ignore
 
     def between(self, a: int, b: int) -> tuple[float, float, float]:
         """Work between two knots, and its interval."""

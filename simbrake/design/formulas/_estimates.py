@@ -42,7 +42,7 @@ class RowTable(Tabular):
         """Description of the brake application, and the inputs."""
         columns = (
             Column("name", left=True),
-            Column("value", show=_of_input),
+            Column("value", show=lambda x: f"{x:.5g}" if isinstance(x, float | int) else ""),
             Column("unit", left=True, show=unit_text),
         )
         inputs = Table([*columns, "source"], self.inputs, "inputs and assumptions")
@@ -73,10 +73,6 @@ def table_of(rows: Sequence[EstimateRow]) -> list[str | Table]:
         if row.why and row.difference:
             reasons.setdefault(row.why, []).append(row.name)
     return [Table(columns, lines), *(f"reason: {why} ({'; '.join(names)})" for why, names in reasons.items())]
-
-
-def _of_input(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float | int) else ""
 
 
 # --- the estimates ---------------------------------------------------------------------------------------------------

@@ -26,12 +26,13 @@ class _Panel(NamedTuple):
     each_level: bool = True
 
 
-def _permissible(rim: RimMaterial, lining: LiningMaterial) -> float:
-    return min(rim.permissible, lining.permissible) - ZERO
-
-
 _PANELS = (
-    _Panel("surface", "maximum surface\ntemperature, °C", lambda T: T - ZERO, _permissible),
+    _Panel(
+        "surface",
+        "maximum surface\ntemperature, °C",
+        lambda T: T - ZERO,
+        lambda *pair: min(part.permissible for part in pair) - ZERO,
+    ),
     _Panel("stress_ratio", "thermal stress\nover allowable (–)", limit=lambda rim, lining: 1.0),
     _Panel("wear", "wear of the linings,\nµm", lambda h: 1e6 * h),
     _Panel("mass", "mass of the rim, kg\n(all levels)", each_level=False),

@@ -455,7 +455,7 @@ def _balance(c: Chain) -> Iterator[EstimateRow]:
     kept = rim and rim.content[-1] * rim.wall.area * rim.wall.copies
     yield EstimateRow("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why, numbers(α=b.share, W=b.heat))
     if run is not None:
-        angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
+        angle = np.append(0.0, np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t)))
         if angle[-1] >= 8 * math.pi:
             end = np.interp(8 * math.pi, angle, run.t)
             time, work = end - run.t[0], np.interp(end, run.t, run.work)

@@ -157,7 +157,7 @@ def _around(brake: Brake, area: Float[np.ndarray, "..."]) -> tuple[Depths, np.nd
     section = np.broadcast_to(np.asarray(brake.linings.angle, float), (n,))[::-1] / (2 * math.pi)
     face = np.broadcast_to(area, (n,))[::-1] / (2 * math.pi * float(brake.pulley.radius) * float(brake.pulley.width))  # pyright: ignore
     face = np.minimum(face, section)
-    start = np.concatenate([[0.0], np.cumsum(section)[:-1]]) + 0.5 * (section - face)
+    start = np.append(0.0, np.cumsum(section)[:-1]) + 0.5 * (section - face)
     edges = np.stack([start, start + face], axis=1).ravel()
     lining = np.stack([np.arange(n)[::-1], np.full(n, -1)], axis=1).ravel()
     gap = np.diff(edges, append=edges[0] + 1.0) > 1e-12
