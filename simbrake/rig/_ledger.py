@@ -10,7 +10,7 @@ from .._base._faults import Issues, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Log
-from ._lowerings import COLUMNS, LOADS, Lowering, Lowerings, column_of, in_seconds, lowerings
+from ._lowerings import COLUMNS, LOADS, Lowering, Lowerings, column_of, counted, in_seconds, lowerings
 
 _GRAVITY = 9.80665  # m/s^2
 #: tension of a rope behind a turning sheave with roller bearings over that before it
@@ -145,7 +145,7 @@ class Ledger(Tabular):
         return (
             f"largest lowering: {_work(dataclasses.asdict(one))} at the hook, {number(one.travel, 'm', count=3)} at up "
             f"to {number(one.top_speed, 'm/s', count=3)}, {when}",
-            f"all {counts['valid']} lowerings: {_work(totals)} at the hook{''.join(drum)}",
+            f"all of {counted(counts['valid'])}: {_work(totals)} at the hook{''.join(drum)}",
             f"load of string or block not decidable: {counts['not_decidable']}; {aside}",
             *lost,
         )

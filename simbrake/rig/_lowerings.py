@@ -142,8 +142,9 @@ class Lowerings(Tabular):
         work, low, high = (sum(getattr(one, name) for one in self.valid) for name in _WORKS)
         flagged = len(self) - len(self.valid)
         total = f"{number(work, 'J', count=4)} ({number(low, 'J', count=4)} to {number(high, 'J', count=4)})"
-        aside = f"; {flagged} more are flagged and left out" if flagged else ""
-        yield f"{len(self.valid)} lowerings, {total} at the hook{aside}"
+        are = "is" if flagged == 1 else "are"
+        aside = f"; {flagged} more {are} flagged and left out" if flagged else ""
+        yield f"{counted(len(self.valid))}, {total} at the hook{aside}"
         yield from self.lost
         kinds = [f"{kind}: {sum(one.kind == kind for one in self.valid)}" for kind in reversed(LOADS)]
         yield f"load {', '.join(kinds)}"
@@ -240,6 +241,10 @@ class Lowerings(Tabular):
                 "guesses": self.log.guesses,
             }
         )
+
+
+def counted(lowerings: int) -> str:
+    return f"{lowerings} lowering" + ("" if lowerings == 1 else "s")
 
 
 def in_seconds(start: str) -> str:

@@ -22,8 +22,8 @@ OWN = {
     ("1/min", "rad/s"): math.pi / 30, ("r/min", "rad/s"): math.pi / 30, ("rev/s", "rad/s"): 2 * math.pi,
     ("rev", "rad"): 2 * math.pi, ("C", "K"): 274.15,
     ("lbf", "kg"): POUND, ("klbf", "kg"): 1e3 * POUND, ("kN", "kg"): 1e3 / G, ("tf", "kg"): 1e3, ("t", "N"): 1e3 * G,
-    ("N", "kg"): 1 / G, ("MN", "kg"): 1e6 / G, ("daN", "kg"): 10 / G, ("kgf", "kg"): 1.0, ("kp", "kg"): 1.0, ("kp", "N"): G,
-    ("Nm", "N*m"): 1.0, ("kNm", "N*m"): 1e3, ("-", "1"): 1.0,
+    ("N", "kg"): 1 / G, ("daN", "kg"): 10 / G, ("kgf", "kg"): 1.0, ("kp", "kg"): 1.0, ("kp", "N"): G,
+    ("MN", "kg"): 1e6 / G, ("Nm", "N*m"): 1.0, ("kNm", "N*m"): 1e3, ("-", "1"): 1.0,
 }  # fmt: skip
 
 
