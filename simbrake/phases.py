@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
 from ._base._faults import Fault, Faults, Issues, input_error
-from ._base._part import Part, as_part, part, positive_quantity, quantity, short_for, whole
+from ._base._part import Part, as_part, part, positive_quantity, quantity, short_for, structural, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
 from .hybrid.arrays import Array, IntScalar, Mark, ScalarArray
@@ -81,7 +81,7 @@ class AtHeight(AbstractEnd):
     """
 
     height: Scalar = quantity("m", "height of the block")
-    rising: bool = struct_field(static=True, default=False)
+    rising: bool = structural(default=False)
 
     @property
     def words(self) -> str:
@@ -99,8 +99,8 @@ class AtTemperature(AbstractEnd):
     """
 
     level: Scalar = positive_quantity("K", "surface temperature")
-    of: str = struct_field(static=True, default="rim")
-    falling: bool = struct_field(static=True, default=False)
+    of: str = structural(default="rim")
+    falling: bool = structural(default=False)
 
     @property
     def words(self) -> str:
@@ -240,11 +240,11 @@ class Phase(Part):
 
     lever: AbstractProfile = part(AbstractProfile)
     until: AbstractEnd = struct_field(converter=as_end, metadata={"part": AbstractEnd})  # pyright: ignore
-    name: str = struct_field(static=True, default="")
-    string_on_hook: bool = struct_field(static=True, default=True)
+    name: str = structural(default="")
+    string_on_hook: bool = structural(default=True)
     motor: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
     auxiliary: Scalar | None = quantity("1", "engagement of auxiliary brakes", 0.0, 1.0, default=None)
-    wants: str = struct_field(static=True, default="")
+    wants: str = structural(default="")
 
     def faults(self, path: str) -> Faults:
         faults = Issues(faults_of_want(self.wants, path))

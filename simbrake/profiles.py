@@ -13,10 +13,10 @@ from jaxtyping import Float, Int, PyTree
 
 from ._base._compiling import per_structure
 from ._base._faults import Fault, Faults, Issues
-from ._base._part import Part, parts_below, positive_quantity, quantity, short_for, takes_values, whole
+from ._base._part import Part, parts_below, positive_quantity, quantity, short_for, structural, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
-from .hybrid.struct import AbstractVar, Struct, struct_field, with_fields
+from .hybrid.struct import AbstractVar, Struct, with_fields
 
 __all__ = [
     "AbstractProfile",
@@ -193,7 +193,7 @@ class Entries(Struct):
 
     numbers: Int[Array, " k"]
     values: Float[Array, " k"]
-    size: int = struct_field(static=True)
+    size: int = structural()
 
     @property
     def shape(self) -> tuple[int]:
@@ -614,7 +614,7 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
         2000.0
     """
 
-    function: Callable[[Any, Any], Any] = struct_field(static=True)
+    function: Callable[[Any, Any], Any] = structural()
     parameters: Any = None
     typical: Scalar = positive_quantity("SI", "typical magnitude of the profile", default=1.0)
     knots: Scalar = quantity("s", "times of corners and jumps", many=Over.ROWS, default=())

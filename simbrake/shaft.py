@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 
 from ._base._faults import Fault, Faults, InputError
-from ._base._part import Part, part, positive_quantity, quantity
+from ._base._part import Part, part, positive_quantity, quantity, structural
 from ._base._quantity import Scalar
 from .hybrid.arrays import Array, TwoArrays
-from .hybrid.struct import AbstractVar, struct_field, with_fields
+from .hybrid.struct import AbstractVar, with_fields
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
 __all__ = [
@@ -99,7 +99,7 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
     max_torque: Scalar = quantity("N*m", "maximum torque under full excitation", low=0.0)
     critical_speed: Scalar = positive_quantity("rad/s", "speed of the maximum torque")
     excitation: AbstractProfile = part(AbstractProfile, "1", default_factory=lambda: Constant(1.0))
-    place: str | None = struct_field(static=True, default=None)
+    place: str | None = structural(default=None)
 
     @property
     def profile(self) -> AbstractProfile:
@@ -129,7 +129,7 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
 
     coefficient: Scalar = quantity("N*m*s^2", "torque per square of the speed, full brake", low=0.0)
     fill: AbstractProfile = part(AbstractProfile, "1", default_factory=lambda: Constant(1.0))
-    place: str | None = struct_field(static=True, default=None)
+    place: str | None = structural(default=None)
 
     @property
     def profile(self) -> AbstractProfile:
@@ -154,7 +154,7 @@ class ViscousDrag(AbstractShaftTorque):
     """
 
     coefficient: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0)
-    place: str | None = struct_field(static=True, default=None)
+    place: str | None = structural(default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
         return self.coefficient * omega
@@ -171,7 +171,7 @@ class BearingFriction(AbstractDryTorque):
     """
 
     friction_torque: Scalar = quantity("N*m", "friction torque of the bearings", low=0.0)
-    place: str | None = struct_field(static=True, default=None)
+    place: str | None = structural(default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
         return jnp.asarray(self.friction_torque)
@@ -231,7 +231,7 @@ class TackleLoss(AbstractDryTorque):
     lowering_efficiency: Scalar | None = positive_quantity(
         "1", "efficiency of the tackle in lowering", high=1.0, default=None, kw_only=True
     )
-    place: str | None = struct_field(static=True, default=None, kw_only=True)
+    place: str | None = structural(default=None, kw_only=True)
     instead: ClassVar[dict[str, str]] = {"efficiency": _TACKLE}
 
     def faults_of_presence(self, path: str) -> Faults:

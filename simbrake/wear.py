@@ -9,12 +9,11 @@ from jaxtyping import Bool, Float
 
 from ._base._corners import greater
 from ._base._faults import Fault, Faults, Issues
-from ._base._part import Part, faults_of_sizes, leaves, part, positive_quantity, quantity, short_for
+from ._base._part import Part, faults_of_sizes, leaves, part, positive_quantity, quantity, short_for, structural
 from ._base._quantity import Over, Scalar
 from .brakes.design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
 from .hybrid.arrays import Array, Floats
-from .hybrid.struct import struct_field
 from .phases import Phases
 from .profiles import AbstractProfile, Piece, Real
 from .thermal.heat import Heat
@@ -190,8 +189,8 @@ class Wear(Part):
     worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, typical=1e-3, default=0.0)
     permissible: Scalar | None = positive_quantity("m", "permissible wear", many=True, default=None)
     thickness: Scalar | None = positive_quantity("m", "thickness of a new lining", default=None)
-    geometry: bool = struct_field(static=True, default=False)
-    heat: bool = struct_field(static=True, default=False)
+    geometry: bool = structural(default=False)
+    heat: bool = structural(default=False)
     take_up_speed: Scalar | None = positive_quantity(
         "m/s", "speed at which the lever takes up slack of the band", default=None
     )

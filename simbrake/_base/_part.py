@@ -60,6 +60,11 @@ def positive_quantity(unit: str, meaning: str, **about: Any) -> Any:
     return quantity(unit, meaning, positive=True, **about)
 
 
+def structural(**about: Any) -> Any:
+    """A field that belongs to the structure of a part: no leaf."""
+    return struct_field(static=True, **about)
+
+
 class _Shown(type):
     """Types that show accepted inputs in a signature; values are checked when the part is made."""
 

@@ -9,11 +9,10 @@ import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
 from .._base._faults import Fault, Faults, Issues
-from .._base._part import Part, faults_of_sizes, positive_quantity
+from .._base._part import Part, faults_of_sizes, positive_quantity, structural
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
 from ..hybrid.arrays import Array, Floats, Vector
-from ..hybrid.struct import struct_field
 from .band import AbstractStiffness, GivenStiffness, lever_split, product, tension_ratio
 from .design import (
     AbstractBandBrake,
@@ -66,7 +65,7 @@ class JoinedFriction(AbstractFriction):
     """
 
     laws: tuple[AbstractFriction, ...]
-    spans: tuple[tuple[int, int], ...] = struct_field(static=True)
+    spans: tuple[tuple[int, int], ...] = structural()
 
     def cut(self, x: T, i: int) -> T:
         """The part of arrays over all linings that belongs to band `i`."""

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from .._base._corners import lesser
 from .._base._faults import Fault, Faults
-from .._base._part import Part, as_part, positive_quantity, quantity, short_for
+from .._base._part import Part, as_part, positive_quantity, quantity, short_for, structural
 from .._base._quantity import Over, Scalar, Values
 from ..hybrid.arrays import Array, Floats, IntScalar, Marks, ScalarArray, TwoArrays, Vector, VectorK
 from ..hybrid.struct import AbstractVar, struct_field
@@ -449,7 +449,7 @@ class LiningsOnPlates(AbstractGeometry):
         "rad", "angle between neighbouring linings", low=0.0, many=Over.ROWS, may_be_empty=True, default=0.0
     )
     linkage: Scalar | None = positive_quantity("N/m", "stiffness of anchor and linkage", default=None)
-    halved_ends: bool = struct_field(static=True, default=False)  # pyright: ignore
+    halved_ends: bool = structural(default=False)  # pyright: ignore
 
     def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         angle = jnp.asarray(angle)

@@ -8,7 +8,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, Faults, Issues, input_error
-from .._base._part import Part, Whole, faults_of_sizes, part, positive_quantity, quantity, takes_values, whole
+from .._base._part import (
+    Part,
+    Whole,
+    faults_of_sizes,
+    part,
+    positive_quantity,
+    quantity,
+    structural,
+    takes_values,
+    whole,
+)
 from .._base._quantity import Over, Scalar, Values, meant_within, positive
 from ..friction import (
     AbstractFriction,
@@ -20,7 +30,7 @@ from ..friction import (
     reads,
 )
 from ..hybrid.arrays import Floats, ScalarArray, Vector, VectorK, numpy_of
-from ..hybrid.struct import AbstractClassVar, AbstractVar, struct_field
+from ..hybrid.struct import AbstractClassVar, AbstractVar
 from .band import AbstractStiffness, ParallelBands, band_torque, grip, product, tension_ratio
 
 
@@ -155,7 +165,7 @@ class Lining(AbstractLinings):
     area: Scalar | None = positive_quantity("m^2", "area of a lining", many=True, default=None)
     mass: Scalar | None = positive_quantity("kg", "mass of a lining and its band", many=True, default=None)
     permissible_pressure: Scalar | None = positive_quantity("Pa", "permissible mean pressure", many=True, default=None)
-    continuous: bool = struct_field(static=True, default=False)
+    continuous: bool = structural(default=False)
 
     def grip(self, f: Values) -> Vector:
         """`(μ_i − 1)/(μ_i + 1)` of the tension ratios `μ_i` of linings that slide with the coefficients `f`."""

@@ -13,7 +13,18 @@ import numpy as np
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError, input_error
-from .._base._part import Numbers, Part, as_arrays, is_traced, leaves, part, parts_below, presence_below, quantity
+from .._base._part import (
+    Numbers,
+    Part,
+    as_arrays,
+    is_traced,
+    leaves,
+    part,
+    parts_below,
+    presence_below,
+    quantity,
+    structural,
+)
 from .._base._quantity import Scalar, meant_within, shown
 from .._base._table import ZERO, number, pretty
 from ..brakes.band import ParallelBands
@@ -30,7 +41,7 @@ from ..brakes.design import (
 )
 from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, remembers
 from ..hybrid.arrays import Array
-from ..hybrid.struct import AbstractClassVar, AbstractVar, struct_field, with_fields
+from ..hybrid.struct import AbstractClassVar, AbstractVar, with_fields
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
 from ..phases import AfterTravel, AtHeight, AtTemperature, Phases, faults_of_want
 from ..profiles import AbstractProfile, FunctionProfile, Piece, faults_of_sign, first_piece
@@ -88,7 +99,7 @@ class Duty(AbstractDuty):
 
     slack_tension: AbstractProfile | Phases = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
-    wants: str = struct_field(static=True, default="")
+    wants: str = structural(default="")
     lever_field: ClassVar[str] = "slack_tension"
 
 
@@ -105,7 +116,7 @@ class ForceDuty(AbstractDuty):
 
     force: AbstractProfile | Phases = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
-    wants: str = struct_field(static=True, default="")
+    wants: str = structural(default="")
     lever_field: ClassVar[str] = "force"
 
 

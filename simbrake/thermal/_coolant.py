@@ -7,10 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Faults, Issues
-from .._base._part import Part, part, positive_quantity, takes_values
+from .._base._part import Part, part, positive_quantity, structural, takes_values
 from .._base._quantity import Quantity, Scalar, Values
 from ..hybrid.arrays import Array
-from ..hybrid.struct import struct_field
 from ..profiles import AbstractProfile, faults_of_sign
 from .materials import ROOM
 from .network import AbstractCoefficient, AbstractLink, Surroundings, Temperatures
@@ -186,7 +185,7 @@ class WaterJacket(AbstractLink):
         2856.6
     """
 
-    a: str = struct_field(static=True)
+    a: str = structural()
     area: Scalar = positive_quantity("m^2", "wetted area")
     flow: AbstractProfile | Any = positive_quantity("m^3/s", "volume flow of the coolant")
     liquid: Liquid = part(Liquid)
@@ -196,7 +195,7 @@ class WaterJacket(AbstractLink):
     section: Scalar | None = positive_quantity("m^2", "section of the channel", default=None)
     diameter: Scalar | None = positive_quantity("m", "hydraulic diameter of the channel", default=None)
     length: Scalar | None = positive_quantity("m", "length of the channel", default=None)
-    b: str = struct_field(static=True, default="water")
+    b: str = structural(default="water")
 
     def rate(self, around: Surroundings) -> Float[Array, ""]:
         """Heat capacity rate `ρ c_p V̇` of the stream (W/K)."""

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._faults import Fault, Faults, Issues, require_share
-from .._base._part import Part, part, positive_quantity, quantity, short_for
+from .._base._part import Part, part, positive_quantity, quantity, short_for, structural
 from .._base._quantity import Over, Scalar, Values
 from .._base._table import number
 from ..hybrid.arrays import Array, Floats
@@ -74,7 +74,7 @@ class PowerShares(Part):
 
     electrical: Scalar = quantity("1", "electrical share of the friction power", 0.0, 1.0, default=0.0)
     mechanical: Scalar = quantity("1", "mechanical share of the friction power", 0.0, 1.0, default=0.0)
-    source: str = struct_field(static=True, default="given")
+    source: str = structural(default="given")
 
     def __check_init__(self) -> None:
         numbers = {"electrical": self.electrical, "mechanical": self.mechanical}
@@ -227,11 +227,11 @@ class FrictionHeat(Part):
         FrictionHeat(metal='rim', lining='lining', partition=ConstantPartition(metal=0.93))
     """
 
-    metal: str | None = struct_field(static=True)
-    lining: str | None = struct_field(static=True)
+    metal: str | None = structural()
+    lining: str | None = structural()
     partition: AbstractPartition = part(AbstractPartition)
-    sensed: str | None = struct_field(static=True, default=None)
-    beyond: str | None = struct_field(static=True, default=None)
+    sensed: str | None = structural(default=None)
+    beyond: str | None = structural(default=None)
     beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", 0.0, 1.0, default=None)
 
     @property
@@ -266,7 +266,7 @@ class FlashTemperature(Part):
     diffusivity: Scalar = positive_quantity("m^2/s", "diffusivity of the body it moves over")
     share: Scalar = quantity("1", "share of the heat that goes into this body", 0.0, 1.0, default=1.0)
     hardness: Scalar | None = positive_quantity("Pa", "pressure on the spots", default=None)
-    slow: bool = struct_field(static=True, default=False)
+    slow: bool = structural(default=False)
 
     def rise(self, q: Array, v: Array) -> Array:
         """`ΔT` (K) for the heat flux `q` (W/m²) at the speed `v` (m/s)."""
@@ -310,9 +310,9 @@ class Heat(Part):
     friction: FrictionHeat | None = None
     sources: tuple[Source, ...] = ()
     flash: FlashTemperature | None = None
-    rim: str | None = struct_field(static=True, default=None)
-    linings: str | None = struct_field(static=True, default=None)
-    band: str | None = struct_field(static=True, default=None)
+    rim: str | None = structural(default=None)
+    linings: str | None = structural(default=None)
+    band: str | None = structural(default=None)
     permissible: Scalar | None = positive_quantity("K", "permissible temperature of the linings", default=None)
     external: FrictionHeat | None = None
     permissible_rim: Scalar | None = positive_quantity("K", "permissible temperature of the rim", default=None)

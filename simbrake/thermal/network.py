@@ -11,10 +11,10 @@ from jaxtyping import Float
 
 from .._base._compiling import per_structure, read_by
 from .._base._faults import Fault, Faults, Issues
-from .._base._part import Part, part, positive_quantity, quantity, whole
+from .._base._part import Part, part, positive_quantity, quantity, structural, whole
 from .._base._quantity import Over, Scalar
 from ..hybrid.arrays import Array, Floats, ScalarArray
-from ..hybrid.struct import AbstractVar, struct_field
+from ..hybrid.struct import AbstractVar
 from ..profiles import AbstractProfile
 from .materials import ROOM, Material, SurfaceLayer
 
@@ -96,10 +96,10 @@ class Conductance(AbstractLink):
         Conductance(a='rim', b='air', value=20 W/K)
     """
 
-    a: str = struct_field(static=True)
-    b: str = struct_field(static=True)
+    a: str = structural()
+    b: str = structural()
     value: Scalar = quantity("W/K", "thermal conductance", low=0.0)
-    opens: bool = struct_field(static=True, default=False)
+    opens: bool = structural(default=False)
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
         return jnp.asarray(self.value)
@@ -171,10 +171,10 @@ class Convection(AbstractLink):
         Convection(a='rim', area=1.6 m², coefficient=25 W/(m²·K))
     """
 
-    a: str = struct_field(static=True)
+    a: str = structural()
     area: Scalar = positive_quantity("m^2", "area of the surface")
     coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0, typical=10.0)
-    b: str = struct_field(static=True, default="air")
+    b: str = structural(default="air")
     covered: Scalar | None = quantity(
         "1", "share covered by linings while they touch the surface", 0.0, 1.0, default=None
     )
@@ -196,10 +196,10 @@ class Radiation(AbstractLink):
         Radiation(a='rim', area=1.6 m², emissivity=0.8)
     """
 
-    a: str = struct_field(static=True)
+    a: str = structural()
     area: Scalar = positive_quantity("m^2", "area of the surface")
     emissivity: Scalar = quantity("1", "emissivity", 0.0, 1.0)
-    b: str = struct_field(static=True, default="air")
+    b: str = structural(default="air")
     covered: Scalar | None = quantity(
         "1", "share covered by linings while they touch the surface", 0.0, 1.0, default=None
     )
@@ -261,11 +261,11 @@ class ThermalContact(AbstractLink):
         ThermalContact(a='rim', b='lining', area=1.2 m², resistance=0.002 m²·K/W)
     """
 
-    a: str = struct_field(static=True)
-    b: str = struct_field(static=True)
+    a: str = structural()
+    b: str = structural()
     area: Scalar = positive_quantity("m^2", "area in contact")
     resistance: Scalar | None = positive_quantity("m^2*K/W", "contact resistance", default=None)
-    opens: bool = struct_field(static=True, default=False)
+    opens: bool = structural(default=False)
     law: AbstractContactLaw | None = part(AbstractContactLaw, default=None)
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
@@ -304,7 +304,7 @@ class Source(Part):
         Source(a='rim', power=2 kW)
     """
 
-    a: str = struct_field(static=True)
+    a: str = structural()
     power: AbstractProfile | Any = quantity("W", "heat flow into the place")
 
 
@@ -322,7 +322,7 @@ class Lump(Part):
         array(313.15)
     """
 
-    name: str = struct_field(static=True)
+    name: str = structural()
     capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=Over.ROWS)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
@@ -338,7 +338,7 @@ class Junction(Part):
         Junction(name='contact')
     """
 
-    name: str = struct_field(static=True)
+    name: str = structural()
     count: int = whole("number of nodes", default=1)
 
 
@@ -350,7 +350,7 @@ class Reservoir(Part):
         Reservoir(name='air', temperature=20 °C)
     """
 
-    name: str = struct_field(static=True)
+    name: str = structural()
     temperature: AbstractProfile | Any = quantity("K", "prescribed temperature", low=0.0, default=ROOM)
     count: ClassVar[int] = 1
 
@@ -373,7 +373,7 @@ class Wall(Part):
         16
     """
 
-    name: str = struct_field(static=True)
+    name: str = structural()
     material: Material
     thickness: Scalar = positive_quantity("m", "thickness of the wall")
     area: Scalar = positive_quantity("m^2", "area of the wall")
@@ -381,7 +381,7 @@ class Wall(Part):
     growth: Scalar = positive_quantity("1", "ratio of neighbouring layers", default=1.0)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     copies: int = whole("number of equal walls", high=10_000, default=1)
-    both: bool = struct_field(static=True, default=False)
+    both: bool = structural(default=False)
     surface_layer: SurfaceLayer | None = None
 
     @property
