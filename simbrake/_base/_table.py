@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, dataclass_transform
 
 import jax
 import numpy as np
@@ -493,6 +493,15 @@ class Table(Sequence[dict[str, Any]]):
     def markdown(self) -> str:
         """The same as a table of Markdown."""
         return self._written("github")
+
+
+_Kind = TypeVar("_Kind")
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
+def frozen(kind: type[_Kind]) -> type[_Kind]:
+    """Decorate a class of results: a dataclass whose fields stay as they are."""
+    return dataclasses.dataclass(frozen=True)(kind)
 
 
 class Tabular(abc.ABC):

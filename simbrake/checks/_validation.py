@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from .._base._table import Column, Table, Tabular
+from .._base._table import Column, Table, Tabular, frozen
 
 PASS, FAIL = "pass", "fail"
 
@@ -36,7 +36,7 @@ class Case(NamedTuple):
 # --- verdicts ---------------------------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Check:
     """A case that was run.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._base._faults import Issues, input_error
 from .._base._retired import answers
-from .._base._table import Column, Table, Tabular, digits, number, plain
+from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
 from ._log import Log
 from ._lowerings import COLUMNS, LOADS, Lowering, Lowerings, column_of, counted, in_seconds, lowerings
 
@@ -42,7 +42,7 @@ def tackle_efficiency(lines: float, sheave: float = _SHEAVE) -> float:
     return lines * (sheave - 1.0) / (sheave * (sheave**lines - 1.0))
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Entry:
     """What one lowering asks of the brakes, in SI units; `None` where the log and the arguments do not say it.
 
@@ -81,7 +81,7 @@ _SUMS = [
 ]
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Ledger(Tabular):
     """Energies of all lowerings of a log, with totals by trip and by day; flagged lowerings are in no total.
 

@@ -12,7 +12,7 @@ import numpy as np
 from .._base._faults import Fault, InputError, Issues
 from .._base._nulls import NULLS, take_nulls, told_as_null
 from .._base._progress import counting
-from .._base._table import Column, Table, Tabular, Unit, digits, plain, unit
+from .._base._table import Column, Table, Tabular, Unit, digits, frozen, plain, unit
 from ._clock import start_of, times_of
 from ._formats import Table as FileTable
 from ._formats import tables_of
@@ -118,7 +118,7 @@ _GAP = 10.0
 _GAP_S = 20.0
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Channel:
     """One column of a log: `value` (n,) at the times `t` (n,) of the rows, NaN where it has none.
 
@@ -198,7 +198,7 @@ class Channel:
         return bool(self.interval > 1.5 * np.median(np.diff(self.t))) if self.t.size > 3 else False
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Log(Tabular):
     """A recording of a rig in SI units: `log["hook_load"].value`, `log["BPOS"].updates`.
 

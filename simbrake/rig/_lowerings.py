@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Issues, input_error
-from .._base._table import Column, Table, Tabular, digits, number, plain
+from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
 from ._log import Channel, Log
 
 #: of the block in a row of the log
@@ -60,7 +60,7 @@ class Level(NamedTuple):
     high: float
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Lowering:
     """One lowering of the hook, in SI units; times are seconds from the first row of the log.
 
@@ -108,7 +108,7 @@ class Gap(NamedTuple):
     rest: bool
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Lowerings(Tabular):
     """Lowerings of a log in the order of time, and the states of the block.
 

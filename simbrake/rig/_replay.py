@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._faults import InputError, input_error
 from .._base._retired import answers
-from .._base._table import Column, Table, Tabular, digits, number, plain
+from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..outputs.metrics import HOT
 from ..outputs.scan import peaks_between
@@ -50,7 +50,7 @@ class Motion(NamedTuple):
     lowering: Lowering | None = None
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Reconstruction:
     """The motion of the drum and the load on the hook that a replay takes from a log.
 
@@ -349,7 +349,7 @@ def _scene_of(
 # --- what it says -----------------------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class ReplayedLowering:
     """One lowering in a replay, SI units; `None` behind the end of a run that failed.
 
@@ -369,7 +369,7 @@ class ReplayedLowering:
     hottest: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Replay(Tabular):
     """A log replayed on a scene: `result` is that of a run as any other, `lowerings` what is in each of them.
 
@@ -673,7 +673,7 @@ class Compared(NamedTuple):
     total: Match
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Comparison(Tabular):
     """Simulated beside recorded height of the block and load of the hook, in the units of the log."""
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._faults import Fault, Issues, input_error
 from .._base._progress import Progress
-from .._base._table import Column, Table, Tabular, plain
+from .._base._table import Column, Table, Tabular, frozen, plain
 from ..parts.scene import Scene
 from ..runs.edit import Inputs, with_values
 from ..runs.simulate import solver_name
@@ -62,7 +62,7 @@ class Outcome(enum.StrEnum):
     NOT_CONVERGED = "not_converged"
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class FixedNumber:
     """A fixed number of the scene that the data do not tell apart from a fitted parameter.
 
@@ -84,7 +84,7 @@ class FixedNumber:
     shift: float
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Parameter:
     """One fitted parameter, in SI units; `path` is `initial.omega@NAME` of one that only the recording NAME has.
 
@@ -108,7 +108,7 @@ class Parameter:
     profile: tuple[float, float] | None = None
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Residuals:
     """Measured and fitted values of one column or event, in SI units; `scaled` is (model − measured)/σ. Of several
     recordings the name is `omega@NAME`."""
@@ -131,7 +131,7 @@ class Residuals:
         return float(np.max(np.abs(self.scaled)))
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class FittedRecording:
     """A recording in a fit: its data, its scene with the start values and with the fitted ones. The name is empty where
     it is the only one."""
@@ -142,7 +142,7 @@ class FittedRecording:
     scene: Scene
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Calibration(Tabular):
     """A fit of a scene's parameters to measured data of one or more recordings.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
-from .._base._table import Table, Tabular, digits, number, plain
+from .._base._table import Table, Tabular, digits, frozen, number, plain
 from ..outputs.duty import DutyKind, rows_of, stops_words, totals
 from ..outputs.judgement import REASONS, SMALL_RESERVE
 from ..outputs.log import failure_of
@@ -64,7 +64,7 @@ class Finding(NamedTuple):
     numbers: dict[str, Any]
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Explanation(Tabular):
     """What happened in a run and why: `findings` in the order in which they are read.
 

@@ -1,6 +1,5 @@
 """Life of the linings in stops: steps of many stops, with the worn brake simulated in each step."""
 
-import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from .._base._faults import Issues, input_error
 from .._base._progress import Progress
-from .._base._table import Column, Table, Tabular, plain
+from .._base._table import Column, Table, Tabular, frozen, plain
 from ..parts.scene import Scene, check_scene, require_scene
 from ..parts.worn import feeds_back, turned_scene
 from ..parts.worn import worn_scene as worn_scene
@@ -34,7 +33,7 @@ class LifeHistory(NamedTuple):
     stopping_time: np.ndarray  # (m,) of the next stop, s; inf where it does not stop
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class LiningLife(Tabular):
     """Stops until the linings are worn.
 

@@ -1,6 +1,5 @@
 """Local sensitivities: derivatives of results with respect to parameters, from one differentiated run."""
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +11,7 @@ from .._base._faults import Fault, InputError, Issues, input_error, nearest
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity, behind
-from .._base._table import Column, Table, Tabular
+from .._base._table import Column, Table, Tabular, frozen
 from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..physics.mechanism import Label
@@ -116,7 +115,7 @@ class Sensitivity(NamedTuple):
     error: float = math.nan
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class SensitivityTable(Tabular):
     """Sensitivities of one metric, the largest elasticity first; `notes` concern the whole run.
 

@@ -3,7 +3,6 @@
 Samples are quasi-random, Latin hypercubes or random; every estimate has its confidence interval.
 """
 
-import dataclasses
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -12,7 +11,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError, Issues
 from .._base._quantity import Quantity, behind
-from .._base._table import Column, Table, Tabular, plain
+from .._base._table import Column, Table, Tabular, frozen, plain
 from ..outputs.judgement import REASONS
 from ..outputs.log import SimulationError
 from ..parts.scene import Scene, faults, require_scene
@@ -333,7 +332,7 @@ def quantile(values: np.ndarray, group: np.ndarray, p: float, confidence: float)
     return Estimate(middle, float(ends[level[0]]), float(ends[level[-1] + 1]))
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Statistics:
     """A metric over the runs that have it: `count` of them, mean, standard deviation, quantiles, extremes, SI units."""
 
@@ -346,7 +345,7 @@ class Statistics:
     greatest: float
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Failure:
     """A failure criterion: number of runs that meet it, and its probability."""
 
@@ -354,7 +353,7 @@ class Failure:
     probability: Estimate
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Uncertainty(Tabular):
     """Result of `uncertainty`; `data` holds every run: sampled parameters, metrics, codes.
 

@@ -12,7 +12,7 @@ from .._base._csv_file import CsvFile
 from .._base._faults import Fault, Issues, nearest
 from .._base._nulls import NULLS
 from .._base._quantity import behind
-from .._base._table import Tabular, Unit, plain
+from .._base._table import Tabular, Unit, frozen, plain
 from ..hybrid.arrays import Array
 from ..outputs.metrics import METRICS
 from ..outputs.quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
@@ -27,7 +27,7 @@ COLUMNS = tuple(name for name in SERIES_COLUMNS if name != "t" and name not in _
 _INDEXED = re.compile(r"^(?P<base>[a-z_]+?)\[(?P<entry>.+)\]$")
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Points:
     """One measured column in SI units: `value` (m,) at the times `t` (m,) with standard deviations `sigma` (m,).
 
@@ -51,7 +51,7 @@ class Points:
         return about_column(self.column).unit
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Single:
     """One measured number of the whole run, in SI units: the time of an event, or any other metric."""
 
@@ -69,7 +69,7 @@ class Single:
         return unit_of(self.metric)
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Measured(Tabular):
     """Measured data of one run, which can be added: `read_measured("speed.csv") + read_measured("events.csv")`.
 

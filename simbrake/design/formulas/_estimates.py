@@ -1,11 +1,10 @@
 """Estimates beside the simulated values: one row, tables of rows, and the estimates of a scene or a run."""
 
-import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
 from ..._base._faults import InputError, input_error
-from ..._base._table import Column, Table, Tabular, plain
+from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...parts.scene import Scene, banded_brake, check_scene
 from ...runs.result import Result
 from ._braking import Braking
@@ -15,7 +14,7 @@ from .inputs import EstimateData, Input, settle
 from .statics import classical_staged_stop, classical_stop
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class RowTable(Tabular):
     """Named rows, their inputs, and a description of the brake application (`about`)."""
 
@@ -78,7 +77,7 @@ def table_of(rows: Sequence[EstimateRow]) -> list[str | Table]:
 # --- the estimates ---------------------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class EngineeringEstimates(RowTable):
     """Classical estimates of a brake from its scene, beside its simulation where there is one.
 

@@ -15,7 +15,7 @@ from ..._base._faults import Issues, input_error
 from ..._base._part import leaves
 from ..._base._progress import counting
 from ..._base._quantity import behind
-from ..._base._table import Column, Table, Tabular, plain
+from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...hybrid.struct import with_value_at
 from ...parts.scene import Scene, band_brake, check_scene
 from ...runs.choice import stiffness
@@ -91,7 +91,7 @@ class Compared(NamedTuple):
         return self.value if self.simulated is None else self.simulated
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Case:
     """One brake application with one pair of materials; `flash`: rise of the spots (K)."""
 
@@ -237,7 +237,7 @@ def greatest_work(case: Case) -> tuple[float, str]:
 # --- the table --------------------------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class EnergyLevel:
     """One duty of a comparison: its label, a title in words, and the friction work (J) of its hardest application.
 
@@ -256,7 +256,7 @@ class EnergyLevel:
         return f"{low} kJ" if low == high else f"{low}…{high} kJ"
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class MaterialRow:
     """One rim and lining material at one energy level.
 

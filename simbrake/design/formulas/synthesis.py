@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._base._faults import Issues, input_error
-from ..._base._table import Table, plain
+from ..._base._table import Table, frozen, plain
 from ...parts.scene import Scene, banded_brake, faults
 from ...runs.measure import LimitVerdict
 from ...runs.result import Result
@@ -137,7 +137,7 @@ def replaced_in(first: Parts) -> tuple[str, ...]:
 # --- the steps --------------------------------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Chain:
     """The brake application of a synthesis: `before` with properties at room temperature, `after` with those of step 7.
 
@@ -566,7 +566,7 @@ def _rows_of(c: Chain) -> Iterator[EstimateRow]:
         yield row._replace(step=len(STEPS), verdict=verdict)
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Synthesis(RowTable):
     """The parametric synthesis of a brake for one brake application: figures of S's twelve steps beside the simulated
     ones.

@@ -3,7 +3,6 @@
 The closed forms take and return NumPy float64: a layout is designed once, not inside a simulation.
 """
 
-import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple, TypeAlias
@@ -17,7 +16,7 @@ from ..._base._compiling import DeviceJit
 from ..._base._faults import Issues
 from ..._base._progress import Progress
 from ..._base._quantity import as_number
-from ..._base._table import Column, Table, Tabular, plain
+from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...brakes.band import running_product
 from ...hybrid.arrays import Array
 from ...hybrid.struct import with_value_at
@@ -68,7 +67,7 @@ class InfeasibleLayout(ValueError):
     """No such layout exists; the message states which limit is exceeded and where."""
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class Layout:
     """`angle` (n,) in rad from the slack to the tight end, `ratio` `Π_k = T_k/T_0` with `k` linings at their limit."""
 
@@ -284,7 +283,7 @@ def validate_request(
     errors.report()
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class LayoutRow:
     """One layout: `angle` (n,) in rad, `area` (n,) in m² or `None`, and every target (n,) by name, with its unit."""
 
@@ -304,7 +303,7 @@ class LayoutRow:
         return plain(vars(self) | {"non_uniformity": self.non_uniformity})
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class LayoutDesign(Tabular):
     """A layout that levels a target: the scene with it, and the layouts it is compared with.
 

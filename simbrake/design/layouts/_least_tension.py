@@ -1,6 +1,5 @@
 """The smallest maximum tension under limits on a run: stopping time, temperatures, or any other metric."""
 
-import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -11,7 +10,7 @@ from jaxtyping import Float
 
 from ..._base._faults import Fault, InputError, Issues
 from ..._base._progress import Progress
-from ..._base._table import Column, Table, Tabular, plain
+from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...hybrid.arrays import Array
 from ...parts.scene import Scene, faults
 from ...runs.measure import check_metrics, measure, unit_of
@@ -43,7 +42,7 @@ class BoundRow(NamedTuple):
     sensitivity: float
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen
 class LeastTension(Tabular):
     """The scene of minimum tension, its objective and its active limits.
 
