@@ -27,7 +27,7 @@ from ..outputs.quantities import SERIES_COLUMNS, series_of
 from ..parts.scene import Scene, checked
 from ..physics.assemble import assemble
 from ..physics.mechanism import BandMode, Label, Mode, events_of_change
-from ..runs.measure import check_metrics, measure, unit_of
+from ..runs.measure import check_metrics, measure_all, unit_of
 from ..runs.simulate import check_limits, method_of, room_for, simulate, solver_of
 from ..runs.stepper import HeldInput, InputShape, held_inputs, step_of_numbers
 from ._c_code import HELPERS, Program, UnknownOperation, literal
@@ -166,7 +166,7 @@ class Export:
     def _whole(self, x: Array) -> tuple[Array, ...]:
         """Metrics of a run, its counts, and the rows of its record."""
         result = simulate(self.like.unpack(x[:-1]), solver=self.solver, rtol=x[-1], max_steps=self.max_steps)
-        values = [jnp.asarray(measure(result, metric), jnp.float64) for metric in self.outputs]
+        values = [jnp.asarray(value, jnp.float64) for value in measure_all(result, self.outputs)]
         record = result.record
         counts = jnp.stack([record.code, record.count, *record.stats]).astype(jnp.int32)
         rows = record.rows

@@ -3,6 +3,9 @@
 Under `vmap` an event of one lane costs all lanes the work of an event. So an attempt that may be more than a plain step
 is left alone until no lane can take a plain step; then all of them are evaluated at once. A lane that waits repeats its
 attempt and decides what it would have decided by itself: a run takes the same steps as a single one.
+
+Greatest values (`extremes`) are followed while a run is integrated: of its steps only those are kept that may have the
+highest turning points.
 """
 
 from typing import NamedTuple
@@ -30,6 +33,7 @@ from ._method import AbstractMethod
 from ._search import Carry
 from ._solve import Record, posed
 from .arrays import Array, Count, Mark, Scalar, State, templates
+from .extremes import Followed, Watched, follow, greatest_of_steps, nothing_followed
 from .system import (
     INSTANT,
     LANDED,
@@ -54,6 +58,7 @@ class Lane(NamedTuple):
     judged: Count
     starts: Float[Array, "row column"]
     kinds: Int[Array, " row"]
+    followed: Followed | None
 
 
 def _plain(a: Attempt) -> Verdict:
@@ -93,7 +98,7 @@ def _runs(p: Problem, c: Carry, used: Count) -> Mark:
     return (c.status == _RUNNING) & (used < p.settings.max_steps)
 
 
-def _advanced(p: Problem, lane: Lane) -> Lane:
+def _advanced(p: Problem, lane: Lane, watched: Watched | None) -> Lane:
     """One attempt of every lane that can continue, or of all that wait."""
     running = _runs(p, lane.carry, lane.used)
     # lanes at their end join those that only evaluate, so that these are sometimes alone
@@ -104,19 +109,29 @@ def _advanced(p: Problem, lane: Lane) -> Lane:
     plain = _pick(running & ~waits, _stepped(c, a, _plain(a), p), lane.carry)
     nothing = jnp.full_like(c.status, SKIPPED)
 
-    def together() -> tuple[Carry, Count]:
+    plainly = running & ~waits & ~restarts & a.accept
+
+    def together() -> tuple[Carry, Count, Mark, Array]:
         v = _judge(p, c, a)
         event = waits & (v.instant | v.land | (v.stop & (a.target < p.t1)))
         new = _pick(event, _jumped(p, c, a, v), _stepped(c, a, v, p))
         kind = jnp.where(v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, STOPPED)).astype(jnp.int32)
-        return _pick(waits, new, plain), jnp.where(event, kind, nothing)
+        stepped = waits & a.accept & ~v.retake & ~v.instant
+        return _pick(waits, new, plain), jnp.where(event, kind, nothing), stepped, jnp.where(event, v.delta, 0.0)
 
     def settled() -> Carry:
         return _pick(restarts, _settled(p, c, a), new)
 
     nobody = anyone(waits) & ~anyone(running & ~waits)
-    new, kind = jax.lax.cond(nobody, together, lambda: (plain, nothing))
+    new, kind, stepped, delta = jax.lax.cond(nobody, together, lambda: (plain, nothing, plainly, jnp.zeros_like(a.h)))
     new = jax.lax.cond(anyone(restarts), settled, lambda: new)
+    followed = lane.followed
+    if watched is not None and followed is not None:
+        # (what an attempt evaluates just after a restart is the start of the next step)
+        begins = restarts & (c.restart_stage == 2)
+        end = watched.watch(a.t1 + delta, a.y1 + delta * a.f1, c.mode, a.f1)
+        row = jnp.concatenate([jnp.stack([c.t, a.h + delta]), c.y, c.mode.astype(c.y.dtype)])
+        followed = follow(followed, watched, end, row, begins, stepped)
     counts = running & ~restarts & (nobody | ~waits)
     # (at the counter that all lanes share, so that there is no scatter; it moves on when they were judged)
     k = lane.judged
@@ -126,21 +141,24 @@ def _advanced(p: Problem, lane: Lane) -> Lane:
         judged=k + nobody.astype(jnp.int32),
         starts=jax.lax.dynamic_update_slice(lane.starts, _row(new)[None], (k + 1, jnp.zeros_like(k))),
         kinds=jax.lax.dynamic_update_slice(lane.kinds, kind[None], (k,)),
+        followed=followed,
     )
 
 
-def _run(p: Problem, y0: State, mode0: Int[Array, " mode"], room: int) -> Lane:
+def _run(p: Problem, y0: State, mode0: Int[Array, " mode"], room: int, watched: Watched | None) -> Lane:
     start, zero = started(p, y0, mode0), jnp.asarray(0, jnp.int32)
     p = p._replace(method=p.method.with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
     row = _row(start)
     # (one row more for the end, one for what is written where no room is left)
     starts = jnp.zeros((room + 2, row.shape[0]), row.dtype).at[0].set(row)
-    begin = Lane(start, zero, zero, starts, jnp.full(room + 2, SKIPPED, jnp.int32))
+    row_of_step = jnp.concatenate([jnp.zeros(2), y0, mode0.astype(y0.dtype)])
+    followed = None if watched is None else nothing_followed(watched, row_of_step)
+    begin = Lane(start, zero, zero, starts, jnp.full(room + 2, SKIPPED, jnp.int32), followed)
 
     def going(lane: Lane) -> Mark:
         return anyone(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
 
-    end = jax.lax.while_loop(going, lambda lane: _advanced(p, lane), begin)
+    end = jax.lax.while_loop(going, lambda lane: _advanced(p, lane, watched), begin)
     place = (end.judged + 1, jnp.zeros_like(end.judged))
     return end._replace(starts=jax.lax.dynamic_update_slice(end.starts, _row(end.carry)[None], place))
 
@@ -154,16 +172,20 @@ def hybridsolve_lane(
     method: AbstractMethod,
     settings: Settings,
     room: int,
-) -> Record:
+    watched: Watched | None = None,
+) -> tuple[Record, Float[Array, " group"] | None]:
     """As `hybridsolve`, to be mapped over many runs by `vmap`; the record has the events alone.
 
     A row begins at the start of the run or where the lanes were judged, and lasts as long as nothing but plain steps
     follow; its `kind` is the event at its end (SKIPPED: nothing in this lane). States inside the rows cannot be
     looked at. `room`: how often lanes may be judged; a run for which it does not suffice ends with the code
-    STEP_LIMIT. Not differentiable.
+    STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well. Not differentiable.
     """
     p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
-    end = _run(p, flat_y0, flat_mode0, room)
+    end = _run(p, flat_y0, flat_mode0, room, watched)
+    tops = None
+    if watched is not None and end.followed is not None:
+        tops = greatest_of_steps(end.followed, watched, p.flat, p.method.rolled(), flat_y0.shape[0])
     ny, nothing = flat_y0.shape[0], jnp.zeros_like(end.starts[:, 0])
     rows = Rows(
         t=end.starts[:, 0],
@@ -176,4 +198,5 @@ def hybridsolve_lane(
     )
     c = end.carry
     code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
-    return Record(system, p.method, *templates(y0, mode0), p.t1, rows, end.judged + 1, code, c.stats)
+    record = Record(system, p.method, *templates(y0, mode0), p.t1, rows, end.judged + 1, code, c.stats)
+    return record, tops

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Float, Int
 
 from . import _thresholds as at
-from .arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, entry, first_least
+from .arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, entry, first_least, numpy_of
 from .system import ravel, unravel
 
 
@@ -113,17 +113,21 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     return jax.lax.fori_loop(0, at.REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
 
 
-def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Guards, Guards, GuardMarks]:
-    """Place, value and existence of a minimum of the cubic Hermite interpolant strictly inside the step."""
+def interior_minimum(
+    g0: Guards, d0: Guards, g1: Guards, d1: Guards, margin: float = at.INSIDE
+) -> tuple[Guards, Guards, GuardMarks]:
+    """Place, value and existence of a minimum of the cubic Hermite interpolant inside the step, more than `margin` (a
+    share of the step) from its ends."""
+    xp = numpy_of(g0)
     c2 = 3 * (g1 - g0) - 2 * d0 - d1
     c3 = 2 * (g0 - g1) + d0 + d1
     discriminant = c2**2 - 3 * c3 * d0
-    root = jnp.sqrt(jnp.maximum(discriminant, 0.0))
+    root = xp.sqrt(xp.maximum(discriminant, 0.0))
     # the same root in the form that does not cancel
-    denominator = jnp.where(c2 >= 0, c2 + root, 3 * c3)
-    s = jnp.where(c2 >= 0, -d0, root - c2) / jnp.where(denominator == 0, 1.0, denominator)
-    exists = (discriminant > 0) & (denominator != 0) & (s > at.INSIDE) & (s < 1 - at.INSIDE)
-    s = jnp.where(exists, s, 0.5)
+    denominator = xp.where(c2 >= 0, c2 + root, 3 * c3)
+    s = xp.where(c2 >= 0, -d0, root - c2) / xp.where(denominator == 0, 1.0, denominator)
+    exists = (discriminant > 0) & (denominator != 0) & (s > margin) & (s < 1 - margin)
+    s = xp.where(exists, s, 0.5)
     return s, ((c3 * s + c2) * s + d0) * s + g0, exists
 
 

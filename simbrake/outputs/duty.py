@@ -16,7 +16,6 @@ from ..physics.mechanism import BandMode, Label
 from .log import Status
 from .metrics import HOT, hook_travel_at_end, stretched
 from .probe import Entry
-from .scan import Scan, peaks_between
 
 #: angles that differ by less than this share of them are the same
 _SAME = 1e-9
@@ -209,9 +208,9 @@ def rows_of(labels: Sequence[Label], turned: Sequence[bool] | np.ndarray) -> lis
     return stops
 
 
-def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan, turned: np.ndarray) -> Table:
-    """The stops of a concrete run; `turned` as in `rows_of`."""
-    stops, states, t = rows_of(labels, turned), record.states, np.asarray(record.rows.t)
+def stops_of(record: Record, scene: Scene, stops: Sequence[Stop], maxima: Mapping[str, np.ndarray]) -> Table:
+    """The stops of a concrete run; `maxima`: by metric, its maximum until the restart after each stop."""
+    states, t = record.states, np.asarray(record.rows.t)
     shares = record.system.grip.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     work = hot * np.sum([np.asarray(column) for column in states.ledger.friction], axis=0)
@@ -219,8 +218,7 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan, 
     travelled = scene.duty.load.travelled(phi)
     if states.hook is not None:
         travelled = travelled + stretched(record.system, states, record.modes)
-    names = [name for name in _HOT if name in scan.wanted.names]
-    tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in stops])
+    names = [name for name in _HOT if name in maxima]
     rows, before = list[dict[str, Any]](), 0
     for i, stop in enumerate(stops):
         angle = float(phi[stop.stop] - phi[stop.start])
@@ -233,7 +231,7 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan, 
                 "angle": angle,
                 **({} if travelled is None else {"travel": float(travelled[stop.stop] - travelled[stop.start])}),  # pyright: ignore
                 "energy": float(work[stop.stop] - work[before]),
-                **{name: float(tops[name][i]) for name in names},
+                **{name: float(maxima[name][i]) for name in names},
             }
         )
         before = stop.stop

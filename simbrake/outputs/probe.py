@@ -1,6 +1,7 @@
 """States and forces of a run at any time, integrals, and the capacity of its brake."""
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
@@ -114,27 +115,82 @@ def tension_before(shown: MechanismOutputs, slack: VectorM) -> Float[Array, "m n
     return numpy_of(slack).concatenate([slack[:, None], shown.tension[:, :-1]], axis=1)
 
 
+class Sight:
+    """Everything algebraic at one instant, each found when it is first read: a program holds what it reads alone.
+
+    Fields are those of `Probe`, without the axis of times.
+    """
+
+    def __init__(self, system: BrakeSystem, t: Array, y: State, mode: Mode) -> None:
+        self._system, self.t, self.y, self.mode = system, t, y, mode
+
+    @functools.cached_property
+    def _variables(self) -> BrakeNow:
+        return self._system.variables(self.t, self.y, self.mode)
+
+    @functools.cached_property
+    def _shown(self) -> tuple[BrakeNow, MechanismOutputs]:
+        return self._system.shown(self.t, self.y, self.mode, self._variables)
+
+    @property
+    def flows(self) -> BrakeNow:
+        return self._shown[0]
+
+    @property
+    def shown(self) -> MechanismOutputs:
+        return self._shown[1]
+
+    @property
+    def margins(self) -> Array:
+        return self._system.mechanism.lining_margins(self.mode, self._variables.contact)
+
+    @functools.cached_property
+    def greater_tension(self) -> Array | None:
+        if self.shown.tension is None:
+            return None
+        shown, slack = jax.tree.map(lambda x: x[None], (self.shown, self.flows.contact.slack_tension))
+        return greater(shown.tension, tension_before(shown, slack))[0]
+
+    @functools.cached_property
+    def surfaces(self) -> dict[str, Array]:
+        return surface_temperatures(self._system, self._variables)
+
+    @functools.cached_property
+    def holding(self) -> TwoArrays:
+        return holding(self._system, self.t, self.y, self.mode)
+
+    @functools.cached_property
+    def hook(self) -> HookNow | None:
+        return hook_of(self._system, self.y, self.mode, self._variables)
+
+    @property
+    def lever_force(self) -> Array | None:
+        lever = self._system.lever
+        return self._variables.lever_tension / lever.gain if isinstance(lever, Lever) else None
+
+    @functools.cached_property
+    def actuator_pressure(self) -> Array | None:
+        return _gauge_pressure(self._system, self.t, self.y, self.mode)
+
+
+class SightOfOne:
+    """A `Sight` with an axis of one time, as functions of a `Probe` take it."""
+
+    def __init__(self, sight: Sight) -> None:
+        self._sight = sight
+
+    def __getattr__(self, name: str) -> Any:
+        return jax.tree.map(lambda x: jnp.asarray(x)[None], getattr(self._sight, name))
+
+
 def seen_at(system: BrakeSystem, t: VectorM, y: State, mode: Mode) -> Probe:
     """Everything algebraic at many times, states and modes."""
 
     def look(t: Array, y: State, mode: Mode) -> PyTree:
-        q, mechanism = system.variables(t, y, mode), system.mechanism
-        hot = surface_temperatures(system, q)
-        return (
-            *system.shown(t, y, mode, q),
-            mechanism.lining_margins(mode, q.contact),
-            hot,
-            holding(system, t, y, mode),
-            hook_of(system, y, mode, q),
-            q.lever_tension / system.lever.gain if isinstance(system.lever, Lever) else None,
-            _gauge_pressure(system, t, y, mode),
-        )
+        sight = Sight(system, t, y, mode)
+        return [getattr(sight, name) for name in Probe._fields[3:]]
 
-    flows, shown, margins, hot, *others = jax.vmap(look)(t, y, mode)
-    most = None
-    if shown.tension is not None:
-        most = greater(shown.tension, tension_before(shown, flows.contact.slack_tension))
-    return Probe(t, y, mode, flows, shown, margins, most, hot, *others)
+    return Probe(t, y, mode, *jax.vmap(look)(t, y, mode))
 
 
 def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Array | None:

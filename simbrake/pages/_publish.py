@@ -26,7 +26,7 @@ from ..runs.measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_ch
 from ..runs.result import Result
 from ..runs.simulate import room_for, simulate
 from ..runs.verdict import RESERVE, SLIDING, SMALL_MARGIN, STILL_MOVING
-from ..studies.evaluating import scans
+from ..studies.evaluating import is_maximum
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event
 from ._page import PICTURES, draw, head, render, template_file
@@ -85,7 +85,7 @@ def publish(
 
     export, text = printed()
     if export.bytes > _MEMORY:
-        left_out = [name for name in metrics if scans(name)]
+        left_out = [name for name in metrics if is_maximum(name)]
         notes.append(f"The run is too long for a page to look into all its steps: {', '.join(left_out)} are left out.")
         metrics = [name for name in metrics if name not in left_out]
         export, text = printed()

@@ -12,7 +12,6 @@ from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..outputs.metrics import HOT
-from ..outputs.scan import peaks_between
 from ..parts.scene import Initial, Scene, require_scene
 from ..phases import Phases
 from ..physics.mechanism import holds
@@ -516,16 +515,16 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
     until = [min(a, end) for a, _ in spans[1:]] + [end]
     heat = np.zeros(0)
     rows = np.zeros((0, 2), int)
-    scan = result.report().scan
     if inside:
         series = result.series(np.concatenate(knots))
         x = np.split(np.asarray(series.hook_position), np.cumsum([t.size for t in knots])[:-1])
         ends = np.array([[a, b] for (a, _), b in zip(inside, until, strict=False)])
         heat = np.diff(np.asarray(result.series(ends.ravel()).friction_heat).reshape(ends.shape))[:, 0]
-        t = np.asarray(scan.record.rows.t)[: int(scan.record.count) + 1]
+        record = result.report()._record
+        t = np.asarray(record.rows.t)[: int(record.count) + 1]
         rows = np.searchsorted(t, ends - 1e-9 * end)
-    names = [name for name in HOT if name in scan.wanted.names]
-    hottest = peaks_between(scan, names, [(int(a), int(b)) for a, b in rows])
+    maxima = result.report().maxima_between([(int(a), int(b)) for a, b in rows]).between
+    hottest = {name: maxima[name] for name in HOT if name in maxima}
     for i, (one, (a, b)) in enumerate(zip(done, spans, strict=True)):
         far = float(np.diff(np.asarray(path.hook.travelled(path.angle_at(np.array([a, b])))))[0])
         work = path.hook_work(a, b)

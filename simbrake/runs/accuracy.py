@@ -246,11 +246,8 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> lis
             u, v = _node_temperatures(a, u), _node_temperatures(b, v)
         if kind.name == "temperature" and finer:
             v = merged(*(thermal_of(scan.record.system).heat for scan in (a, b)), v)  # pyright: ignore
-            faces = (scan.look(*at).tops for scan, at in ((a, (own, place)), (b, (row, share))))
-            u, v = (
-                np.column_stack([T, *(values for name, values in tops.items() if name in HOT)])
-                for T, tops in zip((u, v), faces, strict=True)
-            )
+            faces = (scan.look(*at).hot for scan, at in ((a, (own, place)), (b, (row, share))))
+            u, v = (np.column_stack([T, *hot.values()]) for T, hot in zip((u, v), faces, strict=True))
         apart = np.max(np.abs(u - v), axis=1)
         worst = int(np.argmax(apart))
         largest = float(np.max(np.abs(u)))

@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Annotated, Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int, PyTree
+from jaxtyping import Float, PyTree
 from numpy.polynomial import legendre
 
 from .._base._arguments import explained
@@ -20,9 +19,9 @@ from ..brakes.design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid.arrays import Array, Vector
 from ..hybrid.struct import Struct, struct_field
+from ..outputs.extremes import peak_of_each
 from ..outputs.probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
 from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
-from ..outputs.scan import peak
 from ..parts.scene import band_brake
 from ..physics._brake import BrakeSystem
 from ..physics.heated import thermal_of
@@ -230,15 +229,7 @@ def lining_mean(run: Run, quantity: str, *, over: str = "slip", pair: str = "ext
 
 
 def _peaks(record: Record, pair: str, quantity: str) -> Vector:
-    system = _system(record)
-
-    def of(i: Int[Array, ""]) -> Array:
-        def pick(p: Probe) -> Array:
-            return jnp.take(_each(_seen(record, p, pair), quantity), i[None], axis=1)
-
-        return peak(record, pick).value
-
-    return jax.vmap(of)(jnp.arange(system.grip.linings.count, dtype=jnp.int32))
+    return peak_of_each(record, lambda record, p: _each(_seen(record, p, pair), quantity))
 
 
 _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))

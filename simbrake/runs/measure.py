@@ -17,6 +17,7 @@ from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
 from ..hybrid.arrays import Array
+from ..hybrid.extremes import first_largest
 from ..hybrid.struct import struct_field
 from ..outputs.judgement import Colour
 from ..outputs.metrics import (
@@ -30,12 +31,11 @@ from ..outputs.metrics import (
     values_of_marks,
 )
 from ..outputs.probe import Entry, Number
-from ..outputs.scan import first_largest
 from ..parts.scene import AbstractLimits, Scene, require_scene
 from .linings import lining_peak
 from .report import body_of, hottest_first
 from .report import text as text_of
-from .result import Result
+from .result import Result, greatest_values
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
 Metric = str | Callable[[Result], Any]
@@ -104,6 +104,19 @@ def measure(result: Result, metric: Metric) -> Array:
         return jnp.asarray(result.energy[metric.removeprefix("energy.")])
     value = getattr(result, metric)
     return jnp.asarray(getattr(value, "value", value))
+
+
+def measure_all(result: Result, metrics: Sequence[Metric]) -> list[Array]:
+    """Several numbers of a result; maxima of a traced one from one walk over it."""
+    maxima: Mapping[str, Any] = {}
+    if not result.concrete:
+        is_greatest = [metric for metric in metrics if isinstance(metric, str) and metric in METRICS]
+        maxima = greatest_values(result, tuple(name for name in is_greatest if METRICS[name].greatest))
+
+    def one(metric: Metric) -> Array:
+        return jnp.asarray(maxima[metric].value) if metric in maxima else measure(result, metric)
+
+    return [one(metric) for metric in metrics]
 
 
 def named(result: Result, name: str) -> Any:
@@ -388,7 +401,7 @@ class Limited(NamedTuple):
 def _nearest(result: Result, name: str, value: np.ndarray, limit: Any, unit: str, more: str = "") -> LimitCheck:
     """The lining that is nearest its limit."""
     most = np.broadcast_to(np.asarray(limit), value.shape)
-    [i] = first_largest(value[None] / most)
+    i = int(first_largest(value / most))
     note = f"{result.scene.brake.words.lining} {i + 1}{more}"
     return _judged(result, name, float(most[i]), float(value[i]), unit, note)
 
@@ -412,7 +425,7 @@ def _when(result: Result, summary: Entry, name: str, bound: float, marked: float
         return note
     times = [event["time"] for event in summary["events"] if event["name"] == mark.event]
     often = "" if len(times) < 2 else f", {len(times)} times in all"
-    early = "above it from the start; " if result.report().scan.seen.tops[name][0] > bound else ""
+    early = "above it from the start; " if np.max(result.report().scan.seen.passing[name][0]) > bound else ""
     return (f"first exceeded at {number(min(times), 's')}{often}; " if times else early) + note
 
 

@@ -10,19 +10,23 @@ import numpy as np
 
 from .._base._table import Table, in_rig_units, number, plain
 from ..hybrid import FINISHED, Record
+from ..hybrid.extremes import first_largest
 from ..outputs._wants import holding_rows
 from ..outputs.duty import (
     DutyKind,
+    Stop,
     columns_of,
     counted,
     duty_lines,
     duty_of,
     end_of,
+    rows_of,
     speed_is_led,
     stop_table,
     stops_of,
     words_of,
 )
+from ..outputs.extremes import Maxima
 from ..outputs.judgement import Judgement, held_throughout, judge
 from ..outputs.log import Event, Phase, Stage, Status, absent_stages, event_log, stages_of, with_phases
 from ..outputs.metrics import (
@@ -41,7 +45,7 @@ from ..outputs.metrics import (
     metrics_of,
 )
 from ..outputs.probe import Entry, RunJit, record_of
-from ..outputs.scan import Scan, ScanColumns, Wanted, first_largest, largest_share_of_capacity, peaks
+from ..outputs.scan import Scan, ScanColumns
 from ..outputs.stability import shortage
 from ..parts.scene import plausibility, warnings
 from ..phases import Ended, Phases
@@ -145,8 +149,7 @@ class Report:
     @functools.cached_property
     def scan(self) -> Scan:
         """The run as it was scanned."""
-        names = (name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
-        return Scan(self._record, float(self.result.rtol), Wanted(tuple(names), tuple(self._limits)))
+        return Scan(self._record, float(self.result.rtol), tuple(self._limits))
 
     @functools.cached_property
     def _limits(self) -> dict[str, float]:
@@ -158,13 +161,18 @@ class Report:
         return energies(self._record)
 
     @functools.cached_property
+    def _maxima(self) -> Maxima:
+        """Maximum values over the run, and from each restart to the next."""
+        return self.maxima_between([(stop.start, stop.end) for stop in self._stop_rows])
+
+    def maxima_between(self, spans: Sequence[tuple[int, int]]) -> Maxima:
+        """Maximum values over the run, and between pairs of rows that do not overlap."""
+        return Maxima(self._record, tuple(metrics_of(self.result.scene, greatest=True)), spans)
+
+    @functools.cached_property
     def peaks(self) -> dict[str, Peak]:
         """Maximum values over the run by their names."""
-        scene, maxima = self.result.scene, peaks(self.scan)
-        names = metrics_of(scene, greatest=True)
-        if HOLDING in names:
-            maxima[HOLDING] = largest_share_of_capacity(self.scan)
-        return {name: METRICS[name].of_peak(maxima[name], scene) for name in names}
+        return {name: METRICS[name].of_peak(peak, self.result.scene) for name, peak in self._maxima.whole.items()}
 
     @functools.cached_property
     def holding(self) -> Peak | None:
@@ -248,8 +256,12 @@ class Report:
         return [Event(float(t[i + 1]), "phase_end", phase=lever.ended(int(passed[i]))) for i in ends]
 
     @functools.cached_property
+    def _stop_rows(self) -> list[Stop]:
+        return rows_of(labels_of(self._record), self.turned)
+
+    @functools.cached_property
     def _stops(self) -> Table:
-        return stops_of(self._record, self.result.scene, labels_of(self._record), self.scan, self.turned)
+        return stops_of(self._record, self.result.scene, self._stop_rows, self._maxima.between)
 
     @property
     def stops(self) -> Table:
@@ -395,8 +407,8 @@ class Report:
     def summary(self) -> Entry:
         """What `Result.summary` gives a copy of."""
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
-        count, widths = r.scene.brake.linings.count, self.scan.seen.widths
-        single = [name for name in self.peaks if METRICS[name].of_linings and int(widths[name][0]) == count]
+        count, widths = r.scene.brake.linings.count, self._maxima.widths
+        single = [name for name in self.peaks if METRICS[name].of_linings and widths[name] == count]
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))]
         numbers = metrics | {f"energy.{name}": value for name, value in plain(self._energies).items()}
         said += thick_layers(r.scene, self.scan, self.peaks)
@@ -601,7 +613,7 @@ def _energy(summary: Entry) -> Iterator[str]:
         worn, mean, least = summary["worn_thickness"], m["wear_over_mean"], m["wear_over_least"]
         depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"
         over = "" if least is None else f", {least:.4g} times the least"
-        where = f"{lining} {first_largest(np.asarray([worn]))[0] + 1}"
+        where = f"{lining} {first_largest(np.asarray(worn)) + 1}"
         slid = mean is not None
         yield "wear     " + (
             f"at most {depth} on {where}, {mean:.4g} times the mean{over}" if slid else f"none: no {lining} slid"

@@ -23,9 +23,9 @@ from .._base._table import Table, number
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid.arrays import Array
 from ..loads import Driller
+from ..outputs.extremes import peaks
 from ..outputs.log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
 from ..outputs.metrics import (
-    HOLDING,
     METRICS,
     ByName,
     Metric,
@@ -50,7 +50,6 @@ from ..outputs.probe import (
     terminal_speed,
 )
 from ..outputs.quantities import SERIES_COLUMNS, Series, array_of_times, outside, series_of, times_within
-from ..outputs.scan import peak
 from ..parts.scene import Scene
 from ..phases import AbstractEnd, AfterTravel, AtHeight, AtRest, AtTemperature, Phases
 from ..physics._brake import BrakeSystem, Capacity
@@ -592,6 +591,8 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if not result.concrete:
+        if metric.greatest:
+            return greatest_values(result, (name,))[name]
         return _differentiable(name, metric)(scene.as_run, result.record)
     if metric.energy:
         return result.energy[name.removeprefix("energy.")]
@@ -600,16 +601,34 @@ def _metric(result: Result, name: str) -> Array | Peak:
     return jax.device_put(np.asarray(metric.find(result.record, scene)), run_device())
 
 
+def greatest_values(result: Result, names: tuple[str, ...]) -> dict[str, Peak]:
+    """Metrics that are maxima over a traced run, all from one walk over it."""
+    if not names:
+        return {}
+    found = _differentiable_maxima(names, tuple(map(identity_of, names)))(result.scene.as_run, result.record)
+    return dict(zip(names, found, strict=True))
+
+
 @functools.cache
-def _differentiable(name: str, metric: Metric) -> Callable[[Scene, Record], Array | Peak]:
+def _differentiable_maxima(
+    names: tuple[str, ...], asked: tuple[object, ...]
+) -> Callable[[Scene, Record], tuple[Peak, ...]]:
+    """Maxima of traced runs; `asked`: what a program for them depends on."""
+
+    def find(scene: Scene, record: Record) -> tuple[Peak, ...]:
+        found = [METRICS[name].of_peak(peak, scene) for name, peak in peaks(record, names).items()]
+        return tuple(peak._replace(value=_where_it_happened(peak.value, scene, record)) for peak in found)
+
+    return with_stored_slopes(find, ("maxima", *names)) if asked == names else find
+
+
+@functools.cache
+def _differentiable(name: str, metric: Metric) -> Callable[[Scene, Record], Array]:
     """A metric of traced runs."""
 
-    def find(scene: Scene, record: Record) -> Array | Peak:
+    def find(scene: Scene, record: Record) -> Array:
         if metric.energy:
             return energies(record)[name.removeprefix("energy.")]
-        if metric.greatest:
-            greatest = metric.of_peak(peak(record, metric.find, holding=name == HOLDING), scene)
-            return greatest._replace(value=_where_it_happened(greatest.value, scene, record))
         return _where_it_happened(metric.find(record, scene), scene, record)
 
     return with_stored_slopes(find, ("metric", name)) if isinstance(identity_of(name), str) else find

@@ -47,10 +47,12 @@ from ..hybrid import (
     solve_segment,
 )
 from ..hybrid._lanes import hybridsolve_lane
-from ..hybrid.arrays import Array, VectorK
+from ..hybrid.arrays import Array, VectorK, templates
 from ..hybrid.struct import with_value_at
+from ..hybrid.system import flatten
+from ..outputs.extremes import watched_metrics
 from ..outputs.log import FAILURES, SimulationError
-from ..outputs.metrics import ByName, identity_of
+from ..outputs.metrics import METRICS, ByName, Peak, identity_of
 from ..outputs.probe import Number
 from ..parts.scene import Scene, check_scene, checked
 from ..physics._brake import BrakeSystem, State
@@ -60,7 +62,7 @@ from ..thermal.heat import node_names
 from ..thermal.mesh import finer_values
 from .choice import stiffness
 from .edit import entry_of, fault_of_path, numbers_in_si, with_inputs
-from .measure import Metric, check_metrics, measure, name_of, unit_of
+from .measure import Metric, check_metrics, measure_all, name_of, unit_of
 from .mesh import cuts_of, with_finer_layers
 from .result import Result, RunLimits
 
@@ -497,14 +499,23 @@ def as_method(solver: Solver) -> AbstractMethod:
 _EVENTS = np.asarray(10_000, np.int32)
 
 
-def simulate_lane(scene: Scene, solver: Solver, rtol: Array, max_steps: int, room: int) -> Result:
-    """As `simulate` under `vmap`, with a record of the events alone (see `hybridsolve_lane`), for `room` of them."""
+def simulate_lane(
+    scene: Scene, solver: Solver, rtol: Array, max_steps: int, room: int, names: Sequence[str] = ()
+) -> tuple[Result, dict[str, Array]]:
+    """As `simulate` under `vmap`, with a record of the events alone (see `hybridsolve_lane`), for `room` of them; and
+    the maxima of that name (not of the holding reserve, which only the end of a run decides)."""
     scene = checked(scene)
     longest = np.asarray(np.inf)
     numbers, packing = pack((_marked(scene), rtol, longest, _EVENTS), jnp)
     problem, settings = posed(packing, numbers, max_steps)
-    record = hybridsolve_lane(*problem, method_of(scene, solver), settings, room)
-    return Result(scene, record, rtol, solver_name(solver), RunLimits(longest, _EVENTS, max_steps))
+    system, y0, mode0, *_ = problem
+    watched = watched_metrics(flatten(system, *templates(y0, mode0)), names) if names else None
+    record, tops = hybridsolve_lane(*problem, method_of(scene, solver), settings, room, watched)
+    result = Result(scene, record, rtol, solver_name(solver), RunLimits(longest, _EVENTS, max_steps))
+    if tops is None:
+        return result, {}
+    peaks = zip(names, tops, strict=True)
+    return result, {name: METRICS[name].of_peak(Peak(top, top, top), scene).value for name, top in peaks}
 
 
 # --- prepared once: numbers in, metrics and their derivatives out, without any tracing or checking --------------------
@@ -612,7 +623,7 @@ class Prepared:
         scene, (rtol, max_step) = self._like.unpack(numbers[:-2]), numbers[-2:]
         limits = {"max_step": max_step, "max_steps": max_steps, "max_events": self.max_events}
         result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
-        values = [measure(result, metric) for metric in self._asked]
+        values = measure_all(result, self._asked)
         ends = np.cumsum([0, *(value.size for value in values)]).tolist()
         wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], values, strict=False)]
         self._spans = list(zip(self.metrics, wheres, strict=True))

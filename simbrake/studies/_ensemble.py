@@ -64,7 +64,6 @@ from .evaluating import (
     named_runs,
     own_part,
     run_chunk,
-    scans,
 )
 
 if TYPE_CHECKING:
@@ -435,11 +434,11 @@ class Runs:
         if not self.pool.on_cpu:  # all of a chunk side by side, filled or not
             return min(filled, _MANY)
         low, high = _CHUNKS
-        return min(low, filled) if any(map(scans, self.plan.metrics)) or filled < low else high
+        return min(low, filled) if filled < low else high
 
     def _share(self, count: int, job: Job) -> int:
         """Runs in a chunk of so many: a few chunks for each worker, so that all workers end at about the same time."""
-        if self.plan.chunk is not None or job.scans or not self.pool.on_cpu:
+        if self.plan.chunk is not None or not self.pool.on_cpu:
             return job.size
         return int(np.clip(_power_of_2(count / (self.pool.workers * _SHARES)), job.lanes, job.size))
 

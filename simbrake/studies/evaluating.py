@@ -29,14 +29,13 @@ from .._base._programs import STORE
 from .._base._quantity import Quantity, behind
 from ..hybrid import LANDED, Code, Record, Rodas5P
 from ..hybrid.arrays import Array, numpy_of
-from ..hybrid.struct import with_fields
 from ..outputs.judgement import coded, judge
 from ..outputs.log import FAILURES
-from ..outputs.metrics import METRICS, identity_of, metric_names
+from ..outputs.metrics import HOLDING, METRICS, identity_of, metric_names
 from ..outputs.probe import ends_driven
 from ..parts.scene import Scene, faults, require_scene
 from ..runs.edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
-from ..runs.measure import Metric, measure, name_of
+from ..runs.measure import Metric, measure, measure_all, name_of
 from ..runs.result import Result
 from ..runs.simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
 
@@ -61,8 +60,6 @@ _FINEST = 1e-12
 _LOOSE = 1e-9
 #: runs named in one error
 _NAMED = 5
-#: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
-_SIZES = tuple(64 * 4**i for i in range(8))
 
 
 def _moved(record: Record) -> Array:
@@ -73,10 +70,14 @@ def _moved(record: Record) -> Array:
 
 
 def _sequence(record: Record) -> Array:
-    """A number that runs with the same events in the same order share, of events and time breakpoints."""
+    """A number that runs with the same modes after the same kinds of events in the same order share."""
     xp, rows = numpy_of(record.rows.t), record.rows
-    events = (xp.arange(rows.t.shape[0], dtype=np.int32) < record.count) & (rows.kind >= LANDED)
-    what = (8 * rows.guard + rows.kind + 11).astype(np.uint32) * np.uint32(2654435761)
+    n = rows.t.shape[0]
+    events = (xp.arange(n, dtype=np.int32) < record.count) & (rows.kind >= LANDED)
+    after = xp.concatenate([rows.mode[1:], rows.mode[-1:]]).astype(np.uint32)
+    odd = (2 * np.arange(after.shape[1]) + 1).astype(np.uint32) * np.uint32(2654435761)
+    what = xp.sum(after * odd, axis=1, dtype=np.uint32) + (rows.kind + 11).astype(np.uint32)
+    what = what * np.uint32(2654435761)
     order = xp.cumsum(events).astype(np.uint32) * np.uint32(2246822519) | np.uint32(1)
     mixed = xp.sum(xp.where(events, (what ^ (what >> 15)) * order, 0), dtype=np.uint32)
     return (mixed >> 1).astype(np.int32)
@@ -297,7 +298,7 @@ class Metrics(NamedTuple):
     asked: tuple[Metric, ...]
 
     def __call__(self, result: Result, given: object = None) -> tuple[Array, None]:
-        return jnp.stack([measure(result, one) for one in self.asked]), None
+        return jnp.stack(measure_all(result, self.asked)), None
 
 
 class ProgramKey(NamedTuple):
@@ -473,16 +474,16 @@ class Job(NamedTuple):
     room: int
 
     @property
-    def scans(self) -> bool:
-        """Whether a metric samples all steps of the runs."""
-        return any(map(scans, self.metrics))
+    def recorded(self) -> bool:
+        """Whether a metric looks back at the steps of a run: a user's function, or the holding reserve."""
+        return any(not isinstance(metric, str) or metric == HOLDING for metric in self.metrics)
 
     @property
-    def measured(self) -> tuple[str, ...]:
+    def measured(self) -> tuple[Metric, ...]:
         """Metrics that its program finds: whichever are wanted, all that cost next to nothing, so that there is one
-        program for any of them; of a user's own those wanted alone."""
+        program for any of them; of maxima, and of a user's own, those wanted alone."""
         own = (name for name in default_metrics(self.scene) if isinstance(identity_of(name), str))
-        return tuple(dict.fromkeys([*own, *(m for m in self.metrics if isinstance(m, str) and not scans(m))]))
+        return tuple(dict.fromkeys([*own, *self.metrics]))
 
     @property
     def lanes(self) -> int:
@@ -492,12 +493,12 @@ class Job(NamedTuple):
         the fast memory, and the changes of mode of staged brakes and of single linings are more work side by side.
         """
         brake = self.scene.brake
-        alone = self.scans or isinstance(self.solver, Rodas5P) or brake.in_series or brake.resolved
+        alone = self.recorded or isinstance(self.solver, Rodas5P) or brake.in_series or brake.resolved
         return 1 if alone or self.max_steps > _SHORT else min(LANES, self.size)
 
     def fitting(self) -> "Job":
         """The same with chunks whose records fit."""
-        most = _ROWS // self.max_steps if self.scans else _MANY_ROWS // self.room
+        most = _ROWS // self.max_steps if self.recorded else _MANY_ROWS // self.room
         return self._replace(size=max(1, min(self.size, most)))
 
 
@@ -509,85 +510,67 @@ def limits_of_many(scene: Scene, solver: Solver, max_steps: int | None) -> tuple
     return limits if max_steps or long else (_SHORT, *limits)
 
 
-def scans(metric: Metric) -> bool:
-    """Whether a metric samples every step (maxima), or may do so (functions)."""
-    return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
+def is_maximum(metric: Metric) -> bool:
+    """Whether a metric is a maximum over the run."""
+    return isinstance(metric, str) and metric in METRICS and METRICS[metric].greatest
 
 
 def default_metrics(scene: Scene) -> tuple[str, ...]:
-    """Everything that a scene has but maxima: these look at every step, which costs many times the run."""
-    return tuple(name for name in metric_names(scene) if not scans(name))
+    """Everything that a scene has but maxima, which cost half a run more."""
+    return tuple(name for name in metric_names(scene) if not is_maximum(name))
 
 
-def _integrate(
-    numbers: Array, *, like: Packing, job: Job, names: Sequence[str], lanes: int
-) -> tuple[Array, Result | None]:
-    """Columns of a chunk (names, runs), its first runs by groups of lanes; the runs themselves where a metric looks
-    into all their steps."""
+def _integrate(numbers: Array, *, like: Packing, job: Job, metrics: Sequence[Metric], lanes: int) -> Array:
+    """Columns of a chunk (names, runs), its first runs by groups of lanes."""
     scene, rows, rtol, count = like.unpack(numbers)
+    maxima = tuple(metric for metric in metrics if isinstance(metric, str) and is_maximum(metric))
+    others = [metric for metric in metrics if metric not in maxima]
 
-    def one(x: Array) -> tuple[Array, Result | None]:
+    def one(x: Array) -> Array:
         varied = job.paths(scene, x)
-        if job.scans or lanes == 1:
+        if lanes == 1 or job.recorded:
             result = simulate(varied, solver=job.solver, rtol=rtol, max_steps=job.max_steps)
+            values = measure_all(result, metrics)
         else:
-            result = simulate_lane(varied, job.solver, rtol, job.max_steps, job.room)
-        values = [find(result) for find in ABOUT.values()]
-        values += [measure(result, name) for name in names]
-        return jnp.stack([jnp.asarray(value, jnp.float64) for value in values]), result if job.scans else None
-
-    if job.scans:
-        values, results = jax.lax.map(one, rows) if lanes == 1 else jax.vmap(one)(rows)
-        return values.T, results
+            result, tops = simulate_lane(varied, job.solver, rtol, job.max_steps, job.room, maxima)
+            found = dict(zip(others, measure_all(result, others), strict=True)) | tops
+            values = [found[metric] for metric in metrics]
+        about = [find(result) for find in ABOUT.values()]
+        return jnp.stack([jnp.asarray(value, jnp.float64) for value in (*about, *values)])
 
     def group(i: Array | int) -> Array:
         if lanes == 1:
-            return one(jax.lax.dynamic_index_in_dim(rows, i, keepdims=False))[0][:, None]
-        return jax.vmap(one, out_axes=(1, 0))(jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes))[0]
+            return one(jax.lax.dynamic_index_in_dim(rows, i, keepdims=False))[:, None]
+        return jax.vmap(one, out_axes=1)(jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes))
 
     if lanes == job.size:
-        return group(0), None
+        return group(0)
 
     def body(carry: tuple[Array, Array]) -> tuple[Array, Array]:
         i, table = carry
         return i + 1, jax.lax.dynamic_update_slice_in_dim(table, group(i), i * lanes, 1)
 
-    begin = jnp.asarray(0, jnp.int32), jnp.zeros((len(ABOUT) + len(names), job.size))
-    return jax.lax.while_loop(lambda carry: carry[0] * lanes < count, body, begin)[1], None
-
-
-@functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes"))
-def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int) -> dict[str, Any]:
-    """Metrics that sample all steps of a batch of results, of which the first `size` rows are used."""
-    rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
-    result = dataclasses.replace(result, record=with_fields(result.record, rows=rows))
-
-    def heavy(one: Result) -> dict[str, Any]:
-        return {name_of(m): measure(one, m) for m in metrics if scans(m)}
-
-    # a scan looks at every step several times: a few runs at once are enough work, and all would take gigabytes
-    return jax.lax.map(heavy, result, batch_size=lanes)
+    begin = jnp.asarray(0, jnp.int32), jnp.zeros((len(ABOUT) + len(metrics), job.size))
+    return jax.lax.while_loop(lambda carry: carry[0] * lanes < count, body, begin)[1]
 
 
 def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program:
     """The compiled integration of a chunk with this layout of parameters; one thread compiles, the others wait.
 
     On a CPU groups of lanes follow one another: more than a few dozen lanes gain nothing there, and wait for the
-    slowest of more runs. Runs that are recorded as a whole follow one another, if XLA can make one function of it: side
-    by side every step that is an event for one of them would cost all of them the work of an event.
+    slowest of more runs.
     """
 
     def make() -> Program:
-        # the parameters of the scene are in the vector: a cached program holds none of them
-        run = functools.partial(_integrate, like=like, job=job._replace(scene=None), names=names)  # pyright: ignore
         lanes = job.lanes if device.platform == "cpu" else job.size
-        first = functools.partial(run, lanes=lanes)
-        second = functools.partial(run, lanes=job.size) if job.scans else first
-        subject = ("chunk", like, job.paths, [*map(identity_of, names)], job.scans, job.solver, *job[5:], lanes)
-        return compiled(first, numbers, otherwise=second, device=device, subject=subject)
+        # the parameters of the scene are in the vector: a cached program holds none of them
+        without = job._replace(scene=None)  # pyright: ignore
+        run = functools.partial(_integrate, like=like, job=without, metrics=metrics, lanes=lanes)
+        subject = ("chunk", like, job.paths, [*map(identity_of, metrics)], job.solver, *job[5:], lanes)
+        return compiled(run, numbers, device=device, subject=subject)
 
-    names = job.measured
-    return STORE.get((_integrate, like, job.paths, names, job.scans, job.solver, *job[5:], device), make)
+    metrics = job.measured
+    return STORE.get((_integrate, like, job.paths, metrics, job.solver, *job[5:], device), make)
 
 
 def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
@@ -603,17 +586,10 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     filled = rows[np.minimum(np.arange(job.size), count - 1)]
     numbers, like = pack((job.scene, filled, job.rtol, np.asarray(count, np.int32)))
     with jax.default_device(device):
-        table, result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
-        heavy: dict[str, Any] = {}
-        if result is not None:
-            used = int(np.max(np.asarray(result.record.count))) + 1
-            kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
-            lanes = 1 if device.platform == "cpu" else 16
-            heavy = jax.block_until_ready(_scanner(result, metrics=job.metrics, size=kept, lanes=lanes))
-    columns = dict(zip([*ABOUT, *job.measured], np.asarray(table)[:, :count], strict=True))
-    columns = {name: column for name, column in columns.items() if name in ABOUT or name in job.metrics}
-    columns = _typed(columns)
-    columns |= {name: np.asarray(value)[:count] for name, value in jax.device_get(heavy).items()}
+        table = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
+    asked = list(map(name_of, job.metrics))
+    columns = dict(zip([*ABOUT, *map(name_of, job.measured)], np.asarray(table)[:, :count], strict=True))
+    columns = _typed({name: column for name, column in columns.items() if name in ABOUT or name in asked})
     return columns | {"method": np.full(count, solver_name(job.solver), dtype="<U32")}
 
 

@@ -1,0 +1,478 @@
+"""Greatest values of quantities over a recorded run.
+
+Where a quantity is greatest inside a step, its rate changes from + to −. Values and rates at both ends of every row, on
+both sides of each event, tell where that may be: at a maximum of the cubic through them. There the zero of the rate is
+found on partial steps of the method itself. No step of the run changes, and a maximum is as exact as the run.
+"""
+
+import itertools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int, PyTree
+
+from ._method import AbstractMethod
+from ._search import interior_minimum
+from ._solve import Record
+from .arrays import Array, Count, Mark, Scalar, State, TwoArrays, numpy_of
+from .system import ADVANCED, SKIPPED, Flat
+
+#: values (k,) of quantities and their rates at a time, a flat state and a flat mode, with the rates of the state
+Watch = Callable[[Scalar, State, Int[Array, " mode"], State], TwoArrays]
+
+#: a value that exceeds another by less than this share is no new maximum: the difference is rounding
+SAME = 1e-13
+#: turning points whose places (shares of the step) and values (share) differ by less are one
+_ONE_TURN = 1e-9
+#: a look that moves the place by less than this share of the step is the last: the next would by about its square
+_FOUND = 1e-6
+#: looks at one turning point at most: two or three are the rule; a corner inside the step takes bisections, every
+#: second look from the sixth on
+_LOOKS, _BISECTS = 40, 6
+#: the cubic tells the place only where values differ by more than this share: 10⁴ roundings
+_CLEAR = 4e-12
+#: entries that differ by less than this share of the largest are equal
+_EQUAL = 1e-12
+#: below every value
+_NOTHING = -1e300
+
+
+class Watched(NamedTuple):
+    """Quantities (k,) whose greatest values are wanted.
+
+    - `groups`: how many of them, in their order, each maximum is of
+    """
+
+    watch: Watch
+    groups: tuple[int, ...]
+
+
+class Extremes(NamedTuple):
+    """Greatest values, (groups,) each; `value`: −10³⁰⁰ where nothing counts.
+
+    - `row` of the record that has it, the `share` of the time to the next row, and the `entry` of the group
+    """
+
+    value: Float[Array, "*spans group"]
+    row: Int[Array, "*spans group"]
+    share: Float[Array, "*spans group"]
+    entry: Int[Array, "*spans group"]
+
+
+def first_largest(values: Float[Array, "*rows n"]) -> Int[Array, "*rows"]:
+    """The first entry of each row that is the largest but for rounding."""
+    xp = numpy_of(values)
+    top = xp.max(values, axis=-1, keepdims=True)
+    return xp.argmax(values >= top - _EQUAL * xp.abs(top), axis=-1).astype(np.int32)
+
+
+class _Turns(NamedTuple):
+    """Turning points of the quantities (k,) inside a row, and the one that is looked at; of many rows (rows, k).
+
+    - `place`: estimated share of the step;  `bound`: what the value there hardly exceeds;  `left`: not looked at yet
+    - `entry`: of which quantity, −1: of none;  `share`: the next place to look at;  `looks` so far
+    - `low`, `high`, `before`: place, value and rate at the ends of the bracket, and at the look before
+    """
+
+    place: Float[Array, "*rows k"]
+    bound: Float[Array, "*rows k"]
+    left: Bool[Array, "*rows k"]
+    entry: Int[Array, "*rows"]
+    share: Float[Array, "*rows"]
+    looks: Int[Array, "*rows"]
+    low: Float[Array, "*rows 3"]
+    high: Float[Array, "*rows 3"]
+    before: Float[Array, "*rows 3"]
+
+
+class _Visit(NamedTuple):
+    """A row that is looked at: at its start, its end, then at one turning point after the other."""
+
+    looks: Count
+    best: Extremes  # (group,)
+    start: TwoArrays  # values and rates (k,)
+    end: TwoArrays
+    turns: _Turns
+
+
+def greatest(record: Record, watched: Watched, counts: Int[Array, "row group"] | None = None) -> Extremes:
+    """Greatest values of quantities over a traced run, in one walk over its rows.
+
+    - `counts`: by row and group 0 where nothing counts, 1 where the start of the row alone does, 2 all of it
+
+    Of equal values the first counts. A quantity that turns twice inside a step, so that its rates at both ends do not
+    show it, is seen at the ends alone, as a guard is. Not differentiable: the value at `row` and `share` is.
+    """
+    rows, groups = record.rows, len(watched.groups)
+    visit = _visitor(record, watched, counts)
+
+    def next_row(loop: tuple) -> tuple:
+        i, *found = loop
+
+        def visited() -> tuple:
+            return *visit(i, *found), rows.kind[i] == ADVANCED
+
+        return i + 1, *jax.lax.cond(rows.kind[i] == SKIPPED, lambda: tuple(found), visited)
+
+    nothing, zero = jnp.full(sum(watched.groups), _NOTHING), jnp.zeros(groups, jnp.int32)
+    best = Extremes(jnp.full(groups, _NOTHING), zero, jnp.zeros(groups), zero)
+    begin = jnp.asarray(0, jnp.int32), best, (nothing, nothing), jnp.asarray(False)
+    return jax.lax.while_loop(lambda loop: loop[0] < record.count, next_row, begin)[1]
+
+
+def _visitor(
+    record: Record, watched: Watched, counts: Int[Array, "row group"] | None
+) -> Callable[[Count, Extremes, TwoArrays, Mark], tuple[Extremes, TwoArrays]]:
+    """`visit(row, best, start, known)`: maxima with those of a row, and values and rates at its end; `known`: whether
+    `start` are those at its start."""
+    rows, flat, method = record.rows, record.flat, record.method.rolled()
+    watch, groups = watched
+    group_of = np.repeat(np.arange(len(groups)), groups)
+    ends = np.cumsum([0, *groups]).tolist()
+
+    def visit(i: Count, best: Extremes, start: TwoArrays, known: Mark) -> tuple[Extremes, TwoArrays]:
+        t0, mode = rows.t[i], rows.mode[i]
+        h = rows.t[i + 1] - t0
+
+        def rhs(t: Scalar, y: State) -> State:
+            return flat.rhs(t, y, mode)
+
+        def look(share: Scalar) -> TwoArrays:
+            # (behind an event the next row begins after its jump)
+            at_next = (share == 1.0) & (rows.kind[i] == ADVANCED)
+            which = jnp.where(share == 0.0, 0, jnp.where(at_next, 1, 2))
+            t = t0 + share * h
+
+            def inside() -> State:
+                return method.state_after(rhs, t0, rows.y[i], share * h)
+
+            y = jax.lax.switch(which, [lambda: rows.y[i], lambda: rows.y[i + 1], inside])
+            return watch(t, y, mode, rhs(t, y))
+
+        def tops_of(q: Array) -> Array:
+            return jnp.stack([jnp.max(q[a:b]) for a, b in itertools.pairwise(ends)])
+
+        def with_values(best: Extremes, q: Array, share: Scalar, whole: Count) -> Extremes:
+            top = tops_of(q)
+            entry = jnp.stack([first_largest(q[a:b]) for a, b in itertools.pairwise(ends)])
+            if counts is not None:
+                top = jnp.where(counts[i] >= whole, top, -jnp.inf)
+            new = top > best.value + SAME * jnp.abs(best.value)
+            return _chosen(new, Extremes(top, jnp.full_like(best.row, i), jnp.full_like(top, share), entry), best)
+
+        def next_look(v: _Visit) -> _Visit:
+            share = jnp.where(v.looks == 0, 0.0, jnp.where(v.looks == 1, 1.0, v.turns.share))
+            q, r = look(share)
+            best = with_values(v.best, q, share, jnp.where(v.looks == 0, 1, 2))
+            new = v._replace(looks=v.looks + 1, best=best)
+
+            def at_an_end() -> _Visit:
+                begun, ended = new._replace(start=(q, r)), new._replace(end=(q, r))
+                turns = _next_turn(_turns(v.start, (q, r), h), best.value[group_of], v.start, (q, r))
+                return _chosen(v.looks == 0, begun, ended._replace(turns=turns))
+
+            def inside() -> _Visit:
+                turns = _narrowed(v.turns, q, r, h)
+                done = turns.looks >= _LOOKS
+                # (an earlier look may be as high but for rounding)
+                inside = (best.row == i) & (best.share > 0) & (best.share < 1)
+                here = done & inside & (tops_of(q) >= best.value - 2 * SAME * jnp.abs(best.value))
+                found = best._replace(share=jnp.where(here, turns.share, best.share))
+                following = _next_turn(turns, best.value[group_of], v.start, v.end)
+                return new._replace(best=found, turns=_chosen(done, following, turns))
+
+            return jax.lax.cond(v.looks < 2, at_an_end, inside)
+
+        def goes_on(v: _Visit) -> Mark:
+            return (v.looks < 1) | ((h > 0) & ((v.looks < 2) | (v.turns.entry >= 0)))
+
+        # (the end of the row before it may not have counted)
+        if counts is not None:
+            best = _chosen(known, with_values(best, start[0], jnp.zeros(()), jnp.asarray(1)), best)
+        first = jnp.where(known, 1, 0).astype(jnp.int32)
+        visited = jax.lax.while_loop(goes_on, next_look, _Visit(first, best, start, start, _turns(start, start, h)))
+        return visited.best, visited.end
+
+    return visit
+
+
+def _chosen(mark: Array, new: PyTree, old: PyTree) -> PyTree:
+    """Of two trees the one by a mark for each row, `(*rows)`."""
+    xp = numpy_of(mark)
+
+    def one(x: Array, y: Array) -> Array:
+        return xp.where(xp.reshape(mark, (*mark.shape, *(1,) * (x.ndim - mark.ndim))), x, y)
+
+    return jax.tree.map(one, new, old)
+
+
+# --- turning points, of one row or of many: (*rows, k) ----------------------------------------------------------------
+
+
+def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
+    """Turning points of quantities with these values and rates at the ends of rows; none is looked at yet."""
+    (q0, r0), (q1, r1) = start, end
+    xp, h = numpy_of(q0), h[..., None]
+    place, least, exists = interior_minimum(-q0, -h * r0, -q1, -h * r1, 0.0)
+    edge = xp.maximum(q0, q1)
+    rise = xp.where(exists, xp.maximum(-least - edge, 0.0), 0.0)
+    turns = (r0 > 0) & (r1 < 0)
+    # the cubic is an estimate: the value may rise by as much again; between two slopes it stays below both tangents
+    tangents = q0 + r0 * (q1 - q0 - h * r1) / xp.where(turns, r0 - r1, 1.0)
+    bound = xp.maximum(edge + 2 * rise, xp.where(turns, tangents, edge))
+    left = (rise > 0) | turns
+    rows = q0.shape[:-1]
+    none, zero = xp.zeros((*rows, 3)), xp.zeros(rows, np.int32)
+    return _Turns(place, bound, left, zero - 1, xp.zeros(rows), zero, none, none, none)
+
+
+def _of_entry(x: Array, place: Array) -> Array:
+    """Of each row the entry at its place."""
+    return numpy_of(x).take_along_axis(x, place[..., None], axis=-1)[..., 0]
+
+
+def _next_turn(turns: _Turns, best: Float[Array, "*rows k"], start: TwoArrays, end: TwoArrays) -> _Turns:
+    """The turning point that may be the highest of those left that may exceed the `best` of their group."""
+    xp = numpy_of(best)
+    left = turns.left & (turns.bound > best + SAME * xp.abs(best))
+    entry = xp.argmax(xp.where(left, turns.bound, -xp.inf), axis=-1).astype(np.int32)
+    place, bound = _of_entry(turns.place, entry), _of_entry(turns.bound, entry)
+    near = xp.abs(turns.place - place[..., None]) <= _ONE_TURN
+    as_high = xp.abs(turns.bound - bound[..., None]) <= _ONE_TURN * xp.abs(bound[..., None])
+    of_entry = xp.arange(left.shape[-1], dtype=np.int32) == entry[..., None]
+    zero = xp.zeros_like(place)
+    return turns._replace(
+        left=left & ~(near & as_high) & ~of_entry,
+        entry=xp.where(xp.any(left, axis=-1), entry, np.int32(-1)),
+        share=place,
+        looks=xp.zeros_like(turns.looks),
+        low=xp.stack([zero, *(_of_entry(x, entry) for x in start)], axis=-1),
+        high=xp.stack([zero + 1, *(_of_entry(x, entry) for x in end)], axis=-1),
+    )
+
+
+def _narrowed(turns: _Turns, q: Array, r: Array, h: Array) -> _Turns:
+    """After a look at `share`: the bracket by the sign of the rate, and the next place in it; `looks` is at its limit
+    where that is the last."""
+    xp = numpy_of(q)
+    here = xp.stack([turns.share, _of_entry(q, turns.entry), _of_entry(r, turns.entry)], axis=-1)
+    rises = here[..., 2:] > 0
+    low, high = xp.where(rises, here, turns.low), xp.where(rises, turns.high, here)
+    (a, q0, r0), (b, q1, r1) = (xp.moveaxis(end, -1, 0) for end in (low, high))
+    width, looks = b - a, turns.looks + 1
+    d0, d1 = h * width * r0, h * width * r1
+    s, _, exists = interior_minimum(-q0, -d0, -q1, -d1, 0.0)
+    clear = xp.minimum(xp.abs(d0), xp.abs(d1)) > _CLEAR * xp.maximum(xp.abs(q0), xp.abs(q1))
+    line = r0 / xp.where(r0 == r1, 1.0, r0 - r1)
+    s = xp.where(exists & clear, s, xp.where((line > 0) & (line < 1), line, 0.5))
+    share = a + s * width
+    # the zero of the line through the rates of the last two looks is nearer, once these are
+    change = here[..., 2] - turns.before[..., 2]
+    step = here[..., 2] * (turns.share - turns.before[..., 0]) / xp.where(change == 0, 1.0, change)
+    nearer = turns.share - step
+    share = xp.where((turns.looks > 0) & (change != 0) & (nearer > a) & (nearer < b), nearer, share)
+    share = xp.where((looks >= _BISECTS) & (looks % 2 == 1), a + 0.5 * width, share)
+    # where what is left has no turning point the estimate was wrong
+    turns_there = exists | ((r0 > 0) & (r1 < 0))
+    share = xp.where(turns_there, share, turns.share)
+    last = xp.abs(share - turns.share) <= _FOUND
+    looks = xp.where(last, np.int32(_LOOKS), looks).astype(np.int32)
+    return turns._replace(share=share, looks=looks, low=low, high=high, before=here)
+
+
+# --- of a concrete run, all of whose rows are looked at together ------------------------------------------------------
+
+
+def greatest_of_rows(
+    record: Record,
+    look: Callable[[Array, Array], tuple[list[Array], list[Array]]],
+    counts: Int[Array, "row group"] | None = None,
+    span: Int[Array, " row"] | None = None,
+    spans: int = 1,
+) -> Extremes:
+    """As `greatest`, of a compact record outside of jit: (spans, group) each.
+
+    - `look`: of rows and shares of their steps (m,) values and rates of all quantities, by group (m, n) each
+    - `span`: to which of so many `spans` each row belongs; each span has maxima of its own
+    """
+    rows, count = record.rows, max(int(record.count), 1)
+    index, h = np.arange(count, dtype=np.int32), np.diff(rows.t[: count + 1])
+    span_of = np.zeros(count, np.int32) if span is None else span
+    at_start = look(index, np.zeros(count))
+    sizes = [values.shape[1] for values in at_start[0]]
+    groups, ends = range(len(sizes)), np.cumsum([0, *sizes])
+    group_of = np.repeat(groups, sizes)
+    shape = (spans, len(sizes))
+    rows_and_entries = np.zeros(shape, np.int32), np.zeros(shape), np.zeros(shape, np.int32)
+    best = Extremes(np.full(shape, _NOTHING), *rows_and_entries)
+
+    def joined(parts: tuple[list[Array], list[Array]]) -> tuple[np.ndarray, ...]:
+        return tuple(np.concatenate(part, axis=1) for part in parts)
+
+    def take(which: np.ndarray, share: np.ndarray, q: np.ndarray, whole: int) -> None:
+        """Takes what is seen in rows into the maxima, the earlier rows first."""
+        top = np.maximum.reduceat(q, ends[:-1], axis=1)
+        if counts is not None:
+            top = np.where(counts[which] >= whole, top, -np.inf)
+        for s in np.unique(span_of[which]):
+            some = np.flatnonzero(span_of[which] == s)
+            for g in groups:
+                value = best.value[s, g]
+                most = np.max(top[some, g])
+                if most > value + SAME * abs(value):
+                    first = some[np.argmax(top[some, g] >= most - SAME * abs(most))]
+                    entry = first_largest(q[first, ends[g] : ends[g + 1]])
+                    new = top[first, g], which[first], share[first], entry
+                    for column, number in zip(best, new, strict=True):
+                        column[s, g] = number
+
+    start = joined(at_start)
+    end = tuple(np.concatenate([column[1:], column[-1:]]) for column in start)
+    apart = np.flatnonzero((rows.kind[:count] != ADVANCED) & (h > 0))
+    if apart.size:
+        for column, seen in zip(end, joined(look(apart, np.ones(len(apart)))), strict=True):
+            column[apart] = seen
+    lasts = np.flatnonzero(h > 0)
+    take(index, np.zeros(count), start[0], 1)
+    take(lasts, np.ones(len(lasts)), end[0][lasts], 2)
+    start, end = (tuple(column[lasts] for column in ends) for ends in (start, end))
+    index, h, span_of_last = index[lasts], h[lasts], span_of[lasts]
+
+    def following(turns: _Turns) -> _Turns:
+        return _next_turn(turns, best.value[span_of_last][:, group_of], start, end)
+
+    turns = following(_turns(start, end, h))
+    while (some := np.flatnonzero(turns.entry >= 0)).size:
+        share = turns.share[some]
+        q, r = joined(look(index[some], share))
+        take(index[some], share, q, 2)
+        narrowed = _narrowed(jax.tree.map(lambda column: column[some], turns), q, r, h[some])
+        for column, new in zip(turns, narrowed, strict=True):
+            column[some] = new
+        done = np.zeros(len(index), bool)
+        done[some] = narrowed.looks >= _LOOKS
+        tops = np.maximum.reduceat(q, ends[:-1], axis=1)
+        for j in np.flatnonzero(done[some]):
+            # (an earlier look may be as high but for rounding)
+            inside = (best.row == index[some[j]]) & (best.share > 0) & (best.share < 1)
+            here = inside & (tops[j] >= best.value - 2 * SAME * np.abs(best.value))
+            best.share[here] = narrowed.share[j]
+        turns = _chosen(done, following(turns), turns)
+    return best
+
+
+# --- of a run that is not recorded: its steps are followed as they are made -------------------------------------------
+
+#: steps that are kept for each maximum: of nearly equal swings the cubic alone does not tell the highest
+_KEPT = 4
+
+
+class Followed(NamedTuple):
+    """Greatest values so far, and steps that may have higher ones inside.
+
+    - `start`: values and rates (k,) where the next step begins;  `best` (group,): greatest values at ends of steps
+    - of the steps that are kept, (4, group) each: `bound`, the `entry` of the group that may reach it, its `place` and
+      its bracket (`low`, `high`); `step`: time, length, state and mode
+    """
+
+    start: TwoArrays
+    best: Float[Array, " group"]
+    bound: Float[Array, "kept group"]
+    entry: Int[Array, "kept group"]
+    place: Float[Array, "kept group"]
+    low: Float[Array, "kept group 3"]
+    high: Float[Array, "kept group 3"]
+    step: Float[Array, "kept group column"]
+
+
+def nothing_followed(watched: Watched, step: Array) -> Followed:
+    """At the start of a run; `step`: any time, length, state and mode in one vector."""
+    kept = (_KEPT, len(watched.groups))
+    nothing = jnp.full(sum(watched.groups), _NOTHING)
+    return Followed(
+        start=(nothing, nothing),
+        best=jnp.full(kept[1:], _NOTHING),
+        bound=jnp.full(kept, _NOTHING),
+        entry=jnp.zeros(kept, jnp.int32),
+        place=jnp.zeros(kept),
+        low=jnp.zeros((*kept, 3)),
+        high=jnp.zeros((*kept, 3)),
+        step=jnp.tile(step, (*kept, 1)),
+    )
+
+
+def follow(f: Followed, watched: Watched, end: TwoArrays, step: Array, begins: Mark, stepped: Mark) -> Followed:
+    """After an attempt with the values and rates `end`; whether a segment `begins` there, or a step was taken to it."""
+    ends = np.cumsum([0, *watched.groups]).tolist()
+    counts = begins | stepped
+    tops = jnp.stack([jnp.max(end[0][a:b]) for a, b in itertools.pairwise(ends)])
+    best = jnp.where(counts, jnp.maximum(f.best, tops), f.best)
+    turns = _turns(f.start, end, step[1])
+    bounds = jnp.where(turns.left, turns.bound, _NOTHING)
+    entry = jnp.stack([a + jnp.argmax(bounds[a:b]).astype(jnp.int32) for a, b in itertools.pairwise(ends)])
+    bound = bounds[entry]
+    # in place of the lowest of those that are kept
+    numbers = jnp.arange(_KEPT, dtype=jnp.int32)[:, None]
+    lowest = numbers == jnp.argmin(f.bound, axis=0).astype(jnp.int32)
+    new = lowest & stepped & (bound > best + SAME * jnp.abs(best)) & (bound > f.bound)
+    low = jnp.stack([jnp.zeros_like(bound), *(x[entry] for x in f.start)], axis=-1)
+    high = jnp.stack([jnp.ones_like(bound), *(x[entry] for x in end)], axis=-1)
+    kept = (bound, entry, turns.place[entry], low, high, jnp.broadcast_to(step, (len(watched.groups), step.size)))
+    old = (f.bound, f.entry, f.place, f.low, f.high, f.step)
+    kept = [_chosen(new, jnp.broadcast_to(x, y.shape), y) for x, y in zip(kept, old, strict=True)]
+    return Followed(_chosen(counts, end, f.start), best, *kept)
+
+
+def greatest_of_steps(
+    f: Followed, watched: Watched, flat: Flat, method: AbstractMethod, ny: int
+) -> Float[Array, " group"]:
+    """Greatest values (group,) at the ends of steps, and inside those that were kept."""
+    groups = jnp.arange(len(watched.groups), dtype=jnp.int32)
+    group_of = np.repeat(np.arange(len(watched.groups), dtype=np.int32), watched.groups)
+
+    def look(g: Count, entry: Count, share: Scalar, step: Array) -> tuple[Array, Array, Array]:
+        """Of a group its greatest value there, and value and rate of the entry."""
+        t, h, mode = step[0], step[1], step[2 + ny :].astype(jnp.int32)
+
+        def rhs(t: Scalar, y: State) -> State:
+            return flat.rhs(t, y, mode)
+
+        y = method.state_after(rhs, t, step[2 : 2 + ny], share * h)
+        q, r = watched.watch(t + share * h, y, mode, rhs(t + share * h, y))
+        return jnp.max(jnp.where(group_of == g, q, _NOTHING)), q[entry], r[entry]
+
+    def left(best: Array, bound: Array) -> Array:
+        return bound > best + SAME * jnp.abs(best)
+
+    def highest(carry: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Looks at the step with the highest bound of each group."""
+        best, bounds = carry
+        i = jnp.argmax(bounds, axis=0).astype(jnp.int32)
+        chosen = [column[i, groups] for column in (bounds, f.entry, f.place, f.low, f.high, f.step)]
+        bound, entry, place, low, high, step = chosen
+        none = jnp.zeros_like(bound)
+        looks = jnp.where(left(best, bound), 0, _LOOKS).astype(jnp.int32)
+        zero = jnp.zeros_like(entry)
+        column = none[:, None]
+        turns = _Turns(column, column, column > 0, zero, place, looks, low, high, low)
+
+        def turn(carry: tuple[Array, _Turns]) -> tuple[Array, _Turns]:
+            best, turns = carry
+            top, q, r = jax.vmap(look)(groups, entry, turns.share, step)
+            goes_on = turns.looks < _LOOKS
+            best = jnp.where(goes_on, jnp.maximum(best, top), best)
+            narrowed = _narrowed(turns, q[:, None], r[:, None], step[:, 1])
+            return best, _chosen(goes_on, narrowed, turns)
+
+        def goes_on(carry: tuple[Array, _Turns]) -> Mark:
+            return jnp.any(carry[1].looks < _LOOKS)
+
+        best = jax.lax.while_loop(goes_on, turn, (best, turns))[0]
+        done = jnp.arange(_KEPT, dtype=jnp.int32)[:, None] == i
+        return best, jnp.where(done | ~left(best, bounds), _NOTHING, bounds)
+
+    bounds = jnp.where(left(f.best, f.bound), f.bound, _NOTHING)
+    return jax.lax.while_loop(lambda carry: jnp.any(carry[1] > _NOTHING), highest, (f.best, bounds))[0]
