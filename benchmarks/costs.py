@@ -8,6 +8,7 @@
 - `loops`: run after run from Python, beside heyoka; `simulate` and `jax.jit` beside prepared runs
 - `gradient`: derivatives of the stopping time in warm runs
 - `ensemble`: many stops, beside SciPy one after the other and beside one worker
+- `maxima`: runs with one maximum and with five, beside the same runs without
 
 Quote ratios: calls alternate round after round, so that other load on the machine affects all of them alike; times are
 processor time. `--write-docs` puts the numbers into docs/measured/costs.json, from which the pages are made.
@@ -537,7 +538,61 @@ def ensemble(quick: bool) -> Part:
     return Part("many stops", costs, (*notes, "Error: of event times against tight single runs by SciPy."))
 
 
-PARTS = {part.__name__: part for part in (process, waits, looking, loops, gradient, ensemble)}
+# --- maxima -----------------------------------------------------------------------------------------------------------
+
+#: shipped scenes, with the maximum that is asked for alone
+_ASKED = {
+    "u2_5_5_stop": "max_tension",
+    "heated": "peak_rim_temperature",
+    "staged_vs_standard": "peak_rim_temperature",
+    "disc_stop": "peak_rim_temperature",
+}
+_FIVE = ("max_tension", "max_normal_load", "max_drum_speed", "max_hook_speed", "peak_rim_temperature")
+#: limits in runs without maxima: with one, and with up to five
+_MOST = {"prepared": (1.7, 2.0), "ensemble": (1.7, 2.2)}
+
+
+def with_maxima(name: str, budget: float, count: int) -> list[Cost]:
+    """A scene's runs with one maximum and with up to five, beside those with the stopping time alone."""
+    import simbrake as sb
+
+    scene, asked = sb.read_scene(name), "stopping_time"
+    several = [metric for metric in _FIVE if metric in sb.results.metric_names(scene)]
+    wanted = {"none": [asked], "one": [asked, _ASKED[name]], f"{len(several)}": [asked, *several]}
+    prepared = {which: sb.prepare(scene, metrics, rtol=1e-6) for which, metrics in wanted.items()}
+    speeds = float(scene.initial.omega) * np.linspace(0.95, 1.0, count)
+    tight = sb.simulate(scene, rtol=TIGHT)
+
+    def many(metrics: list[str]) -> Any:
+        return sb.ensemble(scene, {"initial.omega": speeds}, metrics, rtol=1e-6, workers=1, progress=False)
+
+    ways: dict[str, dict[str, Callable[[], Any]]] = {
+        "prepared": {which: lambda run=run: run() for which, run in prepared.items()},
+        "ensemble": {which: lambda metrics=metrics: many(metrics) for which, metrics in wanted.items()},
+    }
+    costs = []
+    for way, calls in ways.items():
+        runs = count if way == "ensemble" else 1
+        times = {which: found.cpu_least / runs for which, found in interleaved(calls, budget).items()}
+        for (which, metrics), limit in zip(list(wanted.items())[1:], _MOST[way], strict=True):
+            values = prepared[which]().metrics
+            wrong = max(abs(values[metric] / float(tight[metric]) - 1) for metric in metrics[1:])
+            own = abs(values[asked] / float(tight[asked]) - 1)
+            label = f"{name}, {way}, {which}"
+            ratio_ = times[which] / times["none"]
+            costs.append(Cost(label, times[which], "no maximum", times["none"], ratio_, limit, wrong, own))
+    return costs
+
+
+def maxima(quick: bool) -> Part:
+    """Runs that are asked for maxima."""
+    names, budget, count = (["u2_5_5_stop"], 0.3, 1024) if quick else (list(_ASKED), 2.0, 4096)
+    costs = [cost for name in names for cost in with_maxima(name, budget, count)]
+    notes = ("rtol 1e-6, one run of many; error: of the maxima, and of the stopping time, against a run at 1e-12.",)
+    return Part("maxima over a run, beside the same run without", costs, notes)
+
+
+PARTS = {part.__name__: part for part in (process, waits, looking, loops, gradient, ensemble, maxima)}
 
 
 def main() -> int:
