@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._base._compiling import DeviceJit
-from ..hybrid import SKIPPED, Record
+from ..hybrid import Record
 from ..hybrid.arrays import Array, numpy_of
 from ..loads import AbstractActuator, AbstractFollower, Lever, SpeedHold
 from ..phases import AfterTravel, AtHeight, AtRest, Phase, PhaseNow, Phases
@@ -169,7 +169,7 @@ def holding_rows(record: Record) -> Holding:
     rows, xp = record.rows, numpy_of(record.rows.t)
     n = rows.t.shape[0]
     number_of = xp.arange(n, dtype=np.int32)
-    used = (number_of < record.count) & (rows.kind != SKIPPED)
+    used = number_of < record.count
     ends = rows.t[xp.minimum(number_of + 1, record.count)]
     start_speed = rows.y[0, 1]
     system: BrakeSystem = record.system  # pyright: ignore
@@ -187,7 +187,8 @@ def holding_rows(record: Record) -> Holding:
         modes = jax.tree.map(np.asarray, modes)
         first, last = in_lanes(look, number_of)
     held = holds(modes)
-    lasts = used & (ends > rows.t)  # (rows without duration say nothing)
+    # (rows without duration say nothing; one of many runs at once may last though nothing happens at its end)
+    lasts = used & (ends > rows.t)
     slack = _SAME * xp.max(xp.where(used, xp.abs(first.pull), 0.0))
     falls = last.pull < first.pull - slack
     # the last lasting row before each

@@ -229,6 +229,14 @@ def test_runs_of_an_ensemble_have_the_same_reasons():
     assert found == {name: (reason, colour) for name, (_, reason, colour, _) in cases.items()}
 
 
+def test_loads_of_many_runs_break_away_one_after_the_other():
+    """Also where other runs have their events while one begins to move."""
+    base = scene(lever(20e3, 20e3, 13e3, 3e3), w0=10.0, hydro=60.0)
+    masses = np.linspace(48e3, 60e3, 200)
+    data = sb.ensemble(base, {"duty.load.mass": masses}, ["stopping_time"], progress=False)
+    assert set(data["reason"].values) == {"H1"}
+
+
 def variations(scene):
     """Numbers by path: with the lever lost or eased, a third of the friction, three times the load, ended early."""
     leaves = {leaf.path: np.asarray(leaf.value, float) for leaf in sb.files.leaves(scene)}
