@@ -261,8 +261,15 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
 
 
 def _colours(data: Dataset, limited: Limited) -> DataArray:
-    """Colours of the reasons, red where a limit is exceeded; what did not happen exceeds its limit."""
+    """Colours of the reasons, red where a limit is exceeded; what did not happen exceeds its limit.
+
+    The least holding reserve of a run is in its reason only as far as its end shows it.
+    """
+    from ..outputs.metrics import HOLDING
+
     colours = data["colour"]
+    if HOLDING in data:
+        colours = colours.where((data["code"] != 0) | ~(data[HOLDING] <= 1), "red")
     for name, bound in limited.limits.items():
         colours = colours.where((data["code"] != 0) | (data[name] <= bound), "red")
     return colours.assign_attrs(meaning="colour of the reason, red where a limit that was checked is exceeded")
