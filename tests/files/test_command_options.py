@@ -242,10 +242,13 @@ def test_limits_of_a_sweep(capsys, asked):
         ("min_holding_reserve", 1),
     ]
     assert [one["of"] for one in told["checked"]] == [3, 3, 2]
-    colours = [
-        one["colour"] for one in json.loads(run(capsys, f"{VARY},min_holding_reserve {limit} --json")[1])["runs"]
-    ]
-    assert colours == ["green", "red", "", "red"]
+    for data, metrics, first in (
+        (given.drop_vars("min_holding_reserve"), "", "green"),
+        (given, ",min_holding_reserve", "red"),
+    ):
+        asked["instead"]("sweep", data)
+        runs = json.loads(run(capsys, f"{VARY}{metrics} {limit} --json")[1])["runs"]
+        assert [one["colour"] for one in runs] == [first, "red", "", "red"]
     assert (told["runs"], told["not_checked"]) == (3, ["max_pressure", "max_band_stress"])
     said = run(capsys, f"{VARY},min_holding_reserve {limit}")[1]
     assert "min_holding_reserve of 1 or less in 1 of 2 runs that have it (1 has none)" in said
