@@ -399,8 +399,8 @@ class Column(NamedTuple):
 class Table(Sequence[dict[str, Any]]):
     """Rows and columns with units and meanings.
 
-    - `columns`: `Column`s, or names;  `rows`: of each a sequence in their order or a mapping by their names (missing
-      absent values);  `title`: above the text
+    - `columns`: `Column`s, or names of texts, also `(name, heading)`;  `rows`: of each a sequence in their order or a
+      mapping by their names (missing: absent values);  `title`: above the text
     - `table[0]` is a row as a dictionary, `table["path"]` a column as a list, `len(table)` the number of rows
     - `str(table)` is the text, `as_list()` rows for JSON, `frame()` a data frame
 
@@ -413,8 +413,10 @@ class Table(Sequence[dict[str, Any]]):
         lining         3.2
     """
 
-    def __init__(self, columns: Iterable[Column | str], rows: Iterable[Sequence | Mapping], title: str = "") -> None:
-        self.columns = tuple(Column(column, left=True) if isinstance(column, str) else column for column in columns)
+    def __init__(
+        self, columns: Iterable[Column | str | tuple[str, str]], rows: Iterable[Sequence | Mapping], title: str = ""
+    ) -> None:
+        self.columns = tuple(column if isinstance(column, Column) else _of_words(column) for column in columns)
         self.title = title
         self._rows = [self._ordered(row) for row in rows]
 
@@ -493,6 +495,11 @@ class Table(Sequence[dict[str, Any]]):
     def markdown(self) -> str:
         """The same as a table of Markdown."""
         return self._written("github")
+
+
+def _of_words(column: str | tuple[str, str]) -> Column:
+    name, heading = (column, None) if isinstance(column, str) else column
+    return Column(name, heading=heading, left=True)
 
 
 _Kind = TypeVar("_Kind")

@@ -17,16 +17,16 @@ from ..runs.result import Result
 Numbers = Mapping[str, tuple[float, str]]  # value and unit by name
 
 _MOST = 12  # rows of each kind in the text
-_NAME, _UNIT = Column("name", left=True), Column("unit", left=True, show=pretty)
+_UNIT = Column("unit", left=True, show=pretty)
 _RELATIVE, _DIFFERS = Column("relative", show=".2g"), Column("differs", hidden=True)
-_WORDS = [_NAME, Column("a", left=True, show=str), Column("b", left=True, show=str)]
+_WORDS = ["name", Column("a", left=True, show=str), Column("b", left=True, show=str)]
 _CHANGE = [
-    *(_NAME, Column("a", show=".9g"), Column("b", show=".9g"), _UNIT),
+    *("name", Column("a", show=".9g"), Column("b", show=".9g"), _UNIT),
     *(Column("absolute", heading="difference", show="+.3g"), _RELATIVE, _DIFFERS),
 ]
 _SERIES = [
-    *(_NAME, _UNIT, Column("absolute", heading="largest difference", show=".3g"), _RELATIVE),
-    *(Column("time", "s"), Column("place", left=True), _DIFFERS),
+    *("name", _UNIT, Column("absolute", heading="largest difference", show=".3g"), _RELATIVE),
+    *(Column("time", "s"), "place", _DIFFERS),
 ]
 #: counts of the solver: names in the provenance, and in a comparison
 _COUNTS = {

@@ -351,7 +351,7 @@ def _sensitivities(
 
 
 def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
-    columns = [Column("path", heading="parameter", left=True), "meaning", Column("value")]
+    columns = [("path", "parameter"), "meaning", Column("value")]
     columns += [
         Column("derivative", display_units="SI units"),
         Column("elasticity"),

@@ -266,7 +266,7 @@ class Log(Tabular):
             Column("held"),
             Column("low", show=".5g"),
             Column("high", show=".5g"),
-            Column("si", heading="in", left=True),
+            ("si", "in"),
         ]
         rows = []
         for role, x in self.channels.items():

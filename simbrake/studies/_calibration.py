@@ -252,7 +252,7 @@ class Calibration(Tabular):
 
     def parts(self) -> Iterator[str | Table]:
         yield self.headline
-        columns = [Column("path", heading="parameter", left=True), Column("value"), "unit"]
+        columns = [("path", "parameter"), Column("value"), "unit"]
         columns += [Column("standard error", show=".2g")]
         columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")]
         profiled = any(p.profile for p in self.parameters)
@@ -264,7 +264,7 @@ class Calibration(Tabular):
             + (p.start, _words(p))
             for p in self.parameters
         ]
-        yield Table([*columns, Column("state", heading="", left=True)], rows)
+        yield Table([*columns, ("state", "")], rows)
         yield self._quality()
         for i, j in zip(*np.nonzero(np.abs(np.tril(self.correlation, -1)) > 0.9), strict=True):
             pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
@@ -276,7 +276,7 @@ class Calibration(Tabular):
             shift = f"shifts {one.parameter} by {one.shift:+.3g} %, correlation {one.correlation:+.4f}"
             yield f"fixed    {one.path} +1 % {shift}"
         data = [
-            Column("name", heading="data", left=True),
+            ("name", "data"),
             Column("values"),
             Column("rms", display_units="σ", show=".3g"),
         ]

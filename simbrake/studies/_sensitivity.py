@@ -164,14 +164,14 @@ class SensitivityTable(Tabular):
         yield f"{self.metric} = {self.value:.8g}{behind(self.unit)}"
         shown = self.matters[:_SHOWN]
         ends = any(row.low is not None or row.high is not None for row in shown)
-        columns = [Column("path", heading="parameter p", left=True), Column("value", show=".6g"), "unit"]
+        columns = [("path", "parameter p"), Column("value", show=".6g"), "unit"]
         columns += [Column("derivative", show=".5g"), Column("error", heading="± error", show=".1g")]
         columns += [Column("elasticity", show=".4g")]
         columns += [Column("half", heading="± half", show=".3g", hidden=not ends)]
         columns += [Column(f"at the {name} bound", show=".7g", hidden=not ends) for name in _ENDS]
         fields = ("path", "value", "unit", "derivative", "error", "elasticity", "half", "low", "high", "note")
         rows = [tuple(getattr(row, field) for field in fields) for row in shown]
-        yield Table([*columns, Column("note", heading="", left=True)], rows)
+        yield Table([*columns, ("note", "")], rows)
         left, without = len(self.wholes) - len(shown), len(self.wholes) - len(self.matters)
         rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
         if rest:

@@ -399,21 +399,21 @@ class Uncertainty(Tabular):
         yield ""
         shares = [Column(share, show=".5g") for share in ("5 %", "median", "95 %")]
         rows = [(path, *numbers, "" if unit == "1" else unit) for path, (unit, *numbers) in self.inputs.items()]
-        yield Table([Column("path", heading="drawn", left=True), *shares, "unit"], rows)
+        yield Table([("path", "drawn"), *shares, "unit"], rows)
         for name, s in self.statistics.items():
             yield ""
             yield f"{name}{', ' + s.unit if s.unit else ''}: {self._share(s.count)}"
             if s.count:
-                columns = [Column("statistic", heading="", left=True), *(Column(x) for x in ("value", "from", "to"))]
+                columns = [("statistic", ""), *(Column(x) for x in ("value", "from", "to"))]
                 estimates = {"mean": s.mean, "standard deviation": s.deviation}
                 estimates |= {f"{100 * p:g} %": e for p, e in s.quantiles.items()}
                 rows = [(what, *estimate) for what, estimate in estimates.items()]
                 yield Table(columns, [*rows, ("extremes of the runs", None, s.least, s.greatest)])
         if self.failures:
             yield ""
-            columns = [Column("failure", left=True), *(Column(x, show=".4g") for x in ("probability", "from", "to"))]
+            columns = ["failure", *(Column(x, show=".4g") for x in ("probability", "from", "to"))]
             rows = [(name, *f.probability, f"{f.count} of {self.runs} runs") for name, f in self.failures.items()]
-            yield Table([*columns, Column("runs", heading="", left=True)], rows)
+            yield Table([*columns, ("runs", "")], rows)
         if self.codes:
             each = ", ".join(f"{name} {count}" for name, count in self.codes.items())
             yield ""

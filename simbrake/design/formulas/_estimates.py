@@ -40,7 +40,7 @@ class RowTable(Tabular):
     def head(self) -> list[str | Table]:
         """Description of the brake application, and the inputs."""
         columns = (
-            Column("name", left=True),
+            "name",
             Column("value", show=lambda x: f"{x:.5g}" if isinstance(x, float | int) else ""),
             Column("unit", left=True, show=unit_text),
         )
@@ -55,7 +55,7 @@ _OF_STEPS = {"verdict": "", "numbers": "with"}
 def table_of(rows: Sequence[EstimateRow]) -> list[str | Table]:
     """Rows as a table, those of a synthesis with their numbers, and below it why estimate and run differ."""
     columns = [
-        Column("name", heading="", left=True),
+        ("name", ""),
         *(Column(name, show=shown) for name in ("estimate", "simulated", "difference")),
         *(Column(name, left=True, show=unit_text) for name in ("unit", "formula")),
     ]

@@ -412,7 +412,7 @@ class MaterialComparison(Tabular):
             "rim",
             "lining",
             Column("work", display_units="kJ", show=_scaled(1e-3, ".0f")),
-            Column("ends", heading="", left=True),
+            ("ends", ""),
         ]
         ranked = [(n, row.rim, row.lining, row.greatest_work, row.ends) for n, row in enumerate(self.ranking(), 1)]
         title = "maximum friction work of one brake application by the estimates, and its limiting criterion"

@@ -362,7 +362,7 @@ class LayoutDesign(Tabular):
                 values.append(np.asarray(value))
         yield Table(columns, zip(*(column.tolist() for column in values), strict=True))
         uneven = [(row.name, row.non_uniformity) for row in self.rows]
-        yield Table([Column("layout", left=True), Column("max/min", show=".7g")], uneven)
+        yield Table(["layout", Column("max/min", show=".7g")], uneven)
 
 
 # --- the search -------------------------------------------------------------------------------------------------------

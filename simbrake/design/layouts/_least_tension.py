@@ -87,12 +87,12 @@ class LeastTension(Tabular):
             (row.name, *row[2:5], row.unit, f"{row.sensitivity:.6g} {self.unit}/{row.unit}" if row.active else "slack")
             for row in self.limits
         ]
-        columns = [Column("limit of", left=True), start, value, Column("limit"), "unit"]
-        yield Table([*columns, Column(cost, heading=cost, left=True)], rows)
+        columns = ["limit of", start, value, Column("limit"), "unit"]
+        yield Table([*columns, (cost, cost)], rows)
         cost = f"d{self.objective}/dbound"
         sides = {"low": "at its lower bound", "high": "at its upper bound", "": ""}
         yield Table(
-            [Column("parameter", left=True), start, value, Column("bound", left=True), Column(cost, heading=cost)],
+            ["parameter", start, value, "bound", Column(cost, heading=cost)],
             [(*row[:3], sides[row.bound], row.sensitivity if row.bound else None) for row in self.variables],
         )
 
