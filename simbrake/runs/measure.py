@@ -85,8 +85,10 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
         raise InputError(faults)
 
 
-def measure(result: Result, metric: Metric) -> Array:
+def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
     """One number of a result, concrete or traced; `inf` for times of what did not happen.
+
+    - `arrays`: whether a user's function may give an array
 
     Raises `InputError` with the name of a user's function that fails, or gives no number.
     """
@@ -97,7 +99,7 @@ def measure(result: Result, metric: Metric) -> Array:
         except Exception as error:
             what = f"raises {type(error).__name__}: {error}"
             raise InputError(faults_of_tracing(error) or [Fault(name, what, hint)]) from error
-        if value.ndim:
+        if value.ndim and not arrays:
             raise InputError([Fault(name, "is an array", hint)])
         return value
     if metric not in METRICS and metric.startswith("energy."):  # of a pair, or of a torque on the shaft
@@ -106,15 +108,15 @@ def measure(result: Result, metric: Metric) -> Array:
     return jnp.asarray(getattr(value, "value", value))
 
 
-def measure_all(result: Result, metrics: Sequence[Metric]) -> list[Array]:
-    """Several numbers of a result; maxima of a traced one from one walk over it."""
+def measure_all(result: Result, metrics: Sequence[Metric], *, arrays: bool = False) -> list[Array]:
+    """Several numbers of a result (see `measure`); maxima of a traced one from one walk over it."""
     maxima: Mapping[str, Any] = {}
     if not result.concrete:
         is_greatest = [metric for metric in metrics if isinstance(metric, str) and metric in METRICS]
         maxima = greatest_values(result, tuple(name for name in is_greatest if METRICS[name].greatest))
 
     def one(metric: Metric) -> Array:
-        return jnp.asarray(maxima[metric].value) if metric in maxima else measure(result, metric)
+        return jnp.asarray(maxima[metric].value) if metric in maxima else measure(result, metric, arrays=arrays)
 
     return [one(metric) for metric in metrics]
 

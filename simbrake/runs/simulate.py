@@ -623,7 +623,7 @@ class Prepared:
         scene, (rtol, max_step) = self._like.unpack(numbers[:-2]), numbers[-2:]
         limits = {"max_step": max_step, "max_steps": max_steps, "max_events": self.max_events}
         result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
-        values = measure_all(result, self._asked)
+        values = measure_all(result, self._asked, arrays=True)
         ends = np.cumsum([0, *(value.size for value in values)]).tolist()
         wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], values, strict=False)]
         self._spans = list(zip(self.metrics, wheres, strict=True))
