@@ -246,6 +246,8 @@ class CrossCheck(AbstractChecks):
 _Compared: TypeAlias = tuple[str, float, float, float]
 #: logged thresholds that change no mode, beside marks
 _LIMITS = ("lining_limit", "self_locking")
+#: time (s) from turning round to rest in one stop
+_AT_ONCE = 1e-6
 #: maximum number of thermal nodes with a line each
 _NODES = 12
 #: states of the mechanisms
@@ -278,6 +280,9 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
         stopped = result.record.system.rests_open and turned[i]  # pyright: ignore
         events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first, stopped)]
         before = labels[i]
+    stops = [event.time for event in events if event.name == "stop"]
+    # (one that turns round as it comes to rest has only stopped, in the log too)
+    events = [e for e in events if e.name != "reversal" or not any(0 <= t - e.time < _AT_ONCE for t in stops)]
     columns = jax.tree.map(lambda *each: np.stack(each), *modes)
     if columns.phase is not None:
         events += [Event(times[i + 1], "phase_end") for i in np.flatnonzero(np.diff(columns.phase))]

@@ -59,6 +59,8 @@ from .mesh import thick_layers
 _NEAR = 1e-3
 #: a speed below this share of the maximum and of the run's tolerance is rounding
 _STILL = 1e-2
+#: one below this share may be an error of the run
+_SLOW = 1e2
 #: torques that differ by less than this share of a typical one balance each other
 _ROUNDING = 1e-9
 
@@ -234,6 +236,7 @@ class Report:
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
         known = {event.time for event in events if event.name in ("stop", "reversal")}
         events = [*(event for event in self._reversals() if event.time not in known), *events]
+        events = [event for event in events if event.name != "reversal" or not self._is_of_stop(event.time, events)]
         events += [*self._marks(), *events_of_linings(record.modes, t), *self._locking()]
         inside = [*self._phase_ends(), *friction_changes(record.modes, t)]
         return with_phases(sorted(events, key=lambda event: event.time), inside)
@@ -288,6 +291,15 @@ class Report:
                 for t, (_, j) in zip(times, crossings, strict=True)
             ]
         return events
+
+    def _is_of_stop(self, time: float, events: list[Event]) -> bool:
+        """Whether the pulley turns round by the errors of the run alone, as it comes to rest."""
+        stops = [event.time for event in events if event.name == "stop" and event.time >= time]
+        if not stops:
+            return False
+        t, speed = np.asarray(self.scan.seen.t), np.abs(np.asarray(self.scan.seen.omega))
+        slight = _SLOW * float(self.result.rtol) * np.max(speed)
+        return bool(np.all(speed[(t >= time) & (t <= min(stops))] <= slight))
 
     def _reversals(self) -> list[Event]:
         """Instants at which the speed of the pulley changes its sign without a rest."""

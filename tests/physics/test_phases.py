@@ -303,3 +303,15 @@ def test_stops_are_in_every_form(two_cycles):
 
 def test_scipy_passes_the_same_phases():
     assert sb.checks.cross_check(SCENE).ok
+
+
+def test_a_stop_is_no_reversal():
+    """Power fails while hoisting, with a loss of the tackle: the pulley stops as the friction turns round."""
+    up = sb.PiecewiseLinear([0.0, 3.0], [0.0, -20.0])
+    some = Phase(0.0, "4 s", motor=up), Phase(0.0, "rest"), Phase(60e3, "5 s")
+    motor = sb.loads.Motor("60 kN*m", "2 MW", "40 rad/s")
+    duty = sb.Duty(Phases(some), sb.HookLoad("60 t", 0.4, 8))
+    loss = (sb.loads.TackleLoss(sheave_factor=1.04),)
+    scene = dataclasses.replace(SCENE, duty=duty, initial=sb.Initial(0.0), end_time=60.0, motor=motor, shaft=loss)
+    names = [event.name for event in sb.simulate(scene).events]
+    assert (names.count("stop"), names.count("reversal")) == (1, 0)
