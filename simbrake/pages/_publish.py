@@ -26,7 +26,6 @@ from ..runs.measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_ch
 from ..runs.result import Result
 from ..runs.simulate import room_for, simulate
 from ..runs.verdict import RESERVE, SLIDING, SMALL_MARGIN, STILL_MOVING
-from ..studies.evaluating import is_maximum
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event
 from ._page import PICTURES, draw, head, render, template_file
@@ -34,8 +33,6 @@ from ._rows import deciding
 
 #: what to do where no page can run the scene
 OTHER_PAGES = "simbrake report and simbrake app make pages of it"
-#: bytes that the program of a page may take
-_MEMORY = 500_000_000
 #: rows of the curves: more than a page has pixels
 _ROWS = 600
 _FLAGS = ("-target", "wasm32-wasi", "-mexec-model=reactor", "-O2", "-std=c99", "-ffp-contract=off", "-s")
@@ -84,11 +81,6 @@ def publish(
         return export, c_text(export, OTHER_PAGES)
 
     export, text = printed()
-    if export.bytes > _MEMORY:
-        left_out = [name for name in metrics if is_maximum(name)]
-        notes.append(f"The run is too long for a page to look into all its steps: {', '.join(left_out)} are left out.")
-        metrics = [name for name in metrics if name not in left_out]
-        export, text = printed()
     progress.now("compiling")
     program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
