@@ -309,10 +309,11 @@ def greatest_of_rows(
     rows_and_entries = np.zeros(shape, np.int32), np.zeros(shape), np.zeros(shape, np.int32)
     best = Extremes(np.full(shape, _NOTHING), *rows_and_entries)
 
-    def joined(parts: tuple[list[Array], list[Array]]) -> tuple[np.ndarray, ...]:
-        return tuple(np.concatenate(part, axis=1) for part in parts)
+    def joined(parts: tuple[list[Array], list[Array]]) -> TwoArrays:
+        values, rates = (np.concatenate(part, axis=1) for part in parts)
+        return values, rates
 
-    def take(which: np.ndarray, share: np.ndarray, q: np.ndarray, whole: int) -> None:
+    def take(which: Array, share: Array, q: Array, whole: int) -> None:
         """Takes what is seen in rows into the maxima, the earlier rows first."""
         top = np.maximum.reduceat(q, ends[:-1], axis=1)
         if counts is not None:
@@ -330,7 +331,7 @@ def greatest_of_rows(
                         column[s, g] = number
 
     start = joined(at_start)
-    end = tuple(np.concatenate([column[1:], column[-1:]]) for column in start)
+    end = np.concatenate([start[0][1:], start[0][-1:]]), np.concatenate([start[1][1:], start[1][-1:]])
     apart = np.flatnonzero((rows.kind[:count] != ADVANCED) & (h > 0))
     if apart.size:
         for column, seen in zip(end, joined(look(apart, np.ones(len(apart)))), strict=True):
@@ -338,7 +339,7 @@ def greatest_of_rows(
     lasts = np.flatnonzero(h > 0)
     take(index, np.zeros(count), start[0], 1)
     take(lasts, np.ones(len(lasts)), end[0][lasts], 2)
-    start, end = (tuple(column[lasts] for column in ends) for ends in (start, end))
+    start, end = (start[0][lasts], start[1][lasts]), (end[0][lasts], end[1][lasts])
     index, h, span_of_last = index[lasts], h[lasts], span_of[lasts]
 
     def following(turns: _Turns) -> _Turns:

@@ -57,8 +57,10 @@ def _watched(flat: Flat, picks: Sequence[Pick]) -> Watched:
         values, rates = _rated(system, t, state, modes, flat.unpack_state(f), picks)
         return jnp.concatenate(values), jnp.concatenate(rates)
 
-    like = jax.ShapeDtypeStruct((), np.float64), flat.y_like, flat.mode_like
-    entries = jax.eval_shape(lambda *now: _sighted(system, *now, picks), *like)
+    def entries_at(t: Array, y: PyTree, mode: PyTree) -> list[Array]:
+        return _sighted(system, t, y, mode, picks)
+
+    entries = jax.eval_shape(entries_at, jax.ShapeDtypeStruct((), np.float64), flat.y_like, flat.mode_like)
     return Watched(watch, tuple(entry.size for entry in entries))
 
 
@@ -171,11 +173,11 @@ def _or_none(name: str, peak: Peak) -> Peak:
     return peak._replace(value=xp.where(peak.value >= 0, peak.value, 0.0))
 
 
-def _looked_at(record: Record, row: np.ndarray, share: np.ndarray, *, asked: tuple[Any, ...]) -> _Looks:
+def _looked_at(record: Record, row: Array, share: Array, *, asked: tuple[Any, ...]) -> _Looks:
     """Values and rates (m, n) of metrics in rows (m,) of a concrete record, at shares of their steps."""
     rows = record.rows
     h = share * (rows.t[row + 1] - rows.t[row])
-    y = rows.y[row]
+    y = np.asarray(rows.y)[row]
     inside = np.flatnonzero(share > 0)
     if inside.size:
         y[inside] = states_inside(record, row[inside], h[inside])[1]
@@ -183,7 +185,8 @@ def _looked_at(record: Record, row: np.ndarray, share: np.ndarray, *, asked: tup
     def look(t: np.ndarray, y: np.ndarray, mode: np.ndarray) -> _Looks:
         return _LOOKED(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like), asked=asked)
 
-    return in_lanes(look, rows.t[row] + h, y, rows.mode[row], lanes=_LANES)
+    times, modes = np.asarray(rows.t[row] + h), np.asarray(rows.mode[row])
+    return in_lanes(look, times, y, modes, lanes=_LANES)
 
 
 class Maxima:
@@ -203,7 +206,7 @@ class Maxima:
         for k, (first, last) in enumerate(spans, 1):
             span[first:last] = k
 
-        def look(row: np.ndarray, share: np.ndarray) -> _Looks:
+        def look(row: Array, share: Array) -> _Looks:
             looks = _looked_at(record, row, share, asked=_asked(names))
             self.widths = {name: values.shape[1] for name, values in zip(names, looks[0], strict=True)}
             return looks
@@ -218,7 +221,7 @@ class Maxima:
         t = record.rows.t[index] + h
         for i, name in enumerate(names):
             self.whole[name] = _or_none(name, Peak(whole[0][i], t[i], whole[3][i] + 1))
-            self.between[name] = found.value[1:, i]
+            self.between[name] = np.asarray(found.value)[1:, i]
 
 
 # --- of any quantity --------------------------------------------------------------------------------------------------

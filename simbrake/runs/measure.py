@@ -110,13 +110,14 @@ def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
 
 def measure_all(result: Result, metrics: Sequence[Metric], *, arrays: bool = False) -> list[Array]:
     """Several numbers of a result (see `measure`); maxima of a traced one from one walk over it."""
-    maxima: Mapping[str, Any] = {}
-    if not result.concrete:
-        is_greatest = [metric for metric in metrics if isinstance(metric, str) and metric in METRICS]
-        maxima = greatest_values(result, tuple(name for name in is_greatest if METRICS[name].greatest))
+    names = [metric for metric in metrics if isinstance(metric, str) and metric in METRICS]
+    greatest = () if result.concrete else tuple(name for name in names if METRICS[name].greatest)
+    maxima = greatest_values(result, greatest)
 
     def one(metric: Metric) -> Array:
-        return jnp.asarray(maxima[metric].value) if metric in maxima else measure(result, metric, arrays=arrays)
+        if isinstance(metric, str) and metric in maxima:
+            return jnp.asarray(maxima[metric].value)
+        return measure(result, metric, arrays=arrays)
 
     return [one(metric) for metric in metrics]
 
