@@ -9,6 +9,7 @@
 - `gradient`: derivatives of the stopping time in warm runs
 - `ensemble`: many stops, beside SciPy one after the other and beside one worker
 - `maxima`: runs with one maximum and with five, beside the same runs without
+- `growth`: exponents of the time of a run, and of compiling it, with linings, layers, points, stops, maxima
 
 Quote ratios: calls alternate round after round, so that other load on the machine affects all of them alike; times are
 processor time. `--write-docs` puts the numbers into docs/measured/costs.json, from which the pages are made.
@@ -26,7 +27,7 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 # matrices are small: more threads would only wait for each other
@@ -553,7 +554,8 @@ _MOST = {"prepared": (1.7, 2.0), "ensemble": (1.7, 2.2)}
 
 
 def with_maxima(name: str, budget: float, count: int) -> list[Cost]:
-    """A scene's runs with one maximum and with up to five, beside those with the stopping time alone."""
+    """A scene's runs with one maximum and with up to five, beside those with the stopping time alone; and those of an
+    ensemble of `count`, where it is not 0."""
     import simbrake as sb
 
     scene, asked = sb.read_scene(name), "stopping_time"
@@ -568,8 +570,9 @@ def with_maxima(name: str, budget: float, count: int) -> list[Cost]:
 
     ways: dict[str, dict[str, Callable[[], Any]]] = {
         "prepared": {which: lambda run=run: run() for which, run in prepared.items()},
-        "ensemble": {which: lambda metrics=metrics: many(metrics) for which, metrics in wanted.items()},
     }
+    if count:
+        ways["ensemble"] = {which: lambda metrics=metrics: many(metrics) for which, metrics in wanted.items()}
     costs = []
     for way, calls in ways.items():
         runs = count if way == "ensemble" else 1
@@ -586,13 +589,129 @@ def with_maxima(name: str, budget: float, count: int) -> list[Cost]:
 
 def maxima(quick: bool) -> Part:
     """Runs that are asked for maxima."""
-    names, budget, count = (["u2_5_5_stop"], 0.3, 1024) if quick else (list(_ASKED), 2.0, 4096)
-    costs = [cost for name in names for cost in with_maxima(name, budget, count)]
+    names, budget = (list(_ASKED)[:1], 0.3) if quick else (list(_ASKED), 2.0)
+    # (runs of the others take milliseconds, and follow each other)
+    costs = [cost for k, name in enumerate(names) for cost in with_maxima(name, budget, 0 if k else 4096)]
     notes = ("rtol 1e-6, one run of many; error: of the maxima, and of the stopping time, against a run at 1e-12.",)
     return Part("maxima over a run, beside the same run without", costs, notes)
 
 
-PARTS = {part.__name__: part for part in (process, waits, looking, loops, gradient, ensemble, maxima)}
+# --- growth -----------------------------------------------------------------------------------------------------------
+
+
+def _stop(n: int = 20, lever: Any = None, heat: Any = None, end: float = 1.5) -> Any:
+    """A stop on an elastic band with `n` linings around the same angle."""
+    import simbrake as sb
+
+    linings = sb.Lining(sb.ConstantFriction(0.35), np.full(n, 4.5 / n))
+    start = 0.0 if heat is None else 8e3 / 2e5
+    duty = sb.Duty(lever or sb.Constant(8e3), sb.TorqueLoad())
+    brake = sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725, 2e5), linings)
+    return sb.Scene(brake, duty, sb.Initial(20.0, start), end, heat)
+
+
+def _with_layers(n: int) -> Any:
+    import simbrake as sb
+
+    track = 2 * math.pi * 0.725 * 0.23
+    rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, track, n)
+    links = (sb.thermal.Convection("rim.back", track, 60.0),)
+    friction = sb.thermal.FrictionHeat("rim.front", None, sb.thermal.ConstantPartition(0.95))
+    return _stop(heat=sb.Heat((rim, sb.thermal.Reservoir("air")), links, friction=friction, rim="rim.front"))
+
+
+def _with_points(n: int) -> Any:
+    """A lever recorded at `n` points, a step or more for each."""
+    import simbrake as sb
+
+    t = np.linspace(0.0, 1.5, n)
+    return _stop(lever=sb.PiecewiseLinear(t, 8e3 + 50.0 * np.sin(40.0 * t)))
+
+
+def _with_stops(n: int) -> Any:
+    return cycles_case(n).simbrake()
+
+
+def _shipped_stop(n: int = 1) -> Any:
+    import simbrake as sb
+
+    return sb.read_scene("u2_5_5_stop")
+
+
+class Growth(NamedTuple):
+    """A number that scenes or requests can have more of, in two sizes; `limit` of the exponent."""
+
+    what: str
+    sizes: tuple[int, int]
+    scene: Callable[[int], Any]
+    metrics: Callable[[int], Sequence[str]] = lambda n: ["stopping_time"]
+    limit: float = 1.1
+
+
+_SEVERAL = (*_FIVE[:4], "min_holding_reserve", "max_rope_tension")
+_GROWS = (
+    Growth("linings on one band", (20, 320), _stop),
+    # (so many layers are followed by the implicit method, whose steps also resolve the heat that enters thinner ones)
+    Growth("layers of a rim", (20, 320), _with_layers, limit=1.5),
+    Growth("points of a lever", (100, 6_400), _with_points),
+    Growth("stops in a run", (5, 80), _with_stops),
+    Growth(
+        "maxima asked for",
+        (1, 6),
+        _shipped_stop,
+        lambda n: ["stopping_time", *_SEVERAL[:n]],
+    ),
+)
+
+
+def grows(growth: Growth, budget: float) -> list[Cost]:
+    """Time of a warm run and of compiling it in both sizes, and the exponents of both."""
+    import simbrake as sb
+
+    few, many = (
+        sb.prepare(growth.scene(n), growth.metrics(n), rtol=1e-8, max_steps=None if n < 1e3 else 4 * n)
+        for n in growth.sizes
+    )
+    times = interleaved({"few": few, "many": many}, budget)
+    span = math.log(growth.sizes[1] / growth.sizes[0])
+    small, large = growth.sizes
+    rows = {
+        "a run": (times["few"].cpu_least, times["many"].cpu_least),
+        "compiling": tuple(sum(one.program[1:3]) for one in (few, many)),
+    }
+    costs = []
+    for what, (a, b) in rows.items():
+        label = f"{growth.what}, {small} to {large}: {what}"
+        costs.append(Cost(label, b, f"{small}", a, math.log(b / a) / span, growth.limit))
+    return costs
+
+
+def more_runs(few: int, many: int) -> Cost:
+    """An ensemble of more runs."""
+    import simbrake as sb
+
+    scene = _shipped_stop()
+
+    def ensemble_of(count: int) -> Callable[[], Any]:
+        values = {"initial.omega": np.linspace(15.0, 25.0, count)}
+        return lambda: sb.ensemble(scene, values, ["stopping_time"], rtol=1e-6, workers=1, progress=False)
+
+    times = interleaved({"few": ensemble_of(few), "many": ensemble_of(many)}, 0.0)
+    a, b = times["few"].cpu_least, times["many"].cpu_least
+    label = f"runs of an ensemble, {few:,} to {many:,}"
+    return Cost(label, b, f"{few:,}", a, math.log(b / a) / math.log(many / few), 1.1)
+
+
+def growth(quick: bool) -> Part:
+    """How time grows with the size of a scene or request."""
+    some = _GROWS[2:3] if quick else _GROWS
+    notes = ("The ratio is the exponent: 1 where twice as many take twice as long. rtol 1e-8, prepared runs.",)
+    costs = [cost for one in some for cost in grows(one, 0.5)]
+    return Part("exponents of growth", costs if quick else [*costs, more_runs(2_000, 64_000)], notes)
+
+
+_ALL = (process, waits, looking, loops, gradient, ensemble, maxima, growth)
+PARTS = {part.__name__: part for part in _ALL}
 
 
 def main() -> int:
