@@ -198,8 +198,8 @@ def holding_rows(record: Record) -> Holding:
     drops = falls[before] | (first.pull < last.pull[before] - slack)
     # the first row from each on in which the brake is open, and in which the pulley rests
     there = number_of <= record.count
-    opens = _next(there & ((modes.band == OPEN) | (first.pull <= 0)), n, xp)
-    rest_again = _next(there & rests(modes), n, xp)
+    opens = next_marked(there & ((modes.band == OPEN) | (first.pull <= 0)), n, xp)
+    rest_again = next_marked(there & rests(modes), n, xp)
     let_go = drops & (opens < rest_again) & ~first.is_hold
     broken = moves_off & ~let_go & ~first.moves
     if modes.phase is not None:
@@ -209,13 +209,13 @@ def holding_rows(record: Record) -> Holding:
         broken = broken | (lasts & ~resting & first.is_hold & ~goes_on)
     # of a fall that lets go nothing is to be held from where it begins
     falling = lasts & held & falls & ~first.is_hold
-    steady = _next(lasts & ~falling, n, xp)
+    steady = next_marked(lasts & ~falling, n, xp)
     after = xp.minimum(steady, n - 1)
     released = falling & (steady < n) & ~held[after] & (opens[after] < rest_again[after])
     return Holding(lasts & held & ~released, broken & (rows.y[:, 1] == 0.0), first.pull)
 
 
-def _next(marked: Bool[Array, " n"], n: int, xp: Any) -> Int[Array, " n"]:
+def next_marked(marked: Bool[Array, " n"], n: int, xp: Any) -> Int[Array, " n"]:
     """Of each row the first one from it on that is marked, `n` where none is."""
     places = xp.where(marked, xp.arange(n, dtype=np.int32), np.int32(n))
     return xp.minimum.accumulate(places[::-1])[::-1]

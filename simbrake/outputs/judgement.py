@@ -11,16 +11,28 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..hybrid import Code, Record, smallest
+from ..hybrid import LANDED, Code, Record, smallest
 from ..hybrid.arrays import Array, TwoArrays
+from ..hybrid.system import unravel
 from ..phases import AtRest, PhaseNow, Phases
 from ..physics._brake import BrakeSystem, State, piece_of
 from ..physics.mechanism import OPEN, TAKE_UP, BrakeCode, Mode
 from ..physics.shaft import Drive, Shaft, rests
 from ..profiles import AbstractProfile
 from ..shaft import EddyCurrentBrake
-from ._wants import Past, Want, by_speed, command_waits, paced, past_of, want_of_input
-from .probe import RunJit, balance_of, capacity, ends_of, is_traced_run
+from ._wants import (
+    Past,
+    Want,
+    by_speed,
+    command_waits,
+    holding_rows,
+    next_marked,
+    paced,
+    past_of,
+    want_of_input,
+)
+from .metrics import held_share
+from .probe import RunJit, balance_of, capacity, ends_of, holding, is_traced_run
 
 #: a holding reserve below this is small: a convention of simbrake
 SMALL_RESERVE = 1.25
@@ -393,6 +405,39 @@ def held_throughout(found: Judgement, least: Any) -> Judgement:
         reason=jnp.where(holds, jnp.where(reserve <= 1, h2, h4), found.reason),
         colour=jnp.where(holds, jnp.where(reserve <= 1, _RED, small), found.colour),
     )
+
+
+def _least_at_ends(record: Record) -> Array:
+    rows, system = record.rows, record.system
+    to_hold, broken, _ = holding_rows(record)
+    n = rows.t.shape[0]
+    after = jnp.minimum(jnp.arange(1, n + 1, dtype=jnp.int32), record.count)
+    goes_on = to_hold & to_hold[after] & (rows.kind < LANDED)
+    begins = broken | (to_hold & ~jnp.concatenate([jnp.zeros(1, bool), goes_on[:-1]]))
+    following = next_marked(jnp.concatenate([begins, to_hold & ~goes_on, jnp.ones(1, bool)]), 2 * n + 1, jnp)
+
+    def look(search: TwoArrays) -> TwoArrays:
+        i, worst = search
+        row = i % n
+        at = jnp.where(i < n, row, after[row])
+        y, mode = unravel(rows.y[at], record.y_like), unravel(rows.mode[row], record.mode_like)
+        load, capacity = holding(system, rows.t[at], y, mode)  # pyright: ignore
+        return following[i + 1], jnp.maximum(worst, held_share(load, capacity, jnp.asarray(True)))
+
+    start = following[0], jnp.zeros(())
+    worst = jax.lax.while_loop(lambda search: search[0] < 2 * n, look, start)[1]
+    return jnp.where(worst > 0, 1 / jnp.where(worst > 0, worst, 1.0), jnp.inf)
+
+
+_LEAST_AT_ENDS = RunJit(_least_at_ends, quick=True)
+
+
+def judge_of_many(record: Record) -> Judgement:
+    """As `judge`, with the holding reserve at events and at both ends of every hold, for runs side by side.
+
+    Between these a load or a lever that varies without knots may leave less; the report of a run looks everywhere.
+    """
+    return held_throughout(judge(record), _LEAST_AT_ENDS(record))
 
 
 class Coded(NamedTuple):

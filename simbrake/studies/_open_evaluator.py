@@ -169,6 +169,9 @@ def evaluator(
     slopes = PointEvaluator(scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings)
     prepared = prepare(scene, asked, **settings)
     hint = "give a function that is a number in the scene, or infinite where something never happens"
-    wrong = [name for name, value in prepared().metrics.items() if np.isnan(value)]
+    found = prepared().metrics
+    arrays = [name for name, value in found.items() if np.ndim(value)]
+    Issues(Fault(name, "is an array", "give a function of the result to one number") for name in arrays).report()
+    wrong = [name for name, value in found.items() if np.isnan(value)]
     Issues(Fault(name, "is not a number in the scene", hint) for name in wrong).report()
     return Evaluator(prepared, slopes, bounds, units)

@@ -29,7 +29,7 @@ from .._base._programs import STORE
 from .._base._quantity import Quantity, behind
 from ..hybrid import LANDED, Code, Record, Rodas5P
 from ..hybrid.arrays import Array, numpy_of
-from ..outputs.judgement import coded, judge
+from ..outputs.judgement import coded, judge_of_many
 from ..outputs.log import FAILURES
 from ..outputs.metrics import HOLDING, METRICS, identity_of, metric_names
 from ..outputs.probe import ends_driven
@@ -92,7 +92,7 @@ ABOUT: dict[str, Callable[[Result], Any]] = {
     "turn": lambda r: 1 if r.record.mode_end.turn is None else r.record.mode_end.turn,
     "moved": lambda r: _moved(r.record),
     "driven": lambda r: ends_driven(r.record),
-    "judged": lambda r: coded(judge(r.record)),
+    "judged": lambda r: coded(judge_of_many(r.record)),
     "steps": lambda r: r.record.stats.accepted,
     "rejected": lambda r: r.record.stats.rejected,
     "retaken": lambda r: r.record.stats.retaken,

@@ -272,9 +272,7 @@ def test_shipped_scenes_have_one_reason_everywhere(name):
         moves = result.ok and not result.status.startswith(("stopped", "held", "driven"))
         if moves and said.wants in ("rest", "hold", "released", "unsaid") and said.numbers["reserve"] is not None:
             assert said.colour != "green", change
-        alike = {"H2": "H4"}  # (the least reserve of a run is asked of single runs)
-        reason = str(data["reason"].values[i])
-        assert alike.get(said.reason, said.reason) == alike.get(reason, reason), change
+        assert said.reason == str(data["reason"].values[i]), change
 
 
 @pytest.mark.parametrize("name", ["stops", "stops, not shown", "three times the load", "let go", "held"])
