@@ -182,7 +182,9 @@ def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: Issues)
     name = table.names[i]
     text = table.units[i]
     place = f"{where} column {name}"
-    bad = np.flatnonzero(~np.isfinite(x) | np.isin(x, table.nulls))
+    missing = ~np.isfinite(x) | np.isin(x, table.nulls)
+    missing[:1] &= x[:1] != 0.0  # (a time of 0 begins a recording, also where 0 means no value)
+    bad = np.flatnonzero(missing)
     if bad.size:
         more = f"; {bad.size} rows have none" if bad.size > 1 else ""
         faults.add(f"{where} {table.row(bad[0])}, column {name}", "has no time", f"every row needs its time{more}")

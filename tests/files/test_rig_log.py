@@ -446,3 +446,15 @@ def test_a_long_recording_is_read_in_pieces_with_progress(tmp_path):
     assert len(seen) >= 3
     assert seen[-1] == (file.stat().st_size,) * 2
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+def test_a_las_file_may_begin_at_the_time_that_means_no_value_elsewhere(tmp_path):
+    file = tmp_path / "zero.las"
+    head = "~V\nVERS. 2.0 :\nWRAP. NO :\n~W\nNULL. 0 :\n~C\nTIME.s :\nBPOS.m :\nHKLD.kN :\n~A\n"
+    file.write_text(head + "0 30 900\n5 29 0\n10 28 910\n", "utf-8")
+    log = sb.rig.read(file)
+    np.testing.assert_array_equal(log.t, [0.0, 5.0, 10.0])
+    assert np.isnan(log["hook_load"].value).tolist() == [False, True, False]
+    file.write_text(head + "5 30 900\n0 29 900\n10 28 910\n", "utf-8")
+    with pytest.raises(sb.InputError, match="TIME: has no time"):
+        sb.rig.read(file)
