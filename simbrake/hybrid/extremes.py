@@ -25,7 +25,7 @@ Watch = Callable[[Scalar, State, Int[Array, " mode"], State], TwoArrays]
 
 #: a value that exceeds another by less than this share is no new maximum: the difference is rounding
 SAME = 1e-13
-#: turning points whose places (shares of the step) and values (share) differ by less are one
+#: turning points whose places (shares of the step) differ by less are one
 _ONE_TURN = 1e-9
 #: a look that moves the place by less than this share of the step is the last: the next would by about its square
 _FOUND = 1e-6
@@ -239,13 +239,13 @@ def _next_turn(turns: _Turns, best: Float[Array, "*rows k"], start: TwoArrays, e
     xp = numpy_of(best)
     left = turns.left & (turns.bound > best + SAME * xp.abs(best))
     entry = xp.argmax(xp.where(left, turns.bound, -xp.inf), axis=-1).astype(np.int32)
-    place, bound = _of_entry(turns.place, entry), _of_entry(turns.bound, entry)
+    place = _of_entry(turns.place, entry)
+    # (what turns at the same place is seen with it)
     near = xp.abs(turns.place - place[..., None]) <= _ONE_TURN
-    as_high = xp.abs(turns.bound - bound[..., None]) <= _ONE_TURN * xp.abs(bound[..., None])
     of_entry = xp.arange(left.shape[-1], dtype=np.int32) == entry[..., None]
     zero = xp.zeros_like(place)
     return turns._replace(
-        left=left & ~(near & as_high) & ~of_entry,
+        left=left & ~near & ~of_entry,
         entry=xp.where(xp.any(left, axis=-1), entry, np.int32(-1)),
         share=place,
         looks=xp.zeros_like(turns.looks),
