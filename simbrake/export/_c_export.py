@@ -19,7 +19,7 @@ from .._base._part import leaves
 from .._base._quantity import Quantity, shown
 from ..hybrid.arrays import Array, templates
 from ..hybrid.system import SKIPPED, unravel
-from ..outputs.judgement import REASONS, held_throughout, judge
+from ..outputs.judgement import REASONS, held_throughout, judge_of_many
 from ..outputs.log import FAILURES, STATUS_MESSAGES, Status, status_of
 from ..outputs.metrics import HOLDING, metric_names
 from ..outputs.probe import ends_driven, seen_at
@@ -171,8 +171,9 @@ class Export:
         counts = jnp.stack([record.code, record.count, *record.stats]).astype(jnp.int32)
         rows = record.rows
         speeds = jnp.where(jnp.arange(rows.t.size, dtype=jnp.int32) <= record.count, rows.y[:, 1], 0.0)
-        least = values[self.outputs.index(HOLDING)] if HOLDING in self.outputs else np.inf
-        said = held_throughout(judge(record), least)
+        said = judge_of_many(record)
+        if HOLDING in self.outputs:
+            said = held_throughout(said, values[self.outputs.index(HOLDING)])
         ratios = jnp.stack([said.reserve, said.sliding, said.pull])
         ending = jnp.any(speeds != 0.0), ends_driven(record), said.away, said.steady, said.reason, said.colour
         flags = jnp.stack([jnp.asarray(flag).astype(jnp.int32) for flag in ending])
