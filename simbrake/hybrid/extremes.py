@@ -6,7 +6,7 @@ found on partial steps of the method itself. No step of the run changes, and a m
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -152,11 +152,8 @@ def _visitor(
             y = jax.lax.switch(which, [lambda: rows.y[i], lambda: rows.y[i + 1], inside])
             return watch(t, y, mode, rhs(t, y))
 
-        def tops_of(q: Array) -> Array:
-            return jnp.stack([jnp.max(q[a:b]) for a, b in itertools.pairwise(ends)])
-
         def with_values(best: Extremes, q: Array, share: Scalar, whole: Count) -> Extremes:
-            top = tops_of(q)
+            top = _tops(q, ends)
             entry = jnp.stack([first_largest(q[a:b]) for a, b in itertools.pairwise(ends)])
             if counts is not None:
                 top = jnp.where(counts[i] >= whole, top, -jnp.inf)
@@ -179,7 +176,7 @@ def _visitor(
                 done = turns.looks >= _LOOKS
                 # (an earlier look may be as high but for rounding)
                 inside = (best.row == i) & (best.share > 0) & (best.share < 1)
-                here = done & inside & (tops_of(q) >= best.value - 2 * SAME * jnp.abs(best.value))
+                here = done & inside & (_tops(q, ends) >= best.value - 2 * SAME * jnp.abs(best.value))
                 found = best._replace(share=jnp.where(here, turns.share, best.share))
                 following = _next_turn(turns, best.value[group_of], v.start, v.end)
                 return new._replace(best=found, turns=_chosen(done, following, turns))
@@ -197,6 +194,11 @@ def _visitor(
         return visited.best, visited.end
 
     return visit
+
+
+def _tops(q: Array, ends: Sequence[int]) -> Array:
+    """The largest entry of each group between these ends."""
+    return jnp.stack([jnp.max(q[a:b]) for a, b in itertools.pairwise(ends)])
 
 
 def _chosen(mark: Array, new: PyTree, old: PyTree) -> PyTree:
@@ -409,8 +411,7 @@ def follow(f: Followed, watched: Watched, end: TwoArrays, step: Array, begins: M
     """After an attempt with the values and rates `end`; whether a segment `begins` there, or a step was taken to it."""
     ends = np.cumsum([0, *watched.groups]).tolist()
     counts = begins | stepped
-    tops = jnp.stack([jnp.max(end[0][a:b]) for a, b in itertools.pairwise(ends)])
-    best = jnp.where(counts, jnp.maximum(f.best, tops), f.best)
+    best = jnp.where(counts, jnp.maximum(f.best, _tops(end[0], ends)), f.best)
     turns = _turns(f.start, end, step[1])
     bounds = jnp.where(turns.left, turns.bound, _NOTHING)
     entry = jnp.stack([a + jnp.argmax(bounds[a:b]).astype(jnp.int32) for a, b in itertools.pairwise(ends)])

@@ -1,7 +1,6 @@
 """Maximum values over a run: of metrics, and of any quantity of a probe.
 
-Where they are is found on the run as it is (`hybrid.extremes`); their values, and the derivatives of these, are those
-of a probe there.
+Values and places are found on the run as it is (`hybrid.extremes`); derivatives are those of a probe at the place.
 """
 
 import functools

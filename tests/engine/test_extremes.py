@@ -85,7 +85,7 @@ def test_highest_speed_just_after_a_corner():
     assert found.time == pytest.approx(2.002, abs=1e-8)
 
 
-G, MASS, K, DRUM = 9.80665, 40e3, 4e6, 0.4 / 8
+G, MASS, K = 9.80665, 40e3, 4e6
 
 
 def hook_load(t, damping):
