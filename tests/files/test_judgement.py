@@ -56,6 +56,7 @@ HISTORIES = {
     "weak beside drag of the load": (scene(WEAK, w0=8.0, of_load=600.0), "S1", "red", "rest"),
     "thrown upwards": (scene(WEAK, w0=-5.0, hydro=60.0), "S1", "red", "rest"),
     "stopped by bearings": (scene(lever(7e3, 7e3, 7e3, 7e3), bearings=15e3), "H2", "red", "hold"),
+    "eased, held by bearings": (scene(lever(20e3, 7e3, 20e3, 20e3), w0=0.0, bearings=15e3), "H2", "red", "hold"),
     "open, held by bearings": (scene(OPEN, bearings=30e3), "H6", "red", "free"),
     "open": (scene(OPEN), "X1", "red", "free"),
     "lowered by the auxiliary brake": (scene(LATE, hydro=60.0), "L4", "green", "lower"),
