@@ -30,7 +30,8 @@ def run(*arguments: str) -> str:
 
 
 def main() -> None:
-    checkout, installed = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sb.__file__).resolve().parent
+    checkout = pathlib.Path(sys.argv[1]).resolve()
+    installed = pathlib.Path(sb.__file__).resolve().parent
     assert not installed.is_relative_to(checkout), installed
     scenes = {file for file in files(checkout / "scenarios") if file.stem not in IN_CHECKOUT}
     source = files(checkout / "simbrake") | {pathlib.Path("scenarios") / file for file in scenes}

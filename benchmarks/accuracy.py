@@ -37,7 +37,8 @@ from benchmarks.scenes import CASES, Answer
 from simbrake.runs.accuracy import difference, longest_step
 
 #: shares of the cases in which an estimate should be neither too small nor too large
-LEAST_SAFE, LEAST_SHARP = 0.95, 0.80
+LEAST_SAFE = 0.95
+LEAST_SHARP = 0.80
 
 
 class Row(NamedTuple):
@@ -83,7 +84,8 @@ def judged(name: str, problem: sb.Scene, truth: sb.results.Result, rtol: float) 
     result = sb.simulate(problem, rtol=rtol, throw=False)
     if not (result.ok and truth.ok):
         return Judged(name, rtol, [], False, False)
-    found, apart = result.accuracy(), difference(result, truth)
+    found = result.accuracy()
+    apart = difference(result, truth)
     if found.problem or apart.problem:
         return Judged(name, rtol, [], not found.problem, not apart.problem)
     times = np.asarray(result.record.rows.t)
@@ -131,7 +133,8 @@ def drawn(seed: int, count: int) -> list[tuple[str, str, int]]:
     """Kinds, flavours and seeds of random scenes: every pair as often, one after the other as they share a program."""
     rng = np.random.default_rng(seed)
     pairs = [(kind, flavour) for kind in KINDS for flavour in FLAVOURS]
-    order, seeds = rng.permutation(len(pairs)), rng.integers(10_000, 10**9, count)
+    order = rng.permutation(len(pairs))
+    seeds = rng.integers(10_000, 10**9, count)
     places = sorted(i % len(pairs) for i in range(count))
     return [(*pairs[order[place]], int(one)) for place, one in zip(places, seeds, strict=True)]
 
@@ -180,7 +183,8 @@ def main() -> int:
     for rtol in tolerances:
         here = [one for one in found if one.rtol == rtol]
         rows = [row for one in here for row in one.rows]
-        safe, sharp = share(rows, "safe"), share(rows, "sharp")
+        safe = share(rows, "safe")
+        sharp = share(rows, "sharp")
         false = sum(one.given and not one.due for one in here)
         none = sum(not one.given for one in here)
         needless = sum(one.due and not one.given for one in here)

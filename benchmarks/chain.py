@@ -19,10 +19,14 @@ class Linear:
 
     def __init__(self, p: Chain):
         n = p.n
-        self.p, self.fz = p, p.f * p.z
+        self.p = p
+        self.fz = p.f * p.z
         self.K = p.stiffness
         self.D = np.array([2 * p.zeta * np.sqrt(p.K * p.m)] * (n - 1) + [0.0])
-        self.A, self.b, self.g, self.h = [], [], [], []
+        self.A = []
+        self.b = []
+        self.g = []
+        self.h = []
         for k in range(n + 1):
             rates, spare = self.equations(np.zeros(2 * n + 2), k)
             columns = [self.equations(e, k) for e in np.eye(2 * n + 2)]
@@ -33,9 +37,12 @@ class Linear:
 
     def equations(self, y: np.ndarray, k: int) -> tuple[np.ndarray, float]:
         """Rates, and the limit less the grip of the first lining that sticks."""
-        p, n = self.p, self.p.n
+        p = self.p
+        n = self.p.n
         stuck = n - k
-        w, e, v = y[0], y[2 : n + 2], y[n + 2 :].copy()
+        w = y[0]
+        e = y[2 : n + 2]
+        v = y[n + 2 :].copy()
         v[:stuck] = p.R * w
         stretching = v - np.append(v[1:], 0.0)
         T = p.T_0 + self.K * e + self.D * stretching
@@ -61,11 +68,15 @@ class Linear:
 
 def chain(p: Chain) -> Automaton:
     """Its modes."""
-    n, known = p.n, Linear(p)
+    n = p.n
+    known = Linear(p)
     sizes = sizes_of(p)
 
     def sliding(k: int) -> Mode:
-        A, b, g, h = known.A[k], known.b[k], known.g[k], known.h[k]
+        A = known.A[k]
+        b = known.b[k]
+        g = known.g[k]
+        h = known.h[k]
         guards = ()
         if k < n:
 

@@ -93,8 +93,10 @@ def table(part: Part, form: str) -> str:
     """The costs as a table of text (`form="plain"`) or of Markdown (`form="github"`)."""
     rows = []
     for c in part.costs:
-        limit, missed = "" if c.limit is None else f"≤ {c.limit:.3g}", "missed" if c.missed else ""
-        mine, theirs = (_seconds(c.cpu), _error(c.error)), (_seconds(c.peer_cpu), _error(c.peer_error))
+        limit = "" if c.limit is None else f"≤ {c.limit:.3g}"
+        missed = "missed" if c.missed else ""
+        mine = (_seconds(c.cpu), _error(c.error))
+        theirs = (_seconds(c.peer_cpu), _error(c.peer_error))
         rows.append((c.what, *mine, c.peer, *theirs, f"{c.ratio:.3g}", limit, missed))
     return tabulate(rows, HEAD, form, disable_numparse=True)
 
@@ -121,7 +123,9 @@ def largest_difference(found: list[tuple[str, float]], truth: list[tuple[str, fl
 COLD = {"u2_5_5_stop.toml": 4.0, "staged_vs_standard.py": 9.0, "disc_stop.py": 9.0}
 COLD |= {"tripping_30_stands.py": 16.0, "everything_coupled.py": 16.0}
 AGAIN = {"u2_5_5_stop.toml": 1.5, "tripping_30_stands.py": 3.0, "everything_coupled.py": 3.0}
-IMPORT, MISTAKE, MISTAKEN_SCENE = 1.2, 0.5, 1.5
+IMPORT = 1.2
+MISTAKE = 0.5
+MISTAKEN_SCENE = 1.5
 
 #: modules are loaded with the names that are used
 _IMPORT = """
@@ -180,7 +184,8 @@ def process(quick: bool) -> Part:
         costs = []
 
         def add(what: str, limit: float, less: float = 0.0, error: float | None = None) -> None:
-            unit, over = sorted(found.units)[len(found.units) // 2], found.in_units(what, less)
+            unit = sorted(found.units)[len(found.units) // 2]
+            over = found.in_units(what, less)
             costs.append(Cost(what, found.seconds(what), "import jax", unit, over, limit, error))
 
         add("import simbrake", IMPORT)
@@ -246,7 +251,8 @@ def waits(quick: bool) -> Part:
             return {what: fresh(["-c", script, metric], kept).cpu for what, (_, script, _) in lines.items()}
 
         found = Rounds.of(1 if quick else 3, turn)
-        unit, limits = sorted(found.units)[len(found.units) // 2], {what: line[2] for what, line in lines.items()}
+        unit = sorted(found.units)[len(found.units) // 2]
+        limits = {what: line[2] for what, line in lines.items()}
         costs = [Cost(w, found.seconds(w), "import jax", unit, found.in_units(w), limits[w]) for w in lines]
         if not quick:
             line = ["-m", "simbrake", "report", str(ROOT / "scenarios" / "tripping_30_stands.py"), "--out", folder]
@@ -260,7 +266,8 @@ def waits(quick: bool) -> Part:
 # --- looking at a result ----------------------------------------------------------------------------------------------
 
 #: processor seconds that any look may take, and the share of the run's own beyond them
-FREE, SHARE = 0.05, 0.2
+FREE = 0.05
+SHARE = 0.2
 LOOKS: dict[str, Callable[[Any], Any]] = {
     "print": str,
     "metrics": lambda result: result.metrics,
@@ -284,7 +291,8 @@ def looks(name: str, scene: Any, kinds: dict[str, Callable[[Any], Any]], rounds:
     def times(result: Any) -> list[tuple[str, float]]:
         return [(event.name, float(event.time)) for event in result.events]
 
-    cpu, runs = {what: [] for what in kinds}, []
+    cpu = {what: [] for what in kinds}
+    runs = []
     for look in kinds.values():
         look(run())
     for _ in range(rounds):
@@ -292,7 +300,8 @@ def looks(name: str, scene: Any, kinds: dict[str, Callable[[Any], Any]], rounds:
             seconds, result = _timed(run)
             runs.append(seconds)
             cpu[what].append(_timed(lambda look=look, result=result: look(result))[0])
-    own, error = float(np.median(runs)), largest_difference(times(run()), times(run(TIGHT)))
+    own = float(np.median(runs))
+    error = largest_difference(times(run()), times(run(TIGHT)))
     found = {what: float(np.median(seconds)) for what, seconds in cpu.items()}
     return [
         Cost(f"{name}, {what}", seconds, "its run", own, max(0.0, seconds - FREE) / own, SHARE, error)
@@ -359,7 +368,9 @@ def ways(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
 
     import simbrake as sb
 
-    scene, solver, (ready, error) = CASES[name].simbrake(), ours.solver_named("Dopri8"), _prepared(name, "Dopri8", rtol)
+    scene = CASES[name].simbrake()
+    solver = ours.solver_named("Dopri8")
+    (ready, error) = _prepared(name, "Dopri8", rtol)
     speeds = itertools.cycle(scene.initial.omega * np.linspace(0.99, 1.0, 16))
 
     def at(omega: Any) -> Any:
@@ -407,7 +418,8 @@ _NUMBERS = ("initial.omega", "brake.pulley.inertia", "brake.linings.friction.coe
 #: with heat the run starts at the onset of slip: another slack tension alone would move it to one side of a corner
 _HOT = (*_NUMBERS[:2], "brake.linings.friction.base.coefficient", "brake.linings.friction.factors[0].slope")
 #: limits of a warm reverse pass and of a forward one, in runs
-_REVERSE, _FORWARD = {"a": 5.0, "b": 5.0, "c": 8.0}, 1.6
+_REVERSE = {"a": 5.0, "b": 5.0, "c": 8.0}
+_FORWARD = 1.6
 
 
 def exact(p: Any) -> dict[str, float]:
@@ -443,15 +455,18 @@ def derivatives(name: str, method: str, budget: float) -> list[Cost]:
 
     import simbrake as sb
 
-    scene, solver = CASES[name].simbrake(), ours.solver_named(method)
+    scene = CASES[name].simbrake()
+    solver = ours.solver_named(method)
     run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
-    slopes, paths = run.gradient()[0], _NUMBERS if scene.heat is None else _HOT
+    slopes = run.gradient()[0]
+    paths = _NUMBERS if scene.heat is None else _HOT
 
     def stop(omega: Any) -> Any:
         changed = sb.with_values(scene, {"initial.omega": omega})
         return sb.simulate(changed, solver=solver, rtol=1e-8).stopping_time
 
-    plain, along = jax.jit(stop), jax.jit(lambda omega: jax.jvp(stop, (omega,), (1.0,)))
+    plain = jax.jit(stop)
+    along = jax.jit(lambda omega: jax.jvp(stop, (omega,), (1.0,)))
     at = float(scene.initial.omega)
     if not math.isfinite(along(at)[0]):
         raise RuntimeError(f"({name}) {method} does not stop under a derivative")
@@ -499,8 +514,10 @@ def many(name: str, count: int, few: int, rounds: int) -> list[Cost]:
     rng = np.random.default_rng(1)
     table = rng.uniform((12.0, 600.0, 0.33), (20.0, 800.0, 0.40), (count, 3))
     paths = ("initial.omega", "brake.pulley.inertia", _FRICTION[name])
-    values, metrics = dict(zip(paths, table.T, strict=True)), ("full_slip_time", "stopping_time")
-    scene, solver = CASES[name].simbrake(), ours.solver_named("Tsit5")
+    values = dict(zip(paths, table.T, strict=True))
+    metrics = ("full_slip_time", "stopping_time")
+    scene = CASES[name].simbrake()
+    solver = ours.solver_named("Tsit5")
 
     def ours_on(workers: int | None) -> Any:
         return sb.ensemble(scene, values, metrics, rtol=1e-6, solver=solver, workers=workers, progress=False)
@@ -519,12 +536,14 @@ def many(name: str, count: int, few: int, rounds: int) -> list[Cost]:
     if np.any(data.code.values):
         raise RuntimeError("a run of the ensemble failed")
     mine = np.max(np.abs(np.stack([data[m].values[:few] for m in metrics], axis=1) / truth - 1))
-    one, peer = times["one"].cpu_median / count, times[best].cpu_median / few
+    one = times["one"].cpu_median / count
+    peer = times[best].cpu_median / few
     what = f"({name}) {count:,} runs"
     workers = os.cpu_count() or 1
     elapsed = times["all"].median / times["one"].median
     limit = {"a": 1 / 100, "b": 1 / 80}[name]
-    both, whole = (times["all"].median, "1 worker", times["one"].median), 1 / (0.75 * workers)
+    both = (times["all"].median, "1 worker", times["one"].median)
+    whole = 1 / (0.75 * workers)
     return [
         Cost(f"{what}, one worker, each", one, best, peer, one / peer, limit, float(mine), float(theirs)),
         Cost(f"{what}, {workers} workers, elapsed", *both, elapsed, whole, float(mine)),
@@ -558,7 +577,8 @@ def with_maxima(name: str, budget: float, count: int) -> list[Cost]:
     ensemble of `count`, where it is not 0."""
     import simbrake as sb
 
-    scene, asked = sb.read_scene(name), "stopping_time"
+    scene = sb.read_scene(name)
+    asked = "stopping_time"
     several = [metric for metric in _FIVE if metric in sb.results.metric_names(scene)]
     wanted = {"none": [asked], "one": [asked, _ASKED[name]], f"{len(several)}": [asked, *several]}
     prepared = {which: sb.prepare(scene, metrics, rtol=1e-6) for which, metrics in wanted.items()}
@@ -697,7 +717,8 @@ def more_runs(few: int, many: int) -> Cost:
         return lambda: sb.ensemble(scene, values, ["stopping_time"], rtol=1e-6, workers=1, progress=False)
 
     times = interleaved({"few": ensemble_of(few), "many": ensemble_of(many)}, 0.0)
-    a, b = times["few"].cpu_least, times["many"].cpu_least
+    a = times["few"].cpu_least
+    b = times["many"].cpu_least
     label = f"runs of an ensemble, {few:,} to {many:,}"
     return Cost(label, b, f"{few:,}", a, math.log(b / a) / math.log(many / few), 1.1)
 

@@ -18,7 +18,10 @@ def cycles(p: Cycles) -> Automaton:
     """Its modes; the corners of the lever are its knots."""
     torque = _torque(p)
     rhs, jacobian = _moving(p, torque)
-    (C_r, C_l, C_b), (out_r, out_b), G, load = p.capacities, p.cooling, p.between, p.load
+    (C_r, C_l, C_b) = p.capacities
+    (out_r, out_b) = p.cooling
+    G = p.between
+    load = p.load
 
     def resting(t: float, y: Any) -> tuple[float, ...]:
         _, _, T_r, T_l, T_b = y
@@ -51,10 +54,15 @@ def cycles(p: Cycles) -> Automaton:
 
 def _cooling(p: Cycles) -> np.ndarray:
     """Rates of the temperatures without friction, as a matrix of all states."""
-    (C_r, C_l, C_b), (out_r, out_b), G = p.capacities, p.cooling, p.between
+    (C_r, C_l, C_b) = p.capacities
+    (out_r, out_b) = p.cooling
+    G = p.between
     rates = np.zeros((5, 5))
-    rates[2, 2], rates[3, 3], rates[3, 4] = -out_r / C_r, -G / C_l, G / C_l
-    rates[4, 3], rates[4, 4] = G / C_b, -(G + out_b) / C_b
+    rates[2, 2] = -out_r / C_r
+    rates[3, 3] = -G / C_l
+    rates[3, 4] = G / C_l
+    rates[4, 3] = G / C_b
+    rates[4, 4] = -(G + out_b) / C_b
     return rates
 
 
@@ -63,9 +71,14 @@ Torque = Callable[[float, Any], tuple[float, float]]
 
 def _torque(p: Cycles) -> Torque:
     """What the brake can hold, and its derivative by the linings' temperature."""
-    times, tensions, period = p.times, p.tensions, p.period
+    times = p.times
+    tensions = p.tensions
+    period = p.period
     pieces = list(zip(times[:-1], times[1:], tensions[:-1], tensions[1:], strict=True))
-    fz_0, q, n, R = p.f * p.z, p.f * p.z * p.fade, p.n, p.R
+    fz_0 = p.f * p.z
+    q = p.f * p.z * p.fade
+    n = p.n
+    R = p.R
 
     def lever(t: float) -> float:
         u = t % period
@@ -76,7 +89,8 @@ def _torque(p: Cycles) -> Torque:
 
     def torque(t: float, T: Any) -> tuple[float, float]:
         fz = fz_0 - q * T
-        pull, Pi = R * lever(t), ((1 + fz) / (1 - fz)) ** n
+        pull = R * lever(t)
+        Pi = ((1 + fz) / (1 - fz)) ** n
         return pull * (Pi - 1), -2 * n * q * pull * Pi / (1 - fz * fz)
 
     return torque
@@ -84,15 +98,23 @@ def _torque(p: Cycles) -> Torque:
 
 def _moving(p: Cycles, torque: Torque) -> tuple[Callable[[float, Any], Any], Callable[[float, Any], np.ndarray]]:
     """Right-hand side and Jacobian of the pulley that turns."""
-    (C_r, C_l, C_b), (out_r, out_b), G = p.capacities, p.cooling, p.between
-    to_rim, to_linings, load, drag, J = p.share / C_r, (1 - p.share) / C_l, p.load, p.drag, p.J
+    (C_r, C_l, C_b) = p.capacities
+    (out_r, out_b) = p.cooling
+    G = p.between
+    to_rim = p.share / C_r
+    to_linings = (1 - p.share) / C_l
+    load = p.load
+    drag = p.drag
+    J = p.J
     rates = _cooling(p)
-    rates[0, 0], rates[1, 0] = -drag / J, 1.0
+    rates[0, 0] = -drag / J
+    rates[1, 0] = 1.0
 
     def rhs(t: float, y: Any) -> tuple[float, ...]:
         w, _, T_r, T_l, T_b = y
         M = torque(t, T_l)[0]
-        P, flow = M * w, G * (T_l - T_b)
+        P = M * w
+        flow = G * (T_l - T_b)
         return (
             (load - drag * w - M) / J,
             w,
@@ -105,7 +127,8 @@ def _moving(p: Cycles, torque: Torque) -> tuple[Callable[[float, Any], Any], Cal
         M, slope = torque(t, float(y[3]))
         found = rates.copy()
         found[0, 3] = -slope / J
-        found[2, 0], found[2, 3] = to_rim * M, to_rim * slope * y[0]
+        found[2, 0] = to_rim * M
+        found[2, 3] = to_rim * slope * y[0]
         found[3, 0] = to_linings * M
         found[3, 3] += to_linings * slope * y[0]
         return found

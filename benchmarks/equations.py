@@ -21,14 +21,20 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
     """Runs the modes one after the other: `segment(mode, t, y, stop)` gives the time and state where it ended, and the
     index of the guard that ended it (`None`: it came to `stop`). Returns the times of the events and the final state.
     """
-    t, name, y, modes = 0.0, automaton.mode, automaton.state, automaton.modes
-    names, times, last = [], [], name
+    t = 0.0
+    name = automaton.mode
+    y = automaton.state
+    modes = automaton.modes
+    names = []
+    times = []
+    last = name
     stops = iter((*automaton.knots, automaton.end))
     stop = next(stops)
     while stop is not None:
         mode = modes[name]
         if mode.rhs is None:
-            t, fired = stop, None
+            t = stop
+            fired = None
         else:
             t, y, fired = segment(name, t, y, stop)
         if fired is not None:
@@ -39,7 +45,9 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
             name = guard.mode if isinstance(guard.mode, str) else guard.mode(t, y)
             y = guard.state(t, y)
         else:
-            last, name, stop = name, mode.then or name, next(stops, None)
+            last = name
+            name = mode.then or name
+            stop = next(stops, None)
     return _in_order(case.events, names, times), automaton.final(last, y)
 
 
@@ -68,8 +76,12 @@ def _stop(p: Stop) -> Automaton:
     With heat the band sticks again shortly before the stop: the rim's surface cools, friction recovers, `v_s = 0` comes
     before `ω = 0`; then the states are (ω, φ, x, T…).
     """
-    R, C, T_0, Pi = p.R, p.C, p.T_0, p.Pi
-    k, swing = R * C / p.J, R * T_0 / p.J
+    R = p.R
+    C = p.C
+    T_0 = p.T_0
+    Pi = p.Pi
+    k = R * C / p.J
+    swing = R * T_0 / p.J
     sizes = np.array([20.0, 10.0, 0.3])
     take_up = Mode(
         lambda t, y: (0.0, y[0], R * y[0]),
@@ -77,7 +89,8 @@ def _stop(p: Stop) -> Automaton:
         (Guard("slip onset", lambda t, y: T_0 - C * y[2], "elastic", lambda t, y: y),),
         sizes,
     )
-    T_full, cold = T_0 * Pi, np.zeros(0 if p.rates is None else len(p.rates))
+    T_full = T_0 * Pi
+    cold = np.zeros(0 if p.rates is None else len(p.rates))
     elastic = Mode(
         lambda t, y: (swing - k * y[2], y[0], R * y[0]),
         lambda t, y: np.array([[0.0, 0.0, -k], [1.0, 0.0, 0.0], [R, 0.0, 0.0]]),
@@ -98,7 +111,8 @@ def _stop(p: Stop) -> Automaton:
 
 
 def _dry_slip(p: Stop) -> dict[str, Mode]:
-    slowing, x = -p.R * p.T_0 * (p.Pi - 1) / p.J, p.T_0 * p.Pi / p.C
+    slowing = -p.R * p.T_0 * (p.Pi - 1) / p.J
+    x = p.T_0 * p.Pi / p.C
     jacobian = np.array([[0.0, 0.0], [1.0, 0.0]])
     stop = Guard("stop", lambda t, y: y[0], "held", lambda t, y: np.array([y[1], x]))
     slip = Mode(lambda t, y: (slowing, y[0]), lambda t, y: jacobian, (stop,), np.array([20.0, 10.0]))
@@ -109,11 +123,20 @@ def _slipping(p: Stop) -> Mode:
     """Full slip with `v_s = (R ω − ẋ_0)/(1 + γ)`: the sliding band follows the fading friction (model §3)."""
     assert p.rates is not None
     assert p.into is not None
-    R, C, T_0, n, rates = p.R, p.C, p.T_0, p.n, p.rates
+    R = p.R
+    C = p.C
+    T_0 = p.T_0
+    n = p.n
+    rates = p.rates
     k = len(rates)
-    fz_0, q, arm, per_C, a = p.f * p.z, p.f * p.z * p.fade, R / p.J, 1 / p.C, float(p.into[0])
+    fz_0 = p.f * p.z
+    q = p.f * p.z * p.fade
+    arm = R / p.J
+    per_C = 1 / p.C
+    a = float(p.into[0])
     M = np.zeros((k + 2, k + 2))
-    M[1, 0], M[2:, 2:] = 1.0, rates
+    M[1, 0] = 1.0
+    M[2:, 2:] = rates
     into = np.concatenate([[0.0, 0.0], p.into])
     spots = [(int(i), float(into[i])) for i in np.flatnonzero(into)]
     own = M[2].copy()
@@ -165,11 +188,19 @@ def _slipping(p: Stop) -> Mode:
 def _hot_slip(p: Stop) -> dict[str, Mode]:
     """Full slip, sticking shortly before the stop, and rest, in which only the temperatures change."""
     assert p.rates is not None
-    R, C, T_0, rates, arm = p.R, p.C, p.T_0, p.rates, p.R / p.J
+    R = p.R
+    C = p.C
+    T_0 = p.T_0
+    rates = p.rates
+    arm = p.R / p.J
     k = len(rates)
     hot = [10.0] * k
-    joined, push = np.zeros((k + 3, k + 3)), np.zeros(k + 3)
-    joined[0, 2], joined[1, 0], joined[2, 0], joined[3:, 3:] = -arm * C, 1.0, R, rates
+    joined = np.zeros((k + 3, k + 3))
+    push = np.zeros(k + 3)
+    joined[0, 2] = -arm * C
+    joined[1, 0] = 1.0
+    joined[2, 0] = R
+    joined[3:, 3:] = rates
     push[0] = arm * T_0
     stop = Guard("stop", lambda t, y: y[0], "held", lambda t, y: np.concatenate([y[1:2], y[3:], y[2:3]]))
     stick = Mode(lambda t, y: joined @ y + push, lambda t, y: joined, (stop,), np.array([20.0, 10.0, 0.3, *hot]))

@@ -91,7 +91,8 @@ def _all_of(result: Any, case: Case) -> list[Any]:
     # the mode in which it stands at the start is found at the start, and is no event
     changed = used & (rest[1:] != rest[:-1]) & (record.rows.t[1:] > record.rows.t[0])
     # rows are in the order of time (a sort would be a call of a library, and break the program up)
-    count, wanted = jnp.cumsum(changed, dtype=jnp.int32), jnp.arange(1, len(case.events) + 1, dtype=jnp.int32)
+    count = jnp.cumsum(changed, dtype=jnp.int32)
+    wanted = jnp.arange(1, len(case.events) + 1, dtype=jnp.int32)
     row = jnp.searchsorted(count, wanted)
     return list(jnp.where(wanted <= count[-1], record.rows.t[1:][jnp.minimum(row, count.size - 1)], jnp.nan))
 

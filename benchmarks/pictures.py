@@ -70,7 +70,8 @@ def _marks(scenes: list[dict[str, Any]]) -> dict[str, dict[str, str]]:
 
 def _panel(ax: Any, scene: dict[str, Any], marks: dict[str, dict[str, str]]) -> None:
     for name, all_points in by_method(scene).items():
-        tool, points = name.split()[0], [p for p in all_points if math.isfinite(p["error"])]
+        tool = name.split()[0]
+        points = [p for p in all_points if math.isfinite(p["error"])]
         ours = tool == "simbrake"
         ax.loglog(
             [1e3 * p["seconds"] for p in points],

@@ -50,9 +50,11 @@ def fresh(
     environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment |= {"XDG_CACHE_HOME": cache, "SIMBRAKE_CACHE_DIR": os.path.join(cache, "simbrake")}
     environment |= {"TF_CPP_MIN_LOG_LEVEL": "3", **(more or {})}
-    began, before = time.time(), _children()
+    began = time.time()
+    before = _children()
     done = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True, cwd=ROOT)
-    seconds, cpu = time.time() - began, _children() - before
+    seconds = time.time() - began
+    cpu = _children() - before
     if code is not None and done.returncode != code:
         raise RuntimeError(f"python {' '.join(arguments)[:200]} ended with {done.returncode}:\n{done.stderr[-2000:]}")
     return Done(seconds, cpu, done.returncode, done.stdout, done.stderr, began)

@@ -50,7 +50,8 @@ def _element(mode: Mode, t: float, y: np.ndarray, h: float) -> np.ndarray:
     values, vectors, back = _split(_STAGES)
     # what rounding does to these is made up for by the next change
     inverses = np.linalg.inv(np.eye(n) - h * values[:, None, None] * J)
-    Z, last = np.zeros((_STAGES, n)), np.inf
+    Z = np.zeros((_STAGES, n))
+    last = np.inf
     for _ in range(60):
         F = np.stack([np.asarray(mode.rhs(t + ci * h, y + z), dtype=float) for ci, z in zip(c, Z, strict=True)])
         split = back @ (h * A @ F - Z)
@@ -69,7 +70,8 @@ def _segment(automaton: Automaton, refinement: float):
     span = automaton.end
 
     def segment(name, t, y, stop):
-        mode, y = automaton.modes[name], np.asarray(y, dtype=float)
+        mode = automaton.modes[name]
+        y = np.asarray(y, dtype=float)
         h = automaton.fastest / refinement
         while True:
             step = min(h, stop - t)
@@ -80,7 +82,8 @@ def _segment(automaton: Automaton, refinement: float):
                 first = int(np.argmin(lengths))
                 step = lengths[first]
                 return t + step, _element(mode, t, y, step), past[first]
-            t, y = t + step, end
+            t = t + step
+            y = end
             if t >= stop or stop - t < 1e-14 * span:
                 return stop, y, None
             h = min(h * (1 + 1 / refinement), span / (16 * refinement))

@@ -15,7 +15,8 @@ def time_at(points: list[dict[str, Any]], level: float) -> float | None:
     good = [p for p in points if math.isfinite(p["error"])]
     found = [p["seconds"] for p in good if p["error"] <= level]
     for a, b in itertools.pairwise(good):
-        low, high = min(a["error"], b["error"]), max(a["error"], b["error"])
+        low = min(a["error"], b["error"])
+        high = max(a["error"], b["error"])
         if 0 < low < level < high:
             share = math.log(level / a["error"]) / math.log(b["error"] / a["error"])
             found.append(math.exp((1 - share) * math.log(a["seconds"]) + share * math.log(b["seconds"])))

@@ -155,16 +155,19 @@ def _layered() -> Stop:
 
 
 def _stiff() -> Stop:
-    (track, track_into), (faces, faces_into) = rim_wall(1e-6), lining_wall(10e-6)
+    (track, track_into) = rim_wall(1e-6)
+    (faces, faces_into) = lining_wall(10e-6)
     rates = np.zeros((32, 32))
-    rates[:20, :20], rates[20:, 20:] = track, faces
+    rates[:20, :20] = track
+    rates[20:, 20:] = faces
     return Stop(fade=3e-4, x_0=8e3 / 2e5, rates=rates, into=np.concatenate([track_into, faces_into]))
 
 
 def _simbrake_stop(p: Stop, kind: str) -> Any:
     import simbrake as sb
 
-    law, heat = sb.ConstantFriction(p.f), None
+    law = sb.ConstantFriction(p.f)
+    heat = None
     if kind != "dry":
         law = sb.friction.ProductFriction(law, (sb.LinearFade(p.fade, ROOM),))
         heat = _simbrake_heat(kind)
@@ -303,7 +306,8 @@ def closed_form(p: Stop) -> Answer:
     chi = math.sqrt(p.C * p.R**2 / p.J)
     t_0 = p.T_0 / (p.C * p.R * p.w_0)
     t_1 = t_0 + math.asin(chi * p.T_0 * (p.Pi - 1) / (p.C * p.R * p.w_0)) / chi
-    w_1, slowing = p.w_0 * math.cos(chi * (t_1 - t_0)), p.R * p.T_0 * (p.Pi - 1) / p.J
+    w_1 = p.w_0 * math.cos(chi * (t_1 - t_0))
+    slowing = p.R * p.T_0 * (p.Pi - 1) / p.J
     stop = t_1 + w_1 / slowing
     angle = p.T_0 * p.Pi / (p.C * p.R) + w_1**2 / (2 * slowing)
     return Answer(np.array([t_0, t_1, stop]), np.array([angle, p.T_0 * p.Pi / p.C]), 0, 0)

@@ -68,9 +68,11 @@ def limited(seconds: float):
 
 def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, dict[str, float]]:
     """The answer, median processor time of warm runs, median and least elapsed time."""
-    wall, cpu = time.perf_counter(), time.process_time()
+    wall = time.perf_counter()
+    cpu = time.process_time()
     answer = call()
-    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    wall = time.perf_counter() - wall
+    cpu = time.process_time() - cpu
     if wall > 1.0:
         return answer, {"seconds": cpu, "elapsed_seconds": wall, "least_seconds": wall}
     found = interleaved({"run": call}, budget)["run"]
@@ -79,7 +81,8 @@ def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, dict[str, 
 
 def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], budget: float) -> list[dict[str, Any]]:
     """Points of one method."""
-    truth, rows = reference(case.name).answer, []
+    truth = reference(case.name).answer
+    rows = []
     for tolerance in tolerances:
         row: dict[str, Any] = {"method": method, "tolerance": tolerance}
         start = time.perf_counter()

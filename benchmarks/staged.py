@@ -20,7 +20,8 @@ class Tensions:
     """Numbers of the mobilisation rule that stay the same, for equal linings."""
 
     def __init__(self, p: Staged):
-        mu, sine = (1 + p.f_ext * p.z) / (1 - p.f_ext * p.z), math.sin(math.atan(p.z))
+        mu = (1 + p.f_ext * p.z) / (1 - p.f_ext * p.z)
+        sine = math.sin(math.atan(p.z))
         self.Pi = mu ** np.arange(p.n + 1)
         self.top = float(self.Pi[-1])
         # ΣN = T_0 slack_k + T_n tight_k with k linings at their limit
@@ -35,8 +36,10 @@ Lever = Callable[[float], float]
 
 def staged(p: Staged) -> Automaton:
     """Its modes; the piece `k` of the held bandage is the mode `locked k`."""
-    known, decay = Tensions(p), 1 / p.tau
-    level, first = p.level, math.exp(-p.ahead * decay)
+    known = Tensions(p)
+    decay = 1 / p.tau
+    level = p.level
+    first = math.exp(-p.ahead * decay)
 
     def lever(t: float) -> float:
         return level * (1 - first * math.exp(-t * decay))
@@ -56,7 +59,9 @@ def staged(p: Staged) -> Automaton:
 def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
     """The bandage turns with the pulley, until what drives it is more than the inner pair holds."""
     grip, full, preload = pairs(p, known)
-    load, J_b, together = p.load, p.J_b, p.J + p.J_b
+    load = p.load
+    J_b = p.J_b
+    together = p.J + p.J_b
 
     def rhs(t: float, y: Any) -> tuple[float, ...]:
         M = grip * lever(t)
@@ -65,7 +70,8 @@ def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
 
     def jacobian(t: float, y: Any) -> np.ndarray:
         found = np.zeros((5, 5))
-        found[2, 0], found[3, 0] = 1.0, grip * lever(t)
+        found[2, 0] = 1.0
+        found[3, 0] = grip * lever(t)
         return found
 
     def margin(t: float, y: Any) -> float:
@@ -79,16 +85,22 @@ def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
 def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
     """Both pairs slide, until the bandage stands."""
     grip, full, preload = pairs(p, known)
-    load, J, J_b = p.load, p.J, p.J_b
+    load = p.load
+    J = p.J
+    J_b = p.J_b
 
     def rhs(t: float, y: Any) -> tuple[float, ...]:
         T_0 = lever(t)
-        M_int, M_ext = preload + full * T_0, grip * T_0
+        M_int = preload + full * T_0
+        M_ext = grip * T_0
         return (load - M_int) / J, (M_int - M_ext) / J_b, y[0], M_ext * y[1], M_int * (y[0] - y[1])
 
     def jacobian(t: float, y: Any) -> np.ndarray:
-        T_0, found = lever(t), np.zeros((5, 5))
-        found[2, 0], found[3, 1], found[4, 0] = 1.0, grip * T_0, preload + full * T_0
+        T_0 = lever(t)
+        found = np.zeros((5, 5))
+        found[2, 0] = 1.0
+        found[3, 1] = grip * T_0
+        found[4, 0] = preload + full * T_0
         found[4, 1] = -found[4, 0]
         return found
 
@@ -106,8 +118,11 @@ def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
 def _locked(p: Staged, known: Tensions, lever: Lever, k: int) -> Mode:
     """The bandage is held, `k` of its linings at their limit: `T_n = a + b T_0`."""
     a, b = line(p, known, k)
-    load, J, low = p.load, p.J, float(known.Pi[k])
-    c_0, c_1 = p.R_b * a, p.R_b * (b - 1)
+    load = p.load
+    J = p.J
+    low = float(known.Pi[k])
+    c_0 = p.R_b * a
+    c_1 = p.R_b * (b - 1)
 
     def rhs(t: float, y: Any) -> tuple[float, ...]:
         M = c_0 + c_1 * lever(t)
@@ -115,7 +130,8 @@ def _locked(p: Staged, known: Tensions, lever: Lever, k: int) -> Mode:
 
     def jacobian(t: float, y: Any) -> np.ndarray:
         found = np.zeros((5, 5))
-        found[2, 0], found[4, 0] = 1.0, c_0 + c_1 * lever(t)
+        found[2, 0] = 1.0
+        found[4, 0] = c_0 + c_1 * lever(t)
         return found
 
     guards = [Guard("stop", lambda t, y: y[0], "rest", lambda t, y: y)]

@@ -46,7 +46,8 @@ def interleaved(
             wall = _once(call, 1)[0]
         counts[name] = max(1, round(batch / max(wall, 1e-7)))
     found = {name: Times([], []) for name in calls}
-    end, rounds = time.perf_counter() + budget, 0
+    end = time.perf_counter() + budget
+    rounds = 0
     while rounds < least or time.perf_counter() < end:
         rounds += 1
         for name, call in calls.items():
@@ -57,7 +58,8 @@ def interleaved(
 
 
 def _once(call: Callable[[], Any], count: int) -> tuple[float, float]:
-    wall, cpu = time.perf_counter(), time.process_time()
+    wall = time.perf_counter()
+    cpu = time.process_time()
     for _ in range(count):
         call()
     return (time.perf_counter() - wall) / count, (time.process_time() - cpu) / count

@@ -36,12 +36,17 @@ def wall_rates(steps: np.ndarray, conductivity: float, heat: float, front: float
 TRACK = 2 * math.pi * 0.725 * 0.23
 RIM = {"thickness": 0.028, "conductivity": 48.0, "density": 7800.0, "specific_heat": 500.0}
 LINING = {"thickness": 0.030, "conductivity": 0.8, "density": 2000.0, "specific_heat": 1100.0}
-SHARE, INSIDE, OUTSIDE, OPEN, OVERLAP = 0.95, 60.0, 60.0, 0.25, 0.75
+SHARE = 0.95
+INSIDE = 60.0
+OUTSIDE = 60.0
+OPEN = 0.25
+OVERLAP = 0.75
 
 
 def rim_wall(first: float | None) -> tuple[np.ndarray, np.ndarray]:
     """Rates and heat of a rim of 20 layers that is cooled on the inside and on the open quarter of its track."""
-    steps, heat = layers(first, RIM["thickness"], 20), RIM["density"] * RIM["specific_heat"]
+    steps = layers(first, RIM["thickness"], 20)
+    heat = RIM["density"] * RIM["specific_heat"]
     half = steps[0] / (2 * RIM["conductivity"])
     # only a quarter of the face cools, through half a layer under the whole of it
     outside = 1 / (1 / (OPEN * OUTSIDE) + half)
@@ -54,7 +59,8 @@ def rim_wall(first: float | None) -> tuple[np.ndarray, np.ndarray]:
 
 def lining_wall(first: float) -> tuple[np.ndarray, np.ndarray]:
     """Rates and heat of a lining of 12 layers whose back is insulated."""
-    steps, heat = layers(first, LINING["thickness"], 12), LINING["density"] * LINING["specific_heat"]
+    steps = layers(first, LINING["thickness"], 12)
+    heat = LINING["density"] * LINING["specific_heat"]
     into = np.zeros(12)
     into[0] = (1 - SHARE) / (heat * steps[0] * OVERLAP * TRACK)
     return wall_rates(steps, LINING["conductivity"], heat, 0.0, 0.0), into

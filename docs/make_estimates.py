@@ -41,11 +41,14 @@ def schmidt_errors(layers: int) -> tuple[float, float, float]:
     """
     import simbrake as sb
 
-    steel, thickness, q = sb.material("steel_20L"), 0.025, 3e5
+    steel = sb.material("steel_20L")
+    thickness = 0.025
+    q = 3e5
     end = 0.5 * thickness**2 / float(steel.diffusivity)
     face = float(sb.formulas.slab_rise(q, end, thickness, steel))
     wall = sb.thermal.Wall("rim", steel, thickness, 1.0, layers, temperature=300.0)
-    air, source = sb.thermal.Reservoir("air", 300.0), sb.thermal.Source("rim.front", q)
+    air = sb.thermal.Reservoir("air", 300.0)
+    source = sb.thermal.Source("rim.front", q)
 
     def network(coefficient: float) -> np.ndarray:
         heat = sb.Heat((wall, air), (sb.thermal.Convection("rim.back", 1.0, coefficient),), None, (source,))
@@ -60,7 +63,8 @@ def schmidt_errors(layers: int) -> tuple[float, float, float]:
 
 def order() -> list[Table]:
     """Errors over the number of layers, and the order between two rows."""
-    rows, last = [], None
+    rows = []
+    last = None
     for layers in LAYERS:
         errors = schmidt_errors(layers)
         cells = [f"{layers}"]
@@ -233,7 +237,8 @@ def parts() -> list[Table | str]:
     words = []
     for name, one in (("the stop", stop), ("the last brake application of thirty stands", stands)):
         falling, own = (one[f"surface temperature, {x}"] for x in ("falling flux", "Schmidt"))
-        apart, left = own.value - falling.value, own.simulated - own.value
+        apart = own.value - falling.value
+        left = own.simulated - own.value
         words.append(
             f"Surface of {name}: simulated less falling flux {own.simulated - falling.value:.1f} K. {apart:.1f} K of "
             "it are the course of the power, as Schmidt's scheme with the run's own heat shows; "

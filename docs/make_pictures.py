@@ -136,7 +136,8 @@ def stops(stop: sb.Result) -> None:
     friction = "brake.linings.friction.coefficient"
     runs = {f"friction {f:.2f}": sb.simulate(sb.with_values(scene, {friction: f})) for f in (0.30, 0.35, 0.40)}
     save(plot.compare(runs), "compare")
-    mass, speed = np.linspace(20e3, 160e3, 29), np.linspace(2.0, 36.0, 18)
+    mass = np.linspace(20e3, 160e3, 29)
+    speed = np.linspace(2.0, 36.0, 18)
     save(plot.sweep(sb.sweep(scene, {"duty.load.mass": mass}), ["stopping_time", "energy.friction_heat"]), "sweep")
     grid = sb.sweep(scene, {"duty.load.mass": mass, "initial.omega": speed}, ["stopping_time", "energy.friction_heat"])
     save(plot.sweep(grid), "sweep_grid")

@@ -15,7 +15,10 @@ def arrow(axes, start, end, colour, style="-|>"):
 def main() -> None:
     figure = Figure(figsize=(7.2, 6.4), layout="constrained")
     axes = figure.subplots()
-    n, wrap, rim, band = 10, 270.0, 1.0, 1.18
+    n = 10
+    wrap = 270.0
+    rim = 1.0
+    band = 1.18
     first = 225.0  # slack end, degrees; the pulley runs onto the band at the tight end, lower right, and over the top
     axes.add_patch(Wedge((0, 0), rim, 0, 360, width=0.12, color="0.8"))
     theta = np.radians(np.linspace(first, first - wrap, 300))

@@ -14,9 +14,13 @@ import numpy as np
 import simbrake as sb
 
 HERE = pathlib.Path(__file__).parents[1] / "scenarios"
-CONFIRMED, LIMITED, CONTRADICTED = "confirmed", "confirmed within limits", "contradicted"
+CONFIRMED = "confirmed"
+LIMITED = "confirmed within limits"
+CONTRADICTED = "contradicted"
 ZERO = 273.15
-WRAP, LININGS = math.radians(270.0), 10  # Z, tables 5 and 6
+# Z, tables 5 and 6
+WRAP = math.radians(270.0)
+LININGS = 10
 FRICTIONS = np.asarray([0.1, 0.2, 0.3, 0.4, 0.5])  # Z: f 0.1…0.5
 
 

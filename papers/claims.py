@@ -99,7 +99,8 @@ def main() -> None:
     options = parser.parse_args()
     if options.fast and options.write_docs:
         parser.error("the page has all claims: --write-docs without --fast")
-    runs, found = Runs(), []
+    runs = Runs()
+    found = []
     for one in CLAIMS:
         if one.fast or not options.fast:
             result = one.find(runs)

@@ -16,7 +16,8 @@ def resistance(_: Runs) -> Found:
     shell = float(sb.thermal.axial_resistance(0.220, k, 0.565, 0.590))
     parts = ((0.420, 0.565, 0.035), (0.565, 0.615, 0.025), (0.575, 0.615, 0.025))  # flange, two rim lips
     behind = [float(sb.thermal.radial_resistance(width, k, r, R)) for r, R, width in parts]
-    series, parallel = (shell + sum(behind)) / shell, 1 / (1 + shell * sum(1 / r for r in behind))
+    series = (shell + sum(behind)) / shell
+    parallel = 1 / (1 + shell * sum(1 / r for r in behind))
     text = (
         f"{series:.2f} times that of the shell if heat passes all of them one after the other, as V adds them; "
         f"as ways side by side behind one rim they lower it to {parallel:.3f}"
@@ -32,13 +33,15 @@ def resistance(_: Runs) -> Found:
     fast=False,
 )
 def frequency(_: Runs) -> Found:
-    steel, found = sb.material("steel_20L"), []
+    steel = sb.material("steel_20L")
+    found = []
     for n, share in ((6, 0.75), (10, 0.75), (10, 1.0)):
         of = stop(stiffness=None, angle=np.full(n, WRAP / 10))
         area = share * WRAP / 10 * 0.590 * 0.220
         result = sb.simulate(sb.with_values(of, {"brake.linings.area": area}))
         found.append(sb.formulas.track_ripple(result, [0.4], material=steel, share=0.9))
-    kappa, rate = [r.overlap for r in found], [float(r.frequency[0] * r.period[0]) for r in found]
+    kappa = [r.overlap for r in found]
+    rate = [float(r.frequency[0] * r.period[0]) for r in found]
     high = [float(r.amplitude[0]) for r in found]
     text = (
         f"cycles per turn {of_each(rate, '.0f')} at overlaps {of_each(kappa)}: more linings of one length "
@@ -56,7 +59,9 @@ def frequency(_: Runs) -> Found:
     fast=True,
 )
 def rejected(_: Runs) -> Found:
-    track, stored, pause = 2 * math.pi * 0.590 * 0.220, 0.8e6, 90.0
+    track = 2 * math.pi * 0.590 * 0.220
+    stored = 0.8e6
+    pause = 90.0
 
     def share(T: float) -> float:
         h = 25.0 + sb.formulas.radiation_coefficient(0.8, T, sb.thermal.ROOM)
@@ -93,8 +98,12 @@ def metal_share(_: Runs) -> Found:
     "rim, linings and band at one temperature; V's coefficients on their faces",
 )
 def open_brake(_: Runs) -> Found:
-    law, time, track = sb.formulas.transmission_table(), np.asarray([0.0, 600.0]), 2 * math.pi * 0.590 * 0.220
-    steel, lining, of_band = sb.material("steel_20L"), sb.material("FK-24A"), sb.material("band_steel")
+    law = sb.formulas.transmission_table()
+    time = np.asarray([0.0, 600.0])
+    track = 2 * math.pi * 0.590 * 0.220
+    steel = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
+    of_band = sb.material("band_steel")
 
     def shares(T: float) -> tuple[float, float]:
         """The rim's share of what is rejected in ten minutes, and that by the formula."""
@@ -182,7 +191,8 @@ def stabilisation(_: Runs) -> Found:
         T = dict(zip(result.nodes, np.asarray(result.series(t).temperature).T, strict=True))
         return float(np.trapezoid(G * (T["rim"] - T["flange"]), t))
 
-    first, last = flow(sb.simulate(cycle)), flow(sb.cyclic_steady_state(cycle).result)
+    first = flow(sb.simulate(cycle))
+    last = flow(sb.cyclic_steady_state(cycle).result)
     text = (
         f"{first / 1e3:.1f} kJ in the first cycle from cold, {last / 1e3:.1f} kJ in the cyclic steady "
         "state: the flange goes on rejecting heat"
@@ -239,12 +249,14 @@ def inversion(runs: Runs) -> Found:
     result = runs.heavy
     t = np.linspace(0.0, 60.0, 6001)[1:]
     lining, rim = (layers_of(result, t, name)[0][:, 0] for name in ("lining", "rim"))
-    back, steeper = lining > rim, steepest(result, t, "lining") > steepest(result, t, "rim")
+    back = lining > rim
+    steeper = steepest(result, t, "lining") > steepest(result, t, "rim")
     (link,) = (one for one in result.scene.heat.links if getattr(one, "b", "") == "lining.front")
     flow = float(link.area) / float(link.resistance) * (lining - rim)
     heat = float(np.trapezoid(np.maximum(flow, 0.0), t))
     share = heat / float(result.energy["heat_to_linings"])
-    (start, end), peak = t[back][[0, -1]], int(np.argmax(lining))
+    (start, end) = t[back][[0, -1]]
+    peak = int(np.argmax(lining))
     text = (
         f"linings are the hotter ones from {start:.2f} to {end:.1f} s, at most {lining[peak] - ZERO:.1f} against "
         f"{rim[peak] - ZERO:.1f} °C; {100 * share:.0f} % of their heat flow back, by conduction alone; the gradient in "
@@ -260,8 +272,11 @@ def inversion(runs: Runs) -> Found:
     "stop of 80 t; all that wears off decomposes",
 )
 def burn_off(runs: Runs) -> Found:
-    binder, enthalpy = 0.2, 1.5e6  # share of mass, J/kg of phenolic resin: assumptions
-    result, lining = runs.heavy, sb.formulas.lining_material("FK-24A")
+    # share of mass, J/kg of phenolic resin: assumptions
+    binder = 0.2
+    enthalpy = 1.5e6
+    result = runs.heavy
+    lining = sb.formulas.lining_material("FK-24A")
     depth = np.asarray(sb.results.lining_wear(result, lining.wear))
     mass = float(lining.thermal.density) * float(np.sum(depth * np.asarray(result.scene.brake.linings.area)))
     share = mass * binder * enthalpy / float(result.energy["heat_to_linings"])

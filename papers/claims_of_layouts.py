@@ -84,7 +84,8 @@ def infeasible(_: Runs) -> Found:
             return False
         return True
 
-    low, high = 0.4, 0.6
+    low = 0.4
+    high = 0.6
     while high - low > 1e-4:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if fits(middle) else (low, middle)
@@ -108,7 +109,8 @@ def loads_and_friction(_: Runs) -> Found:
     "Z", "Fig. 2", "linings of twice the arc have lower pressures at both edges", "equal load; equal tension", fast=True
 )
 def edges(_: Runs) -> Found:
-    f, arc = 0.3, WRAP / LININGS
+    f = 0.3
+    arc = WRAP / LININGS
 
     def pressures(angle: float, load: float | None) -> np.ndarray:
         """At the slack and the tight edge, over the tension at the slack one and the face of one arc (1/(R b))."""
@@ -146,7 +148,8 @@ def onset(_: Runs) -> Found:
     "Z", "tables 5, 6", "stopping time hardly depends on the layout, maximum load and angles on friction", "equal lever"
 )
 def stopping_times(_: Runs) -> Found:
-    spread, load = [], []
+    spread = []
+    load = []
     for f in (0.3, 0.5):
         runs = [sb.simulate(stop(f, angle(f))) for angle in (uniform, even)]
         times, highest = ([r.metrics[name] for r in runs] for name in ("stopping_time", "max_normal_load"))
@@ -185,12 +188,14 @@ def lower_friction(runs: Runs) -> Found:
 )
 def torque_falls(runs: Runs) -> Found:
     result = runs.fading
-    hot, cold = 0.98 * result.metrics["stopping_time"], sb.simulate(stop(stiffness=None))
+    hot = 0.98 * result.metrics["stopping_time"]
+    cold = sb.simulate(stop(stiffness=None))
     ends = [
         float(np.asarray(r.series([t]).brake_torque)[0])
         for r, t in ((result, hot), (cold, 0.9 * cold.metrics["stopping_time"]))
     ]
-    ratio, f = ends[0] / ends[1], float(np.mean(np.asarray(result.series([hot]).friction_coefficient)) / 0.35)
+    ratio = ends[0] / ends[1]
+    f = float(np.mean(np.asarray(result.series([hot]).friction_coefficient)) / 0.35)
     text = (
         f"friction falls to {100 * f:.0f} %, the torque of the same lever to {100 * ratio:.0f} % of that "
         "of a cold brake"

@@ -29,7 +29,9 @@ def condition(_: Runs) -> Found:
     def brake(ratio: float) -> sb.Scene:
         return stop(0.3 * ratio, stiffness=None, bandage=floating(0.3))
 
-    low, least = 0.5, 2.0  # of f_e/f_i: the internal pair never slides, and slides from a finite tension on
+    # of f_e/f_i: the internal pair never slides, and slides from a finite tension on
+    low = 0.5
+    least = 2.0
     while least - low > 1e-3:
         middle = 0.5 * (low + least)
         slides = np.isfinite(float(sb.results.internal_slip_tension(brake(middle).brake, 1350.0, 29.4e3)))
@@ -117,15 +119,20 @@ def travel(runs: Runs) -> Found:
     rate = np.asarray(s.pairs["external"].normal_load) * np.abs(np.asarray(s.pairs["external"].slip_speed))
     fixed = np.trapezoid(rate, t, axis=0)
     # a full ring of linings of one pitch: each takes from a station the share by which their arcs overlap
-    pitch, ring = WRAP / LININGS, round(2 * math.pi / (WRAP / LININGS))
-    stops, worn, turned, first = 40, np.zeros(ring), 0.0, math.nan
+    pitch = WRAP / LININGS
+    ring = round(2 * math.pi / (WRAP / LININGS))
+    stops = 40
+    worn = np.zeros(ring)
+    turned = 0.0
+    first = math.nan
     for number in range(stops):
         place = (np.arange(ring)[:, None] - np.arange(LININGS) - ((psi + turned) / pitch)[:, None, None]) % ring
         part = np.maximum(1 - np.minimum(place, ring - place), 0.0)
         worn += np.trapezoid(np.einsum("mjk,mk->mj", part, rate), t, axis=0)
         turned += psi[-1]
         first = float(np.max(worn) / np.min(worn)) if number == 0 else first
-    ratio, once = float(np.max(worn) / np.min(worn)), float(np.max(fixed) / np.min(fixed))
+    ratio = float(np.max(worn) / np.min(worn))
+    once = float(np.max(fixed) / np.min(fixed))
     text = (
         f"outer faces, maximum over minimum wear {once:.2f} fixed, for a full ring {first:.2f} after one "
         f"stop, in which it turns by {psi[-1]:.2f} rad, {ratio:.2f} after {stops}"
@@ -141,15 +148,18 @@ def travel(runs: Runs) -> Found:
 )
 def turning(_: Runs) -> Found:
     track = 2 * math.pi * 0.590 * 0.220
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    steel = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
     forced = sb.thermal.SpeedCoefficient(10.0, 2.0)  # W/(m²·K), m/s: assumptions
-    time, hot = np.array([0.0, 600.0]), 473.15
+    time = np.array([0.0, 600.0])
+    hot = 473.15
 
     def rejected(staged: bool, face: Any) -> tuple[float, float]:
         """Share of their heat that rim and linings have given to the air; `face`: of the open face of the linings."""
         rim = sb.thermal.Lump("rim", steel.density * steel.specific_heat * 0.025 * track, hot)
         linings = sb.thermal.Wall("lining", lining, 0.045, 0.75 * track, 16, temperature=hot, both=True)
-        inner, outer = sb.thermal.FrictionHeat("rim", "lining.front", 0.9), None
+        inner = sb.thermal.FrictionHeat("rim", "lining.front", 0.9)
+        outer = None
         links = [sb.thermal.Convection("rim", track, forced, covered=0.75), sb.thermal.Convection("rim", track, 25.0)]
         if staged:  # on the pulley: their inner faces on the track, outer ones in the air while the band is open
             links.append(sb.thermal.ThermalContact("rim", "lining.front", 0.75 * track, 2e-3))
@@ -164,7 +174,9 @@ def turning(_: Runs) -> Found:
         left = (np.asarray(result.temperature)[-1] - sb.thermal.ROOM) / (hot - sb.thermal.ROOM)
         return 1 - left[0], 1 - float(np.sum(left[1:17] * np.asarray(linings.steps))) / 0.045
 
-    turned, still, serial = rejected(True, forced), rejected(True, 10.0), rejected(False, 10.0)
+    turned = rejected(True, forced)
+    still = rejected(True, 10.0)
+    serial = rejected(False, 10.0)
     text = (
         f"linings have rejected {100 * turned[1]:.0f} % of their heat, {100 * still[1]:.0f} % if their faces were in "
         f"still air, those of a serial brake {100 * serial[1]:.0f} %; the rim, whose track stays covered by three "
@@ -235,7 +247,9 @@ def thermal_shock(_: Runs) -> Found:
         return 100 * (max(times) / min(times) - 1)
 
     shocked = {end: np.asarray(run(1.15, 0.0, 673.15, end).series([30.0]).friction_memory)[0] for end in (0.9, 0.75)}
-    before, after, more = spread(1.15, 0.9), spread(shocked[0.9], 0.9), spread(shocked[0.75], 0.75)
+    before = spread(1.15, 0.9)
+    after = spread(shocked[0.9], 0.9)
+    more = spread(shocked[0.75], 0.75)
     text = (
         f"stopping times of four stops differ by {before:.1f} % with new linings, by {after:.1f} % after "
         "30 s at 400 °C if heat "
@@ -248,7 +262,8 @@ def thermal_shock(_: Runs) -> Found:
     "K", "overlap", "two surfaces under N each have more real contact than one of twice the area under 2 N", fast=True
 )
 def two_surfaces(_: Runs) -> Found:
-    face, N = 0.75 * WRAP * 0.590 * 0.220 / LININGS, 20e3
+    face = 0.75 * WRAP * 0.590 * 0.220 / LININGS
+    N = 20e3
     hardness = float(sb.formulas.lining_material("FK-24A").hardness)
     two = 2 * float(sb.formulas.real_contact_area(face, N / face, hardness))
     one = float(sb.formulas.real_contact_area(2 * face, 2 * N / (2 * face), hardness))
@@ -264,7 +279,8 @@ def larger_area(_: Runs) -> Found:
     # friction that falls with pressure: reference and exponent are assumptions
     law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.friction.PressureFactor(1e6, 0.1),))
     f = [float(law.kinetic(sb.friction.Contact(np.float64(5.0), p=np.float64(p)))) for p in (6e5, 6e5, 3e5)]
-    same_pressure, same_load = f[1] / f[0], f[2] / f[0]
+    same_pressure = f[1] / f[0]
+    same_load = f[2] / f[0]
     real = [float(sb.formulas.real_contact_area(a, 6e5, 200e6)) / a for a in (0.046, 0.092)]
     text = (
         f"twice the area: friction × {same_pressure:.3f} at one pressure, where the real share of the face stays "
@@ -280,7 +296,9 @@ def larger_area(_: Runs) -> Found:
     "equal lever; outer faces 0.6 to 1 of the inner ones",
 )
 def smaller_outside(_: Runs) -> Found:
-    ratio, names, share = [], [], (1.0, 0.8, 0.6)
+    ratio = []
+    names = []
+    share = (1.0, 0.8, 0.6)
     of = stop(0.42, stiffness=None, bandage=floating())
     inner = float(of.brake.bandage.area)
     for part in share:
@@ -345,7 +363,8 @@ def springs(_: Runs) -> Found:
 
     def stretched(count: int, stiffness: float) -> tuple[float, float]:
         """Maximum elongation of the whole bandage and of a spring (m)."""
-        of, shared = plain.brake.bandage, plain.brake.linings.count / count
+        of = plain.brake.bandage
+        shared = plain.brake.linings.count / count
         bandage = dataclasses.replace(of, preload=of.preload * shared, mass=of.mass * shared, spring=stiffness)
         linings = sb.uniform_linings(count, WRAP, sb.ConstantFriction(0.42))
         brake = dataclasses.replace(plain.brake, linings=linings, bandage=bandage)
@@ -355,7 +374,9 @@ def springs(_: Runs) -> Found:
         x = np.cumsum(0.5 * np.diff(t)[:, None] * (between[1:] + between[:-1]), axis=0)
         return float(np.max(np.abs(np.sum(x, axis=1)))), float(np.max(np.abs(x)))
 
-    narrow, inverse, same = stretched(8, 2e5), stretched(4, 1e5), stretched(4, 2e5)
+    narrow = stretched(8, 2e5)
+    inverse = stretched(4, 1e5)
+    same = stretched(4, 2e5)
     whole, each = (b / a for a, b in zip(narrow, inverse, strict=True))
     text = (
         f"linings of twice the width on springs of half the stiffness: elongation of the bandage × {whole:.2f}, of "

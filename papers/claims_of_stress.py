@@ -22,7 +22,8 @@ def rainflow(course: np.ndarray) -> list[tuple[float, float]]:
     course = course[np.append(True, np.diff(course) != 0)]
     inside = np.flatnonzero(np.diff(course)[1:] * np.diff(course)[:-1] < 0) + 1
     turns = course[np.concatenate([[0], inside, [-1]])]
-    left, found = [], []
+    left = []
+    found = []
     for x in turns:
         left.append(x)
         while len(left) >= 3 and (inner := abs(left[-2] - left[-3])) <= abs(left[-1] - left[-2]):
@@ -33,7 +34,9 @@ def rainflow(course: np.ndarray) -> list[tuple[float, float]]:
 
 def cycles_to_crack(strain: float) -> float:
     """Cycles of a range of strain to a crack: Coffin–Manson with Manson's universal slopes, steel 20L."""
-    tensile, ductility = 412e6, -math.log(1 - 0.35)  # GOST 977: least strength and reduction of area
+    # GOST 977: least strength and reduction of area
+    tensile = 412e6
+    ductility = -math.log(1 - 0.35)
     elastic = 3.5 * tensile / STEEL.young
     return 10 ** brentq(lambda n: elastic * 10 ** (-0.12 * n) + (ductility / 10**n) ** 0.6 - strain, -2, 60)
 
@@ -54,7 +57,8 @@ def over_permissible(runs: Runs) -> Found:
     "stops of 80 t from cold; rainflow and Coffin–Manson",
 )
 def microcracks(runs: Runs) -> Found:
-    elastic, t = STEEL, np.linspace(0.0, 60.0, 6001)
+    elastic = STEEL
+    t = np.linspace(0.0, 60.0, 6001)
     ripple = sb.formulas.track_ripple(runs.heavy, t)
     turns = np.cumsum(np.gradient(t) / ripple.period)
     swing = 0.5 * np.asarray(ripple.amplitude) * np.sign(np.sin(2 * math.pi * turns))

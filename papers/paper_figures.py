@@ -27,7 +27,12 @@ from simbrake.thermal import axial_resistance, radial_resistance
 
 ZERO = 273.15  # K
 #: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal Design*, 2008)
-BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
+BLUE = "#0072B2"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+ORANGE = "#E69F00"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
 TEXT = 12.0  # pt, for a figure that is printed at half of its size
 STYLE: Any = {
     "font.size": TEXT,
@@ -70,8 +75,10 @@ def _z_fig_4(figure: Figure) -> None:
     printed = {float(row["f"]): row for row in published_rows("Z1")}
     colours = {0.1: BLUE, 0.3: GREEN, 0.5: VERMILLION, 0.2: SKY, 0.4: ORANGE}
     for f, colour in colours.items():
-        curves, more = chord_curves(f), "" if f in (0.1, 0.3, 0.5) else ", in table 1 only"
-        last, angle = np.degrees(curves.last), np.degrees(curves.angle)
+        curves = chord_curves(f)
+        more = "" if f in (0.1, 0.3, 0.5) else ", in table 1 only"
+        last = np.degrees(curves.last)
+        angle = np.degrees(curves.angle)
         drawn: dict[str, Any] = {"ls": "--", "lw": 1.0} if more else {"ls": "-", "lw": 1.8}
         label = rf"$f$ = {f:g}, exists up to $\beta_7$ = {last[-1]:.1f}°{more}"
         for i, panel in enumerate(panels):
@@ -137,7 +144,10 @@ def _s_fig_1(figure: Figure) -> None:
     rise[0].set(xlabel=r"relative time $\tau/\tau_T$ (–)", ylabel="temperature rise, K")
     rise[1].set_xlabel(r"time $\tau$, s")
     finish([*share, *rise])
-    f, v, p, area = S1_PAIR["f_0"], S1_PAIR["V_0"], S1_PAIR["p_c"] / 1e6, S1_PAIR["A_c"]
+    f = S1_PAIR["f_0"]
+    v = S1_PAIR["V_0"]
+    p = S1_PAIR["p_c"] / 1e6
+    area = S1_PAIR["A_c"]
     figure.suptitle(
         f"S, Fig. 1, our reading: rim of V, $f_0$ = {f:g}, $V_0$ = {v:g} m/s, $p_c$ = {p:g} MPa, $A_c$ = {area:g} m²"
     )
@@ -199,7 +209,8 @@ def _v_table_1(figure: Figure) -> None:
 
 
 def _v_table_2(figure: Figure) -> None:
-    law, rows = transmission_table(), published_rows("V2")
+    law = transmission_table()
+    rows = published_rows("V2")
     T = np.linspace(law.temperature[0], law.temperature[-1], 400)
     K = [np.asarray(K) for K in law.transmissions(jnp.asarray(T))]
     wrong = {(c.row, c.column) for c in cells() if c.table == "V2" and c.verdict != AGREES}
@@ -226,7 +237,8 @@ def _v_table_2(figure: Figure) -> None:
 
 
 def _s_table_1(figure: Figure) -> None:
-    axes, found = figure.subplots(), [c for c in cells() if c.table == "S1"]
+    axes = figure.subplots()
+    found = [c for c in cells() if c.table == "S1"]
     rows = published_rows("S1")
     groups = list(dict.fromkeys((row["part"], row["material"]) for row in rows))
     for (part, of), colour, marker in zip(groups, (BLUE, VERMILLION, SKY, ORANGE), "osD^", strict=True):

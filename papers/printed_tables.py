@@ -34,9 +34,13 @@ from simbrake.design.formulas import (
 from simbrake.design.layouts import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
 from simbrake.thermal import FlashTemperature, axial_resistance, effusivity_share, radial_resistance
 
-AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
+AGREES = "agrees"
+MISPRINT = "known misprint"
+DISAGREES = "disagrees"
 #: what a cell says of the formulas: it is compared with them, went into them, or cannot differ
-COMPARED, GIVEN, TRIVIAL = "compared", "given", "trivial"
+COMPARED = "compared"
+GIVEN = "given"
+TRIVIAL = "trivial"
 #: columns of inputs, printed with the results, and of numbers that follow from a printed one beside them
 _KINDS = {"f": GIVEN, "k": GIVEN, "T0": TRIVIAL, "K": TRIVIAL, "tau_m_consistent": TRIVIAL}
 _CONSISTENT = "printed as λ + π/(2 w_0); the equations of motion give 1/λ + π/(2 w_0)"
@@ -125,7 +129,8 @@ def _chords(f: float) -> dict[str, Computed]:
     def forces(beta: Float[np.ndarray, "7"]) -> tuple[Float[np.ndarray, "8"], Float[np.ndarray, "7"]]:
         """Tensions `T_0…T_7` and loads of the chord model for `T_0 = 1`, `β_0 = 0` (Z-1…Z-4)."""
         half = np.append(0.0, beta) / 2
-        c, s = np.cos(half), np.sin(half)
+        c = np.cos(half)
+        s = np.sin(half)
         tension = np.append(1.0, np.cumprod((c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:])))
         return tension, tension[1:] * s[1:] + tension[:-1] * s[:-1]
 
@@ -172,7 +177,10 @@ LAMBDA = 5.0
 
 def stopped_band(table: str, printed: Printed) -> BandDiagram:
     """A row of Z5 or Z6 at rest: n = 10 linings over 270°, k of them slide."""
-    f, n, wrap, k = FRICTION[table], 10, math.radians(270.0), int(printed["k"])
+    f = FRICTION[table]
+    n = 10
+    wrap = math.radians(270.0)
+    k = int(printed["k"])
     if printed["scheme"] == "variable":
         k = min(k, 9)  # the rows headed k = 10 hold the numbers of k = 9
         return _diagram("variable", f, equal_increment_angles(f, n, k, wrap).angle, k, LAMBDA)
@@ -220,7 +228,8 @@ def _transmissions(rows: list[Printed]) -> list[Computed]:
 
 def _fourier(rows: list[Printed]) -> list[Computed]:
     """S1: `B = a/δ²` in 1/s, of the rim times 1000 (`Fo = 10⁻³ B τ` there)."""
-    diffusivity, scale = {"steel": 1.14e-5, "cast_iron": 1.04e-5}, {"rim": 1000.0}
+    diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}
+    scale = {"rim": 1000.0}
 
     def found(row: Printed) -> Computed:
         B = float(fourier_parameter(diffusivity[row["material"]], 1e-3 * float(row["delta_mm"])))
@@ -290,7 +299,9 @@ class ChordCurves(NamedTuple):
 
 def chord_curves(f: float, k: int = 7, step: float = math.radians(0.1)) -> ChordCurves:
     """Z-11 with `β_{k−1} = β_k`, from one `step` (rad) up to 90° or to where no such layout exists."""
-    found, last, why = [], np.arange(step, 0.5 * math.pi, step), ""
+    found = []
+    last = np.arange(step, 0.5 * math.pi, step)
+    why = ""
     for beta in last:
         try:
             found.append(chord_equal_load_angles(f, k, float(beta), float(beta)))
@@ -301,7 +312,11 @@ def chord_curves(f: float, k: int = 7, step: float = math.radians(0.1)) -> Chord
 
 
 #: numbers of Z, Fig. 5
-Z5_LININGS, Z5_WRAP, Z5_FRICTION, Z5_LAMBDA, Z5_W_0 = 10, math.radians(270.0), 0.3, 5.08, 1.5
+Z5_LININGS = 10
+Z5_WRAP = math.radians(270.0)
+Z5_FRICTION = 0.3
+Z5_LAMBDA = 5.08
+Z5_W_0 = 1.5
 
 
 def band_diagrams() -> tuple[BandDiagram, BandDiagram]:
@@ -310,7 +325,8 @@ def band_diagrams() -> tuple[BandDiagram, BandDiagram]:
     With the figure's `λ` and `w_0` the tension would grow to `1 + λ/w_0 = 4.39 T_0` before the pulley rests; both
     layouts hold less, so that all ten linings slide and the maximum tension is `Π T_0` (Z-14).
     """
-    n, increments = Z5_LININGS, equal_increment_angles(Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP).angle
+    n = Z5_LININGS
+    increments = equal_increment_angles(Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP).angle
     return (
         _diagram("equal tension increments", Z5_FRICTION, increments, n, Z5_LAMBDA),
         _diagram("uniform pitch", Z5_FRICTION, np.full(n, Z5_WRAP / n), n, Z5_LAMBDA),
@@ -330,9 +346,15 @@ class EnergyLevels(NamedTuple):
 
 #: parameters of the two panels of S, Fig. 1; the rim is V's, the rest assumed: f_0, V_0 (m/s), p_c (Pa), A_c (m²)
 S1_PAIR = {"f_0": 0.35, "V_0": 14.2, "p_c": 0.25e6, "A_c": 1.22}
-S1_STOP, S1_DRAG, S1_RIM, S1_TRACK = 1.0, 60.0, 0.025, 1.63  # s, s, m, m²
+# s, s, m, m²
+S1_STOP = 1.0
+S1_DRAG = 60.0
+S1_RIM = 0.025
+S1_TRACK = 1.63
 _DRAG_POWER = 0.1  # of the initial power of the stop
-_SPOT, _HARDNESS = 50e-6, 300e6  # m, Pa
+# m, Pa
+_SPOT = 50e-6
+_HARDNESS = 300e6
 
 
 def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
@@ -342,10 +364,13 @@ def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
 
     Bulk by energy over the depth of step 1, surface by the falling flux (stop) or the slab (drag), the maximum by S-26.
     """
-    steel, s = sb.material("steel_20L"), np.linspace(0.0, 1.0, points)
+    steel = sb.material("steel_20L")
+    s = np.linspace(0.0, 1.0, points)
     share = float(effusivity_share(steel, sb.material("FK-24A")))
     first = S1_PAIR["f_0"] * S1_PAIR["p_c"] * S1_PAIR["A_c"] * S1_PAIR["V_0"]
-    q, a, heat = share * first / S1_TRACK, float(steel.diffusivity), float(steel.density * steel.specific_heat)
+    q = share * first / S1_TRACK
+    a = float(steel.diffusivity)
+    heat = float(steel.density * steel.specific_heat)
     law = FlashTemperature(_SPOT, float(steel.conductivity), a, share, _HARDNESS)
 
     def flash(speed: np.ndarray) -> np.ndarray:
@@ -354,13 +379,15 @@ def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
 
     relative = 2 * s - s**2
     depth = min(float(penetration_depth(a, S1_STOP)), S1_RIM)
-    mass, work = S1_TRACK * depth * float(steel.density), first * S1_STOP / 2
+    mass = S1_TRACK * depth * float(steel.density)
+    work = first * S1_STOP / 2
     # S-25 is the mean over the brake application, 2/3 of the rise at its end
     rise = 1.5 * float(mean_bulk_rise(share, work, float(steel.specific_heat), mass))
     surface = np.asarray(stopping_rise(q, s * S1_STOP, S1_STOP, float(steel.effusivity)))
     top = maximum_temperatures(0.0, surface, flash(S1_PAIR["V_0"] * (1 - s))).surface_and_third_flash
     stop = EnergyLevels(s, 2 * (1 - s), relative, rise * relative, surface, np.asarray(top))
-    t, drag_q = s * S1_DRAG, _DRAG_POWER * q
+    t = s * S1_DRAG
+    drag_q = _DRAG_POWER * q
     surface = np.asarray(slab_rise(drag_q, t, S1_RIM, steel))
     top = maximum_temperatures(0.0, surface, flash(np.full(points, _DRAG_POWER * S1_PAIR["V_0"])))
     bulk = drag_q * t / (S1_RIM * heat)

@@ -61,7 +61,8 @@ def section(name: str, of: list) -> list[str]:
     for i, row in enumerate(rows):
         cells = []
         for column in head:
-            printed, cell = row.get(column, ""), found.get((i, column))
+            printed = row.get(column, "")
+            cell = found.get((i, column))
             if cell is None:
                 cells.append(printed.replace("_", " ") or "–")
             elif column in extra:

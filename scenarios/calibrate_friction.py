@@ -34,7 +34,10 @@ GREEDY = {
     "duty.load.mass": (20e3, 120e3),
     "heat.bodies[0].capacity": (5.0e3, 2.0e5),
 }
-SPEED_NOISE, TEMPERATURE_NOISE, TIME_NOISE = 0.15, 1.5, 0.01  # rad/s, K, s; assumptions: encoder, thermocouple, clock
+# rad/s, K, s; assumptions: encoder, thermocouple, clock
+SPEED_NOISE = 0.15
+TEMPERATURE_NOISE = 1.5
+TIME_NOISE = 0.01
 
 
 def scene() -> sb.Scene:
@@ -67,7 +70,8 @@ def measure(folder: Path, seed: int = 1) -> tuple[Path, Path]:
     rim = np.asarray(s.rim_temperature)[:, 0] + TEMPERATURE_NOISE * noise.standard_normal(t.size)
     stop = float(run.stopping_time) + TIME_NOISE * noise.standard_normal()
     folder.mkdir(parents=True, exist_ok=True)
-    series, events = folder / "series.csv", folder / "events.csv"
+    series = folder / "series.csv"
+    events = folder / "events.csv"
     rpm = 60 / (2 * math.pi)
     with open(series, "w", encoding="utf-8", newline="") as file:
         file.write("# synthetic: a run of simbrake with noise, not a test of a brake\n")

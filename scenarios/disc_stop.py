@@ -11,7 +11,9 @@ import simbrake as sb
 
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    drum_radius, line_count = 0.40, 8  # m to the rope, lines strung; assumptions as in u2_5_5_stop.py
+    # m to the rope, lines strung; assumptions as in u2_5_5_stop.py
+    drum_radius = 0.40
+    line_count = 8
     hook_speed = 1.2  # m/s downwards; assumption: lowering of a heavy string
     # assumption: an organic pad, 0.40 cold, that loses 0.08 % per kelvin above 250 °C
     friction = sb.friction.ProductFriction(

@@ -13,7 +13,9 @@ import simbrake as sb
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
     tripping = runpy.run_path(str(sb.files.shipped("tripping_30_stands")))
-    line_count, drum_radius = 8, 0.40  # assumptions, as there
+    # assumptions, as there
+    line_count = 8
+    drum_radius = 0.40
     hook_speed = 0.3  # m/s; assumption: slow lowering of a casing string
     fade = sb.LinearFade(slope=1.5e-3, above=273.15 + 120.0, floor=0.6, blend=10.0)  # assumptions, as there
     return sb.Scene(

@@ -17,13 +17,20 @@ import numpy as np
 
 import simbrake as sb
 
-TRACK_RADIUS, TRACK_WIDTH = 0.590, 0.220  # m, V
-THICKNESS, BAND = 0.030, 0.006  # m, V: lining FK-24A, brake band
-LININGS, WRAP = 10, math.radians(270.0)  # Z: tables 5 and 6
+# m, V
+TRACK_RADIUS = 0.590
+TRACK_WIDTH = 0.220
+# m, V: lining FK-24A, brake band
+THICKNESS = 0.030
+BAND = 0.006
+# Z: tables 5 and 6
+LININGS = 10
+WRAP = math.radians(270.0)
 COVERED = 0.75  # share of the wrap that linings cover (S); they are equal, so that angles are pitches
 AREA = COVERED * WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS  # m² of one lining
 FRICTION = 0.3  # Z, table 6
-STEEL, LINING = sb.material("steel_20L"), sb.material("FK-24A")
+STEEL = sb.material("steel_20L")
+LINING = sb.material("FK-24A")
 
 
 class HotWear(eqx.Module):
@@ -109,7 +116,8 @@ def print_claim() -> None:
             for f in (0.1, 0.2, 0.3, 0.4, 0.5):
                 marked = [f"{x:.2f}{'*' if 1.5 <= x <= 3 else ' '}" for x in map(float, load_ratio(f, wrap, n))]
                 cells += f"{' '.join(marked):>15}"
-            ends, halves = claim_holds(wrap, n, n - 1), claim_holds(wrap, n, n // 2)
+            ends = claim_holds(wrap, n, n - 1)
+            halves = claim_holds(wrap, n, n // 2)
             print(
                 f"{n:3} {degrees:4}°  {cells}   {ends[0]:.3f}…{ends[1]:.3f} (ends), "
                 f"{halves[0]:.3f}…{halves[1]:.3f} (halves)"
@@ -158,7 +166,9 @@ def main() -> None:
         print(f"{row.name}")
         print(f"{'  β, °':8}" + "".join(f"{x:8.2f}" for x in np.degrees(row.angle)))
         print(f"{'  h, µm':8}" + "".join(f"{1e6 * x:8.4f}" for x in row.values["wear"]) + f"{row.non_uniformity:10.6f}")
-    z, best, first = rows[1].angle, rows[-1].angle, rows[2].angle
+    z = rows[1].angle
+    best = rows[-1].angle
+    first = rows[2].angle
     print(f"\nequal wear differs from Z's angles by up to {np.degrees(np.abs(best - z).max()):.2f}°,")
     print(f"from those of equal loads at full slip by up to {np.degrees(np.abs(best - first).max()):.2f}°")
     print(

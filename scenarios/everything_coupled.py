@@ -12,8 +12,14 @@ import math
 
 import simbrake as sb
 
-TRACK_RADIUS, TRACK_WIDTH, BAND, LINING = 0.590, 0.220, 0.006, 0.045  # m: V table 1, V, V, K
-LININGS, WRAP = 10, math.radians(270.0)  # Z: even, 8…26
+# m: V table 1, V, V, K
+TRACK_RADIUS = 0.590
+TRACK_WIDTH = 0.220
+BAND = 0.006
+LINING = 0.045
+# Z: even, 8…26
+LININGS = 10
+WRAP = math.radians(270.0)
 OUTER = TRACK_RADIUS + LINING
 
 
@@ -65,7 +71,9 @@ def brake() -> sb.Brake:
 
 
 def heat() -> sb.Heat:
-    rim, lining, band = sb.material("steel_20L"), sb.material("FK-24A"), sb.material("band_steel")
+    rim = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
+    band = sb.material("band_steel")
     area = WRAP * TRACK_RADIUS * TRACK_WIDTH
     network = sb.layered_heat(
         rim=rim,

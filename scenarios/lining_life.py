@@ -16,9 +16,16 @@ import numpy as np
 
 import simbrake as sb
 
-TRACK_RADIUS, TRACK_WIDTH = 0.590, 0.220  # m, V
-THICKNESS, BAND = 0.030, 0.006  # m, V: lining FK-24A, brake band
-LININGS, WRAP, FRICTION = 10, math.radians(270.0), 0.3  # Z: table 6
+# m, V
+TRACK_RADIUS = 0.590
+TRACK_WIDTH = 0.220
+# m, V: lining FK-24A, brake band
+THICKNESS = 0.030
+BAND = 0.006
+# Z: table 6
+LININGS = 10
+WRAP = math.radians(270.0)
+FRICTION = 0.3
 AREA = 0.75 * WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS  # m² of one lining; 75 % of the wrap is covered (S)
 RATE = 1e-14  # m³/(N·m); assumption for FK-24A, cold
 PERMISSIBLE = 8e-3  # m; assumption

@@ -13,8 +13,13 @@ import simbrake as sb
 
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    count, wrap = 26, math.radians(270.0)  # Z: even, 8…26
-    track_radius, lining, band = 0.590, 0.045, 0.006  # m: V table 1, K, V
+    # Z: even, 8…26
+    count = 26
+    wrap = math.radians(270.0)
+    # m: V table 1, K, V
+    track_radius = 0.590
+    lining = 0.045
+    band = 0.006
     return sb.Scene(
         sb.Brake(
             sb.Pulley(track_radius, inertia=1200.0),  # kg·m²; assumption: drum, pulleys, fast line

@@ -16,8 +16,13 @@ ANCHOR = 1.0e5  # N/m; assumption: linkage and anchor dominate, not the steel ba
 
 def scene() -> sb.Scene:
     """The scene with its band in segments."""
-    track_radius, lining_thickness, band_thickness = 0.590, 0.030, 0.006  # m, V table 1; FK-24A; brake band
-    line_count, drum_radius = 8, 0.40  # lines strung, m to the rope; assumptions
+    # m, V table 1; FK-24A; brake band
+    track_radius = 0.590
+    lining_thickness = 0.030
+    band_thickness = 0.006
+    # lines strung, m to the rope; assumptions
+    line_count = 8
+    drum_radius = 0.40
     linings = sb.uniform_linings(
         20,  # Z: even, 8…26
         math.radians(270.0),  # Z: wrap
@@ -56,7 +61,8 @@ def as_a_whole(scene: sb.Scene) -> sb.Scene:
 
 
 def main() -> None:
-    chain, n = scene(), 20
+    chain = scene()
+    n = 20
     result = sb.simulate(chain)
     print(result)
     print()
@@ -64,7 +70,8 @@ def main() -> None:
     for event in result.events:
         found.setdefault((event.name, event.lining), event.time)
     slips = [found["lining_slip", i + 1] for i in range(n)]
-    full, stop = float(result.full_slip_time), float(result.stopping_time)
+    full = float(result.full_slip_time)
+    stop = float(result.stopping_time)
     whole = sb.simulate(as_a_whole(chain))
     log = {(event.name, event.lining): event.time for event in whole.events}
     limits = [log["lining_limit", i + 1] for i in range(n)]
@@ -75,10 +82,8 @@ def main() -> None:
     print("k-th to slip   of the chain              of the whole band")
     for k in range(n):
         last = n - 1 - k
-        mine, theirs = (
-            f"lining {last + 1:2d} {slips[last] * 1e3:9.4f} ms",
-            f"lining {k + 1:2d} {limits[k] * 1e3:9.4f} ms",
-        )
+        mine = f"lining {last + 1:2d} {slips[last] * 1e3:9.4f} ms"
+        theirs = f"lining {k + 1:2d} {limits[k] * 1e3:9.4f} ms"
         print(f"{k + 1:12d}   {mine}   {theirs}")
     print(f"full slip      chain {full * 1e3:.4f} ms   whole band {log['full_slip', None] * 1e3:.4f} ms")
     print(f"stop           chain {stop:.5f} s    whole band {float(whole.stopping_time):.5f} s")

@@ -12,8 +12,11 @@ import simbrake as sb
 TRACK_RADIUS = 0.590  # m, V table 1
 TRACK_WIDTH = 0.220  # m, V
 BAND = 0.006  # m, V: brake band
-LININGS, WRAP = 20, math.radians(270.0)  # Z
-STEEL, BAND_STEEL = sb.material("steel_20L"), sb.material("band_steel")
+# Z
+LININGS = 20
+WRAP = math.radians(270.0)
+STEEL = sb.material("steel_20L")
+BAND_STEEL = sb.material("band_steel")
 LINING = sb.material("FK-24A")
 
 
@@ -97,10 +100,14 @@ def ring() -> sb.Scene:
 def wear_of_the_ring(stops: int) -> list[float]:
     """Maximum over minimum wear of the outer faces of 26 linings in a ring, after each of equal stops in a row; the
     first number is that of linings that do not travel."""
-    run, worn, start, found = sb.simulate(ring()), 0.0, 0.0, []
+    run = sb.simulate(ring())
+    worn = 0.0
+    start = 0.0
+    found = []
     for _ in range(stops):
         one = sb.results.ring_wear(run, 26, 3e-14, start=start)  # m³/(N·m); assumption, only ratios are shown
-        worn, start = worn + one.depth, start + one.travel
+        worn = worn + one.depth
+        start = start + one.travel
         found.append(float(worn.max() / worn.min()))
     return [one.over_least[1], *found]
 

@@ -17,14 +17,21 @@ import simbrake as sb
 
 TRACK_RADIUS = 0.590  # m, V table 1
 TRACK_WIDTH = 0.220  # m, V
-LINING_THICKNESS, BAND_THICKNESS = 0.030, 0.006  # m, V
-LININGS, WRAP = 20, math.radians(270.0)  # Z
-LINES, DRUM_RADIUS = 8, 0.40  # lines strung, m to the rope; assumptions, as in u2_5_5_stop
+# m, V
+LINING_THICKNESS = 0.030
+BAND_THICKNESS = 0.006
+# Z
+LININGS = 20
+WRAP = math.radians(270.0)
+# lines strung, m to the rope; assumptions, as in u2_5_5_stop
+LINES = 8
+DRUM_RADIUS = 0.40
 BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
 
 
 def _heat() -> sb.Heat:
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    steel = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
     return sb.layered_heat(
         rim=steel,
         rim_thickness=0.025,  # m, V table 1

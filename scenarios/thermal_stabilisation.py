@@ -22,7 +22,9 @@ BANDS = 2
 def heat() -> sb.Heat:
     """Rim, linings and band as lumps, and the structure of the pulley behind the rim."""
     track = BANDS * 2 * math.pi * 0.590 * 0.220  # m², V table 1
-    steel, lining, band = sb.material("steel_20L"), sb.material("FK-24A"), sb.material("band_steel")
+    steel = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
+    band = sb.material("band_steel")
     lumps = sb.lumped_heat(
         rim=float(steel.density * steel.specific_heat) * track * 0.025,  # J/K; V: rim of 25 mm
         linings=float(lining.density * lining.specific_heat) * 0.75 * track * 0.030,  # V: linings of 30 mm
@@ -89,7 +91,8 @@ def report(title: str, run: sb.Result) -> None:
 
 def cycles_to(target: np.ndarray, band: float) -> int:
     """Cycles from cold until every temperature at the end of a cycle is within `band` (K) of the steady one."""
-    here, count = scene(), 0
+    here = scene()
+    count = 0
     run = sb.prepare(here)
     while True:
         T = np.asarray(run(here).end_temperatures)

@@ -16,10 +16,13 @@ BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums
 
 def heat() -> sb.Heat:
     """Layered rims, one wall for all linings, bands, and the structure of the pulleys behind the rims."""
-    track_radius, width = 0.590, 0.220  # m, V table 1
+    # m, V table 1
+    track_radius = 0.590
+    width = 0.220
     track_area = BANDS * 2 * math.pi * track_radius * width
     lining_area = 0.75 * track_area  # S: overlap coefficient about 0.75
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    steel = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
     air = sb.thermal.SpeedCoefficient(
         at_rest=8.0, speed=2.0
     )  # W/(m²·K), m/s; assumption: free convection, then ∝ v^0.8
@@ -50,7 +53,9 @@ def heat() -> sb.Heat:
 
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    line_count, drum_radius = 8, 0.40  # assumptions: 4 × 5 sheaves; first layer of a mid-size drum
+    # assumptions: 4 × 5 sheaves; first layer of a mid-size drum
+    line_count = 8
+    drum_radius = 0.40
     hold = 30.0e3  # N slack tension; assumption
     fade = sb.LinearFade(
         slope=1.5e-3,  # 1/K; assumption

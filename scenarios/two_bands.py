@@ -86,12 +86,15 @@ def main() -> None:
     result = sb.simulate(given)
     print(result)
 
-    angle, f, R_b = brake.linings.angle, brake.linings.friction.coefficient, float(brake.band.radius)
+    angle = brake.linings.angle
+    f = brake.linings.friction.coefficient
+    R_b = float(brake.band.radius)
     shares = np.asarray(sb.brakes.tension_shares(brake))
     alone = [float(b.stiffness(f, angle, R_b)) for b in brake.band.stiffness.bands]
     compliance = [float(b.compliance(f, angle, R_b)) for b in brake.band.stiffness.bands]
     ratios, _ = sb.brakes.tension_ratio(sb.brakes.grip(f, np.asarray(angle)))
-    T_0, Pi = float(given.duty.slack_tension.scale()), float(np.prod(ratios))
+    T_0 = float(given.duty.slack_tension.scale())
+    Pi = float(np.prod(ratios))
     force = float(given.duty.slack_tension.force.scale())
     print(f"\nin full slip, lever at {force:.0f} N: slack tension {T_0 / 1e3:.2f} kN of both, T_n/T_0 = {Pi:.3f}")
     print(f"stiffness at the tight end with all in series {float(sb.brakes.stiffness_of(brake)) / 1e3:.2f} kN/m")

@@ -38,7 +38,9 @@ def bands(*, beam: bool) -> tuple[sb.brakes.LinedBand, ...]:
 
 def heat() -> sb.Heat:
     """A wall for each of the two rims, and one for every lining."""
-    rim, lining, n = sb.material("steel_20L"), sb.material("FK-24A"), sum(COUNTS)
+    rim = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
+    n = sum(COUNTS)
     track = 2 * math.pi * TRACK_RADIUS * WIDTH
     return sb.Heat(
         bodies=(
@@ -77,7 +79,8 @@ def main() -> None:
 
     for beam in (False, True):
         result = sb.simulate(scene(beam=beam))
-        brake, series = result.scene.brake, result.series([0.35])
+        brake = result.scene.brake
+        series = result.series([0.35])
         shares = np.asarray(sb.brakes.tension_shares(brake, 293.15))
         print(f"{'equal tensions (balance beam)' if beam else 'equal stretch (K-8)'}: {result.message}")
         print(f"stop after {float(result.stopping_time):.4f} s; with the lever fully on:")
@@ -101,7 +104,8 @@ def main() -> None:
         )
         print("".join(f"{head:>16}" for head in heads))
         for j, share in enumerate(shares):
-            slack, tight = share * float(series.slack_tension[0]), each["tight"][j][-1]
+            slack = share * float(series.slack_tension[0])
+            tight = each["tight"][j][-1]
             torque = float(brake.band_radius) * (tight - slack)
             row = (100 * share, tight / 1e3, torque / 1e3, each["work"][j].sum() / 1e3, rims[j] - 273.15)
             row += (each["load"][j].max() / 1e3, each["wear"][j].max() * 1e6)

@@ -103,7 +103,8 @@ def _node_slopes(h: Array, chord: Array) -> Array:
     """
     if h.shape[0] == 1:
         return jnp.concatenate([chord, chord])
-    before, after = 2 * h[1:] + h[:-1], h[1:] + 2 * h[:-1]
+    before = 2 * h[1:] + h[:-1]
+    after = h[1:] + 2 * h[:-1]
     alike = _alike(chord[:-1], chord[1:])
     whole = jnp.where(alike, before * chord[1:] + after * chord[:-1], 1.0)
     inside = jnp.where(alike, (before + after) * (chord[:-1] * chord[1:]) / whole, 0.0)
@@ -122,7 +123,8 @@ def interpolated(x: Array, at: Array, values: Array) -> Array:
     h = jnp.diff(at)
     chord = jnp.diff(values) / h
     d = _node_slopes(h, chord)
-    square, cube = (3 * chord - 2 * d[:-1] - d[1:]) / h, (d[:-1] + d[1:] - 2 * chord) / (h * h)
+    square = (3 * chord - 2 * d[:-1] - d[1:]) / h
+    cube = (d[:-1] + d[1:] - 2 * chord) / (h * h)
     pieces = jnp.stack([at[:-1], values[:-1], d[:-1], square, cube], axis=1)
     # a product with a mask in place of indexed loads, which are slow in a loop and backwards
     passed = jnp.sum(x[:, None] >= at[None, 1:-1], axis=1, dtype=jnp.int32)
@@ -172,7 +174,8 @@ class LinearFade(AbstractFactor):
     )
 
     def factor(self, contact: Contact) -> Floats:
-        w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
+        w = None if self.blend is None else jnp.asarray(self.blend)
+        s = self.slope
         lost = s * rounded(contact.T - self.above, w)
         return self.floor + rounded(1 - lost - self.floor, None if w is None else s * w)
 
@@ -193,7 +196,8 @@ class TabulatedFade(AbstractFactor):
     values: Scalar = quantity("1", "factors of the table", 0.0, 10.0, many=Over.ROWS)
 
     def factor(self, contact: Contact) -> Floats:
-        T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
+        T = jnp.asarray(self.temperature)
+        values = jnp.asarray(self.values)
         T_inside = clipped(contact.T, T[0], T[-1])
         return interpolated(T_inside.reshape(-1), T, values).reshape(T_inside.shape)
 
@@ -495,7 +499,8 @@ _PASS_ON = "pass the contact on to that law as it is, or with `contact._replace`
 
 def _faults_of_bases(law: AbstractFriction, path: str) -> Faults:
     """Errors of a law that hides states or changes of the laws that it is made of, or mixes up their changes."""
-    faults, bases = Issues(), law.bases
+    faults = Issues()
+    bases = law.bases
     for name, base in bases.items():
         lost = {id(change) for change in base.over_time} - {id(change) for change in law.over_time}
         if lost:
@@ -539,10 +544,12 @@ def _misfit(law: AbstractFriction, n: int) -> tuple[str, str] | None:
 
 def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> Faults:
     try:
-        start, sizes = law.start(n), law.sizes()
+        start = law.start(n)
+        sizes = law.sizes()
     except Exception as error:  # any exception of a user-defined law
         return [Fault(path, f"its states at the start cannot be found: {error}")]
-    like, faults = jax.tree.structure(start), Issues()
+    like = jax.tree.structure(start)
+    faults = Issues()
     if like.num_leaves == 0:
         return faults
     each = f"give one number, or a list of {n}"
@@ -591,7 +598,8 @@ def contact_like(law: AbstractFriction, n: int, *, T: bool = True, p: bool = Tru
     """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
     has none); with or without temperatures and pressures."""
     per_lining = jax.ShapeDtypeStruct((n,), np.float64)
-    surface, pressure = SurfaceState(per_lining if T else None, _memory_like(law, n)), per_lining if p else None
+    surface = SurfaceState(per_lining if T else None, _memory_like(law, n))
+    pressure = per_lining if p else None
     rates = None if surface.memory is None else surface.contact(per_lining, pressure, pressure)
     return surface.contact(per_lining, pressure), rates
 
@@ -711,7 +719,8 @@ class StribeckFriction(AbstractFriction):
     def kinetic(self, contact: Contact) -> Floats:
         # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
         r = jnp.where(contact.v >= 0, contact.v, 0.0) / self.stribeck_speed
-        positive, n = r > 0, jnp.asarray(self.exponent)
+        positive = r > 0
+        n = jnp.asarray(self.exponent)
         power = r * jnp.where(positive | (n == 1), jnp.where(positive, r, 1.0) ** (n - 1), 0.0)
         return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * jnp.exp(-power)
 
@@ -744,7 +753,8 @@ class TabulatedFriction(AbstractFriction):
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
 
     def kinetic(self, contact: Contact) -> Floats:
-        speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
+        speed = jnp.asarray(self.speed)
+        coefficient = jnp.asarray(self.coefficient)
         v = clipped(contact.v, 0.0, speed[-1])
         return interpolated(v.reshape(-1), speed, coefficient).reshape(v.shape)
 
@@ -752,7 +762,8 @@ class TabulatedFriction(AbstractFriction):
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
 
     def faults(self, path: str) -> Faults:
-        speed, coefficient = np.asarray(self.speed), np.asarray(self.coefficient)
+        speed = np.asarray(self.speed)
+        coefficient = np.asarray(self.coefficient)
         if not is_table(speed, coefficient):
             return [Fault(path, "the table needs speeds and coefficients of one length, at least 2")]
         if np.any(np.diff(speed) <= 0) or speed[0] != 0.0:
@@ -810,7 +821,8 @@ def _common_range(*parts: AbstractFriction | AbstractFactor) -> Bounds | None:
         return None
     low, high = bounds[0]
     for bound in bounds[1:]:
-        low, high = greater(low, bound[0]), lesser(high, bound[1])
+        low = greater(low, bound[0])
+        high = lesser(high, bound[1])
     return low, high
 
 

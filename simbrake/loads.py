@@ -178,10 +178,12 @@ class AbstractHookLoad(AbstractLoad):
 
     @classmethod
     def meant_by(cls, name: str, given: Mapping[str, Any]) -> str:
-        words, rope = super().meant_by(name, given), given.get("rope")
+        words = super().meant_by(name, given)
+        rope = given.get("rope")
         if DRUM_RADIUS not in words:
             return words
-        length, other = Quantity("m", "diameter"), rope.get("diameter") if isinstance(rope, Mapping) else None
+        length = Quantity("m", "diameter")
+        other = rope.get("diameter") if isinstance(rope, Mapping) else None
         diameters = in_si(given.get(name), length), in_si(getattr(rope, "diameter", other), length)
         known = all(isinstance(x, np.ndarray) and x.ndim == 0 for x in diameters)
         return f"{words} = {float(sum(diameters)) / 2:g} m" if known else words
@@ -328,7 +330,8 @@ class StringLoad(AbstractString):
         return piece % 2 == 1, piece // 2
 
     def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> Faults:
-        strings, errors = np.asarray(self.string), Issues()
+        strings = np.asarray(self.string)
+        errors = Issues()
         if strings.ndim and strings.size != count:
             what = f"has {strings.size} masses for {count} phases"
             errors.add(f"{path}.string", what, "one number, or one for each phase, those of `then` included")
@@ -620,7 +623,8 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
 
     def way(self, piece: Piece) -> Array:
         """Sense of the motion on a piece: 1 lowered, −1 hoisted, 0 at rest."""
-        piece, speeds = jnp.asarray(piece), self.speed.values
+        piece = jnp.asarray(piece)
+        speeds = self.speed.values
         inside = (piece > 0) & (piece < np.shape(speeds)[0])
         return jnp.where(inside, jnp.sign(point(speeds, piece - 1) + point(speeds, piece)), 0.0)
 
@@ -633,9 +637,11 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
     def wanted_torque(
         self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
     ) -> Real:
-        piece, (times, speeds) = jnp.asarray(piece), (self.speed.times, self.speed.values)
+        piece = jnp.asarray(piece)
+        (times, speeds) = (self.speed.times, self.speed.values)
         begin, speed, angle = (point(x, piece - 1) for x in (times, speeds, self.angles))
-        span, since = point(times, piece) - begin, t - begin
+        span = point(times, piece) - begin
+        since = t - begin
         slope = jnp.where(span > 0, (point(speeds, piece) - speed) / jnp.where(span > 0, span, 1.0), 0.0)
         assert turned is not None
         away = turned - (angle + (speed + 0.5 * slope * since) * since)
@@ -652,7 +658,8 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
         return jnp.maximum(jnp.asarray(self.limit), self.pull)
 
     def faults(self, path: str) -> Faults:
-        speeds, n = np.asarray(self.speed.values), np.size(self.speed.times)
+        speeds = np.asarray(self.speed.values)
+        n = np.size(self.speed.times)
         faults = [
             Fault(f"{path}.{name}", f"has {np.size(x)} values for {n} points of the speed", "one for each point")
             for name, x in (("angles", self.angles), ("motor_share", self.motor_share))
@@ -806,7 +813,8 @@ class Lever(AbstractProfile):
         return self.gain * self.force.scale()
 
     def faults(self, path: str) -> Faults:
-        what, hint = "a lever that holds the speed gives a tension, not a force", "give it as the slack tension itself"
+        what = "a lever that holds the speed gives a tension, not a force"
+        hint = "give it as the slack tension itself"
         return [Fault(f"{path}.force", what, hint)] if self.force.controls_speed else []
 
 
@@ -825,7 +833,8 @@ class AbstractActuator(AbstractProfile):
 
     def followed(self, t: Real, piece: Piece) -> Real:
         """`x` at `t` on the given piece."""
-        command, t = self.input, t - self.dead_time
+        command = self.input
+        t = t - self.dead_time
         x = command.value(t, piece)
         if self.lag is not None and isinstance(command, AbstractPoints):
             x = x - self.lag * command.slope(piece) + command.decayed(t, piece, self.lag)

@@ -345,14 +345,22 @@ class Phases(Part):
 
     @property
     def _groups(self) -> list[_Group]:
-        groups, phases = list[_Group](), self
-        begin, first, cycle, stands = 0, 0, 0, -max(self.stands, 0)
+        groups = list[_Group]()
+        phases = self
+        begin = 0
+        first = 0
+        cycle = 0
+        stands = -max(self.stands, 0)
         while phases is not None:
-            length, count, step = len(phases.phases), phases.count, phases.stands
+            length = len(phases.phases)
+            count = phases.count
+            step = phases.stands
             # a stand is made up before the string goes in, and laid down after it has come out
             stands += max(step, 0)
             groups.append(_Group(begin, begin + count * length, first, length, stands, step, cycle))
-            begin, first, cycle = groups[-1].end, first + length, cycle + count
+            begin = groups[-1].end
+            first = first + length
+            cycle = cycle + count
             stands += step * (count - 1) + min(step, 0)
             phases = phases.then
         return groups
@@ -458,10 +466,14 @@ def _is_line(lever: AbstractProfile) -> TypeGuard[PiecewiseLinear]:
 def _table(phases: Sequence[Phase]) -> _Table:
     columns: list[tuple[Array, ...]] = []
     for phase in phases:
-        lever, zero, inf = phase.lever, jnp.zeros(1), jnp.full(1, jnp.inf)
+        lever = phase.lever
+        zero = jnp.zeros(1)
+        inf = jnp.full(1, jnp.inf)
         if _is_line(lever):
-            times, values = jnp.asarray(lever.times, jnp.float64), jnp.asarray(lever.values, jnp.float64)
-            start, base = jnp.append(times[:1], times), jnp.append(values[:1], values)
+            times = jnp.asarray(lever.times, jnp.float64)
+            values = jnp.asarray(lever.values, jnp.float64)
+            start = jnp.append(times[:1], times)
+            base = jnp.append(values[:1], values)
             span = jnp.diff(start, append=times[-1:])
             rise = jnp.diff(base, append=values[-1:])
             slope = jnp.where(span > 0, rise / jnp.where(span > 0, span, 1.0), 0.0)

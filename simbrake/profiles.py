@@ -138,7 +138,8 @@ def faults_of_sign(course: Part, path: str, unit: str, hint: str = "a band canno
     faults = Issues()
     for where, profile, own_unit in parts_below(course, path, unit):
         for field in dataclasses.fields(profile) if isinstance(profile, AbstractProfile) and own_unit == unit else ():
-            about, values = field.metadata.get("quantity"), getattr(profile, field.name)
+            about = field.metadata.get("quantity")
+            values = getattr(profile, field.name)
             if about is not None and about.unit == "SI" and np.any(np.asarray(values) < 0):
                 faults.add(f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint)
     return faults
@@ -344,8 +345,10 @@ class PiecewiseLinear(AbstractPoints):
     def line(self, piece: Piece) -> tuple[Array, Array, Array]:
         """The straight line of a piece: value at its start, start, slope."""
         # (before the first point and after the last both ends are one point)
-        start, end = point(self.times, piece - 1), point(self.times, piece)
-        base, top = point(self.values, piece - 1), point(self.values, piece)
+        start = point(self.times, piece - 1)
+        end = point(self.times, piece)
+        base = point(self.values, piece - 1)
+        top = point(self.values, piece)
         return base, start, _slopes(top - base, end - start)
 
     def value(self, t: Real, piece: Piece) -> Real:
@@ -354,7 +357,8 @@ class PiecewiseLinear(AbstractPoints):
 
     def areas(self) -> Vector:
         """`∫ p dt` from the time 0 up to each point."""
-        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        times = jnp.asarray(self.times)
+        values = jnp.asarray(self.values)
         rise = 0.5 * (values[1:] + values[:-1]) * jnp.diff(times)
         return values[0] * times[0] + jnp.concatenate([jnp.zeros(1), jnp.cumsum(rise)])
 
@@ -365,8 +369,11 @@ class PiecewiseLinear(AbstractPoints):
         return point(self.areas(), piece - 1) + (base + 0.5 * slope * since) * since
 
     def left_at_points(self, lag: Scalar) -> Vector:
-        times, values, zero = jnp.asarray(self.times), jnp.asarray(self.values), jnp.zeros(1)
-        span, rise = jnp.diff(times), jnp.diff(values)
+        times = jnp.asarray(self.times)
+        values = jnp.asarray(self.values)
+        zero = jnp.zeros(1)
+        span = jnp.diff(times)
+        rise = jnp.diff(values)
         turn = jnp.diff(jnp.concatenate([zero, _slopes(rise, span), zero]))
         jump = jnp.concatenate([zero, jnp.where(span > 0, 0.0, rise)])
         before = jnp.concatenate([times[:1], times[:-1]])
@@ -479,7 +486,8 @@ class Repeated(AbstractPoints):
 
     def _jump_time(self, i: Array) -> Array:
         """`jump_time` of the point `i` in its cycle, the jump from one cycle to the next included."""
-        k, time = np.shape(self.times)[0], point(self.times, i)
+        k = np.shape(self.times)[0]
+        time = point(self.times, i)
         since = self._span((i + k - 1) % k)
         return jnp.where(since > 0, time, time - 0.5 * since)
 
@@ -500,9 +508,13 @@ class Repeated(AbstractPoints):
 
     def left_at_points(self, lag: Scalar) -> Vector:
         """What is left just after each point of the corners and jumps before it in its cycle, one amid others."""
-        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
-        span, rise = jnp.diff(times, append=self.period + times[:1]), jnp.diff(values, append=values[:1])
-        slope, jump, since = _slopes(rise, span), jnp.roll(jnp.where(span > 0, 0.0, rise), 1), jnp.roll(span, 1)
+        times = jnp.asarray(self.times)
+        values = jnp.asarray(self.values)
+        span = jnp.diff(times, append=self.period + times[:1])
+        rise = jnp.diff(values, append=values[:1])
+        slope = _slopes(rise, span)
+        jump = jnp.roll(jnp.where(span > 0, 0.0, rise), 1)
+        since = jnp.roll(span, 1)
         late = jnp.where(since > 0, 0.0, 0.5 * since)
         return _decaying(lag, since, slope - jnp.roll(slope, 1), jump, late)
 
@@ -510,17 +522,20 @@ class Repeated(AbstractPoints):
         # the cycles before leave a geometric series at the last point of the last of them
         last = np.shape(self.times)[0] - 1
         piece, (cycle, i) = jnp.asarray(piece, jnp.int32), self._place(piece)
-        each, ratio = self.left_at_points(lag), -self.period / lag
+        each = self.left_at_points(lag)
+        ratio = -self.period / lag
         series = jnp.expm1(cycle.astype(jnp.float64) * ratio) / jnp.expm1(ratio)
         way = self.period + point(self.times, i) - point(self.times, last)
         left = point(each, i) + point(each, last) * series * jnp.exp(-way / lag)
         # before the first cycle and after the last one it is constant
-        begun, over = piece > 0, piece == self.knot_count
+        begun = piece > 0
+        over = piece == self.knot_count
 
         def since(when: Array | bool, time: Array) -> Array:
             return jnp.exp(-jnp.where(when, t - time, 0.0) / lag)
 
-        slope, sudden = _slopes(self._rise(last), self._span(last)), self._span(last) <= 0
+        slope = _slopes(self._rise(last), self._span(last))
+        sudden = self._span(last) <= 0
         jump = jnp.where(sudden, self._rise(last), 0.0)
         left = left * since(begun, self._begun(cycle) + point(self.times, i))
         left += lag * slope * since(begun, self.begin + point(self.times, 0))

@@ -106,7 +106,8 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
         return self.excitation
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
-        e, most = self.excitation.value(t, piece), self.critical_speed
+        e = self.excitation.value(t, piece)
+        most = self.critical_speed
         return 2 * e * e * self.max_torque * omega * most / (omega**2 + most**2)
 
     def engaged(self, share: Scalar) -> "EddyCurrentBrake":
@@ -255,10 +256,12 @@ class TackleLoss(AbstractDryTorque):
             hoisting, lowering = (jnp.exp(-loss) for loss in losses)
         elif lowering is not None:
             k = _log_of_factor(n, lowering, hoisting=False)
-            factor, hoisting = jnp.exp(k), jnp.exp(-(n + 1) * k) / lowering
+            factor = jnp.exp(k)
+            hoisting = jnp.exp(-(n + 1) * k) / lowering
         else:
             k = _log_of_factor(n, hoisting, hoisting=True)
-            factor, lowering = jnp.exp(k), jnp.exp(-(n + 1) * k) / hoisting
+            factor = jnp.exp(k)
+            lowering = jnp.exp(-(n + 1) * k) / hoisting
         return with_fields(self, sheave_factor=factor, hoisting_efficiency=hoisting, lowering_efficiency=lowering)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
@@ -275,8 +278,10 @@ class TackleLoss(AbstractDryTorque):
 
         - `way`: above 0 in lowering, below 0 in hoisting, 0 at rest, where each is the largest that it can be
         """
-        each, last_over_first = pull / lines, jnp.asarray(self.sheave_factor) ** lines
-        hoisting, lowering = each / self.hoisting_efficiency, each * self.lowering_efficiency
+        each = pull / lines
+        last_over_first = jnp.asarray(self.sheave_factor) ** lines
+        hoisting = each / self.hoisting_efficiency
+        lowering = each * self.lowering_efficiency
         fast = jnp.where(way > 0, lowering, hoisting)
         dead = jnp.where(way < 0, hoisting / last_over_first, lowering * last_over_first)
         return fast, dead

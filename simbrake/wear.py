@@ -204,7 +204,8 @@ class Wear(Part):
     def faults(self, path: str) -> Faults:
         if self.thickness is None:
             return []
-        worn, whole = np.atleast_1d(self.worn), float(self.thickness)
+        worn = np.atleast_1d(self.worn)
+        whole = float(self.thickness)
         i = int(np.argmax(worn))
         what = f"{worn[i]:g} m worn off lining {i + 1} must be below its {whole:g} m"
         return [Fault(f"{path}.worn", what)] if worn[i] >= whole else []
@@ -256,7 +257,8 @@ class Delayed(AbstractProfile):
 
 def lining_bodies(heat: Heat) -> set[str]:
     """Names of the bodies that are linings."""
-    inner, outer = heat.friction, heat.external
+    inner = heat.friction
+    outer = heat.external
     places = (heat.linings, None if inner is None else inner.lining, None if outer is None else outer.lining)
     return {place_of(place)[0] for place in places if place is not None}
 
@@ -269,7 +271,8 @@ def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Ph
     has["turned_after"] = wear.turned_after is not None
     one_band = isinstance(brake, Brake)
     if not one_band:
-        idle, why = [field for field, is_given in has.items() if is_given], f"has no effect on a {brake.words.brake}"
+        idle = [field for field, is_given in has.items() if is_given]
+        why = f"has no effect on a {brake.words.brake}"
         faults += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
     if brake.linings.area is None:
         where = f"brake.{brake.pairs['external'].field}.area"
@@ -313,7 +316,8 @@ def _faults_of_thickness(wear: Wear, heat: Heat) -> Faults:
     names = lining_bodies(heat)
     if not names:
         return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
-    faults, worn = Issues(), float(np.max(np.asarray(wear.worn)))
+    faults = Issues()
+    worn = float(np.max(np.asarray(wear.worn)))
     for i, body in enumerate(heat.bodies):
         if body.name not in names:
             continue

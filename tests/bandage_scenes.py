@@ -9,7 +9,8 @@ import numpy as np
 
 import simbrake as sb
 
-R, R_B = 0.59, 0.64
+R = 0.59
+R_B = 0.64
 HALF = math.radians(25)  # of each of three linings
 
 
@@ -57,7 +58,8 @@ def run(scene, rtol=1e-11, solver=None):
 
 def changes(record):
     """Modes in order, each with the time from which it holds; those that last no time are left out."""
-    n, m = int(record.count), record.modes
+    n = int(record.count)
+    m = record.modes
     t = np.asarray(record.rows.t)[: n + 1]
     keys = np.column_stack([np.asarray(x)[: n + 1] for x in (m.band, m.own.outer, m.own.inner)])
     found = []
@@ -78,18 +80,19 @@ def check_conditions(record, count=300):
     """What every mode promises, at many times: capacities, directions, no push, no heat taken out."""
     ts = jnp.linspace(record.rows.t[0], record.t_end, count)
     y, m, q = sampled(0, record, ts)
-    outer, inner = np.asarray(m.own.outer), np.asarray(m.own.inner)
+    outer = np.asarray(m.own.outer)
+    inner = np.asarray(m.own.inner)
     pulls = (np.asarray(m.band) != sb.results.BandMode.OPEN)[:, None]
-    M, lam, slip = (
-        np.asarray(q.capacity),
-        np.asarray(q.inner_torque),
-        np.asarray(y.omega)[:, None] - np.asarray(y.own.speeds),
-    )
-    T_scale, w_scale = float(record.system.sizes.tension), float(record.system.sizes.speed)
+    M = np.asarray(q.capacity)
+    lam = np.asarray(q.inner_torque)
+    slip = np.asarray(y.omega)[:, None] - np.asarray(y.own.speeds)
+    T_scale = float(record.system.sizes.tension)
+    w_scale = float(record.system.sizes.speed)
     torque_scale = float(record.system.sizes.torque)
     assert np.all(np.where(inner == 0, np.abs(lam) <= M + 1e-9 * torque_scale, np.isclose(lam, inner * M)))
     assert np.all(np.where(inner == 0, np.abs(slip), -inner * slip) <= 1e-9 * w_scale)
-    G, limit = np.asarray(q.outer_force), np.asarray(q.outer_limit)
+    G = np.asarray(q.outer_force)
+    limit = np.asarray(q.outer_limit)
     assert np.all(np.abs(G) <= limit * (1 + 1e-9) + 1e-9 * T_scale)
     travel = np.where(outer == 0, np.abs(y.own.speeds), -outer * np.asarray(y.own.speeds))
     assert np.all(np.where(pulls, travel, 0.0) <= 1e-9 * w_scale)
@@ -99,11 +102,16 @@ def check_conditions(record, count=300):
 
 
 def random_duty(seed):
-    rng, n = np.random.default_rng(seed), 3
-    t, pull = np.sort(rng.uniform(0, 3, 7)), rng.uniform(0, 3e3, 7) * (rng.random(7) > 0.35)
-    at, load = np.sort(rng.uniform(0, 3, 6)), rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
+    rng = np.random.default_rng(seed)
+    n = 3
+    t = np.sort(rng.uniform(0, 3, 7))
+    pull = rng.uniform(0, 3e3, 7) * (rng.random(7) > 0.35)
+    at = np.sort(rng.uniform(0, 3, 6))
+    load = rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
     if seed % 3 == 0:
-        t[3], at[2] = t[2], at[1]  # jumps
+        # jumps
+        t[3] = t[2]
+        at[2] = at[1]
     ratio = rng.choice([1.0, rng.uniform(1, 1.4)]), rng.choice([1.0, rng.uniform(1, 1.4)])
     return scene(
         f=rng.uniform(0.2, 0.4, n),

@@ -24,7 +24,11 @@ from scipy.stats import binom, chi2
 import simbrake as sb
 
 #: of each chain; every 24th draw is ranked, as neighbours are alike
-WARMUP, DRAWS, THIN, CHAINS, BINS = 200, 384, 24, 2, 5
+WARMUP = 200
+DRAWS = 384
+THIN = 24
+CHAINS = 2
+BINS = 5
 TIMES = np.linspace(0.04, 0.2, 5)  # before any of the stops
 
 
@@ -65,7 +69,8 @@ def posteriors(model: sb.studies.LogDensity, y: np.ndarray, key: jax.Array) -> t
 
 
 def main(sets: int = 60, seed: int = 0) -> int:
-    begun, model = time.process_time(), density()
+    begun = time.process_time()
+    model = density()
     at, noise, chains = jax.random.split(jax.random.key(seed), 3)
     truth = jax.scipy.special.logit(jax.random.uniform(at, (sets, model.initial.size)))
     exact, spread = jax.jit(jax.vmap(lambda x: (model.model(v := model.values(x)), v["omega_sigma"])))(truth)
@@ -76,12 +81,16 @@ def main(sets: int = 60, seed: int = 0) -> int:
     count = ranked.shape[1] + 1
     # (by ranks, as quantiles of some draws hold less than their share)
     out = round(0.05 * count)
-    share, inside = 1 - 2 * out / count, np.sum((ranks >= out) & (ranks < count - out), axis=0)
-    within, between = draws.var(axis=2).mean(axis=1), draws.mean(axis=2).var(axis=1, ddof=1)
+    share = 1 - 2 * out / count
+    inside = np.sum((ranks >= out) & (ranks < count - out), axis=0)
+    within = draws.var(axis=2).mean(axis=1)
+    between = draws.mean(axis=2).var(axis=1, ddof=1)
     edges = np.ceil(np.linspace(0, count, BINS + 1))
     level = 0.01 / (2 * len(model.names))
-    expected, ends = sets * np.diff(edges) / count, binom.ppf([level / 2, 1 - level / 2], sets, share)
-    parameters, calibrated = {}, True
+    expected = sets * np.diff(edges) / count
+    ends = binom.ppf([level / 2, 1 - level / 2], sets, share)
+    parameters = {}
+    calibrated = True
     for name, rank, held in zip(model.names, ranks.T, inside.tolist(), strict=True):
         bins = np.histogram(rank, edges - 0.5)[0]
         p = float(chi2.sf(np.sum((bins - expected) ** 2 / expected), BINS - 1))

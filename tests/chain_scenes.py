@@ -71,7 +71,8 @@ def run(scene, rtol=1e-10, max_steps=None):
 
 def changes(record):
     """Every change of mode: time, the mode before and the mode after, as NumPy arrays."""
-    rows, t = record.rows, np.asarray(record.rows.t)
+    rows = record.rows
+    t = np.asarray(record.rows.t)
     modes = jax.tree.map(np.asarray, jax.vmap(record.flat.unpack_mode)(rows.mode))
     found = np.flatnonzero(np.asarray(rows.kind)[: int(record.count)] >= LANDED)
     return [(t[i + 1], *(jax.tree.map(lambda x, j=j: x[j], modes) for j in (i, i + 1))) for i in found]
@@ -99,7 +100,8 @@ def looked(record):
     flat = record.flat
 
     def at(t, y, mode):
-        y, mode = flat.unpack_state(y), flat.unpack_mode(mode)
+        y = flat.unpack_state(y)
+        mode = flat.unpack_mode(mode)
         q = record.system.variables(t, y, mode).contact
         return q, q.limit, sum(record.system.stored(t, y, mode)), y, mode
 
@@ -110,7 +112,8 @@ def closure(record) -> float:
     """Residual of the energies over the largest of them, at its worst over all rows."""
     k = int(record.count) + 1
     _, _, stored, y, _ = looked(record)
-    work, stored = y.ledger, np.asarray(stored)[:k]
+    work = y.ledger
+    stored = np.asarray(stored)[:k]
     given = np.asarray(work.load_work + work.lever_work - work.friction[0] - work.damper_heat)[:k]
     parts = (work.load_work, work.lever_work, *work.friction, work.damper_heat)
     largest = max(np.max(np.abs(np.asarray(leaf)[:k])) for leaf in (*parts, stored))
@@ -119,7 +122,8 @@ def closure(record) -> float:
 
 def first_and_stop(scene, rtol=1e-13, max_steps=8192):
     """First slip of any lining and the stopping time, traced."""
-    rows, n = run(scene, rtol, max_steps).rows, scene.brake.linings.count
+    rows = run(scene, rtol, max_steps).rows
+    n = scene.brake.linings.count
     landed = rows.kind == LANDED
     first = jnp.argmax(landed & (rows.guard < n))
     return jnp.stack([rows.t[first + 1], rows.t[jnp.argmax(landed & (rows.guard == 3 * n)) + 1]])

@@ -20,7 +20,8 @@ def call(capsys, *arguments):
 
 def python(program, *arguments, **environment):
     """A process that runs a program with some more variables in its environment."""
-    command, environment = [sys.executable, "-c", program, *map(str, arguments)], os.environ | environment
+    command = [sys.executable, "-c", program, *map(str, arguments)]
+    environment = os.environ | environment
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
     assert done.returncode == 0, done.stderr
     return done

@@ -98,7 +98,8 @@ def drawn(monkeypatch):
     """Figures that are saved while a test runs, by the names of their files: what a picture shows is read in them."""
     from matplotlib.figure import Figure
 
-    found, save = {}, Figure.savefig
+    found = {}
+    save = Figure.savefig
 
     def saved(figure, file, *args, **kwargs):
         found[getattr(file, "name", str(file).rpartition(os.sep)[2])] = figure

@@ -2,7 +2,15 @@
 
 import simbrake as sb
 
-R_I, R_O, N, F, J, W0, FRICTION, RATIO, LOAD = 0.30, 0.50, 4, 20e3, 400.0, 30.0, 0.4, 1.25, 1500.0
+R_I = 0.30
+R_O = 0.50
+N = 4
+F = 20e3
+J = 400.0
+W0 = 30.0
+FRICTION = 0.4
+RATIO = 1.25
+LOAD = 1500.0
 TORQUE = N * FRICTION * F * 0.5 * (R_I + R_O)
 
 

@@ -5,12 +5,10 @@ from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 
-OMEGA, T0, J, F = (
-    "initial.omega",
-    "duty.slack_tension.level",
-    "brake.pulley.inertia",
-    "brake.linings.friction.coefficient",
-)
+OMEGA = "initial.omega"
+T0 = "duty.slack_tension.level"
+J = "brake.pulley.inertia"
+F = "brake.linings.friction.coefficient"
 
 
 TS = np.linspace(0.02, 0.6, 30)  # all before the stop of the rigid scene at 0.649 s
@@ -52,7 +50,8 @@ EVENTS = ("slip_onset_time", "full_slip_time", "stopping_time")
 def elastic_data():
     """Closed-form event times, and speeds in the elastic stage and after it, of f 0.31, C 1.5e5, J 900."""
     case = {"f": 0.31, "C": 1.5e5, "J": 900.0}
-    form, run = closed_form(**case), sb.simulate(stop_scene(**case), rtol=1e-12)
+    form = closed_form(**case)
+    run = sb.simulate(stop_scene(**case), rtol=1e-12)
     ts = np.array([0.001, 0.004, 0.008, 0.1, 0.3, 0.5, 4.0])
     events = dict(zip(EVENTS, ((form["t0"], 1e-5), (form["t1"], 1e-5), (form["stop"], 1e-3)), strict=True))
     return sb.studies.Measured.of(ts, {"omega": run.series(ts).omega}, sigma={"omega": 0.1}, events=events)

@@ -41,8 +41,10 @@ _TOKEN = re.compile(r"""[\w.+-]+|"[^"\n]*"|'[^'\n]*'""")
 def mutated(text: str, draw: random.Random) -> str:
     """The text with one to four changes."""
     for _ in range(draw.choice((1, 1, 1, 2, 4))):
-        lines, tokens = text.split("\n"), list(_TOKEN.finditer(text))
-        i, j = draw.randrange(len(lines)), draw.randrange(len(lines))
+        lines = text.split("\n")
+        tokens = list(_TOKEN.finditer(text))
+        i = draw.randrange(len(lines))
+        j = draw.randrange(len(lines))
         way = draw.randrange(9)
         if way < 4 and tokens:
             token = draw.choice(tokens)
@@ -161,7 +163,8 @@ def read_result(content: str | bytes, folder: pathlib.Path) -> object:
 
 def ensemble(folder: pathlib.Path) -> object:
     """Three runs kept in a folder, or those that it has."""
-    scene, values = sb.files.scene_from_text(standard()), {"initial.omega": [18.0, 20.0, 22.0]}
+    scene = sb.files.scene_from_text(standard())
+    values = {"initial.omega": [18.0, 20.0, 22.0]}
     return sb.ensemble(scene, values, ["stopping_time"], directory=folder, progress=False)
 
 
@@ -228,7 +231,8 @@ WEIGHTS = {"scene": 10, "set": 4, "recording": 3, "result": 2, "manifest": 1}
 
 
 def mutants(count: int, seed: int) -> Iterator[tuple[str, str | bytes]]:
-    draw, all_kinds = random.Random(seed), kinds()
+    draw = random.Random(seed)
+    all_kinds = kinds()
     for _ in range(count):
         (kind,) = draw.choices([*WEIGHTS], [*WEIGHTS.values()])
         whole = draw.choice(all_kinds[kind].seeds)
@@ -246,7 +250,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     python_warnings.simplefilter("error")
-    found, longest = [], 0.0
+    found = []
+    longest = 0.0
     for kind, content in mutants(asked.count, asked.seed):
         start = time.perf_counter()
         one = tried(kind, content)

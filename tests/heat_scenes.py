@@ -7,7 +7,13 @@ from scipy.optimize import minimize_scalar
 
 import simbrake as sb
 
-R, J, C, T0, W0, N, BETA = 0.725, 800.0, 2e5, 8e3, 20.0, 20, math.radians(13.5)
+R = 0.725
+J = 800.0
+C = 2e5
+T0 = 8e3
+W0 = 20.0
+N = 20
+BETA = math.radians(13.5)
 TRACK = 2 * math.pi * R * 0.23
 FLASH = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5)
 
@@ -64,7 +70,8 @@ def falling_flux(k, rho, c, work, duration, depth=0.028):
     The greatest rise of the face `(4/3) q_0 √(τ/2π)/e`, at τ/2, that of the mean at the end, and the greatest
     difference of the two, under the flux `q_0 (1 − t/τ)`.
     """
-    e, q = math.sqrt(k * rho * c), 2 * work / duration / TRACK
+    e = math.sqrt(k * rho * c)
+    q = 2 * work / duration / TRACK
 
     def face(t):
         return 2 * q * math.sqrt(t / math.pi) / e * (1 - 2 * t / (3 * duration))

@@ -72,13 +72,15 @@ def assert_one_sided(f, numbers, ways: str) -> None:
 
     `ways` has `+` at a number that can only rise, `-` at one that can only fall.
     """
-    program, x = jax.jit(lambda x: (f(x), jax.jacfwd(f)(x), jax.jacrev(f)(x))), np.asarray(numbers, float)
+    program = jax.jit(lambda x: (f(x), jax.jacfwd(f)(x), jax.jacrev(f)(x)))
+    x = np.asarray(numbers, float)
     known, slope, back = map(np.asarray, program(x))
     assert np.all(np.isfinite(slope))
     np.testing.assert_allclose(slope, back, rtol=1e-12, atol=1e-14)
     size = np.maximum(np.abs(x), 0.1)
     for i in range(x.size):
-        away, sides = [], {"+": (1,), "-": (-1,)}.get(ways[i : i + 1], (-1, 1))
+        away = []
+        sides = {"+": (1,), "-": (-1,)}.get(ways[i : i + 1], (-1, 1))
         for side in sides:
             h = side * 1e-4 * size[i]
             far, near = (np.asarray(program(x + share * h * np.eye(x.size)[i])[0]) for share in (1.0, 0.5))

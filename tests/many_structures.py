@@ -41,13 +41,16 @@ def visit(n: int, turn: int, folder: pathlib.Path) -> None:
 
 def main(visits: int, distinct: int) -> None:
     # (the peak that the system keeps starts at that of the process which started this one)
-    most, peak, process = 0, 0.0, psutil.Process()
+    most = 0
+    peak = 0.0
+    process = psutil.Process()
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(visits):
             visit(8 + turn % distinct, turn, pathlib.Path(folder))
             count = len(MAPS.read_bytes().splitlines()) if MAPS.exists() else 0
             memory = process.memory_info().rss / 1e6
-            most, peak = max(most, count), max(peak, memory)
+            most = max(most, count)
+            peak = max(peak, memory)
             if turn % 10 == 9:
                 print(turn + 1, count, round(memory), flush=True)
     print(json.dumps({"visits": visits, "distinct": distinct, "mappings": most, "megabytes": peak}))

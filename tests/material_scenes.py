@@ -11,7 +11,9 @@ ROOM = 293.15
 DATA = sb.formulas.EstimateData(
     track_area=1.05, lining_area=0.75, rim_thickness=0.05
 )  # thick: no heat reaches the back
-J, W0 = 800.0, 20.0  # of `stop_scene`
+# of `stop_scene`
+J = 800.0
+W0 = 20.0
 
 
 def compared(rims, linings=("FK-24A",), scene=None, **options):
@@ -27,7 +29,8 @@ def heated(law=None):
 
 
 def whole_scene(partition=None, rim="steel_20L", lining="FK-24A"):
-    metal, lining = sb.material(rim), sb.material(lining)
+    metal = sb.material(rim)
+    lining = sb.material(lining)
     layered = sb.layered_heat(
         rim=metal,
         rim_thickness=0.025,

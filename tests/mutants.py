@@ -43,7 +43,8 @@ def planted(file: pathlib.Path, function: str, before: str, after: str, number: 
     found = [node for name, node in expressions(ast.parse(text)) if name == function and ast.unparse(node) == before]
     if number >= len(found):
         return None
-    node, lines = found[number], text.encode().splitlines(keepends=True)
+    node = found[number]
+    lines = text.encode().splitlines(keepends=True)
     assert node.end_lineno is not None
     start = sum(map(len, lines[: node.lineno - 1])) + node.col_offset
     end = sum(map(len, lines[: node.end_lineno - 1])) + (node.end_col_offset or 0)

@@ -13,7 +13,12 @@ import simbrake as sb
 
 GAP = math.radians(2.0)
 #: colours of the figures, which are told apart by any colour vision
-BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
+BLUE = "#0072B2"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+ORANGE = "#E69F00"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
 CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, "black", "0.5")
 #: of a lining, by what it does
 CONTACTS = {
@@ -28,7 +33,8 @@ CONTACTS = {
 @functools.cache
 def plain_result():
     """A stop with gaps between 8 linings and a soft linkage."""
-    n, gaps = 8, np.full(7, GAP)
+    n = 8
+    gaps = np.full(7, GAP)
     gaps[3] = 3 * GAP
     band = sb.brakes.LiningsOnPlates(modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps)
     scene = stop_scene(n=n, beta=30.0, end=4.0)
@@ -47,7 +53,8 @@ def staged_result():
 @functools.cache
 def hot_result():
     """A stop with a rim in graded layers and a wall for each of 4 linings."""
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    steel = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
     heat = sb.layered_heat(
         rim=steel,
         rim_thickness=0.025,

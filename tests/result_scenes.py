@@ -9,7 +9,8 @@ import simbrake as sb
 
 def heated_stop():
     """Two linings, a rim in three layers and two walls in two layers, all joined to the air."""
-    iron, stuff = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.8, 2000.0, 900.0)
+    iron = sb.Material(48.0, 7800.0, 500.0)
+    stuff = sb.Material(0.8, 2000.0, 900.0)
     heat = sb.Heat(
         bodies=(
             sb.thermal.Wall("rim", iron, 0.028, 0.9, 3, 1.5),

@@ -35,7 +35,8 @@ def cells(times, columns, null="-999.25"):
 
 def witsml(times, columns, version="1.4.1.1"):
     rows = [[stamp(t), *row] for t, row in zip(times, cells(times, columns), strict=True)]
-    names, units = ["TIME", *columns], ["s", *(unit for unit, _ in columns.values())]
+    names = ["TIME", *columns]
+    units = ["s", *(unit for unit, _ in columns.values())]
     curves = "".join(
         f"<logCurveInfo><mnemonic>{name}</mnemonic><unit>{unit}</unit><columnIndex>{i + 1}</columnIndex></logCurveInfo>"
         for i, (name, unit) in enumerate(zip(names, units, strict=True))
@@ -75,7 +76,8 @@ def table(times, columns, *, separator=",", units="row", time="iso", comma=False
         "am and pm": (["Date Time"], [[stamp(t, "%m/%d/%Y %I:%M:%S %p")] for t in times]),
         "seconds": (["Elapsed Time"], [[f"{t:g}"] for t in times]),
     }[time]
-    names, lines = list(before[0]), before[1]
+    names = list(before[0])
+    lines = before[1]
     named = [f"{name} ({unit})" if units == "behind" else name for name, (unit, _) in columns.items()]
     head = [separator.join([*names, *named])]
     if units == "row":
@@ -102,7 +104,10 @@ def trip(stands, *, dt=0.02, inertia=60e3):
     Of each stand: travel (m), speed (m/s), acceleration (m/s^2), load (N) while lowering and 12 s before and after, and
     else. The load is less `inertia` (kg) times the acceleration, so that the work of a lowering is load times travel.
     """
-    speed, weight, spans, count = [np.zeros(round(40 / dt))], [np.full(round(40 / dt), stands[0][4])], [], 0
+    speed = [np.zeros(round(40 / dt))]
+    weight = [np.full(round(40 / dt), stands[0][4])]
+    spans = []
+    count = 0
     count = speed[0].size
     for travel, top, rate, lowered, idle in stands:
         ramp = np.arange(0.0, top, rate * dt)
@@ -114,8 +119,10 @@ def trip(stands, *, dt=0.02, inertia=60e3):
         weight[-5][-round(12 / dt) :] = weight[-3][: round(12 / dt)] = lowered
         spans.append((count, count + whole.size))
         count += 2 * (whole.size + rest.size)
-    v, w = np.concatenate(speed), np.concatenate(weight)
-    t, h = np.arange(v.size) * dt, 42.0 - np.concatenate([[0.0], np.cumsum(v)[:-1] * dt])
+    v = np.concatenate(speed)
+    w = np.concatenate(weight)
+    t = np.arange(v.size) * dt
+    h = 42.0 - np.concatenate([[0.0], np.cumsum(v)[:-1] * dt])
     load = w - inertia * np.gradient(v, dt)
     work = [
         (t[a], t[b], travel, lowered * travel) for (a, b), (travel, _, _, lowered, _) in zip(spans, stands, strict=True)

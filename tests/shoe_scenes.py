@@ -7,8 +7,16 @@ from scipy.integrate import quad
 
 import simbrake as sb
 
-R, B, A, C, START, END = 0.150, 0.032, 0.1227, 0.212, 0.15, math.radians(126.0)
-J, W0, F, FRICTION = 12.0, 25.0, 2e3, 0.32
+R = 0.150
+B = 0.032
+A = 0.1227
+C = 0.212
+START = 0.15
+END = math.radians(126.0)
+J = 12.0
+W0 = 25.0
+F = 2e3
+FRICTION = 0.32
 
 
 def moments(end=END):

@@ -16,7 +16,8 @@ class Oscillator(NamedTuple):
     v: Any
 
 
-STICK, SLIP = 0, 1
+STICK = 0
+SLIP = 1
 
 
 class Smooth(AbstractHybridSystem):
@@ -81,7 +82,8 @@ class Robertson(Smooth):
     """
 
     def rhs(self, t, y, mode):
-        slow, fast = 0.04 * y[0] - 1e4 * y[1] * y[2], 3e7 * y[1] ** 2
+        slow = 0.04 * y[0] - 1e4 * y[1] * y[2]
+        fast = 3e7 * y[1] ** 2
         return jnp.stack([-slow, slow - fast, fast])
 
     def scales(self):
@@ -124,8 +126,10 @@ class Filippov(Smooth):
     """
 
     def rhs(self, t, y, mode):
-        above, below = jnp.asarray([-2.0, 1.5]), jnp.asarray([2.0, -3.0])
-        n_above, n_below = above[0] - above[1], below[0] - below[1]
+        above = jnp.asarray([-2.0, 1.5])
+        below = jnp.asarray([2.0, -3.0])
+        n_above = above[0] - above[1]
+        n_below = below[0] - below[1]
         weight = n_below / (n_below - n_above)
         slide = weight * above + (1 - weight) * below
         return jnp.where(mode == 0, slide, jnp.where(mode > 0, above, below))

@@ -6,7 +6,15 @@ import numpy as np
 
 import simbrake as sb
 
-R, R_B, J, J_B, N, BETA, F_EXT, F_INT, PRELOAD = 0.59, 0.64, 900.0, 45.0, 8, math.radians(33.0), 0.40, 0.22, 900.0
+R = 0.59
+R_B = 0.64
+J = 900.0
+J_B = 45.0
+N = 8
+BETA = math.radians(33.0)
+F_EXT = 0.40
+F_INT = 0.22
+PRELOAD = 900.0
 
 
 def brake(stiffness=None, f_ext=F_EXT, f_int=F_INT, preload=PRELOAD, J_b=J_B, J=J, n=N, law=None, inner=None):

@@ -49,7 +49,9 @@ def closed_form(n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.
     """
     z = xp.tan(beta * math.pi / 180 / 2)
     mu = (1 + f * z) / (1 - f * z)
-    Pi, t0, chi = mu**n, T0 / (C * R * w0), xp.sqrt(C * R**2 / J)
+    Pi = mu**n
+    t0 = T0 / (C * R * w0)
+    chi = xp.sqrt(C * R**2 / J)
     limits = [t0 + xp.asin(chi * T0 * (mu ** (i + 1) - 1) / (C * R * w0)) / chi for i in range(n)]
     w1 = w0 * xp.cos(chi * (limits[-1] - t0))
     return {"t0": t0, "limits": limits, "t1": limits[-1], "stop": limits[-1] + w1 * J / (R * T0 * (Pi - 1)), "Pi": Pi}
@@ -88,7 +90,10 @@ def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=50
     The capacity comes from preload alone: a coefficient so small that the tensions add nothing to it. `lever` `(times,
     torques)`: points of the band's torque in place of `c t`. Radii are 1 m.
     """
-    n, f, beta, small = 4, 0.5, 60.0, 1e-14
+    n = 4
+    f = 0.5
+    beta = 60.0
+    small = 1e-14
     brake = sb.Brake(
         sb.Pulley(1.0, J_1),
         sb.Band(1.0),
@@ -102,7 +107,8 @@ def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=50
 
 def points(values, times=0.0, count=6):
     """A profile of `count` points, a constant by itself: scenes of one structure share their compiled program."""
-    values, times = np.atleast_1d(np.asarray(values, float)), np.atleast_1d(np.asarray(times, float))
+    values = np.atleast_1d(np.asarray(values, float))
+    times = np.atleast_1d(np.asarray(times, float))
     more = count - len(values)
     later = np.linspace(1e6, 2e6, more)  # after the end of every run
     return sb.PiecewiseLinear(np.append(times, later), np.append(values, np.full(more, values[-1])))
@@ -131,7 +137,9 @@ def elastic_stop(T0=8e3, **changes):
 
 # --- many stops -------------------------------------------------------------------------------------------------------
 
-SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
+SPEED = "initial.omega"
+FRICTION = "brake.linings.friction.coefficient"
+LEVER = "duty.slack_tension.level"
 TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
 
 

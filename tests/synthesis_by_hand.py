@@ -12,9 +12,13 @@ def by_hand():
     inertia = 1200.0 + 60e3 * (0.4 / 8) ** 2
     time = inertia * 24.0 / (torque - load)
     work = torque * 24.0 * time / 2
-    a, a_l = 47.8 / (7850.0 * 534.1), 0.736 / (2000.0 * 1000.0)
-    e, e_l = math.sqrt(47.8 * 7850.0 * 534.1), math.sqrt(0.736 * 2000.0 * 1000.0)
-    b, b_l, share = 1.73 * math.sqrt(a * time), 1.73 * math.sqrt(a_l * time), e / (e + e_l)
+    a = 47.8 / (7850.0 * 534.1)
+    a_l = 0.736 / (2000.0 * 1000.0)
+    e = math.sqrt(47.8 * 7850.0 * 534.1)
+    e_l = math.sqrt(0.736 * 2000.0 * 1000.0)
+    b = 1.73 * math.sqrt(a * time)
+    b_l = 1.73 * math.sqrt(a_l * time)
+    share = e / (e + e_l)
     track = 2 * 2 * math.pi * 0.590 * 0.220
     rim = 293.15 + 2 / 3 * share * work / (534.1 * 7850.0 * track * b)
     lining = 293.15 + 2 / 3 * (1 - share) * work / (1000.0 * 2000.0 * 0.75 * track * b_l)

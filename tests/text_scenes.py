@@ -22,7 +22,8 @@ omega = "24 rad/s"
 
 
 def assert_same(a, b):
-    (x, s), (y, t) = jax.tree.flatten(a), jax.tree.flatten(b)
+    (x, s) = jax.tree.flatten(a)
+    (y, t) = jax.tree.flatten(b)
     assert s == t
     for one, other in zip(x, y, strict=True):
         assert np.shape(one) == np.shape(other)

@@ -9,7 +9,12 @@ import jax.numpy as jnp
 import simbrake as sb
 from simbrake.thermal import AbstractCoefficient
 
-N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0
+N = 20
+BETA = math.radians(13.5)
+R = 0.725
+J = 800.0
+T_0 = 8e3
+SPEED = 30.0
 AT_REST = F = 0.4
 
 

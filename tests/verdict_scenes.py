@@ -6,7 +6,11 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-J, W0, R, T0, LOAD = 800.0, 20.0, 0.725, 8e3, 1.2e4
+J = 800.0
+W0 = 20.0
+R = 0.725
+T0 = 8e3
+LOAD = 1.2e4
 Z = math.tan(math.radians(13.5) / 2)
 PI = ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20
 TORQUE = R * T0 * (PI - 1)

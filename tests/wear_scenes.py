@@ -7,8 +7,18 @@ import numpy as np
 
 import simbrake as sb
 
-N, F, R, J, T0, W0, AREA, BETA, K = 4, 0.3, 0.6, 900.0, 6e3, 20.0, 0.03, math.radians(60.0), 2e-14
-CAPACITY, SHARE = 50.0, 0.1  # J/K of a lining's lump, share of the friction heat that goes into it
+N = 4
+F = 0.3
+R = 0.6
+J = 900.0
+T0 = 6e3
+W0 = 20.0
+AREA = 0.03
+BETA = math.radians(60.0)
+K = 2e-14
+# J/K of a lining's lump, share of the friction heat that goes into it
+CAPACITY = 50.0
+SHARE = 0.1
 
 
 def statics(angle=None, f=F):

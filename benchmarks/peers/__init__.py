@@ -26,7 +26,8 @@ MODULES = (
 
 def available() -> tuple[list[ModuleType], list[str]]:
     """The peers that are installed, and a line for each that is not."""
-    found, missing = [], []
+    found = []
+    missing = []
     for name in MODULES:
         module = importlib.import_module(f"benchmarks.peers.{name}")
         lacking = [package for package in module.PACKAGES if importlib.util.find_spec(package) is None]

@@ -20,7 +20,10 @@ from benchmarks.peers.casadi_scenes import chain, cycles, staged, stop
 from benchmarks.peers.casadi_scenes.form import integrator
 from benchmarks.scenes import Answer, Case, Chain, Cycles, Staged, Stop
 
-NAME, PACKAGES, PIP, AGREES = "CasADi", ("casadi",), "'casadi>=3.8.2'", 3e-6
+NAME = "CasADi"
+PACKAGES = ("casadi",)
+PIP = "'casadi>=3.8.2'"
+AGREES = 3e-6
 _SCENES = {Stop: stop, Staged: staged, Chain: chain, Cycles: cycles}
 #: of expressions and, with the one-step methods, of the whole integrator; in CasADi's own machine without
 _COMPILED = ", C"
@@ -36,7 +39,8 @@ _OUTPUTS = {Stop: 20, Staged: 100, Chain: 1000}
 
 def methods(case: Case) -> dict[str, str | None]:
     stability = "explicit (or Adams) on a stiff scene: stability asks for millions of steps"
-    gcc, found = shutil.which("gcc"), {}
+    gcc = shutil.which("gcc")
+    found = {}
     for method in _METHODS:
         unstable = stability if case.stiff and method in ("CasADi erk", "CasADi CVODES Adams") else None
         found[method + _COMPILED] = unstable if gcc else "gcc was not found"
@@ -72,7 +76,8 @@ def prepare(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
 @contextlib.contextmanager
 def _quiet():
     """Its warning that events are experimental is said in the text above."""
-    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    kept = os.dup(2)
+    nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 2)
     try:
         yield

@@ -16,7 +16,10 @@ from benchmarks.peers.diffrax_scenes import staged, stop
 from benchmarks.peers.diffrax_scenes.smooth import compiled
 from benchmarks.scenes import CASES, Answer, Case, Staged, Stop
 
-NAME, PACKAGES, PIP, AGREES = "diffrax", ("diffrax",), "diffrax", 0.3
+NAME = "diffrax"
+PACKAGES = ("diffrax",)
+PIP = "diffrax"
+AGREES = 0.3
 _SCENES = {Stop: stop, Staged: staged}
 _SHARES = {Stop: (1e-2, 1e-4), Staged: (1e-2, 1e-4, 1e-6)}
 #: step attempts to make room for
@@ -45,7 +48,9 @@ def _compiled(name: str, method: str) -> Callable[[Any], Any]:
 
 
 def prepare(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
-    call, rtol, events = _compiled(case.name, method), np.float64(tolerance), len(case.events)
+    call = _compiled(case.name, method)
+    rtol = np.float64(tolerance)
+    events = len(case.events)
     stages = {"Tsit5": 6, "Kvaerno5": 6}[_methods(case)[method][0]]
 
     def run() -> Answer:

@@ -15,7 +15,10 @@ from benchmarks.peers.written import written
 from benchmarks.peers.written.form import Program, Words
 from benchmarks.scenes import Answer, Case, Stop
 
-NAME, PACKAGES, PIP, AGREES = "heyoka", ("heyoka",), "'heyoka>=7.13'", 1e-9
+NAME = "heyoka"
+PACKAGES = ("heyoka",)
+PIP = "'heyoka>=7.13'"
+AGREES = 1e-9
 
 
 def methods(case: Case) -> dict[str, str | None]:
@@ -42,13 +45,17 @@ def _plain_loop(p: Stop, tolerance: float) -> Callable[[], Answer]:
     start = np.array([p.w_0, 0.0, 0.0])
 
     def run() -> Answer:
-        state, t, times, steps = start, 0.0, [], 0
+        state = start
+        t = 0.0
+        times = []
+        steps = 0
         for integrator in (take_up, elastic, slip):
             integrator.time = t
             integrator.state[:] = state
             integrator.reset_cooldowns()
             steps += integrator.propagate_until(p.end)[3]
-            state, t = integrator.state, integrator.time
+            state = integrator.state
+            t = integrator.time
             times.append(t)
         # in full slip the band stays as long as it is
         return Answer(np.array(times), np.array([state[1], full / p.C]), -1, steps)
@@ -78,7 +85,9 @@ def prepare(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
 
     if method == "heyoka, plain loop":
         return _plain_loop(case.plain, tolerance)
-    automaton, modes, made = automaton_of(case), written(case), {}
+    automaton = automaton_of(case)
+    modes = written(case)
+    made = {}
     for mode in modes.values():
         if mode.program not in made:
             made[mode.program] = _integrator(mode.program, len(mode.numbers(0.0)), tolerance)

@@ -5,7 +5,10 @@ import numpy as np
 from benchmarks.equations import automaton_of, drive
 from benchmarks.scenes import Answer, Case, Chain
 
-NAME, PACKAGES, PIP, AGREES = "PathSim", ("pathsim",), "pathsim", 1e-9
+NAME = "PathSim"
+PACKAGES = ("pathsim",)
+PIP = "pathsim"
+AGREES = 1e-9
 
 
 def methods(case: Case) -> dict[str, str | None]:
@@ -25,8 +28,12 @@ class _Simulated:
         from pathsim.blocks import ODE
         from pathsim.events import ZeroCrossingDown
 
-        rhs, jacobian = mode.rhs, mode.jacobian
-        self.calls, self.fired, self.first, self.rounding = 0, None, first, rounding
+        rhs = mode.rhs
+        jacobian = mode.jacobian
+        self.calls = 0
+        self.fired = None
+        self.first = first
+        self.rounding = rounding
 
         def function(x, u, t):
             self.calls += 1
@@ -73,7 +80,8 @@ class _Simulated:
 def prepare(case: Case, method: str, tolerance: float):
     from pathsim import solvers
 
-    automaton, solver = automaton_of(case), getattr(solvers, method.removeprefix("PathSim "))
+    automaton = automaton_of(case)
+    solver = getattr(solvers, method.removeprefix("PathSim "))
     first = min(automaton.fastest, 1e-3)
     # guards of the chain are differences of tensions: closer to 0 than this they are rounding, and it searches on
     rounding = 1e-12 if isinstance(case.plain, Chain) else 1e-14

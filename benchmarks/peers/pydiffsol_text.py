@@ -15,7 +15,10 @@ from benchmarks.peers.written import written
 from benchmarks.peers.written.form import Program, Words
 from benchmarks.scenes import Answer, Case
 
-NAME, PACKAGES, PIP, AGREES = "pydiffsol", ("pydiffsol",), "'pydiffsol>=0.6.2'", 2e-6
+NAME = "pydiffsol"
+PACKAGES = ("pydiffsol",)
+PIP = "'pydiffsol>=0.6.2'"
+AGREES = 2e-6
 _METHODS = ("tsit45", "bdf", "esdirk34", "tr_bdf2")
 
 
@@ -26,7 +29,8 @@ class Text:
         self.text = text
 
     def _joined(self, other: Any, sign: str, turned: bool = False) -> Self:
-        a, b = self.text, other.text if isinstance(other, Text) else repr(float(other))
+        a = self.text
+        b = other.text if isinstance(other, Text) else repr(float(other))
         if turned:
             a, b = b, a
         return type(self)(f"({a} {sign} {b})")
@@ -89,23 +93,28 @@ def prepare(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
     import pydiffsol as ds
 
     kind = {"tsit45": ds.tsit45, "bdf": ds.bdf, "esdirk34": ds.esdirk34, "tr_bdf2": ds.tr_bdf2}
-    automaton, modes, known = automaton_of(case), written(case), {}
+    automaton = automaton_of(case)
+    modes = written(case)
+    known = {}
     for mode, form in modes.items():
         if form.program not in known:
             text = text_of(form.program, len(form.numbers(0.0)))
             ode = known[form.program] = ds.Ode(text, ode_solver=kind[method.removeprefix("diffsol ")])
-            ode.rtol, ode.atol = tolerance, tolerance * float(np.min(automaton.modes[mode].scales))
+            ode.rtol = tolerance
+            ode.atol = tolerance * float(np.min(automaton.modes[mode].scales))
 
     def run() -> Answer:
         steps = 0
 
         def segment(name: str, t: float, y: Any, stop: float) -> tuple[float, Any, int | None]:
             nonlocal steps
-            form, guards = modes[name], automaton.modes[name].guards
+            form = modes[name]
+            guards = automaton.modes[name].guards
             ode = known[form.program]
             ode.t0 = t
             found = ode.solve(np.concatenate([y, form.numbers(t)]), stop)
-            end, row = float(found.ts[-1]), found.ys[:, -1]
+            end = float(found.ts[-1])
+            row = found.ys[:, -1]
             steps += len(found.ts) - 1
             if end >= stop or not guards:
                 return stop, row, None

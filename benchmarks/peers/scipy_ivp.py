@@ -5,7 +5,10 @@ import numpy as np
 from benchmarks.equations import automaton_of, drive
 from benchmarks.scenes import Answer, Case
 
-NAME, PACKAGES, PIP, AGREES = "SciPy", ("scipy",), "scipy", 1e-9
+NAME = "SciPy"
+PACKAGES = ("scipy",)
+PIP = "scipy"
+AGREES = 1e-9
 _METHODS = ("RK45", "DOP853", "LSODA", "Radau", "BDF")
 
 
@@ -17,9 +20,11 @@ def methods(case: Case) -> dict[str, str | None]:
 def prepare(case: Case, method: str, tolerance: float):
     from scipy.integrate import solve_ivp
 
-    automaton, method = automaton_of(case), method.removeprefix("SciPy ")
+    automaton = automaton_of(case)
+    method = method.removeprefix("SciPy ")
     implicit = method in ("LSODA", "Radau", "BDF")
-    events, options = {}, {}
+    events = {}
+    options = {}
     for name, mode in automaton.modes.items():
         events[name] = []
         for guard in mode.guards:
@@ -27,7 +32,8 @@ def prepare(case: Case, method: str, tolerance: float):
             def event(t, y, value=guard.value):
                 return value(t, y)
 
-            event.terminal, event.direction = True, -1
+            event.terminal = True
+            event.direction = -1
             events[name].append(event)
         options[name] = {"rtol": tolerance, "atol": tolerance * mode.scales}
         if implicit:

@@ -5,7 +5,10 @@ import numpy as np
 from benchmarks.equations import automaton_of, drive
 from benchmarks.scenes import Answer, Case
 
-NAME, PACKAGES, PIP, AGREES = "scikit-sundae", ("sksundae",), "scikit-sundae", 1e-9
+NAME = "scikit-sundae"
+PACKAGES = ("sksundae",)
+PIP = "scikit-sundae"
+AGREES = 1e-9
 
 
 def methods(case: Case) -> dict[str, str | None]:
@@ -16,7 +19,9 @@ def methods(case: Case) -> dict[str, str | None]:
 def _solver(mode, method: str, tolerance: float):
     from sksundae.cvode import CVODE
 
-    rhs, jacobian, guards = mode.rhs, mode.jacobian, mode.guards
+    rhs = mode.rhs
+    jacobian = mode.jacobian
+    guards = mode.guards
 
     def rhsfn(t, y, yp):
         yp[:] = rhs(t, y)
@@ -31,7 +36,9 @@ def _solver(mode, method: str, tolerance: float):
             for i, guard in enumerate(guards):
                 events[i] = guard.value(t, y)
 
-        eventsfn.terminal, eventsfn.direction = [True] * len(guards), [-1] * len(guards)  # pyright: ignore
+        # pyright: ignore
+        eventsfn.terminal = [True] * len(guards)
+        eventsfn.direction = [-1] * len(guards)
         more = {"eventsfn": eventsfn, "num_events": len(guards)}
     return CVODE(
         rhsfn,
@@ -45,7 +52,8 @@ def _solver(mode, method: str, tolerance: float):
 
 
 def prepare(case: Case, method: str, tolerance: float):
-    automaton, kind = automaton_of(case), method.removeprefix("sundae CVODE ")
+    automaton = automaton_of(case)
+    kind = method.removeprefix("sundae CVODE ")
     moving = {name: mode for name, mode in automaton.modes.items() if mode.rhs is not None}
     guards = {name: mode.guards for name, mode in moving.items()}
     solvers = {name: _solver(mode, kind, tolerance) for name, mode in moving.items()}
@@ -59,7 +67,9 @@ def prepare(case: Case, method: str, tolerance: float):
                 raise RuntimeError(found.message)
             counts[0] += found.nfev
             counts[1] += len(found.t) - 1
-            fired, t, y = None, float(found.t[-1]), found.y[-1].copy()
+            fired = None
+            t = float(found.t[-1])
+            y = found.y[-1].copy()
             if found.t_events is not None and len(found.t_events):
                 fired = int(np.flatnonzero(found.i_events[-1])[0])
                 # its steps go beyond `stop`: a root behind it is told, but is none of this piece of the lever

@@ -137,7 +137,8 @@ def _measured(name: str) -> list[str]:
 
 def _hard_cases() -> list[str]:
     """Cases that are hard for simulators of stick and slip."""
-    found, lines = json.loads((DOCS / "measured" / "hard_cases.json").read_text("utf-8")), []
+    found = json.loads((DOCS / "measured" / "hard_cases.json").read_text("utf-8"))
+    lines = []
     for part, rows in found.items():
         lines += [f"### {part}", "", *table("case | what makes it hard | simbrake | SciPy", rows), ""]
     return lines

@@ -38,7 +38,8 @@ def line_of(file: pathlib.Path, name: str) -> int:
     parts = name.split(".")
     if parts[: len(module)] != module:
         raise KeyError(f"{name} is not in {file.name}")
-    node, line = ast.parse(file.read_text("utf-8")), 1
+    node = ast.parse(file.read_text("utf-8"))
+    line = 1
     for part in parts[len(module) :]:
         node = _defined(node.body, part)
         if node is None:
@@ -54,7 +55,8 @@ def _to_pages(app: Sphinx, doctree: nodes.document) -> None:
         file = pathlib.Path(app.env.relfn2path(node["reftarget"], here)[1]).resolve()
         if not file.is_relative_to(PACKAGE.resolve()):
             continue
-        file, line = PACKAGE / file.relative_to(PACKAGE.resolve()), 1
+        file = PACKAGE / file.relative_to(PACKAGE.resolve())
+        line = 1
         try:
             line = line_of(file, node.astext())
         except KeyError as error:

@@ -8,7 +8,9 @@ import simbrake as sb
 ranges = {"brake.linings.friction.coefficient": (0.25, 0.45), "duty.load.mass": ("50 t", "70 t")}
 run = sb.studies.evaluator(sb.read_scene("u2_5_5_stop"), ranges, ["stopping_time", "hook_travel"])
 low, high = run.bounds.T
-measured, deviation = np.array([1.31, 0.97]), np.array([0.02, 0.02])  # s, m
+# s, m
+measured = np.array([1.31, 0.97])
+deviation = np.array([0.02, 0.02])
 
 
 def log_density(X: np.ndarray) -> np.ndarray:

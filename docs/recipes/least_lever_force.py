@@ -13,7 +13,8 @@ free = {
 area = float(scene.brake.linings.area)
 most = {"peak_lining_temperature": 273.15 + 180.0, "max_normal_load": 1.0e6 * area}  # K, N: 1 MPa
 run = sb.studies.evaluator(scene, free, list(most))
-low, width = run.bounds[:, 0], np.ptp(run.bounds, axis=1)
+low = run.bounds[:, 0]
+width = np.ptp(run.bounds, axis=1)
 limits = np.array([*most.values()])
 
 allowed = NonlinearConstraint(  # of shares of the ranges, 0 … 1
@@ -22,7 +23,8 @@ allowed = NonlinearConstraint(  # of shares of the ranges, 0 … 1
     1.0,
     jac=lambda z: run.jacobian(low + width * z) * width / limits[:, None],
 )
-force, slope = (lambda z: z[0]), (lambda z: np.array([1.0, 0.0]))
+force = lambda z: z[0]
+slope = lambda z: np.array([1.0, 0.0])
 found = minimize(force, [0.5, 0.2], jac=slope, bounds=[(0, 1)] * 2, constraints=allowed, method="SLSQP")
 best = low + width * found.x
 print(found.message)

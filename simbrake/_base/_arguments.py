@@ -101,7 +101,8 @@ def faults_of_tracing(error: Exception) -> Faults:
             continue
         if not any(isinstance(value, Tracer) for value in jax.tree.leaves(dict(frame.f_locals))):
             return []
-        name, file = frame.f_code.co_qualname.rpartition("<locals>.")[2], Path(frame.f_code.co_filename).name
+        name = frame.f_code.co_qualname.rpartition("<locals>.")[2]
+        file = Path(frame.f_code.co_filename).name
         what = f"needs the value of a number that JAX only traces ({file}, line {line})"
         return [Fault(name, what, "take jnp.where in place of `if`, and jax.numpy in place of numpy, math and float()")]
     return []
@@ -150,7 +151,8 @@ def _of_arrays(kind: type) -> bool:
 
 def _fits(value: Any, hint: Any, lists: bool) -> bool:
     """Whether a value is of the kind that an annotation describes; whatever has no test here fits."""
-    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    origin = typing.get_origin(hint)
+    inner = typing.get_args(hint)
     if hint is Any:
         return True
     if origin is typing.Annotated:
@@ -215,7 +217,8 @@ def _representable(value: Any) -> bool:
 
 def _words(hint: Any) -> str:
     """What fits an annotation, in words."""
-    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    origin = typing.get_origin(hint)
+    inner = typing.get_args(hint)
     if hint is Any:
         return "a value"
     if origin is typing.Annotated:

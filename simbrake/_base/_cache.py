@@ -33,7 +33,8 @@ import numpy as np
 
 _Answer = TypeVar("_Answer")
 
-FOLDER_VARIABLE, SIZE_VARIABLE = "SIMBRAKE_CACHE_DIR", "SIMBRAKE_CACHE_SIZE"
+FOLDER_VARIABLE = "SIMBRAKE_CACHE_DIR"
+SIZE_VARIABLE = "SIMBRAKE_CACHE_SIZE"
 #: MB that all files together may take; the files unused for longest go first
 DEFAULT_SIZE = 512.0
 #: the first bytes of every file; another number here makes earlier files unreadable
@@ -100,7 +101,8 @@ _LEAF = jax.ShapeDtypeStruct((), np.dtype(bool))
 
 def _name(named: Any, unknown: bool) -> str:
     """Module and name of a class or function of a known package, or of an `unknown` one too."""
-    module, name = getattr(named, "__module__", None) or "builtins", named.__qualname__
+    module = getattr(named, "__module__", None) or "builtins"
+    name = named.__qualname__
     if unknown:
         return f"{module}.{name}"
     if module.partition(".")[0] not in _KNOWN or "<" in name or "__wrapped__" in getattr(named, "__dict__", {}):
@@ -227,7 +229,8 @@ class Folder:
             os.utime(file)
         except FileNotFoundError:
             return None
-        head, body = len(_MAGIC) + _DIGEST, content[len(_MAGIC) + _DIGEST :]
+        head = len(_MAGIC) + _DIGEST
+        body = content[len(_MAGIC) + _DIGEST :]
         if content[:head] != _MAGIC + hashlib.sha256(body).digest():
             raise ValueError(f"{file} is damaged")
         return body

@@ -102,7 +102,8 @@ def _accelerators_of_cpu() -> Accelerators:
     with jax.default_device(jax.local_devices(backend="cpu")[0]):
         if marks(_CPU_OPTIONS | _ONE_FUNCTION_OPTIONS):  # as with every JAX tested: one trial for all of them
             return Accelerators(_CPU_OPTIONS, _CPU_OPTIONS | _ONE_FUNCTION_OPTIONS, True, ())
-        options, more = accepted(_CPU_OPTIONS), accepted(_ONE_FUNCTION_OPTIONS)
+        options = accepted(_CPU_OPTIONS)
+        more = accepted(_ONE_FUNCTION_OPTIONS)
         marked = marks(options | more)
     refused = [name for name in _CPU_OPTIONS | _ONE_FUNCTION_OPTIONS if name not in options | more]
     return Accelerators(options, options | more, marked, (*refused, *([] if marked else [_MARK])))
@@ -216,7 +217,8 @@ class DeviceJit:
         functools.update_wrapper(self, function)
         self._function = function
         self._static = (static_argnames,) if isinstance(static_argnames, str) else static_argnames
-        self._subject, self._quick = subject or (function.__name__, function), quick
+        self._subject = subject or (function.__name__, function)
+        self._quick = quick
         self._programs: dict[str, Callable[..., Any]] = {}
         self._owner = object()
         weakref.finalize(self, STORE.bury, self._owner).atexit = False
@@ -252,7 +254,8 @@ class DeviceJit:
             return self._function(*arguments, **named, **static)
 
         def make(by_text: bool) -> Program:
-            start, options = time.perf_counter(), _tier(accelerators(device.platform).options, self._quick)
+            start = time.perf_counter()
+            options = _tier(accelerators(device.platform).options, self._quick)
             with jax.default_device(device):
                 lowered = jax.jit(function, compiler_options=options).lower(leaves)
             return _finished(lowered, start, False, self._quick, device if by_text else None)
@@ -441,7 +444,8 @@ def pack(tree: PyTree, xp: ModuleType = np) -> tuple[Array, Packing]:
     """All numbers of a tree in one vector, and how they lie in it; `xp`: `jax.numpy` for traced ones."""
     leaves, structure = jax.tree.flatten(tree)
     if xp is np and all(type(leaf) is np.ndarray and leaf.dtype in _KINDS for leaf in leaves):  # the same, faster
-        shapes, kinds = tuple(leaf.shape for leaf in leaves), tuple(_KINDS[leaf.dtype] for leaf in leaves)
+        shapes = tuple(leaf.shape for leaf in leaves)
+        kinds = tuple(_KINDS[leaf.dtype] for leaf in leaves)
         return np.concatenate([leaf.ravel() for leaf in leaves], dtype=np.float64), Packing(structure, shapes, kinds)
     arrays = [xp.asarray(leaf) for leaf in leaves]
     kinds = tuple("float64" if np.issubdtype(x.dtype, np.floating) else str(x.dtype) for x in arrays)
@@ -471,7 +475,8 @@ class Unpacking:
         self._parts = [*zip(self.large, ends, ends[1:], (leaf.shape for leaf in leaves), kinds, strict=False)]
 
     def __call__(self, numbers: np.ndarray, large: Sequence[Array]) -> PyTree:
-        leaves, whole = [], iter(large)
+        leaves = []
+        whole = iter(large)
         for is_large, start, end, shape, kind in self._parts:
             if is_large:
                 leaves.append(np.asarray(next(whole)))
@@ -489,7 +494,9 @@ class Packed:
     """The result of a program, its small arrays in one vector: JAX takes longer to make an array than to compute it."""
 
     def __init__(self, numbers: Array, large: Sequence[Array], unpacking: Unpacking) -> None:
-        self.numbers, self._large, self._unpacking = numbers, large, unpacking
+        self.numbers = numbers
+        self._large = large
+        self._unpacking = unpacking
 
     @classmethod
     def of(cls, tree: PyTree) -> "Packed":
@@ -611,7 +618,8 @@ def compiled(
     device = run_device() if device is None else device
 
     def make(by_text: bool) -> Program:
-        start, use = time.perf_counter(), accelerators(device.platform)
+        start = time.perf_counter()
+        use = accelerators(device.platform)
         place = device if by_text else None
         with jax.default_device(device):
             if use.one_function:
@@ -658,7 +666,8 @@ def _finished(
     if kept is not None:
         return kept
     _forget_origins(lowered)
-    traced, executable = time.perf_counter(), lowered.compile()
+    traced = time.perf_counter()
+    executable = lowered.compile()
     seconds = traced - start, time.perf_counter() - traced
     program = Program(executable, *seconds, one_function, quick, text.count("\n"))
     _keep(key, program)
@@ -722,7 +731,10 @@ class TieredProgram:
     """
 
     def __init__(self, make: Callable[[bool], Program], quick: bool = True) -> None:
-        self._make, self._spent, self._thread, self.calls = make, 0.0, None, 0
+        self._make = make
+        self._spent = 0.0
+        self._thread = None
+        self.calls = 0
         self._program = make(quick)
         program = self._program  # optimised already, if that was cached
         self._worth = program.trace_seconds + 2 * program.compile_seconds if program.quick else np.inf

@@ -64,7 +64,8 @@ def _blended(x: Array, w: Array) -> Array:
 
 @functools.partial(_blended.defjvp, symbolic_zeros=True)
 def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
-    (x, w), (dx, dw) = at, by
+    (x, w) = at
+    (dx, dw) = by
     slope = _slope(x, w)
     parts = [] if isinstance(dx, SymbolicZero) else [slope * dx]
     if not isinstance(dw, SymbolicZero):
@@ -81,7 +82,8 @@ def _slope(x: Array, w: Array) -> Array:
 
 @functools.partial(_slope.defjvp, symbolic_zeros=True)
 def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
-    (x, w), (dx, dw) = at, by
+    (x, w) = at
+    (dx, dw) = by
     u, across = _share(x, w)
     inside = u * (1 - u)
     bend = (140 * across) * (inside * inside * inside)

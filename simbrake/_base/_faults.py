@@ -51,7 +51,8 @@ class InputError(ValueError):
     """
 
     def __init__(self, faults: list[Fault], of_arguments: bool = False) -> None:
-        self.faults, self.of_arguments = tuple(faults), of_arguments
+        self.faults = tuple(faults)
+        self.of_arguments = of_arguments
         count = "1 input error" if len(faults) == 1 else f"{len(faults)} input errors"
         super().__init__("\n".join([f"{count}:", *(f"  {fault}" for fault in faults)]))
 

@@ -28,7 +28,8 @@ def _nothing(x: Any, lost: Any) -> Array:
 
 @_nothing.defjvp
 def _(primals: tuple, tangents: tuple) -> tuple[Any, Any]:
-    (x, lost), (moved, _) = primals, tangents
+    (x, lost) = primals
+    (moved, _) = tangents
     return _nothing(x, lost), _slope(moved, lost)
 
 

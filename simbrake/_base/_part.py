@@ -48,7 +48,8 @@ def quantity(
     what to write where it is out of its range.
     """
     keywords = {} if default is dataclasses.MISSING else {"default": default}
-    low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
+    low = 0.0 if positive else low
+    may_be_empty = may_be_empty or many is Over.GAPS or default == ()
     about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty, typical, instead)
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
@@ -74,7 +75,8 @@ class _Shown(type):
 
 def _converter(reader: Callable[..., Any], words: str, **fixed: Any) -> Callable[[Any], Any]:
     """A converter of a field; `words`: the type shown in the signature of the class."""
-    converter, kind = functools.partial(reader, **fixed), inspect.Parameter.POSITIONAL_ONLY
+    converter = functools.partial(reader, **fixed)
+    kind = inspect.Parameter.POSITIONAL_ONLY
     annotation = _Shown(words, (), {"__module__": "builtins"})
     vars(converter)["__signature__"] = inspect.Signature([inspect.Parameter("x", kind, annotation=annotation)])
     return converter
@@ -185,11 +187,15 @@ class Part(Struct, metaclass=_Told):
         return cls.instead.get(name, "") or of_radius(name, [field.name for field in dataclasses.fields(cls)])
 
     def __check_init__(self) -> None:
-        name, faults, hints = type(self).__name__, Issues(), _hints(type(self))  # pyright: ignore
+        # pyright: ignore
+        name = type(self).__name__
+        faults = Issues()
+        hints = _hints(type(self))
         for field in dataclasses.fields(self):
             if type(getattr(self, field.name)) is list and entry_of(hints.get(field.name)) is not None:
                 object.__setattr__(self, field.name, tuple(getattr(self, field.name)))
-            value, path = getattr(self, field.name), f"{name}.{field.name}"
+            value = getattr(self, field.name)
+            path = f"{name}.{field.name}"
             about = field.metadata.get("quantity")
             if about is not None and value is None:
                 absent = _may_be_absent(type(self), field)
@@ -207,9 +213,12 @@ class Part(Struct, metaclass=_Told):
 
     def faults_of_kinds(self, path: str) -> Faults:
         """Errors of the part at a path where something else than its fields name stands in them."""
-        faults, hints = Issues(), _hints(type(self))
+        faults = Issues()
+        hints = _hints(type(self))
         for field in dataclasses.fields(self):  # pyright: ignore
-            value, hint, about = getattr(self, field.name), hints.get(field.name, Any), field.metadata.get("quantity")
+            value = getattr(self, field.name)
+            hint = hints.get(field.name, Any)
+            about = field.metadata.get("quantity")
             if about is None:
                 faults += _faults_of_kind(below(path, field), value, hint)
             elif isinstance(value, Struct):
@@ -318,7 +327,8 @@ def _words_of_family(family: type) -> str:
     """A class, or an abstract one with its public kinds."""
     if not family.__name__.startswith("Abstract"):
         return family.__name__
-    kinds, below = list[type](), [family]
+    kinds = list[type]()
+    below = [family]
     for kind in below:
         below += kind.__subclasses__()
         own = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
@@ -346,12 +356,14 @@ def takes_values(build: _Build) -> _Build:
     hints = typing.get_type_hints(build, include_extras=True)
     about = {name: typing.get_args(hint)[1] for name, hint in hints.items() if typing.get_origin(hint) is Annotated}
     plain = typing.get_type_hints(build)
-    signature, built = inspect.signature(build), explained(build)
+    signature = inspect.signature(build)
+    built = explained(build)
 
     @functools.wraps(built)
     def checked(*args: Any, **named: Any) -> Any:
         try:
-            bound, faults = signature.bind(*args, **named), Issues()
+            bound = signature.bind(*args, **named)
+            faults = Issues()
         except TypeError:
             return built(*args, **named)  # whose error names the nearest arguments
         for name, value in bound.arguments.items():
@@ -464,7 +476,9 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
         return []
     quantities: list[Leaf] = []
     for field in dataclasses.fields(node):
-        value, child_path, about = getattr(node, field.name), below(path, field), about_of(field, unit)
+        value = getattr(node, field.name)
+        child_path = below(path, field)
+        about = about_of(field, unit)
         # where a law replaces a number, the numbers of the law
         if about is not None and not dataclasses.is_dataclass(value):
             if value is not None or not _may_be_absent(type(node), field):
@@ -526,10 +540,12 @@ def _ranges(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[np.nda
     `None` where a list or anything else stands for a number, or where a list is empty that may not be.
     """
     places = [np.zeros(shape) for shape in shapes]
-    node, index_of = jax.tree.unflatten(structure, places), {id(place): i for i, place in enumerate(places)}
+    node = jax.tree.unflatten(structure, places)
+    index_of = {id(place): i for i, place in enumerate(places)}
     rows: list[tuple[np.ndarray, ...]] = [()] * len(shapes)
     for leaf in leaves(node):
-        about, i = leaf.about, index_of.get(id(leaf.value))
+        about = leaf.about
+        i = index_of.get(id(leaf.value))
         if i is None or len(shapes[i]) > bool(about.many) or (0 in shapes[i] and not about.may_be_empty):
             return None
         low, high = about.ends
@@ -545,7 +561,8 @@ def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> Faults:
     `converted`: it is in a part that has been made, where texts have been read, and lists are only where allowed;
     until then a list may be for many parts side by side.
     """
-    about, raw = leaf.about, leaf.value
+    about = leaf.about
+    raw = leaf.value
     if type(raw) is np.ndarray and raw.ndim == 0 and raw.dtype == np.float64 and about.admits_one(raw.item()):
         return []  # as nearly all are
     dtype = getattr(raw, "dtype", np.dtype(np.float64))

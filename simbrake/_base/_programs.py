@@ -56,7 +56,9 @@ class _Entry:
     __slots__ = ("megabytes", "used", "value")
 
     def __init__(self, value: Any, megabytes: float) -> None:
-        self.value, self.megabytes, self.used = value, megabytes, 0
+        self.value = value
+        self.megabytes = megabytes
+        self.used = 0
 
 
 class Store:
@@ -160,7 +162,9 @@ class Kept:
 
     def __init__(self, make: Callable[..., Any], *, lines: Callable[[Any], int] = _lines) -> None:
         functools.update_wrapper(self, make)
-        self._make, self._lines, self.made = make, lines, 0
+        self._make = make
+        self._lines = lines
+        self.made = 0
 
     def __call__(self, *arguments: Hashable) -> Any:
         return STORE.get((self, *arguments), functools.partial(self._one, arguments), self._lines)

@@ -33,8 +33,12 @@ class Progress:
         self, name: str, what: str, shown: bool | None = None, after: float = 2.0, *, keep: bool = False
     ) -> None:
         self.shown = sys.stderr.isatty() if shown is None else shown
-        self._name, self._doing, self._counted, self._after = f"{name}: " if name else "", what, False, after
-        self._keep, self._bar = keep, None
+        self._name = f"{name}: " if name else ""
+        self._doing = what
+        self._counted = False
+        self._after = after
+        self._keep = keep
+        self._bar = None
 
     def now(self, what: str, done: float = 0, total: float = 0, *, unit: str = "", also: str = "") -> None:
         """Name the current task, or report `done` of its `total` pieces."""
@@ -51,7 +55,8 @@ class Progress:
             self._show(self._doing, done, total)
 
     def _show(self, what: str, done: float, total: float, unit: str = "", also: str = "") -> None:
-        anew, self._doing = what != self._doing, what
+        anew = what != self._doing
+        self._doing = what
         if self._bar is not None:
             counted = f" {done:.4g} of {total:.4g}{unit}" if total else ""
             values = {"description": f"{self._name}{what}{counted}{also}", "total": total or None, "completed": done}

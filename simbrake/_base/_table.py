@@ -36,8 +36,10 @@ class Unit(NamedTuple):
 
 _TURN = 2 * math.pi
 #: pound (kg), standard gravity (m/s²), foot-pound (J), pound per square inch (Pa): exact by definition
-_POUND, _GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
-_FOOT_POUND, _PSI = _POUND * _GRAVITY * Fraction("0.3048"), _POUND * _GRAVITY / Fraction("0.0254") ** 2
+_POUND = Fraction("0.45359237")
+_GRAVITY = Fraction("9.80665")
+_FOOT_POUND = _POUND * _GRAVITY * Fraction("0.3048")
+_PSI = _POUND * _GRAVITY / Fraction("0.0254") ** 2
 _FOOT_POUNDS = {"ft*lbf": _FOOT_POUND, "ft*klbf": 1000 * _FOOT_POUND}
 #: forces (N) in which a hook load is read on a rig; a mass in one of them is that of this weight
 _WEIGHTS = {
@@ -95,7 +97,9 @@ def _inertia(name: str) -> Unit | None:
     match = _INERTIA.fullmatch(name)
     if match is None or not name:
         return None
-    weight, length, of = match["weight"], match["length"], (match["of"] or "").upper()
+    weight = match["weight"]
+    length = match["length"]
+    of = (match["of"] or "").upper()
 
     def factor(weight: str, length: str, of: str) -> Fraction:
         whole = Fraction(unit(weight, "kg").factor) * Fraction(unit(length, "m").factor) ** 2
@@ -137,15 +141,15 @@ def unit(text: str, si: str) -> Unit:
 
     Raises `ValueError` with the known spellings, or with the kind of quantity that the unit has.
     """
-    name, si = _plain(text), si or "1"
-    name, units = _ALIASES.get(name, name), _TABLE.get(si, {})
+    name = _plain(text)
+    si = si or "1"
+    name = _ALIASES.get(name, name)
+    units = _TABLE.get(si, {})
     if not name or name == si or name in units:
         return units.get(name, Unit(1.0))
     if _TONS.search(name):
-        masses, weights = (
-            "t is 1000 kg, short_ton 907.185 kg, long_ton 1016.05 kg",
-            "tf (metric) is 9.80665 kN, 2 klbf (short) 8.89644 kN",
-        )
+        masses = "t is 1000 kg, short_ton 907.185 kg, long_ton 1016.05 kg"
+        weights = "tf (metric) is 9.80665 kN, 2 klbf (short) 8.89644 kN"
         raise ValueError(f"which ton? {weights if si == 'N' else masses}")
     if si == "kg*m^2" and (inertia := _inertia(name)) is not None:
         return inertia
@@ -173,12 +177,14 @@ def _of_library(name: str, si: str) -> Unit:
         raise ValueError("")
     registry = _library()
     try:
-        parsed, wanted = registry.parse_units(name), registry.parse_units("" if si == "1" else si)
+        parsed = registry.parse_units(name)
+        wanted = registry.parse_units("" if si == "1" else si)
         if bool(_ANGLES & set(parsed._units)) != bool(_ANGLES & set(wanted._units)):
             raise ValueError("; angles have their own unit")
         if not parsed.is_compatible_with(wanted):
             raise ValueError(f"; {name} is of another kind")
-        zero, one = registry.Quantity(Fraction(0), parsed).to(wanted), registry.Quantity(Fraction(1), parsed).to(wanted)
+        zero = registry.Quantity(Fraction(0), parsed).to(wanted)
+        one = registry.Quantity(Fraction(1), parsed).to(wanted)
         offset = Fraction(zero.magnitude)
         return Unit(Fraction(one.magnitude) - offset, offset)
     except Exception as error:  # any exception of the parser: the text is not a unit
@@ -287,7 +293,8 @@ def digits(x: float, count: int = 6) -> str:
         return "—" if math.isnan(x) else "∞" if x > 0 else "−∞"
     mantissa, _, power = f"{x:.{count}g}".partition("e")
     if power.startswith("+") and abs(x) < 1e7:
-        mantissa, power = f"{float(f'{x:.{count}g}'):.0f}", ""
+        mantissa = f"{float(f'{x:.{count}g}'):.0f}"
+        power = ""
     if not power:
         return mantissa.replace("-", "−")
     raised = f"10{str(int(power)).translate(_UPPER)}"
@@ -607,7 +614,8 @@ def part_text(node: Any, about_of: Callable[..., Any], unit_below: Callable[...,
     """
     entries = []
     for field in dataclasses.fields(node):
-        value, about = getattr(node, field.name), about_of(field, unit)
+        value = getattr(node, field.name)
+        about = about_of(field, unit)
         below = functools.partial(part_text, about_of=about_of, unit_below=unit_below, unit=unit_below(field, unit))
         if isinstance(value, Struct):
             text = below(value) if dataclasses.is_dataclass(value) else plain_text(value)

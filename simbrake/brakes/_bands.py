@@ -125,7 +125,8 @@ class JoinedFriction(AbstractFriction):
     def sizes(self) -> PyTree:
         sizes = []
         for law in self.laws:
-            like, size = jax.tree.structure(law.start(1)), law.sizes()
+            like = jax.tree.structure(law.start(1))
+            size = law.sizes()
             one_for_all = jax.tree.structure(size) == jax.tree.structure(0)
             sizes.append([size] * like.num_leaves if one_for_all else size)
         return self._states(sizes, 1.0) or 1.0
@@ -133,7 +134,8 @@ class JoinedFriction(AbstractFriction):
     def factor_of(self, n: int, values: Sequence[Array]) -> Vector | None:
         if not self.over_time:
             return None
-        factors, first = [], 0
+        factors = []
+        first = 0
         for law, (begin, end) in zip(self.laws, self.spans, strict=True):
             last = first + len(law.over_time)
             own = law.factor_of(end - begin, values[first:last])
@@ -284,7 +286,8 @@ class MultiBandBrake(AbstractBandBrake):
         own = self.of_bands(jnp.broadcast_to(jnp.asarray(f), (self.linings.count,)))
         weights = []
         for band, f in zip(self.bands, own, strict=True):
-            law_or_number, angle = band.stiffness, jnp.asarray(band.linings.angle)
+            law_or_number = band.stiffness
+            angle = jnp.asarray(band.linings.angle)
             stiffness = law_or_number if isinstance(law_or_number, AbstractStiffness) else GivenStiffness(law_or_number)
             C = stiffness.stiffness(f, angle, jnp.asarray(self.band_radius))
             weights.append(product(tension_ratio(band.linings.grip(f))[0]) / C)
@@ -319,8 +322,10 @@ class MultiBandBrake(AbstractBandBrake):
         return faults
 
     def _faults_of_band(self, band: LinedBand, path: str) -> Faults:
-        linings, where = band.linings, f"{path}.linings"
-        angle, faults = np.asarray(linings.angle), Issues()
+        linings = band.linings
+        where = f"{path}.linings"
+        angle = np.asarray(linings.angle)
+        faults = Issues()
         if angle.ndim != 1:
             return [Fault(f"{where}.angle", "a list of angles is needed, one per lining", "one lining: [0.5]")]
         faults += faults_of_pair(linings, where, angle.size)

@@ -188,7 +188,8 @@ class DiscBrake(AbstractPressedBrake):
         return jnp.broadcast_to(force, (self.linings.count,))
 
     def faults_of_shape(self, path: str) -> Faults:
-        pads, where = self.linings, f"{path}.linings"
+        pads = self.linings
+        where = f"{path}.linings"
         if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
             what = f"{float(pads.outer_radius):g} m is not outside of the inner radius {float(pads.inner_radius):g} m"
             hint = "a pad reaches from inner_radius to outer_radius"
@@ -249,7 +250,8 @@ class Shoes(AbstractLinings):
 
         `θ_a` is the angle of the lining nearest to 90°.
         """
-        start, end = jnp.asarray(self.start), jnp.asarray(self.end)
+        start = jnp.asarray(self.start)
+        end = jnp.asarray(self.end)
         highest = jnp.sin(jnp.clip(0.5 * jnp.pi, start, end))
         return highest * (end - start) / self.normal_share
 
@@ -300,14 +302,16 @@ class ShoeBrake(AbstractPressedBrake):
     @property
     def normal_moment(self) -> ScalarArray:
         """`M_N/N` (m): arm of the normal force about the pin, `a ∫ sin² θ dθ/(cos θ_1 − cos θ_2)`."""
-        start, end = jnp.asarray(self.linings.start), jnp.asarray(self.linings.end)
+        start = jnp.asarray(self.linings.start)
+        end = jnp.asarray(self.linings.end)
         squares = 0.5 * (end - start) - 0.25 * (jnp.sin(2 * end) - jnp.sin(2 * start))
         return jnp.asarray(self.pin) * squares / self.linings.normal_share
 
     @property
     def friction_moment(self) -> ScalarArray:
         """`M_F/(f N)` (m): arm of the friction about the pin, `r − (a/2)(sin² θ_2 − sin² θ_1)/(cos θ_1 − cos θ_2)`."""
-        start, end = jnp.asarray(self.linings.start), jnp.asarray(self.linings.end)
+        start = jnp.asarray(self.linings.start)
+        end = jnp.asarray(self.linings.end)
         # sin² θ_2 − sin² θ_1 = (cos θ_1 − cos θ_2)(cos θ_1 + cos θ_2)
         return jnp.asarray(self.radius) - 0.5 * jnp.asarray(self.pin) * (jnp.cos(start) + jnp.cos(end))
 
@@ -333,7 +337,9 @@ class ShoeBrake(AbstractPressedBrake):
         return jnp.asarray(normal) / self.linings.area * self.linings.peak
 
     def faults_of_shape(self, path: str) -> Faults:
-        shoes, where, faults = self.linings, f"{path}.linings", Issues()
+        shoes = self.linings
+        where = f"{path}.linings"
+        faults = Issues()
         if np.asarray(shoes.end) <= np.asarray(shoes.start):
             what = f"{float(shoes.end):g} rad is not beyond the start {float(shoes.start):g} rad"
             faults.add(f"{where}.end", what, "a lining reaches from start to end, counted from its pin")

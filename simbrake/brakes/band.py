@@ -85,7 +85,8 @@ def product(mu: Vector) -> ScalarArray:
 @product.defjvp
 def _(primals: _Vectors, tangents: _Vectors) -> TwoArrays:
     # the general rule of jnp.prod costs n products; here no factor is 0
-    (mu,), (d_mu,) = primals, tangents
+    (mu,) = primals
+    (d_mu,) = tangents
     whole = jnp.prod(mu)
     return whole, whole * jnp.sum(d_mu / mu)
 
@@ -107,7 +108,8 @@ def running_product(mu: Vector) -> Vector:
 
 @running_product.defjvp
 def _(primals: _Vectors, tangents: _Vectors) -> TwoArrays:
-    (mu,), (d_mu,) = primals, tangents
+    (mu,) = primals
+    (d_mu,) = tangents
     running = running_product(mu)
     return running, running * _running(jnp.add, d_mu / mu, 0.0)
 
@@ -121,7 +123,8 @@ def sliding_ratio(fz: Vector) -> ScalarArray:
 @sliding_ratio.defjvp
 def _(primals: _Vectors, tangents: _Vectors) -> TwoArrays:
     # d ln Π = Σ 2 d(f_i z_i)/(1 − (f_i z_i)²)
-    (fz,), (d_fz,) = primals, tangents
+    (fz,) = primals
+    (d_fz,) = tangents
     ratio = sliding_ratio(fz)
     return ratio, ratio * jnp.sum(2 / (1 - fz * fz) * d_fz)
 
@@ -258,7 +261,8 @@ def sliding_tensions(
         >>> sb.brakes.sliding_tensions(10e3, 0.35, np.radians([13.5, 13.5])).tension.round().tolist()
         [10864.0, 11803.0]
     """
-    c, s = jnp.cos(angle / 2), jnp.sin(angle / 2)
+    c = jnp.cos(angle / 2)
+    s = jnp.sin(angle / 2)
     ma = jnp.broadcast_to(jnp.asarray(inertia_force, c.dtype), c.shape)
     mrw = jnp.broadcast_to(jnp.asarray(centrifugal_force, c.dtype), c.shape)
     f = jnp.broadcast_to(f, c.shape)
@@ -299,7 +303,8 @@ def chord_tensions(T_0: ScalarArray, f: Floats, beta: Float[Array, " k_plus_1"])
         >>> sb.brakes.chord_tensions(10e3, 0.35, np.radians([8.0, 16.0, 8.0])).tension.round().tolist()
         [10854.0, 11588.0]
     """
-    c, s = jnp.cos(beta / 2), jnp.sin(beta / 2)
+    c = jnp.cos(beta / 2)
+    s = jnp.sin(beta / 2)
     ratio = (c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:])
     tension = T_0 * jnp.cumprod(ratio)
     before = jnp.append(jnp.asarray(T_0, tension.dtype), tension[:-1])
@@ -537,8 +542,10 @@ class ContinuousLining(AbstractGeometry):
     linkage: Scalar | None = positive_quantity("N/m", "stiffness of anchor and linkage", default=None)
 
     def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
-        f, angle = jnp.asarray(f), jnp.asarray(angle)
-        E_1, E_2 = jnp.asarray(self.modulus), jnp.asarray(self.lining_modulus)
+        f = jnp.asarray(f)
+        angle = jnp.asarray(angle)
+        E_1 = jnp.asarray(self.modulus)
+        E_2 = jnp.asarray(self.lining_modulus)
         slack = E_1 * self.slack_area / radius + E_2 * self.slack_lining_area / self.lining_radius
         tight = E_1 * self.tight_area / radius + E_2 * self.tight_lining_area / self.lining_radius
         # each element up to the split, and from there on

@@ -284,8 +284,10 @@ def unloaded(
     As in a run it has a pressure only where the pair has areas; or where the law needs one. States of the
     law are those of the start. `t` (s): time of changes of the law, `None`: those of sound linings.
     """
-    law, n = pair.friction, np.size(v)
-    pressed, factor = pair.area is not None or needs(law, n).p, None if t is None else law.factor_at(n, t)
+    law = pair.friction
+    n = np.size(v)
+    pressed = pair.area is not None or needs(law, n).p
+    factor = None if t is None else law.factor_at(n, t)
     return SurfaceState(T, memory_at_start(law, n), factor).contact(v, jnp.zeros_like(v) if pressed else None)
 
 
@@ -530,7 +532,8 @@ class Brake(AbstractBandBrake):
         return self.band.segments is not None or sprung
 
     def faults_of_shape(self, path: str) -> Faults:
-        angle, where = np.asarray(self.linings.angle), f"{path}.linings.angle"
+        angle = np.asarray(self.linings.angle)
+        where = f"{path}.linings.angle"
         if angle.ndim != 1:
             return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
         laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they report it themselves
@@ -551,7 +554,8 @@ class Brake(AbstractBandBrake):
             hint = "give the stiffness of one band; bands that share one rim are those of one rim: leave out `rims`"
             return [Fault(f"{path}.band.stiffness", what, hint)]
         # the part whose faces rub on the rim
-        area, width = (self.bandage or self.linings).area, self.pulley.width
+        area = (self.bandage or self.linings).area
+        width = self.pulley.width
         if area is None or width is None:
             return []
         widest = float(np.max(np.asarray(area) / (angle * np.asarray(self.pulley.radius))))
@@ -562,7 +566,9 @@ class Brake(AbstractBandBrake):
         return [Fault(f"{path}.rims", what, hint)]
 
     def _faults_of_segments(self, path: str) -> Faults:
-        band, mass, faults = self.band, self.linings.mass, Issues()
+        band = self.band
+        mass = self.linings.mass
+        faults = Issues()
         if band.segments is None:
             if mass is not None:
                 hint = "linings move individually only where the band has `segments`"
@@ -580,7 +586,9 @@ class Brake(AbstractBandBrake):
 
     def _faults_of_springs(self, path: str, n: int) -> Faults:
         """Errors of options that a resolved, or a rigid, bandage does not support."""
-        bandage, bandage_path, faults = self.bandage, f"{path}.bandage", Issues()
+        bandage = self.bandage
+        bandage_path = f"{path}.bandage"
+        faults = Issues()
         if bandage is None:
             return faults
         if (bandage.mass is None) != (bandage.mass_radius is None):
@@ -616,12 +624,14 @@ def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str =
 
 
 #: a band circle of more than so many track radii is none: between them are linings and half a band; usual are up to
-_MOST_CIRCLE, USUAL_CIRCLE = 2.0, 1.5
+_MOST_CIRCLE = 2.0
+USUAL_CIRCLE = 1.5
 
 
 def fault_of_circle(radius: Scalar, pulley: Pulley, path: str, field: str) -> Faults:
     """Error of a band circle inside the track, or far outside of it, as by another unit of one of the two."""
-    band, track = float(radius), float(pulley.radius)
+    band = float(radius)
+    track = float(pulley.radius)
     if track <= band <= _MOST_CIRCLE * track:
         return []
     where = "inside" if band < track else f"{band / track:.4g} times"
@@ -635,13 +645,17 @@ def fault_of_circle(radius: Scalar, pulley: Pulley, path: str, field: str) -> Fa
 
 def faults_of_wrap(stiffness: Scalar | AbstractStiffness | None, angle: np.ndarray, where: str, path: str) -> Faults:
     """Errors of linings that do not fit on the pulley, or of the stiffness of their band."""
-    wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
+    wrap = np.sum(angle)
+    longest = 2 * math.pi
+    gaps = ""
     if isinstance(stiffness, AbstractStiffness):
         faults = stiffness.faults_with(path, angle.size)
         if faults:
             return faults
         bare = stiffness.bare_angle(angle.size)
-        wrap, longest, gaps = wrap + bare, stiffness.longest_wrap, " with their gaps" if bare else ""
+        wrap = wrap + bare
+        longest = stiffness.longest_wrap
+        gaps = " with their gaps" if bare else ""
     if wrap > longest * (1 + 1e-12):
         has = "the pulley has" if longest <= 2 * math.pi else f"{math.degrees(longest):.0f}°"
         # 270 rad of many short linings are within the range of each
@@ -660,7 +674,8 @@ def under_a_band(brake: AbstractBrake) -> Brake:
 
 
 def _still_friction(linings: AbstractLinings, temperature: Values | None, time: Values | None) -> Vector:
-    law, n = linings.friction, linings.count
+    law = linings.friction
+    n = linings.count
     if temperature is None and needs(law, n).T:
         raise ValueError("the friction law depends on the temperature: give it")
     T = None if temperature is None else jnp.broadcast_to(jnp.asarray(temperature), (n,))

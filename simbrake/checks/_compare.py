@@ -18,7 +18,8 @@ Numbers = Mapping[str, tuple[float, str]]  # value and unit by name
 
 _MOST = 12  # rows of each kind in the text
 _UNIT = Column("unit", left=True, show=pretty)
-_RELATIVE, _DIFFERS = Column("relative", show=".2g"), Column("differs", hidden=True)
+_RELATIVE = Column("relative", show=".2g")
+_DIFFERS = Column("differs", hidden=True)
 _WORDS = ["name", Column("a", left=True, show=str), Column("b", left=True, show=str)]
 _CHANGE = [
     *("name", Column("a", show=".9g"), Column("b", show=".9g"), _UNIT),
@@ -124,8 +125,10 @@ def compare(a: Source, b: Source, /, *, rtol: float = 1e-9) -> Comparison:
     if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # a NaN is not
         raise input_error("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")
     left, right = _data(a, b)
-    from_a, from_b = origin(left), origin(right)
-    events, others = _events(left), _events(right)
+    from_a = origin(left)
+    from_b = origin(right)
+    events = _events(left)
+    others = _events(right)
     metrics, energies = _scalars(left, right, rtol)
     series, how, judged = _series(left, right, rtol)
     changes = _changes(_numbers(from_a["scene"]), _numbers(from_b["scene"]), rtol)
@@ -220,7 +223,8 @@ def _numbers(scene: Settings) -> Numbers:
 
 def _events(data: Dataset) -> Numbers:
     """Times of events by name, lining, and which of these it is, from 2 on."""
-    times, count = {}, collections.Counter[str]()
+    times = {}
+    count = collections.Counter[str]()
     columns = (data[name].values.tolist() for name in ("event_name", "event_lining", "event_time"))
     for name, lining, time in zip(*columns, strict=True):
         event = name + (f" of lining {lining}" if lining else "")
@@ -239,7 +243,8 @@ def _scalars(left: Dataset, right: Dataset, rtol: float) -> tuple[Table, Table]:
             if one.ndim == 0 and name not in _NO_NUMBERS and str(name).startswith("energy.") == energies
         }
 
-    own, other = single(left, True), single(right, True)
+    own = single(left, True)
+    other = single(right, True)
     largest = max(abs(value) for value, unit in [*own.values(), *other.values()] if unit == "J")
     # (residuals are relative already)
     sizes = {name: largest if unit == "J" else 1.0 for name, (_, unit) in {**own, **other}.items()}
@@ -276,7 +281,8 @@ def _series(left: Dataset, right: Dataset, rtol: float) -> tuple[Table, str, boo
         gap = np.abs(left[name].values - right[name].values)
         first, *others = np.unravel_index(int(np.argmax(gap)), gap.shape)
         labels = [f"{dim} {left[dim].values[k]}" for dim, k in zip(left[name].dims[1:], others, strict=True)]
-        largest, size = float(np.max(gap)), sizes[unit]
+        largest = float(np.max(gap))
+        size = sizes[unit]
         relative = largest / size if size > 0 else 0.0
         time = float(left["time"].values[first])
         rows.append((name, unit, largest, relative, time, ", ".join(labels), not relative <= rtol))

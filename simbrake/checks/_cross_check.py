@@ -71,12 +71,20 @@ class Course:
         self, record: Record, method: str, rtol: float, most: int, energy: float, report: Callable[[float, float], None]
     ) -> None:
         sizes = _sizes(record)
-        self.report, self.method, self.rtol, self.most = report, method, rtol, most
+        self.report = report
+        self.method = method
+        self.rtol = rtol
+        self.most = most
         self.atol = rtol * np.where(np.isfinite(sizes), sizes, energy)
-        self.t, self.t1 = float(record.rows.t[0]), float(record.t1)
-        self.y, self.mode = np.asarray(record.rows.y[0]), np.asarray(record.rows.mode[0], np.int32)
+        self.t = float(record.rows.t[0])
+        self.t1 = float(record.t1)
+        self.y = np.asarray(record.rows.y[0])
+        self.mode = np.asarray(record.rows.mode[0], np.int32)
         self.changes = [Change(self.t, self.mode, float(self.y[0]))]
-        self.evaluations, self.seconds, self.trouble, self._chain = 0, 0.0, "", 0
+        self.evaluations = 0
+        self.seconds = 0.0
+        self.trouble = ""
+        self._chain = 0
         self.max_step = (self.t1 - self.t) / _SLICES
         flat = record.flat
 
@@ -109,7 +117,8 @@ class Course:
             self.t1 = self.t
         elif int(code) != 0:
             raise RuntimeError(f"the system ended the run with code {int(code)}")
-        self.y, self.mode = np.asarray(y), np.asarray(after, np.int32)
+        self.y = np.asarray(y)
+        self.mode = np.asarray(after, np.int32)
         self._chain = self._chain + 1 if self.changes[-1].t == self.t else 0
         self.changes.append(Change(self.t, self.mode, float(self.y[0])))
         if self._chain > _CHAIN:
@@ -117,7 +126,8 @@ class Course:
 
     def sinking(self, span: float) -> Fired:
         """The lowest of the guards that are negative or fall from 0."""
-        g, rate = self.guards(self.t, self.y), self.rates(self.t, self.y)
+        g = self.guards(self.t, self.y)
+        rate = self.rates(self.t, self.y)
         below = (g < -_REACHED) & ((rate <= 0) | (g < -1e3 * _REACHED))
         falls = (g <= _REACHED) & (rate * span < -1e3 * _REACHED)
         fired = np.zeros(len(g), bool)
@@ -129,14 +139,17 @@ class Course:
         """Integrate to the first guard or to `until`; guards that fired, and whether `until` was reached."""
         from scipy.integrate import solve_ivp  # a slow import, needed by cross-checks only
 
-        armed, limits = self.guards(self.t, self.y) > _REACHED, self.limits(self.t, self.y)
+        armed = self.guards(self.t, self.y) > _REACHED
+        limits = self.limits(self.t, self.y)
         # a guard that starts at 0 counts once it has gone negative from there, a limit once it is exceeded
         offset = np.where(armed, np.where(limits, _EXCEEDED, 0.0), 2 * _REACHED)
 
         def lowest(t: float, y: FlatState) -> float:
             return float(np.min(self.guards(t, y) + offset))
 
-        lowest.terminal, lowest.direction = True, -1  # pyright: ignore
+        # pyright: ignore
+        lowest.terminal = True
+        lowest.direction = -1
         more: dict[str, Any] = {"jac": self.jacobian} if self.method in ("Radau", "BDF", "LSODA") else {}
         out = solve_ivp(
             self.rhs,
@@ -151,7 +164,8 @@ class Course:
         )
         if out.status < 0:
             raise RuntimeError(f"SciPy: {out.message}")
-        self.t, self.y = float(out.t[-1]), np.asarray(out.y[:, -1])
+        self.t = float(out.t[-1])
+        self.y = np.asarray(out.y[:, -1])
         g = self.guards(self.t, self.y) + offset
         landed = out.status == 1
         fired = armed & (g <= _TOGETHER) & (landed | ~limits)
@@ -274,7 +288,8 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
     labels = [Label(*(int(column) for column in mode.label)) for mode in modes]
     # the first mode is where the run starts to look for the true one
     first = 1 if len(modes) > 1 and times[1] == times[0] and labels[0].band == 0 else 0
-    events, before = [], labels[0]
+    events = []
+    before = labels[0]
     turned = turned_since_rest(labels, [change.angle for change in course.changes])
     for i in range(first, len(modes)):
         stopped = result.record.system.rests_open and turned[i]  # pyright: ignore
@@ -291,7 +306,8 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
 
 def _ordered(events: list[Event], near: float) -> list[Event]:
     """Events in order of time; those of one instant by name, as their order there is a convention."""
-    by_time, groups = sorted(events, key=lambda e: e.time), []
+    by_time = sorted(events, key=lambda e: e.time)
+    groups = []
     for event in by_time:
         if groups and event.time - groups[-1][-1].time <= near:
             groups[-1].append(event)
@@ -326,7 +342,8 @@ def _compared_times(ours: list[Event], theirs: list[Event], same: int, span: flo
 
 def _labels(result: Result) -> list[tuple[str, str]]:
     """Name and kind of every entry of the flat state."""
-    labels, nodes = [], iter(result.nodes)
+    labels = []
+    nodes = iter(result.nodes)
     pairs = result.record.system.pair_names  # pyright: ignore
     for path, leaf in jax.tree_util.tree_leaves_with_path(result.record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
@@ -347,20 +364,25 @@ def _labels(result: Result) -> list[tuple[str, str]]:
 
 def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
     """Final states by name; of many thermal nodes the one with the maximum difference."""
-    record, labels = result.record, _labels(result)
-    start, ours, theirs = np.array(record.rows.y[0]), np.array(record.rows.y[record.count]), np.array(y)
+    record = result.record
+    labels = _labels(result)
+    start = np.array(record.rows.y[0])
+    ours = np.array(record.rows.y[record.count])
+    theirs = np.array(y)
     energies, nodes = ([i for i, label in enumerate(labels) if label[1] == kind] for kind in ("energy", "heat"))
     size = np.maximum(np.abs(theirs), _sizes(record))
     largest = max((abs(ours[i]) for i in energies), default=1.0)
     size[energies] = np.maximum(np.abs(theirs[energies]), max(1e-3 * largest, 1e-12))
-    worst, more = None, ""
+    worst = None
+    more = ""
     if nodes:
         size[nodes] = max(1.0, float(np.max(np.abs(ours[nodes] - start[nodes]))))  # of the warming, not from 0 K
         thermal: Any = thermal_of(record.system)  # pyright: ignore
         for state in (ours, theirs):
             state[nodes] = thermal.temperatures(state[nodes])
         if len(nodes) > _NODES:
-            worst, more = nodes[int(np.argmax(np.abs(ours - theirs)[nodes]))], f", most different of {len(nodes)}"
+            worst = nodes[int(np.argmax(np.abs(ours - theirs)[nodes]))]
+            more = f", most different of {len(nodes)}"
     for i, (name, kind) in enumerate(labels):
         if kind != "heat" or worst in (None, i):
             yield f"end: {name}{more if kind == 'heat' else ''}", float(ours[i]), float(theirs[i]), float(size[i])
@@ -410,7 +432,8 @@ def cross_check(
         system: Any = again.record.system
         course = Course(again.record, method, rtol, max_evaluations, float(system.sizes.torque), shown.reach)
         course.drive()
-    source, allowed = f"SciPy {method}", 100 * rtol if tolerance is None else tolerance
+    source = f"SciPy {method}"
+    allowed = 100 * rtol if tolerance is None else tolerance
     span = float(scene.end_time) - float(scene.initial.time)
     passed = {*_LIMITS, *(mark.event for mark in marks())}
     own = [event for event in fresh.events if event.name not in passed]

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 from .._base._table import Column, Table, Tabular, frozen
 
-PASS, FAIL = "pass", "fail"
+PASS = "pass"
+FAIL = "fail"
 
 # --- cases ------------------------------------------------------------------------------------------------------------
 

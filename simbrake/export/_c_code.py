@@ -18,9 +18,12 @@ import jax
 import numpy as np
 
 #: lines of a function, entries of arrays that are written out one by one, operations of an expression
-LONGEST, _FEW, _DEEPEST = 150, 4, 24
+LONGEST = 150
+_FEW = 4
+_DEEPEST = 24
 #: operations of a function that is repeated wherever it is called; bytes of a variable on the stack
-_SHORT, _LARGE = 16, 8192
+_SHORT = 16
+_LARGE = 8192
 
 _KINDS = {
     "f64": "double",
@@ -113,7 +116,9 @@ class Body:
     """Operations in order, the values that they begin with and those that they give, all by number."""
 
     def __init__(self, args: list[int]) -> None:
-        self.args, self.ops, self.outs = args, list[Operation](), list[int]()
+        self.args = args
+        self.ops = list[Operation]()
+        self.outs = list[int]()
 
     @property
     def size(self) -> int:
@@ -159,7 +164,8 @@ class Module:
     def _body(self, block: Any) -> Body:
         args = self._new(map(_type_of, block.arguments))
         self._numbers |= zip(block.arguments, args, strict=True)
-        body, around = Body(args), self._results
+        body = Body(args)
+        around = self._results
         self._results = around.new_child()
         for operation in block.operations:
             op = operation.operation
@@ -190,7 +196,9 @@ class Module:
                 outs = self._new(types)
                 if entry is not None:
                     self._entries[outs[0]] = entry
-                    name, attributes, ins = "broadcast_in_dim", {"broadcast_dimensions": []}, [entry]
+                    name = "broadcast_in_dim"
+                    attributes = {"broadcast_dimensions": []}
+                    ins = [entry]
                 if name == "call":
                     self.calls[attributes["callee"].value] += 1
                 body.ops.append(Operation(name, attributes, ins, outs, types))
@@ -281,7 +289,8 @@ Index = Sequence[int | str]
 
 
 def _sum(*terms: int | str) -> int | str:
-    whole, rest = sum(x for x in terms if isinstance(x, int)), [x for x in terms if isinstance(x, str)]
+    whole = sum(x for x in terms if isinstance(x, int))
+    rest = [x for x in terms if isinstance(x, str)]
     if not rest:
         return whole
     return " + ".join([*rest, *([str(whole)] if whole else [])])
@@ -362,7 +371,8 @@ class Program:
     """
 
     def __init__(self, name: str, function: Callable, *arguments: Any) -> None:
-        self.name, self._module = name, Module(function, *arguments)
+        self.name = name
+        self._module = Module(function, *arguments)
         self._kinds: dict[str, tuple[str, int]] = {}  # of variables; entries of arrays
         self._tables: dict[tuple[str, str], str] = {}
         self._functions: dict[str, list[Any]] = {}
@@ -370,8 +380,10 @@ class Program:
         self._pointed: set[str] = set()
         self._indices = itertools.count()
         #: of what is being printed: values by number, lines, operations, and who uses each value
-        self._env, self._nodes = dict[int, Value](), list[Any]()
-        self._body, self._users = Body([]), dict[int, list[Body]]()
+        self._env = dict[int, Value]()
+        self._nodes = list[Any]()
+        self._body = Body([])
+        self._users = dict[int, list[Body]]()
         pointers, self.outs = self._function("main", self._module.functions["main"])
         self.ins = [f"frame->{pointer}" for pointer in pointers]
         self.text = self._printed()
@@ -438,7 +450,8 @@ class Program:
         """Print a function once; the variables of its arguments (pointers for arrays) and its results."""
         if name not in self._results:
             kept = self._env, self._nodes
-            self._env, self._nodes = {}, []
+            self._env = {}
+            self._nodes = []
             variables = []
             for arg in body.args:
                 shape, kind = self._module.types[arg]
@@ -461,7 +474,8 @@ class Program:
         """The operations of a body that `outs` depend on; C of these."""
         kept = self._body, self._users
         ops, users = self._module.needed(body, outs)
-        self._body, self._users = body, users
+        self._body = body
+        self._users = users
         for op in ops:
             special = getattr(self, f"_op_{op.name}", None)
             if special is not None:
@@ -475,9 +489,11 @@ class Program:
         return values
 
     def _nested(self, body: Body, outs: list[int]) -> tuple[list[Any], list[Value]]:
-        nodes, self._nodes = self._nodes, []
+        nodes = self._nodes
+        self._nodes = []
         values = self._emit(body, outs)
-        inside, self._nodes = self._nodes, nodes
+        inside = self._nodes
+        self._nodes = nodes
         return inside, values
 
     def _op_call(self, op: Operation) -> None:
@@ -529,10 +545,12 @@ class Program:
             self._env[body.args[i]] = value._replace(fresh=body if i in slots else None)
         before, [going] = self._nested(cond, cond.outs)
         wanted = [i for i in carried if i in slots]
-        outer, self._nodes = self._nodes, []
+        outer = self._nodes
+        self._nodes = []
         # (operations of the body may write over what it begins with)
         values = self._emit(body, [body.outs[i] for i in wanted])
-        names, changes = {slots[i].name for i in wanted}, []
+        names = {slots[i].name for i in wanted}
+        changes = []
         for i, value in zip(wanted, values, strict=True):
             if value.name == slots[i].name:
                 continue
@@ -541,7 +559,8 @@ class Program:
             changes.append((slots[i], value))
         for change in changes:
             self._put(*change)
-        inside, self._nodes = self._nodes, outer
+        inside = self._nodes
+        self._nodes = outer
         stop = Pinned(f"if (!{going.at([])}) break;")
         self._nodes.append(Block([("for (;;) {", [*before, stop, *inside])]))
 
@@ -551,7 +570,8 @@ class Program:
         which = self._solid(op.ins[0]).at([])
         parts = []
         for number, region in enumerate(op.regions):
-            outer, self._nodes = self._nodes, []
+            outer = self._nodes
+            self._nodes = []
             for result, value in zip(results, self._emit(region, [region.outs[i] for i in kept]), strict=True):
                 self._put(result, value)
             test = f"if ({which} == {number}) {{" if number < len(op.regions) - 1 else "{"
@@ -731,7 +751,8 @@ class Program:
 
     def _cut(self, op: Operation, value: Value, low: list[int]) -> tuple[Value, list[int]]:
         """What remains of a value at whose ends less than nothing is padded, and what is padded before it."""
-        high, apart = [*op.attributes["edge_padding_high"]], [*op.attributes["interior_padding"]]
+        high = [*op.attributes["edge_padding_high"]]
+        apart = [*op.attributes["interior_padding"]]
         if min(*low, *high, 0) >= 0:
             return value, low
         if any(apart):
@@ -903,7 +924,8 @@ class Program:
         heads, index = self._counter(part.shape)
         place: list[int | str] = [0] * len(whole.shape)
         sizes = dict(zip(wide, (part.shape[d] for d in windows), strict=True))
-        lines, tests = [], []
+        lines = []
+        tests = []
         for j, d in enumerate(numbers["scatter_dims_to_operand_dims"]):
             name = self._new("int64_t")
             lines.append(Line(f"{name} = {entry(index, j)};", name))
@@ -975,7 +997,8 @@ class Program:
         large = {name for name in names if self._bytes(name) > _LARGE}
         places: dict[str, str] = {}
         for nodes in self._functions.values():
-            spans, clock = dict[str, list[int]](), itertools.count()
+            spans = dict[str, list[int]]()
+            clock = itertools.count()
 
             def walk(nodes: list[Any], spans: dict[str, list[int]] = spans, clock: Iterator[int] = clock) -> None:
                 for node in nodes:
@@ -997,7 +1020,8 @@ class Program:
                 if fits:
                     best = min(fits, key=lambda place: abs(self._kinds[place[1]][1] - size))
                     free.remove(best)
-                    places[name], size = best[1], max(size, self._kinds[best[1]][1])
+                    places[name] = best[1]
+                    size = max(size, self._kinds[best[1]][1])
                     self._kinds[best[1]] = kind, size
                 free.append((last, places.get(name, name)))
         return places

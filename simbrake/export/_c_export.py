@@ -144,8 +144,13 @@ class Export:
         max_steps: int | None = None,
         waiting: int = 64,
     ) -> None:
-        self.name, self.scene, self.outputs, self.rtol = name, scene, outputs or [], 1e-10
-        self.solver, self.steps, self.held = solver_of(scene), held is not None, held or {}
+        self.name = name
+        self.scene = scene
+        self.outputs = outputs or []
+        self.rtol = 1e-10
+        self.solver = solver_of(scene)
+        self.steps = held is not None
+        self.held = held or {}
         self.runs = outputs is not None
         self.max_steps = max_steps or (room_for(simulate(scene, solver=self.solver)) if self.runs else 0)
         self.numbers, self.like = pack(scene.as_run)
@@ -197,7 +202,8 @@ class Export:
     def _begun(self, x: Array) -> Array:
         """Time of the start; of each input its first value, a time long past, and its lag (0: none)."""
         scene = self.like.unpack(x)
-        start, numbers = jnp.asarray(scene.initial.time), []
+        start = jnp.asarray(scene.initial.time)
+        numbers = []
         for held in self.held.values():
             parent = functools.reduce(getattr, held.where[:-1], scene)
             part = getattr(parent, held.where[-1])
@@ -214,7 +220,8 @@ class Export:
 
         def step(x: Array) -> tuple[Array, ...]:
             record = run(x)
-            n, rows = record.count, record.rows
+            n = record.count
+            rows = record.rows
             counts = jnp.stack([record.code, n]).astype(jnp.int32)
             places = unravel(np.arange(sizes[1]), record.mode_like).pieces
             self.pieces = [int(places[key]) for key in self.held]

@@ -87,7 +87,8 @@ def export_fmu(
         raise input_error(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")
     scene = checked(scene)
     inputs = possible_inputs(scene) if inputs is None else inputs
-    held, name = held_inputs(scene, [] if inputs is None else inputs), c_name(path)
+    held = held_inputs(scene, [] if inputs is None else inputs)
+    name = c_name(path)
     check_waiting(waiting)
     if fmi not in (2, 3):
         raise input_error("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")

@@ -43,7 +43,8 @@ class SceneReader(NumberReader):
 
     def __init__(self, folder: Path, *, undriven: bool = False) -> None:
         super().__init__()
-        self.folder, self.undriven = folder, undriven
+        self.folder = folder
+        self.undriven = undriven
 
     # --- objects --------------------------------------------------------------------------------------------------
 
@@ -76,7 +77,8 @@ class SceneReader(NumberReader):
 
     def _maker(self, table: dict[str, Toml], makers: dict[str, Maker], path: str) -> Maker | None:
         """Class or builder of a table: by its `type`, or the only one that its keys fit."""
-        kind, type_path = table.pop("type", None), _join(path, "type")
+        kind = table.pop("type", None)
+        type_path = _join(path, "type")
         if kind is not None:
             if isinstance(kind, str) and kind in makers:
                 return makers[kind]
@@ -132,7 +134,8 @@ class SceneReader(NumberReader):
         try:
             return maker(**values)  # pyright: ignore
         except InputError as error:  # of fields together, or of a file that it read
-            fields, where = {part.name for part in parts_of(maker)}, f"{path}: " if path else ""
+            fields = {part.name for part in parts_of(maker)}
+            where = f"{path}: " if path else ""
             for fault in error.faults:
                 name = fault.path.removeprefix(f"{maker.__name__}.")
                 place = _join(path, name) if name in fields else where + fault.path
@@ -169,7 +172,8 @@ class SceneReader(NumberReader):
 
     def _file(self, name: str, path: str) -> object:
         """The path of a data file; a scene that comes from somebody else must not read whatever it names."""
-        file, home = self.folder / name, Path(os.path.realpath(self.folder))
+        file = self.folder / name
+        home = Path(os.path.realpath(self.folder))
         if "\0" not in name and (os.environ.get(_ANYWHERE) == "1" or Path(os.path.realpath(file)).is_relative_to(home)):
             return file
         hint = f"put it beside the scene, or allow all files by {_ANYWHERE}=1"
@@ -253,7 +257,8 @@ def scene_from_text(
         raise input_error("TOML", str(error), "fix this line; texts need quotes") from None
     except (RecursionError, ValueError) as error:  # a number of more digits than Python converts
         raise input_error("TOML", f"cannot be read: {error}"[:200]) from None
-    scene, rest = _scene_of(tables, Path(folder), undriven=undriven), dict(values or {})
+    scene = _scene_of(tables, Path(folder), undriven=undriven)
+    rest = dict(values or {})
     keys = {path: rest[path] for path in unknown_paths(scene, rest) if _set_key(tables, path, rest[path])}
     if keys:
         scene = _scene_of(tables, Path(folder), undriven=undriven)
@@ -345,7 +350,8 @@ class _Writer:
     """Write a scene by the description that the reader uses."""
 
     def __init__(self, left_out: tuple[str, ...], faults: Issues) -> None:
-        self.left_out, self.faults = left_out, faults
+        self.left_out = left_out
+        self.faults = faults
 
     def table(self, node: Struct, wanted: tuple[type, ...], path: str, unit: str) -> dict[str, Toml]:
         maker = type(node)
@@ -355,7 +361,8 @@ class _Writer:
             return {}
         table: dict[str, Toml] = {"type": maker.__name__} if several(wanted) else {}
         for part in parts_of(maker):
-            value, part_path = getattr(node, part.name), _join(path, part.name)
+            value = getattr(node, part.name)
+            part_path = _join(path, part.name)
             if value is not None and part_path not in self.left_out:
                 table[part.name] = self._value(value, part, part_path, part.unit_at(unit))
         return table

@@ -65,7 +65,8 @@ def history(
                 table.fault(" header", f"has no column {name}", f"there are: {', '.join(names)}")
     if table.faults:
         raise InputError(table.faults)
-    t, values = table.column(names[time], "s", needed=True), table.column(names[column], unit)
+    t = table.column(names[time], "s", needed=True)
+    values = table.column(names[column], unit)
     there = np.isfinite(t) & np.isfinite(values)
     if not table.faults and not there.any():
         table.fault(f" column {column}", "has no value")
@@ -79,7 +80,8 @@ def history(
 
 
 #: key of a scene file that says in which format it is written, and the present one
-FORMAT, VERSION = "format", "simbrake scene 1"
+FORMAT = "format"
+VERSION = "simbrake scene 1"
 #: a class, or a function that makes an object of one
 Maker: TypeAlias = Callable[..., object]
 #: functions that make an object of a class, by name in a file as the classes themselves are
@@ -181,7 +183,8 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
     """Classes and builders that give one of the `wanted` classes and can be written in a file: name → maker."""
     makers: dict[str, Maker] = {}
     for base in wanted:
-        family, visited = [base], set()
+        family = [base]
+        visited = set()
         while family:
             kind = family.pop(0)
             family += kind.__subclasses__()
@@ -288,7 +291,8 @@ def parameter_table(scene: Scene) -> Table:
 
 def count_text(scene: Scene) -> str:
     """Short summary of a scene."""
-    n, fields = scene.brake.linings.count, leaves(scene)
+    n = scene.brake.linings.count
+    fields = leaves(scene)
     words = [
         f"{sum(np.size(leaf.value) for leaf in fields)} numbers in {len(fields)} fields",
         f"{n} {scene.brake.words.lining}s",

@@ -17,7 +17,8 @@ from jaxtyping import Float, Int
 from .arrays import Array, TwoArrays, Vector, entry, put, take
 
 #: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
-CORE, QUADRATURE = -1, -2
+CORE = -1
+QUADRATURE = -2
 #: added to a place in the chain: its rate is linear in the states, with coefficients that are constant in a run
 LINEAR = 1 << 20
 
@@ -64,9 +65,11 @@ class Bordered(NamedTuple):
 
     @property
     def transposed(self) -> "Bordered":
-        lower, upper = self.upper, self.lower
+        lower = self.upper
+        upper = self.lower
         if self.diagonal.shape[0]:
-            lower, upper = jnp.pad(self.upper[:-1], (1, 0)), jnp.pad(self.lower[1:], (0, 1))
+            lower = jnp.pad(self.upper[:-1], (1, 0))
+            upper = jnp.pad(self.lower[1:], (0, 1))
         return Bordered(self.core.T, self.below.T, self.right.T, lower, self.diagonal, upper)
 
 
@@ -86,13 +89,17 @@ class ChainRows(NamedTuple):
 def _columns(push: Push, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows, Float[Array, " entries"]]:
     """Core and chain rows of a Jacobian from `m + 3` forward passes, core columns and three colours of chain columns,
     and the derivative by time from one more."""
-    place, colours = np.arange(n), min(n, 3)
+    place = np.arange(n)
+    colours = min(n, 3)
     seeds = np.zeros((m + colours + 1, m + n))
     seeds[np.arange(m), np.arange(m)] = 1.0
     for colour in range(colours):
         seeds[m + colour, m + place[colour::3]] = 1.0
     columns = jax.vmap(push)(jnp.asarray(np.eye(m + colours + 1)[-1]), jnp.asarray(seeds))
-    core, below, colour, drift = columns[:m, :m].T, columns[:m, m:].T, columns[m:-1, m:], columns[-1]
+    core = columns[:m, :m].T
+    below = columns[:m, m:].T
+    colour = columns[m:-1, m:]
+    drift = columns[-1]
 
     def diagonal(offset: int) -> Array:
         # entry (i, i + offset) lies in the colour of column i + offset; masks, as gathers are slow in loops
@@ -120,7 +127,8 @@ def linear_rows(push: Push, places: Couplings) -> ChainRows:
 
     Of the program of the rates only what these rows take is left.
     """
-    m, n = len(places.core), len(places.chain)
+    m = len(places.core)
+    n = len(places.chain)
     linear = tuple(m + i for i, constant in enumerate(places.linear) if constant)
     return _columns(lambda dt, v: put(jnp.zeros(m + n), linear, take(push(dt, v), linear)), m, n)[1]
 
@@ -133,7 +141,8 @@ def jacobian(
     Core and chain columns from `m + 3` forward passes and the core's rows from `m` reverse ones, however long the chain
     is; with the `constant_rows` of the chain, `m` reverse passes and one for each other row of the chain.
     """
-    m, n = len(places.core), len(places.chain)
+    m = len(places.core)
+    n = len(places.chain)
     varying = places.varying
     if constant_rows is None or varying is None:
         core, chain, drift = _columns(push, m, n)
@@ -141,7 +150,9 @@ def jacobian(
         return Bordered(core, right, *chain), drift
     wanted = (*range(m), *(m + i for i in varying))
     drift, rows = _rows(push, m + n, wanted)
-    core, right, new = rows[:m, :m], rows[:m, m:], rows[m:]
+    core = rows[:m, :m]
+    right = rows[:m, m:]
+    new = rows[m:]
     chain = constant_rows
     for j, i in enumerate(varying):
         before = new[j, m + i - 1] if i > 0 else jnp.zeros(())
@@ -189,9 +200,11 @@ def _reduction(a: Bordered) -> tuple[TwoArrays, Array]:
 
     def reduce(rows: tuple[Array, Array, Array], k: Array) -> tuple[tuple[Array, Array, Array], TwoArrays]:
         lower, total, upper = rows
-        (l_before, l_behind), (u_before, u_behind) = _neighbours(lower, k), _neighbours(upper, k)
+        (l_before, l_behind) = _neighbours(lower, k)
+        (u_before, u_behind) = _neighbours(upper, k)
         t_before, t_behind = _neighbours(total, k)
-        before, behind = -lower / (t_before - l_before - u_before), -upper / (t_behind - l_behind - u_behind)
+        before = -lower / (t_before - l_before - u_before)
+        behind = -upper / (t_behind - l_behind - u_behind)
         total = total + before * t_before + behind * t_behind
         return (before * l_before, total, behind * u_behind), (before, behind)
 
@@ -220,7 +233,8 @@ def _row_sizes(a: Float[Array, "m m"]) -> Float[Array, "m 1"]:
 
 def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
     """Inverse by Gauss–Jordan elimination with row pivoting on rows of equal size, chosen by a mask."""
-    m, size = a.shape[0], _row_sizes(a)
+    m = a.shape[0]
+    size = _row_sizes(a)
 
     def eliminate(k: Array, carry: TwoArrays) -> TwoArrays:
         rows, free = carry

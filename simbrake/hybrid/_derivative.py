@@ -21,11 +21,13 @@ Turned = TypeVar("Turned")
 
 def _landing(flat: Flat, t1: Scalar, row: Rows, t: Scalar, y: State, f: State) -> Start:
     """Time and state of an event at the end of one row, before any jump, from the end of its step."""
-    t2, y2 = t + row.delta, y + row.delta * f
+    t2 = t + row.delta
+    y2 = y + row.delta * f
     g = flat.guards(t2, y2, row.mode)
     f2, rate = flat.rates(t2, y2, row.mode)
     chosen = jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard
-    g, rate = jnp.sum(jnp.where(chosen, g, 0.0)), jnp.sum(jnp.where(chosen, rate, 0.0))
+    g = jnp.sum(jnp.where(chosen, g, 0.0))
+    rate = jnp.sum(jnp.where(chosen, rate, 0.0))
     # value 0: only the derivative of the place where the guard is 0 (those of the rates would be multiplied by it)
     dt = -(g - jax.lax.stop_gradient(g)) / jnp.where(rate == 0, -1.0, rate)
     # or that of the time breakpoint
@@ -149,7 +151,8 @@ def sweep(
 
         def body(i: Count, state: TwoArrays) -> TwoArrays:
             d, out = state
-            here, moves = (params, _row(own, i), starts[i]), (d_params, _row(d_own, i), d)
+            here = (params, _row(own, i), starts[i])
+            moves = (d_params, _row(d_own, i), d)
             d = jax.jvp(lambda q, o, x: row_map.advance(fixed, q, o, x, i), here, moves)[1]
             return d, jax.lax.dynamic_update_slice(out, d[None], (i + 1, jnp.zeros_like(i)))
 

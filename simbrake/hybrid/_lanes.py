@@ -63,7 +63,8 @@ class Lane(NamedTuple):
 
 def _plain(a: Attempt) -> Verdict:
     """The decision on an attempt without an event."""
-    no, infinity = jnp.zeros_like(a.accept), jnp.full_like(a.h, jnp.inf)
+    no = jnp.zeros_like(a.accept)
+    infinity = jnp.full_like(a.h, jnp.inf)
     return Verdict(
         instant=no,
         land=no,
@@ -146,7 +147,8 @@ def _advanced(p: Problem, lane: Lane, watched: Watched | None) -> Lane:
 
 
 def _run(p: Problem, y0: State, mode0: Int[Array, " mode"], room: int, watched: Watched | None) -> Lane:
-    start, zero = started(p, y0, mode0), jnp.asarray(0, jnp.int32)
+    start = started(p, y0, mode0)
+    zero = jnp.asarray(0, jnp.int32)
     p = p._replace(method=p.method.with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
     row = _row(start)
     # (one row more for the end, one for what is written where no room is left)
@@ -186,7 +188,8 @@ def hybridsolve_lane(
     tops = None
     if watched is not None and end.followed is not None:
         tops = greatest_of_steps(end.followed, watched, p.flat, p.method.rolled(), flat_y0.shape[0])
-    ny, nothing = flat_y0.shape[0], jnp.zeros_like(end.starts[:, 0])
+    ny = flat_y0.shape[0]
+    nothing = jnp.zeros_like(end.starts[:, 0])
     rows = Rows(
         t=end.starts[:, 0],
         y=end.starts[:, 1 : 1 + ny],

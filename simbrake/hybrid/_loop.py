@@ -163,7 +163,8 @@ Moved = tuple[State, State, tuple[State, ...], tuple[State, ...]]
 def _moved(p: Problem, c: Carry, h: Array) -> Moved:
     """State at the end of an attempt and the error estimate of the method, and both for the tangents; just after a
     restart one move along `f`."""
-    settles, along = c.restart_stage > 0, c.y + h * c.f
+    settles = c.restart_stage > 0
+    along = c.y + h * c.f
     nothing = jnp.zeros_like(along)
 
     def attempt(flat: Flat, y: State, f: State) -> tuple[State, State]:
@@ -202,7 +203,10 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(first, new, old)
 
-    f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
+    f = pick(a.f1, c.f)
+    g = pick(a.g1, c.g)
+    size = jnp.abs(c.y)
+    span = p.t1 - p.t0
     d0, d1, d2 = p.norms(size, c.y, f, a.f1 - f)
     # a state or rate of zero gives no time scale: take a small share of the run
     look = at.FIRST_LOOK * d0 / jnp.where(d1 > 0, d1, 1.0)
@@ -234,7 +238,8 @@ def _hidden(c: Carry, a: Attempt, distance: Guards) -> GuardMarks:
 
 
 def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
-    tol, crosses = p.guard_tolerance, a.crosses
+    tol = p.guard_tolerance
+    crosses = a.crosses
     look = a.accept if p.settings.guard_samples else a.accept & a.needs_search
     # what was rejected may have been so for what lies beyond an event: the next attempt goes no further than there
     crossed_though_rejected = ~a.accept & a.finite & (c.restart_stage == 0) & a.crossing

@@ -132,7 +132,9 @@ class ExplicitRungeKutta(AbstractMethod):
             return tuple(float(x) for x in row)
 
         self.a = tuple(numbers(row) for row in tableau.a_lower)
-        self.b, self.b_error, self.c = numbers(tableau.b_sol), numbers(tableau.b_error), numbers(tableau.c)
+        self.b = numbers(tableau.b_sol)
+        self.b_error = numbers(tableau.b_error)
+        self.c = numbers(tableau.c)
         self.unrolled = unrolled
         self.fsal = bool(tableau.fsal)
         order = solver.order(diffrax.ODETerm(lambda t, y, args: y))

@@ -28,7 +28,9 @@ _A = (
     (*_A6, 1.0),
     (*_A6, 1.0, 1.0),
 )
-_C76, _C86, _C87 = -28.087943162872662, -54.66780262877968, -9.48861652309627
+_C76 = -28.087943162872662
+_C86 = -54.66780262877968
+_C87 = -9.48861652309627
 _C = (
     (),
     (-14.155112264123755,),
@@ -43,7 +45,8 @@ _NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.428
 _D = (0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0, 0, 0)
 
 
-_a, _c = square(_A), square(_C)
+_a = square(_A)
+_c = square(_C)
 _m = np.append(np.asarray(_A[-1]), 1.0)
 # the classical weights, for quadratures: k = Γ⁻¹ u, Γ⁻¹ = I/γ − C, so that y₁ = y + Σ b_i k_i with b = m Γ
 _b = _m @ np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)
@@ -104,7 +107,8 @@ class Rodas5P(AbstractMethod):
     def _matrix(self, near: "_Linearised", h: Array) -> tuple[Bordered, Array]:
         """`I/(γ h) − J`, and `∂f/∂t`."""
         J, drift = jacobian(near.inside, self._couplings(near.y), self.linear)
-        scale, eye = 1.0 / (_GAMMA * h), jnp.eye(J.core.shape[0])
+        scale = 1.0 / (_GAMMA * h)
+        eye = jnp.eye(J.core.shape[0])
         return Bordered(scale * eye - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper), drift
 
     @property
@@ -113,28 +117,36 @@ class Rodas5P(AbstractMethod):
 
     def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
-        inner, outer = near.inner, near.outer
-        x, nothing = take(y, inner), jnp.zeros_like(y)
+        inner = near.inner
+        outer = near.outer
+        x = take(y, inner)
+        nothing = jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
         matrix, drift = self._matrix(near, h)
         if self.differentiated:
-            drift, solved = near.drift, _by_residual(rhs, t, y, h, inner, matrix)
+            drift = near.drift
+            solved = _by_residual(rhs, t, y, h, inner, matrix)
         else:
             lu = factor(matrix)
             solved = functools.partial(solve, lu)
         u, sums, _ = _stages(rhs, t, y, h, inner, outer, drift, solved, _TABLE_WITH_ERROR)
-        y1, error = put(y, inner, x + weighted(jnp.asarray(_m), u)), put(nothing, inner, u[-1])
+        y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
+        error = put(nothing, inner, u[-1])
         if outer:
             bends = jax.vmap(near.outside)(h * np.asarray([_bd, _ed]), weighted(jnp.asarray([_b, _e]).T, u[:, None]))
             change, off = h * (sums + bends)
-            y1, error = put(y1, outer, take(y, outer) + change), put(error, outer, off)
+            y1 = put(y1, outer, take(y, outer) + change)
+            error = put(error, outer, off)
         return jnp.where(moves, y1, y), error
 
     def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
-        inner, outer, x = near.inner, near.outer, take(y, near.inner)
-        moves, full_step = h != 0, h
+        inner = near.inner
+        outer = near.outer
+        x = take(y, near.inner)
+        moves = h != 0
+        full_step = h
         h = jnp.where(moves, h, _LEAST)
         solved = _by_residual(rhs, t, y, h, inner, self._matrix(near, h)[0], backwards=True)
         u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, solved)
@@ -152,14 +164,19 @@ class Rodas5P(AbstractMethod):
     def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
         rate = functools.partial(rhs, params)
         near = _linearised(rate, t, y, self._couplings(y))
-        inner, outer = near.inner, near.outer
+        inner = near.inner
+        outer = near.outer
         nothing = jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
         matrix, drift = self._matrix(near, h)
-        lu, lu_transposed = factor(matrix), factor(matrix.transposed)
+        lu = factor(matrix)
+        lu_transposed = factor(matrix.transposed)
         n = len(_NODES)
-        a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
+        a = np.pad(_a, ((0, 1), (0, 1)))
+        c = np.pad(_c, ((0, 1), (0, 1)))
+        nodes = (*_NODES, 1.0)
+        d = (*_D, 0.0)
         a[n, :n] = _m  # one stage more is the rate at the end, from which nothing else follows
         b = np.append(_b, 0.0)
         table = (a, c, np.asarray(nodes), np.asarray(d, float), b)
@@ -175,7 +192,8 @@ class Rodas5P(AbstractMethod):
 
         def back(c_y: State, c_f: State) -> tuple[PyTree, Scalar, State]:
             c_moved = jnp.where(moves, c_y, 0.0)
-            c_x, c_outer = take(c_moved, inner), h * take(c_moved, outer)
+            c_x = take(c_moved, inner)
+            c_outer = h * take(c_moved, outer)
             leans = put(nothing, outer, c_outer)  # cotangent of the bend
             through = jax.linear_transpose(lambda v: near.outside(0.0, v), take(y, inner))(c_outer)[0]
 
@@ -221,7 +239,8 @@ def _by_residual(
 ) -> Callable[[Array], Array]:
     """Solutions with the matrix whose derivatives are those of the residual `v/(γ h) − J v`: one direction of the rates
     for each, where those of the matrix itself would take all its columns. `backwards`: also in reverse."""
-    matrix, x = jax.lax.stop_gradient(matrix), take(y, inner)
+    matrix = jax.lax.stop_gradient(matrix)
+    x = take(y, inner)
     lu = factor(matrix)
     back = functools.partial(_solved_by, factor(matrix.transposed)) if backwards else None
 
@@ -279,7 +298,8 @@ def _stages(
 ) -> tuple[Float[Array, "stage inner"], Float[Array, "*sums outer"], PyTree]:
     """Increments of all stages and the weighted sum, or sums, of the quadratures' rates; to `keep`: arguments and
     rates."""
-    x, n = take(y, inner), len(table[0])
+    x = take(y, inner)
+    n = len(table[0])
 
     def stage(carry: TwoArrays, entry: tuple[Array, ...]) -> tuple[TwoArrays, TwoArrays | None]:
         u, total = carry

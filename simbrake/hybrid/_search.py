@@ -102,14 +102,16 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     def refine(_: Count | int, bracket: tuple[Guards, Guards, Guards]) -> tuple[Guards, Guards, Guards]:
         low, high, s = bracket
         v = value(s)
-        low, high = jnp.where(v > 0, s, low), jnp.where(v > 0, high, s)
+        low = jnp.where(v > 0, s, low)
+        high = jnp.where(v > 0, high, s)
         k = slope(s)
         newton = s - v / jnp.where(k == 0, 1.0, k)
         # (at the ends as well: a root that is found stays where it is)
         inside = (newton >= low) & (newton <= high) & (k != 0)
         return low, high, jnp.where(inside, newton, 0.5 * (low + high))
 
-    low, high = j / at.SAMPLES, (j + 1) / at.SAMPLES
+    low = j / at.SAMPLES
+    high = (j + 1) / at.SAMPLES
     return jax.lax.fori_loop(0, at.REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
 
 
@@ -156,7 +158,8 @@ def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> Gu
 
     Further on it follows the curvature that its cubic has at the end, as far as that is no rounding.
     """
-    d0, d1 = c.rate * h, rate1 * h
+    d0 = c.rate * h
+    d1 = rate1 * h
     bend = jnp.maximum(6 * (c.g - g1) + 2 * d0 + 4 * d1 - at.BENDING * at.TINY, 0.0)
     turn = jnp.where((bend > 0) & (d1 < 0), -d1 / jnp.where(bend > 0, bend, 1.0), jnp.inf)
     s = jnp.minimum(jnp.where(h > 0, room / jnp.where(h > 0, h, 1.0), 0.0), turn)
@@ -187,7 +190,8 @@ def search(
 
     `negative_from` is the share of the step from which a guard was seen to be negative, `inf` where it was not.
     """
-    d0, d1 = c.rate * h, rate1 * h
+    d0 = c.rate * h
+    d1 = rate1 * h
     # from 0 downwards, also after a rise of rounding: at once if the slope at the start explains the drop, else halve
     # until it is clear
     sinking = ~c.armed & (c.g <= tol) & ~leaving(c, h) & crosses

@@ -119,8 +119,11 @@ class Record(Struct):
         record = sb.hybrid.hybridsolve(system, y0, mode0, 0.0, 1.0, method, settings)
         [event.time for event in record.events if event.kind == sb.hybrid.EventKind.GUARD]
         """
-        kinds, t = np.asarray(self.rows.kind)[: int(self.count)], np.asarray(self.rows.t)
-        modes, guards, events = np.asarray(self.rows.mode), np.asarray(self.rows.guard), []
+        kinds = np.asarray(self.rows.kind)[: int(self.count)]
+        t = np.asarray(self.rows.t)
+        modes = np.asarray(self.rows.mode)
+        guards = np.asarray(self.rows.guard)
+        events = []
         names = self.guard_names if np.any(kinds >= LANDED) else []
         for i in np.flatnonzero(kinds >= LANDED):
             kind = EventKind(int(kinds[i]))
@@ -137,7 +140,8 @@ class Record(Struct):
         like = self.flat.guards_like(*jax.tree.map(jnp.asarray, (0.0, self.y_like, self.mode_like)))
         names = []
         for path, leaf in jax.tree_util.tree_leaves_with_path(like):
-            name, size = jax.tree_util.keystr(path, simple=True, separator="."), math.prod(leaf.shape)
+            name = jax.tree_util.keystr(path, simple=True, separator=".")
+            size = math.prod(leaf.shape)
             names += [f"{name} {i + 1}".strip() for i in range(size)] if leaf.shape else [name]
         return names
 
@@ -176,7 +180,8 @@ class Record(Struct):
 
         `still`: as a smaller program, which is not to be differentiated.
         """
-        flat, method = self.flat, self.method.rolled()
+        flat = self.flat
+        method = self.method.rolled()
 
         def state_inside(i: Count, h: Scalar) -> tuple[Scalar, PyTree]:
             row = self.row(i)
@@ -337,7 +342,8 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
             whole, others, rows, _ = fixed
             flat = problem(whole, others)[0].flat.near(rows.mode[i], rows.mode[i + 1])
             bare, rest = eqx.partition(flat, eqx.is_inexact_array)
-            alike, apart = dict(zip(sorted(i for i in {*places} if i is not None), shared, strict=True)), iter(own)
+            alike = dict(zip(sorted(i for i in {*places} if i is not None), shared, strict=True))
+            apart = iter(own)
             new = [next(apart) if place is None else alike[place] for place in places]
             return eqx.combine(jax.tree.unflatten(jax.tree.structure(bare), new), rest)
 
@@ -355,7 +361,8 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
             def flat(numbers: PyTree) -> Flat:
                 return flat_of(fixed, i, numbers[0][0], numbers[1])
 
-            given, after = (params, own), rows.mode[i + 1]
+            given = (params, own)
+            after = rows.mode[i + 1]
             cotangents = pull_back(flat, method, given, lambda p: p[0][1], row(rows, start, i), after, (c[0], c[1:]))
             return *cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
 
@@ -421,7 +428,8 @@ def hybridsolve(
     import equinox as eqx
 
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
-    t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
+    t0 = jnp.asarray(t0, jnp.float64)
+    t1 = jnp.asarray(t1, jnp.float64)
     flat_y0 = ravel(y0, jnp.float64)
     flat_mode0 = pack_mode(mode0)
     y_like, mode_like = templates(y0, mode0)
@@ -489,7 +497,8 @@ def posed(
 ) -> tuple[Problem, Array, Array]:
     """A run that is not differentiated, on flat vectors, with its initial state and mode."""
     y_like, mode_like = templates(y0, mode0)
-    flat, weights = flatten(system, y_like, mode_like), weights_of(system, y_like)
+    flat = flatten(system, y_like, mode_like)
+    weights = weights_of(system, y_like)
     times = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     p = Problem(flat, fitted(system, method), *weights, *times, settings)
     return p, ravel(y0, jnp.float64), pack_mode(mode0)
@@ -497,7 +506,8 @@ def posed(
 
 def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float) -> np.ndarray:
     """Start of a run for `solve_segment`."""
-    y, mode = ravel(y0, jnp.float64), pack_mode(mode0)
+    y = ravel(y0, jnp.float64)
+    mode = pack_mode(mode0)
     guards = flatten(system, *templates(y0, mode0)).guards
     ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size
     return np.full(carried_size(y.size, ng, mode.size), np.nan)

@@ -92,7 +92,8 @@ def _largest(x: Float[Array, " n"]) -> Float[Array, ""]:
 
 @_largest.defjvp
 def _(primals: tuple[Float[Array, " n"]], tangents: tuple[Float[Array, " n"]]) -> tuple[Array, Array]:
-    (x,), (dx,) = primals, tangents
+    (x,) = primals
+    (dx,) = tangents
     # not `jnp.max`, whose own derivative would be taken where this rule is differentiated again: it divides by how many
     # entries are equal to the maximum, none where a fused kernel rounds a copy of `x` otherwise
     most = _largest(x)

@@ -31,7 +31,8 @@ _ONE_TURN = 1e-9
 _FOUND = 1e-6
 #: looks at one turning point at most: two or three are the rule; a corner inside the step takes bisections, every
 #: second look from the sixth on
-_LOOKS, _BISECTS = 40, 6
+_LOOKS = 40
+_BISECTS = 6
 #: the cubic tells the place only where values differ by more than this share: 10⁴ roundings
 _CLEAR = 4e-12
 #: entries that differ by less than this share of the largest are equal
@@ -106,7 +107,8 @@ def greatest(record: Record, watched: Watched, counts: Int[Array, "row group"] |
     Of equal values the first counts. A quantity that turns twice inside a step, so that its rates at both ends do not
     show it, is seen at the ends alone, as a guard is. Not differentiable: the value at `row` and `share` is.
     """
-    rows, groups = record.rows, len(watched.groups)
+    rows = record.rows
+    groups = len(watched.groups)
     visit = _visitor(record, watched, counts)
 
     def next_row(loop: tuple) -> tuple:
@@ -117,7 +119,8 @@ def greatest(record: Record, watched: Watched, counts: Int[Array, "row group"] |
 
         return i + 1, *jax.lax.cond(rows.kind[i] == SKIPPED, lambda: tuple(found), visited)
 
-    nothing, zero = jnp.full(sum(watched.groups), _NOTHING), jnp.zeros(groups, jnp.int32)
+    nothing = jnp.full(sum(watched.groups), _NOTHING)
+    zero = jnp.zeros(groups, jnp.int32)
     best = Extremes(jnp.full(groups, _NOTHING), zero, jnp.zeros(groups), zero)
     begin = jnp.asarray(0, jnp.int32), best, (nothing, nothing), jnp.asarray(False)
     return jax.lax.while_loop(lambda loop: loop[0] < record.count, next_row, begin)[1]
@@ -128,13 +131,16 @@ def _visitor(
 ) -> Callable[[Count, Extremes, TwoArrays, Mark], tuple[Extremes, TwoArrays]]:
     """`visit(row, best, start, known)`: maxima with those of a row, and values and rates at its end; `known`: whether
     `start` are those at its start."""
-    rows, flat, method = record.rows, record.flat, record.method.rolled()
+    rows = record.rows
+    flat = record.flat
+    method = record.method.rolled()
     watch, groups = watched
     group_of = np.repeat(np.arange(len(groups)), groups)
     ends = np.cumsum([0, *groups]).tolist()
 
     def visit(i: Count, best: Extremes, start: TwoArrays, known: Mark) -> tuple[Extremes, TwoArrays]:
-        t0, mode = rows.t[i], rows.mode[i]
+        t0 = rows.t[i]
+        mode = rows.mode[i]
         h = rows.t[i + 1] - t0
 
         def rhs(t: Scalar, y: State) -> State:
@@ -167,7 +173,8 @@ def _visitor(
             new = v._replace(looks=v.looks + 1, best=best)
 
             def at_an_end() -> _Visit:
-                begun, ended = new._replace(start=(q, r)), new._replace(end=(q, r))
+                begun = new._replace(start=(q, r))
+                ended = new._replace(end=(q, r))
                 turns = _next_turn(_turns(v.start, (q, r), h), best.value[group_of], v.start, (q, r))
                 return _chosen(v.looks == 0, begun, ended._replace(turns=turns))
 
@@ -216,8 +223,10 @@ def _chosen(mark: Array, new: PyTree, old: PyTree) -> PyTree:
 
 def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
     """Turning points of quantities with these values and rates at the ends of rows; none is looked at yet."""
-    (q0, r0), (q1, r1) = start, end
-    xp, h = numpy_of(q0), h[..., None]
+    (q0, r0) = start
+    (q1, r1) = end
+    xp = numpy_of(q0)
+    h = h[..., None]
     place, least, exists = interior_minimum(-q0, -h * r0, -q1, -h * r1, 0.0)
     edge = xp.maximum(q0, q1)
     rise = xp.where(exists, xp.maximum(-least - edge, 0.0), 0.0)
@@ -227,7 +236,8 @@ def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
     bound = xp.maximum(edge + 2 * rise, xp.where(turns, tangents, edge))
     left = (rise > 0) | turns
     rows = q0.shape[:-1]
-    none, zero = xp.zeros((*rows, 3)), xp.zeros(rows, np.int32)
+    none = xp.zeros((*rows, 3))
+    zero = xp.zeros(rows, np.int32)
     return _Turns(place, bound, left, zero - 1, xp.zeros(rows), zero, none, none, none)
 
 
@@ -262,10 +272,13 @@ def _narrowed(turns: _Turns, q: Array, r: Array, h: Array) -> _Turns:
     xp = numpy_of(q)
     here = xp.stack([turns.share, _of_entry(q, turns.entry), _of_entry(r, turns.entry)], axis=-1)
     rises = here[..., 2:] > 0
-    low, high = xp.where(rises, here, turns.low), xp.where(rises, turns.high, here)
+    low = xp.where(rises, here, turns.low)
+    high = xp.where(rises, turns.high, here)
     (a, q0, r0), (b, q1, r1) = (xp.moveaxis(end, -1, 0) for end in (low, high))
-    width, looks = b - a, turns.looks + 1
-    d0, d1 = h * width * r0, h * width * r1
+    width = b - a
+    looks = turns.looks + 1
+    d0 = h * width * r0
+    d1 = h * width * r1
     s, _, exists = interior_minimum(-q0, -d0, -q1, -d1, 0.0)
     clear = xp.minimum(xp.abs(d0), xp.abs(d1)) > _CLEAR * xp.maximum(xp.abs(q0), xp.abs(q1))
     line = r0 / xp.where(r0 == r1, 1.0, r0 - r1)
@@ -300,12 +313,15 @@ def greatest_of_rows(
     - `look`: of rows and shares of their steps (m,) values and rates of all quantities, by group (m, n) each
     - `span`: to which of so many `spans` each row belongs; each span has maxima of its own
     """
-    rows, count = record.rows, max(int(record.count), 1)
-    index, h = np.arange(count, dtype=np.int32), np.diff(rows.t[: count + 1])
+    rows = record.rows
+    count = max(int(record.count), 1)
+    index = np.arange(count, dtype=np.int32)
+    h = np.diff(rows.t[: count + 1])
     span_of = np.zeros(count, np.int32) if span is None else span
     at_start = look(index, np.zeros(count))
     sizes = [values.shape[1] for values in at_start[0]]
-    groups, ends = range(len(sizes)), np.cumsum([0, *sizes])
+    groups = range(len(sizes))
+    ends = np.cumsum([0, *sizes])
     group_of = np.repeat(groups, sizes)
     shape = (spans, len(sizes))
     rows_and_entries = np.zeros(shape, np.int32), np.zeros(shape), np.zeros(shape, np.int32)
@@ -341,8 +357,11 @@ def greatest_of_rows(
     lasts = np.flatnonzero(h > 0)
     take(index, np.zeros(count), start[0], 1)
     take(lasts, np.ones(len(lasts)), end[0][lasts], 2)
-    start, end = (start[0][lasts], start[1][lasts]), (end[0][lasts], end[1][lasts])
-    index, h, span_of_last = index[lasts], h[lasts], span_of[lasts]
+    start = (start[0][lasts], start[1][lasts])
+    end = (end[0][lasts], end[1][lasts])
+    index = index[lasts]
+    h = h[lasts]
+    span_of_last = span_of[lasts]
 
     def following(turns: _Turns) -> _Turns:
         return _next_turn(turns, best.value[span_of_last][:, group_of], start, end)
@@ -437,7 +456,9 @@ def greatest_of_steps(
 
     def look(g: Count, entry: Count, share: Scalar, step: Array) -> tuple[Array, Array, Array]:
         """Of a group its greatest value there, and value and rate of the entry."""
-        t, h, mode = step[0], step[1], step[2 + ny :].astype(jnp.int32)
+        t = step[0]
+        h = step[1]
+        mode = step[2 + ny :].astype(jnp.int32)
 
         def rhs(t: Scalar, y: State) -> State:
             return flat.rhs(t, y, mode)

@@ -67,7 +67,8 @@ def _reader(names: Sequence[str]) -> Callable[[Any], tuple]:
 
 
 def _register(cls: type, leaves: tuple[str, ...], static: tuple[str, ...]) -> None:
-    values, structure = _reader(leaves), _reader(static)
+    values = _reader(leaves)
+    structure = _reader(static)
     keys = tuple(map(jax.tree_util.GetAttrKey, leaves))
     new = object.__new__
 
@@ -178,7 +179,8 @@ class Struct(metaclass=StructMeta):
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
-        (mine, structure), (theirs, other_structure) = jax.tree.flatten(self), jax.tree.flatten(other)
+        (mine, structure) = jax.tree.flatten(self)
+        (theirs, other_structure) = jax.tree.flatten(other)
         return structure == other_structure and all(map(_equal, mine, theirs))
 
     def __repr__(self) -> str:

@@ -245,7 +245,8 @@ def _parts(leaves: list[Leaf]) -> list[list[Leaf]]:
 def unravel(flat: Shaped[Array, "*rows n"], like: PyTree) -> PyTree:
     """Entries along the last axis of an array as leaves shaped like those of `like`."""
     leaves, structure = jax.tree.flatten(like)
-    parts, is_concrete = _parts(leaves), isinstance(flat, np.ndarray)
+    parts = _parts(leaves)
+    is_concrete = isinstance(flat, np.ndarray)
     sizes = [sum(int(np.size(leaf)) for leaf in part) for part in parts]
     if len(parts) < 2:
         pieces = [flat] * len(parts)
@@ -329,10 +330,13 @@ class Flat(Struct):
 
     def rates_and_guards(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array, Array]:
         """Rates of the states, guards and their rates, and which guards are limits."""
-        system, y, mode = self.system, self.unpack_state(y), self.unpack_mode(mode)
+        system = self.system
+        y = self.unpack_state(y)
+        mode = self.unpack_mode(mode)
 
         def marked(guards: PyTree) -> TwoArrays:
-            g, limits = _packed(guards), system.limits(mode, guards)
+            g = _packed(guards)
+            limits = system.limits(mode, guards)
             return g, jnp.zeros(g.shape, bool) if limits is None else ravel(limits, jnp.bool_)
 
         if isinstance(system, AbstractSemiExplicitSystem):
@@ -357,7 +361,8 @@ class Flat(Struct):
 
     def jump(self, t: Array, y: Array, mode: Array, fired: Array, at_stop: Array) -> tuple[Array, Array, Array]:
         """State, mode and code just after an event."""
-        y, before = self.unpack_state(y), self.unpack_mode(mode)
+        y = self.unpack_state(y)
+        before = self.unpack_mode(mode)
         marks = unravel(fired, self.guards_like(t, y, before))
         after, code = self.system.transition(t, y, before, marks, at_stop)
         after = jax.tree.map(lambda label: jnp.asarray(label, jnp.int32), after)

@@ -47,7 +47,8 @@ def _wants_of_phases(phases: Phases, begins_at_rest: Array) -> Int[Array, " phas
 
     An applied brake behind a stop, another hold or a start at rest is to hold.
     """
-    wants, may_hold = list[Array](), begins_at_rest
+    wants = list[Array]()
+    may_hold = begins_at_rest
     for phase in phases.each:
         want = _want_of(phase, may_hold)
         wants.append(want)
@@ -166,14 +167,16 @@ def holding_rows(record: Record) -> Holding:
     a phase is to hold. A load that moves off otherwise has broken away, unless its motion is meant. So has one that
     begins to move as a phase begins that is to hold it, if the run does not end in that motion.
     """
-    rows, xp = record.rows, numpy_of(record.rows.t)
+    rows = record.rows
+    xp = numpy_of(record.rows.t)
     n = rows.t.shape[0]
     number_of = xp.arange(n, dtype=np.int32)
     used = number_of < record.count
     ends = rows.t[xp.minimum(number_of + 1, record.count)]
     start_speed = rows.y[0, 1]
     system: BrakeSystem = record.system  # pyright: ignore
-    y, modes = record.states, record.modes
+    y = record.states
+    modes = record.modes
 
     def look(index: np.ndarray) -> tuple[LeverNow, LeverNow]:
         at = jax.tree.map(lambda column: np.asarray(column)[index], (rows.t, ends, y, modes))
@@ -232,7 +235,8 @@ class Past(NamedTuple):
 
 
 def past_of(record: Record) -> Past:
-    rows, xp = record.rows, numpy_of(record.rows.t)
+    rows = record.rows
+    xp = numpy_of(record.rows.t)
     holding = holding_rows(record)
     number_of = xp.arange(rows.t.shape[0], dtype=np.int32)
     there = number_of <= record.count

@@ -67,7 +67,9 @@ def duty_of(scene: Scene, status: str, stops: int) -> DutyKind:
 
 def end_of(record: Record, scene: Scene) -> Entry:
     """State of a concrete run at its end, in SI: time, angle, speed, travel of a hook where there is one."""
-    states, t, n = record.states, np.asarray(record.rows.t), int(record.count)
+    states = record.states
+    t = np.asarray(record.rows.t)
+    n = int(record.count)
     angle = float(states.phi[n] - states.phi[0])
     travel = hook_travel_at_end(record, scene)
     return {
@@ -103,8 +105,10 @@ def stops_words(rows: Sequence[Entry]) -> str:
 
 def travel_words(sums: Entry) -> str:
     """Travel of the hook in all stops, down and up where there is both."""
-    whole, upwards = sums["travel"], sums["upwards"]
-    up, down = number(upwards, "m", count=5), number(whole - upwards, "m", count=5)
+    whole = sums["travel"]
+    upwards = sums["upwards"]
+    up = number(upwards, "m", count=5)
+    down = number(whole - upwards, "m", count=5)
     if upwards == whole > 0:
         return f"{up} up"
     return f"{down} down and {up} up" if upwards > 0 else str(number(whole, "m"))
@@ -112,8 +116,11 @@ def travel_words(sums: Entry) -> str:
 
 def duty_lines(summary: Entry) -> Iterator[str]:
     """Lines of a summary for its kind of duty, beside onset and stop of a single one."""
-    end, kind, metrics = summary["end"], summary["duty"], summary["metrics"]
-    duration, speed = number(end["duration"], "s"), number(end["omega"], "rad/s")
+    end = summary["end"]
+    kind = summary["duty"]
+    metrics = summary["metrics"]
+    duration = number(end["duration"], "s")
+    speed = number(end["omega"], "rad/s")
     where = f"{number(end['angle'], 'rad')}"
     where += "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
     match kind:
@@ -122,7 +129,9 @@ def duty_lines(summary: Entry) -> Iterator[str]:
             if kind == DutyKind.STOPS:
                 rows = summary["stops"]
                 sums = totals(rows)
-                angle, slowest, hottest = sums["angle"], sums["slowest"], sums["hottest"]
+                angle = sums["angle"]
+                slowest = sums["slowest"]
+                hottest = sums["hottest"]
                 travel = f", hook travel {travel_words(sums)}" if "travel" in sums else ""
                 yield (
                     f"total    {stops_words(rows)} in {duration}: in motion {number(sums['motion_time'], 's')}, "
@@ -143,12 +152,14 @@ def duty_lines(summary: Entry) -> Iterator[str]:
             yield f"held     load torque {load} under a static capacity of at least {capacity}, for {duration}"
         case DutyKind.DRAG | DutyKind.STEADY:
             yield f"lowered  {where} in {duration}"
-            pull, terminal = summary.get("pull"), metrics.get("terminal_speed")
+            pull = summary.get("pull")
+            terminal = metrics.get("terminal_speed")
             tends = "" if terminal is None else f", terminal speed {number(terminal, 'rad/s')}"
             power = number(summary["energy"]["load_work"] / end["duration"], "W")
             yield f"speed    {speed} at the end{tends}; mean power of the load {power}"
             if pull is not None:
-                value, most = number(pull["value"], "N"), number(pull["limit"], "N")
+                value = number(pull["value"], "N")
+                most = number(pull["limit"], "N")
                 each = f" on each of {summary['rims']} rims" if "rims" in summary else ""
                 yield f"lever    at most {value} of {most}{each} at {number(pull['time'], 's')}"
         case DutyKind.DRIVEN:
@@ -195,7 +206,9 @@ class Stop(NamedTuple):
 def rows_of(labels: Sequence[Label], turned: Sequence[bool] | np.ndarray) -> list[Stop]:
     """The stops in a run with these modes of its rows; `turned`: whether a motor has moved the pulley since the last
     one, which the open band then only holds."""
-    stops, start, onset = list[Stop](), 0, 0
+    stops = list[Stop]()
+    start = 0
+    onset = 0
     for i, (before, now) in enumerate(itertools.pairwise(labels), 1):
         if before.rests and not now.rests:
             stops = [*stops[:-1], stops[-1]._replace(end=i)] if stops else stops
@@ -210,7 +223,8 @@ def rows_of(labels: Sequence[Label], turned: Sequence[bool] | np.ndarray) -> lis
 
 def stops_of(record: Record, scene: Scene, stops: Sequence[Stop], maxima: Mapping[str, np.ndarray]) -> Table:
     """The stops of a concrete run; `maxima`: by metric, its maximum until the restart after each stop."""
-    states, t = record.states, np.asarray(record.rows.t)
+    states = record.states
+    t = np.asarray(record.rows.t)
     shares = record.system.grip.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     work = hot * np.sum([np.asarray(column) for column in states.ledger.friction], axis=0)
@@ -219,7 +233,8 @@ def stops_of(record: Record, scene: Scene, stops: Sequence[Stop], maxima: Mappin
     if states.hook is not None:
         travelled = travelled + stretched(record.system, states, record.modes)
     names = [name for name in _HOT if name in maxima]
-    rows, before = list[dict[str, Any]](), 0
+    rows = list[dict[str, Any]]()
+    before = 0
     for i, stop in enumerate(stops):
         angle = float(phi[stop.stop] - phi[stop.start])
         rows.append(

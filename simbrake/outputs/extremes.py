@@ -52,7 +52,8 @@ def _watched(flat: Flat, picks: Sequence[Pick]) -> Watched:
     system: BrakeSystem = flat.system  # pyright: ignore
 
     def watch(t: Array, y: Array, mode: Array, f: Array) -> TwoArrays:
-        state, modes = flat.unpack_state(y), flat.unpack_mode(mode)
+        state = flat.unpack_state(y)
+        modes = flat.unpack_mode(mode)
         values, rates = _rated(system, t, state, modes, flat.unpack_state(f), picks)
         return jnp.concatenate(values), jnp.concatenate(rates)
 
@@ -184,7 +185,8 @@ def _looked_at(record: Record, row: Array, share: Array, *, asked: tuple[Any, ..
     def look(t: np.ndarray, y: np.ndarray, mode: np.ndarray) -> _Looks:
         return _LOOKED(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like), asked=asked)
 
-    times, modes = np.asarray(rows.t[row] + h), np.asarray(rows.mode[row])
+    times = np.asarray(rows.t[row] + h)
+    modes = np.asarray(rows.mode[row])
     return in_lanes(look, times, y, modes, lanes=_LANES)
 
 

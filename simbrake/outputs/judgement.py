@@ -39,7 +39,8 @@ SMALL_RESERVE = 1.25
 #: torques that differ by less than this share of a typical one balance each other
 _ROUNDING = 1e-9
 #: a set speed is kept within this share of it, or this speed (rad/s) if that is more
-_KEPT, _KEPT_AT_LEAST = 0.05, 0.05
+_KEPT = 0.05
+_KEPT_AT_LEAST = 0.05
 #: a motor has brought the pulley to rest below this share of its maximum speed
 _STILL = 1e-6
 
@@ -232,7 +233,8 @@ def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
 def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays) -> _End:
     """The brake at the end; `start`: time and speed at the start."""
     start_time, start_speed = start
-    omega, size = y.omega, system.sizes.torque
+    omega = y.omega
+    size = system.sizes.torque
     lever = system.lever_at(y, mode)
     applied, surfaces = system.applied(t, y, mode)
     tension = applied.lever_tension
@@ -408,7 +410,8 @@ def held_throughout(found: Judgement, least: Any) -> Judgement:
 
 
 def _least_at_ends(record: Record) -> Array:
-    rows, system = record.rows, record.system
+    rows = record.rows
+    system = record.system
     to_hold, broken, _ = holding_rows(record)
     n = rows.t.shape[0]
     after = jnp.minimum(jnp.arange(1, n + 1, dtype=jnp.int32), record.count)
@@ -420,7 +423,8 @@ def _least_at_ends(record: Record) -> Array:
         i, worst = search
         row = i % n
         at = jnp.where(i < n, row, after[row])
-        y, mode = unravel(rows.y[at], record.y_like), unravel(rows.mode[row], record.mode_like)
+        y = unravel(rows.y[at], record.y_like)
+        mode = unravel(rows.mode[row], record.mode_like)
         load, capacity = holding(system, rows.t[at], y, mode)  # pyright: ignore
         return following[i + 1], jnp.maximum(worst, held_share(load, capacity, jnp.asarray(True)))
 

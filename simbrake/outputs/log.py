@@ -160,9 +160,12 @@ class EventMeaning(NamedTuple):
     plain: str
 
 
-_ANY, _BAND, _STAGED = "every brake", "a band as a whole", "staged brake"
+_ANY = "every brake"
+_BAND = "a band as a whole"
+_STAGED = "staged brake"
 _NO_CHAIN = "every brake but the resolved chain"
-_CHAIN, _RESOLVED = "resolved chain", "resolved bandage"
+_CHAIN = "resolved chain"
+_RESOLVED = "resolved bandage"
 
 
 def _of_marks() -> dict[str, EventMeaning]:
@@ -361,7 +364,8 @@ def event_log(
     events: list[Event] = []
     crossings: list[tuple[int, int]] = []
     places: list[int] = []
-    label, reached = start, np.zeros(2 * linings, bool)
+    label = start
+    reached = np.zeros(2 * linings, bool)
     # the last lining of either count comes with full slip, whatever rounding leaves of its margin there
     last = slice(max(linings - 1, 0), linings + 1)
     for number, phase in enumerate(phases):
@@ -479,14 +483,17 @@ def onset_bracket(
     The terms of the second are of each lining. The internal pair can slide only if the first grows more: K's condition
     that external friction exceeds internal.
     """
-    bandage, linings = brake.rubbing_part("internal"), brake.linings
+    bandage = brake.rubbing_part("internal")
+    linings = brake.linings
     assert isinstance(bandage, Bandage)
-    angle, still = jnp.asarray(linings.angle), jnp.zeros(linings.count)
+    angle = jnp.asarray(linings.angle)
+    still = jnp.zeros(linings.count)
     mu = tension_ratio(grip(linings.friction.kinetic(unloaded(linings, still, T_external)), angle))[0]
     Pi = running_product(mu)
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
-    J, J_b = jnp.asarray(inertia) / brake.rims, jnp.sum(jnp.asarray(bandage.inertia))
+    J = jnp.asarray(inertia) / brake.rims
+    J_b = jnp.sum(jnp.asarray(bandage.inertia))
     R = jnp.asarray(brake.pulley.radius)
     drive = band_torque(jnp.asarray(brake.band.radius), jnp.ones(()), product(mu)) * J / (J + J_b)
     thrust = bandage.centrifugal_force(jnp.asarray(omega))
@@ -552,14 +559,17 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     stage's.
     """
     n = int(record.count)
-    t, states = np.asarray(record.rows.t)[: n + 1], record.states
+    t = np.asarray(record.rows.t)[: n + 1]
+    states = record.states
     ledger = jax.tree.map(lambda column: np.asarray(column)[: n + 1], states.ledger)
     shares = record.system.grip.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     names = [stage_of(label) for label in labels]
     heats = [hot * friction for friction in ledger.friction]
     stages: list[Stage] = []
-    start, at_once = 0, np.zeros(4)  # heat and work of jumps
+    # heat and work of jumps
+    start = 0
+    at_once = np.zeros(4)
     for i in range(1, n + 1):
         if names[i] == names[start] and i < n:
             continue
@@ -572,7 +582,8 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
             began = float(t[start])
             if stages and stages[-1].name == names[start]:
                 last = stages.pop()
-                began, spent = last.start, spent + np.array(last[3:])
+                began = last.start
+                spent = spent + np.array(last[3:])
             stages.append(Stage(names[start], began, float(t[i]), *spent.tolist()))
         start = i
     return stages
@@ -585,7 +596,8 @@ def absent_stages(
 
     `stages`: names of those it had; `greatest` slack tension (N); `hot`: temperatures of both pairs at the start.
     """
-    absent, (T_external, T_internal) = [], hot
+    absent = []
+    (T_external, T_internal) = hot
     if not stages & {"stage_2", "stage_3"}:
         drive, growth, *_ = (float(jnp.sum(x)) for x in onset_bracket(brake, inertia, T_external, T_internal))
         tension = float(internal_slip_tension(brake, inertia, load_torque, T_external, T_internal, omega=0.0))

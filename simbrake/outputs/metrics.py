@@ -63,8 +63,10 @@ def lever_travel(record: Record, scene: Scene) -> Array:
     `x` (m): elongation of the band, `h_i`: all that the linings have lost, `δ`: clearance of the released band
     """
     lever: Any = lever_of(scene)
-    brake, end = scene.brake, record.y_end
-    x, gap = getattr(end.own, "x", None), lever.clearance
+    brake = scene.brake
+    end = record.y_end
+    x = getattr(end.own, "x", None)
+    gap = lever.clearance
     if scene.wear is not None:
         gap = gap + scene.wear.worn + (0.0 if end.worn is None else thickness(end.worn))
     slack = (brake.linings.angle * gap).sum()  # pyright: ignore
@@ -81,7 +83,8 @@ def allowable_values(scene: Scene) -> dict[str, float]:
 
 def values_of_marks(scene: Scene) -> dict[str, float]:
     """Values (SI) at which metrics have their events: their allowable ones, but where the mark says otherwise."""
-    limits, marked = allowable_values(scene), {name: metric.mark for name, metric in METRICS.items() if metric.mark}
+    limits = allowable_values(scene)
+    marked = {name: metric.mark for name, metric in METRICS.items() if metric.mark}
     values = {name: limits[name] for name in marked if name in limits}
     own = {name: mark.limit(scene) for name, mark in marked.items() if mark.limit and name in limits}
     return values | {name: float(value) for name, value in own.items()}
@@ -91,7 +94,8 @@ def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[s
     """Warnings of metrics above their allowable values; those with a mark have events instead."""
     warnings = []
     for name, most in allowable_values(scene).items():
-        value, metric = metrics.get(name), METRICS.get(name)
+        value = metrics.get(name)
+        metric = METRICS.get(name)
         if metric is not None and metric.mark is None and value is not None and value > most:
             words = name.removeprefix("max_").removeprefix("energy.").replace("_", " ")
             times = f"is {value / most:.4g} × the allowable" if most > 0 else "is above the allowable"
@@ -204,7 +208,8 @@ class Peak(NamedTuple):
 def _first(record: Record, happens: Happens, values: Array) -> Array:
     """Value just after the first event at which `happens(before, after)` of the modes, `inf` if there is none."""
     before = record.modes
-    xp, n = numpy_of(before.band), record.rows.t.shape[0]
+    xp = numpy_of(before.band)
+    n = record.rows.t.shape[0]
     after = jax.tree.map(lambda column: xp.concatenate([column[1:], column[-1:]]), before)
     events = (xp.arange(n, dtype=np.int32) < record.count) & (record.rows.kind >= LANDED)
     marked = events & happens(before, after)
@@ -248,7 +253,8 @@ def _at_stop(record: Record, scene: Scene, values: Array) -> Array:
     """Value at the first stop."""
     if not record.system.rests_open or record.modes.turn is not None:  # pyright: ignore
         return _first(record, comes_to_rest, values)
-    phi, rests = record.states.phi, holds(record.modes)
+    phi = record.states.phi
+    rests = holds(record.modes)
     xp = numpy_of(phi)
     last = np.maximum.accumulate if xp is np and numpy_of(rests) is np else jax.lax.cummax
     row = last(xp.where(rests, xp.arange(phi.shape[0], dtype=np.int32), np.int32(0)))
@@ -299,7 +305,8 @@ def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Sc
 
     def find(record: Record, scene: Scene) -> Array:
         h = worn_thickness(record)
-        below, xp = other(h), numpy_of(h)
+        below = other(h)
+        xp = numpy_of(h)
         return xp.where(below > 0, largest(h) / xp.where(below > 0, below, 1.0), np.inf)
 
     return find
@@ -883,7 +890,8 @@ def heat_balance(e: Energies) -> Balance:
 
 
 def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
-    shares, thermal = system.grip.shares, thermal_of(system)
+    shares = system.grip.shares
+    thermal = thermal_of(system)
     # both ends by the same operations, so that what does not change has not changed, whatever the rounding
     both = jax.tree.map(lambda *ends: jnp.stack(ends), start, end)
     (kinetic, elastic), ledger = jax.tree.map(lambda x: x[1] - x[0], (jax.vmap(system.stored)(*both), both[1].ledger))

@@ -27,9 +27,11 @@ from ..physics.mechanism import OPEN, MechanismOutputs, Mode
 from ..physics.shaft import Drive, Shaft, way_of
 
 #: times looked at in one call of a compiled program, and in a long run
-_LANES, _LANES_OF_LONG = 256, 1024
+_LANES = 256
+_LANES_OF_LONG = 1024
 #: fewer where a step is taken to each: of systems with many states, of others, and in a long run
-_LANES_OF_STEPS, _MANY_STATES = (16, 128, 256), 24
+_LANES_OF_STEPS = (16, 128, 256)
+_MANY_STATES = 24
 LONG = 1024  # steps of a long run
 _MANY_LOOKS = 2048  # times inside the steps of a long run from which on an optimised program for them pays
 
@@ -98,12 +100,14 @@ class RunJit(DeviceJit):
 
 def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = _LANES) -> T:
     """`look(*columns)` of columns (m,) of any length, in calls of one length, so that it compiles once."""
-    parts, count = [], len(columns[0])
+    parts = []
+    count = len(columns[0])
     for start in range(0, count, lanes):
         if count > lanes:  # shown as progress
             piece(start // lanes, -(-count // lanes))
         rows = np.minimum(np.arange(start, start + lanes), count - 1)
-        values, used = look(*(column[rows] for column in columns)), min(lanes, count - start)
+        values = look(*(column[rows] for column in columns))
+        used = min(lanes, count - start)
         parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], values))
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
@@ -122,7 +126,10 @@ class Sight:
     """
 
     def __init__(self, system: BrakeSystem, t: Array, y: State, mode: Mode) -> None:
-        self._system, self.t, self.y, self.mode = system, t, y, mode
+        self._system = system
+        self.t = t
+        self.y = y
+        self.mode = mode
 
     @functools.cached_property
     def _variables(self) -> BrakeNow:
@@ -195,7 +202,9 @@ def seen_at(system: BrakeSystem, t: VectorM, y: State, mode: Mode) -> Probe:
 
 def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Array | None:
     """Gauge pressure (Pa) of the cylinder behind the lever, 0 in phases without one; `None`: there is none."""
-    each, lever, piece = cylinders(system.lever), system.lever_at(y, mode), piece_of(mode, "lever")
+    each = cylinders(system.lever)
+    lever = system.lever_at(y, mode)
+    piece = piece_of(mode, "lever")
     if not any(each):
         return None
     local = t - lever.begun if isinstance(lever, PhaseNow) else t
@@ -263,7 +272,8 @@ def states_inside(record: Record, index: Int[Array, " m"], h: VectorM) -> TwoArr
 
 def probe_many(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
     """`probe_at` of a compact record outside of jit."""
-    (t, y), mode = states_inside(record, index, h), np.asarray(record.rows.mode)[np.asarray(index)]
+    (t, y) = states_inside(record, index, h)
+    mode = np.asarray(record.rows.mode)[np.asarray(index)]
     return look_at(record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), lambda p, _: p)
 
 
@@ -328,9 +338,11 @@ def integral(run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS)
 #: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
 _AT_REST = 1e-3
 #: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
-_SPEEDS, _FAR = 256, 1e4
+_SPEEDS = 256
+_FAR = 1e4
 #: halvings of an interval around it, and Newton steps after them, which carry derivatives
-_HALVINGS, _CARRY = 50, 2
+_HALVINGS = 50
+_CARRY = 2
 
 
 def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
@@ -339,7 +351,8 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
     T_0, rate = jax.jvp(lambda t: lever.value(t, piece_of(mode, "lever")), (t,), (jnp.ones_like(t),))
     if lever.controls_speed:
         follows = lever.follows(piece_of(mode, "lever"))
-        T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
+        T_0 = jnp.where(follows, lever.greatest(), T_0)
+        rate = jnp.where(follows, 0.0, rate)
     settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
     for course in system.changes(y, mode).values():
         settled = settled & course.no_more_turns(t)
@@ -355,7 +368,8 @@ def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> TwoArrays:
     """
     z, surfaces = system.applied(t, y, mode)
     tension = z.lever_tension
-    lever, piece = system.lever_at(y, mode), piece_of(mode, "lever")
+    lever = system.lever_at(y, mode)
+    piece = piece_of(mode, "lever")
     if lever.controls_speed:
         tension = jnp.where(lever.follows(piece), lever.greatest(), tension)
     load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
@@ -369,8 +383,10 @@ def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -
 
     Of a load on an elastic rope that of its weight, about which the pull of the rope swings.
     """
-    sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
-    shaft, motor = system.feature(Shaft), system.feature(Drive)
+    sense = jnp.sign(omega)
+    load = system.load_torque(t, omega, mode)
+    shaft = system.feature(Shaft)
+    motor = system.feature(Drive)
     if shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)
         load = load - shaft.engaged(mode).turning(t, omega, rest, sense, shaft.pieces(mode))
@@ -386,7 +402,8 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> ScalarArray:
 
     From the present speed the shaft moves the way of `net`; the first zero that it meets is stable.
     """
-    start, ratios = jax.lax.stop_gradient(speed), np.geomspace(1.0, _FAR, _SPEEDS + 1)
+    start = jax.lax.stop_gradient(speed)
+    ratios = np.geomspace(1.0, _FAR, _SPEEDS + 1)
     up, down = jax.lax.stop_gradient(jax.vmap(jax.vmap(net))(start * jnp.asarray([ratios, 1 / ratios])))
     still = up[0]
     speeds = start * jnp.where(still > 0, ratios, 1 / ratios)
@@ -461,7 +478,8 @@ class Balance(NamedTuple):
 
 
 def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
-    net, speed = net_torque(system, t, y, mode), jnp.abs(y.omega)
+    net = net_torque(system, t, y, mode)
+    speed = jnp.abs(y.omega)
     speeds = jnp.stack([speed, _FAR * jnp.maximum(speed, system.sizes.speed)])
     torques, slopes = jax.vmap(lambda speed: jax.jvp(net, (speed,), (jnp.ones_like(speed),)))(speeds)
     balances = (slopes[0] < 0) & (jnp.abs(torques[0]) <= _STEADY * speed * -slopes[0])
@@ -472,11 +490,14 @@ def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
 
 def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
     """The hook, where the load hangs on one."""
-    load, travelled = system.load.on_layer(mode.layer), system.load.travelled(y.phi)
-    hanging, travel = load.hanging(piece_of(mode, "load")), load.travel()
+    load = system.load.on_layer(mode.layer)
+    travelled = system.load.travelled(y.phi)
+    hanging = load.hanging(piece_of(mode, "load"))
+    travel = load.travel()
     if hanging is None or travel is None or travelled is None:
         return None
-    elastic, rope = system.feature(ElasticRope), z.rope
+    elastic = system.feature(ElasticRope)
+    rope = z.rope
     if elastic is not None:
         position = travelled + elastic.stretched(system, y, mode)
         lines = _lines_of(system, mode, rope.force)

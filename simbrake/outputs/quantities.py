@@ -69,7 +69,9 @@ class PairSeen:
     """The friction pair numbered `i` of a brake in a probe: what its quantities are found from."""
 
     def __init__(self, system: BrakeSystem, p: Probe, i: int) -> None:
-        self.system, self.p, self.i = system, p, i
+        self.system = system
+        self.p = p
+        self.i = i
         self.pair: PairNow = p.shown.pairs[i]
 
     @property
@@ -120,7 +122,9 @@ class PairSeen:
     @functools.cached_property
     def rubs(self) -> Rubbing:
         """Forces, slip speeds and pressures of the linings."""
-        now, area, xp = self.pair, self.system.mechanism.pairs[self.i].area, numpy_of(self.pair.normal)
+        now = self.pair
+        area = self.system.mechanism.pairs[self.i].area
+        xp = numpy_of(self.pair.normal)
         pressure = None if area is None else now.normal / xp.asarray(area)
         ratio = None
         if self.i == 0 and self.p.shown.tension is not None:
@@ -153,7 +157,8 @@ def coolant_outlet(p: Probe) -> Float[Array, "m jackets"] | None:
     """Temperature of the coolant where it leaves; where nothing flows, of the wall."""
     if (stream := _coolant(p)) is None:
         return None
-    xp, flows = numpy_of(stream.rate), stream.rate > 0
+    xp = numpy_of(stream.rate)
+    flows = stream.rate > 0
     return xp.where(flows, stream.inlet + stream.heat / xp.where(flows, stream.rate, 1.0), p.surfaces["wetted"])
 
 
@@ -563,7 +568,8 @@ def _range(values: Any, unit: str) -> str:
     each = f" ({' × '.join(str(n) for n in array.shape[1:])} each)" if array.ndim > 1 else ""
     if not finite.size:
         return f"—{each}"
-    low, high = float(finite.min()), float(finite.max())
+    low = float(finite.min())
+    high = float(finite.max())
     if low == high:
         return f"{number(low, unit)}{each}"
     top = max(abs(low), abs(high))
@@ -576,14 +582,16 @@ def _columns(series: type) -> dict[str, About]:
     return {name: About(*get_args(hint)[1:]) for name, hint in hints if get_origin(hint) is Annotated}
 
 
-SERIES_COLUMNS, PAIR_COLUMNS = _columns(Series), _columns(PairSeries)
+SERIES_COLUMNS = _columns(Series)
+PAIR_COLUMNS = _columns(PairSeries)
 #: quantities of linings, each of one friction pair: of these there are means, maxima and maps
 LINING_QUANTITIES = {name: about for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items() if about.view}
 
 
 def series_of(p: Probe, system: BrakeSystem) -> Series:
     """All columns of a probe."""
-    pairs, first = {}, PairSeen(system, p, 0)
+    pairs = {}
+    first = PairSeen(system, p, 0)
     for i, name in enumerate(system.pair_names):
         view = PairSeen(system, p, i)
         pairs[name] = PairSeries(**{key: column.find(p, view) for key, column in PAIR_COLUMNS.items()})

@@ -24,9 +24,11 @@ from .probe import (
 )
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
-_SAMPLES, _SAMPLES_OF_LONG = 9, 5
+_SAMPLES = 9
+_SAMPLES_OF_LONG = 5
 #: up to as many samples are partial steps, of a method whose steps are too long for anything else
-_SHORT, _LONG_STEPS = 1024, 6
+_SHORT = 1024
+_LONG_STEPS = 6
 
 
 class Steps(NamedTuple):
@@ -77,7 +79,8 @@ def _sight(p: Probe, marks: tuple[str, ...]) -> ScanColumns:
 
 def _between(steps: Steps, f0: Array, f1: Array, share: Array) -> Array:
     """States at a share of each step, on the cubic through states and rates of its ends."""
-    s, h = share[:, None], (steps.t1 - steps.t0)[:, None]
+    s = share[:, None]
+    h = (steps.t1 - steps.t0)[:, None]
     blend = s * s * (3 - 2 * s)
     return (1 - blend) * steps.y0 + blend * steps.y1 + h * s * (1 - s) * ((1 - s) * f0 - s * f1)
 
@@ -90,7 +93,9 @@ class Scan:
     """
 
     def __init__(self, run: Any, rtol: float = 1e-10, marks: Sequence[str] = ()) -> None:
-        self.record, self.rtol, self._marks = record_of(run), rtol, tuple(marks)
+        self.record = record_of(run)
+        self.rtol = rtol
+        self._marks = tuple(marks)
         rows = self.record.rows
         count = max(int(self.record.count), 1)
         row_numbers = np.arange(count, dtype=np.int32)
@@ -104,7 +109,8 @@ class Scan:
 
     def _seen(self) -> ScanColumns:
         """What is seen at all samples of a concrete run."""
-        count, n = len(self.steps.t0), self.samples
+        count = len(self.steps.t0)
+        n = self.samples
         if self.record.method.order >= _LONG_STEPS and count * n <= _SHORT:
             _, self._states = self._inside(self.row, self.share)
             return look_at(self.record, np.arange(count * n), self.instants, self._sight)
@@ -138,7 +144,8 @@ class Scan:
 
     def _before_jumps(self, kind: Array) -> Array:
         """States at the ends of all steps. Where nothing jumps, events change speeds by rounding alone."""
-        steps, system = self.steps, self.record.system
+        steps = self.steps
+        system = self.record.system
         none = steps.t1 == steps.t0
         ends = np.where(none[:, None], steps.y0, steps.y1)
         jumps = ~none & ((kind == LANDED) | (kind == STOPPED))
@@ -149,7 +156,8 @@ class Scan:
 
     def instants(self, sample: Array) -> tuple[Array, Array, Array]:
         """Times, states and modes of a concrete run at the samples numbered."""
-        row, share = self.row[sample], self.share[sample]
+        row = self.row[sample]
+        share = self.share[sample]
         steps = Steps(*(column[row] for column in self.steps))
         t = steps.t0 + share * (steps.t1 - steps.t0)
         if self._states is not None:

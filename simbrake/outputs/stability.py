@@ -25,7 +25,8 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
     if not some.size:
         return None
     capacities = capacities_at(scan.record, some, scan.instants)
-    load, torque = np.asarray(capacities.hanging), np.asarray(capacities.torque)
+    load = np.asarray(capacities.hanging)
+    torque = np.asarray(capacities.torque)
     driven = np.flatnonzero(load > 0)
     if not driven.size:
         return None
@@ -36,9 +37,11 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
 
 def shortage(scan: Scan, status: str) -> list[str]:
     """Times before the end in which the load exceeded what the brake gives under its maximum slack tension."""
-    columns, t = scan.seen, scan.seen.t
+    columns = scan.seen
+    t = scan.seen.t
     system: BrakeSystem = scan.record.system  # pyright: ignore
-    hardest, rate = _hardest(scan), np.sign(columns.omega) * columns.alpha
+    hardest = _hardest(scan)
+    rate = np.sign(columns.omega) * columns.alpha
     moving = np.abs(columns.omega) > _ROUNDING * np.max(np.abs(columns.omega))  # a pulley that stops is there at last
     candidates = hardest & _slides(scan) & moving & (rate > 0)
     if not np.any(rate[candidates] * float(system.inertia) > _ROUNDING * float(system.sizes.torque)):
@@ -61,7 +64,8 @@ def shortage(scan: Scan, status: str) -> list[str]:
         spans.pop()  # that is how the run ended
     if not spans:
         return []
-    (first, last), often = spans[0], f", {len(spans)} times in all" if len(spans) > 1 else ""
+    (first, last) = spans[0]
+    often = f", {len(spans)} times in all" if len(spans) > 1 else ""
     load = number(np.max(np.abs(columns.load_torque[first : last + 1])), "N*m")
     return [
         f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded what the "
@@ -73,13 +77,16 @@ def _slides(scan: Scan) -> Array:
     """Samples at which a friction pair of the brake slides."""
     modes = scan.record.modes
     assert isinstance(modes, Mode)
-    band, inner = np.asarray(modes.band)[scan.row], np.asarray(modes.slides)[scan.row]
+    band = np.asarray(modes.band)[scan.row]
+    inner = np.asarray(modes.slides)[scan.row]
     return slips(band) | ((band == BandMode.HELD) & (inner != 0))
 
 
 def _hardest(scan: Scan) -> Array:
     """Samples at which the lever pulls as hard as it can, or as it ever does."""
-    lever, pull = scan.record.system.lever, scan.seen.lever_tension  # pyright: ignore
+    # pyright: ignore
+    lever = scan.record.system.lever
+    pull = scan.seen.lever_tension
     held = lever.controls_speed and not isinstance(lever, Phases)
     greatest = float(lever.greatest()) if held else np.max(pull)  # pyright: ignore
     return (pull > 0) & (pull >= (1 - _NEARLY) * greatest)

@@ -38,7 +38,8 @@ _DETAIL = Detail(100, 150, 100)
 #: seconds between two reports of progress
 _TOLD = 0.2
 #: runs before the first move, fewer (but two) where they take more than so many seconds
-_WARM, _WAIT = 5, 10.0
+_WARM = 5
+_WAIT = 10.0
 #: seconds after which a silent client is let go
 _PATIENCE = 30.0
 _HEADERS = {
@@ -61,7 +62,8 @@ def slider_of(path: str, value: float, about: Any, ends: tuple[float, float] | N
     low, high = ends or sorted((0.5 * value, 1.5 * value))
     high = high if high > low else low + 1.0
     if ends is None:
-        low, high = max(low, -np.inf if about.low is None else about.low), min(high, about.high or np.inf)
+        low = max(low, -np.inf if about.low is None else about.low)
+        high = min(high, about.high or np.inf)
     factor, offset, unit = scale(about.unit, max(abs(low), abs(high)), absolute=not about.difference)
     reading = {"factor": factor, "offset": offset, "unit": unit or "–"}
     return {"path": path, "meaning": about.meaning, "value": value, "low": low, "high": high, **reading}
@@ -102,9 +104,11 @@ def sliders(scene: Scene) -> list[Data]:
 
     The first group has mass, speed, full lever force and friction, by names that a driller uses.
     """
-    absent, force = paths_without_meaning(scene), f"duty.{scene.duty.lever_field}"
+    absent = paths_without_meaning(scene)
+    force = f"duty.{scene.duty.lever_field}"
     order = {_GROUP: -1, "duty": 0, "initial": 1, "brake": 2}
-    controls, pulls = list[Data](), list[Data]()
+    controls = list[Data]()
+    pulls = list[Data]()
     for leaf in leaves(scene):
         if leaf.path in absent:
             continue
@@ -118,7 +122,8 @@ def sliders(scene: Scene) -> list[Data]:
                 pulls.append(controls[-1])
     if pulls:
         pull = max(pulls, key=lambda control: control["value"])
-        lever, band = scene.duty.lever, scene.duty.lever_field == "slack_tension"
+        lever = scene.duty.lever
+        band = scene.duty.lever_field == "slack_tension"
         what = "Pull of the hand" if isinstance(lever, Lever) else "Tension of the slack end" if band else "Force"
         what = "Pressure of the actuator" if isinstance(lever, Cylinder) else what
         pull |= {"group": _GROUP, "name": f"{what}, full"}
@@ -136,8 +141,13 @@ class App:
     """The runs behind the page: one at a time, of which the latest counts."""
 
     def __init__(self, scene: Scene, limits: Mapping[str, float], title: str, rtol: float = 1e-10) -> None:
-        self.scene, self.limits, self.title, self.rtol = scene, limits, title, rtol
-        self._running, self._counting, self._latest = threading.Lock(), threading.Lock(), 0
+        self.scene = scene
+        self.limits = limits
+        self.title = title
+        self.rtol = rtol
+        self._running = threading.Lock()
+        self._counting = threading.Lock()
+        self._latest = 0
         self.controls = sliders(scene)
         self._known = {control["path"] for control in self.controls}
 
@@ -176,7 +186,9 @@ class App:
         with self._counting:
             self._latest += 1
             mine = self._latest
-        shares, outcomes, ready = [0.0], list[Data](), threading.Event()
+        shares = [0.0]
+        outcomes = list[Data]()
+        ready = threading.Event()
 
         def tell(t: float, end: float) -> None:
             if mine != self._latest:
@@ -196,7 +208,8 @@ class App:
                 outcomes.append({"problem": f"{type(error).__name__}: {error}"})
             ready.set()
 
-        start, end = float(self.scene.initial.time), float(self.scene.end_time)
+        start = float(self.scene.initial.time)
+        end = float(self.scene.end_time)
         threading.Thread(target=work, daemon=True).start()
         while not ready.wait(_TOLD):
             yield {"progress": shares[-1]}
@@ -218,7 +231,8 @@ class App:
     def saved(self, values: Any) -> Data:
         """The scene with values of sliders as a scene file, or what is wrong with them."""
         try:
-            scene, title = self.edited(values), " ".join(self.title.split())
+            scene = self.edited(values)
+            title = " ".join(self.title.split())
             check_scene(scene)
             text = f"# {title}, changed in the app\n{scene_text(scene)}"
             return {"name": "scene.toml", "text": text}
@@ -230,7 +244,8 @@ class Server(http.server.ThreadingHTTPServer):
     """The app on a port of 127.0.0.1, 0: any that is free; `address` has the token."""
 
     def __init__(self, app: App, port: int = 0) -> None:
-        self.app, self.token = app, secrets.token_urlsafe(24)
+        self.app = app
+        self.token = secrets.token_urlsafe(24)
         super().__init__(("127.0.0.1", port), _Handler)
         self.hosts = {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
 
@@ -280,7 +295,8 @@ class _Handler(http.server.BaseHTTPRequestHandler):
             self.send_error(404)
 
     def do_POST(self) -> None:
-        wanted, length = self._wanted(), self.headers.get("Content-Length", "")
+        wanted = self._wanted()
+        length = self.headers.get("Content-Length", "")
         if wanted is None:
             return
         counted = length.isascii() and length.isdigit() and len(length) < 10

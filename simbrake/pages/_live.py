@@ -91,7 +91,8 @@ class Chart(NamedTuple):
 
 def charts_of(scene: Scene, s: Series) -> list[Chart]:
     """The charts of a run, by the columns that its series has."""
-    words, kilo = scene.brake.words, 1e-3
+    words = scene.brake.words
+    kilo = 1e-3
     speed = [Line(f"{words.body} ω", _BLACK, "omega")]
     if s.bandage_speed is not None:
         speed.append(Line("bandage", BLUE, "bandage_speed", dashed=True))
@@ -236,13 +237,16 @@ def _places(scene: Scene) -> list[list[float]]:
     if brake.banded:
         return [[*sorted(ends), *LINING] for ends in on_circle(lining_edges(brake)).tolist()]
     if isinstance(brake, DiscBrake):
-        pads, callipers = brake.linings, -(-brake.linings.count // 2)
-        half, inner = 0.5 * float(pads.angle), float(pads.inner_radius) / float(pads.outer_radius)
+        pads = brake.linings
+        callipers = -(-brake.linings.count // 2)
+        half = 0.5 * float(pads.angle)
+        inner = float(pads.inner_radius) / float(pads.outer_radius)
         middle = 0.5 * (inner + 0.97)
         radii = [(middle, 0.97), (inner, middle)]  # the pad in front of the disc outside, that behind it inside
         angles = [0.5 * math.pi + 2 * math.pi * (i // 2) / callipers for i in range(pads.count)]
         return [[angle - half, angle + half, *radii[i % 2]] for i, angle in enumerate(angles)]
-    start, end = float(brake.linings.start), float(brake.linings.end)
+    start = float(brake.linings.start)
+    end = float(brake.linings.end)
     pins = [(-0.5 * math.pi + side * 0.12, side) for side in (-1.0, 1.0)]
     return [[*sorted((pin + side * start, pin + side * end)), 0.82, 0.93] for pin, side in pins]
 
@@ -254,7 +258,8 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
     """
     window = film_of(result, duration, start, end)
     t = np.interp(np.linspace(0.0, duration, count), window.film, window.run)
-    p, brake = look(result, t), result.scene.brake
+    p = look(result, t)
+    brake = result.scene.brake
     contacts = lining_contacts(result, p)
     pairs = [
         {
@@ -283,7 +288,8 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
         data["tension"] = rounded(tension / 1e3)
     heat = {name: np.asarray(T) - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")}
     if heat:
-        low, high = min(T.min() for T in heat.values()), max(T.max() for T in heat.values())
+        low = min(T.min() for T in heat.values())
+        high = max(T.max() for T in heat.values())
         shown = {name: rounded(T if name == "linings" else T.max(axis=1)) for name, T in heat.items()}
         data["heat"] = {"low": float(low), "high": float(max(high, low + 1.0)), **shown}
     return data
@@ -303,7 +309,8 @@ def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
     """Curves, events and film of a concrete result of positive duration."""
     series = both_sides(result, times_of(result, detail), np.unique([event.time for event in result.events]))
     charts = charts_of(result.scene, series)
-    shown, (start, end) = windows(result), span(result)
+    shown = windows(result)
+    (start, end) = span(result)
     shown += [Window(start, end)] if shown[0].end < end else []
     return {
         "charts": [chart.as_dict() for chart in charts],

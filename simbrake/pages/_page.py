@@ -237,10 +237,14 @@ def contents(
 ) -> Contents:
     """Contents of the page of one result."""
     progress.now("post-processing…")
-    scene, summary, brake = result.scene, result.report().summary, result.scene.brake
-    parts, linings = parts_of(scene), f"{brake.words.lining}s"
+    scene = result.scene
+    summary = result.report().summary
+    brake = result.scene.brake
+    parts = parts_of(scene)
+    linings = f"{brake.words.lining}s"
     linings += "" if brake.rims == 1 else f" on each of {brake.rims} rims"
-    events, checks = event_table(result.events), limit_checks(result, limits)
+    events = event_table(result.events)
+    checks = limit_checks(result, limits)
     origin = {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
     origin["machine"] = {name: value for name, value in origin["machine"].items() if name != "one_function"}
     return {
@@ -420,7 +424,8 @@ def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m colum
     names: list[str] = []
     columns: list[np.ndarray] = []
     for name, column in flat_series(series, pairs=result.tells_pairs_apart).items():
-        values, unit = np.asarray(column), f" [{about_column(name).unit}]" if about_column(name).unit else ""
+        values = np.asarray(column)
+        unit = f" [{about_column(name).unit}]" if about_column(name).unit else ""
         each = ["_".join(str(i + 1) for i in place) for place in np.ndindex(values.shape[1:])]
         labels = result.nodes if name == "temperature" else each
         names += [name + unit] if values.ndim == 1 else [f"{name}_{label}{unit}" for label in labels]

@@ -84,8 +84,10 @@ def publish(
     progress.now("compiling")
     program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
-    places, body = export.places(), scene.brake.words.body
-    limited, checks = Limited.of(scene, limits, metrics), limit_checks(base, limits)
+    places = export.places()
+    body = scene.brake.words.body
+    limited = Limited.of(scene, limits, metrics)
+    checks = limit_checks(base, limits)
     data: Data = {
         "program": base64.b64encode(program).decode("ascii"),
         "controls": _controls(export, ranges),
@@ -160,7 +162,8 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
         controls = []
         for path, (low, high) in ranges.items():
             field, index = entry_of(path, fields)
-            value, about = float(np.ravel(fields[field].value)[index or 0]), fields[field].about
+            value = float(np.ravel(fields[field].value)[index or 0])
+            about = fields[field].about
             controls.append(
                 {**slider_of(path, value, about, (low, high)), "group": field.rpartition(".")[0] or "scene"}
             )
@@ -204,7 +207,8 @@ def _metrics(names: Sequence[str], base: Result, limits: Mapping[str, float]) ->
     values = {name: float(measure(base, name)) for name in names}
     decide = deciding(values)
     for name, value in values.items():
-        unit, limit = unit_of(name), limits.get(name)
+        unit = unit_of(name)
+        limit = limits.get(name)
         factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
         reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
         small = 0.0 if limit is None else SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)

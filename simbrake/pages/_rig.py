@@ -22,8 +22,10 @@ def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
     page = _of_ledger(book)
     if comparison is None:
         return page
-    replay, compared = comparison.replay, list(comparison.parts())
-    verdict, answer = replay.verdict, replay.answer
+    replay = comparison.replay
+    compared = list(comparison.parts())
+    verdict = replay.verdict
+    answer = replay.answer
     section = (replay.readable, *compared[:-1], comparison.table.readable(*_COMPARED, title="beside the recording"))
     notes = Table(["note"], [(text,) for text in replay.notes])
     return page | {
@@ -45,7 +47,8 @@ _COMPARED = (
 
 def _of_ledger(book: Ledger) -> Contents:
     """Contents of the page of a ledger alone."""
-    answer, source = book.answer, book.lowerings.log.source
+    answer = book.answer
+    source = book.lowerings.log.source
     return {
         "title": "Duty of the brakes" + ("" if source == "log" else f": {source}"),
         "kind": "ledger",
@@ -74,7 +77,9 @@ def _of_ledger(book: Ledger) -> Contents:
 
 def _figures(book: Ledger) -> Iterator[Tile]:
     """Key figures; the work at the hook and by friction decide."""
-    totals, counts, lowerings = book.totals, book.counts, book.lowerings
+    totals = book.totals
+    counts = book.counts
+    lowerings = book.lowerings
     words = {"hook_work": "work at the hook", "drum_work": "work at the drum", "tackle_loss": "loss of the tackle"}
     words |= {"auxiliary_work": "auxiliary brake or motor", "friction_work": "friction brakes"}
     for name, title in words.items():

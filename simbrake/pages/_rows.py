@@ -98,7 +98,8 @@ def deciding(values: Mapping[str, float | None]) -> list[str]:
 
 def key_title(name: str, summary: Summary) -> str:
     """What a metric is called on a page, in the words of its kind of brake."""
-    lining, body = summary.get("lining", "lining"), summary.get("body", "rim")
+    lining = summary.get("lining", "lining")
+    body = summary.get("body", "rim")
     return METRICS[name].title.replace("lining", lining).replace("rim ", f"{body} ")
 
 
@@ -106,7 +107,8 @@ def key_figures(summary: Summary) -> list[Tile]:
     """Metrics of the run in words, with their value, lining and time, those that decide first; of several stops totals
     and the worst one."""
     tiles = _of_stops(summary["stops"]) if "stops" in summary else []
-    at, lining = summary["at"], summary.get("lining", "lining")
+    at = summary["at"]
+    lining = summary.get("lining", "lining")
     skipped = _FIRST_STOP if "stops" in summary else ()
     values = {name: value for name, value in summary["metrics"].items() if name in METRICS and name not in skipped}
     decide = deciding(values)
@@ -142,7 +144,8 @@ def event_table(events: Sequence[Event]) -> Table:
     for (name, _), group in itertools.groupby(enumerate(events), together):
         alike = [event for _, event in group]
         members = [(event.lining, number(event.time, "s")) for event in alike]
-        linings, many = [lining for lining, _ in members if lining is not None], len(members) > 1
+        linings = [lining for lining, _ in members if lining is not None]
+        many = len(members) > 1
         last, each = (members[-1][1], members) if many else (None, [])
         last = None if str(last) == str(members[0][1]) else last
         meaning = f"{alike[0].phase} ended" if alike[0].phase else plain_words(name)
@@ -211,7 +214,8 @@ def tornado(table: SensitivityTable, most: int = 12) -> dict[str, Any]:
     bars.sort(key=lambda bar: -max(abs(x - base) for _, x in bar[1]))
     tangents = {row.path: [base - row.tangent, base + row.tangent] if row.tangent else [] for row, _ in bars}
     every = [base, *(x for row, ends in bars for x in (*(end for _, end in ends), *tangents[row.path]))]
-    low, width = min(every), max(max(every) - min(every), 1e-300)
+    low = min(every)
+    width = max(max(every) - min(every), 1e-300)
 
     def place(x: float) -> float:
         return 100 * (x - low) / width
@@ -258,7 +262,8 @@ def ledgers(result: Result, summary: Summary) -> list[dict[str, Any]]:
     Of each the title, both sides, how well they agree, and what that does not tell. A term is in J and in percent of
     its side, `hue` its place in the colours; negative ones are shown on the other side.
     """
-    e, pairs = summary["energy"], result.scene.brake.pairs
+    e = summary["energy"]
+    pairs = result.scene.brake.pairs
 
     def ledger(title: str, into: Mapping[str, float | None], out: Mapping[str, float | None], residual: float) -> Any:
         # (what left the range of numbers in a failed run is no number)
@@ -278,7 +283,8 @@ def ledgers(result: Result, summary: Summary) -> list[dict[str, Any]]:
             [share(words, value, total) for words, value in side.items()]
             for side, total in zip(sides, totals, strict=True)
         )
-        total, note = number(max(totals), "J"), f"This residual is no error estimate: {RESIDUAL_SEES}."
+        total = number(max(totals), "J")
+        note = f"This residual is no error estimate: {RESIDUAL_SEES}."
         return {
             "title": title,
             "into": left,
@@ -314,12 +320,15 @@ def parts_of(scene: Scene) -> list[dict[str, Any]]:
 
     Without fields that mean nothing in this scene, and parts that have no others.
     """
-    absent, parts = paths_without_meaning(scene), []
+    absent = paths_without_meaning(scene)
+    parts = []
     for path, part, unit in parts_below(scene):
         rows = []
         for field in dataclasses.fields(part):
-            value, field_path = getattr(part, field.name), below(path, field)
-            about, whole = about_of(field, unit), field.metadata.get("whole")
+            value = getattr(part, field.name)
+            field_path = below(path, field)
+            about = about_of(field, unit)
+            whole = field.metadata.get("whole")
             if field_path in absent or next(parts_below(value), None) is not None:
                 continue
             if about is not None:
@@ -350,7 +359,8 @@ def _plain(value: object) -> str:
 
 def _points(profile: PiecewiseLinear | Repeated, unit: str) -> str:
     """`2 kN at 0 s, 24 kN at 0.35 s`, in one unit for all values."""
-    times, values = np.asarray(profile.times), np.asarray(profile.values)
+    times = np.asarray(profile.times)
+    values = np.asarray(profile.values)
     factor, offset, name = scale(unit, float(np.max(np.abs(values), initial=0.0)), absolute=unit == "K")
     shown = [f"{digits(v * factor + offset, 5)} {name} at {digits(t, 5)} s" for t, v in zip(times, values, strict=True)]
     if len(shown) > 8:
@@ -391,7 +401,8 @@ def profile_words(profile: AbstractProfile | Phases, unit: str) -> str:
             force = profile_words(profile.force, "N")
             return f"a force on the lever, times {digits(float(profile.gain), 5)} (efficiency · arm/slack arm): {force}"
         case Cylinder():
-            area, gain = number(profile.piston_area, "m^2", count=5), digits(float(profile.gain), 5)
+            area = number(profile.piston_area, "m^2", count=5)
+            gain = digits(float(profile.gain), 5)
             spring = f" less {number(profile.spring, 'N', count=5)} of a spring" if float(profile.spring) else ""
             late = f", {number(profile.dead_time, 's')} later" if float(profile.dead_time) else ""
             late += "" if profile.lag is None else f", with a lag of {number(profile.lag, 's')}"
@@ -425,7 +436,8 @@ def load_words(load: AbstractLoad) -> str:
 
 
 def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
-    count, radius = digits(float(load.line_count), 5), number(load.drum_radius, "m", count=5)
+    count = digits(float(load.line_count), 5)
+    radius = number(load.drum_radius, "m", count=5)
     layers = "" if load.rope is None else f" in the first layer, {digits(float(load.rope.turns), 5)} turns on the drum"
     k = "" if load.elasticity is None else number(load.elasticity.at_hook(load.line_count), "N/m", count=5)
     return f"{count} lines strung, rope at {radius} from the shaft{layers}" + (f", {k} at the hook" if k else "")
@@ -433,11 +445,15 @@ def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
 
 def duty_words(scene: Scene) -> list[tuple[str, str]]:
     """Lever, load, start and end of a run, in words."""
-    start, rest = scene.initial, "" if float(scene.start_speed) else ", at rest"
+    start = scene.initial
+    rest = "" if float(scene.start_speed) else ", at rest"
     last = "with the last phase, at the latest at " if isinstance(scene.duty.lever, Phases) else "at "
-    lever, of, rims = profile_words(scene.duty.lever, "N"), scene.brake.force_words, scene.brake.rims
+    lever = profile_words(scene.duty.lever, "N")
+    of = scene.brake.force_words
+    rims = scene.brake.rims
     if rims > 1 and any(isinstance(part, Lever) for _, part, _ in parts_below(scene.duty.lever)):
-        lever, of = f"{lever}; shared by the bands of {rims} rims", ""
+        lever = f"{lever}; shared by the bands of {rims} rims"
+        of = ""
     return [
         (_LEVER[scene.duty.lever_field] + (f" ({of})" if of else ""), lever),
         ("Load", load_words(scene.duty.load)),

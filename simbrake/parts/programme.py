@@ -73,7 +73,9 @@ class Cycle(NamedTuple):
 
 def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme") -> list[Cycle]:
     """Cycles of work. Raises `InputError` with every line that cannot be read."""
-    reader, steps, cycles = NumberReader(), list[Step](), list[Cycle]()
+    reader = NumberReader()
+    steps = list[Step]()
+    cycles = list[Cycle]()
     for i, line in enumerate(lines):
         line_path = f"{path}[{i}]"
         text = " ".join(line.lower().replace("set it", "set").split())
@@ -90,7 +92,8 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
                 reader.fault(line_path, f"{line!r} is not a number of cycles", "at least 1")
             if not steps:
                 reader.fault(line_path, f"{line!r} has no line to repeat", "it repeats the lines since the last one")
-            cycles, steps = [*cycles, Cycle(steps, count)], []
+            cycles = [*cycles, Cycle(steps, count)]
+            steps = []
             continue
         numbers = {
             name: reader.number(words, about, line_path, about.unit)
@@ -255,37 +258,48 @@ class _Plan:
         limit: float,
         empty: float | None,
     ) -> None:
-        self.brake, self.sensed, self.motor, self.shaft = (
-            banded_brake(still),
-            sensed_at_start(still),
-            motor,
-            still.torques,
-        )
-        self.pull, self.lever_time, self.acceleration, self.limit = pull, lever_time, acceleration, limit
+        self.brake = banded_brake(still)
+        self.sensed = sensed_at_start(still)
+        self.motor = motor
+        self.shaft = still.torques
+        self.pull = pull
+        self.lever_time = lever_time
+        self.acceleration = acceleration
+        self.limit = limit
         # rad of the pulley per m of the hook, with the rope as it is at the start; length of rope for the hook (m)
         self.per_metre = 1 / float(load.on_layer(load.rope and load.rope.first_layer()).travel())  # pyright: ignore
         self.rope = math.inf
         if load.rope is not None:
             self.rope = float(load.travelled(2 * math.pi * np.asarray(load.rope.turns)))
-        self.load, self.empty, self.elastic = load, empty, load.elasticity is not None
+        self.load = load
+        self.empty = empty
+        self.elastic = load.elasticity is not None
         self.auxiliary = [law for law in self.shaft if isinstance(law, AbstractAuxiliaryBrake)]
-        self.groups, self.whole_time = list[Phases](), 0.0
+        self.groups = list[Phases]()
+        self.whole_time = 0.0
         # numbers of phases over all cycles after which the band is turned
         self.turns = list[int]()
         # of the hook below the start (m): where a cycle begins, and the deepest of all
-        self.depth, self.deepest = 0.0, 0.0
+        self.depth = 0.0
+        self.deepest = 0.0
         self.begin()
 
     def begin(self) -> None:
         """Begin a cycle."""
-        self.time, self.omega, self.phases, self.marks = 0.0, 0.0, list[Phase](), dict[str, int]()
-        self.lowered, self.lowest, self.stands = 0.0, 0.0, set[int]()
+        self.time = 0.0
+        self.omega = 0.0
+        self.phases = list[Phase]()
+        self.marks = dict[str, int]()
+        self.lowered = 0.0
+        self.lowest = 0.0
+        self.stands = set[int]()
         # number of phases before it in a cycle, number of cycles before it (`None`: in every cycle)
         self.turned = list[tuple[int, int | None]]()
 
     def end(self, count: int, stands: int) -> Faults:
         """End a cycle that is done `count` times and adds so many stands, where no line says it; its errors."""
-        takes, down = "take" in self.marks, "set" in self.marks
+        takes = "take" in self.marks
+        down = "set" in self.marks
         checks = (
             (takes != down, "takes the string or sets it down, but not both", "give both, or neither"),
             (len(self.stands) > 1, "makes up a stand and lays one down in a cycle", "give one of them"),
@@ -358,7 +372,8 @@ class _Plan:
     def _gain(self) -> float:
         """Torque per slack tension, `R_b (Π − 1)` (m) on each rim, of the sliding linings with the friction of the
         start."""
-        linings, n = self.brake.linings, self.brake.linings.count
+        linings = self.brake.linings
+        n = self.brake.linings.count
         v = jnp.full(n, self.omega * float(self.brake.pulley.radius))
         f = linings.friction.kinetic(unloaded(linings, v, self.sensed))
         return float(self.brake.torque(jnp.ones(()), jnp.broadcast_to(f, (n,))))
@@ -376,16 +391,22 @@ class _Plan:
         return getattr(self, f"_{step.what}")(**step.numbers, **by)
 
     def _lower(self, distance: float, speed: float, by: str) -> Problem:
-        run_up, faster = speed**2 / (2 * self.acceleration), speed / self.acceleration
-        omega, time = speed * self.per_metre, faster + (distance - run_up) / speed
+        run_up = speed**2 / (2 * self.acceleration)
+        faster = speed / self.acceleration
+        omega = speed * self.per_metre
+        time = faster + (distance - run_up) / speed
         self.omega = omega  # (also where it cannot be: the lines after it are not to blame)
         if run_up > distance:
             return f"is too short to reach the speed, which takes {run_up:.4g} m", "increase acceleration or distance"
         if "auxiliary" in by and not self.auxiliary:
             return "needs an auxiliary brake", "give `shaft` an EddyCurrentBrake or a HydrodynamicBrake"
-        course, lever, motor, auxiliary = PiecewiseLinear([0.0, faster], [0.0, omega]), Constant(0.0), None, 0.0
+        course = PiecewiseLinear([0.0, faster], [0.0, omega])
+        lever = Constant(0.0)
+        motor = None
+        auxiliary = 0.0
         if by == "on the motor":
-            motor, left = course, self.weight - self._resistance(omega)
+            motor = course
+            left = self.weight - self._resistance(omega)
             early = left - self.inertia * self.acceleration * self.per_metre
             if problem := self._of_motor(omega, max(left, early, key=abs)):
                 return problem
@@ -395,11 +416,10 @@ class _Plan:
                 return auxiliary
             time *= 1.5  # as it comes to its speed by itself
         else:
-            lever, auxiliary = self._driller([0.0, faster], [0.0, omega]), 1.0 if by else 0.0
-            resistance, accelerates = (
-                self._resistance(omega, auxiliary),
-                self.inertia * self.acceleration * self.per_metre,
-            )
+            lever = self._driller([0.0, faster], [0.0, omega])
+            auxiliary = 1.0 if by else 0.0
+            resistance = self._resistance(omega, auxiliary)
+            accelerates = self.inertia * self.acceleration * self.per_metre
             if self.weight <= max(resistance, accelerates + self._resistance(omega)):
                 against = f", {number(resistance, 'N*m')} are against it at that speed" if resistance else ""
                 hint = "reduce it, or what is against it; a motor may drive it down: `on the motor`"
@@ -431,7 +451,8 @@ class _Plan:
         motor = self.motor
         if omega > float(motor.max_speed):
             return f"is too fast: the motor turns at most at {number(motor.max_speed, 'rad/s')}", "or another motor"
-        least, most = abs(torque), float(motor.available(omega))
+        least = abs(torque)
+        most = float(motor.available(omega))
         if least > most:
             words = f"needs {number(least, 'N*m')} of a motor that gives {number(most, 'N*m')} at that speed"
             return words, "hoist less, more slowly, or with less acceleration"
@@ -445,7 +466,8 @@ class _Plan:
         )
 
     def _hoist(self, distance: float, speed: float, until: AtHeight | None = None) -> Problem:
-        slowing, time = speed**2 / (2 * self.acceleration), speed / self.acceleration
+        slowing = speed**2 / (2 * self.acceleration)
+        time = speed / self.acceleration
         if 2 * slowing > distance:
             return (
                 f"is too short to reach the speed, which takes {2 * slowing:.4g} m",
@@ -457,7 +479,8 @@ class _Plan:
         if problem := self._of_motor(omega, needed):
             return problem
         # (beyond 0, as in `_brake_in`)
-        up, stop = PiecewiseLinear([0.0, time], [0.0, -omega]), PiecewiseLinear([0.0, 2 * time], [-omega, omega])
+        up = PiecewiseLinear([0.0, time], [0.0, -omega])
+        stop = PiecewiseLinear([0.0, 2 * time], [-omega, omega])
         steady = (distance - 2 * slowing) / speed
         self._phase("hoist", Constant(0.0), until or AfterTravel(slowing - distance), time + steady, up)
         self._phase("slow", Constant(0.0), AtRest(), time, stop)
@@ -466,7 +489,8 @@ class _Plan:
     def _brake(self) -> Problem:
         from scipy.integrate import solve_ivp  # imported where used: few scenes are programmes
 
-        gain, omega = self._gain(), self.omega
+        gain = self._gain()
+        omega = self.omega
         self.omega = 0.0
         if gain <= 0:
             return "cannot be done: without friction the band holds no load", "increase the coefficient of friction"
@@ -517,7 +541,8 @@ class _Plan:
 
     def faults(self, empty: float, stand: float, wear: Wear | None) -> Faults:
         """Errors of the whole."""
-        mass, far = float(self.load.mass), self.deepest
+        mass = float(self.load.mass)
+        far = self.deepest
         short = f"lowers {far:.5g} m in all, braking included, the rope on the drum is enough for {self.rope:.5g} m"
         why = "stands are added in the slips: take the string, set the string in the slips"
         takes = self.empty is not None
@@ -539,7 +564,8 @@ class _Plan:
 
     def lever(self) -> tuple[Phase, ...]:
         """The phases of one cycle, and whether the string hangs on the hook in each."""
-        take_phase, down = self.marks.get("take", 0), self.marks.get("set", len(self.phases))
+        take_phase = self.marks.get("take", 0)
+        down = self.marks.get("set", len(self.phases))
         return tuple(
             dataclasses.replace(phase, string_on_hook=take_phase <= i < down) for i, phase in enumerate(self.phases)
         )

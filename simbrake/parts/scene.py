@@ -197,7 +197,8 @@ class Scene(Part):
     @property
     def start_speed(self) -> Any:
         """Speed of the pulley at the start (rad/s), also where that of the hook is given."""
-        load, hook_speed = self.duty.load, self.initial.hook_speed
+        load = self.duty.load
+        hook_speed = self.initial.hook_speed
         if hook_speed is None:
             assert self.initial.omega is not None
             return self.initial.omega
@@ -211,7 +212,8 @@ class Scene(Part):
     @property
     def lever(self) -> AbstractProfile | Phases:
         """The lever as each band has it: those of a driller (`Lever`) pull on the bands of all rims."""
-        lever, rims = self.duty.lever, self.brake.rims
+        lever = self.duty.lever
+        rims = self.brake.rims
         if rims == 1:
             return lever
 
@@ -293,7 +295,8 @@ def _faults_together(scene: Scene) -> tuple[Fault, ...]:
 
 
 def _faults_of_start(scene: Scene) -> Iterator[Fault]:
-    initial, brake = scene.initial, scene.brake
+    initial = scene.initial
+    brake = scene.brake
     if not scene.end_time > initial.time:
         yield Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later")
     if initial.hook_speed is not None:
@@ -362,7 +365,9 @@ class _Course(NamedTuple):
 
 
 def _faults_of_duty(scene: Scene, path: str) -> Iterator[Fault]:
-    brake, lever, motor = scene.brake, scene.duty.lever, scene.motor
+    brake = scene.brake
+    lever = scene.duty.lever
+    motor = scene.motor
     if lever.controls_speed:
         if isinstance(brake, Brake) and brake.band.stiffness is not None:
             what = "a lever that holds the speed needs a rigid band"
@@ -392,9 +397,12 @@ def _faults_of_duty(scene: Scene, path: str) -> Iterator[Fault]:
 
 
 def _faults_of_course(scene: Scene, course: _Course) -> Iterator[Fault]:
-    lever, motor, load = course.lever, scene.motor, scene.duty.load
+    lever = course.lever
+    motor = scene.motor
+    load = scene.duty.load
     if motor is not None and course.speed is not None:
-        speeds, most = np.asarray(course.speed.values), float(motor.max_speed)
+        speeds = np.asarray(course.speed.values)
+        most = float(motor.max_speed)
         if isinstance(scene.brake, Brake) and scene.brake.band.segments is not None and np.min(speeds) < 0:
             what = "hoists, and a band in segments is never open: its linings would ride with the pulley without end"
             yield Fault(course.speed_path, what, "leave out brake.band.segments")
@@ -417,7 +425,9 @@ def _faults_of_course(scene: Scene, course: _Course) -> Iterator[Fault]:
 
 def _faults_of_whole(scene: Scene, lever: AbstractProfile, path: str) -> Iterator[Fault]:
     """Errors of a duty that is not in phases."""
-    duty, motor, start = scene.duty, scene.motor, float(scene.initial.time)
+    duty = scene.duty
+    motor = scene.motor
+    start = float(scene.initial.time)
     yield from faults_of_want(duty.wants, "duty")
     if duty.wants == "hoist" and motor is None:
         yield Fault("duty.wants", "is hoist, and the scene has no motor", "give it a `motor`")
@@ -439,7 +449,8 @@ def _faults_of_whole(scene: Scene, lever: AbstractProfile, path: str) -> Iterato
 
 def _faults_of_phases(scene: Scene, lever: Phases, path: str) -> Iterator[Fault]:
     """Errors between the phases of a duty and what ends them."""
-    load, motor = scene.duty.load, scene.motor
+    load = scene.duty.load
+    motor = scene.motor
     if motor is not None and motor.speed is not None:
         yield Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases")
     if scene.duty.wants:
@@ -452,7 +463,8 @@ def _faults_of_phases(scene: Scene, lever: Phases, path: str) -> Iterator[Fault]
             what = "is the motion of a whole run, not of a phase"
             yield Fault(f"{phase_path}.lever", what, "give it as the lever")
         if isinstance(end, AfterTravel | AtHeight) and load.travel() is None:
-            what, hint = "never comes: the load hangs on no hook", "give a load with a hook"
+            what = "never comes: the load hangs on no hook"
+            hint = "give a load with a hook"
             yield Fault(f"{phase_path}.until", what, hint)
         elif isinstance(end, AtHeight) and scene.initial.block_height is None:
             hint = "give `initial.block_height`, the height of the block at the start"
@@ -479,7 +491,8 @@ def faults_of_place(end: AtTemperature, places: Collection[str], path: str) -> l
 
 def _faults_of_kinds(scene: Scene) -> list[Fault]:
     """Error where brake and duty do not match."""
-    name, pressed = scene.brake.words.brake, not scene.brake.banded
+    name = scene.brake.words.brake
+    pressed = not scene.brake.banded
     if pressed and isinstance(scene.duty, Duty):
         what = f"a {name} has no band"
         return [Fault("duty.slack_tension", what, "give the force of its actuator: `ForceDuty`, key `force`")]
@@ -499,7 +512,8 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
     own = [(path, part) for path, part in parts if _is_own(part)]
     if not own:
         return []
-    t, omega = jnp.asarray(scene.initial.time), jnp.asarray(scene.start_speed)
+    t = jnp.asarray(scene.initial.time)
+    omega = jnp.asarray(scene.start_speed)
     errors = dict[str, Fault]()
     each = ((), (1,), (scene.brake.linings.count,))
 
@@ -523,7 +537,8 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
 
     for i, (pair, (law, _, path, _)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):
         if any(below.startswith(path) for below, _ in own):
-            rubbing, T = scene.brake.rubbing_part(pair), sensed_at_start(scene, i)
+            rubbing = scene.brake.rubbing_part(pair)
+            T = sensed_at_start(scene, i)
             for v in (0.0, abs(float(omega)) * float(scene.brake.track_radius)):
                 try:
                     contact = unloaded(rubbing, jnp.full(scene.brake.linings.count, v), T, t)
@@ -539,7 +554,8 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
             look(path, course, instant, lambda course=course: course.value(t, course.first_piece(t)))
     for path, rate in own:
         if isinstance(rate, AbstractWearRate):
-            v, T = abs(float(omega)) * float(scene.brake.track_radius), sensed_at_start(scene, 0)
+            v = abs(float(omega)) * float(scene.brake.track_radius)
+            T = sensed_at_start(scene, 0)
             where = f"p = 0 Pa, v = {v:g} m/s" + ("" if T is None else f", T = {np.min(T):g} K")
             look(path, rate, where, lambda rate=rate, v=v, T=T: rate(jnp.zeros(()), jnp.asarray(v), T))
     load = scene.duty.load
@@ -633,7 +649,8 @@ _MISSING_PAIR = {
 
 
 def _faults_of_heat(scene: Scene) -> Iterator[Fault]:
-    heat, n = scene.network, scene.brake.linings.count
+    heat = scene.network
+    n = scene.brake.linings.count
     errors = heat.faults_with("heat", n, len(scene.brake.linings_of_rims)) if scene.heated else []
     if errors:
         yield from errors
@@ -649,7 +666,8 @@ def _faults_of_heat(scene: Scene) -> Iterator[Fault]:
                 hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
                 yield Fault("heat", f"is missing, but friction law {where} depends on the temperature", hint)
             continue
-        bounds, T = law.temperature_range(), sensed_at_start(scene, i)
+        bounds = law.temperature_range()
+        T = sensed_at_start(scene, i)
         if bounds is None or T is None:
             continue
         low, high = (np.broadcast_to(np.asarray(bound), T.shape) for bound in bounds)
@@ -680,8 +698,10 @@ def _faults_of_heat(scene: Scene) -> Iterator[Fault]:
 
 def pairs_of(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
     """Friction laws with the places of their heat, their paths, and the field of the heat part that names these."""
-    brake, law = scene.brake, scene.brake.linings.friction
-    friction, external = scene.network.friction, scene.network.external
+    brake = scene.brake
+    law = scene.brake.linings.friction
+    friction = scene.network.friction
+    external = scene.network.external
     if not (isinstance(brake, Brake) and brake.bandage is not None):
         return [(law, friction, f"brake.{brake.pairs['external'].field}.friction", "friction")]
     return [
@@ -708,7 +728,8 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
     name, face = place_of(pair.sensor)
     body = next(body for body in scene.network.bodies if body.name == name)
     T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
-    T, rims = T[nodes_at(body, face)], scene.brake.linings_of_rims
+    T = T[nodes_at(body, face)]
+    rims = scene.brake.linings_of_rims
     T = np.repeat(T, rims) if rims and T.size == len(rims) else T
     return np.broadcast_to(T, (scene.brake.linings.count,))
 
@@ -751,9 +772,13 @@ def locked(scene: Scene) -> dict[int, str]:
 
 _DRUMEANU = "Drumeanu & Antonescu 2003, band brakes of drawworks"
 #: coefficient of friction, wrap angle (deg), rim temperature (°C): low, high
-FRICTION, WRAP, RIM = (0.35, 0.65), (270.0, 325.0), (300.0, 800.0)
+FRICTION = (0.35, 0.65)
+WRAP = (270.0, 325.0)
+RIM = (300.0, 800.0)
 #: linings of a band; conductivities (W/(m·K)) of rims and linings
-LININGS, RIM_CONDUCTIVITY, LINING_CONDUCTIVITY = (8.0, 26.0), (38.0, 163.0), (0.4, 1.5)
+LININGS = (8.0, 26.0)
+RIM_CONDUCTIVITY = (38.0, 163.0)
+LINING_CONDUCTIVITY = (0.4, 1.5)
 
 
 def _unusual(what: str, low: float, high: float, usual: tuple[float, float], words: str) -> list[str]:
@@ -773,7 +798,9 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     """
     if is_traced(scene):
         return []
-    messages, brake, heat = list[str](), scene.brake, scene.network
+    messages = list[str]()
+    brake = scene.brake
+    heat = scene.network
     if brake.banded:  # the sources are about band brakes
         f = static_friction(scene)
         values = f"{f.min():.4g}" if np.ptp(f) < 1e-12 else f"{f.min():.4g}…{f.max():.4g}"
@@ -781,20 +808,23 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
         what = f"static coefficient of friction {values}"
         messages += _unusual(what, f.min(), f.max(), FRICTION, f"usual are {{}} ({_DRUMEANU}); {why}")
         for linings in brake.bands_of_linings:
-            wrap, n = math.degrees(float(np.sum(np.asarray(linings.weights)))), linings.count
+            wrap = math.degrees(float(np.sum(np.asarray(linings.weights))))
+            n = linings.count
             why = "the grip of the band depends on it exponentially"
             messages += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
             if not getattr(linings, "continuous", False):
                 messages += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
     if peak_rim is not None:
-        T, why = peak_rim - ZERO, "properties of steel and linings are not known that hot"
+        T = peak_rim - ZERO
+        why = "properties of steel and linings are not known that hot"
         words = f"usual in heavy service are {{}} °C ({_DRUMEANU}); {why}"
         messages += _unusual(f"rim at {T:.0f} °C", max(T, RIM[0]), T, RIM, words)  # a single stop leaves it cooler
     walls = {wall.name: wall for wall in heat.walls}
     for name, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
         wall = walls.get(place_of(place)[0]) if place else None
         if wall is not None:
-            value, words = float(wall.material.conductivity), "usual are {} (V, tables 1 and 2); is the unit right?"
+            value = float(wall.material.conductivity)
+            words = "usual are {} (V, tables 1 and 2); is the unit right?"
             messages += _unusual(f"{name} with {value:.4g} W/(m·K)", value, value, usual, words)
     return messages
 
@@ -803,9 +833,11 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
 
 
 #: inertia (kg·m²) of a drawworks' drum, whose hook never carries less than the mass (kg): the block alone is heavier
-_DRUM, _BLOCK = 100.0, 1000.0
+_DRUM = 100.0
+_BLOCK = 1000.0
 #: track speeds (m/s) of brakes stay below; temperatures (K) of brakes and air lie above
-_FAST, _COLD = 60.0, 200.0
+_FAST = 60.0
+_COLD = 200.0
 #: gauge pressure (Pa) that moves no brake
 _BREATH = 1000.0
 #: flow of a coolant (m³/s) above those of drawworks
@@ -871,7 +903,8 @@ def _of_other_ratios(brake: AbstractBrake, load: AbstractLoad) -> Iterator[str]:
     """Warnings of a band circle and of a drum that do not fit the track."""
     track = float(brake.track_radius)
     about = f"beside a track of {track:g} m"
-    circle, drum = float(brake.radius), float(getattr(load, "drum_radius", track))
+    circle = float(brake.radius)
+    drum = float(getattr(load, "drum_radius", track))
     if brake.banded and circle > USUAL_CIRCLE * track:
         name = "band.radius" if isinstance(brake, Brake) else "band_radius"
         yield _said(f"brake.{name}", f"{circle:g} m", about, "")
@@ -887,7 +920,8 @@ def _in_bar(scene: Scene) -> Iterator[str]:
     lever = f"duty.{scene.duty.lever_field}"
     for path, cylinder, _ in parts_below(scene.duty.lever, lever):
         if isinstance(cylinder, Cylinder):
-            given, permissible = cylinder.pressure.scale(), cylinder.permissible_pressure
+            given = cylinder.pressure.scale()
+            permissible = cylinder.permissible_pressure
             pressures = {"pressure": given, "permissible_pressure": 0.0 if permissible is None else permissible}
             for name, most in ((name, float(most)) for name, most in pressures.items()):
                 if 0 < most < _BREATH:
@@ -897,7 +931,8 @@ def _in_bar(scene: Scene) -> Iterator[str]:
 
 def _one_rim(brake: Brake, heat: Heat) -> Iterator[str]:
     """Warnings of walls of the heat part that have the area of one of several rims."""
-    area, width = (brake.bandage or brake.linings).area, brake.pulley.width
+    area = (brake.bandage or brake.linings).area
+    width = brake.pulley.width
     of_rim = {
         heat.rim: None if width is None else 2 * math.pi * float(brake.pulley.radius) * float(width),
         heat.linings: None if area is None else float(np.sum(np.broadcast_to(area, (brake.linings.count,)))),

@@ -56,7 +56,9 @@ def worn_scene(scene: Scene) -> Scene:
         return scene
     h, angle = _worn(scene, wear)
     slack = jnp.sum(angle * h)
-    band_brake, duty = cast(Brake, scene.brake), cast(Duty, scene.duty)  # no other feeds wear back
+    # no other feeds wear back
+    band_brake = cast(Brake, scene.brake)
+    duty = cast(Duty, scene.duty)
     if wear.geometry:
         radius = jnp.asarray(band_brake.band.radius) - slack / jnp.sum(angle)
         scene = with_value_at(scene, "brake.band.radius", radius)
@@ -87,7 +89,8 @@ def walls_left(scene: Scene) -> dict[str, Array]:
 
 
 def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> Heat:
-    bodies, links = list(heat.bodies), list(heat.links)
+    bodies = list(heat.bodies)
+    links = list(heat.links)
     for i, body in enumerate(bodies):
         if not isinstance(body, Lump) or body.name not in lining_bodies(heat):
             continue
@@ -126,7 +129,8 @@ def turned_scene(scene: Scene) -> Scene:
         >>> turned.brake.linings.angle.tolist()
         [1.6, 1.5, 1.5]
     """
-    brake, n = scene.brake, scene.brake.linings.count
+    brake = scene.brake
+    n = scene.brake.linings.count
     if not isinstance(brake, Brake):
         raise input_error("brake", f"is a {brake.words.brake}: only one band is turned end for end")
     if brake.in_series:

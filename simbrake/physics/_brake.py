@@ -449,7 +449,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> TwoArrays:
         """`T_0` (N) and its rate as the lever has them."""
-        piece, lever, omega = piece_of(mode, "lever"), self.lever_at(y, mode), y.omega
+        piece = piece_of(mode, "lever")
+        lever = self.lever_at(y, mode)
+        omega = y.omega
         given, rate = jax.jvp(lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not lever.controls_speed:
             return given, rate
@@ -531,7 +533,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         for feature in self.features:
             now = now._replace(mode=feature.at_once(now.mode, fired))
-        t, y, new = now.t, now.y, self._next_pieces(now.y, now.mode, at_stop)
+        t = now.t
+        y = now.y
+        new = self._next_pieces(now.y, now.mode, at_stop)
         acting = self.acting(t, y, now.mode, now.z)
         omega = y.omega
         for feature in self.features:
@@ -553,7 +557,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return int(BrakeCode.PHASE_NEVER_ENDS) if isinstance(self.lever, Phases) else 0
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
-        omega, now = y.omega, Moment(self, t, y, before)
+        omega = y.omega
+        now = Moment(self, t, y, before)
         for feature in self.features:
             omega = feature.speed_after(now, after, omega)
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
@@ -567,8 +572,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def _after_jump(self, t: Array, y: State, before: Mode, after: Mode, new: State) -> State:
         """The state after the jump of tension in a change of mode, with its work and its heat."""
-        omega, own = new.omega, new.own
-        z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y._replace(onset=new.onset), after)
+        omega = new.omega
+        own = new.own
+        z = variables_of(self, t, y, before).contact
+        surfaces = self.surfaces(t, y._replace(onset=new.onset), after)
         load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
         of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
@@ -607,10 +614,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         all others.
         """
         courses = self.courses(y, mode)
-        lever, piece = courses["lever"], jnp.asarray(piece_of(mode, "lever"), jnp.int32)
+        lever = courses["lever"]
+        piece = jnp.asarray(piece_of(mode, "lever"), jnp.int32)
 
         def waits(t: Array) -> Array:
-            before, after = lever.value(t, piece), lever.value(t, piece + 1)
+            before = lever.value(t, piece)
+            after = lever.value(t, piece + 1)
             answers = lever.follows(piece + 1) if lever.controls_speed else False
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
@@ -684,7 +693,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def couplings(self) -> State | None:
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
-        core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
+        core = np.asarray(CORE)
+        quadrature = np.asarray(QUADRATURE)
         # (the angle moves nothing but a correction of the position)
         corrects = any(profile.corrects_position for profile in (self.lever, *self.profiles.values()))
         places = State(core if corrects else quadrature, core, own, self._ledger(quadrature))

@@ -29,7 +29,8 @@ from .mechanism import (
 from .sliding import LiningFriction, coefficients_of
 
 #: bits of a segment's mode: its tension is positive; its elastic part is
-TAUT, STRETCHED = 1, 2
+TAUT = 1
+STRETCHED = 2
 #: a lining this far past its limit (over the reference tension) breaks away together with one that fired
 _PAST = 1e-10
 
@@ -141,15 +142,19 @@ class Chain(AbstractMechanism):
     def _coefficients(
         self, surface: SurfaceState | None, normal: Array, slip: Array, *, static: bool
     ) -> Float[Array, " *n"]:
-        law, area = self.pairs[0].law, self.pairs[0].area
+        law = self.pairs[0].law
+        area = self.pairs[0].area
         contact = (surface or SurfaceState()).contact(slip, None if area is None else normal / area)
         return coefficients_of(law, contact, static, by_speed=self.grip.reads.v)
 
     def variables(self, acting: AppliedLoads, omega: Array, own: ChainState, mode: Mode) -> ChainNow:
-        R_b, surface = self.radius, acting.surfaces[0]
-        sign, sticks = mode.own.linings.astype(own.v.dtype), mode.own.linings == 0
+        R_b = self.radius
+        surface = acting.surfaces[0]
+        sign = mode.own.linings.astype(own.v.dtype)
+        sticks = mode.own.linings == 0
         v = jnp.where(sticks, R_b * omega, own.v)
-        slip, stretching = R_b * omega - v, v - jnp.append(v[1:], 0.0)
+        slip = R_b * omega - v
+        stretching = v - jnp.append(v[1:], 0.0)
         elastic = self.preload + self.stiffness * own.e
         total = elastic + self.damping * stretching
         tension = jnp.where((mode.own.segments & TAUT) > 0, total, 0.0)
@@ -206,11 +211,14 @@ class Chain(AbstractMechanism):
         return contact_margin(mode.own.linings, left, z.lining_slip / (self.radius * self.sizes.speed))
 
     def change(self, now: EventState, new: Mode, fired: ChainGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
-        old, linings = now.mode, self._next_linings(now, fired.linings)
-        taut, stretched = fired.taut.astype(jnp.int32), fired.stretched.astype(jnp.int32)
+        old = now.mode
+        linings = self._next_linings(now, fired.linings)
+        taut = fired.taut.astype(jnp.int32)
+        stretched = fired.stretched.astype(jnp.int32)
         segments = old.own.segments ^ (taut * TAUT + stretched * STRETCHED)
         changed = jnp.any(linings != old.own.linings)
-        ahead, back = jnp.all(linings > 0), jnp.all(linings < 0)
+        ahead = jnp.all(linings > 0)
+        back = jnp.all(linings < 0)
         # at rest a pulley is held until, at a later instant, the last lining breaks away
         held = old.band == HELD
         restarts = held & (ahead | back) & changed
@@ -230,7 +238,8 @@ class Chain(AbstractMechanism):
         At equal static and kinetic friction its relative acceleration is still 0. Where the force that held it is 0 as
         well, as nothing presses yet, the rate of that force tells which way it breaks away.
         """
-        linings, force = now.mode.own.linings, now.z.force
+        linings = now.mode.own.linings
+        force = now.z.force
         pulls = jnp.where(jnp.abs(force) > 1e-12 * self.sizes.tension, force, now.z_rate.force)
         past = (linings == 0) & (self._lining_guards(now.mode, now.z) < -_PAST)
         return sense_after(linings, fired | past, pulls)
@@ -244,7 +253,8 @@ class Chain(AbstractMechanism):
     def shown(
         self, tension: Array, omega: Array, own: ChainState, mode: Mode, surfaces: Surfaces, z: ChainNow
     ) -> MechanismOutputs:
-        f, displacement = None, jnp.cumsum(own.e[::-1])[::-1]
+        f = None
+        displacement = jnp.cumsum(own.e[::-1])[::-1]
         if self.shows_friction:
             f = self._coefficients(surfaces[0], z.normal, jnp.abs(z.lining_slip), static=False)
             f = jnp.broadcast_to(f, z.normal.shape)

@@ -38,9 +38,11 @@ from .mechanism import (
 from .sliding import BandFriction, Limit, where_static
 
 #: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives
-_SEARCH, _CARRY = 8, 2
+_SEARCH = 8
+_CARRY = 2
 #: search range, and threshold for no solution, over typical speeds
-_FAR, _OFF = 1e3, 1e-9
+_FAR = 1e3
+_OFF = 1e-9
 
 
 class BandState(NamedTuple):
@@ -116,7 +118,8 @@ class AbstractElasticBand(AbstractBand):
     # --- at one instant; `omega` is the speed of the carrier ----------------------------------------------------------
 
     def at_limit(self, acting: AppliedLoads, omega: Array, mode: Mode) -> AtLimit:
-        sliding, back = slips(mode.band), mode.band == SLIP_BACK
+        sliding = slips(mode.band)
+        back = mode.band == SLIP_BACK
 
         def tension(T_0: Array, omega: Array, surface: SurfaceState | None) -> tuple[Array, Limit]:
             v = jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius
@@ -147,9 +150,12 @@ class AbstractElasticBand(AbstractBand):
 
         - `inner` (W): friction power of the internal pair, which warms the linings as well
         """
-        band, speed, sliding = mode.band, self.wrap.radius * carrier[0], slips(mode.band)
+        band = mode.band
+        speed = self.wrap.radius * carrier[0]
+        sliding = slips(mode.band)
         zero = jnp.zeros_like(speed)
-        slide, band_speed = Slide(zero, speed, speed, None), zero
+        slide = Slide(zero, speed, speed, None)
+        band_speed = zero
         if self.stretches:
             slide = self._slide(acting, band == SLIP_BACK, at, speed, carrier[1], inner)
             carried = (band == TAKE_UP) | (band == ELASTIC)
@@ -169,8 +175,12 @@ class AbstractElasticBand(AbstractBand):
         self, acting: AppliedLoads, back: Array, at: AtLimit, speed: Array, alpha: Array, inner: Array | None
     ) -> Slide:
         """The band in full slip: `x = T_n/C` moves with lever, speed, temperatures and states of the law."""
-        still, fixed, surface, pair = jnp.zeros_like(speed), self.wrap.fixed, acting.surfaces[0], self.pairs[0]
-        rates, others = pair.memory, len(self.pairs) - 1
+        still = jnp.zeros_like(speed)
+        fixed = self.wrap.fixed
+        surface = acting.surfaces[0]
+        pair = self.pairs[0]
+        rates = pair.memory
+        others = len(self.pairs) - 1
         each, normal = self.wrap.sliding(acting.tension, at.limit.fz, back)
         friction = each if pair.apart else at.upper - acting.tension
 
@@ -191,7 +201,8 @@ class AbstractElasticBand(AbstractBand):
         drift = None if fixed is not None else acting.heating_rate(None)[0]
         if drift is not None and inner is not None:
             drift = drift + acting.heating_rate((None, inner))[0]
-        at_rest, swing = ageing(still), None if acting.factor_rates is None else acting.factor_rates[0]
+        at_rest = ageing(still)
+        swing = None if acting.factor_rates is None else acting.factor_rates[0]
         growth = stretch(acting.pull, alpha if fixed is None else still, drift, at_rest, swing)
         uncorrected_slip = speed - growth
         if not self._follows_slip:
@@ -213,8 +224,11 @@ class AbstractElasticBand(AbstractBand):
         return Slide(growth + gamma * slip, slip, uncorrected_slip, 1 + gamma)
 
     def band_guards(self, acting: AppliedLoads, omega: Array, mode: Mode, z: ElasticNow) -> ContactGuards:
-        band, size, R_b = mode.band, self.sizes, self.wrap.radius
-        held, take_up = band == HELD, band == TAKE_UP
+        band = mode.band
+        size = self.sizes
+        R_b = self.wrap.radius
+        held = band == HELD
+        take_up = band == TAKE_UP
         # at rest a difference of tensions is one of torques
         per_newton = jnp.where(held, R_b / size.torque, 1 / size.tension)
         bounded = (held | (band == ELASTIC)) & ~self.locked_in(mode)
@@ -259,15 +273,20 @@ class AbstractElasticBand(AbstractBand):
 
         - `there(mode)`: the variables in another mode;  `rest`: those at rest
         """
-        old, C, locked, T_0 = now.mode.band, self.stiffness, self.locked_in(new), acting.tension
-        rounding, speed = self.sizes.slight_tension, self.wrap.radius * motion.omega
+        old = now.mode.band
+        C = self.stiffness
+        locked = self.locked_in(new)
+        T_0 = acting.tension
+        rounding = self.sizes.slight_tension
+        speed = self.wrap.radius * motion.omega
         was_slack = (old == OPEN) | (old == TAKE_UP)
         tension = self.tension_of(now.own.x, now.mode, now.z)
         # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
         lags = C * speed < acting.pull
         takes_up = jnp.where(motion.rising, lags, tension < T_0 - rounding)
         takes_up = was_slack & (motion.omega > 0) & takes_up & ~((old == TAKE_UP) & fired.high)
-        low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
+        low = jnp.where(locked, 0.0, rest.lower)
+        high = jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
         tension = jnp.where(was_slack & (motion.omega <= 0), greater(tension, low), tension)
         if new.pieces["lever"] is not None:  # late in a run the time breakpoints themselves are rounded
@@ -275,10 +294,12 @@ class AbstractElasticBand(AbstractBand):
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
         # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no
         # slip speed yet, the direction in which the pulley starts decides
-        at_high, at_low = tension >= high - rounding, tension <= low + rounding
+        at_high = tension >= high - rounding
+        at_low = tension <= low + rounding
         lags = lags | ((C * speed == acting.pull) & (motion.direction < 0))
         back = jnp.where(at_high, at_low & lags, at_low | (old == SLIP_BACK))
-        trial, way = jnp.where(back, SLIP_BACK, SLIP), jnp.where(back, -1.0, 1.0)
+        trial = jnp.where(back, SLIP_BACK, SLIP)
+        way = jnp.where(back, -1.0, 1.0)
         slid = there(new._replace(band=trial))
         # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
         past = way * (tension - slid.upper)
@@ -296,13 +317,21 @@ class AbstractElasticBand(AbstractBand):
     def tension_jump(
         self, omega: Array, own: BandState, before: tuple[Mode, ElasticNow], after: tuple[Mode, Array]
     ) -> Callable[[Surfaces], tuple[BandState, Array, tuple[Array, ...]]]:
-        (old, z), (new, T_0), C, x = before, after, self.stiffness, own.x
+        (old, z) = before
+        (new, T_0) = after
+        C = self.stiffness
+        x = own.x
         omega = omega if own.omega_b is None else own.omega_b
-        was_open, locked, sliding = old.band == OPEN, self.locked_in(new), slips(new.band)
-        is_open, held, elastic = new.band == OPEN, new.band == HELD, new.band == ELASTIC
+        was_open = old.band == OPEN
+        locked = self.locked_in(new)
+        sliding = slips(new.band)
+        is_open = new.band == OPEN
+        held = new.band == HELD
+        elastic = new.band == ELASTIC
         T_0 = jnp.where(is_open, 0.0, T_0)
         v = jnp.where(new.sense > 0, omega, -omega) * self.wrap.radius
-        back, tension = new.band == SLIP_BACK, self.tension_of(x, old, z)
+        back = new.band == SLIP_BACK
+        tension = self.tension_of(x, old, z)
         drawn_tight = was_open | (old.band == TAKE_UP)
         # a band that neither slides nor is held by friction keeps its elongation; a released band springs back
         kept = jnp.where(is_open & ~was_open, 0.0, C * x)
@@ -310,7 +339,8 @@ class AbstractElasticBand(AbstractBand):
         def jump(surfaces: Surfaces) -> tuple[BandState, Array, tuple[Array, ...]]:
             limit = self.wrap.limit(T_0, v, surfaces[0], back, ~sliding)
             upper = T_0 * limit.ratio
-            low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
+            low = jnp.where(locked, 0.0, T_0 / limit.other)
+            high = jnp.where(locked, jnp.inf, upper)
             drawn = greater(tension, low)
             resting = jnp.where(held, jnp.where(drawn_tight, drawn, tension), jnp.where(sliding, upper, kept))
             T_n = jnp.where(elastic, lesser(drawn, high), resting)
@@ -333,7 +363,10 @@ class ElasticBand(AbstractElasticBand):
         return BandState(elongation), OPEN, LumpedMode(self.starts_locked)
 
     def variables(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode) -> ElasticNow:
-        band, R_b, T_0, stretched = mode.band, self.wrap.radius, acting.tension, self.stiffness * own.x
+        band = mode.band
+        R_b = self.wrap.radius
+        T_0 = acting.tension
+        stretched = self.stiffness * own.x
         at = self.at_limit(acting, omega, mode)
         # a held brake bears the load
         slack, tight = self.tensions(T_0, stretched, band, at.upper, T_0 + acting.load / R_b)

@@ -61,14 +61,17 @@ class Onsets(Feature):
         return cls(tuple(i for i, change in enumerate(changes) if change.when is not None))
 
     def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
-        y, mode, since = now.y, now.mode, {}
+        y = now.y
+        mode = now.mode
+        since = {}
         for k, i in enumerate(self.watched):
             name = f"friction {i}"
             since[name] = Since(courses[name], mode.onset.begun[k] > 0, y.onset[k])
         return courses | since
 
     def start(self, now: Moment) -> tuple[State, Mode]:
-        times, none = now.t + jnp.zeros(len(self.watched)), jnp.zeros(len(self.watched), jnp.int32)
+        times = now.t + jnp.zeros(len(self.watched))
+        none = jnp.zeros(len(self.watched), jnp.int32)
         return now.y._replace(onset=times), now.mode._replace(onset=OnsetMode(none, jnp.asarray(0, jnp.int32)))
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
@@ -83,7 +86,9 @@ class Onsets(Feature):
 
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         """Margins to what begins each change; 1 where it has begun."""
-        brake, onset, margins = now.brake, now.mode.onset, list[Array]()
+        brake = now.brake
+        onset = now.mode.onset
+        margins = list[Array]()
         whens = [brake.mechanism.changes[i].when for i in self.watched]
         hot = surface_temperatures(brake, now.z) if any(isinstance(x, AtTemperature) for x in whens) else {}
         for when in whens:
@@ -96,7 +101,9 @@ class Onsets(Feature):
 
     def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
         """Changes that begin do so at this instant, and the mechanism answers to them."""
-        brake, onset, pieces = now.brake, now.mode.onset, dict(new.pieces)
+        brake = now.brake
+        onset = now.mode.onset
+        pieces = dict(new.pieces)
         begins = fired.onset & (onset.begun == 0)
         for k, i in enumerate(self.watched):
             place = f"friction {i}"

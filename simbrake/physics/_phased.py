@@ -59,16 +59,21 @@ class DutyInPhases(Feature):
 
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint."""
-        brake, y, mode = now.brake, now.y, now.mode
+        brake = now.brake
+        y = now.y
+        mode = now.mode
         phase_now: PhaseNow = brake.lever.at(mode.phase, y.phase.begun)
-        phases, hot, lowered = phase_now.whole.each, dict[str, Array](), _lowered(brake, y)
+        phases = phase_now.whole.each
+        hot = dict[str, Array]()
+        lowered = _lowered(brake, y)
         if any(isinstance(phase.until, AtTemperature) for phase in phases):
             hot = surface_temperatures(brake, now.z)
         margins = []
         for phase, end in ((phase, phase.until) for phase in phases):
             if isinstance(end, AtRest):
                 # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
-                moved, speed = y.phase.turned != 0, y.omega / brake.sizes.speed
+                moved = y.phase.turned != 0
+                speed = y.omega / brake.sizes.speed
                 # (of a step in which it turns round and comes back, the angle would say that nothing was)
                 way = jnp.where(y.phase.way != 0, y.phase.way, jnp.sign(y.phase.turned))
                 still = jnp.where(way != 0, way * speed, 1.0)
@@ -98,7 +103,8 @@ class DutyInPhases(Feature):
 
     def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
         """The next phase begins where one is over, if its time has not been (`Mode.phase`)."""
-        phases, ended = now.brake.lever, now.mode.phase
+        phases = now.brake.lever
+        ended = now.mode.phase
         phase = ended + (fired.phase_end | (new.phase > ended)).astype(jnp.int32)
         begins = (phase > ended) & (phase < phases.total)
         lever = jnp.where(begins, phases.at(phase, now.t).first_piece(now.t), new.pieces["lever"])
@@ -138,7 +144,8 @@ def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> ScalarArray:
 
 def _begun_anew(now: Moment, after: Mode, y: State) -> PhaseState:
     """The state after a change of mode to `y`: another phase begins now, unless all are over."""
-    new, state = (after.phase != now.mode.phase) & (after.phase < now.brake.lever.total), now.y.phase
+    new = (after.phase != now.mode.phase) & (after.phase < now.brake.lever.total)
+    state = now.y.phase
     turned = jnp.where(new, 0.0, state.turned)
     return PhaseState(
         jnp.where(new, now.t, state.begun), turned, jnp.where(new | (state.way == 0), jnp.sign(y.omega), state.way)

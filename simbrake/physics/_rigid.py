@@ -137,7 +137,8 @@ class AbstractContact(AbstractMechanism):
     ) -> ContactGuards:
         """The guards; `locking`: margin of the linings to self-locking, `sound`: those of codes
         while the linings slide."""
-        is_open, size = mode.band == OPEN, self.sizes
+        is_open = mode.band == OPEN
+        size = self.sizes
         motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
         motion = jnp.where(is_open | (mode.band == HELD), 1.0, motion)
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
@@ -169,9 +170,11 @@ class AbstractContact(AbstractMechanism):
         overrides this comparison at rounding level. A pulley without speed in a mode of motion starts at
         this very instant, in the direction found.
         """
-        T_0, rounding = acting.tension, self.sizes.slight_tension
+        T_0 = acting.tension
+        rounding = self.sizes.slight_tension
         rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
-        was_open, was_held = now.mode.band == OPEN, now.mode.band == HELD
+        was_open = now.mode.band == OPEN
+        was_held = now.mode.band == HELD
         direction = jnp.where(was_held & fired.high, 1, jnp.where(was_held & fired.low, -1, beyond))
         stands = was_held | fired.motion | ((now.omega == 0) & was_open)
         moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
@@ -195,7 +198,8 @@ class AbstractContact(AbstractMechanism):
         self, tension: Array, omega: Array, mode: Mode, surfaces: Surfaces, z: ContactNow
     ) -> tuple[PairNow, Array | None]:
         """The pair on which the lever acts, and the tension of the band behind every lining."""
-        forces, n = self.linings(mode, z), (self.pairs[0].count,)
+        forces = self.linings(mode, z)
+        n = (self.pairs[0].count,)
         pair = PairNow(
             force=forces.friction / self.grip.cosine,
             friction=forces.friction,
@@ -295,8 +299,11 @@ class AbstractRigidContact(AbstractContact):
         return None, OPEN, LumpedMode(self.starts_locked)
 
     def variables(self, acting: AppliedLoads, omega: Array, own: None, mode: Mode) -> RigidNow:
-        sliding, back, held = slips(mode.band), mode.band == SLIP_BACK, mode.band == HELD
-        force, speed = acting.tension, self.radius * omega
+        sliding = slips(mode.band)
+        back = mode.band == SLIP_BACK
+        held = mode.band == HELD
+        force = acting.tension
+        speed = self.radius * omega
         v = jnp.where(mode.sense > 0, speed, -speed)
         torques = self.torques(force, v, acting.surfaces[0], back, ~sliding)
         pulling = where_static(sliding, where_static(back, -torques.back, torques.ahead), 0.0)
@@ -319,7 +326,8 @@ class AbstractRigidContact(AbstractContact):
         return None
 
     def guards(self, acting: AppliedLoads, omega: Array, own: None, mode: Mode, z: RigidNow) -> ContactGuards:
-        most, torque = z.torques, self.sizes.torque
+        most = z.torques
+        torque = self.sizes.torque
         bounded = (mode.band == HELD) & ~self.locked_in(mode)
         high, low = (
             jnp.where(bounded, left / torque, 1.0) for left in limit_margins(acting.load, -most.back, most.ahead)
@@ -330,7 +338,8 @@ class AbstractRigidContact(AbstractContact):
     def change(self, now: EventState, new: Mode, fired: ContactGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         new = self.relocked(new, fired)
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        locked, most = self.locked_in(new), rest.torques
+        locked = self.locked_in(new)
+        most = rest.torques
         beyond = exceeded(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
         motion = self.onset(now, fired, acting, jnp.where(locked, 0, beyond))
         code = self.code_of(fired, jnp.where(locked & motion.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
@@ -370,7 +379,8 @@ class RigidBand(AbstractBand, AbstractRigidContact):
         return (BrakeCode.FLASH_FOLD,) if self.grip.implicit else ()
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
-        limit, R_b = self.wrap.limit(force, v, surface, back, static), self.radius
+        limit = self.wrap.limit(force, v, surface, back, static)
+        R_b = self.radius
         # at rest the limit in the other direction is needed as well
         moving = band_torque(R_b, force, force * limit.ratio)
         falling = jnp.where(back, -moving, band_torque(R_b, force / limit.other, force))
@@ -437,11 +447,13 @@ class PressedContact(AbstractRigidContact):
         if self.locking_varies:
             still = self._coefficients(force, jnp.zeros_like(v), surface, True)
             margin = 1 - _NEARLY - largest(self.brake.self_locking(still))
-        ahead, behind = self.radius * jnp.sum(pressing.ahead), self.radius * jnp.sum(pressing.back)
+        ahead = self.radius * jnp.sum(pressing.ahead)
+        behind = self.radius * jnp.sum(pressing.back)
         return Torques(ahead, behind, jnp.ones(()), margin, pressing)
 
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
-        slack, pressing = z.slack_tension, z.torques.law
+        slack = z.slack_tension
+        pressing = z.torques.law
         most = jnp.where(mode.band == SLIP_BACK, pressing.back, pressing.ahead)
         whole = jnp.sum(most)
         share = (z.tight_tension - slack) / jnp.where(whole > 0, whole, 1.0)
@@ -453,7 +465,9 @@ class PressedContact(AbstractRigidContact):
         return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, surface, False)
 
     def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
-        back, sense, pressing = mode.band == SLIP_BACK, sense_of(mode), z.torques.law
+        back = mode.band == SLIP_BACK
+        sense = sense_of(mode)
+        pressing = z.torques.law
         normal = jnp.where(mode.band == OPEN, 0.0, self.brake.normal(z.slack_tension, pressing.f, back))
         friction = sense * jnp.where(back, pressing.back, pressing.ahead)
         force = friction if self.pairs[0].apart else z.brake_torque / self.radius
@@ -518,7 +532,8 @@ class RigidBands(AbstractRigidContact):
         self, force: Array, surface: SurfaceState | None
     ) -> list[tuple[RigidBand, ScalarArray, SurfaceState | None]]:
         """The bands with their slack tensions, and the surfaces of their linings."""
-        tensions, law = jnp.unstack(self.shares * force), self.law
+        tensions = jnp.unstack(self.shares * force)
+        law = self.law
         return [(band, tensions[j], law.own(surface, j)) for j, band in enumerate(self.bands)]
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
@@ -534,7 +549,8 @@ class RigidBands(AbstractRigidContact):
 
     def _alone(self, z: RigidNow) -> list[tuple[RigidBand, RigidNow]]:
         """The bands with the variables that each has; where they stick they share the torque as its maximum."""
-        most, backwards = z.torques, z.brake_torque < 0
+        most = z.torques
+        backwards = z.brake_torque < 0
         whole = jnp.where(backwards, most.back, most.ahead)
         share = z.brake_torque / jnp.where(whole > 0, whole, 1.0)
         bands = []
@@ -567,7 +583,8 @@ class RigidBands(AbstractRigidContact):
     def shown(
         self, tension: Array, omega: Array, own: None, mode: Mode, surfaces: Surfaces, z: RigidNow
     ) -> MechanismOutputs:
-        shown, spans = super().shown(tension, omega, own, mode, surfaces, z), self.law.spans
+        shown = super().shown(tension, omega, own, mode, surfaces, z)
+        spans = self.law.spans
         slack = jnp.unstack(self.shares * z.slack_tension)
         parts = [(T_0[None], shown.tension[first : last - 1]) for T_0, (first, last) in zip(slack, spans, strict=True)]
         return shown._replace(before=jnp.concatenate([one for part in parts for one in part]))

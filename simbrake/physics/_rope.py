@@ -36,14 +36,16 @@ class Layers(Feature):
         Bodies that stick to the pulley follow it.
         """
         brake, _, y, before, _ = now
-        mechanism, old = brake.mechanism, brake.inertia_at(before)
+        mechanism = brake.mechanism
+        old = brake.inertia_at(before)
         new = brake.inertia_at(before._replace(layer=after.layer))
 
         def kinetic(omega: Array) -> Array:
             speed, own = mechanism.with_stuck_speeds(omega, y.own, before, after)
             return brake.stored_at(new, speed, own, after)[0]
 
-        there, others = brake.stored_at(old, y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
+        there = brake.stored_at(old, y.omega, y.own, before)[0]
+        others = kinetic(0.0 * y.omega)
         whole = kinetic(y.omega) - others
         speed = y.omega * jnp.sqrt(jnp.where(whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0))
         return jnp.where(after.layer == before.layer, omega, speed)
@@ -100,7 +102,9 @@ class ElasticRope(Feature):
     def of(cls, elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None) -> "ElasticRope":
         """The rope of a load that hangs still at the start; `piece` of the load at the start."""
         _, weight = load.hanging(jnp.asarray(0, jnp.int32) if piece is None else piece)  # pyright: ignore
-        k, weight = elastic.at_hook(load.line_count), jnp.asarray(weight)  # pyright: ignore
+        # pyright: ignore
+        k = elastic.at_hook(load.line_count)
+        weight = jnp.asarray(weight)
         excess = jnp.zeros(()) if elastic.stretch is None else jnp.asarray(elastic.stretch) - weight / k
         return cls(k, jnp.asarray(elastic.damping), excess, weight)
 
@@ -113,7 +117,8 @@ class ElasticRope(Feature):
         return y, mode._replace(taut=(self.at(brake, y, mode).stretch > 0).astype(jnp.int32))
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
-        per_radian, size = jnp.asarray(brake.load.travel()), brake.sizes
+        per_radian = jnp.asarray(brake.load.travel())
+        size = brake.sizes
         hook = HookState(size.speed * per_radian, size.torque / (self.stiffness * per_radian))
         return sizes._replace(hook=hook)
 
@@ -145,7 +150,9 @@ class ElasticRope(Feature):
         return now.z._replace(rope=self.at(now.brake, now.y, now.mode))
 
     def rates(self, now: Moment, rates: State) -> State:
-        rope, v, ledger = now.z.rope, now.y.hook.speed, rates.ledger
+        rope = now.z.rope
+        v = now.y.hook.speed
+        ledger = rates.ledger
         heat = jnp.where(now.mode.taut == 1, self.damping * rope.rate**2, 0.0)
         ledger = ledger._replace(
             load_work=ledger.load_work + rope.weight * v - rope.force * (v - rope.rate),
@@ -162,7 +169,8 @@ class ElasticRope(Feature):
         return limits._replace(rope=mode.taut == 1)
 
     def stored(self, now: Moment, stored: TwoArrays) -> TwoArrays:
-        (kinetic, elastic), rope = stored, self.at(now.brake, now.y, now.mode)
+        (kinetic, elastic) = stored
+        rope = self.at(now.brake, now.y, now.mode)
         elastic = elastic + 0.5 * self.stiffness * _pulls(now.mode) * rope.stretch**2
         return kinetic + 0.5 * rope.mass * now.y.hook.speed**2, elastic
 
@@ -174,8 +182,13 @@ class ElasticRope(Feature):
 
     def reset(self, now: Moment, after: Mode, new: State) -> State:
         brake, _, y, before, _ = now
-        k, v, old, then = self.stiffness, y.hook.speed, self.at(brake, y, before), self.at(brake, y, after)
-        pulls, still, e = _pulls(before), _pulls(after), old.stretch
+        k = self.stiffness
+        v = y.hook.speed
+        old = self.at(brake, y, before)
+        then = self.at(brake, y, after)
+        pulls = _pulls(before)
+        still = _pulls(after)
+        e = old.stretch
         # a rope that pulls takes another weight on slowly; what hangs on the hook brings its energy
         excess = y.hook.excess - (1 - pulls) * (then.weight - old.weight) / k
         follows = then.weight / k + excess

@@ -29,7 +29,8 @@ def couplings(heat: Heat, heated: tuple[str, ...] = ()) -> Int[np.ndarray, " k"]
     """
     joined = _joined(heat)
     near = {i: _reached(joined, (store, i)) for store, i in joined if store}
-    kinds, core = np.full(len(near), CORE), _core(heat, joined)
+    kinds = np.full(len(near), CORE)
+    core = _core(heat, joined)
     open_ = {i: near[i] - core for i in near if i not in core}
     branching = [i for i in open_ if len(open_[i]) > 2]
     while branching:
@@ -70,7 +71,8 @@ def _inside_plain_walls(heat: Heat, size: int, heated: tuple[str, ...]) -> Bool[
 
 def _nodes(heat: Heat, place: str) -> list[Node]:
     """Nodes of a place; a reservoir has none."""
-    where, (name, _) = spans(heat), place_of(place)
+    where = spans(heat)
+    (name, _) = place_of(place)
     if name not in where.stores and name not in where.junctions:
         return []
     nodes = nodes_of(heat, where, place)
@@ -79,7 +81,8 @@ def _nodes(heat: Heat, place: str) -> list[Node]:
 
 def _joined(heat: Heat) -> dict[Node, set[Node]]:
     """The nodes to which each is joined, by links and inside of walls."""
-    where, ends = spans(heat), []
+    where = spans(heat)
+    ends = []
     near: dict[Node, set[Node]] = {
         (store, i): set()
         for store, bodies in ((True, where.stores), (False, where.junctions))
@@ -90,7 +93,8 @@ def _joined(heat: Heat) -> dict[Node, set[Node]]:
         first = where.stores[body.name].start
         ends += [((True, first + i - 1), (True, first + i)) for i in range(1, body.count) if i % body.layers]
     for link in heat.links:
-        a, b = _nodes(heat, link.a), _nodes(heat, link.b)
+        a = _nodes(heat, link.a)
+        b = _nodes(heat, link.b)
         ends += zip(a, b, strict=True) if len(a) == len(b) else itertools.product(a, b)
     for a, b in ends:
         if a != b:
@@ -101,7 +105,9 @@ def _joined(heat: Heat) -> dict[Node, set[Node]]:
 
 def _reached(joined: dict[Node, set[Node]], node: Node) -> set[int]:
     """Other nodes with capacity that a node is joined to, directly or through junctions."""
-    reached, seen, front = set(), {node}, [node]
+    reached = set()
+    seen = {node}
+    front = [node]
     while front:
         for other in joined[front.pop()] - seen:
             seen.add(other)
@@ -132,7 +138,8 @@ def couplings_of_memory(mechanism: AbstractMechanism, others: Int[np.ndarray, " 
     temperatures) and on itself; else it is one of the core, as all linings are coupled there. A chain of them alone
     is worthwhile only while its border is the smaller part.
     """
-    places, core = itertools.count(1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1)), others == CORE
+    places = itertools.count(1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1))
+    core = others == CORE
     chained = bool(np.any(others >= 0))
 
     def of(pair: Pair) -> PyTree:

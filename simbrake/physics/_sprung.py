@@ -48,7 +48,9 @@ from .sliding import LiningFriction, coefficients_of
 # --- at rest ----------------------------------------------------------------------------------------------------------
 
 
-_GRID, _ROUNDS, _NEWTON = 32, 3, 4
+_GRID = 32
+_ROUNDS = 3
+_NEWTON = 4
 
 
 class Resting(NamedTuple):
@@ -346,7 +348,8 @@ class SprungBandage(AbstractMechanism):
 
     def _friction(self, surfaces: Surfaces, outer_v: Array, inner_v: Array, *, static: bool) -> tuple[Vector, Vector]:
         """Coefficients of both pairs at slip speeds (m/s) signed by the sense."""
-        coefficients, read = [], (self.grip.reads, self._inner_reads)
+        coefficients = []
+        read = (self.grip.reads, self._inner_reads)
         for pair, v, surface, reads_of in zip(self.pairs, (outer_v, inner_v), surfaces, read, strict=True):
             contact = (surface or SurfaceState()).contact(jnp.broadcast_to(v, (self.count,)))
             f = coefficients_of(pair.law, contact, static, by_speed=reads_of.v)
@@ -365,13 +368,16 @@ class SprungBandage(AbstractMechanism):
 
     def _seat(self, own: SprungState) -> Array:
         """`N_pre,i − m_i r_m ω_i²` (N)."""
-        preload, thrust = jnp.asarray(self.bandage.preload), self.bandage.centrifugal_force(own.speeds)
+        preload = jnp.asarray(self.bandage.preload)
+        thrust = self.bandage.centrifugal_force(own.speeds)
         return preload if thrust is None else preload - thrust
 
     def _resting(self, own: SprungState, mode: Mode, c: Coefficients, Q: Array) -> Resting:
         """The linings as equations for the tensions along the band."""
-        stuck, held = mode.own.inner == 0, mode.own.outer == 0
-        sense, R_b = mode.own.inner.astype(jnp.float64), self.band_radius
+        stuck = mode.own.inner == 0
+        held = mode.own.outer == 0
+        sense = mode.own.inner.astype(jnp.float64)
+        R_b = self.band_radius
         f = jnp.where(stuck, c.inner_static, c.inner_kinetic)
         if mode.own.lifted is not None:
             f = jnp.where(mode.own.lifted != 0, 0.0, f)
@@ -383,10 +389,15 @@ class SprungBandage(AbstractMechanism):
         return Resting(mode.own.fixed, R_b, c.mu_static, grip, floor, Q, gain, offset, sense)
 
     def variables(self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode) -> SprungNow:
-        R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
+        R_b = self.band_radius
+        stuck = mode.own.inner == 0
+        held = mode.own.outer == 0
+        rests = mode.own.rests
         T_0 = jnp.where(mode.band == OPEN, 0.0, acting.tension)
-        c, (damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
-        r, lifted = self._resting(own, mode, c, Q), mode.own.lifted
+        c = self._coefficients(omega, own, mode, acting.surfaces)
+        (damped, Q) = self._springs(own)
+        r = self._resting(own, mode, c, Q)
+        lifted = mode.own.lifted
 
         def at_rest() -> Shared:
             return share_load(r, T_0, acting.load)
@@ -398,7 +409,8 @@ class SprungBandage(AbstractMechanism):
         shared = jax.lax.cond(rests, at_rest, in_motion)
         along = shared.tension
         before = jnp.concatenate([T_0[None], along[:-1]])
-        G, total = along - before, along + before
+        G = along - before
+        total = along + before
         capacity = r.grip * total + r.floor
         needed = R_b * G - Q
         slid = r.sense * capacity
@@ -409,7 +421,8 @@ class SprungBandage(AbstractMechanism):
         apart = acceleration(torque, needed, self.inertias, held)
         stretching = -R_b * jnp.diff(own.speeds)
         on_rim = self.track_radius * c.inner_static * self.grip.sine / R_b
-        load, margin = total * self.grip.sine + self._seat(own), None
+        load = total * self.grip.sine + self._seat(own)
+        margin = None
         if lifted is not None:
             load, margin = jnp.where(lifted != 0, 0.0, load), rim_margin(lifted, load)
         return SprungNow(
@@ -447,7 +460,8 @@ class SprungBandage(AbstractMechanism):
         return self.band_radius * own.speeds
 
     def rubs(self, mode: Mode, z: SprungNow) -> tuple[ContactState, ...]:
-        outer, inner = mode.own.outer, mode.own.inner
+        outer = mode.own.outer
+        inner = mode.own.inner
         on_band = jnp.where(outer == 0, 0.0, z.outer_slip)
         on_rim = jnp.where(inner == 0, 0.0, z.inner_slip)
         return (
@@ -458,7 +472,9 @@ class SprungBandage(AbstractMechanism):
     # --- guards -------------------------------------------------------------------------------------------------------
 
     def guards(self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> SprungGuards:
-        size, is_open, rests = self.sizes, mode.band == OPEN, mode.own.rests
+        size = self.sizes
+        is_open = mode.band == OPEN
+        rests = mode.own.rests
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
         turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
         above, below = limit_margins(acting.load, z.least_hold, z.most_hold)
@@ -469,12 +485,14 @@ class SprungBandage(AbstractMechanism):
         return SprungGuards(lever, high, low, *linings, z.locking if self.fades else None, rim)
 
     def limits(self, mode: Mode, none: SprungGuards) -> SprungGuards:
-        own, rests = mode.own, mode.own.rests
+        own = mode.own
+        rests = mode.own.rests
         rim = None if none.rim is None else own.lifted == 0
         return none._replace(high=rests, low=rests, inner=own.inner == 0, outer=own.outer == 0, rim=rim)
 
     def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> TwoArrays:
-        stuck, held = mode.own.inner == 0, mode.own.outer == 0
+        stuck = mode.own.inner == 0
+        held = mode.own.outer == 0
         torque_scale = self.sizes.torque / self.count
         left = (z.capacity - jnp.abs(z.inner_torque)) / torque_scale
         inner = contact_margin(mode.own.inner, left, (omega - own.speeds) / self.sizes.speed)
@@ -488,7 +506,8 @@ class SprungBandage(AbstractMechanism):
 
     def _spring_margin(self, z: SprungNow) -> Array:
         """Capacity of both pairs of a fixed lining less the torque of its springs (N·m)."""
-        r, Q = z.resting, z.spring_torque
+        r = z.resting
+        Q = z.spring_torque
         before = jnp.concatenate([z.slack_tension[None], z.tension[:-1]])
         most = jnp.where(Q > 0, before * r.mu, before / r.mu)
         return r.grip * (most + before) + r.floor + self.band_radius * jnp.abs(most - before) - jnp.abs(Q)
@@ -496,12 +515,18 @@ class SprungBandage(AbstractMechanism):
     # --- changes of mode ----------------------------------------------------------------------------------------------
 
     def change(self, now: EventState, new: Mode, fired: SprungGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
-        old, omega, own, size = now.mode, now.omega, now.own, self.sizes
+        old = now.mode
+        omega = now.omega
+        own = now.own
+        size = self.sizes
         acting, z = ask(new, omega, own)
-        T_0, rounding = acting.tension, size.slight_tension
+        T_0 = acting.tension
+        rounding = size.slight_tension
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (acting.pull > 0))
-        was_open, rests = old.band == OPEN, old.own.rests
-        broke, gone = fired.inner, fired.outer
+        was_open = old.band == OPEN
+        rests = old.own.rests
+        broke = fired.inner
+        gone = fired.outer
         new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
 
         # the lever begins to pull: moving linings slide, resting ones are held unless that exceeds their limit
@@ -531,7 +556,8 @@ class SprungBandage(AbstractMechanism):
             locks = locks | (z.locking < 0)
         if old.own.lifted is not None:
             turning = self.with_stuck_speeds(omega, own, old, new)
-            z, inner = ask(new, *turning)[1], new.own.inner
+            z = ask(new, *turning)[1]
+            inner = new.own.inner
             assert fired.rim is not None
             lifted = lifted_after(old.own.lifted, z.rim_margin, fired.rim, outer == 0, rounding)
             # it slides by the torque that it had before, or where it touches again by its speed
@@ -550,7 +576,10 @@ class SprungBandage(AbstractMechanism):
         A lining without speed on a pulley without speed, which starts, goes with the stronger pair.
         """
         old = mode.own
-        stuck, held, fixed, rests = old.inner == 0, old.outer == 0, old.fixed, old.rests
+        stuck = old.inner == 0
+        held = old.outer == 0
+        fixed = old.fixed
+        rests = old.rests
         slides = ~stuck & ~held
         still = slides & (gone | broke) & (own.speeds == 0) & (omega == 0)
         band_yields = yields_on_band(z.resting, z.slack_tension, z.tension, mode.sense)
@@ -561,8 +590,10 @@ class SprungBandage(AbstractMechanism):
         outer = sense_after(old.outer, held & ~stuck & gone, z.outer_force)
         outer = jnp.where(on_band, 0, jnp.where(on_rim, jnp.where(rests, 0, mode.sense), outer))
         # springs tear a lining off both: it moves against a pulley at rest
-        torn, way = fixed & broke, driven_way(z.spring_torque)
-        outer, inner = jnp.where(torn, way, outer), jnp.where(torn, -way, inner)
+        torn = fixed & broke
+        way = driven_way(z.spring_torque)
+        outer = jnp.where(torn, way, outer)
+        inner = jnp.where(torn, -way, inner)
         return old._replace(outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32))
 
     def _settled(
@@ -580,7 +611,8 @@ class SprungBandage(AbstractMechanism):
         trial = new._replace(own=own_mode)
         load = ask(trial, jnp.zeros_like(omega), own)[0].load
         acting, z = ask(trial, omega, own)
-        T_0, r = acting.tension, z.resting._replace(fixed=together)
+        T_0 = acting.tension
+        r = z.resting._replace(fixed=together)
         least, most = holding_range(r, T_0)
         way = jnp.where(forced == 0, exceeded(load, least, most, self.sizes.slight_torque), forced)
         # nothing comes to rest: the pulley passes through zero
@@ -606,10 +638,13 @@ class SprungBandage(AbstractMechanism):
             c = self._coefficients(omega, own, mode, surfaces)
             on_band = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.grip.tangent
             on_rim = c.inner_kinetic
-        outer, inner = jnp.where(mode.band == OPEN, 0, mode.own.outer), mode.own.inner
+        outer = jnp.where(mode.band == OPEN, 0, mode.own.outer)
+        inner = mode.own.inner
         external = PairNow.of(z.outer_force, z.normal, z.outer_slip, outer, z.brake_torque, on_band)
         external = external._replace(friction=z.outer_force * self.grip.cosine)
-        on_track, driven, most = z.inner_torque / self.track_radius, jnp.sum(z.inner_torque), jnp.sum(z.capacity)
+        on_track = z.inner_torque / self.track_radius
+        driven = jnp.sum(z.inner_torque)
+        most = jnp.sum(z.capacity)
         internal = PairNow.of(on_track, z.load, z.inner_slip, inner, driven, on_rim, most)
         mean = jnp.mean(own.speeds)
         return MechanismOutputs((external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds)
@@ -626,11 +661,14 @@ class SprungBandage(AbstractMechanism):
         self, tension: Array, omega: Array, own: SprungState, surfaces: Surfaces, *, static: bool = False
     ) -> Float[Array, " pairs"]:
         # one sum: every lining in its weaker pair, as at the limit of a pulley at rest (but kinetic unless `static`)
-        n, speed = self.count, jnp.abs(omega)
+        n = self.count
+        speed = jnp.abs(omega)
         arms = self.band_radius * speed, self.track_radius * speed
         on_band, on_rim = self._friction(surfaces, *arms, static=static)
-        mu, on_rim = tension_ratio(on_band * self.grip.tangent)[0], self.track_radius * on_rim
-        floor, none = on_rim * jnp.asarray(self.bandage.preload), jnp.zeros(n)
+        mu = tension_ratio(on_band * self.grip.tangent)[0]
+        on_rim = self.track_radius * on_rim
+        floor = on_rim * jnp.asarray(self.bandage.preload)
+        none = jnp.zeros(n)
         every = jnp.ones(n, bool)
         _, Q = self._springs(own)
         r = Resting(every, self.band_radius, mu, on_rim * self.grip.sine, floor, Q, none, none, none)

@@ -90,7 +90,10 @@ class Balances:
     def copy(self) -> "Balances":
         """Balances that are gathered further."""
         other = Balances()
-        other.sizes, other.e, other.b, other.W = dict(self.sizes), dict(self.e), dict(self.b), dict(self.W)
+        other.sizes = dict(self.sizes)
+        other.e = dict(self.e)
+        other.b = dict(self.b)
+        other.W = dict(self.W)
         return other
 
     def _add(self, to: Values, key: Any, size: int, value: Array, flows: int) -> None:
@@ -124,9 +127,12 @@ class Balances:
 
     def follow(self, path: Path, at: Tangent) -> None:
         """Enter a flow by its tangent."""
-        a, b, n = path.a.surface, path.b.surface, path.flows
+        a = path.a.surface
+        b = path.b.surface
+        n = path.flows
         if a is not None and b is not None:
-            q, more = at.q + at.g_a * at.S_a - at.g_b * at.S_b, at.g_a - at.g_b
+            q = at.q + at.g_a * at.S_a - at.g_b * at.S_b
+            more = at.g_a - at.g_b
             self._couple(a, b, at.g_b, n)
             self._couple(b, a, at.g_a, n)
             self.enter(a, more, q, n)
@@ -142,10 +148,12 @@ class Balances:
         First go surfaces with one temperature per lining: their rows are independent of each other, and what is left
         of them in the row of a single temperature is a sum.
         """
-        order, rows = sorted(self.e, key=lambda c: self.sizes[c] == 1), []
+        order = sorted(self.e, key=lambda c: self.sizes[c] == 1)
+        rows = []
         for i, c in enumerate(order):
             near = [d for d in order[i + 1 :] if (c, d) in self.W]
-            per_kelvin, n = self.e[c], self.sizes[c]
+            per_kelvin = self.e[c]
+            n = self.sizes[c]
             for d in near:
                 per_kelvin = per_kelvin + self.W[c, d]
             inverse = 1 / per_kelvin
@@ -193,11 +201,13 @@ def flows_of(paths: list[Path], rows: Balances) -> tuple[list[Array], Values]:
         S = balances.solve()
     flows = []
     for i, path in enumerate(paths):
-        T_a, T_b = _at(path.a, S), _at(path.b, S)
+        T_a = _at(path.a, S)
+        T_b = _at(path.b, S)
         if i not in tangents:
             flows.append(path.flow(T_a, T_b))
             continue
-        flow, at = tangents[i].q, tangents[i]
+        flow = tangents[i].q
+        at = tangents[i]
         if path.a.surface is not None:
             flow = flow - at.g_a * (T_a - at.S_a)
         if path.b.surface is not None:
@@ -211,7 +221,8 @@ def _at(end: End, S: Values) -> Array:
 
 
 def _tangent(path: Path, T_a: Array, T_b: Array) -> Tangent:
-    q, zero = path.flow(T_a, T_b), jnp.zeros(path.flows)
+    q = path.flow(T_a, T_b)
+    zero = jnp.zeros(path.flows)
     g_a = g_b = zero
     if path.a.surface is not None:
         q, rate = jax.jvp(lambda T: path.flow(T, T_b), (T_a,), (jnp.ones_like(T_a),))
@@ -236,7 +247,8 @@ class Spans(NamedTuple):
 
 
 def spans(heat: Heat) -> Spans:
-    ends, numbers = {True: 0, False: 0}, Spans({}, {})
+    ends = {True: 0, False: 0}
+    numbers = Spans({}, {})
     for body in heat.bodies:
         if isinstance(body, Reservoir):
             continue
@@ -438,7 +450,8 @@ class Thermal(Struct):
         """The coolant of all jackets; `through`: flow from each link's `b` to its `a` (W)."""
         parts = []
         for i, jacket in self.heat.jackets.items():
-            heat, rate = -through[i], jacket.rate(Surroundings(flow=streams[i]))
+            heat = -through[i]
+            rate = jacket.rate(Surroundings(flow=streams[i]))
             parts.append(Stream(heat, *(jnp.broadcast_to(x, heat.shape) for x in (at(jacket.b), rate))))
         return jax.tree.map(lambda *each: jnp.concatenate(each), *parts)
 
@@ -474,7 +487,9 @@ class Thermal(Struct):
             if not isinstance(body, Wall):
                 parts.append(into.get(name, _nothing(body.count)))
                 continue
-            front, back, between = into.get(f"{name}.front"), into.get(f"{name}.back"), body.layers - 1
+            front = into.get(f"{name}.front")
+            back = into.get(f"{name}.back")
+            between = body.layers - 1
             if body.copies == 1 and between:
                 edges = [_nothing(1) if flow is None else flow for flow in (front, back)]
                 parts += [edges[0], _nothing(between - 1), edges[1]]
@@ -502,7 +517,8 @@ class Thermal(Struct):
         A link that alone ends at a wall's face lies in series with half the first layer. Other faces are eliminated.
         Heat is conserved in any case: a flow that leaves one end enters the other.
         """
-        surfaces, rows = self.heat.surfaces, Balances()
+        surfaces = self.heat.surfaces
+        rows = Balances()
         S: dict[int, Array] = {}
         for i, surface in enumerate(surfaces):
             if surface.nodes:
@@ -535,7 +551,8 @@ class Thermal(Struct):
         streams: dict[int, Array],
     ) -> dict[int, Path]:
         """The links but for perfect contacts inside a surface; `S`: temperatures of surfaces that lumps set."""
-        surfaces, paths = self.heat.surfaces, {}
+        surfaces = self.heat.surfaces
+        paths = {}
         of = {face: i for i, surface in enumerate(surfaces) for face in surface.faces}
 
         def end(place: str) -> End:
@@ -568,7 +585,9 @@ class Thermal(Struct):
 
     def _around(self, link: AbstractLink, around: Conditions, flow: Array | float) -> Surroundings:
         """Conditions at the surfaces of one link; `flow` of its coolant."""
-        covered, kind, speed = self.heat.stays_covered(link), self.heat.kinds.get(place_of(link.a)[0]), around.speed
+        covered = self.heat.stays_covered(link)
+        kind = self.heat.kinds.get(place_of(link.a)[0])
+        speed = around.speed
         if kind in ("linings", "band"):
             speed = around.lining_speed if kind == "linings" else 0.0
             speed = jnp.mean(speed) if jnp.ndim(speed) and place_count(self.heat, link.a) == 1 else speed
@@ -652,7 +671,8 @@ class Thermal(Struct):
 
         Where `tells_apart` is false their sum is sufficient, (1,).
         """
-        n, P = P.shape[0], P if self.shares is None else self.shares.heat * P
+        n = P.shape[0]
+        P = P if self.shares is None else self.shares.heat * P
         zero = jnp.zeros(())
         if pair is None:
             none = self._none_to_coolant
@@ -662,7 +682,8 @@ class Thermal(Struct):
         def temperature(place: str | None, other: str | None) -> Array:
             return self._at_linings(at(place or other or pair.sensor or ""), n)
 
-        T_metal, T_lining = temperature(pair.metal, pair.lining), temperature(pair.lining, pair.metal)
+        T_metal = temperature(pair.metal, pair.lining)
+        T_lining = temperature(pair.lining, pair.metal)
         to_metal = jnp.broadcast_to(pair.partition.share(T_metal, T_lining) * P, (n,))
         behind = None if pair.beyond_share is None else pair.beyond_share * P
         to_lining = P - to_metal if behind is None else P - to_metal - behind
@@ -673,7 +694,10 @@ class Thermal(Struct):
                 self._enter(into, place, part)
             elif part is not None:
                 lost.append(jnp.sum(part))
-        nodes, rise, away, coolant = self._spread(into), jnp.zeros_like(T_J), total(lost), self._none_to_coolant
+        nodes = self._spread(into)
+        rise = jnp.zeros_like(T_J)
+        away = total(lost)
+        coolant = self._none_to_coolant
         faces = {place: flow for place, flow in into.items() if place_of(place)[1]}
         if set(into) & set(self.spans.junctions):
 
@@ -683,7 +707,8 @@ class Thermal(Struct):
             heated = self._into_junctions(into)
             rise = -self._response(lambda T_J: flowing(T_J).into_junctions, T_J)(heated)
             change = jax.jvp(flowing, (T_J,), (rise,))[1]
-            nodes, away = nodes + change.into, away + change.lost
+            nodes = nodes + change.into
+            away = away + change.lost
             faces |= {place: faces.get(place, 0.0) + change.faces[place] for place in change.faces}
             coolant = None if change.coolant is None else change.coolant.heat
         beyond = None if behind is None else jnp.sum(behind)
@@ -699,7 +724,8 @@ class Thermal(Struct):
         """Temperature rise (K) by heat (J) released instantaneously: in walls it goes through their depth."""
         parts = []
         for name, here in self.spans.stores.items():
-            part, body = into[here], body_of(self.heat, name)
+            part = into[here]
+            body = body_of(self.heat, name)
             if isinstance(body, Wall):
                 depth = (body.layers,) if body.copies == 1 else (body.copies, body.layers)
                 C = jnp.sum(self.capacity[here].reshape(depth), axis=-1, keepdims=True)
@@ -711,7 +737,8 @@ class Thermal(Struct):
 
     def surface(self, place: str, T: Array, T_J: Array, faces: dict[str, Array]) -> Array:
         """Temperature of a place: of a wall's face, from its outermost layer and the heat that enters there."""
-        here, half = self._reader(T, T_J, {})(place), _half_at(self.heat, place, self._to_faces(T, self._halves(T)))
+        here = self._reader(T, T_J, {})(place)
+        half = _half_at(self.heat, place, self._to_faces(T, self._halves(T)))
         return here if half is None else here + half * faces.get(place, 0.0)
 
 
@@ -766,7 +793,8 @@ def _numbers(body: Lump | Wall, left: Array | float) -> tuple[Array | float | No
     """Capacity, its slope, reference and start temperature, resistance of half a layer, slope of conductivity."""
     if isinstance(body, Lump):
         return body.capacity, body.capacity_slope, body.reference, body.temperature, None, None
-    m, area = body.material, jnp.asarray(body.area)
+    m = body.material
+    area = jnp.asarray(body.area)
     capacity = _each(m.density * m.specific_heat * area * left, body)
     half = _each(left / (2 * area * m.conductivity), body)
     return capacity, m.specific_heat_slope, m.reference, body.temperature, half, m.conductivity_slope
@@ -827,7 +855,8 @@ def assemble_thermal(
     counts = [body.count for body in stores]
     columns = list(zip(*(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores), strict=True))
     C, slope, reference, start = (_joined(column, counts) for column in columns[:4])
-    half, bend = _joined(columns[4], counts, absent=1.0), _joined(columns[5], counts)
+    half = _joined(columns[4], counts, absent=1.0)
+    bend = _joined(columns[5], counts)
     between = None if half is None or bend is not None else _between(heat, half)
     through = tuple(_fixed(heat, link, half) for link in heat.links)
     none = tuple(None for _ in heat.surfaces)

@@ -79,14 +79,19 @@ class Memory(Feature):
 
     def rates(self, now: Moment, rates: State) -> State:
         brake, t, y, mode, z = now
-        mechanism, surfaces, memory = brake.mechanism, brake.surfaces(t, y, mode), list[PyTree]()
+        mechanism = brake.mechanism
+        surfaces = brake.surfaces(t, y, mode)
+        memory = list[PyTree]()
         for i, (pair, rub, surface) in enumerate(zip(mechanism.pairs, z.rubs, surfaces, strict=True)):
             if pair.memory is None or surface is None:
                 memory.append(None)
                 continue
-            v, power, normal = rub.sense * rub.slip, rub.force * rub.slip, rub.normal
+            v = rub.sense * rub.slip
+            power = rub.force * rub.slip
+            normal = rub.normal
             if i == 0:  # the pair on which the lever acts may be open, and sticking linings share its load by a rule
-                v, power = jnp.where(mode.band == OPEN, 0.0, v), jnp.where(mode.band == OPEN, 0.0, power)
+                v = jnp.where(mode.band == OPEN, 0.0, v)
+                power = jnp.where(mode.band == OPEN, 0.0, power)
                 if pair.memory.p:
                     shown = mechanism.shown(z.lever_tension, y.omega, y.own, mode, surfaces, z.contact)
                     normal = jnp.where(rub.sense == 0, shown.pairs[0].normal, normal)

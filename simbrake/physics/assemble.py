@@ -39,16 +39,22 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     With feedback of wear the brake is as worn as it is at the start of the run.
     """
     scene = _with_sums(worn_scene(scene))
-    brake, duty, initial, heat, lever = scene.brake, scene.duty, scene.initial, scene.heat, scene.lever
+    brake = scene.brake
+    duty = scene.duty
+    initial = scene.initial
+    heat = scene.heat
+    lever = scene.lever
     thermal = u = None
     if heat is not None:
         lifts = isinstance(brake, Brake) and brake.bandage is not None and brake.bandage.mass is not None
         thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.linings_of_rims, lifts)
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
-    t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(scene.start_speed)
+    t_0 = jnp.asarray(initial.time)
+    omega_0 = jnp.asarray(scene.start_speed)
     layer = None if duty.load.layers is None else duty.load.layers.first_layer()
-    elastic, load = duty.load.elastic, duty.load.on_layer(layer)
+    elastic = duty.load.elastic
+    load = duty.load.on_layer(layer)
     inertia = jnp.asarray(brake.inertia) + (load.inertia() if elastic is None else 0.0)
     sizes = _sizes(scene, still, omega_0, inertia)
     of_rim = inertia if brake.rims == 1 else inertia / brake.rims
@@ -121,9 +127,12 @@ def _wearing(wear: Wear, pair: Pair, energy: Array) -> Wearing:
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     """The friction pairs of a scene: friction law, places of the heat, wear."""
-    brake, heat, wear = scene.brake, scene.network, scene.wear
+    brake = scene.brake
+    heat = scene.network
+    wear = scene.wear
     several = len(brake.pairs) > 1
-    on_rim, on_band = heat.friction, heat.external
+    on_rim = heat.friction
+    on_band = heat.external
     rate, inner_rate = (None, None) if wear is None else (wear.rate, wear.internal)
     given: dict[str, tuple[FrictionHeat | None, AbstractWearRate | None]] = {
         "external": (on_band if several else on_rim, rate),
@@ -132,7 +141,8 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
 
     def pair(name: str, field: str) -> Pair:
         part: AbstractLinings | Bandage = brake.rubbing_part(name)
-        n, (place, worn) = brake.linings.count, given[name]
+        n = brake.linings.count
+        (place, worn) = given[name]
         seen = place is not None and place.sensor is not None
         memory = rates_read(part.friction, n, T=seen, p=part.area is not None)
         apart = thermal is not None and thermal.tells_apart(place)
@@ -175,7 +185,9 @@ def _positive(size: Array) -> Array:
 def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Sizes:
     """Typical sizes of one rim: the largest slack tension; what its band could hold, or its load; the speed at the
     start, or the one that the largest torque could give in the run."""
-    brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
+    brake = scene.brake
+    duty = scene.duty
+    t_0 = jnp.asarray(scene.initial.time)
     tension = _positive(scene.lever.scale())
     capacity = brake.torque(tension, brake.linings.friction.static(still))
     piece = jnp.asarray(0 if (first := duty.load_piece(t_0)) is None else first, jnp.int32)
@@ -198,7 +210,8 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Size
 
 def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> AbstractMechanism:
     """Mechanism of a scene: its bodies, and how they stick and slide."""
-    brake, heated = scene.brake, still.T is not None
+    brake = scene.brake
+    heated = still.T is not None
     if isinstance(brake, AbstractPressedBrake):
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
         friction = PadFriction(brake.linings, scene.power_shares, heated)  # pyright: ignore
@@ -207,7 +220,10 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Conta
         return _bands(scene, brake, pairs, sizes, still)
     assert isinstance(brake, Brake)
     friction = LiningFriction.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
-    linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
+    linings = brake.linings
+    bandage = brake.bandage
+    radius = jnp.asarray(brake.band.radius)
+    n = brake.linings.count
     stiffness = stiffness_of(brake, still.T, scene.initial.time)
     if brake.band.segments is not None:
         return _chain(scene, brake, pairs, sizes, friction, stiffness)
@@ -225,7 +241,9 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Conta
 
 def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> RigidBands:
     """Several bands: each is made as if it were alone."""
-    linings, n, radius = brake.linings, brake.linings.count, jnp.asarray(brake.band_radius)
+    linings = brake.linings
+    n = brake.linings.count
+    radius = jnp.asarray(brake.band_radius)
 
     def friction(of: Any) -> LiningFriction:
         return LiningFriction.of(of, scene.network.flash, scene.power_shares, heated=still.T is not None)
@@ -266,7 +284,8 @@ def _chain(
 def _sprung(brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: LiningFriction) -> SprungBandage:
     """A bandage on springs that are not stretched at the start."""
     n = brake.linings.count
-    bandage, R_b = brake.bandage, jnp.asarray(brake.band.radius)
+    bandage = brake.bandage
+    R_b = jnp.asarray(brake.band.radius)
     assert bandage is not None
     inertias = jnp.asarray(bandage.inertia)
     inertias = jnp.broadcast_to(inertias / n, (n,)) if inertias.ndim == 0 else inertias

@@ -114,12 +114,14 @@ class Heating(Feature):
         return [surface._replace(T=T) for surface, T in each]
 
     def conditions(self, now: Moment) -> BrakeNow:
-        network, shaft = self.network(now), now.brake.feature(Shaft)
+        network = self.network(now)
+        shaft = now.brake.feature(Shaft)
         flows = self.thermal.flows(*network, () if shaft is None else shaft.heating(now.z.shaft, now.y.omega))
         return now.z._replace(thermal=ThermalNow(*network[:2], flows, network=network))
 
     def heating_rates(self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair) -> PerPair:
-        brake, thermal = now.brake, now.z.thermal
+        brake = now.brake
+        thermal = now.z.thermal
         into = thermal.flows.into
         if forces is not None:
             pairs = zip(brake.mechanism.pairs, forces, strict=True)
@@ -129,7 +131,9 @@ class Heating(Feature):
 
     def variables(self, now: Moment) -> BrakeNow:
         """The network with the friction heat of the pairs."""
-        brake, thermal, deposits = now.brake, now.z.thermal, []
+        brake = now.brake
+        thermal = now.z.thermal
+        deposits = []
         for pair, rub in zip(brake.mechanism.pairs, now.z.rubs, strict=True):
             if jnp.ndim(rub.slip) == 0:
                 # one slip speed for all linings: the mechanism has asked for the heat per unit of it
@@ -151,18 +155,23 @@ class Heating(Feature):
         for deposit in z.thermal.deposits:
             for place, flow in deposit.faces.items():
                 faces[place] = faces.get(place, 0.0) + flow
-        T, T_J, heat = z.thermal.T, z.thermal.T_junctions, self.thermal.heat
+        T = z.thermal.T
+        T_J = z.thermal.T_junctions
+        heat = self.thermal.heat
         hot = {kind: self.thermal.surface(place, T, T_J, faces) for kind, place in heat.hot_places.items()}
         wetted = [self.thermal.surface(jacket.a, T, T_J, faces) for jacket in heat.jackets.values()]
         return {**hot, "wetted": jnp.concatenate(wetted)} if wetted else hot
 
     def rates(self, now: Moment, rates: State) -> State:
-        brake, z = now.brake, now.z
-        flows, deposits = z.thermal.flows, z.thermal.deposits
+        brake = now.brake
+        z = now.z
+        flows = z.thermal.flows
+        deposits = z.thermal.deposits
         into = total([flows.into, *(deposit.into for deposit in deposits)])
         pairs = zip(brake.mechanism.pairs, deposits, strict=True)
         booked: HeatLedger = jax.tree.map(lambda *parts: total(parts), *(_booked(brake, *pair) for pair in pairs))
-        lost, shaft = booked.lost + flows.lost, brake.feature(Shaft)
+        lost = booked.lost + flows.lost
+        shaft = brake.feature(Shaft)
         if shaft is not None:  # heat that enters no body
             lost = lost + total([power for place, power in shaft.powers(z.shaft, now.y.omega) if place is None])
         stream = z.thermal.coolant
@@ -173,7 +182,9 @@ class Heating(Feature):
 
     def heat_of_jump(self, now: Moment) -> Callable[[State, tuple[Array, ...]], State]:
         # the heat is spread over the linings by their sizes, and through walls, as no time passes
-        brake, network, increments = now.brake, self.network(now), []
+        brake = now.brake
+        network = self.network(now)
+        increments = []
         for pair in brake.mechanism.pairs:
             share = self.weights / jnp.sum(self.weights) if pair.apart else np.ones(1)
             deposit = self.thermal.deposit(pair.heat, share, *network)
@@ -217,7 +228,8 @@ def _has_band(brake: BrakeSystem) -> bool:
 
 
 def _booked(brake: BrakeSystem, pair: Pair, deposit: Deposit) -> HeatLedger:
-    metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
+    metal = deposit.to_metal
+    none = jnp.zeros_like(deposit.to_metal)
     behind = none if deposit.beyond is None else deposit.beyond
     metal, band = (behind, metal) if pair.on_band else (metal if deposit.beyond is None else metal + behind, none)
     coolant = None if deposit.coolant is None else jnp.sum(deposit.coolant)

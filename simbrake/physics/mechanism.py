@@ -130,7 +130,8 @@ class Label(NamedTuple):
 
 def turned_since_rest(labels: Sequence[Label], angles: Sequence[float]) -> list[bool]:
     """Whether the pulley has turned since it last was at rest, or since the start, for each mode with its angle."""
-    rest, turned = angles[0] if len(angles) else 0.0, []
+    rest = angles[0] if len(angles) else 0.0
+    turned = []
     for label, angle in zip(labels, angles, strict=True):
         turned.append(bool(angle != rest))
         rest = angle if label.rests else rest
@@ -239,7 +240,8 @@ class Pair(Struct):
         Past the end of a slide, where both are below 0, a rate `g` continues with its slope,
         `2 g(0) − g(|v|)`.
         """
-        still, area = jnp.zeros(self.count), self.area
+        still = jnp.zeros(self.count)
+        area = self.area
         power = power if self.cosine is None else power * self.cosine
         p, q = (None, None) if area is None else (normal / area, power / area + still)
         v = v + still
@@ -249,7 +251,8 @@ class Pair(Struct):
 
         if self.memory is None or not self.memory.bends:
             return at(v, q)  # a linear rate needs no continuation
-        past, at_rest = v < 0, at(still, None if q is None else still)
+        past = v < 0
+        at_rest = at(still, None if q is None else still)
         rates = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
         return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), rates, at_rest)
 
@@ -262,7 +265,8 @@ class Pair(Struct):
         """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where it is simulated."""
         if self.wear is None or self.area is None:
             return None
-        p, v = rub.normal / self.area, rub.sense * rub.slip
+        p = rub.normal / self.area
+        v = rub.sense * rub.slip
         return jnp.broadcast_to(self.wear(p, v, T) * p * v, (self.count,))
 
 
@@ -366,7 +370,8 @@ class Mode(NamedTuple):
     def label(self) -> Label:
         """What the log has of it; of many modes at once columns in place of numbers."""
         none = 0 * self.slides
-        turn, layer = none + 1 if self.turn is None else self.turn, none if self.layer is None else self.layer
+        turn = none + 1 if self.turn is None else self.turn
+        layer = none if self.layer is None else self.layer
         return Label(self.band, self.slides, turn, layer, none + 1 if self.taut is None else self.taut)
 
     @property

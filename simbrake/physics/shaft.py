@@ -157,7 +157,8 @@ class Shaft(Feature):
         return ledger._replace(shaft=tuple(of_each for _ in self.laws))
 
     def start(self, now: Moment) -> tuple[State, Mode]:
-        y, mode = now.y, now.mode
+        y = now.y
+        mode = now.mode
         return y, mode._replace(turn=jnp.sign(y.omega).astype(jnp.int32)) if self.dry else mode
 
     def torques(self, now: Moment) -> BrakeNow:
@@ -181,7 +182,9 @@ class Shaft(Feature):
         if not self.dry:
             return guards
         brake, t, y, mode, z = now
-        load, size, is_open = brake.load_torque(t, 0.0 * y.omega, mode, y), brake.sizes, mode.band == OPEN
+        load = brake.load_torque(t, 0.0 * y.omega, mode, y)
+        size = brake.sizes
+        is_open = mode.band == OPEN
         load = load if z.motor is None else load - z.motor
         watched = is_open if mode.inner is None else is_open | (mode.inner != 0)
         watched = (watched & (mode.turn != 0)) | (rests(mode) & is_open)
@@ -196,12 +199,15 @@ class Shaft(Feature):
         if not self.dry:
             return new, code
         brake, t, y, mode, _ = now
-        load, before, drive = brake.load_torque(t, 0.0 * y.omega, new, y), mode.turn, brake.feature(Drive)
+        load = brake.load_torque(t, 0.0 * y.omega, new, y)
+        before = mode.turn
+        drive = brake.feature(Drive)
         left = load if drive is None else load - drive.torque(brake, t, y.omega, y, new)
         begun = _begun_by(left)
         limit = _limit(self.engaged(new)._torques(t, y.omega, load, begun, self.pieces(new)), begun)
         load = left
-        resting, way = before == 0, jnp.sign(load).astype(jnp.int32)
+        resting = before == 0
+        way = jnp.sign(load).astype(jnp.int32)
         settled = jnp.where(jnp.abs(load) <= limit + brake.sizes.slight_torque, 0, way)
         free = jnp.where(resting & fired.dry_shaft, way, jnp.where(resting | fired.dry_shaft, settled, before))
         turn = jnp.where(new.band == OPEN, free, jnp.where(new.band == HELD, 0, new.sense))
@@ -250,16 +256,20 @@ class Drive(Feature):
 
         It overcomes the dry friction of the shaft, too: against the rotation, or the motion that it begins.
         """
-        course, piece, zero = self.now(y, mode), self.piece(mode), jnp.zeros_like(omega)
+        course = self.now(y, mode)
+        piece = self.piece(mode)
+        zero = jnp.zeros_like(omega)
         turned = y.phi if y.phase is None else y.phase.turned
-        load, shaft = brake.load_torque(t, omega, mode, y), brake.feature(Shaft)
+        load = brake.load_torque(t, omega, mode, y)
+        shaft = brake.feature(Shaft)
         if shaft is not None:
             begins = -course.wanted_torque(t, omega, piece, zero, jnp.ones_like(omega), turned)
             way = jnp.sign(jnp.where(omega == 0, begins, omega))
             load = load - shaft.engaged(mode).turning(
                 t, omega, brake.load_torque(t, zero, mode, y), way, shaft.pieces(mode)
             )
-        inertia, most = jnp.asarray(brake.inertia_at(mode)), self.motor.available(omega)
+        inertia = jnp.asarray(brake.inertia_at(mode))
+        most = self.motor.available(omega)
         wanted = jnp.asarray(course.wanted_torque(t, omega, piece, load, inertia, turned))
         return jnp.where(course.follows(piece), clipped(wanted, -most, most), 0.0)
 

@@ -108,7 +108,9 @@ class PadFriction(AbstractLiningFriction):
         `N` is `None` for a law that does not depend on the pressure;  `surface`: state of the surfaces;  `static`: the
         linings stick.
         """
-        law, surface, p = self.linings.friction, surface or SurfaceState(), None
+        law = self.linings.friction
+        surface = surface or SurfaceState()
+        p = None
         if self.linings.area is not None:
             p = jnp.zeros_like(v) if N is None else N / jnp.asarray(self.linings.area)
 
@@ -171,7 +173,9 @@ class LiningFriction(AbstractLiningFriction):
 
         `static`: whether the linings stick, known while tracing or not; theirs are then the static coefficients.
         """
-        law, n, surface = self.linings.friction, self.linings.count, surface or SurfaceState()
+        law = self.linings.friction
+        n = self.linings.count
+        surface = surface or SurfaceState()
         static = bool(static) if isinstance(static, np.bool_) else static
         by_speed = self.reads.v or self.flash is not None
         if not self.implicit or (static is True and not self.reads.p):
@@ -185,7 +189,8 @@ class LiningFriction(AbstractLiningFriction):
             p = None if self.linings.area is None else N / jnp.asarray(self.linings.area)
 
             def pressed(v: Array) -> Array:
-                T, here = surface.T, surface
+                T = surface.T
+                here = surface
                 if self.flash is not None and T is not None:
                     spots = p if self.flash.hardness is None else self.flash.hardness
                     assert spots is not None
@@ -295,7 +300,8 @@ class BandFriction(Struct):
     @classmethod
     def of(cls, radius: Array, grip: LiningFriction, static: Array, kinetic: Array) -> "BandFriction":
         """The grip of linings whose coefficients are `static` and `kinetic` (n,) at the start."""
-        read, fz = grip.reads, grip.gripped(static)
+        read = grip.reads
+        fz = grip.gripped(static)
         fixed = None
         if not (read.v or grip.varies or grip.implicit):
             both = _unlocked(fz), _unlocked(grip.gripped(kinetic))
@@ -317,7 +323,8 @@ class BandFriction(Struct):
             ratio = where_static(static, one.ratio_static, one.ratio_kinetic)
             signed = where_static(back, 1 / one.ratio_kinetic, ratio)
             return Limit(where_static(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
-        grip, margin = self.grip, None
+        grip = self.grip
+        margin = None
         v = jnp.broadcast_to(v, (self.count,))
         coefficients = grip.coefficients(T_0, v, surface, back, static=static)
         fz = _unlocked(grip.gripped(coefficients.f))

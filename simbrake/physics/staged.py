@@ -97,7 +97,8 @@ class InternalPair(Struct):
         return coefficients_of(self.bandage.friction, contact, held.static, by_speed=self._reads(held).v)
 
     def _reads(self, held: RimInputs) -> Reads:
-        heated, pressed = held.surface is not None and held.surface.T is not None, self.bandage.area is not None
+        heated = held.surface is not None and held.surface.T is not None
+        pressed = self.bandage.area is not None
         return reads(self.bandage.friction, self.count, T=heated, p=pressed)
 
     def friction(self, T_0: Array, along: Vector, held: RimInputs) -> Vector:
@@ -198,7 +199,8 @@ class StagedBrake(AbstractElasticBand):
     sizes: Sizes
 
     def start(self, omega: Array, elongation: Array) -> tuple[BandState, np.int32, LumpedMode]:
-        zero, lifted = jnp.asarray(0, jnp.int32), None
+        zero = jnp.asarray(0, jnp.int32)
+        lifted = None
         if self.internal.bandage.mass is not None:
             lifted = jnp.zeros(self.wrap.count, jnp.int32)
         mode = LumpedMode(self.starts_locked, zero, zero, lifted)
@@ -213,9 +215,14 @@ class StagedBrake(AbstractElasticBand):
         return RimInputs(v, surface, static)
 
     def variables(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode) -> StagedNow:
-        band, R_b, inner = mode.band, self.wrap.radius, mode.own.inner
-        sliding, held, stuck = slips(band), band == HELD, inner == 0
-        T_0, n = acting.tension, self.wrap.count
+        band = mode.band
+        R_b = self.wrap.radius
+        inner = mode.own.inner
+        sliding = slips(band)
+        held = band == HELD
+        stuck = inner == 0
+        T_0 = acting.tension
+        n = self.wrap.count
         at = self.at_limit(acting, own.omega_b, mode)
         mu = lining_ratio(at.limit.fz)
         still = self._rim(omega, own, mode, acting.surfaces[1], stuck)
@@ -226,14 +233,16 @@ class StagedBrake(AbstractElasticBand):
         rest = where_static(stuck, T_0 + acting.load / R_b, driven)
         drawn, tight = self.tensions(T_0, stretched, band, at.upper, rest)
         slack = where_static(band == OPEN, 0.0, drawn)
-        net_tension, torque = tight - slack, band_torque(R_b, slack, tight)
+        net_tension = tight - slack
+        torque = band_torque(R_b, slack, tight)
 
         full = jnp.where(band == SLIP_BACK, -1 - n, n)
         piece = where_static(sliding, full, where_static(stuck, piece_of(slack, tight, mu), mode.own.piece))
         along = tensions_on(slack, tight, mu, piece.astype(jnp.int32))
         friction = self.internal.friction(slack, along, rim)
         capacity = self.internal.radius * jnp.sum(friction)
-        J, J_b = acting.inertia, jnp.asarray(self.internal.bandage.inertia)
+        J = acting.inertia
+        J_b = jnp.asarray(self.internal.bandage.inertia)
         common = acceleration(acting.load, torque, J + J_b, held)
         drive = where_static(stuck, acting.load - J * common, signed(inner) * capacity)
         alpha_b = where_static(stuck, common, acceleration(drive, torque, J_b, held))
@@ -273,9 +282,13 @@ class StagedBrake(AbstractElasticBand):
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
     def guards(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, z: StagedNow) -> StagedGuards:
-        inner, n, size = mode.own.inner, self.wrap.count, self.sizes
-        stuck, piece = inner == 0, mode.own.piece
-        left, slip = (z.capacity - jnp.abs(z.drive)) / size.torque, (omega - own.omega_b) / size.speed
+        inner = mode.own.inner
+        n = self.wrap.count
+        size = self.sizes
+        stuck = inner == 0
+        piece = mode.own.piece
+        left = (z.capacity - jnp.abs(z.drive)) / size.torque
+        slip = (omega - own.omega_b) / size.speed
         grip = contact_margin(inner, left, slip)
         # while the internal pair slides its torque depends on the linings at their limit on the band; the equations are
         # smooth only while their number stays the same
@@ -301,8 +314,10 @@ class StagedBrake(AbstractElasticBand):
         self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, rest: StagedNow
     ) -> tuple[ScalarArray, ScalarArray]:
         """`M_int` (N·m) with the band at its upper and at its lower static limit."""
-        n, T_0 = self.wrap.count, acting.tension
-        rim, mu = self._rim(omega, own, mode, acting.surfaces[1], mode.own.inner == 0), ratios(rest)
+        n = self.wrap.count
+        T_0 = acting.tension
+        rim = self._rim(omega, own, mode, acting.surfaces[1], mode.own.inner == 0)
+        mu = ratios(rest)
 
         def at(T_n: Array, piece: int) -> Array:
             return self.internal.capacity(T_0, tensions_on(T_0, T_n, mu, jnp.asarray(piece, jnp.int32)), rim)
@@ -310,13 +325,18 @@ class StagedBrake(AbstractElasticBand):
         return at(rest.upper, n), at(rest.lower, -1 - n)
 
     def change(self, now: EventState, new: Mode, fired: StagedGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
-        band, old, size, R_b = fired.band, now.mode, self.sizes, self.wrap.radius
+        band = fired.band
+        old = now.mode
+        size = self.sizes
+        R_b = self.wrap.radius
         inner = sense_after(old.own.inner, fired.internal, ask(new, now.omega, now.own)[1].drive)
         new = self.relocked(new, band)
         new = new._replace(own=new.own._replace(inner=inner))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        T_0, locked = acting.tension, self.locked_in(new)
-        high, low = R_b * (rest.upper - T_0), R_b * (rest.lower - T_0)
+        T_0 = acting.tension
+        locked = self.locked_in(new)
+        high = R_b * (rest.upper - T_0)
+        low = R_b * (rest.lower - T_0)
         grips = self._grips(acting, now.omega, now.own, new, rest)
         most, least = (jnp.where(inner == 0, acting.load, signed(inner) * M_int) for M_int in grips)
         beyond = jnp.where(least < low - size.slight_torque, -1, 0)
@@ -326,7 +346,8 @@ class StagedBrake(AbstractElasticBand):
         weak = self._slides_at_once(now, rest, beyond) & jnp.where(beyond > 0, grips[0] < high, grips[1] < -low)
         loose = stands & (inner == 0) & (beyond != 0) & weak & ~locked
         inner = jnp.where(loose, jnp.where(acting.load < 0, -1, 1), inner).astype(jnp.int32)
-        beyond, new = jnp.where(loose, 0, beyond), new._replace(own=new.own._replace(inner=inner))
+        beyond = jnp.where(loose, 0, beyond)
+        new = new._replace(own=new.own._replace(inner=inner))
         carrier = now._replace(omega=now.own.omega_b)
         motion = self.onset(carrier, band, acting, jnp.where(locked, 0, beyond))
         moving = rigid_mode(motion.direction)
@@ -353,17 +374,21 @@ class StagedBrake(AbstractElasticBand):
         """Whether a band that is to be moved that way slides at once: an elastic one does where it is at its limit."""
         if not self.stretches:
             return True
-        tension, rounding = self.tension_of(now.own.x, now.mode, now.z), self.sizes.slight_tension
+        tension = self.tension_of(now.own.x, now.mode, now.z)
+        rounding = self.sizes.slight_tension
         return jnp.where(beyond > 0, tension >= rest.upper - rounding, tension <= rest.lower + rounding)
 
     def _piece(
         self, now: EventState, new: Mode, fired: StagedGuards, acting: AppliedLoads, rest: StagedNow
     ) -> IntScalar:
         """Number of linings at their limit on the band after the event."""
-        n, old, R_b = self.wrap.count, now.mode, self.wrap.radius
+        n = self.wrap.count
+        old = now.mode
+        R_b = self.wrap.radius
         # under a lever that only begins to pull everything is 0: take the first moment after
         T_0 = jnp.maximum(acting.tension, 1e-9 * self.sizes.tension)
-        mu, ratio = ratios(rest), rest.limit.other
+        mu = ratios(rest)
+        ratio = rest.limit.other
         rim = self._rim(now.omega, now.own, new, acting.surfaces[1], False)
         driven = self.internal.holding_piece(T_0, mu, new.own.inner, R_b, rim)
         counted = (old.band == new.band) & (old.own.inner == new.own.inner) & (old.own.inner != 0)
@@ -378,7 +403,8 @@ class StagedBrake(AbstractElasticBand):
 
     def with_stuck_speeds(self, omega: Array, own: BandState, before: Mode, after: Mode) -> tuple[Array, BandState]:
         turned = (before.band != OPEN) & (after.sense != before.sense)
-        stopped, sticks = (after.band == HELD) | turned, after.own.inner == 0
+        stopped = (after.band == HELD) | turned
+        sticks = after.own.inner == 0
         omega_b = jnp.where(stopped, 0.0, jnp.where(sticks, omega, own.omega_b))
         return jnp.where(sticks & stopped, 0.0, omega), own._replace(omega_b=omega_b)
 
@@ -387,14 +413,17 @@ class StagedBrake(AbstractElasticBand):
     def shown(
         self, tension: Array, omega: Array, own: BandState, mode: Mode, surfaces: Surfaces, z: StagedNow
     ) -> MechanismOutputs:
-        inner, n, on_rim = mode.own.inner, (self.wrap.count,), None
+        inner = mode.own.inner
+        n = (self.wrap.count,)
+        on_rim = None
         if self.shows_friction:
             held = self._rim(omega, own, mode, surfaces[1], False)
             on_rim = jnp.broadcast_to(self.internal.coefficients(z.inner_normal, held), n)
         # linings that stick to the rim share the torque as the maximum friction that each can give
         share = z.drive / jnp.where(z.capacity > 0, z.capacity, 1.0)
         friction = where_static(inner == 0, share, signed(inner)) * z.inner_friction
-        slip, sense = jnp.broadcast_to(z.inner_slip, n), jnp.broadcast_to(inner, n)
+        slip = jnp.broadcast_to(z.inner_slip, n)
+        sense = jnp.broadcast_to(inner, n)
         internal = PairNow.of(friction, z.inner_normal, slip, sense, z.drive, on_rim, z.capacity)
         external, along = self.first_shown(tension, own.omega_b, mode, surfaces, z)
         return MechanismOutputs((external, internal), along, elongation=own.x, bandage_speed=own.omega_b)
@@ -412,13 +441,13 @@ class StagedBrake(AbstractElasticBand):
         R_b = self.wrap.radius
         outer = self.grip.torque(R_b, tension, omega, surfaces[0], static=static)
         # a held bandage is braced by the static friction of the band; the rim slides in it with the pulley's speed
-        still, no = jnp.zeros_like(omega), jnp.asarray(False)
+        still = jnp.zeros_like(omega)
+        no = jnp.asarray(False)
         fz = self.wrap.limit(tension, still, surfaces[0], no, jnp.asarray(True)).fz
-        mu, speed = lining_ratio(fz), self.internal.radius * jnp.abs(omega)
-        rim, sense = (
-            RimInputs(still if static else speed, surfaces[1], jnp.asarray(static)),
-            jnp.where(omega < 0, -1, 1).astype(jnp.int32),
-        )
+        mu = lining_ratio(fz)
+        speed = self.internal.radius * jnp.abs(omega)
+        rim = RimInputs(still if static else speed, surfaces[1], jnp.asarray(static))
+        sense = jnp.where(omega < 0, -1, 1).astype(jnp.int32)
         piece = self.internal.holding_piece(tension, mu, sense, R_b, rim)
         T_n = self.internal.holding_tension(tension, mu, piece, sense, R_b, rim)
         T_n = clipped(T_n, tension / jnp.prod(mu), tension * jnp.prod(mu))

@@ -123,14 +123,16 @@ def _curve(data: Dataset, columns: Sequence[str]) -> Float[np.ndarray, " t"] | N
 
 def _end(data: Dataset) -> float:
     """Where the curves of a result end (s): a run that ends at rest shortly after its last stop."""
-    start, end = float(data["time"][0]), float(data["time"][-1])
+    start = float(data["time"][0])
+    end = float(data["time"][-1])
     stops = [float(t) for t in data["event_time"].values[data["event_name"].values == "stop"]]
     return min(end, start + 1.15 * (stops[-1] - start)) if stops and data["status"].item() == Status.STOPPED else end
 
 
 def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
     """Marks at the events of a result on the curve of its speed; returns the names of the events that have some."""
-    t, omega = data["time"].values, data["omega"].values
+    t = data["time"].values
+    omega = data["omega"].values
     names = []
     for event, marker in _EVENTS.items():
         times = data["event_time"].values[data["event_name"].values == event].astype(np.float64)
@@ -277,9 +279,11 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
         raise input_error("limits", f"the data is without {', '.join(missing)}", hint)
     (x, name), (y, other) = (_along(data, str(path)) for path in data["code"].dims)
     good = data["code"].values == 0
-    margins, lines = [], []
+    margins = []
+    lines = []
     for metric, limit in limits.items():
-        value, least = data[metric].values.astype(float), metric.startswith("min_")
+        value = data[metric].values.astype(float)
+        least = metric.startswith("min_")
         margins.append(np.where(good & np.isfinite(value), (value - limit) * (1.0 if least else -1.0), np.nan))
         factor, offset, unit = _scale(data, metric, np.asarray([limit]))
         most = f"{factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
@@ -296,13 +300,17 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     runs_on = RegularGridInterpolator((x, y), lost, method="nearest")(tuple(np.meshgrid(u, v))) > 0
     blank = np.isnan(np.sum(fine, axis=0)) & ~runs_on
     within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0) & ~runs_on)
-    red, green, alpha = "#e0503c", "#4cb474", 0.28  # (pale on any paper)
+    # (pale on any paper)
+    red = "#e0503c"
+    green = "#4cb474"
+    alpha = 0.28
     shades: Any = {"cmap": ListedColormap([red, green]), "vmin": 0.0, "vmax": 1.0, "shading": "nearest"}
     axes.pcolormesh(u, v, within, alpha=alpha, rasterized=True, **shades)
     handles: list[Artist] = [Patch(color=green, alpha=alpha, label="within all limits")]
     handles.append(Patch(color=red, alpha=alpha, label=_NOT_WITHIN))
     for i, (margin, label) in enumerate(zip(fine, lines, strict=True)):
-        colour, there = CYCLE[i % len(CYCLE)], np.where(blank, np.nan, margin)
+        colour = CYCLE[i % len(CYCLE)]
+        there = np.where(blank, np.nan, margin)
         if np.nanmin(there, initial=np.inf) < 0 < np.nanmax(there, initial=-np.inf):
             axes.contour(u, v, there, levels=[0.0], colors=[colour], linewidths=2.0)
         else:
@@ -366,7 +374,8 @@ def _curve_with_gaps(
         axes.plot(x[part], y[part], f"{marker}-", color=BLUE, ms=4.0)
     for i in bridged:
         axes.plot(x[i : i + 2], y[i : i + 2], color=BLUE, **_BRIDGE)
-    edges, blank = _edges(x), np.flatnonzero(np.isnan(y))
+    edges = _edges(x)
+    blank = np.flatnonzero(np.isnan(y))
     for part in np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)) if blank.size else ():
         axes.axvspan(
             float(edges[part[0]]), float(edges[part[-1] + 1]), facecolor="none", edgecolor="0.6", hatch="///", lw=0
@@ -384,7 +393,8 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
     """Contours of a metric over two parameters: of a grid filled, runs without a value hatched; of rows of runs over
     their points."""
     (x, name), (y, other) = (_along(data, path) for path in paths)
-    good, sequence = np.isfinite(z), data["sequence"].values
+    good = np.isfinite(z)
+    sequence = data["sequence"].values
     axes.set(xlabel=name, ylabel=other)
     if z.ndim == 1:
         dots = axes.scatter(x[good], y[good], 6.0, z[good], cmap="viridis", alpha=0.5, lw=0, rasterized=True)
@@ -397,7 +407,8 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
         return
     axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
     if good.sum() > 2:
-        low, high = np.nanmin(z), np.nanmax(z)
+        low = np.nanmin(z)
+        high = np.nanmax(z)
         levels = MaxNLocator(8).tick_values(low, high)
         levels = levels[
             (levels > low + 1e-6 * (high - low)) & (levels < high)
@@ -405,7 +416,8 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
         filled = axes.contourf(x, y, z.T, levels=levels, cmap="viridis", extend="both")
         lines = axes.contour(x, y, z.T, levels=filled.levels, colors="white", linewidths=0.8)
         _label(axes, lines, colors="white")
-    a, b = _edges(x), _edges(y)
+    a = _edges(x)
+    b = _edges(y)
     for i, j in np.argwhere(np.isnan(z)):
         cell = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///", "lw": 0}
         axes.fill([a[i], a[i + 1], a[i + 1], a[i]], [b[j], b[j], b[j + 1], b[j + 1]], gid="failed", **cell)

@@ -65,7 +65,8 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     """
     start, end = span(result)
     s = dense_grid(result, start, end)
-    load, banded = result.scene.duty.load, result.scene.brake.banded
+    load = result.scene.duty.load
+    banded = result.scene.brake.banded
     rows = 3 if isinstance(load, AbstractString) else 2
     figure = sheet(figure, 9.0, 2.2, rows=rows, room=0.9)
     panels = figure.subplots(rows, 1, sharex=True)
@@ -113,7 +114,8 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         >>> float(figure.axes[0].lines[0].get_ydata()[0])
         24.0
     """
-    columns, marked = windows(result), list[Event]()
+    columns = windows(result)
+    marked = list[Event]()
     if len(result.stops) > 1:
         strongest = float(result.stops["time"][int(np.argmax(result.stops["energy"]))])
         columns = [columns[0], *application(result, strongest, "the stop with the maximum friction heat", 0.3)]
@@ -147,7 +149,8 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     table = result.stops
     if not len(table):
         raise input_error("result", "has no stop", "a run in which the pulley stops")
-    names, every = [column.name for column in table.columns], np.asarray(table["braking_time"])
+    names = [column.name for column in table.columns]
+    every = np.asarray(table["braking_time"])
     shown = (every > 0) | ~np.any(every > 0)
     hot = [name for name in names if name.startswith("peak_")]
     figure = sheet(figure, 8.5, 7.6 if hot else 5.4)
@@ -232,18 +235,21 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
         'speed, rad/s'
     """
     parts = result.stages
-    start, end = parts[0].start, parts[-1].end
+    start = parts[0].start
+    end = parts[-1].end
     if parts[-1].name == "held" and len(parts) > 1:
         end = min(end, start + 1.15 * (parts[-1].start - start))
     s = dense_grid(result, start, end)
-    t, o = s.t, overlap(result, s.t, running_in)
+    t = s.t
+    o = overlap(result, s.t, running_in)
     figure = sheet(figure, 9.0, 12.0)
     panels = figure.subplots(5, 1, sharex=True, height_ratios=[1.2, 1.2, 1, 0.7, 0.7])
     speed, torque, heat, outer, inner = panels
     speed.plot(t, s.omega, color=ink(), label=r"pulley $\omega$")
     speed.plot(t, s.bandage_speed, color=GREEN, ls="--", label=r"bandage $\omega_b$")
     speed.set_ylabel("speed, rad/s")
-    external, internal = s.pairs["external"], s.pairs["internal"]
+    external = s.pairs["external"]
+    internal = s.pairs["internal"]
     torque.plot(t, external.torque / 1e3, color=GREEN, label=r"band on bandage $M_\mathrm{ext}$")
     torque.plot(t, internal.torque / 1e3, color=BLUE, label=r"pulley on bandage $\Lambda$")
     torque.plot(t, np.asarray(internal.capacity) / 1e3, color=BLUE, ls=":", label=r"it sticks up to $M_\mathrm{int}$")
@@ -262,7 +268,8 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     speed.set_ylim(top=1.3 * float(np.max(s.omega)))  # space for the names of the stages
     named = dict[str, Patch]()
     for stage in parts:
-        last, (words, colour) = min(stage.end, end), _STAGES[stage.name]
+        last = min(stage.end, end)
+        (words, colour) = _STAGES[stage.name]
         named[stage.name] = Patch(facecolor=colour, edgecolor="0.7", alpha=0.25, label=words)
         for panel in panels:
             panel.axvspan(stage.start, last, color=colour, alpha=0.15, lw=0)
@@ -293,16 +300,19 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     contact_states = result.record.modes.contacts  # pyright: ignore
     if not contact_states:
         raise ValueError("the linings of this brake act as one: there are no single contacts to draw")
-    t, columns = np.asarray(result.record.rows.t)[: int(result.record.count) + 1], windows(result)
+    t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
+    columns = windows(result)
     figure = sheet(figure, 11.5, 3.2, rows=len(contact_states), room=1.9)
     axes = figure.subplots(len(contact_states), len(columns), squeeze=False, sharex="col")
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
     colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
     pairs = result.scene.brake.pairs
     for row, (pair, place), states in zip(axes, pairs.items(), contact_states.values(), strict=True):
-        states, name = np.asarray(states)[: len(t)], place.words if len(pairs) == 1 else f"{place.words} ({pair})"
+        states = np.asarray(states)[: len(t)]
+        name = place.words if len(pairs) == 1 else f"{place.words} ({pair})"
         changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
-        edges, linings = np.append(t[changes], t[-1]), np.arange(states.shape[1] + 1) + 0.5
+        edges = np.append(t[changes], t[-1])
+        linings = np.arange(states.shape[1] + 1) + 0.5
         for panel, window in zip(row, columns, strict=True):
             panel.pcolormesh(edges, linings, states[changes].T, cmap=colours, vmin=-1, vmax=1)
             panel.set_xlim(window.start, window.end)
@@ -332,10 +342,12 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         >>> figure.axes[0].get_ylabel()
         'surface temperature, °C'
     """
-    heat, brake = result.scene.network, result.scene.brake
+    heat = result.scene.network
+    brake = result.scene.brake
     if not result.scene.heated:
         raise ValueError("the scene has no heat: there are no temperatures to draw")
-    whole, starts = Window(*span(result)), strong_applications(result)
+    whole = Window(*span(result))
+    starts = strong_applications(result)
     peaks = [float(peak.time) for name, peak in result.report().peaks.items() if name.startswith("peak_")]
     t, shown = _surfaces(result, whole)
     hottest = peaks[0] if peaks else float(t[int(np.argmax(next(iter(shown.values())).max(axis=1)))])
@@ -344,9 +356,11 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     rows = 2 + bool(walls)
     figure = sheet(figure, 11.5 if walls or len(columns) > 1 else 8.5, 3.1, rows=rows, room=0.6)
     grid = figure.add_gridspec(rows, 2, width_ratios=[1.3, 1.0])
-    body, lining = brake.words.body, brake.words.lining
+    body = brake.words.body
+    lining = brake.words.lining
     own = {} if brake.banded else {"rim": body, "lining": lining, "linings": f"{lining}s"}
-    lowest, highest = min(T.min() for T in shown.values()), max(T.max() for T in shown.values())
+    lowest = min(T.min() for T in shown.values())
+    highest = max(T.max() for T in shown.values())
     for i, window in enumerate(columns):
         column = slice(None) if len(columns) == 1 else i
         surface = figure.add_subplot(grid[0, column])
@@ -355,7 +369,8 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             t, shown = _surfaces(result, window)
         cycles = starts if i == 0 and len(starts) > _FEW else None
         for name, T in shown.items():
-            words, colour = own.get(name, name), _HOT.get(name, "0.5")
+            words = own.get(name, name)
+            colour = _HOT.get(name, "0.5")
             if cycles is not None:
                 _envelope(surface, t, T, np.unique([whole.start, *cycles[1:], whole.end]), colour, words)
                 continue
@@ -369,7 +384,8 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         for name, (words, style, most) in limits.items():
             if most is None or name == "outer":  # the outer face of the linings, with their own limit
                 continue
-            limit, look = float(np.asarray(most)) - ZERO, {"color": _HOT[name], "lw": 1.3, "ls": style}
+            limit = float(np.asarray(most)) - ZERO
+            look = {"color": _HOT[name], "lw": 1.3, "ls": style}
             if limit < highest + 1.5 * (highest - lowest):
                 surface.axhline(limit, label=f"{words} {limit:.4g} °C", **look)
             else:
@@ -386,10 +402,8 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             friction.get_legend().remove()  # pyright: ignore
     profiles = np.asarray(result.series([hottest]).temperature)[0] - ZERO
     for i, wall in enumerate(walls):
-        panel, depths = (
-            figure.add_subplot(grid[2, :] if len(walls) == 1 else grid[2, i]),
-            1e3 * np.asarray(wall.centres),
-        )
+        panel = figure.add_subplot(grid[2, :] if len(walls) == 1 else grid[2, i])
+        depths = 1e3 * np.asarray(wall.centres)
         panel.plot(depths, _layers(result, wall, profiles).T, color=VERMILLION, marker=".", lw=1.0)
         panel.set_title(f"through the {own.get(wall.name, wall.name)} at {number(hottest, 's', count=4)}", loc="left")
         panel.set(xlabel="depth below the friction surface, mm", ylabel="temperature, °C")
@@ -416,7 +430,8 @@ def _surfaces(result: Result, window: Window) -> tuple[Times, dict[str, Float[np
 def _envelope(axes: Axes, t: Times, T: Float[np.ndarray, "t n"], bounds: Times, colour: str, words: str) -> None:
     """The area between the maxima and the minima of all cycles, at their times."""
     cuts = np.searchsorted(t, bounds)
-    lines, known = [], np.ones(t.size, bool)
+    lines = []
+    known = np.ones(t.size, bool)
     for values, extreme, style in ((T.max(axis=1), np.argmax, "-"), (T.min(axis=1), np.argmin, ":")):
         at = np.asarray([a + extreme(values[a:b]) for a, b in pairwise(cuts) if b > a])
         axes.plot(t[at], values[at], color=colour, ls=style, label=words if style == "-" else None)
@@ -430,7 +445,8 @@ def _coefficients(axes: Axes, result: Result, t: Times) -> None:
     s = result.series(t)
     for (name, pair), colour in zip(s.pairs.items(), (GREEN, BLUE), strict=False):
         if pair.friction_coefficient is not None:
-            f, words = np.asarray(pair.friction_coefficient), name if len(s.pairs) > 1 else "when sliding"
+            f = np.asarray(pair.friction_coefficient)
+            words = name if len(s.pairs) > 1 else "when sliding"
             lowest = "lining with the minimum" if np.ptp(f, axis=1).max() > 1e-9 else None
             _extremes(axes, t, f, colour, (words, lowest))
     low, high = axes.get_ylim()
@@ -479,7 +495,8 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
         >>> figure.axes[0].get_ylabel()
         'depth below the front face, mm'
     """
-    chosen, window = _wall(one_run(result), wall, copy), windows(result)[0]
+    chosen = _wall(one_run(result), wall, copy)
+    window = windows(result)[0]
 
     def layers(window: Window) -> tuple[Times, Times, Float[np.ndarray, "t copies layers"]]:
         edges = cells(result, window.start, window.end)
@@ -490,7 +507,9 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
     index = int(np.argmax(T.max(axis=(0, 2)))) if copy is None else copy - 1
     near = application(result, float(middle[int(np.argmax(T[:, index, 0]))]), "the hottest application")
     depths = 1e3 * np.append(0.0, np.cumsum(np.asarray(chosen.steps)))
-    centres, low, high = 1e3 * np.asarray(chosen.centres), T[:, index].min(), T[:, index].max()
+    centres = 1e3 * np.asarray(chosen.centres)
+    low = T[:, index].min()
+    high = T[:, index].max()
     figure = sheet(figure, 12.5, 6.0)
     *fields, profile = figure.subplots(1, 2 + len(near), sharey=True, width_ratios=[*[1.5] * (1 + len(near)), 1.3])
     marked = list[Event]()
@@ -572,7 +591,10 @@ def lining_map(
         >>> figure.axes[-1].get_ylabel()
         'normal load $N$, kN'
     """
-    columns, maps, marked, brake = windows(one_run(result)), [], list[Event](), result.scene.brake
+    columns = windows(one_run(result))
+    maps = []
+    marked = list[Event]()
+    brake = result.scene.brake
     for window in columns:
         edges = cells(result, window.start, window.end)
         maps.append((edges, lining_values(result, quantity, edges, pair=pair)))
@@ -587,7 +609,8 @@ def lining_map(
     words = re.sub(r"\b([NTFfuv])\b", r"$\1$", view.words).replace("|Tᵢ − Tᵢ₋₁|", "$|T_i - T_{i-1}|$")
     for panel, window, (edges, values) in zip(panels, columns, maps, strict=True):
         shown = np.broadcast_to(view.factor * values + view.offset, (len(edges) - 1, n)).T
-        low, high = float(shown.min()), float(shown.max())
+        low = float(shown.min())
+        high = float(shown.max())
         limits = {"vmin": low, "vmax": high if high > low else low + 1.0}
         mesh = panel.pcolormesh(edges, np.arange(n + 1) + 0.5, shown, cmap=colours, rasterized=True, **limits)
         figure.colorbar(mesh, ax=panel, label=f"{words}{unit}", pad=0.01)
@@ -598,7 +621,8 @@ def lining_map(
         panel.set_title(window.title)
     order = "from the slack to the tight end" if len(brake.bands_of_linings) == 1 else "band after band"
     panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
-    where, lining = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else "", brake.words.lining
+    where = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else ""
+    lining = brake.words.lining
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
     name_marks(figure, marked, rule=brake.force_words)
     head(figure, result.scene, f"{where}{words}, {lining} by {lining}{alike}")

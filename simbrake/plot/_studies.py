@@ -54,7 +54,8 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         'stopping time, s'
     """
     base, bars = table.bars(most)
-    ranged, colours = any(len(ends) > 1 for _, ends in bars), {"low": BLUE, "high": VERMILLION}
+    ranged = any(len(ends) > 1 for _, ends in bars)
+    colours = {"low": BLUE, "high": VERMILLION}
     bars.sort(key=lambda bar: max(abs(end - base) for _, end in bar[1]))
     figure = sheet(figure, 9.5, 0.6, rows=len(bars), room=1.9)
     axes = figure.subplots()
@@ -156,10 +157,12 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
     widths = [2.5] * len(columns) + [1] * bool(singles)
     figure = sheet(figure, 3.0 + 4.6 * len(columns) + 2.0 * bool(singles), 6.0)
     axes = figure.subplots(2, len(widths), squeeze=False, sharex="col", height_ratios=[2, 1], width_ratios=widths)
-    before, fitted = {"color": "0.5", "label": "before"}, {"color": BLUE, "label": "fitted"}
+    before = {"color": "0.5", "label": "before"}
+    fitted = {"color": BLUE, "label": "fitted"}
     runs = [(simulate(each.before, throw=False), before, "--"), (simulate(each.scene, throw=False), fitted, "-")]
     for (above, below), part, points in zip(axes.T[: len(columns)], columns, each.data.points, strict=True):
-        shift, times = ZERO if part.unit == "K" else 0.0, points.t
+        shift = ZERO if part.unit == "K" else 0.0
+        times = points.t
         for result, look, style in runs:
             s = dense_grid(result, float(times.min()), float(times.max()))
             values = np.asarray(pick(result, s, points.column, points.entry)) - shift
@@ -228,7 +231,8 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
             panel.axvline(factor * float(limit) + offset, color=VERMILLION, ls="--", label=words)
         finish([density])
     density.set_ylabel(f"share of {found.runs} runs, %")
-    words, suffix = metric_words(name), f", {unit}" if unit else ""
+    words = metric_words(name)
+    suffix = f", {unit}" if unit else ""
     cumulative.set(xlabel=f"{words}{suffix}", ylabel="cumulative share, %")
     rest = "" if s.count == found.runs else f", which {s.count} of {found.runs} runs have"
     bars = Line2D([], [], color=ink(), marker="o", ms=4, label=f"quantile, {100 * found.confidence:g} % interval")

@@ -36,7 +36,12 @@ P = ParamSpec("P")
 ZERO = 273.15  # K
 
 #: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal Design*, 2008)
-BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
+BLUE = "#0072B2"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+ORANGE = "#E69F00"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
 
 #: a grey that is dark on white paper, and can be seen on black
 GREY = "0.4"
@@ -83,7 +88,9 @@ STYLE: Any = {  # (as rcParams)
     "axes.formatter.useoffset": False,
     "legend.title_fontsize": TEXT,
 }
-_LETTER, _HANDLE = 0.52, 3.6  # mean width of a letter, width of a line of the legend with its spaces, in sizes of text
+# mean width of a letter, width of a line of the legend with its spaces, in sizes of text
+_LETTER = 0.52
+_HANDLE = 3.6
 
 
 def ink() -> str:
@@ -135,7 +142,8 @@ def titled(title: str) -> Iterator[None]:
 
 def title_of_scene(scene: Scene) -> str:
     """The title in force, else the scene in words."""
-    lining, n = scene.brake.words.lining, scene.brake.linings.count
+    lining = scene.brake.words.lining
+    n = scene.brake.linings.count
     start = f"initial speed {number(scene.start_speed, 'rad/s')}" if float(scene.start_speed) else "from rest"
     each = f" on each of {scene.brake.rims} rims" if scene.brake.rims > 1 else ""
     return _title.get() or f"{scene.brake.kind}, {n} {lining}{'s' * (n > 1)}{each}, {start}"
@@ -217,7 +225,8 @@ def windows(result: Result) -> list[Window]:
 def strong_applications(result: Result) -> Times:
     """When the brake applications begin (s) that give at least a third of the friction heat of the strongest one."""
     table = result.stops
-    begin, heat = np.asarray(table["time"]) - np.asarray(table["motion_time"]), np.asarray(table["energy"])
+    begin = np.asarray(table["time"]) - np.asarray(table["motion_time"])
+    heat = np.asarray(table["energy"])
     return begin[3 * heat >= heat.max()] if len(table) else begin
 
 
@@ -227,7 +236,8 @@ def application(result: Result, time: float, title: str, cooling: float = 4.0) -
     table = result.stops
     if len(table) < 2:
         return []
-    stops, (first, last) = np.asarray(table["time"]), span(result)
+    stops = np.asarray(table["time"])
+    (first, last) = span(result)
     i = min(int(np.searchsorted(stops, time, side="left")), len(stops) - 1)
     i -= i > 0 and time < stops[i] - table["motion_time"][i]  # hottest after a stop, before the next motion
     braked = max(table["braking_time"][i], time - stops[i])
@@ -327,19 +337,23 @@ def finish(panels: Iterable[Axes]) -> None:
 _LONGEST = 400_000
 _DPI = 170.0  # of PNGs: sharp in print over the width of a page
 #: colours of pages on a dark screen
-_DARK_PAPER, _LIGHT_INK, _LIGHT_GREEN = "#12181f", "#e4e9f0", "#2cc498"
+_DARK_PAPER = "#12181f"
+_LIGHT_INK = "#e4e9f0"
+_LIGHT_GREEN = "#2cc498"
 
 
 def data_uri(figure: Figure) -> str:
     """A figure for a page, the same for the same figure: SVG, on a dark screen a dark one, or PNG where that is shorter
     to load."""
-    kind, file = "svg+xml", io.BytesIO()
+    kind = "svg+xml"
+    file = io.BytesIO()
     # text drawn as paths, independent of fonts; ids from a hash with a fixed salt; no date
     with matplotlib.rc_context({"svg.hashsalt": "simbrake", "svg.fonttype": "path"}):
         figure.savefig(file, format="svg", metadata={"Date": None})
     content = _dark_too(file.getvalue().decode()).encode()
     if len(content) > _LONGEST:
-        kind, file = "png", io.BytesIO()
+        kind = "png"
+        file = io.BytesIO()
         figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
         content = file.getvalue()
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"

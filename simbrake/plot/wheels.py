@@ -53,7 +53,9 @@ CONTACT_COLOURS = {
     Contact.FREE: "0.88",
 }
 #: radii in units of the drawn rim
-RIM, LINING, BAND = 1.0, (1.02, 1.18), 1.21
+RIM = 1.0
+LINING = (1.02, 1.18)
+BAND = 1.21
 
 
 def lining_edges(brake: AbstractBandBrake, band: int = 0) -> Ends:
@@ -101,10 +103,12 @@ def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> No
 
 def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
     """The band with its two straight ends and their labels, slack end first."""
-    first, last = angles[0, 0], angles[-1, 1]
+    first = angles[0, 0]
+    last = angles[-1, 1]
     axes.plot(*spot(BAND, np.linspace(first, last, 400)).T, color=GREY, lw=2.5, zorder=3)
     for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
-        start, tangent = spot(BAND, angle), direction * spot(1.0, angle + 0.5 * math.pi)
+        start = spot(BAND, angle)
+        tangent = direction * spot(1.0, angle + 0.5 * math.pi)
         _draw_arrow(axes, start, start + 0.5 * tangent, mutation_scale=14, color=GREY, lw=2.5)
         place = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
         axes.annotate(words, tuple(start + 0.52 * tangent), **place)
@@ -117,7 +121,8 @@ def _draw_arrow(axes: Axes, start: Float[np.ndarray, "2"], end: Float[np.ndarray
 def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     """An arrow round the centre in the sense of the rotation, with the speed."""
     if omega != 0.0:
-        low, high = (-50.0, 230.0)
+        low = -50.0
+        high = 230.0
         axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, theta1=low, theta2=high, color=ink(), lw=1.4))
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
@@ -134,7 +139,9 @@ def _contact_legend(contacts: dict[str, np.ndarray], lining: str = "lining") -> 
 
 # --- along the band ---------------------------------------------------------------------------------------------------
 
-_TENSION, _LOAD = (1.30, 0.72), (0.67, -0.37)  # where the scales begin, and their length; of the load inwards
+# where the scales begin, and their length; of the load inwards
+_TENSION = (1.30, 0.72)
+_LOAD = (0.67, -0.37)
 #: bars of the load of the first friction pair, and of the others
 _BARS: tuple[dict[str, Any], ...] = (
     {"fc": GREEN, "alpha": 0.75, "gid": "load", "zorder": 2},
@@ -181,13 +188,15 @@ def draw_moment(figure: Figure, result: Result, t: float, p: Probe, tops: tuple[
     brake = banded_brake(result.scene)
     contacts = lining_contacts(result, p)
     before = tension_before(p.shown, p.flows.contact.slack_tension)
-    ahead, behind = np.asarray(before)[0] / 1e3, np.asarray(p.shown.tension)[0] / 1e3
+    ahead = np.asarray(before)[0] / 1e3
+    behind = np.asarray(p.shown.tension)[0] / 1e3
     loads = [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs]
     bands = len(brake.bands_of_linings)
     last = np.cumsum([linings.count for linings in brake.bands_of_linings])
     for j, axes in enumerate(np.ravel(figure.subplots(1, bands, squeeze=False))):
         own = slice(last[j] - brake.bands_of_linings[j].count, last[j])
-        angles, tension = on_circle(lining_edges(brake, j)), np.append(ahead[own][0], behind[own])
+        angles = on_circle(lining_edges(brake, j))
+        tension = np.append(ahead[own][0], behind[own])
         _draw_wheel(axes, angles, {pair: states[0, own] for pair, states in contacts.items()})
         _draw_around(axes, angles, int(own.start), tension, [load[own] for load in loads], tops)
         _draw_rotation(axes, float(p.y.omega[0]), 0.2)
@@ -276,7 +285,8 @@ def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends, mo
     top = _rings(axes, most, 4, _TENSION, angles, "tension scale")
     radius = _TENSION[0] + _TENSION[1] * tension / top
     # both ends of each lining: over a gap the tension stays
-    turn, r = angles.ravel(), np.stack([radius[:-1], radius[1:]], axis=1).ravel()
+    turn = angles.ravel()
+    r = np.stack([radius[:-1], radius[1:]], axis=1).ravel()
     axes.fill(*np.concatenate([spot(r, turn), spot(_TENSION[0], turn)[::-1]]).T, color=BLUE, alpha=0.12, lw=0, zorder=1)
     axes.plot(*spot(r, turn).T, color=BLUE, marker="o", ms=3, lw=1.2, gid="tension", zorder=4)
     step = -(-len(angles) // 30)
@@ -292,7 +302,8 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) ->
     top = _rings(axes, most, 2, _LOAD, angles, "load scale")
     step = -(-len(angles) // 30)
     for i, (begin, end) in enumerate(np.degrees(angles)):
-        middle, width = (begin + end) / 2, 0.36 * (begin - end)
+        middle = (begin + end) / 2
+        width = 0.36 * (begin - end)
         for k, load in enumerate(loads):
             depth = -_LOAD[1] * load[i] / top
             axes.add_patch(Wedge((0, 0), _LOAD[0], middle - width, middle + width, width=depth, **_BARS[min(k, 1)]))
@@ -324,8 +335,10 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
         hint = "draw it with `plot.pulley`" if brake.banded else "`plot.stop` and `plot.lining_map` show its forces"
         raise input_error("brake", f"is a {brake.words.brake}: this draws discs and drums", hint)
     t, p = _moment(result, time, "max_normal_load", lambda p: p.shown.pairs[0].normal)
-    contacts, (pair,) = lining_contacts(result, p), p.shown.pairs
-    normal, friction = np.asarray(pair.normal)[0], np.asarray(pair.friction)[0]
+    contacts = lining_contacts(result, p)
+    (pair,) = p.shown.pairs
+    normal = np.asarray(pair.normal)[0]
+    friction = np.asarray(pair.friction)[0]
     figure = sheet(figure, 11.0, 6.6)
     wheel, course = figure.subplots(1, 2, width_ratios=[1.3, 1])
     colours = [CONTACT_COLOURS[state] for (states,) in contacts.values() for state in states]
@@ -343,7 +356,8 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     ]
     shown = lines if len(lines) <= 4 else [*lines[:2], f"… {len(lines) - 3} more …", lines[-1]]
     wheel.text(0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top")
-    force, torque = float(p.flows.contact.slack_tension[0]) / 1e3, float(p.flows.contact.brake_torque[0]) / 1e3
+    force = float(p.flows.contact.slack_tension[0]) / 1e3
+    torque = float(p.flows.contact.brake_torque[0]) / 1e3
     forces = f"force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m"
     head(figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}")
     _draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
@@ -354,7 +368,9 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
 def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colours: list[str]) -> float:
     """Pads at their callipers, evenly around the disc, the one in front of the two faces; returns the extent."""
     pads = brake.linings
-    inner, outer, angle = float(pads.inner_radius), float(pads.outer_radius), math.degrees(float(pads.angle))
+    inner = float(pads.inner_radius)
+    outer = float(pads.outer_radius)
+    angle = math.degrees(float(pads.angle))
     edge = 1.06 * outer
     wheel.add_patch(Wedge((0, 0), edge, 0, 360, width=edge - 0.9 * inner, color="0.85", zorder=1))
     callipers = -(-pads.count // 2)
@@ -371,7 +387,8 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colour
     highest = float(np.asarray(pads.greatest_pressure(normal.max())))
     pressure = 1e-6 * highest * np.asarray(pads.pressure.share(radius, inner))
     course.plot(1e3 * radius, pressure, color=GREEN, label="pressure on a pad")
-    mean, effective = 1e-6 * float(normal.max()) / float(pads.area), 1e3 * float(brake.radius)
+    mean = 1e-6 * float(normal.max()) / float(pads.area)
+    effective = 1e3 * float(brake.radius)
     course.axhline(mean, color="0.5", ls=":", label=f"mean {mean:.4g} MPa")
     course.axvline(effective, color=BLUE, ls="--", label=f"effective radius {effective:.4g} mm")
     course.set_xlabel("radius, mm")
@@ -381,7 +398,9 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colour
 def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colours: list[str]) -> float:
     """Shoes with their pins at the bottom; left the leading one, as the drum turns counter-clockwise, to its pin."""
     shoes = brake.linings
-    r, start, end = float(shoes.radius), float(shoes.start), float(shoes.end)
+    r = float(shoes.radius)
+    start = float(shoes.start)
+    end = float(shoes.end)
     wheel.add_patch(Wedge((0, 0), 1.08 * r, 0, 360, width=0.06 * r, color="0.75", zorder=1))
     theta = np.linspace(start, end, 200)
     pressures = [float(brake.greatest_pressure(N)) for N in normal]
@@ -392,7 +411,8 @@ def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colour
         ends = sorted(np.degrees(pin + side * np.array([start, end])).tolist())
         wheel.add_patch(Wedge((0, 0), 1.02 * r, *ends, width=0.1 * r, fc=colours[i], ec=GREY, gid="shoe", zorder=2))
         wheel.plot(*spot(float(brake.pin), pin), marker="o", ms=9, mfc="white", mec=GREY, zorder=4)
-        p, colour = pressure * np.sin(theta) / highest, GREEN if i else BLUE
+        p = pressure * np.sin(theta) / highest
+        colour = GREEN if i else BLUE
         line = spot(0.92 * r - 0.45 * r * p / (max(pressures) or 1.0), pin + side * theta)
         base = spot(0.92 * r, pin + side * theta)
         wheel.fill(*np.concatenate([line, base[::-1]]).T, color=colour, alpha=0.25, lw=0, gid="pressure")

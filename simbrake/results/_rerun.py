@@ -55,7 +55,8 @@ def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> 
 
 def _filled(scene: Scene, stored: Settings) -> Scene:
     """The scene with the stored numbers, if it is of the stored parts."""
-    own, theirs = parts(scene), stored["parts"]
+    own = parts(scene)
+    theirs = stored["parts"]
     faults = [
         Fault(path or "scene", f"is {own.get(path)}, in the stored run {theirs.get(path)}", "give a scene of its parts")
         for path in sorted(own.keys() | theirs.keys())

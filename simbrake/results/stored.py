@@ -115,7 +115,8 @@ def _variable(dims: str | tuple[str, ...], values: Any, units: str, meaning: str
 def instants(result: Result) -> Float[np.ndarray, " k"]:
     """Times (s) after the start of all events, and of the corners and jumps of given profiles, each once."""
     record = result.record
-    n, t = int(record.count), np.asarray(record.rows.t)
+    n = int(record.count)
+    t = np.asarray(record.rows.t)
     ends = t[1 : n + 1][np.asarray(record.rows.kind)[:n] >= LANDED]
     times = np.unique([*ends, *(event.time for event in result.events)])
     return times[times > t[0]]  # nothing comes before the start
@@ -124,7 +125,8 @@ def instants(result: Result) -> Float[np.ndarray, " k"]:
 def _sampled(result: Result, times: Any) -> tuple[Series, Float[np.ndarray, " m"], Int[np.ndarray, " m"]]:
     """The series at the times wanted, in order, at events before and after; these times, and the side of each."""
     record = result.record
-    start, end = float(np.asarray(record.rows.t)[0]), float(np.asarray(record.t_end))
+    start = float(np.asarray(record.rows.t)[0])
+    end = float(np.asarray(record.t_end))
     corners = instants(result)
     if times is None:
         wanted = np.union1d(np.linspace(start, end, POINTS), corners)
@@ -136,7 +138,8 @@ def _sampled(result: Result, times: Any) -> tuple[Series, Float[np.ndarray, " m"
     if not corners.size:
         return after, wanted, side
     before = result.series(corners, left=True)
-    side, t = np.append(side, np.full(corners.size, -1)), np.append(wanted, corners)
+    side = np.append(side, np.full(corners.size, -1))
+    t = np.append(wanted, corners)
     order = np.lexsort((side, t))
 
     def joined(a: Any, b: Any) -> Any:
@@ -147,7 +150,8 @@ def _sampled(result: Result, times: Any) -> tuple[Series, Float[np.ndarray, " m"
 
 def _columns(result: Result, series: Series) -> Variables:
     """Columns of a series as variables; a place of one node has no dimension beside the time."""
-    n, data = series.normal_load.shape[1], {}
+    n = series.normal_load.shape[1]
+    data = {}
     for field, values in flat(series, pairs=result.tells_pairs_apart).items():
         if field == "t":
             continue
@@ -160,7 +164,8 @@ def _columns(result: Result, series: Series) -> Variables:
         if (value.ndim == 2 and last != "node" and value.shape[1] != n) or wetted:
             single = value.shape[1] == 1  # else of the rims of several bands, or of several jackets
             several = "jacket" if wetted else "band"
-            dims, value = ("time",) if single else ("time", several), value[:, 0] if single else value
+            dims = ("time",) if single else ("time", several)
+            value = value[:, 0] if single else value
         data[field] = _variable(dims, value, *about_column(field)[:2])
     return data
 
@@ -171,17 +176,21 @@ def _add_walls(result: Result, temperature: Float[np.ndarray, "m nodes"], coords
     for body in result.scene.network.bodies:
         if isinstance(body, Junction | Reservoir):
             continue
-        layers, first = slice(first, first + body.count), first + body.count
+        layers = slice(first, first + body.count)
+        first = first + body.count
         if not isinstance(body, Wall):
             continue
         name = _free(body.name, data)
-        layer, copy = f"{name}_layer", f"{name}_copy"
+        layer = f"{name}_layer"
+        copy = f"{name}_copy"
         coords[layer] = _variable(layer, np.arange(body.layers) + 1, "1", f"layer of {body.name}, from its front")
         depth = np.asarray(body.centres, float)
         coords[f"{name}_depth"] = _variable(layer, depth, "m", "depth of the layer's centre below the front")
-        values, dims = temperature[:, layers], ("time", layer)
+        values = temperature[:, layers]
+        dims = ("time", layer)
         if body.copies > 1:
-            values, dims = values.reshape(-1, body.copies, body.layers), ("time", copy, layer)
+            values = values.reshape(-1, body.copies, body.layers)
+            dims = ("time", copy, layer)
             coords[copy] = _variable(copy, np.arange(body.copies) + 1, "1", f"which of the walls {body.name}")
         data[f"{name}_layer_temperature"] = _variable(dims, values, "K", f"temperature of {body.name} in its layers")
 
@@ -195,7 +204,8 @@ def _free(name: str, data: Variables) -> str:
 
 
 def _events(result: Result) -> Variables:
-    times, names = [e.time for e in result.events], [e.name for e in result.events]
+    times = [e.time for e in result.events]
+    names = [e.name for e in result.events]
     linings = np.asarray([e.lining or 0 for e in result.events], np.int64)
     return {
         "event_time": _variable("event", np.asarray(times, float), "s", "time of the event"),
@@ -216,8 +226,10 @@ def _stages(result: Result) -> Variables:
 
 def _numbers(result: Result) -> Variables:
     """Metrics, energies and solver counts: variables without a dimension."""
-    summary, stats = result.summary(), result.record.stats
-    energies, variables = summary["energy"], {}
+    summary = result.summary()
+    stats = result.record.stats
+    energies = summary["energy"]
+    variables = {}
     for name, value in {**summary["metrics"], **summary["at"]}.items():
         if name not in energies:  # heats are among the energies
             value = value if isinstance(value, int) else float(np.inf if value is None else value)
@@ -261,7 +273,8 @@ def provenance(result: Result) -> dict[str, Any]:
     """
     if not result.concrete:
         raise ValueError("a traced or batched result has no provenance: use one result outside of jit and vmap")
-    stats, limits = result.record.stats, result.limits
+    stats = result.record.stats
+    limits = result.limits
     longest = float(limits.max_step)
     return {
         "simbrake": str(importlib.import_module("simbrake").__version__),
@@ -351,7 +364,8 @@ def parts(node: Any, path: str = "") -> dict[str, Any]:
 
 
 def _name(thing: Any) -> str:
-    module, name = getattr(thing, "__module__", ""), getattr(thing, "__qualname__", type(thing).__qualname__)
+    module = getattr(thing, "__module__", "")
+    name = getattr(thing, "__qualname__", type(thing).__qualname__)
     return name if str(module).split(".")[0] == "simbrake" else f"{module}.{name}"
 
 

@@ -193,7 +193,8 @@ class Ledger(Tabular):
         trip = 0
         for one in self.lowerings.valid:
             trip += end is None or one.begin - end > self.settings["trip_pause"]
-            end, pauses[one.begin] = one.end, trip
+            end = one.end
+            pauses[one.begin] = trip
         return self._totals("trip", lambda one: pauses[one.begin])
 
     @property

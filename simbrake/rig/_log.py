@@ -154,7 +154,8 @@ class Channel:
         of times up to twice the shorter ones (a tenth of the updates, or of the change), so that a load which is
         constant between two steps does not count either.
         """
-        t, x = self.t[self.updates], self.value[self.updates]
+        t = self.t[self.updates]
+        x = self.value[self.updates]
         if t.size < 4:
             return np.nan
         spacing = np.diff(t)
@@ -176,7 +177,8 @@ class Channel:
 
         A value that is read each 5 s stands in rows of 2 s for 4 and 6 s by turns, which `interval` is one of.
         """
-        t, x = self.t[self.updates], self.value[self.updates]
+        t = self.t[self.updates]
+        x = self.value[self.updates]
         if not np.isfinite(self.interval):
             return 0.0
         row = np.median(np.diff(self.t))

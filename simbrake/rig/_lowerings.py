@@ -495,7 +495,8 @@ class _Finder:
         held = self.log.position.held
         late = height.interval + self.log.interval if held else 0.0  # a height that is held may move unseen for so long
         a, b = np.array(spans, int).reshape(-1, 2).T
-        (begin, end), (before, behind) = self.gap_times.T[:, :, None], self.gap_heights.T[:, :, None]
+        (begin, end) = self.gap_times.T[:, :, None]
+        (before, behind) = self.gap_heights.T[:, :, None]
         last = np.searchsorted(height.t, begin, side="right") - 1
         first = np.searchsorted(height.t, end, side="left")
         into = (b == last) | ((b < last) & (begin - height.t[b] < late))
@@ -550,7 +551,8 @@ class _Finder:
         return [(a, b) for a, b in spans if drop[a] - drop[b] >= self.limits["travel"]]
 
     def _lowering(self, works: "_Works", a: int, b: int, *, cut: bool) -> Lowering:
-        t, h = self.height.t[a : b + 1], self.height.value[a : b + 1]
+        t = self.height.t[a : b + 1]
+        h = self.height.value[a : b + 1]
         begin, end = t[[0, -1]].tolist()
         top, bottom = h[[0, -1]].tolist()
         travel = top - bottom
@@ -769,7 +771,8 @@ class _Works:
         t = self.load.t
         i, j = np.searchsorted(t, (self.height.t[a], self.height.t[b]))
         if j - i < 3:
-            i, j = max(i - 1, 0), min(j + 1, t.size)
+            i = max(i - 1, 0)
+            j = min(j + 1, t.size)
         t = t[i:j]
         f = self.load.value[i:j]
         if t.size < 3:

@@ -117,7 +117,8 @@ def _slow(t: np.ndarray, h: np.ndarray, limits: Mapping[str, Any]) -> tuple[np.n
     first = int(np.flatnonzero(np.abs(h - ends[0]) < 0.1 * heave)[-1])
     until = first + int(np.flatnonzero(np.abs(h[first:] - ends[1]) < 0.1 * heave)[0])
     between = np.clip(h[first + 1 : until], *np.sort(ends))
-    t, h = t[first : until + 1], np.concatenate([ends[:1], between, ends[1:]])
+    t = t[first : until + 1]
+    h = np.concatenate([ends[:1], between, ends[1:]])
     h = (np.minimum if down else np.maximum).accumulate(h)
     each = np.unique((np.abs(h - h[0]) / heave).astype(int), return_index=True)[1]
     points = np.union1d(each, h.size - 1)
@@ -145,7 +146,8 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
                 yield Motion(t, h)
                 at += h[-1] - h[0]
         last = max(last, b)
-        t, h = height.t[begin : last + 1], height.value[begin : last + 1]
+        t = height.t[begin : last + 1]
+        h = height.value[begin : last + 1]
         if t.size < 2:
             continue
         step = np.abs(np.diff(h))
@@ -599,7 +601,8 @@ def replay(
         raise InputError(faults)
     known: dict[str, Any] = settings_of(scene, log) | {"auxiliary": None if faults else auxiliary}
     book = of if isinstance(of, Ledger) else ledger(found, **known)
-    lines, strung = float(hook.line_count), book.settings["lines"]
+    lines = float(hook.line_count)
+    strung = book.settings["lines"]
     if strung is not None and strung != lines:
         what = f"{digits(lines)} lines are strung, the log has {digits(strung)}"
         faults.add("duty.load.line_count", what, "give the scene those of the log")

@@ -14,7 +14,8 @@ from ._replay import Comparison
 #: colours of the kinds of load
 _KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
 #: spans of time of a long line, and what is shown of each: a figure has no more points across
-_SHOWN, _ENDS = 1500, (np.fmin, np.fmax)
+_SHOWN = 1500
+_ENDS = (np.fmin, np.fmax)
 
 
 def _thinned(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -38,7 +39,8 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
         >>> [axes.get_ylabel() for axes in figure.axes]
         ['height, m', 'work, MJ']
     """
-    log, entries = book.lowerings.log, [entry.lowering for entry in book.entries]
+    log = book.lowerings.log
+    entries = [entry.lowering for entry in book.entries]
     figure = sheet(figure, 9.0, 2.3, rows=2, room=0.9)
     above, below = figure.subplots(2, 1, sharex=True)
     long = log.t[-1] > 7200.0

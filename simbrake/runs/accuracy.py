@@ -139,7 +139,8 @@ class Segment(NamedTuple):
 
 def _segments(scan: Scan, brief: float) -> list[Segment]:
     """Segments of a concrete run that last longer than `brief` (s)."""
-    t, modes = np.asarray(scan.record.rows.t), np.asarray(scan.record.rows.mode)
+    t = np.asarray(scan.record.rows.t)
+    modes = np.asarray(scan.record.rows.mode)
     spans = [(int(a), int(b)) for a, b in zip(*segments_of(scan.record), strict=True) if t[b + 1] - t[a] > brief]
     return [Segment(a, b, tuple(modes[a].tolist())) for a, b in spans]
 
@@ -193,8 +194,10 @@ def metrics_of_run(result: Result) -> dict[str, float | None]:
 
 def difference(a: Result, b: Result) -> Difference:
     """How far two runs of one scene lie apart; states at the ends of the first one's steps and inside them."""
-    mine, theirs = a.report(), b.report()
-    ours, others = metrics_of_run(a), metrics_of_run(b)
+    mine = a.report()
+    theirs = b.report()
+    ours = metrics_of_run(a)
+    others = metrics_of_run(b)
     metrics = []
     for name, value in ours.items():
         other = others.get(name)
@@ -211,7 +214,8 @@ def difference(a: Result, b: Result) -> Difference:
 def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
     span = float(np.max(a.steps.t1) - np.min(a.steps.t0))
     for brief in (0.0, _BRIEF * span, 1e3 * _BRIEF * span):
-        mine, theirs = _segments(a, brief), _segments(b, brief)
+        mine = _segments(a, brief)
+        theirs = _segments(b, brief)
         if [segment.mode for segment in mine] == [segment.mode for segment in theirs]:
             return list(zip(mine, theirs, strict=True))
     return None
@@ -225,17 +229,24 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> lis
         end = min(a.steps.t1[mine.last], b.steps.t1[theirs.last])
         if begin > end:
             continue
-        t0, t1 = a.steps.t0[mine.first : mine.last + 1, None], a.steps.t1[mine.first : mine.last + 1, None]
+        t0 = a.steps.t0[mine.first : mine.last + 1, None]
+        t1 = a.steps.t1[mine.first : mine.last + 1, None]
         times = np.unique(np.clip(np.append(t0 + _SHARES * (t1 - t0), end), begin, end))
         pairs.append((*_places(a, mine, times), *_places(b, theirs, times)))
     if not pairs:
         return []
     own, place, row, share = (np.concatenate(column) for column in zip(*pairs, strict=True))
     some = np.unique(np.linspace(0, len(own) - 1, min(len(own), _INSTANTS)).round().astype(int))
-    own, place, row, share = own[some], place[some], row[some], share[some]
+    own = own[some]
+    place = place[some]
+    row = row[some]
+    share = share[some]
     t = a.steps.t0[own] + place * (a.steps.t1[own] - a.steps.t0[own])
-    y, other = _states_at(a, own, place), _states_at(b, row, share)
-    kinds, others, states = kinds_of(a.record), kinds_of(b.record), []
+    y = _states_at(a, own, place)
+    other = _states_at(b, row, share)
+    kinds = kinds_of(a.record)
+    others = kinds_of(b.record)
+    states = []
     finer = kinds != others
     for kind in dict.fromkeys(kinds):
         if kind.name in _OF_PHASES:
@@ -243,7 +254,8 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> lis
         u = y[:, [i for i, entry in enumerate(kinds) if entry == kind]]
         v = other[:, [i for i, entry in enumerate(others) if entry == kind]]
         if kind.name == "temperature":
-            u, v = _node_temperatures(a, u), _node_temperatures(b, v)
+            u = _node_temperatures(a, u)
+            v = _node_temperatures(b, v)
         if kind.name == "temperature" and finer:
             v = merged(*(thermal_of(scan.record.system).heat for scan in (a, b)), v)  # pyright: ignore
             faces = (scan.look(*at).hot for scan, at in ((a, (own, place)), (b, (row, share))))
@@ -268,7 +280,8 @@ def _places(scan: Scan, segment: Segment, times: np.ndarray) -> tuple[np.ndarray
 def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Flat states at a share of the steps named; at their ends as recorded, not changed by rounding, but before the
     jump of the speed at a change of the rope's layer."""
-    steps, inside = scan.steps, (share > 0.0) & (share < 1.0)
+    steps = scan.steps
+    inside = (share > 0.0) & (share < 1.0)
     if scan.record.system.load.layers is not None:  # pyright: ignore
         inside = share > 0.0
     y = np.where(share[:, None] == 0.0, steps.y0[row], steps.y1[row])
@@ -289,7 +302,8 @@ def longest_step(record: Record) -> float:
     """Longest step (s) of the second run: such that it cuts the steps of the first, all but the shortest, in two."""
     h = np.diff(np.asarray(record.rows.t)[: int(record.count) + 1])
     h = h[h > 0]
-    low, high = 0.0, float(np.max(h, initial=0.0))
+    low = 0.0
+    high = float(np.max(h, initial=0.0))
     for _ in range(60 if high else 0):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if np.sum(np.ceil(h / middle)) <= 2 * len(h) else (middle, high)
@@ -317,7 +331,8 @@ def finer_run(result: Result, progress: Any = False) -> Result | None:
     """The same run with finer layers, and the method that fits them; `None` without walls."""
     if not result.scene.network.walls:
         return None
-    scene, limits = with_finer_layers(result.scene, cuts_of(result)), result.limits
+    scene = with_finer_layers(result.scene, cuts_of(result))
+    limits = result.limits
     options: dict[str, Any] = {"max_step": float(limits.max_step), "max_events": int(limits.max_events)}
     return simulate(scene, rtol=float(result.rtol), throw=False, progress=progress, **options)
 
@@ -337,7 +352,8 @@ def _solver_again(result: Result) -> Any:
 
 def _scope(heat: Heat, problem: str) -> str:
     """What an estimate covers and what not; `problem`: why the layers of walls are not in it."""
-    layers, beyond = "", ["the model and its parameters"]
+    layers = ""
+    beyond = ["the model and its parameters"]
     if heat.walls and problem:
         beyond.insert(0, f"the layers of walls ({problem})")
     elif heat.walls:
@@ -534,7 +550,8 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
     """
     if not result.concrete:
         raise InputError([Fault("accuracy", "needs one result with values", "take it outside of jit, vmap and grad")])
-    rtol, steps = float(result.rtol), int(result.record.stats.accepted)
+    rtol = float(result.rtol)
+    steps = int(result.record.stats.accepted)
     network = result.scene.network
     if not result.ok:
         why = f"the run ended early ({result.status}) and was not repeated"
@@ -542,7 +559,8 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         return Accuracy(rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why, scope=scope)
     start = time.perf_counter()
     second = second_run(result, progress)
-    seconds, second_steps = time.perf_counter() - start, int(second.record.stats.accepted)
+    seconds = time.perf_counter() - start
+    second_steps = int(second.record.stats.accepted)
     longest = min(longest_step(result.record), float(result.limits.max_step))
     estimate = functools.partial(Accuracy, rtol, second_rtol(rtol), longest, steps, second_steps, seconds)
     if not second.ok:
@@ -594,7 +612,8 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
 
 def _estimates(result: Result, apart: Difference) -> Iterator[tuple[ErrorEstimate, ...]]:
     """Errors of metrics, events and states: how far two runs lie apart, and what rounding leaves."""
-    steps, scan = int(result.record.stats.accepted), result.report().scan
+    steps = int(result.record.stats.accepted)
+    scan = result.report().scan
     times_of_peaks = {f"{name}_time" for name, metric in METRICS.items() if metric.greatest}
     span = float(np.max(scan.steps.t1)) - float(np.min(scan.steps.t0))
     energy = max((abs(one.value) for one in apart.metrics if one.name.startswith("energy.") and one.value), default=0.0)

@@ -32,7 +32,9 @@ _PATIENCE_COLD = 1500.0
 def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array | None]]:
     """Capacities of the nodes of each body (J/K), of one copy of a wall and half of its layers' resistances (K/W), and
     the resistance of each link at rest and at the temperatures of the start; `None` of one that changes with them."""
-    capacity, halves, links = {}, {}, []
+    capacity = {}
+    halves = {}
+    links = []
     at_start = {body.name: getattr(body, "temperature", ROOM) for body in heat.bodies}
     for body in heat.bodies:
         if isinstance(body, Lump):
@@ -94,7 +96,8 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     span = float(scene.end_time) - float(scene.initial.time)
     heat_stiffness = stiff_heat(scene.network, span) if scene.heated else (False, "nothing in the scene is stiff")
     # linings that swing one by one have to be followed in any case
-    brake, duty = scene.brake, scene.duty
+    brake = scene.brake
+    duty = scene.duty
     if heat_stiffness[0] or brake.resolved:
         return heat_stiffness
     drag = float(getattr(duty.load, "drag", 0.0)) + _steepest_drag(scene)
@@ -112,7 +115,9 @@ def _damping_of_rope(scene: Scene) -> float:
     load = scene.duty.load
     if load.elastic is None:
         return 0.0
-    mass, per_radian = float(load.hanging(jnp.asarray(0, jnp.int32))[0]), float(load.travel())  # pyright: ignore
+    # pyright: ignore
+    mass = float(load.hanging(jnp.asarray(0, jnp.int32))[0])
+    per_radian = float(load.travel())
     return float(load.elastic.damping) * (1 / mass + per_radian**2 / float(scene.brake.inertia))
 
 
@@ -125,7 +130,8 @@ def _steepest_drag(scene: Scene) -> float:
 
 @functools.partial(DeviceJit, quick=True)
 def _slopes(laws: tuple[AbstractShaftTorque, ...], speed: Array) -> Array:
-    still, total = jnp.zeros(()), jnp.zeros(())
+    still = jnp.zeros(())
+    total = jnp.zeros(())
     for law in laws:
         piece = law.profile.first_piece(still)
         slope = jax.grad(lambda omega, law=law, piece=piece: jnp.asarray(law.torque(still, omega, piece, still)))
@@ -143,7 +149,8 @@ def _fastest_state_at_start(scene: Scene) -> float:
 @functools.partial(DeviceJit, quick=True)
 def _fastest_state(part: AbstractLinings | Bandage, v: Float[Array, " n"], T: Array | None) -> Float[Array, ""]:
     """Largest rate (1/s) at which changes of the states of a pair's law decay, after Gershgorin."""
-    law, contact = part.friction, unloaded(part, v, T)
+    law = part.friction
+    contact = unloaded(part, v, T)
     memory, back = ravel_pytree(contact.memory)
     still = None if contact.p is None else jnp.zeros_like(contact.p)
 

@@ -42,7 +42,8 @@ def entry_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
     assert match is not None
     if path in fields:
         return path, None
-    field, index = match["path"], None if match["index"] is None else int(match["index"])
+    field = match["path"]
+    index = None if match["index"] is None else int(match["index"])
     return field, index
 
 
@@ -91,10 +92,12 @@ def _slots(scene: Any) -> dict[str, _Slot]:
 
 def parse_assignments(assignments: list[str]) -> dict[str, Any]:
     """`path=value` pairs: numbers, with a unit if need be, lists in brackets, or `none` for physics to be absent."""
-    values, faults = {}, []
+    values = {}
+    faults = []
     for text in assignments:
         path, equals, value = text.partition("=")
-        path, value = path.strip(), value.strip()
+        path = path.strip()
+        value = value.strip()
         if not equals or not path or not value:
             faults.append(Fault(text, "is not of the form path=value", "as in brake.band.stiffness=2e5"))
             continue
@@ -137,7 +140,8 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             faults += reader.faults
             if reader.faults:
                 continue
-        old, new = slots[path].value, as_number(value)
+        old = slots[path].value
+        new = as_number(value)
         if i is not None:
             size = np.size(old) if np.ndim(old) == 1 else 0
             if not -size <= i < size:
@@ -169,7 +173,8 @@ _COUNT = "brake.linings.count"
 def _with_count(scene: Scene, value: Any, faults: Faults) -> Scene:
     """The scene with another number of equal linings, their parameters unchanged; errors go to `faults`."""
     brake: Any = scene.brake
-    linings, n = brake.linings, brake.linings.count
+    linings = brake.linings
+    n = brake.linings.count
     size = float(value) if np.ndim(value) == 0 and not isinstance(value, str | None) else math.nan
     bodies = scene.network.bodies if scene.heated else ()
     own = [leaf for leaf in jax.tree.leaves(linings) if np.ndim(leaf)]
@@ -237,7 +242,8 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[
     name = entry_of(path, slots)[0]
     if name not in slots:
         raise InputError([_unknown(scene, path, name, slots)])
-    about, reader = slots[name].about, NumberReader()
+    about = slots[name].about
+    reader = NumberReader()
     values = [reader.number(text, about, path, about.unit) for text in texts]
     bare = [text for text in map(str, texts) if _is_float(text)]
     if not reader.faults and 0 < len(bare) < len(texts):
@@ -406,7 +412,8 @@ def _runs_over(flash: FlashTemperature, rim: Material) -> bool:
 
 def _shared(heat: Heat, pair: FrictionHeat, rim: Material | None, lining: Material | None) -> FrictionHeat:
     """A friction pair with the share of the heat that follows from the new materials."""
-    law, changes = pair.partition, {}
+    law = pair.partition
+    changes = {}
     wall = wall_at(heat, heat.rim)
     on_rim = pair.metal is not None and wall is not None and place_of(pair.metal)[0] == wall.name
     if isinstance(law, EffusivityPartition):

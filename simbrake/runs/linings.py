@@ -375,7 +375,9 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
         (True, 0.75)
     """
     brake = under_a_band(brake)
-    n, width, wrap = brake.linings.count, brake.pulley.width, float(brake.linings.wrap) / (2 * math.pi)
+    n = brake.linings.count
+    width = brake.pulley.width
+    wrap = float(brake.linings.wrap) / (2 * math.pi)
 
     def share(area: Any, radius: Any) -> float:
         if area is None or width is None:
@@ -397,14 +399,16 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
         >>> sb.results.overlap(result, [0.0, 0.5]).internal_dynamic.round(4)
         array([0.75, 0.75])
     """
-    s, nominal = result.series(ts), geometric_overlap(band_brake(result.scene))
+    s = result.series(ts)
+    nominal = geometric_overlap(band_brake(result.scene))
     coefficients = []
     for pair, share in zip(
         s.pairs.values(), (coefficient for coefficient in nominal if coefficient is not None), strict=True
     ):
         grown = 1.0 if running_in is None else running_in.share(pair.friction_work)
         # linings of a bandage touch the rim while band and interference outweigh the centrifugal force
-        touches, slides = np.asarray(pair.normal_load) > 0, np.asarray(pair.sense) != 0
+        touches = np.asarray(pair.normal_load) > 0
+        slides = np.asarray(pair.sense) != 0
         coefficients.append(tuple(share * grown * np.mean(touches & each, axis=1) for each in (slides, ~slides)))
     *outer, inner = coefficients
     external = outer[0] if outer else (None, None)
@@ -449,7 +453,8 @@ def overlaps(angle: Float[np.ndarray, " n"], count: int, psi: Float[np.ndarray, 
 
     Stations begin at the slack end; lining `j = 0…m − 1` of the ring covers `[j, j + 1] 2π/m − ψ`.
     """
-    width, begin = 2 * math.pi / count, np.cumsum(angle) - angle
+    width = 2 * math.pi / count
+    begin = np.cumsum(angle) - angle
     ahead = np.mod(width * np.arange(count) - psi[:, None, None] - begin[:, None], 2 * math.pi)
     return np.clip(angle[:, None] - ahead, 0, width) + np.clip(ahead + width - 2 * math.pi, 0, angle[:, None])
 
@@ -479,7 +484,8 @@ def ring_wear(
     Integrals are exact between the corners of `o_ij`: `ψ` and `ḣ_i` are polynomials through 12 points of each step.
     Raises `InputError` for a brake without a bandage that is one body, a traced result, and missing areas or rate.
     """
-    scene, brake = result.scene, result.scene.brake
+    scene = result.scene
+    brake = result.scene.brake
     if not result.concrete:
         raise InputError([Fault("result", "is traced or a batch", "give one result with values")])
     if not brake.in_series or brake.resolved:
@@ -490,13 +496,15 @@ def ring_wear(
         rate = None if scene.wear is None else scene.wear.rate if pair == "external" else scene.wear.internal
     if rate is None:
         raise InputError([Fault("rate", "is missing", "give a wear rate, or the scene a `Wear`")])
-    record, angle = record_of(result), np.asarray(brake.linings.weights)
+    record = record_of(result)
+    angle = np.asarray(brake.linings.weights)
     steps = np.flatnonzero(np.asarray(record.rows.kind)[: int(record.count)] != SKIPPED)
     t = np.asarray(record.rows.t)
     span = t[steps + 1] - t[steps]
     h = (0.5 * (_NODES + 1) * span[:, None]).ravel()
     p = probe_many(record, np.repeat(steps, _POINTS).astype(np.int32), h)
-    speed, worn = np.asarray(p.shown.bandage_speed), np.asarray(wearing(rate, rubbing(result.record, p, pair=pair)))
+    speed = np.asarray(p.shown.bandage_speed)
+    worn = np.asarray(wearing(rate, rubbing(result.record, p, pair=pair)))
     # of every step Legendre series over −1…1 of the travel and of the wear rates
     speeds = np.tensordot(speed.reshape(-1, _POINTS), _TO_SERIES, axes=(1, 1)) * 0.5 * span[:, None]
     turning = legendre.legint(speeds, lbnd=-1, axis=1)
@@ -512,18 +520,21 @@ def ring_wear(
 
 def _worn_in(angle: np.ndarray, count: int, psi: float, turning: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """`∫ Σ_i ḣ_i o_ij dt` (m·rad) over a step, from the series of its travel and of its wear rates."""
-    width, edges = 2 * math.pi / count, np.append(0.0, np.cumsum(angle))
+    width = 2 * math.pi / count
+    edges = np.append(0.0, np.cumsum(angle))
     low, high = sorted((psi, psi + legendre.legval(1.0, turning)))
     # an edge of the ring passes one of a station
     turns = np.arange(math.floor(low / width), math.ceil(high / width) + 2)
     corners = np.sort(np.ravel(np.mod(-edges, width) + width * turns[:, None]))
     corners = corners[(corners > low) & (corners < high)]
     way = 1.0 if turning[0] >= 0 or legendre.legval(1.0, turning) >= 0 else -1.0
-    below, above = np.full(corners.shape, -1.0), np.ones(corners.shape)
+    below = np.full(corners.shape, -1.0)
+    above = np.ones(corners.shape)
     for _ in range(_HALVINGS):
         middle = 0.5 * (below + above)
         before = way * (psi + legendre.legval(middle, turning) - corners) < 0
-        below, above = np.where(before, middle, below), np.where(before, above, middle)
+        below = np.where(before, middle, below)
+        above = np.where(before, above, middle)
     ends = np.concatenate([[-1.0], np.sort(below), [1.0]])
     worn = np.zeros(count)
     for a, b in itertools.pairwise(ends):

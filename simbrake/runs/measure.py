@@ -65,7 +65,8 @@ def title_of(metric: str) -> str:
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
     """Raises `InputError` with every name that a run of the scene does not have, or that two metrics have."""
     require_scene(scene)
-    names, faults = metric_names(scene), []
+    names = metric_names(scene)
+    faults = []
     for asked in metrics:
         if isinstance(asked, str) and asked not in names:
             near = difflib.get_close_matches(asked, names, n=3, cutoff=0.4)
@@ -93,7 +94,8 @@ def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
     Raises `InputError` with the name of a user's function that fails, or gives no number.
     """
     if not isinstance(metric, str):
-        name, hint = name_of(metric), "give a function of the result to one number"
+        name = name_of(metric)
+        hint = "give a function of the result to one number"
         try:
             value = jnp.asarray(metric(result), jnp.float64)
         except Exception as error:
@@ -281,7 +283,8 @@ class LimitCheck(NamedTuple):
         """Verdict with value, limit and margin, as a line of a summary."""
         margin = f", margin {self.margin_words}" if self.margin_words else ""
         note = f" ({self.note})" if self.note else ""
-        value, limit = number(self.value, self.unit), number(self.limit, self.unit)
+        value = number(self.value, self.unit)
+        limit = number(self.limit, self.unit)
         return f"{self.name} {self.verdict}: {value}, limit {limit}{margin}{note}"
 
 
@@ -292,7 +295,8 @@ def read_limits(
 
     `path`: where a limit stands, for the faults, with a place for its name
     """
-    reader, numbers = NumberReader(), {}
+    reader = NumberReader()
+    numbers = {}
     if PRESSURE in limits and not _has_area(scene):
         reader.fault(path.format(PRESSURE), "needs the areas of the linings", "give brake.linings.area")
     names = (*metric_names(scene), PRESSURE)
@@ -339,7 +343,9 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         >>> checks[-1].limit, str(checks[-1].verdict)
         (1.0, 'exceeded')
     """
-    summary, own, marked = result.report().summary, allowable_values(result.scene), values_of_marks(result.scene)
+    summary = result.report().summary
+    own = allowable_values(result.scene)
+    marked = values_of_marks(result.scene)
     limits = {**own, **limits}
 
     def check(name: str) -> LimitCheck:
@@ -358,7 +364,8 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         checks.append(LimitCheck(_LININGS, limits.get(_LININGS), None, "K", LimitVerdict.NOT_EVALUATED, note))
     available = metric_names(result.scene)
     checks += [check(name) for name in _USUAL if name in available and name not in limits]
-    pressure, wear = limits.get(PRESSURE, result.scene.brake.linings.permissible_pressure), result.scene.wear
+    pressure = limits.get(PRESSURE, result.scene.brake.linings.permissible_pressure)
+    wear = result.scene.wear
     if pressure is not None:
         checks.append(_nearest(result, PRESSURE, np.asarray(lining_peak(result, "pressure")), pressure, "Pa"))
     checks += [check(name) for name in limits if name not in HOT and name != PRESSURE]
@@ -382,7 +389,8 @@ class Limited(NamedTuple):
 
         Of linings that are alike a pressure is limited by the load that gives it, and wear by what may still be lost.
         """
-        every, aside = {**allowable_values(scene), **limits}, []
+        every = {**allowable_values(scene), **limits}
+        aside = []
 
         def least(name: str, bound: Any, of: str) -> None:
             if np.ptp(bound) == 0 and name in metrics:
@@ -420,10 +428,12 @@ def _judged(result: Result, name: str, bound: float, value: float, unit: str, no
 
 def _when(result: Result, summary: Entry, name: str, bound: float, marked: float | None) -> str:
     """When a maximum value was reached, and when it first passed its limit, where that is an event."""
-    time, value = summary["at"].get(f"{name}_time"), summary["metrics"].get(name)
+    time = summary["at"].get(f"{name}_time")
+    value = summary["metrics"].get(name)
     if time is None:
         return ""
-    mark, note = METRICS[name].mark, f"maximum at {number(time, 's')}"
+    mark = METRICS[name].mark
+    note = f"maximum at {number(time, 's')}"
     if mark is None or value is None or value <= bound or bound != marked:
         return note
     times = [event["time"] for event in summary["events"] if event["name"] == mark.event]
@@ -474,8 +484,10 @@ _PARTS = {
 
 def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
     """What the limits among `checks` cover of the parts of a brake that were under load."""
-    summary, scene = result.report().summary, result.scene
-    metrics, words = summary["metrics"], scene.brake.words
+    summary = result.report().summary
+    scene = result.scene
+    metrics = summary["metrics"]
+    words = scene.brake.words
     limited = {check.name for check in checks if check.limit is not None}
     parts = {name.replace("lining", words.lining): names for name, names in _PARTS.items() if metrics.get(names[0])}
     if scene.duty.lever.controls_speed:  # (it is compared with the maximum of its own)

@@ -17,7 +17,8 @@ from ..thermal.mesh import Coarse, coarse, cuts_for, finer, heated_faces
 from ..thermal.network import Wall, nodes_at, place_of
 
 #: heat that is none, as a share of that of the run;  errors of a temperature (K) that nobody minds
-_NONE, _LITTLE = 1e-9, 0.1
+_NONE = 1e-9
+_LITTLE = 0.1
 #: intervals of a heating that are looked at, at most
 _INTERVALS = 400
 
@@ -65,7 +66,9 @@ def cuts_of(result: Any) -> dict[str, int]:
 
     Once, but where the first layer of a heated wall is too thick for the time of heating.
     """
-    scene, report, cuts = result.scene, result.report(), dict[str, int]()
+    scene = result.scene
+    report = result.report()
+    cuts = dict[str, int]()
     if result.ok:
         for wall, face, _, times, _ in heatings(scene, report.scan, report.peaks):
             cuts[wall.name] = max(cuts.get(wall.name, 1), cuts_for(wall, face, float(times[-1] - times[0])))
@@ -98,7 +101,9 @@ def _stretch(
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]] | None:
     """Times and work from where friction began to work without a pause, before a peak, to where it ended."""
     lasts = np.diff(t) > 0
-    begins, ends, gained = t[:-1][lasts], t[1:][lasts], np.diff(work)[lasts]
+    begins = t[:-1][lasts]
+    ends = t[1:][lasts]
+    gained = np.diff(work)[lasts]
     works = gained > _NONE * (work[-1] - work[0])
     before = np.flatnonzero(works & (begins <= peak))
     if not before.size:
@@ -106,14 +111,17 @@ def _stretch(
     rests = np.flatnonzero(~works)
     first = int(np.max(rests[rests < before[-1]], initial=-1)) + 1
     last = int(np.min(rests[rests > before[-1]], initial=len(works)))
-    times, heat = np.append(begins[first], ends[first:last]), np.append(0.0, np.cumsum(gained[first:last]))
+    times = np.append(begins[first], ends[first:last])
+    heat = np.append(0.0, np.cumsum(gained[first:last]))
     some = np.unique(np.linspace(0, len(times) - 1, min(len(times), _INTERVALS + 1)).round().astype(int))
     return times[some], heat[some]
 
 
 def _words(place: str, found: Coarse, rise: float) -> str:
-    first, time = number(found.first, "m", count=3), number(found.time, "s", count=3)
-    error, too = digits(abs(found.share) * rise, 2), "high" if found.share > 0 else "low"
+    first = number(found.first, "m", count=3)
+    time = number(found.time, "s", count=3)
+    error = digits(abs(found.share) * rise, 2)
+    too = "high" if found.share > 0 else "low"
     remedy = "give it more layers, thin at the face"
     if found.layers:
         remedy = f"{found.layers} layers, the first {number(found.better, 'm', count=2)} thick, would do"

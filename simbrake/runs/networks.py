@@ -229,7 +229,8 @@ def _steady(
     return T, thermal.junctions(T, zero, conditions, pieces)
 
 
-_steady_traced, _steady_compiled = jax.jit(_steady), DeviceJit(_steady)
+_steady_traced = jax.jit(_steady)
+_steady_compiled = DeviceJit(_steady)
 
 
 @explained
@@ -293,7 +294,8 @@ def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
         >>> sb.results.with_temperatures(heat, np.array([400.0])).bodies[0].temperature
         array(400.)
     """
-    bodies, at = [], 0
+    bodies = []
+    at = 0
     for body in heat.bodies:
         if isinstance(body, Reservoir | Junction):
             bodies.append(body)
@@ -329,7 +331,8 @@ def cyclic_steady_state(
         raise InputError([Fault("heat", "is missing", "a cyclic steady state is one of temperatures")])
     if remembering_at_start(scene):
         raise InputError([Fault("brake", "has a friction law with states", "run the cycles one after the other")])
-    heat, runs = scene.network, 0
+    heat = scene.network
+    runs = 0
 
     def starting(T: np.ndarray) -> Scene:
         return with_fields(scene, heat=with_temperatures(heat, np.asarray(T, np.float64)))

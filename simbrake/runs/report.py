@@ -95,19 +95,25 @@ def _rise(function: Callable[[np.ndarray, np.ndarray], np.ndarray], low: np.ndar
     """
     low, high, some = low.copy(), high.copy(), np.arange(len(low))
     f_low, f_high = np.split(function(np.tile(some, 2), np.concatenate([low, high])), 2)
-    bracketed, side = (f_low <= 0) & (f_high > 0), np.zeros(len(low), int)
+    bracketed = (f_low <= 0) & (f_high > 0)
+    side = np.zeros(len(low), int)
     some = some[bracketed]
     for _ in range(60):
         if not some.size:
             break
-        a, b, f_a, f_b = low[some], high[some], f_low[some], f_high[some]
+        a = low[some]
+        b = high[some]
+        f_a = f_low[some]
+        f_b = f_high[some]
         x = a - f_a * (b - a) / (f_b - f_a)
         f = function(some, x)
-        above, exact = f > 0, np.abs(f) <= 1e-15
+        above = f > 0
+        exact = np.abs(f) <= 1e-15
         f_low[some] = np.where(above, np.where(side[some] == 1, 0.5 * f_a, f_a), f)
         f_high[some] = np.where(above, f, np.where(side[some] == -1, 0.5 * f_b, f_b))
         side[some] = np.where(above, 1, -1)
-        low[some], high[some] = np.where(~above | exact, x, a), np.where(above | exact, x, b)
+        low[some] = np.where(~above | exact, x, a)
+        high[some] = np.where(above | exact, x, b)
         some = some[high[some] - low[some] > 1e-15 * np.maximum(np.abs(high[some]), 1e-300)]
     return np.where(bracketed, high, np.nan)
 
@@ -218,12 +224,15 @@ class Report:
     @functools.cached_property
     def events(self) -> list[Event]:
         """The event log."""
-        record, samples = self._record, self.scan.samples
-        n, t = int(record.count), np.asarray(record.rows.t)
+        record = self._record
+        samples = self.scan.samples
+        n = int(record.count)
+        t = np.asarray(record.rows.t)
         first, last = segments_of(record)
         labels = labels_of(record, last)
         places = (first * samples).tolist(), ((last + 1) * samples - 1).tolist()
-        times, turned = (t[first].tolist(), t[last + 1].tolist()), self.turned
+        times = (t[first].tolist(), t[last + 1].tolist())
+        turned = self.turned
         spans = zip(labels, *places, *times, turned[first].tolist(), strict=True)
         phases = [Phase(*span) for span in spans]
         start, *_, end = labels_of(record, np.asarray([0, n]))
@@ -251,7 +260,9 @@ class Report:
 
     def _phase_ends(self) -> list[Event]:
         """Ends of the phases of the duty."""
-        lever, t = self._record.system.lever, np.asarray(self._record.rows.t)  # pyright: ignore
+        # pyright: ignore
+        lever = self._record.system.lever
+        t = np.asarray(self._record.rows.t)
         if not isinstance(lever, Phases):
             return []
         passed = np.asarray(self._record.modes.phase)
@@ -280,7 +291,8 @@ class Report:
             def excess(columns: ScanColumns, name: str = name, limit: float = limit) -> np.ndarray:
                 return (np.asarray(columns.passing[name]) - limit) / max(abs(limit), 1.0)
 
-            values, row = excess(self.scan.seen), np.asarray(self.scan.row)
+            values = excess(self.scan.seen)
+            row = np.asarray(self.scan.row)
             # (a jump between two steps belongs to no crossing)
             rises = (values[:-1] <= 0) & (values[1:] > 0) & (row[:-1] == row[1:])[:, None]
             crossings = [(int(i), int(j)) for i, j in np.argwhere(rises)]
@@ -297,23 +309,29 @@ class Report:
         stops = [event.time for event in events if event.name == "stop" and event.time >= time]
         if not stops:
             return False
-        t, speed = np.asarray(self.scan.seen.t), np.abs(np.asarray(self.scan.seen.omega))
+        t = np.asarray(self.scan.seen.t)
+        speed = np.abs(np.asarray(self.scan.seen.omega))
         slight = _SLOW * float(self.result.rtol) * np.max(speed)
         return bool(np.all(speed[(t >= time) & (t <= min(stops))] <= slight))
 
     def _reversals(self) -> list[Event]:
         """Instants at which the speed of the pulley changes its sign without a rest."""
-        seen, row = self.scan.seen, np.asarray(self.scan.row)
-        omega, t = np.asarray(seen.omega), np.asarray(seen.t)
+        seen = self.scan.seen
+        row = np.asarray(self.scan.row)
+        omega = np.asarray(seen.omega)
+        t = np.asarray(seen.t)
         slight = _STILL * float(self.result.rtol) * np.max(np.abs(omega), initial=0.0)
         way = np.where(np.abs(omega) > slight, np.sign(omega), 0.0)
         moves = np.flatnonzero(way)
         flips = np.flatnonzero(way[moves[:-1]] != way[moves[1:]])
         if not flips.size:
             return []
-        rests, before, after = np.asarray(self._record.modes.rests), moves[flips], moves[flips + 1]
+        rests = np.asarray(self._record.modes.rests)
+        before = moves[flips]
+        after = moves[flips + 1]
         passes = (t[after - 1] <= t[np.minimum(before + 1, after)]) & ~rests[row[before]] & ~rests[row[after]]
-        before, after = before[passes], after[passes]
+        before = before[passes]
+        after = after[passes]
         times = t[before + 1]
         inside = np.flatnonzero((after == before + 1) & (row[before] == row[after]))
         if inside.size:
@@ -327,7 +345,8 @@ class Report:
 
     def _locking(self) -> list[Event]:
         """Linings that come to lock themselves."""
-        locks, t = self._record.modes.locks, np.asarray(self._record.rows.t)
+        locks = self._record.modes.locks
+        t = np.asarray(self._record.rows.t)
         began = [] if locks is None else np.flatnonzero(np.diff(np.asarray(locks, np.int32)) > 0)
         return [Event(float(t[i + 1]), "self_locking") for i in began]
 
@@ -335,14 +354,17 @@ class Report:
         """Times at which margins rise through zero."""
         scan = self.scan
         sample, mark = np.asarray(crossings, int).T
-        row, steps, margins = scan.row[sample], scan.steps, margins_of(scan.seen)
+        row = scan.row[sample]
+        steps = scan.steps
+        margins = margins_of(scan.seen)
 
         def margin(some: np.ndarray, share: np.ndarray) -> np.ndarray:
             looked = margins_of(scan.look(row[some], share))
             return looked[np.arange(len(some)), mark[some]]
 
         # the zero of the polynomial through all samples of the step, between those numbered `place` and `place + 1`
-        place, last = sample % scan.samples, scan.samples - 1
+        place = sample % scan.samples
+        last = scan.samples - 1
         values = margins[(sample - place)[:, None] + np.arange(scan.samples), mark[:, None]]
         terms = values @ _powers(scan.samples).T
 
@@ -353,7 +375,8 @@ class Report:
         share = np.where(np.isnan(near), (place + 0.5) / last, near)
         left = np.arange(len(near))
         for reach in (_NEAR, 1.0 / last, 1.0):  # the run itself may have it a little aside
-            low, high = np.maximum(share[left] - reach, 0.0), np.minimum(share[left] + reach, 1.0)
+            low = np.maximum(share[left] - reach, 0.0)
+            high = np.minimum(share[left] + reach, 1.0)
             exact = _rise(lambda some, x, left=left: margin(left[some], x), low, high)
             located = ~np.isnan(exact)
             share[left[located]] = exact[located]
@@ -364,7 +387,8 @@ class Report:
 
     @functools.cached_property
     def metrics(self) -> dict[str, float | None]:
-        energy, scene = self._energies, self.result.scene
+        energy = self._energies
+        scene = self.result.scene
         metrics = metrics_of(scene, greatest=False)
         values = {name: metric.find(self._record, scene) for name, metric in metrics.items()}
         values |= {name: peak.value for name, peak in self.peaks.items()}
@@ -383,8 +407,10 @@ class Report:
         scene = self.result.scene
         if not scene.brake.in_series:
             return {}
-        stages, system = self.stages, self.result.record.system
-        greatest, load = np.max(self.scan.seen.lever_tension), self.scan.seen.load_torque[0]
+        stages = self.stages
+        system = self.result.record.system
+        greatest = np.max(self.scan.seen.lever_tension)
+        load = self.scan.seen.load_torque[0]
         hot = _sensed(system, jax.tree.map(lambda column: column[0], self._record.states.heat))
         stage_names = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(system.inertia), float(load), stage_names, float(greatest), hot)
@@ -392,7 +418,9 @@ class Report:
 
     def _holding(self, metrics: Entry) -> Entry:
         """Load and capacity at the minimum holding reserve, and the tension of a lever that holds the speed."""
-        columns, least, pull = self.scan.seen, metrics.get(HOLDING), self.pull
+        columns = self.scan.seen
+        least = metrics.get(HOLDING)
+        pull = self.pull
         entry: Entry = {} if pull is None else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
         if least is not None:
             load = abs(float(np.interp(self.peaks[HOLDING].time, columns.t, columns.load_torque)))
@@ -418,8 +446,12 @@ class Report:
     @functools.cached_property
     def summary(self) -> Entry:
         """What `Result.summary` gives a copy of."""
-        r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
-        count, widths = r.scene.brake.linings.count, self._maxima.widths
+        r = self.result
+        stats = self.result.record.stats
+        metrics = self.metrics
+        words = self.result.scene.brake.words
+        count = r.scene.brake.linings.count
+        widths = self._maxima.widths
         single = [name for name in self.peaks if METRICS[name].of_linings and widths[name] == count]
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))]
         numbers = metrics | {f"energy.{name}": value for name, value in plain(self._energies).items()}
@@ -504,9 +536,11 @@ def _grouped(events: list[Entry]) -> str:
     parts = []
     for _, group in itertools.groupby(enumerate(events), lambda x: (x[1]["name"], -1 if "lining" in x[1] else x[0])):
         first, *more = (event for _, event in group)
-        words, lining = first["name"].replace("_", " "), f" {first['lining']}" if "lining" in first else ""
+        words = first["name"].replace("_", " ")
+        lining = f" {first['lining']}" if "lining" in first else ""
         if more:
-            words, lining = f"{words}s", f"{lining}…{more[-1]['lining']}"
+            words = f"{words}s"
+            lining = f"{lining}…{more[-1]['lining']}"
         until = f"…{more[-1]['time']:.6g}" if more else ""
         parts.append(f"{words}{lining} {first['time']:.6g}{until} s")
     shown = parts if len(parts) <= 12 else [*parts[:6], f"… {len(parts) - 10} more …", *parts[-4:]]
@@ -549,14 +583,18 @@ def _course(summary: Entry) -> Iterator[str]:
 
 def _forces(summary: Entry) -> Iterator[str]:
     """Maximum tension and load with their linings, maximum hook load, minimum holding reserve."""
-    m, at, lining = summary["metrics"], summary["at"], summary.get("lining", "lining")
+    m = summary["metrics"]
+    at = summary["at"]
+    lining = summary.get("lining", "lining")
     each = f" of each of {summary['rims']} rims" if "rims" in summary else ""
     for head, name, where in (("tension", "max_tension", "behind lining"), ("load", "max_normal_load", f"on {lining}")):
         if name in m:
-            most, when = _kilo(m[name], "kN"), _number(at[f"{name}_time"], "s")
+            most = _kilo(m[name], "kN")
+            when = _number(at[f"{name}_time"], "s")
             yield f"{head:8} at most {most} {where} {at[f'{name}_lining']}{each} at {when}"
     if m.get("max_hook_load") is not None:
-        most, when = _kilo(m["max_hook_load"], "kN"), _number(at["max_hook_load_time"], "s")
+        most = _kilo(m["max_hook_load"], "kN")
+        when = _number(at["max_hook_load_time"], "s")
         yield f"hook     at most {most} at {when}; at most {m['max_hook_load_over_weight']:.5g} times its weight"
     if m.get(HOLDING) is not None:
         when = _number(at[f"{HOLDING}_time"], "s")
@@ -591,7 +629,10 @@ _COOLANT = {"peak_wetted_temperature": "at the wetted wall", "peak_coolant_tempe
 
 def _energy(summary: Entry) -> Iterator[str]:
     """Energy in and out, marks that the run passed, maximum temperatures, heat, wear."""
-    m, e, at, lining = summary["metrics"], summary["energy"], summary["at"], summary.get("lining", "lining")
+    m = summary["metrics"]
+    e = summary["energy"]
+    at = summary["at"]
+    lining = summary.get("lining", "lining")
     into, out = energy_balance(e)
     change = e["kinetic_change"]
     if change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0):  # the load has sped the pulley up
@@ -608,7 +649,8 @@ def _energy(summary: Entry) -> Iterator[str]:
     if "heat_stored" in e:
         hot = []
         for name in (name for name in hottest_first(m) if name in HOT):
-            rig, T = in_rig_units(), m[name]
+            rig = in_rig_units()
+            T = m[name]
             degrees = number(T, "K", count=5) if rig else f"{T - 273.15:.5g} °C"
             hot.append(f"{body_of(HOT[name], summary)} {degrees} at {at[f'{name}_time']:.6g} s")
         yield f"hottest  {', '.join(hot) or 'the scene names no rim, linings or band'}"
@@ -622,7 +664,9 @@ def _energy(summary: Entry) -> Iterator[str]:
         )
         yield f"coolant  at most {', '.join(hottest)}"
     if "worn_thickness" in summary and (most := m["greatest_wear"]) is not None:
-        worn, mean, least = summary["worn_thickness"], m["wear_over_mean"], m["wear_over_least"]
+        worn = summary["worn_thickness"]
+        mean = m["wear_over_mean"]
+        least = m["wear_over_least"]
         depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"
         over = "" if least is None else f", {least:.4g} times the least"
         where = f"{lining} {first_largest(np.asarray(worn)) + 1}"
@@ -634,7 +678,9 @@ def _energy(summary: Entry) -> Iterator[str]:
 
 def text(summary: Entry, first: Sequence[str] = ()) -> str:
     """About ten lines that can be read without the source; `first`: lines below the heading."""
-    e, s, many = summary["energy"], summary["solver"], summary["duty"] == DutyKind.STOPS
+    e = summary["energy"]
+    s = summary["solver"]
+    many = summary["duty"] == DutyKind.STOPS
     residual_note = "" if e["closure"] is None else f" ({RESIDUAL_SEES})"
     lines = [
         f"{summary['status']}: {summary['message']}",

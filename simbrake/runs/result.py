@@ -70,7 +70,8 @@ GRAZE = 1e4
 
 def jumps_at_start(scene: Scene) -> list[str]:
     """Profiles of the scene that jump exactly at its start: an earlier jump changes nothing, a later one does."""
-    start, parts = float(scene.initial.time), {leaf.path: np.asarray(leaf.value, float) for leaf in leaves(scene)}
+    start = float(scene.initial.time)
+    parts = {leaf.path: np.asarray(leaf.value, float) for leaf in leaves(scene)}
     notes = []
     for path, times in parts.items():
         values = parts.get(f"{path.removesuffix('times')}values")
@@ -84,9 +85,12 @@ def jumps_at_start(scene: Scene) -> list[str]:
 def near_ties(record: Record) -> list[str]:
     """Events so close that a small change may exchange them."""
     n = int(record.count)
-    t, kind = np.asarray(record.rows.t)[: n + 1], np.asarray(record.rows.kind)[:n]
+    t = np.asarray(record.rows.t)[: n + 1]
+    kind = np.asarray(record.rows.kind)[:n]
     at = np.flatnonzero((kind == LANDED) | (kind == STOPPED))
-    times, landed, whole = t[at + 1], kind[at] == LANDED, t[-1] - t[0]
+    times = t[at + 1]
+    landed = kind[at] == LANDED
+    whole = t[-1] - t[0]
     notes = []
     for i in np.flatnonzero((np.diff(times) > 0) & (np.diff(times) < NEAR * whole)):
         if landed[i] or landed[i + 1]:
@@ -102,10 +106,12 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
     Guards that move alike, as those of speed and slip under a steady lever, are one.
     """
     t, y = record.ends(index)
-    flat, span = record.flat, record.t_end - record.rows.t[0]
+    flat = record.flat
+    span = record.t_end - record.rows.t[0]
 
     def at_event(t: Array, y: Any, i: Array) -> tuple[Array, Array]:
-        mode, fired = record.rows.mode[i], record.rows.guard[i]
+        mode = record.rows.mode[i]
+        fired = record.rows.guard[i]
         packed = ravel_pytree(y)[0]
         f = flat.rhs(t, packed, mode)
         g, rate = jax.jvp(lambda t, y: flat.guards(t, y, mode), (t, packed), (jnp.ones_like(t), f))
@@ -129,7 +135,8 @@ def _rope_at(system: Any, y: Any, mode: Any) -> Any:
 def passages(record: Record) -> list[str]:
     """Grazing events, and simultaneous events."""
     record = record.compact()
-    t, kind = np.asarray(record.rows.t), np.asarray(record.rows.kind)[: int(record.count)]
+    t = np.asarray(record.rows.t)
+    kind = np.asarray(record.rows.kind)[: int(record.count)]
     index = np.flatnonzero(kind == LANDED)
     if not len(index):
         return []
@@ -304,7 +311,8 @@ class Result:
         xp, record = (np, self.record.compact()) if concrete else (jnp, jax.tree.map(jnp.asarray, self.record))
         ts = array_of_times(ts, "ts") if concrete else jnp.atleast_1d(jnp.asarray(ts, np.float64))
         t = record.rows.t
-        start, end = t[0], t[record.count]
+        start = t[0]
+        end = t[record.count]
         away = outside(ts, start, end)
         inside = xp.where(away, start, xp.clip(ts, start, end))
         index = record.find(inside, left=left)
@@ -365,14 +373,17 @@ class Result:
 
     def _never_follows(self) -> bool:
         """Whether a lever or a motor that is to keep a speed throughout never brings the pulley near it."""
-        lever, motor = self.scene.duty.lever, self.scene.motor
+        lever = self.scene.duty.lever
+        motor = self.scene.motor
         course = lever.speed if isinstance(lever, Driller) else None if motor is None else motor.speed
         if course is None:
             return False
-        rows, n = self.record.rows, int(self.record.count) + 1
+        rows = self.record.rows
+        n = int(self.record.count) + 1
         speeds = np.asarray(course.values)
         wanted = np.interp(np.asarray(rows.t)[:n], np.asarray(course.times), speeds)
-        most, asked = np.max(np.abs(speeds)), np.abs(wanted) > 0.5 * np.max(np.abs(speeds))
+        most = np.max(np.abs(speeds))
+        asked = np.abs(wanted) > 0.5 * np.max(np.abs(speeds))
         away = np.abs(np.asarray(rows.y)[:n, 1] - wanted)[asked]
         return bool(away.size and np.all(away > _FOLLOWED * most))
 
@@ -409,14 +420,17 @@ class Result:
 
     def _of_hook(self) -> str:
         """How the hook swings at the end over a drum at rest, in words; nothing below 1 % of its weight."""
-        system, (_, y, mode) = self._system, ends_of(self.record)[1]
+        system = self._system
+        (_, y, mode) = ends_of(self.record)[1]
         elastic = system.feature(ElasticRope)
         if elastic is None:
             return ""
         if int(mode.taut) == 0:
             return "; the hook falls on a slack rope"
-        rope, k = _rope_at(system, y, mode), float(elastic.stiffness)
-        away, speed = k * float(y.hook.excess), float(y.hook.speed)
+        rope = _rope_at(system, y, mode)
+        k = float(elastic.stiffness)
+        away = k * float(y.hook.excess)
+        speed = float(y.hook.speed)
         swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
         if swing < _SLIGHT * float(rope.weight):
             return ""
@@ -437,20 +451,28 @@ class Result:
 
     def _waiting(self) -> str:
         """The phase that runs at the end, what it waits for, how far that is, and why a load runs away."""
-        record, lever, end = self.record, self._system.lever, self._end_awaited
+        record = self.record
+        lever = self._system.lever
+        end = self._end_awaited
         assert isinstance(lever, Phases)
-        passed, y = int(record.mode_end.phase), record.y_end
-        turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
+        passed = int(record.mode_end.phase)
+        y = record.y_end
+        turns = y.omega != 0.0
+        body = self.scene.brake.words.body
+        travel = self.scene.duty.load.travel()
         motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
         now, more = (motion, []) if turns else ("waits", [motion])
         if isinstance(end, AtHeight) and self.scene.initial.block_height is not None:
             height = float(self.scene.initial.block_height) - float(self.scene.duty.load.travelled(y.phi))  # pyright: ignore
-            now, more = f"is at {number(height, 'm')}", [motion]
+            now = f"is at {number(height, 'm')}"
+            more = [motion]
         elif isinstance(end, AfterTravel) and travel is not None:
-            now, more = f"is at {number(y.phase.turned * travel, 'm')}", [motion]
+            now = f"is at {number(y.phase.turned * travel, 'm')}"
+            more = [motion]
         elif isinstance(end, AtTemperature):
             hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
-            now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
+            now = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}"
+            more = [motion]
         if end.rising if isinstance(end, AtHeight) else isinstance(end, AfterTravel) and float(end.distance) < 0:
             more.append("upwards it needs `motor`, with a speed below 0")
         if turns:
@@ -579,7 +601,8 @@ def _above(module: str) -> Any:
 
 def _torques(capacity: Capacity, names: list[str]) -> str:
     """Torque of the hanging load and capacity of a brake in words; of one with several pairs, which is the weakest."""
-    load, most = number(capacity.hanging, "N*m"), number(capacity.torque, "N*m")
+    load = number(capacity.hanging, "N*m")
+    most = number(capacity.torque, "N*m")
     weaker = ""
     if len(capacity.pairs) > 1:
         weaker = f", limited by its {names[int(np.argmin(capacity.pairs))]} pair"
@@ -587,7 +610,8 @@ def _torques(capacity: Capacity, names: list[str]) -> str:
 
 
 def _metric(result: Result, name: str) -> Array | Peak:
-    metric, scene = METRICS[name], result.scene
+    metric = METRICS[name]
+    scene = result.scene
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if not result.concrete:

@@ -71,7 +71,9 @@ from .result import Result, RunLimits
 
 #: factor between the tolerances of the two runs; the loosest one of the second, and the tightest, below which rounding
 #: governs the steps
-RATIO, TIGHT, TIGHTEST = 100.0, 1e-12, 1e-13
+RATIO = 100.0
+TIGHT = 1e-12
+TIGHTEST = 1e-13
 #: relative rounding of one operation
 EPS = 2.0**-52
 
@@ -151,7 +153,8 @@ def with_layers(found: PreparedAccuracy, first: Any, finer: Any) -> PreparedAccu
 
 def errors_between(a: Any, b: Any, steps: Any) -> np.ndarray:
     """Errors of values `a` from those of a second run, NaN where one of them is not finite."""
-    a, b = np.asarray(a, float), np.asarray(b, float)
+    a = np.asarray(a, float)
+    b = np.asarray(b, float)
     both = np.isfinite(a) & np.isfinite(b)
     with np.errstate(invalid="ignore"):
         error = np.abs(a - b) + rounding(steps, a)
@@ -242,11 +245,13 @@ def long_run(
     """
     scene: Scene = packing.unpack(numbers)[0]
     program, carried = _stretch_program(packing, method, scene.brake.resolved, run_device())
-    t, end = float(scene.initial.time), float(scene.end_time)
+    t = float(scene.initial.time)
+    end = float(scene.end_time)
     if report is not None:
         report(t, end)
     rows: list[Any] = []  # of the stretches before
-    left, length = rooms[-1], STRETCH if report is None else _FIRST
+    left = rooms[-1]
+    length = STRETCH if report is None else _FIRST
     while True:
         begun = time.monotonic()
         part, carried = program.call(np.concatenate([numbers, carried, [float(min(length, left))]]))
@@ -303,7 +308,8 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
 @Kept
 def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> TieredProgram:
     """The compiled run of all scenes of one structure."""
-    run, subject = run_of_numbers(packing, method, max_steps), ("run", packing, method, max_steps)
+    run = run_of_numbers(packing, method, max_steps)
+    subject = ("run", packing, method, max_steps)
 
     def packed(numbers: Array) -> Packed:
         return Packed.of(run(numbers))
@@ -329,7 +335,8 @@ class _Part(NamedTuple):
 @Kept
 def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
     """The run as part of a larger program: as one function where it is not differentiated (`joined`)."""
-    run, joinable = jax.jit(run_of_numbers(packing, method, max_steps)), accelerators("cpu").one_function
+    run = jax.jit(run_of_numbers(packing, method, max_steps))
+    joinable = accelerators("cpu").one_function
 
     def of_problem(run: Callable[[Array], Record]) -> Callable[..., Record]:
         return lambda scene, *limits: run(pack((_marked(scene), *limits), jnp)[0])
@@ -590,8 +597,12 @@ class Prepared:
         max_step: float = np.inf,
         max_events: int = 10_000,
     ) -> None:
-        self.scene, self.solver, self.rtol, self.max_steps = scene, solver, rtol, max_steps
-        self.max_step, self.max_events = max_step, max_events
+        self.scene = scene
+        self.solver = solver
+        self.rtol = rtol
+        self.max_steps = max_steps
+        self.max_step = max_step
+        self.max_events = max_events
         self._slope_steps = _DIFFERENTIATED * max_steps
         self.metrics = tuple(name_of(metric) for metric in metrics)
         self._asked = tuple(metrics)
@@ -620,7 +631,8 @@ class Prepared:
         return slices
 
     def _run(self, numbers: VectorK, max_steps: int) -> Float[Array, " out"]:
-        scene, (rtol, max_step) = self._like.unpack(numbers[:-2]), numbers[-2:]
+        scene = self._like.unpack(numbers[:-2])
+        (rtol, max_step) = numbers[-2:]
         limits = {"max_step": max_step, "max_steps": max_steps, "max_events": self.max_events}
         result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
         values = measure_all(result, self._asked, arrays=True)
@@ -711,7 +723,8 @@ class Prepared:
         """What its programs are called with: all numbers of the scene, the tolerance and the longest step."""
         whole = np.empty(numbers.size + 2)
         whole[:-2] = numbers
-        whole[-2], whole[-1] = rtol, self.max_step
+        whole[-2] = rtol
+        whole[-1] = self.max_step
         return whole
 
     def gradient(self, values: Values = None) -> np.ndarray:
@@ -729,7 +742,9 @@ class Prepared:
             *slope, code = np.asarray(self._slope.call(numbers))
             if code != Code.STEP_LIMIT or self._slope_steps >= _MOST_STEPS:
                 return np.reshape(slope, (-1, self.numbers.size))
-            self._slope_steps, self._slope = 4 * self._slope_steps, None  # a longer record, from now on
+            # a longer record, from now on
+            self._slope_steps = 4 * self._slope_steps
+            self._slope = None
 
     def _slopes(self, numbers: VectorK, max_steps: int) -> Float[Array, " out"]:
         """All derivatives in one vector, and the code of the run."""
@@ -772,7 +787,8 @@ class Prepared:
             limits = {"max_step": self.max_step, "max_events": self.max_events}
             cuts = cuts_of(simulate(self.scene, rtol=self.rtol, **limits, throw=False))
             self._finer = prepare(with_finer_layers(self.scene, cuts), self._asked, rtol=self.rtol, **limits)
-        heat, finer = self.scene.network, self._finer.scene.network
+        heat = self.scene.network
+        finer = self._finer.scene.network
         given = {path: np.asarray(self.vector(values))[place] for path, place in self.places.items()}
         given = {path: np.squeeze(array)[None] for path, array in given.items()}
         numbers = {path: array[0] for path, array in finer_values(heat, finer, given).items()}

@@ -89,15 +89,20 @@ class HeldInput:
             return self
         if t == self.said[0][0] and not (self.delay or self.lag):  # it is what the run begins with
             return dataclasses.replace(self, values=np.full_like(self.values, value), said=[(t, value)], count=1)
-        times, values, piece = self.times, self.values, self.piece
+        times = self.times
+        values = self.values
+        piece = self.piece
         # of a lag one jump that is over stays, to hold what is left of all before
         if piece >= (2 if self.lag is None else 4):
             if self.lag is not None:
                 left = (values[1] - values[0]) * math.exp(-(times[2] - times[0]) / self.lag)
                 values = values.copy()
                 values[2] -= left
-            times, values, piece = times[2:], values[2:], piece - 2
-        times, values = np.append(times, [t, t]), np.append(values, [self.level, value])
+            times = times[2:]
+            values = values[2:]
+            piece = piece - 2
+        times = np.append(times, [t, t])
+        values = np.append(values, [self.level, value])
         if len(times) > len(self.times):  # commands that wait in the dead time: space for as many again
             more = len(self.times)
             times = np.concatenate([np.full(more - 2, times[0]), times])
@@ -115,23 +120,35 @@ class HeldInput:
 
 def _held(scene: Scene, name: str) -> HeldInput | Fault:
     """The input `name` of a scene, before anything was commanded: what the scene itself gives at its start."""
-    duty, start = scene.duty, float(np.asarray(scene.initial.time))
+    duty = scene.duty
+    start = float(np.asarray(scene.initial.time))
     field = duty.lever_field if name == "lever" else "load"
-    part, where, unit, delay, lag = getattr(duty, field), ("duty", field), "N", 0.0, None
+    part = getattr(duty, field)
+    where = ("duty", field)
+    unit = "N"
+    delay = 0.0
+    lag = None
     if name == "load":
         if not isinstance(part, TorqueLoad):
             hint = 'a load given by its torque: load = {torque = "12 kN*m"}, and the mass of the hook in the inertia'
             return Fault("duty.load", f"a {type(part).__name__} gives its torque by itself", hint)
-        part, where, unit = part.profile, (*where, "profile"), "N*m"
+        part = part.profile
+        where = (*where, "profile")
+        unit = "N*m"
     if isinstance(part, Lever):
-        part, where = part.force, (*where, "force")
+        part = part.force
+        where = (*where, "force")
     if isinstance(part, AbstractActuator):
-        delay, lag = float(part.dead_time), None if part.lag is None else float(part.lag)
-        where, unit = (*where, part.command_field), "Pa" if isinstance(part, Cylinder) else unit
+        delay = float(part.dead_time)
+        lag = None if part.lag is None else float(part.lag)
+        where = (*where, part.command_field)
+        unit = "Pa" if isinstance(part, Cylinder) else unit
         part = part.input
     path = ".".join(where)
     if isinstance(part, Driller):
-        part, where, unit = part.speed, (*where, "speed"), "rad/s"
+        part = part.speed
+        where = (*where, "speed")
+        unit = "rad/s"
     if isinstance(part, Phases | SpeedHold):
         hint = "give the lever as a tension, a force, or a Driller, whose speed is then the input"
         return Fault(path, f"{type(part).__name__} sets the lever by itself", hint)
@@ -203,7 +220,9 @@ def step_of_numbers(
         profiles = [(shape.where, PiecewiseLinear(*pair)) for shape, pair in zip(shapes, points, strict=True)]
         scene = _commanded(packing.unpack(x[:n])[0], profiles)
         system = dataclasses.replace(system, lever=scene.lever, load=scene.duty.load)
-        t, end, now = x[ends[-1]], x[ends[-1] + 1], x[ends[-1] + 2 :]
+        t = x[ends[-1]]
+        end = x[ends[-1] + 1]
+        now = x[ends[-1] + 2 :]
         begins = jnp.isnan(now[0])
         flat_y = jnp.where(begins, ravel(y, jnp.float64), now[:ny])
         flat_mode = jnp.where(begins, pack_mode(mode), jnp.where(begins, 0.0, now[ny:]).astype(jnp.int32))
@@ -241,8 +260,12 @@ def _at_end(record: Record) -> tuple[np.ndarray, np.ndarray]:
 
 def _events(record: Record, first: bool) -> list[Event]:
     """Changes of mode in a record, by the names of the log; `first`: it begins the run."""
-    labels, t = labels_of(record), np.asarray(record.rows.t)
-    events, settles, driven = [], first, record.system.rests_open  # pyright: ignore
+    labels = labels_of(record)
+    t = np.asarray(record.rows.t)
+    # pyright: ignore
+    events = []
+    settles = first
+    driven = record.system.rests_open
     for i, (before, after) in enumerate(itertools.pairwise(labels)):
         if before == after:
             continue
@@ -304,14 +327,16 @@ class Stepper:
         require_64_bits()
         self.scene = scene = checked(scene)
         self._held = held_inputs(scene, inputs, rtol)
-        self.solver, self.rtol = solver_of(scene, solver), rtol
+        self.solver = solver_of(scene, solver)
+        self.rtol = rtol
         limits = np.asarray(rtol), np.asarray(np.inf), np.asarray(10_000, np.int32)
         self._limits = RunLimits(limits[1], limits[2], _ATTEMPTS)
         self._numbers, self._packing = pack((scene, *limits))
         self._method = method_of(scene, self.solver)
         shapes = self._packing.shapes, solver_name(self.solver), sorted(self._held)
         self._digest = hashlib.sha256(self._numbers.tobytes() + repr(shapes).encode()).hexdigest()
-        self.time, self._begun = float(np.asarray(scene.initial.time)), False
+        self.time = float(np.asarray(scene.initial.time))
+        self._begun = False
         self._record = record = self._integrate(self.time, self.time, None, None, self._held)
         self._y, self._mode = _at_end(record)
         if state is not None:
@@ -366,19 +391,30 @@ class Stepper:
         stepper is then unchanged.
         """
         span, held = self._read(dt, inputs)
-        t, y, mode, end, record, events = self.time, self._y, self._mode, self.time + span, self._record, list[Event]()
+        t = self.time
+        y = self._y
+        mode = self._mode
+        end = self.time + span
+        record = self._record
+        events = list[Event]()
         while t < end:
             record = self._integrate(t, end, y, self._on_pieces(mode, held), held)
             events += _events(record, first=not self._begun and t == self.time)
-            t, (y, mode) = float(record.t_end), _at_end(record)
+            t = float(record.t_end)
+            (y, mode) = _at_end(record)
             pieces = unravel(mode, record.mode_like).pieces
             held = {name: dataclasses.replace(held_input, piece=int(pieces[name])) for name, held_input in held.items()}
-        self.time, self._y, self._mode, self._held, self._record = t, y, mode, held, record
+        self.time = t
+        self._y = y
+        self._mode = mode
+        self._held = held
+        self._record = record
         self._begun = self._begun or span > 0
         return Advanced(t, events)
 
     def _read(self, dt: float | str, inputs: Mapping[str, float | str]) -> tuple[float, dict[str, HeldInput]]:
-        reader, held = NumberReader(), dict(self._held)
+        reader = NumberReader()
+        held = dict(self._held)
         # a number may come from an array, as those of a controller do
         dt, *values = (x.item() if getattr(x, "ndim", None) == 0 else x for x in (dt, *inputs.values()))  # pyright: ignore
         span = reader.number(dt, Quantity("s", "length of the step", low=0.0), "dt", "s")
@@ -450,11 +486,14 @@ class Stepper:
         if missing or str(kept["scene"]) != self._digest:
             what = f"has other entries ({', '.join(sorted(missing))})" if missing else "is of another scene"
             raise InputError([Fault("state", what, "of a stepper of the same scene, inputs, solver and tolerance")])
-        self.time, self._begun = float(kept["time"]), bool(kept["begun"])
-        self._y, self._mode = np.array(kept["y"]), np.array(kept["mode"], np.int32)
+        self.time = float(kept["time"])
+        self._begun = bool(kept["begun"])
+        self._y = np.array(kept["y"])
+        self._mode = np.array(kept["mode"], np.int32)
         for name, held in self._held.items():
             times, values = np.array(kept[f"{name}_points"])
-            said, piece = [(t, value) for t, value in kept[f"{name}_history"].tolist()], int(kept[f"{name}_piece"])
+            said = [(t, value) for t, value in kept[f"{name}_history"].tolist()]
+            piece = int(kept[f"{name}_piece"])
             self._held[name] = dataclasses.replace(
                 held, times=times, values=values, piece=piece, said=said, count=len(said)
             )

@@ -111,7 +111,8 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
     # the smallest margin first; what has none last
     rows = [row for _, row in sorted(limited + _reserve_rows(result), key=lambda pair: pair[0])]
     cover = judged(result, checks)
-    reason, sentence = REASONS[judgement.reason], _sentence(result)
+    reason = REASONS[judgement.reason]
+    sentence = _sentence(result)
     colour = _worse(COLOURS[judgement.colour], _colour_of_limits([row for _, row in limited], cover))
     numbers = {
         "load_torque": judgement.load,
@@ -136,7 +137,8 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
 
 def page_of(result: Result) -> str:
     """A concrete result in a notebook: the verdict as a banner, its metrics with units, and the warnings."""
-    summary, said = result.report().summary, result.verdict()
+    summary = result.report().summary
+    said = result.verdict()
     metrics = {name: value for name, value in summary["metrics"].items() if value is not None}
     rows = [
         (name, str(number(value, about_output(name)["units"])), about_output(name)["meaning"])
@@ -194,7 +196,8 @@ def _hottest(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
 def _sentence(result: Result) -> str:
     """The reason of a verdict in words, with its numbers."""
     report = result.report()
-    judgement, end = report.judgement, report.summary["end"]
+    judgement = report.judgement
+    end = report.summary["end"]
     reason = REASONS[judgement.reason]
     speed = number(abs(end["omega"]), "rad/s")
     moves = f"{speed}" + (" upwards" if end["omega"] < 0 else "")
@@ -304,7 +307,8 @@ def _led(result: Result) -> str:
 
 def _stopped(result: Result) -> str:
     """That and when the pulley came to rest."""
-    summary, stop = result.report().summary, result.metrics["stopping_time"]
+    summary = result.report().summary
+    stop = result.metrics["stopping_time"]
     if "stops" in summary:
         return stops_words(summary["stops"])
     if stop is None:
@@ -319,7 +323,8 @@ def _stopped(result: Result) -> str:
 
 def _row(check: LimitCheck) -> tuple[float, VerdictRow]:
     """Margin as a share of the limit, infinite where there is none, and the row."""
-    state, percent = check.verdict, check.margin_percent
+    state = check.verdict
+    percent = check.margin_percent
     share = math.inf if percent is None else percent / 100
     if state == LimitVerdict.WITHIN and share < SMALL_MARGIN:
         state = LimitVerdict.SMALL
@@ -332,7 +337,8 @@ def _row(check: LimitCheck) -> tuple[float, VerdictRow]:
 
 
 #: what a friction brake has over the load, at rest and sliding
-RESERVE, SLIDING = "Holding reserve (static capacity over load)", "Torque of the sliding brake over load"
+RESERVE = "Holding reserve (static capacity over load)"
+SLIDING = "Torque of the sliding brake over load"
 #: reasons of a load that is to stop or to hold, and moves at the end
 STILL_MOVING = ("T1", "H3", "S1", "S2", "S3", "S4", "U1")
 

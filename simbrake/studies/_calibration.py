@@ -304,7 +304,8 @@ def _words(p: Parameter) -> str:
 #: smaller shares of a combination are not named
 _SMALL = 0.01
 #: correlation above which a fixed number is not told apart from a fitted one, and how many the headline names
-_TIED, _NAMED = 0.99, 3
+_TIED = 0.99
+_NAMED = 3
 #: probability of χ² below which model and data disagree
 _UNLIKELY = 1e-3
 #: share of the cost by which another point must fit better
@@ -317,15 +318,20 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
 
     assert search.best is not None
     _, z, best = search.best
-    box, model, paths = search.box, search.model, search.model.paths
-    theta, residual = box.up(z), search.residual(best)
+    box = search.box
+    model = search.model
+    paths = search.model.paths
+    theta = box.up(z)
+    residual = search.residual(best)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     if fixed.any():  # noise alone drives an undetermined parameter to a bound: then the bound fixes it, not the data
         whole = _identified(search, z, np.zeros_like(fixed), absolute)
         fixed = fixed & ~whole.concerned
     known = _identified(search, z, fixed, absolute)
-    chi2, freedom = float(residual @ residual), residual.size - known.rank
-    concerned, slope = np.zeros(z.size, bool), box.slope(theta)
+    chi2 = float(residual @ residual)
+    freedom = residual.size - known.rank
+    concerned = np.zeros(z.size, bool)
+    slope = box.slope(theta)
     concerned[~fixed] = known.concerned
     covariance = np.full((z.size, z.size), np.nan)
     covariance[np.ix_(~fixed, ~fixed)] = known.covariance
@@ -356,8 +362,10 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
     columns = map(model.split, (search.measured, scatter * search.sigma, start.values, best.values))
     rows = zip(model.parts, *columns, strict=True)
     residuals = tuple(Residuals(r.label(part.name), part.unit, part.t, *row) for (r, part), *row in rows)  # pyright: ignore
-    names, solver = [paths[i] for i in np.flatnonzero(~fixed)], model.run.solver
-    outcome, message = Outcome.CONVERGED, search.message
+    names = [paths[i] for i in np.flatnonzero(~fixed)]
+    solver = model.run.solver
+    outcome = Outcome.CONVERGED
+    message = search.message
     if not search.converged:
         outcome = Outcome.NOT_CONVERGED
     elif concerned.any():
@@ -404,10 +412,14 @@ def _profiled(search: Search, fit: Calibration) -> Calibration:
     from scipy import stats  # slow to import: loaded by a fit only
 
     assert search.best is not None
-    (least, z, _), box = search.best, search.box
+    (least, z, _) = search.best
+    box = search.box
     law, scatter = (stats.norm, 1.0) if fit.absolute else (stats.t(fit.freedom), fit.reduced_chi2)
     quantile = float(law.ppf(0.5 + fit.confidence / 2))
-    slope, rise, parameters, warnings = box.slope(box.up(z)), scatter * quantile**2, list(fit.parameters), fit.warnings
+    slope = box.slope(box.up(z))
+    rise = scatter * quantile**2
+    parameters = list(fit.parameters)
+    warnings = fit.warnings
     with Progress("calibrate", "profiles…"):
         for i, p in enumerate(parameters[: search.model.shared]):
             reached = search.profile(z, i, rise, quantile * p.standard_error / slope[i])
@@ -429,17 +441,20 @@ def _tied(
         return ()
     slope = search.box.slope(theta)
     jacobian = search.jacobian(z, search.look(z)[0])[:, free]
-    which, inputs = np.flatnonzero(free), Inputs(scene)
+    which = np.flatnonzero(free)
+    inputs = Inputs(scene)
     rows: list[tuple[float, FixedNumber]] = []
     for path, value, change in search.model.of_fixed(theta):
         ties = confound(jacobian, change / search.sigma, max(search.noise, STEP**2))
         strength = np.where(concerned[which], 0.0, np.abs(ties.correlation))
         k = int(np.argmax(strength))
-        i, shift = which[k], ties.shift[k] * slope[which[k]]
+        i = which[k]
+        shift = ties.shift[k] * slope[which[k]]
         error = float(np.sqrt(max(ties.variance[k], 0.0))) * slope[i]
         if strength[k] > _TIED and abs(shift) > error:  # else an error of the whole number would not matter
             relative = float(shift / theta[i]) if theta[i] else float(shift)
-            unit, correlation = inputs[path].about.unit, float(ties.correlation[k])
+            unit = inputs[path].about.unit
+            correlation = float(ties.correlation[k])
             row = FixedNumber(path, value, unit, search.model.paths[i], correlation, relative)
             rows.append((abs(shift) / error if error > 0 else np.inf, row))
     rows.sort(key=lambda row: -row[0])
@@ -450,7 +465,8 @@ def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool
     if fixed.all():
         return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), np.zeros((0, 0)), 0)
     fit = search.look(z)[0]
-    jacobian, residual = search.jacobian(z, fit)[:, ~fixed], search.residual(fit)
+    jacobian = search.jacobian(z, fit)[:, ~fixed]
+    residual = search.residual(fit)
     settings = {"loss": search.loss, "loss_scale": search.loss_scale, "noise": search.noise}
     return identify(jacobian, residual, absolute=absolute, **settings)
 
@@ -543,7 +559,8 @@ def calibrate(
 def _absoluteness(recordings: Sequence[Recording], wanted: bool | None, parameters: int, issues: Issues) -> bool:
     """Whether standard deviations are absolute; adds their errors."""
     parts = [(each.label(part.name), part.sigma) for each in recordings for part in each.data.all]
-    without, count = [name for name, sigma in parts if sigma is None], sum(each.data.count for each in recordings)
+    without = [name for name, sigma in parts if sigma is None]
+    count = sum(each.data.count for each in recordings)
     hint = "give its measuring error, as a column …_sigma or by sigma={…}"
     if without and (len(parts) > 1 or wanted):
         issues += [Fault(name, "has no standard deviation", hint) for name in without]

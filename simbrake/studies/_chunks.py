@@ -58,7 +58,11 @@ class Pool:
         idle: Callable[[], object] = lambda: None,
         lost: Callable[[BaseException | None], object] = lambda error: None,
     ) -> None:
-        self.workers, self._start, self.on_cpu, self._idle, self._lost = workers, start, on_cpu, idle, lost
+        self.workers = workers
+        self._start = start
+        self.on_cpu = on_cpu
+        self._idle = idle
+        self._lost = lost
         self._waiting: dict[Future[Columns], Task] = {}
         self._ended = False
         self.look: Callable[[], None] = lambda: None
@@ -74,7 +78,8 @@ class Pool:
             if not finished and not self._ended:
                 self._idle()
             for future in finished:
-                task, cancelled = self._waiting.pop(future), future.cancelled()
+                task = self._waiting.pop(future)
+                cancelled = future.cancelled()
                 error = None if cancelled else future.exception()
                 if error is None and not cancelled:
                     yield task, future.result()
@@ -114,8 +119,10 @@ def interruptible() -> Iterator[Callable[[], None]]:
 def threads(workers: int | None) -> Iterator[Pool]:
     """Threads that each hand chunks to a compiled program, which runs outside of Python's lock: on a CPU one per core,
     on accelerators one per device, at most `workers`."""
-    devices, free = jax.devices(), queue.SimpleQueue[Any]()
-    on_cpu, count = devices[0].platform == "cpu", len(devices)
+    devices = jax.devices()
+    free = queue.SimpleQueue[Any]()
+    on_cpu = devices[0].platform == "cpu"
+    count = len(devices)
     if on_cpu:
         cores = len(os.sched_getaffinity(0)) if "sched_getaffinity" in dir(os) else os.cpu_count() or 1
         count = max(cores, count)
@@ -156,7 +163,8 @@ class Store:
     """
 
     def __init__(self, folder: Path, study: str, about: dict[str, object] | None = None) -> None:
-        self.folder, self.study = Path(folder), study
+        self.folder = Path(folder)
+        self.study = study
         manifest = self.folder / "manifest.json"
         if self.folder.exists() and not self.folder.is_dir():
             raise input_error("directory", f"{folder} is a file", "give a folder")

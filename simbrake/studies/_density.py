@@ -23,7 +23,8 @@ Prior: TypeAlias = Callable[[Any], Any]
 #: how many times the step attempts of a run at the start any other run may take
 _LONGER = 4
 #: the nearest that a start, and any other number, may be to a bound, over the range
-_START, _EDGE = 0.01, 1e-9
+_START = 0.01
+_EDGE = 1e-9
 _HALF_LOG_TAU = 0.5 * np.log(2 * np.pi)
 
 
@@ -61,7 +62,8 @@ class LogDensity:
 
     def _split(self, numbers: Any) -> dict[str, Any]:
         """One number for each one in `x` by path: () of what all recordings share, (n,) of what each has."""
-        k, n = len(self.shared), self.measured.shape[0]
+        k = len(self.shared)
+        n = self.measured.shape[0]
         each = numbers[k : k + n * len(self.own)].reshape(n, len(self.own))
         parts = {path: numbers[i] for i, path in enumerate(self.shared)}
         parts |= {path: each[:, i] for i, path in enumerate(self.own)}
@@ -78,7 +80,8 @@ class LogDensity:
         return _unconstrained(self.box, np.asarray(named, float), _EDGE)
 
     def _runs(self, values: Mapping[str, Any]) -> tuple[Float[Array, "n m"], Int[Array, " n"]]:
-        n, (scenes, given, where) = self.measured.shape[0], self.runs
+        n = self.measured.shape[0]
+        (scenes, given, where) = self.runs
         shared = {path: jnp.asarray(values[path]) for path in self.shared}
 
         def run(scene: Scene, own: dict[str, Array], given: Any, where: Array) -> tuple[Array, Array]:
@@ -119,7 +122,8 @@ class LogDensity:
         """Logarithm of the prior of `x`, with `log |dθ/dx|`."""
         inside = -jax.nn.softplus(x) - jax.nn.softplus(-x)  # of a uniform share of the range
         numbers = self.box.up(jax.nn.sigmoid(x), jnp)
-        values, slopes = self._split(numbers), self._split(jnp.log(self.box.slope(numbers, jnp)))
+        values = self._split(numbers)
+        slopes = self._split(jnp.log(self.box.slope(numbers, jnp)))
         return jnp.sum(inside) + sum(jnp.sum(prior(values[path]) + slopes[path]) for path, prior in self.priors.items())
 
     def __call__(self, x: Float[Array, " d"]) -> Float[Array, ""]:
@@ -167,7 +171,9 @@ def log_density(
         >>> bool(density(density.initial) > density(density.initial + 0.5))
         True
     """
-    issues, own, shared = Issues(), per_recording or {}, shared or {}
+    issues = Issues()
+    own = per_recording or {}
+    shared = shared or {}
     runs = recordings_of(scene, recordings, issues)
     box = box_of_all(runs, shared, own, start or {}, issues)
     measured = {part.name for each in runs for part in each.data.all}
@@ -199,7 +205,8 @@ def log_density(
     if max_steps is None:
         results = (simulate(one, solver=solver, rtol=rtol, throw=False) for one in layout.scenes(box.start))
         max_steps = _LONGER * max(room_for(result, differentiated=True) for result in results)
-    longest, names = max(where.size for where in layout.where), [*(noise or {})]
+    longest = max(where.size for where in layout.where)
+    names = [*(noise or {})]
 
     def filled(rows: Sequence[Any], value: float) -> np.ndarray:
         return np.stack([np.pad(np.asarray(row), (0, longest - len(row)), constant_values=value) for row in rows])

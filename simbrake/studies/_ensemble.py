@@ -79,7 +79,8 @@ Show: TypeAlias = Callable[[int, int], object] | bool | None
 
 NOT_RUN = -1
 #: runs for which chunks have space by default: few and many on a CPU; elsewhere
-_CHUNKS, _MANY = (64, 1024), 2**17
+_CHUNKS = (64, 1024)
+_MANY = 2**17
 #: runs up to which each is made by itself: a program of chunks takes longer to compile
 _FEW = 100
 #: instants of events of a run for which there is space at least, before the last limit of the steps
@@ -144,7 +145,8 @@ class Plan:
     def one(self, i: int) -> Scene:
         """The scene of a run, as `with_values` makes it, by numbers alone."""
         marked, structure, places = self._template
-        numbers, row = list(marked), self.columns[i]
+        numbers = list(marked)
+        row = self.columns[i]
         for k, column in places.items():
             numbers[k] = np.where(column < 0, np.asarray(marked[k]), row[column])
         return jax.tree.unflatten(structure, numbers)
@@ -371,7 +373,8 @@ def expected_cost(columns: np.ndarray, known: np.ndarray, steps: np.ndarray) -> 
     columns = (columns[:, scale > 0] - columns[:, scale > 0].mean(axis=0)) / scale[scale > 0]
     squares = [columns**2] if 2 * columns.shape[1] + 1 <= len(known) / 2 else []
     x = np.concatenate([np.ones((len(columns), 1)), columns, *squares], axis=1)
-    some, log = x[known], np.log(np.maximum(steps, 1.0))
+    some = x[known]
+    log = np.log(np.maximum(steps, 1.0))
     lhs = some.T @ some + 1e-6 * len(known) * np.eye(x.shape[1])
     return x @ np.linalg.solve(lhs, some.T @ log)
 
@@ -391,7 +394,9 @@ class Runs:
         n = plan.count
         #: whether each run is made by itself
         self.few = few and pool.on_cpu and plan.chunk is None and n <= _FEW and not any(map(callable, plan.metrics))
-        self.plan, self.pool, self.store = plan, pool, store
+        self.plan = plan
+        self.pool = pool
+        self.store = store
         self.columns: Columns = {name: np.zeros(n, np.int32) for name in ABOUT}
         self.columns |= {"code": np.full(n, NOT_RUN, np.int32), "energy.closure": np.full(n, np.nan)}
         self.columns |= {name_of(metric): np.full(n, np.nan) for metric in plan.metrics}
@@ -418,7 +423,8 @@ class Runs:
 
     def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
         """Runs in chunks with one limit of the steps; returns those for which it was too low, in the same order."""
-        plan, room = self.plan, limit if last else min(limit, max(_ROOM, limit // 4))
+        plan = self.plan
+        room = limit if last else min(limit, max(_ROOM, limit // 4))
         job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room).fitting()
         size = self._share(len(runs), job)
         parts = [runs[start : start + size] for start in range(0, len(runs), size)]
@@ -444,7 +450,8 @@ class Runs:
 
     def singly(self, solver: Solver, runs: np.ndarray) -> None:
         """All runs of one solver, each as `simulate` makes it."""
-        plan, missing = self.plan, runs[~self.done[runs]]
+        plan = self.plan
+        missing = runs[~self.done[runs]]
         job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, plan.max_steps or 0, 0, 0)
         parts = np.array_split(missing, min(len(missing), self.pool.workers * _SHARES)) if len(missing) else []
         self.pool.submit(job, [Task(job.max_steps, part, plan.columns[part]) for part in parts])
@@ -517,7 +524,8 @@ def _status(code: int, band: int, inner: int, turn: int, moved: int, driven: int
         return "not_run"
     if code:
         return failure_name(code)
-    end, decision = Label(band, inner, turn), decoded(np.asarray(judged))
+    end = Label(band, inner, turn)
+    decision = decoded(np.asarray(judged))
     return str(status_of(end, bool(moved), bool(driven), lambda: bool(decision.away), lambda: bool(decision.steady)))
 
 
@@ -612,7 +620,8 @@ def _as_dataset(plan: Plan, columns: Columns, errors: Columns | None = None) -> 
 
 def _as_grid(flat: Dataset, axes: Columns) -> Dataset:
     """The data set of a full grid (the last number varies fastest) with one dimension per number."""
-    dims, shape = tuple(axes), tuple(len(axis) for axis in axes.values())
+    dims = tuple(axes)
+    shape = tuple(len(axis) for axis in axes.values())
     data = {
         name: (dims, column.values.reshape(shape), column.attrs)
         for name, column in {**flat.data_vars, "run": flat["run"]}.items()
@@ -687,7 +696,8 @@ def ensemble(
         raise InputError(
             [Fault("key", "is for finished runs in a folder, and there is none", "give directory (--resume) as well")]
         )
-    plan, folder = dataclasses.replace(plan, key=key), None if directory is None else Path(directory)
+    plan = dataclasses.replace(plan, key=key)
+    folder = None if directory is None else Path(directory)
     if own := plan.own:
         trace_anew()
         if folder is not None and key is None:
@@ -696,7 +706,8 @@ def ensemble(
                 file=sys.stderr,
             )
             folder = None
-    columns, errors = run_all(plan, workers, client, folder, progress), None
+    columns = run_all(plan, workers, client, folder, progress)
+    errors = None
     if accuracy:
         again = dataclasses.replace(plan, rtol=second_rtol(plan.rtol))
         below = None if folder is None else folder / "accuracy"
@@ -721,7 +732,8 @@ def sweep(
         >>> [round(float(t), 4) for t in grid.stopping_time.values]
         [0.6289, 1.2577]
     """
-    axes, issues = {}, Issues()
+    axes = {}
+    issues = Issues()
     for path, axis in values.items():
         try:
             array = np.atleast_1d(np.asarray(numbers_in_si(scene, path, axis), dtype=np.float64))

@@ -47,7 +47,8 @@ _BALANCED = 1e-9
 #: percent of a balance that shows in none of its printed digits
 _SHOWN = 5e-4
 #: width of the text, and of the topics before it
-_WIDTH, _TOPIC = 110, 13
+_WIDTH = 110
+_TOPIC = 13
 
 
 class Finding(NamedTuple):
@@ -160,8 +161,11 @@ def explain(
 
 def _course(result: Result) -> list[Finding]:
     """How the run went, in order of time."""
-    summary, m, words = result.report().summary, result.metrics, result.scene.brake.words
-    end, kind = summary["end"], summary["duty"]
+    summary = result.report().summary
+    m = result.metrics
+    words = result.scene.brake.words
+    end = summary["end"]
+    kind = summary["duty"]
     if kind in (DutyKind.STOPS, DutyKind.HOLD):
         held = f"The load is held from the start, for {number(end['duration'], 's')}: nothing moves."
         return [_many(summary) if kind == DutyKind.STOPS else Finding("course", held, end)]
@@ -179,9 +183,11 @@ def _course(result: Result) -> list[Finding]:
     ):
         said += [what.format(number(m[name], "s")) + " on"] if m.get(name) is not None else []
     course = _upper(", ".join(said)) + ". " if said else ""
-    seen, stop = result.report().scan.seen, m["stopping_time"]
+    seen = result.report().scan.seen
+    stop = m["stopping_time"]
     speeds = np.abs(seen.omega)
-    start, most = abs(float(result.scene.start_speed)), float(np.max(speeds))
+    start = abs(float(result.scene.start_speed))
+    most = float(np.max(speeds))
     at_first = float(np.max(speeds[seen.t <= (np.inf if stop is None else stop)]))
     if at_first > 1.001 * start > 0:
         course += (
@@ -203,8 +209,11 @@ def _course(result: Result) -> list[Finding]:
 
 
 def _many(summary: dict[str, Any]) -> Finding:
-    rows, total, end = summary["stops"], totals(summary["stops"]), summary["end"]
-    slowest, braked = total["slowest"], [row for row in rows if row["braking_time"] > 0] or rows
+    rows = summary["stops"]
+    total = totals(summary["stops"])
+    end = summary["end"]
+    slowest = total["slowest"]
+    braked = [row for row in rows if row["braking_time"] > 0] or rows
     others = len(rows) - len(braked)
     first, last, longest = (number(row["braking_time"], "s") for row in (braked[0], braked[-1], slowest))
     moving = number(total["motion_time"], "s")
@@ -223,7 +232,8 @@ def _balance(result: Result) -> list[Finding]:
     if kind == DutyKind.HOLD:
         if (held := result.report().summary.get("holding")) is None:
             return [Finding("balance", "There is no load to hold.", {})]
-        load, capacity = number(held["load_torque"], "N*m"), number(held["capacity"], "N*m")
+        load = number(held["load_torque"], "N*m")
+        capacity = number(held["capacity"], "N*m")
         used = digits(100 * held["load_torque"] / held["capacity"], 4)
         text = f"The load asks for {load}; the brake at rest could hold {capacity}: "
         return [Finding("balance", f"{text}{used} % of its static capacity are used.", held)]
@@ -234,7 +244,8 @@ def _balance(result: Result) -> list[Finding]:
     capacity = result.report().summary["capacity"]
     if capacity is None or not capacity["brake_torque"]:
         return []
-    load, torque = capacity["load_torque"], capacity["brake_torque"]
+    load = capacity["load_torque"]
+    torque = capacity["brake_torque"]
     pairs = list(result.scene.brake.pairs)
     weak = f", limited by its {pairs[int(np.argmin(capacity['pairs']))]} pair" if len(pairs) > 1 else ""
     left = torque - load
@@ -256,12 +267,15 @@ _OTHERS = (("lever_work", 1), ("motor_work", 1), ("elastic_change", -1), ("shaft
 
 def _torque_budget(result: Result, kind: str) -> Finding:
     """Mean torques over the angle of a single stop, or of the longest of several from the onset of slip on."""
-    record, words = result.record.compact(), result.scene.brake.words
-    t, phi = np.asarray(record.rows.t), np.asarray(record.states.phi)
+    record = result.record.compact()
+    words = result.scene.brake.words
+    t = np.asarray(record.rows.t)
+    phi = np.asarray(record.states.phi)
     stops = rows_of(labels_of(record), result.report().turned)
     number_of = int(np.argmax([t[stop.stop] - t[stop.onset] for stop in stops]))
     stop = stops[number_of]
-    first, last = (stop.start if kind == DutyKind.STOP else stop.onset), stop.stop
+    first = stop.start if kind == DutyKind.STOP else stop.onset
+    last = stop.stop
     e = {name: float(value) for name, value in energies_between(record, first, last).items()}
     angle = abs(float(phi[last] - phi[first]))
     brake = sum(e.get(name, 0.0) for name in ("friction_heat", "electrical_work", "mechanical_work", "damper_heat"))
@@ -319,7 +333,8 @@ _POWERS = {
 
 def _powers(result: Result) -> Finding:
     """Mean powers of a lowering, or of a run without work of the brake: what load and inertia give, what takes it."""
-    energy, duration = result.report().summary["energy"], result.report().summary["end"]["duration"]
+    energy = result.report().summary["energy"]
+    duration = result.report().summary["end"]["duration"]
     both = energy_balance(energy).positive
     whole = max(sum(side.values()) for side in both) or 1.0
 
@@ -331,7 +346,8 @@ def _powers(result: Result) -> Finding:
     text = f"Mean powers: in {terms(both.into)}; out {terms(both.out)}."
     pull = result.report().summary.get("pull")
     if pull is not None:
-        value, most = number(pull["value"], "N"), number(pull["limit"], "N")
+        value = number(pull["value"], "N")
+        most = number(pull["limit"], "N")
         text += f" The lever needs up to {value} of its {most} to hold the speed."
     powers = {"load_power": "load_work", "friction": "friction_heat", "other": "shaft_work"}
     numbers: dict[str, Any] = {key: energy.get(name, 0.0) / duration for key, name in powers.items()}
@@ -345,13 +361,19 @@ def _powers(result: Result) -> Finding:
 
 def _linings(result: Result) -> list[Finding]:
     """Which lining is most loaded, hottest, most worn, and by how much more than the mean."""
-    summary, words = result.report().summary, result.scene.brake.words
-    at, said, numbers = summary["at"], [], {}
-    loaded, hottest = ("max_normal_load", "most loaded"), ("peak_lining_temperature", "hottest")
+    summary = result.report().summary
+    words = result.scene.brake.words
+    at = summary["at"]
+    said = []
+    numbers = {}
+    loaded = ("max_normal_load", "most loaded")
+    hottest = ("peak_lining_temperature", "hottest")
     for (name, what), column in ((loaded, "normal_load"), (hottest, "lining_temperature")):
         if f"{name}_lining" not in at or summary["metrics"].get(name) is None:
             continue
-        lining, time, value = at[f"{name}_lining"], at[f"{name}_time"], summary["metrics"][name]
+        lining = at[f"{name}_lining"]
+        time = at[f"{name}_time"]
+        value = summary["metrics"][name]
         each = np.asarray(getattr(result.series([time]), column))[0]
         zero = 293.15 if column.endswith("temperature") else 0.0
         mean = float(np.mean(each)) - zero
@@ -369,7 +391,8 @@ def _linings(result: Result) -> list[Finding]:
     if worn and max(worn) > 0:
         over = max(worn) / (sum(worn) / len(worn))
         numbers["greatest_wear"] = {"lining": worn.index(max(worn)) + 1, "value": max(worn), "over_mean": over}
-        most, lining = number(max(worn), "m"), f"{words.lining.capitalize()} {worn.index(max(worn)) + 1}"
+        most = number(max(worn), "m")
+        lining = f"{words.lining.capitalize()} {worn.index(max(worn)) + 1}"
         alike = f"All {words.lining}s wear alike, by {most}."
         said.append(alike if over < _ALIKE else f"{lining} wears the most: {most}, {digits(over, 3)} times the mean.")
     if said and result.scene.brake.banded and len(numbers):
@@ -385,9 +408,11 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
     if not rows:
         text = 'No limit was given, and the scene has none: give limits, as in --limit "max_tension=120 kN".'
         return [Finding("limits", text + missing, {})]
-    first, exceeded = rows[0], [row for row in rows if row.state == LimitVerdict.EXCEEDED]
+    first = rows[0]
+    exceeded = [row for row in rows if row.state == LimitVerdict.EXCEEDED]
     state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "nearest its limit"
-    allowed, marked = allowable_values(result.scene), values_of_marks(result.scene)
+    allowed = allowable_values(result.scene)
+    marked = values_of_marks(result.scene)
     marks = (
         metric.mark.event
         for name, metric in METRICS.items()
@@ -406,9 +431,13 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
 
 def _stability(result: Result) -> list[Finding]:
     """The nearest instability: linings that lock themselves, a load that outweighs the brake, one that breaks away."""
-    scene, report, values, said = result.scene, result.report(), {}, []
+    scene = result.scene
+    report = result.report()
+    values = {}
+    said = []
     ratios = self_locking_ratios(scene)  # of a band that locks at 1, with static friction at the start
-    lining, ratio = int(np.argmax(ratios)) + 1, float(np.max(ratios))
+    lining = int(np.argmax(ratios)) + 1
+    ratio = float(np.max(ratios))
     if ratio > 0:
         margin = 1.0 - ratio
         values["self_locking"] = {"lining": lining, "ratio": ratio, "margin": margin}
@@ -418,14 +447,16 @@ def _stability(result: Result) -> list[Finding]:
     least = least_outweighed(report.scan)
     if least is not None:
         values["runaway"] = least
-        torque, load = number(least["torque"], "N*m"), number(least["load"], "N*m")
+        torque = number(least["torque"], "N*m")
+        load = number(least["load"], "N*m")
         verb = "gives too little," if least["margin"] < -_BALANCED else "gives at least"
         said.append(
             f"Under the maximum force of the lever the sliding brake {verb} {torque} against {load} of the load "
             f"(at {number(least['time'], 's')}): runaway margin {digits(100 * least['margin'], 4)} %."
         )
     if report.holding is not None:
-        reserve, when = float(report.holding.value), number(float(report.holding.time), "s")
+        reserve = float(report.holding.value)
+        when = number(float(report.holding.time), "s")
         values["holding_reserve"] = reserve
         low = f", below {SMALL_RESERVE:g}: small" if reserve < SMALL_RESERVE else ""
         said.append(f"Held at rest the reserve is at least {digits(reserve, 4)} (at {when}){low}.")
@@ -443,7 +474,8 @@ def torque_over_load(result: Result) -> Any:
 
 def _subject(result: Result) -> Metric:
     """The number that matters most in the duty of a run."""
-    kind, m = result.report().summary["duty"], result.metrics
+    kind = result.report().summary["duty"]
+    m = result.metrics
     hot = next((name for name in ("peak_lining_temperature", "peak_rim_temperature") if m.get(name) is not None), None)
     capacity = result.report().summary["capacity"]
     choice: dict[str, Metric | None] = {
@@ -505,7 +537,8 @@ def _remedy(result: Result) -> list[Finding]:
     hot = "At the temperatures of the end the" if result.scene.heated else "The"
     text = f"{hot} brake would balance the load with {times} times its torque: "
     text += f"with the force of the lever multiplied by {times}, or the load divided by it."
-    m, most = result.metrics, allowable_values(result.scene)
+    m = result.metrics
+    most = allowable_values(result.scene)
     for name in ("max_lever_force", "max_actuator_pressure"):
         if name in most and m.get(name) is not None and factor * m[name] > most[name]:
             unit = about_output(name)["units"]

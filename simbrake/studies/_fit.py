@@ -29,7 +29,8 @@ class MeasuredValues(NamedTuple):
 
     def __call__(self, result: Result, given: tuple[Array, tuple[Array, ...]]) -> tuple[Array, None]:
         ts, rows = given
-        parts, issues = [], Issues()
+        parts = []
+        issues = Issues()
         if self.columns:
             series = result.series(ts)
             for (column, entry), row in zip(self.columns, rows, strict=True):
@@ -64,7 +65,8 @@ _DECADES = 100.0
 def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
     """The recordings in `data`, measured data or several of them; adds what is wrong with their known numbers."""
     require_scene(scene)
-    one, several = isinstance(data, Measured), isinstance(data, list | tuple)
+    one = isinstance(data, Measured)
+    several = isinstance(data, list | tuple)
     named: Any = {"": data} if one else {str(i): each for i, each in enumerate(data, 1)} if several else data
     if not (isinstance(named, Mapping) and named and all(isinstance(each, Measured) for each in named.values())):
         problem = f"{shown(data)} is not measured data"
@@ -87,7 +89,10 @@ def box_of_all(
 ) -> Box:
     """Bounds and start of the parameters, first those that all recordings share, then those of each; adds what is wrong
     with them."""
-    boxes, wrong, k, free = list[Box](), list[Issues](), len(shared), {**shared, **own}
+    boxes = list[Box]()
+    wrong = list[Issues]()
+    k = len(shared)
+    free = {**shared, **own}
     if not free:
         issues.add("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}')
     for path in dict.fromkeys(path for each in recordings for path in each.data.known if path in shared):
@@ -131,7 +136,8 @@ def _layout(recordings: Sequence[Recording]) -> tuple[MeasuredValues, list[Any],
             mine[c] = np.append(mine[c], np.searchsorted(ts, part.t).astype(np.int32))
     longest = [max(mine[c].size for mine in rows) for c in range(len(columns))]
     begin = np.cumsum([0, *longest])
-    given, where = [], []
+    given = []
+    where = []
     for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
         filled = tuple(np.pad(one, (0, n - one.size)) for one, n in zip(mine, longest, strict=True))
         given.append((np.pad(ts, (0, max(map(len, grids)) - ts.size), mode="edge"), filled))
@@ -156,7 +162,8 @@ class FitModel:
         max_steps: int | None,
     ) -> None:
         #: paths without the names of recordings
-        self.recordings, self.fields = tuple(recordings), (*shared, *(path for _ in recordings for path in own))
+        self.recordings = tuple(recordings)
+        self.fields = (*shared, *(path for _ in recordings for path in own))
         self.measured, self.given, self.where = _layout(recordings)
         place = Paths.each((*shared, *own))
         self.run = PointEvaluator(
@@ -169,13 +176,15 @@ class FitModel:
             max_steps=max_steps,
         )
         self.paths = (*shared, *(each.label(path) for each in recordings for path in own))
-        self.shared, first = len(shared), len(shared) + len(own) * np.arange(len(recordings))
+        self.shared = len(shared)
+        first = len(shared) + len(own) * np.arange(len(recordings))
         #: which parameters each recording has
         self._has = [np.r_[: len(shared), k : k + len(own)] for k in first]
         self.parts = [(each, part) for each in recordings for part in each.data.all]
         self.names = [each.label(part.name) for each, part in self.parts for _ in np.atleast_1d(part.value)]
         self.failures: dict[str, int] = {}
-        self.points, self._latest = 0, dict[bytes, Evaluation]()
+        self.points = 0
+        self._latest = dict[bytes, Evaluation]()
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
@@ -219,7 +228,8 @@ class FitModel:
     def _joined(self, parts: Sequence[Evaluation]) -> Evaluation:
         """One evaluation of the runs of all recordings; it has the first code that is not 0, and which run that is."""
         values = np.concatenate([part.values[where] for part, where in zip(parts, self.where, strict=True)])
-        jacobian, row = np.zeros((values.size, len(self.paths))), 0
+        jacobian = np.zeros((values.size, len(self.paths)))
+        row = 0
         for part, has, where in zip(parts, self._has, self.where, strict=True):
             jacobian[row : row + where.size, has] = part.jacobian[where]
             row += where.size
@@ -233,7 +243,8 @@ class FitModel:
         Central differences with the program of the fit, in which every number of the scene is an input: nothing is
         compiled, and two runs per number and recording suffice for correlations.
         """
-        known, effects = [Inputs(scene) for scene in self.scenes(theta)], []
+        known = [Inputs(scene) for scene in self.scenes(theta)]
+        effects = []
         fitted = {entry_of(path, known[0])[0] for path in self.fields}
         for path, leaf in known[0].items():
             leaves = [inputs.get(path) for inputs in known]
@@ -285,13 +296,15 @@ STEP = 1e-3
 #: numbers of a scene that are no properties of what was measured
 _OF_THE_RUN = ("end_time", "initial.time")
 #: why a search has ended
-_DONE, _LIMITED = "the residual no longer decreases", "the limit of evaluations was reached"
+_DONE = "the residual no longer decreases"
+_LIMITED = "the limit of evaluations was reached"
 #: a parameter this close to an active bound (over the range) at the end is set to it
 _NEAR = 1e-3
 
 
 #: relative error of the root of a rise of χ² at the end of a profile; the root beyond the runs that have all events
-_CLOSE, _BEYOND = 1e-6, 1e3
+_CLOSE = 1e-6
+_BEYOND = 1e3
 
 
 @dataclasses.dataclass
@@ -313,18 +326,21 @@ class Search:
     message: str = ""
 
     def __post_init__(self) -> None:
-        self.progress, self.least = Progress("calibrate", "compiling…"), np.inf
+        self.progress = Progress("calibrate", "compiling…")
+        self.least = np.inf
 
     def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
         """The model at a point, and the reason to reject the point."""
-        before, evaluation = self.model.points, self.model(self.box.up(z))
+        before = self.model.points
+        evaluation = self.model(self.box.up(z))
         refused = self.model.refused(evaluation)
         if refused is None and self.model.points > before:
             if self.best is None or self.cost(evaluation) < self.best[0]:
                 self.best = (self.cost(evaluation), z.copy(), evaluation)
             self.least, most = min(self.least, float(np.sum(self.residual(evaluation) ** 2))), self.most * self.starts
             # a search mostly ends long before its limit: the time left is shown as a bound
-            count, also = min(self.model.points, most), f", chi² {self.least:.6g}"
+            count = min(self.model.points, most)
+            also = f", chi² {self.least:.6g}"
             self.progress.now("run", count, most, also=also)
         return evaluation, refused
 
@@ -357,7 +373,8 @@ class Search:
         except KeyboardInterrupt:
             if self.best is None:
                 raise
-            self.converged, self.message = False, "interrupted: this is the best point found so far"
+            self.converged = False
+            self.message = "interrupted: this is the best point found so far"
         finally:
             self.progress.__exit__()
         if self.best is None:
@@ -386,7 +403,8 @@ class Search:
         if cost <= self.best[0] * (1 + 1e-9):  # the bound itself, not a neighbour that is better by rounding
             self.best = (cost, z, self.look(z)[0])
         if not self.ends or cost <= min(end[0] for end in self.ends):
-            self.converged, self.message = converged, message
+            self.converged = converged
+            self.message = message
         self.ends.append((cost, z))
 
     def profile(self, z: np.ndarray, i: int, rise: float, width: float) -> tuple[float, float]:
@@ -397,7 +415,9 @@ class Search:
         """
         from scipy.optimize import brentq  # imported only by fits
 
-        least, free, solved = self.cost(self.look(z)[0]), np.arange(z.size) != i, {float(z[i]): (-1.0, z)}
+        least = self.cost(self.look(z)[0])
+        free = np.arange(z.size) != i
+        solved = {float(z[i]): (-1.0, z)}
 
         def excess(x: float) -> float:
             if x not in solved:
@@ -423,7 +443,8 @@ class Search:
 
     def pressed(self, z: np.ndarray) -> np.ndarray:
         evaluation = self.look(z)[0]
-        r, J = self.residual(evaluation), self.jacobian(z, evaluation)
+        r = self.residual(evaluation)
+        J = self.jacobian(z, evaluation)
         push = J.T @ r
         strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
         return strong & (((z < _NEAR) & (push > 0)) | ((z > 1 - _NEAR) & (push < 0)))
@@ -446,7 +467,8 @@ class Search:
                 barrier = refused
                 return np.full(self.measured.shape, np.inf)
             if self.cost(evaluation) < least * (1 - 1e-6):  # not the best start
-                barrier, least = None, self.cost(evaluation)
+                barrier = None
+                least = self.cost(evaluation)
             return self.residual(evaluation)
 
         def jacobian(x: np.ndarray) -> np.ndarray:
@@ -468,7 +490,8 @@ class Search:
             gtol=1e-12,
             max_nfev=self.most,
         )
-        z, ended = whole(solution.x), solution.status > 0
+        z = whole(solution.x)
+        ended = solution.status > 0
         if solution.status != 1 and barrier is not None:
             return z, float(solution.cost), False, f"ended beside rejected points: {barrier}"
         return z, float(solution.cost), ended, _DONE if ended else _LIMITED
@@ -571,10 +594,12 @@ def confound(jacobian: np.ndarray, column: np.ndarray, noise: float) -> Confound
     """
     u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
     kept = s > noise * max(float(s.max(initial=0.0)), 1e-300)
-    u, v = u[:, kept], vt[kept].T / s[kept]
+    u = u[:, kept]
+    v = vt[kept].T / s[kept]
     a = v @ (u.T @ column)
     rest = column - u @ (u.T @ column)
-    size, variance = float(column @ column), np.sum(v**2, axis=1)
+    size = float(column @ column)
+    variance = np.sum(v**2, axis=1)
     square = max(float(rest @ rest), noise**2 * size)  # never of rounding alone
     scale = np.sqrt(variance * square + a**2)
     correlation = np.where(scale > 0, -a / np.where(scale > 0, scale, 1.0), 0.0)

@@ -86,7 +86,8 @@ class LiningLife(Tabular):
         return plain(vars(self) | {"gain": self.gain, "used": self.used, "history": history})
 
     def parts(self) -> Iterator[str | Table]:
-        h, n = self.history, len(self.each)
+        h = self.history
+        n = len(self.each)
         worn = f"lining {self.first} of {n} has lost {1e3 * self.permissible[self.first - 1]:.4g} mm"
         yield f"life     {self.brakings:.0f} stops, until {worn}"
         for at in self.turned_at:
@@ -111,7 +112,9 @@ class LiningLife(Tabular):
         yield f"solver   {self.runs} stops simulated"
 
 
-_LEAST, _MOST = 0.2, 5.0  # factors of a step of stops from one to the next
+# factors of a step of stops from one to the next
+_LEAST = 0.2
+_MOST = 5.0
 _SAFETY = 0.9
 
 
@@ -140,7 +143,9 @@ class _Step(NamedTuple):
 
     def until(self, limit: np.ndarray) -> np.ndarray:
         """Stops after which each lining reaches its limit, `inf` if it does not."""
-        room, w, s = np.maximum(limit - self.start.worn, 0.0), self.start.wear, self.slope
+        room = np.maximum(limit - self.start.worn, 0.0)
+        w = self.start.wear
+        s = self.slope
         b = w - 0.5 * s
         inside = b * b + 2 * s * room
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -165,8 +170,12 @@ class _Brake:
         self, scene: Scene, limit: np.ndarray, tolerance: float, step: float | None, options: dict[str, Any]
     ) -> None:
         self.scenes = {False: scene}
-        self.limit, self.tolerance, self.step, self.options = limit, tolerance, step, options
-        self.feeds_back, self.runs = feeds_back(scene), 0
+        self.limit = limit
+        self.tolerance = tolerance
+        self.step = step
+        self.options = options
+        self.feeds_back = feeds_back(scene)
+        self.runs = 0
         self._known: dict[bool, tuple[np.ndarray, float]] = {}
         self.progress = Progress("stops", "compiling…")
 
@@ -182,8 +191,12 @@ class _Brake:
 
     def follow(self, start: _Point, until: float = np.inf) -> _Path:
         """Stops from `start` on until a lining is at its limit, or `until` stops are done."""
-        limit, step, still = self.limit, self.step, np.zeros_like(start.worn)
-        steps, now, length = list[_Step](), start, 1.0 if step is None else step
+        limit = self.limit
+        step = self.step
+        still = np.zeros_like(start.worn)
+        steps = list[_Step]()
+        now = start
+        length = 1.0 if step is None else step
         if not np.any(now.wear > 0):
             hint = "the linings must slide with a wear rate above 0"
             raise input_error("scene", "no lining wears in it", hint)
@@ -192,7 +205,8 @@ class _Brake:
         while now.done < until:
             left = float(np.min(_Step(now, 1.0, still).until(limit)))
             length = min(length, until - now.done, left)
-            ahead, error = _Step(now, length, still), 0.0
+            ahead = _Step(now, length, still)
+            error = 0.0
             if self.feeds_back and length > 1.0:
                 following = self.look(now.done + length, ahead.worn(length), now.turned)
                 ahead = ahead._replace(slope=(following.wear - now.wear) / length)
@@ -216,7 +230,8 @@ class _Brake:
 
     def life(self, first: _Point, turns: Sequence[float]) -> list[_Path]:
         """Paths from turn to turn; the last one ends with a worn lining."""
-        paths, now = list[_Path](), first
+        paths = list[_Path]()
+        now = first
         for until in [*turns, np.inf]:
             if now.done < until:
                 paths.append(self.follow(now, until))
@@ -302,7 +317,8 @@ def lining_life(
     the wear is linear. Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
     """
     scene, limit = _wearing(run, permissible)
-    turns, best = _turns(turn_at), turn_at == "best"
+    turns = _turns(turn_at)
+    best = turn_at == "best"
     if turns or best:
         turned_scene(scene)  # rejects brakes without a band that can be turned
     issues = Issues()
@@ -313,7 +329,8 @@ def lining_life(
     brake = _Brake(scene, limit, tolerance, None if step is None else float(step), options)
     with brake.progress:
         first = brake.look(0.0, np.asarray(scene.wear.worn), False)
-        paths, unturned = brake.life(first, turns), None
+        paths = brake.life(first, turns)
+        unturned = None
         if best:
             unturned = paths[0].end.done
             turns = (_best_turn(brake, paths[0]),)

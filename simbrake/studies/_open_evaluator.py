@@ -47,14 +47,17 @@ class Evaluator:
     def __init__(
         self, prepared: Prepared, slopes: PointEvaluator, bounds: Mapping[str, np.ndarray], units: Sequence[str]
     ) -> None:
-        self._prepared, self._slopes = prepared, slopes
+        self._prepared = prepared
+        self._slopes = slopes
         self._places = [prepared.places[path] for path in bounds]
-        self.names, self.units = tuple(bounds), tuple(units)
+        self.names = tuple(bounds)
+        self.units = tuple(units)
         self.bounds = np.stack([*bounds.values()])
         self.start = np.array([np.mean(prepared.numbers[place]) for place in self._places])
         self.metrics = prepared.metrics
         self.metric_units = tuple(map(unit_of, self.metrics))
-        self.codes, self.messages = np.zeros(0, np.int32), list[str]()
+        self.codes = np.zeros(0, np.int32)
+        self.messages = list[str]()
 
     def evaluate(self, X: Any) -> np.ndarray:
         """Metrics (n, m) of the runs with the numbers `X` (n, k), or (m,) of one run with (k,); SI units.
@@ -138,7 +141,9 @@ def evaluator(
         array([1.2577, 0.7546])
     """
     require_scene(scene)
-    known, issues, asked = Inputs(scene), Issues(), as_metrics(metrics)
+    known = Inputs(scene)
+    issues = Issues()
+    asked = as_metrics(metrics)
     paths = [parameters] if isinstance(parameters, str) else list(parameters)
     if not paths:
         issues.add("parameters", "is empty", "as {'brake.linings.friction.coefficient': (0.3, 0.4)}")
@@ -153,7 +158,8 @@ def evaluator(
     issues += [Fault(path, f"overlaps with {old}", "give each number once") for path, old in known.twice(paths).items()]
     issues.attempt(check_metrics, scene, asked)
     issues.report()
-    bounds, units = dict[str, np.ndarray](), []
+    bounds = dict[str, np.ndarray]()
+    units = []
     for path in paths:
         about = known.about(path)
         units.append(about.unit)
@@ -164,7 +170,8 @@ def evaluator(
         bounds[path] = np.zeros(2) if ends is None else ends
     issues.report()
     reverse = len(paths) > len(asked)
-    place, find = Paths.each(paths), Metrics(tuple(asked))
+    place = Paths.each(paths)
+    find = Metrics(tuple(asked))
     settings: dict[str, Any] = {"solver": solver, "rtol": rtol, "max_steps": max_steps}
     slopes = PointEvaluator(scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings)
     prepared = prepare(scene, asked, **settings)

@@ -38,8 +38,10 @@ class Range(NamedTuple):
 
 def look_around(run: PointEvaluator, base: Result, spans: Mapping[str, np.ndarray], progress: Progress) -> Range:
     """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
-    usual, known = modes_of(base), Inputs(base.scene)
-    ends, changes = dict[str, np.ndarray](), dict[str, str]()
+    usual = modes_of(base)
+    known = Inputs(base.scene)
+    ends = dict[str, np.ndarray]()
+    changes = dict[str, str]()
     for i, (path, half) in enumerate(spans.items()):
         progress.now("bounds of ranges", i, len(spans))
         if not np.any(half):
@@ -64,7 +66,8 @@ def end_of_range(run: PointEvaluator, scene: Scene, usual: list[Label]) -> tuple
         return nothing, "out of range"
     if not result.ok:
         return nothing, f"the run ends as {result.status}"
-    other, what = modes_of(result), ""
+    other = modes_of(result)
+    what = ""
     if other != usual:
         part = next(i for i, (a, b) in enumerate(itertools.zip_longest(usual, other)) if a != b)
         mine, theirs = (str(modes[part]) if part < len(modes) else "the end" for modes in (usual, other))
@@ -172,7 +175,8 @@ class SensitivityTable(Tabular):
         fields = ("path", "value", "unit", "derivative", "error", "elasticity", "half", "low", "high", "note")
         rows = [tuple(getattr(row, field) for field in fields) for row in shown]
         yield Table([*columns, ("note", "")], rows)
-        left, without = len(self.wholes) - len(shown), len(self.wholes) - len(self.matters)
+        left = len(self.wholes) - len(shown)
+        without = len(self.wholes) - len(self.matters)
         rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
         if rest:
             yield f"and {' and '.join(rest)}"
@@ -229,7 +233,9 @@ def sensitivity(
         raise input_error("most", f"{most} is out of range", "a number of parameters, from 0")
     chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
-    paths, size, x = Paths.of(chosen), len(metrics.asked), numbers_of(chosen)
+    paths = Paths.of(chosen)
+    size = len(metrics.asked)
+    x = numbers_of(chosen)
     run = PointEvaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
     with shown_progress(progress, "sensitivity", "compiling the run…") as progress:
         base = run.result(progress=progress)
@@ -261,7 +267,8 @@ def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
     known = list(Inputs(scene).values())
     if wrt is None:
         return known
-    chosen, issues = {}, Issues()
+    chosen = {}
+    issues = Issues()
     for path in [wrt] if isinstance(wrt, str) else wrt:
         here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
         if not here:
@@ -277,11 +284,13 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float | str]) -> dict[
     """Half-ranges by path, in the units of the numbers."""
     if not isinstance(span, Mapping):
         return {leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value))) for leaf in chosen}
-    units, reader = {leaf.path: leaf.about.unit for leaf in chosen}, NumberReader()
+    units = {leaf.path: leaf.about.unit for leaf in chosen}
+    reader = NumberReader()
     issues = Issues(Fault(path, "has a span but is not a requested parameter") for path in span if path not in units)
     spans = {}
     for path in (path for path in span if path in units):
-        half, about = span[path], Quantity(units[path], "half a range", 0.0, open_low=True, difference=True)
+        half = span[path]
+        about = Quantity(units[path], "half a range", 0.0, open_low=True, difference=True)
         spans[path] = reader.number(half if isinstance(half, str) else float(half), about, path, about.unit)
     issues += reader.faults
     issues.report()
@@ -314,18 +323,23 @@ def _rows(
     """Rows of metric `k`, lists as wholes (index `None`) and by their entries."""
     rows = []
     for leaf in chosen:
-        path, p, slopes = leaf.path, np.asarray(leaf.value, np.float64), np.asarray(derivatives[leaf.path])
+        path = leaf.path
+        p = np.asarray(leaf.value, np.float64)
+        slopes = np.asarray(derivatives[leaf.path])
         with np.errstate(divide="ignore", invalid="ignore"):
             elasticities = slopes * p / value
         for index in [None, *np.ndindex(p.shape)] if p.ndim else [()]:
             here = ... if index is None else index
-            number, derivative = float(np.mean(p[here])), float(np.sum(slopes[here]))
-            elasticity, note = float(np.sum(elasticities[here])), ""
+            number = float(np.mean(p[here]))
+            derivative = float(np.sum(slopes[here]))
+            elasticity = float(np.sum(elasticities[here]))
+            note = ""
             if (side := sides.get((k, path, index))) is not None:
                 if side.value != derivative:  # (a list as a whole: by the mean of its entries)
                     elasticity = side.value * number / value if value else np.nan
                 derivative, note = side
-            error, name = abs(float(np.sum(finer[path][here] - slopes[here]))), name_of_entry(path, index or ())
+            error = abs(float(np.sum(finer[path][here] - slopes[here])))
+            name = name_of_entry(path, index or ())
             row = Sensitivity(name, leaf.about.unit, leaf.about.meaning, number, derivative, elasticity)
             row = row._replace(note=note, error=error if np.isfinite(derivative) else np.nan)
             rows.append(row if index else _with_range(row, path, index is None, slopes, spans, around, k))
@@ -345,7 +359,8 @@ def _with_range(
     low, high = around.ends[path][:, k].tolist() if path in around.ends else (np.nan, np.nan)
     half = tangent = None
     if path in spans:
-        half, tangent = float(np.mean(spans[path])), float(np.sum(slopes * spans[path]))
+        half = float(np.mean(spans[path]))
+        tangent = float(np.sum(slopes * spans[path]))
     return row._replace(
         path=f"{path}[:]" if listed else path,
         half=half,
@@ -411,7 +426,8 @@ def hessian(
     metrics = Metrics((metric,))
     check_metrics(scene, metrics.asked)
     chosen = chosen_leaves(scene, paths)
-    place, x = Paths.of(chosen), numbers_of(chosen)
+    place = Paths.of(chosen)
+    x = numbers_of(chosen)
     names = tuple(name_of_entry(*entry) for entry in place.entries)
     issues = Issues(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
     issues.unless(0 < step < 1, "step", step, "0 < step < 1")
@@ -419,7 +435,8 @@ def hessian(
     run = PointEvaluator(scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver)
     base = run.result()
     check_happened(metrics, values_of(base, metrics))
-    usual, moves = modes_of(base), np.diag(step * np.abs(x))
+    usual = modes_of(base)
+    moves = np.diag(step * np.abs(x))
     for name, move in zip(names, moves, strict=True):
         for moved in (x - move, x + move):
             *_, words = end_of_range(run, with_values(scene, place.values(moved)), usual)
@@ -433,14 +450,16 @@ def hessian(
             raise input_error("step", "the metric has no derivative within it", "give a smaller step")
         return slopes.jacobian[0]
 
-    rows, errors = [], []
+    rows = []
+    errors = []
     for move in moves:
         table: list[np.ndarray] = []
         for part in 0.5 ** np.arange(_HALVINGS):
             entry = [(gradient(x + part * move) - gradient(x - part * move)) / (2 * part * np.sum(move))]
             for k, coarser in enumerate(table, 1):
                 entry.append(entry[-1] + (entry[-1] - coarser) / (4**k - 1))
-            before, table = table, entry
+            before = table
+            table = entry
         rows.append(table[-1])
         errors.append(np.abs(table[-1] - before[-1]))
     matrix = np.stack(rows)

@@ -28,7 +28,8 @@ from .evaluating import Paths, PointEvaluator, numbers_of, values_of
 #: largest change of a number, in steps `h = √rtol` of its size
 _REACH = 10.0
 #: share of the step that a mismatch must exceed, and how many tolerances of the run: its rounding and that of its steps
-_SHARE, _NOISE = 3e-3, 30.0
+_SHARE = 3e-3
+_NOISE = 30.0
 #: numbers at a bound up to which each is looked at by itself, as a small corner hides among other numbers
 _SINGLY = 16
 #: relative difference below which two derivatives agree
@@ -92,13 +93,18 @@ class _Search:
     def __init__(
         self, run: PointEvaluator, base: Result, chosen: Sequence[Leaf], values: np.ndarray, jacobian: np.ndarray
     ) -> None:
-        self.run, self.base, self.known, self.jacobian = run, base, values, jacobian
+        self.run = run
+        self.base = base
+        self.known = values
+        self.jacobian = jacobian
         self.paths = Paths.of(chosen)
         machine = base.record.system.machine  # pyright: ignore
         self.x = numbers_of(chosen)
         self.size = np.concatenate([np.ravel(typical_size(leaf, machine)) for leaf in chosen])
         rtol = float(run.rtol)
-        self.step, self.runs, self.refused = np.sqrt(rtol), 0, set[str]()
+        self.step = np.sqrt(rtol)
+        self.runs = 0
+        self.refused = set[str]()
         scale = np.maximum(np.abs(values), np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0))
         self.scale = np.where(scale > 0, scale, 1.0)
         self.noise = _NOISE * rtol * self.scale
@@ -138,8 +144,10 @@ class _Search:
 
     def _doubtful(self, entries: np.ndarray) -> bool | None:
         """Whether `k` is not 0 in a direction of these numbers, or the opposite one; `None`: the input is refused."""
-        rng, limit = np.random.default_rng(entries.size), _SHARE * self.step * self.scale + self.noise
-        signs, far = rng.choice([-1.0, 1.0], self.x.size), np.zeros(self.x.size)
+        rng = np.random.default_rng(entries.size)
+        limit = _SHARE * self.step * self.scale + self.noise
+        signs = rng.choice([-1.0, 1.0], self.x.size)
+        far = np.zeros(self.x.size)
         far[entries] = rng.uniform(0.5, 1.0, entries.size) * self.move[entries]
         below, above = self.ways.T
         for turn in (1.0, -1.0):
@@ -160,7 +168,8 @@ class _Search:
 
     def side(self, change: np.ndarray, by: float) -> list[Side]:
         """One-sided derivatives of every metric along a change of the numbers, per `by` (signed)."""
-        far, near = self.values(change), self.values(change / 4)
+        far = self.values(change)
+        near = self.values(change / 4)
         if far is None or near is None:
             return [Side(Kind.REFUSED)] * len(self.known)
         sides = []
@@ -168,7 +177,9 @@ class _Search:
             if not np.isfinite(a + b):
                 sides.append(Side(Kind.LOST))
                 continue
-            a, b, noise = (a - base) / by, 4 * (b - base) / by, 0.4 * noise / abs(by)
+            a = (a - base) / by
+            b = 4 * (b - base) / by
+            noise = 0.4 * noise / abs(by)
             if abs(b) > _DIVERGES * abs(a) + noise and abs(b - a) > 5 * noise:
                 sides.append(Side(Kind.DIVERGES))
             else:
@@ -218,11 +229,13 @@ def compare_sides(
     - `values` (m,), `jacobian` (m, k): the metrics of `base`, and their derivatives by all entries of `chosen`
     """
     progress.now("differences on both sides")
-    search, slopes = _Search(run, base, chosen, values, jacobian), Slopes()
+    search = _Search(run, base, chosen, values, jacobian)
+    slopes = Slopes()
     entries = search.paths.entries
     tied = np.concatenate([_tied(leaf) for leaf in chosen])
     # most corners are of numbers at a bound, or 0: with these apart, one look is enough for the others
-    at_bound, zero = ~search.ways.all(axis=1), search.x == 0
+    at_bound = ~search.ways.all(axis=1)
+    zero = search.x == 0
     if np.sum(at_bound) <= _SINGLY:
         tied |= at_bound
     found = [search.suspects(np.flatnonzero(~tied & group)) for group in (at_bound | zero, ~(at_bound | zero))]

@@ -56,7 +56,8 @@ class Draws:
         frozen: dict[str, Any] = {}
         for path, distribution in distributions.items():
             if (one := _distribution(scene, path, distribution, issues)) is not None:
-                self.quantiles[path], frozen[path] = _quantile_of(one), one
+                self.quantiles[path] = _quantile_of(one)
+                frozen[path] = one
         medians = {path: float(quantile(0.5)) for path, quantile in self.quantiles.items()}
         issues.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
         hint = "give each parameter one distribution"
@@ -160,22 +161,26 @@ def _distribution(scene: Scene, path: str, distribution: Distribution, issues: I
             from scipy import stats
 
             return stats.uniform(low, high - low)
-        what, hint = f"{distribution!r} is not a range", "(low, high) with low < high, both finite"
+        what = f"{distribution!r} is not a range"
+        hint = "(low, high) with low < high, both finite"
     elif (
         _quantile_of(distribution) is None
         or isinstance(distribution, type)
         or not callable(getattr(distribution, "cdf", None))
     ):
-        what, hint = f"{type(distribution).__name__} is not a distribution", how
+        what = f"{type(distribution).__name__} is not a distribution"
+        hint = how
     else:
         try:
             middle = np.asarray(_quantile_of(distribution)(0.5), np.float64)
         except Exception as error:  # a distribution that is not frozen asks for its parameters here
-            what, hint = f"has no median: {type(error).__name__}: {error}", how
+            what = f"has no median: {type(error).__name__}: {error}"
+            hint = how
         else:
             if not middle.ndim and np.isfinite(middle):
                 return distribution
-            what, hint = f"its median is {middle}, not one number", "look at the distribution's parameters"
+            what = f"its median is {middle}, not one number"
+            hint = "look at the distribution's parameters"
     issues.add(path, what, hint)
     return None
 
@@ -203,7 +208,8 @@ def _cut(distribution: Distribution, about: Quantity) -> str:
     name, args, keywords = (getattr(distribution, key, None) for key in ("dist", "args", "kwds"))
     if getattr(name, "name", "") != "norm" or args is None or keywords is None:
         return "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"
-    mean, std = distribution.mean(), distribution.std()
+    mean = distribution.mean()
+    std = distribution.std()
     low = "-inf" if about.low is None else f"{(about.low - mean) / std:.6g}"
     high = "inf" if about.high is None else f"{(about.high - mean) / std:.6g}"
     return f"truncate it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace("inf", "numpy.inf")
@@ -291,7 +297,9 @@ def share_interval(counts: np.ndarray, sizes: np.ndarray, confidence: float) -> 
     """Intervals (m,) of a share, from `counts` (m, R) of hits in groups of `sizes` (R,)."""
     from scipy.stats import beta, t
 
-    n, k, R = sizes.sum(), counts.sum(axis=1), len(sizes)
+    n = sizes.sum()
+    k = counts.sum(axis=1)
+    R = len(sizes)
     tail = (1 - confidence) / 2
     low = np.where(k > 0, beta.ppf(tail, np.maximum(k, 1), n - k + 1), 0.0)
     high = np.where(k < n, beta.ppf(1 - tail, k + 1, np.maximum(n - k, 1)), 1.0)
@@ -320,7 +328,8 @@ def quantile(values: np.ndarray, group: np.ndarray, p: float, confidence: float)
     order = np.argsort(values, kind="stable")
     sizes = np.bincount(label)
     if sizes.max() == 1:  # only the totals matter
-        below, sizes = np.arange(n + 1)[:, None], np.array([n])
+        below = np.arange(n + 1)[:, None]
+        sizes = np.array([n])
     else:
         below = np.zeros((n + 1, len(sizes)), dtype=np.int64)
         below[np.arange(1, n + 1), label[order]] = 1
@@ -457,7 +466,8 @@ def uncertainty(
 
     Raises `InputError` with all errors, and `SimulationError` (with the runs made) if it was interrupted.
     """
-    asked, issues = as_metrics(metrics), Issues()
+    asked = as_metrics(metrics)
+    issues = Issues()
     bounds, hidden = _limits(scene, limits, asked)
     for p in quantiles:
         issues.share("quantiles", p, 0.95)
@@ -524,12 +534,14 @@ def _evaluate(
     """Statistics and failures of runs that were made."""
     code = np.asarray(data["code"])
     failed = code != 0
-    statistics, failures = {}, {}
+    statistics = {}
+    failures = {}
     for one in asked:
         name = name_of(one)
         x = np.asarray(data[name], np.float64)
         here = np.isfinite(x) & ~failed
-        x, g = x[here], group[here]
+        x = x[here]
+        g = group[here]
         mean, deviation = mean_and_deviation(x, g, confidence)
         at = {float(p): quantile(x, g, p, confidence) for p in shares}
         extremes = (float(x.min()), float(x.max())) if len(x) else (np.nan, np.nan)

@@ -48,7 +48,8 @@ _LONGEST = 16384
 #: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
 _SHORT = 128
 #: rows of all records of a chunk together, of runs as a whole (with some hundred columns half a gigabyte) and of events
-_ROWS, _MANY_ROWS = 2**19, 2**22
+_ROWS = 2**19
+_MANY_ROWS = 2**22
 #: runs side by side on a CPU
 LANES = 64
 #: points whose results are cached
@@ -65,13 +66,15 @@ _NAMED = 5
 def _moved(record: Record) -> Array:
     """Whether the pulley turned at the start of a row or in between."""
     xp = numpy_of(record.rows.t)
-    used, (angle, speed) = xp.arange(record.rows.t.shape[0], dtype=np.int32) <= record.count, record.rows.y[:, :2].T
+    used = xp.arange(record.rows.t.shape[0], dtype=np.int32) <= record.count
+    (angle, speed) = record.rows.y[:, :2].T
     return xp.any(used & ((speed != 0.0) | (angle != angle[0])))
 
 
 def _sequence(record: Record) -> Array:
     """A number that runs with the same modes after the same kinds of events in the same order share."""
-    xp, rows = numpy_of(record.rows.t), record.rows
+    xp = numpy_of(record.rows.t)
+    rows = record.rows
     n = rows.t.shape[0]
     events = (xp.arange(n, dtype=np.int32) < record.count) & (rows.kind >= LANDED)
     after = xp.concatenate([rows.mode[1:], rows.mode[-1:]]).astype(np.uint32)
@@ -259,7 +262,8 @@ def box_of(
     """
     require_scene(scene)
     known = Inputs(scene)
-    shapes, rows = dict[str, tuple[int, ...]](), []
+    shapes = dict[str, tuple[int, ...]]()
+    rows = []
     for path, pair in bounds.items():
         field, index = entry_of(path, known)
         leaf = known.get(field)
@@ -328,7 +332,8 @@ class Evaluation(NamedTuple):
 @functools.lru_cache(maxsize=64)
 def _program(asked: ProgramKey) -> DeviceJit:
     def answer(x: Array, scene: Scene, given: Any, rtol: Array) -> tuple[Array, Any]:
-        outcome, code = asked.place(scene, x, given), jnp.zeros((), jnp.int32)
+        outcome = asked.place(scene, x, given)
+        code = jnp.zeros((), jnp.int32)
         if asked.solver is not None:
             outcome = simulate(outcome, solver=asked.solver, rtol=rtol, max_steps=asked.max_steps)
             code = outcome.code
@@ -390,11 +395,17 @@ class PointEvaluator:
     ) -> None:
         if own_part(scene, solver, find.asked if isinstance(find, Metrics) else ()):
             trace_anew()
-        self.scene, self.place, self.find, self.given, self.rtol = scene, place, find, given, rtol
+        self.scene = scene
+        self.place = place
+        self.find = find
+        self.given = given
+        self.rtol = rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)
         self._asked = ProgramKey(place, find, self.solver, self.limits[0], reverse, singly)
-        self._size, self._level, self.runs = size, 0, 0
+        self._size = size
+        self._level = 0
+        self.runs = 0
         self._known: dict[bytes, Evaluation] = {}
 
     def result(self, scene: Scene | None = None, **options: Any) -> Result:
@@ -405,7 +416,8 @@ class PointEvaluator:
         """Takes the length of this run for that of the others, which are differentiated."""
         first = room_for(result, differentiated=True)
         longer = (first * 4**i for i in range(1, 16) if first * 4 ** (i - 1) < _LONGEST)
-        self.limits, self._level = (first, *longer), 0
+        self.limits = (first, *longer)
+        self._level = 0
 
     def __call__(self, x: np.ndarray, given: Any = None, scene: Scene | None = None) -> Evaluation:
         """Values and Jacobian at a point, also of another scene of this structure; the last few points are cached,

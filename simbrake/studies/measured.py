@@ -107,7 +107,8 @@ class Measured(Tabular):
 
         Raises `InputError` with every error.
         """
-        t, sigma = np.atleast_1d(np.asarray(t, np.float64)), dict(sigma or {})
+        t = np.atleast_1d(np.asarray(t, np.float64))
+        sigma = dict(sigma or {})
         parts: list[Points | Single | Fault] = []
         for name in sorted(set(sigma) - set(columns or {})):
             parts.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))

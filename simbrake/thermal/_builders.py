@@ -265,7 +265,8 @@ def with_pulley_structure(
         "rebord_2": (0.575, 0.615, 0.025),
         "disc": (0.575, 0.590, 0.025),
     }
-    bodies, links = list(heat.bodies), list(heat.links)
+    bodies = list(heat.bodies)
+    links = list(heat.links)
     for name, (inner, outer, width) in parts.items():
         if name == "flange" and not flange:
             continue
@@ -360,7 +361,8 @@ def with_external_pair(
         raise ValueError("an external pair needs linings and a band in the network")
     lining = lining or inner.lining.replace(".front", ".back")
     beyond = None if rim_share is None else inner.metal
-    linings, band = place_of(lining)[0], place_of(heat.band)[0]
+    linings = place_of(lining)[0]
+    band = place_of(heat.band)[0]
 
     def between(link: AbstractLink) -> AbstractLink:
         ends = {place_of(link.a)[0], place_of(link.b)[0]}

@@ -26,10 +26,8 @@ _SATURATION = (
 )
 #: IAPWS SR6-08(2011), tables 1 to 4: coefficients and exponents of specific heat (over the gas constant), specific
 #: volume, viscosity and conductivity
-_HEAT_A, _HEAT_B = (
-    ((-1.661470539e5, 4), (2.708781640e6, 5), (-1.557191544e8, 7)),
-    ((-8.237426256e-1, 2), (1.908956353, 3), (-2.017597384, 4), (8.546361348e-1, 5)),
-)
+_HEAT_A = ((-1.661470539e5, 4), (2.708781640e6, 5), (-1.557191544e8, 7))
+_HEAT_B = ((-8.237426256e-1, 2), (1.908956353, 3), (-2.017597384, 4), (8.546361348e-1, 5))
 _VOLUME_A = ((6.74458446e3, 4), (-2.22521604e5, 5), (1.00231247e8, 7), (-1.63552118e9, 8), (8.32299658e9, 9))
 _VOLUME_B = (
     *((5.78545292e-3, 1), (-1.53195665e-2, 2), (3.11337859e-2, 3)),
@@ -57,7 +55,8 @@ def saturation_temperature(
         >>> round(float(sb.thermal.saturation_temperature("1 bar")), 6)
         372.755919
     """
-    n, beta = (0.0, *_SATURATION), (pressure * 1e-6) ** 0.25
+    n = (0.0, *_SATURATION)
+    beta = (pressure * 1e-6) ** 0.25
     E, F, G = (factor * beta**2 + n[i] * beta + n[i + 3] for factor, i in ((1.0, 3), (n[1], 4), (n[2], 5)))
     D = 2 * G / (-F - (F**2 - 4 * E * G) ** 0.5)
     return 0.5 * (n[10] + D - ((n[10] + D) ** 2 - 4 * (n[9] + n[10] * D)) ** 0.5)
@@ -111,7 +110,10 @@ def water(
         (889.997, 120.212)
     """
     T = temperature
-    alpha, beta, tau, ratio = 10 / (593 - T), 10 / (T - 232), T / 10, T / 300
+    alpha = 10 / (593 - T)
+    beta = 10 / (T - 232)
+    tau = T / 10
+    ratio = T / 300
     curved = sum(k * (k + 1) * c * alpha ** (k + 2) for c, k in _HEAT_A)
     curved = curved + sum(k * (k + 1) * c * beta ** (k + 2) for c, k in _HEAT_B)
     volume = 1.93763157e-2 + sum(c * alpha**k for c, k in _VOLUME_A) + sum(c * beta**k for c, k in _VOLUME_B)
@@ -151,7 +153,9 @@ def _reynolds(speed: Values, diameter: Values, liquid: Liquid) -> Values:
 
 
 #: range of Dittus–Boelter: Reynolds number, length over diameter, Prandtl number
-_TURBULENT, _LONG, _PRANDTL = 1e4, 10.0, (0.7, 160.0)
+_TURBULENT = 1e4
+_LONG = 10.0
+_PRANDTL = (0.7, 160.0)
 
 # --- the jacket -------------------------------------------------------------------------------------------------------
 
@@ -206,7 +210,8 @@ class WaterJacket(AbstractLink):
         rate = self.rate(around)
         flows = rate > 0
         C = jnp.where(flows, rate, 1.0)  # (a power of 0 has no derivative)
-        h, v = self.coefficient, C / (self.liquid.density * self.liquid.specific_heat)
+        h = self.coefficient
+        v = C / (self.liquid.density * self.liquid.specific_heat)
         if self.section is not None:
             v = v / jnp.asarray(self.section)
         if h is None:
@@ -222,7 +227,8 @@ class WaterJacket(AbstractLink):
 
     def faults(self, path: str) -> Faults:
         """Errors of a channel that the coefficient lacks or does not need, and of a flow below 0."""
-        names, faults = ("section", "diameter", "length"), Issues()
+        names = ("section", "diameter", "length")
+        faults = Issues()
         needed = names if self.coefficient is None else names[: isinstance(self.coefficient, AbstractCoefficient)]
         for name in names:
             if name in needed and getattr(self, name) is None:
@@ -238,10 +244,14 @@ class WaterJacket(AbstractLink):
         """Numbers that Dittus–Boelter does not hold for, in words (concrete values only)."""
         if self.coefficient is not None or self.diameter is None or self.section is None or self.length is None:
             return []
-        liquid, D, said, (low, high) = self.liquid, float(self.diameter), list[str](), _PRANDTL
+        liquid = self.liquid
+        D = float(self.diameter)
+        said = list[str]()
+        (low, high) = _PRANDTL
         flows = np.atleast_1d(np.asarray(getattr(self.flow, "values", self.largest_flow), float))
         Re = float(_reynolds(1.0 / float(self.section), D, liquid))  # of 1 m³/s
-        enough, least = f"{60_000 * _TURBULENT / Re:.4g} l/min", np.min(flows[flows > 0], initial=np.inf)
+        enough = f"{60_000 * _TURBULENT / Re:.4g} l/min"
+        least = np.min(flows[flows > 0], initial=np.inf)
         lasts = np.diff(np.asarray(getattr(self.flow, "times", np.zeros(flows.size)), float)) > 0
         if Re * least < _TURBULENT:
             said.append(f"Re = {Re * least:.4g} is below 10,000, reached at {enough}")

@@ -331,11 +331,15 @@ class Heat(Part):
     @property
     def kinds(self) -> dict[str, str]:
         """Bodies that are the rim, the linings or the band, by their names."""
-        band, linings, rim = [self.band], [self.linings], [self.rim]
+        band = [self.band]
+        linings = [self.linings]
+        rim = [self.rim]
         if self.external is not None:
-            band, linings = [*band, self.external.metal], [*linings, self.external.lining]
+            band = [*band, self.external.metal]
+            linings = [*linings, self.external.lining]
         if self.friction is not None:
-            linings, rim = [*linings, self.friction.lining], [*rim, self.friction.metal]
+            linings = [*linings, self.friction.lining]
+            rim = [*rim, self.friction.metal]
         named = (("band", band), ("linings", linings), ("rim", rim))
         return {place_of(place)[0]: kind for kind, places in named for place in places if place is not None}
 
@@ -432,9 +436,11 @@ class Heat(Part):
 
     def _faults_of_jackets(self, path: str) -> Issues:
         """Errors of coolants: without an inlet temperature, or boiling at the inlet or at the start."""
-        faults, by_name = Issues(), {body.name: body for body in self.bodies}
+        faults = Issues()
+        by_name = {body.name: body for body in self.bodies}
         for i, jacket in self.jackets.items():
-            where, boiling = f"{path}.links[{i}]", float(jacket.liquid.boiling)
+            where = f"{path}.links[{i}]"
+            boiling = float(jacket.liquid.boiling)
             if not isinstance(inlet := by_name[place_of(jacket.b)[0]], Reservoir):
                 hint = "name a `Reservoir` with the temperature of the inlet"
                 faults.add(f"{where}.b", f"{jacket.b!r} is no reservoir", hint)
@@ -446,7 +452,8 @@ class Heat(Part):
             if isinstance(by_name[name], Reservoir):
                 faults.add(f"{where}.a", f"{jacket.a!r} is a reservoir", "name the wall that the coolant wets")
                 continue
-            wall, at_start = by_name[name], getattr(by_name[name], "temperature", 0.0)
+            wall = by_name[name]
+            at_start = getattr(by_name[name], "temperature", 0.0)
             T_in = inlet.temperature
             if isinstance(T_in, AbstractProfile):
                 T_in = getattr(T_in, "values", T_in.scale())

@@ -146,13 +146,15 @@ def layer_growth(first: float, thickness: float, layers: int) -> float:
         raise ValueError(f"a first layer of {first:g} m does not fit {layers} layers in {thickness:g} m")
     # Newton's method on log Σ r^k over log r, which is convex and rises: from above it comes down to the root. (Of
     # SciPy the import alone would take longer than most runs)
-    powers, wanted = np.arange(layers), np.log(thickness / first)
+    powers = np.arange(layers)
+    wanted = np.log(thickness / first)
     log_r = step = wanted + 1.0
     for _ in range(200):
         largest = max(0.0, log_r * (layers - 1))
         terms = np.exp(log_r * powers - largest)
         total = np.sum(terms)
-        last, step = step, (largest + np.log(total) - wanted) * total / np.sum(powers * terms)
+        last = step
+        step = (largest + np.log(total) - wanted) * total / np.sum(powers * terms)
         if abs(step) <= 1e-16 or abs(step) >= abs(last) < 1e-9:  # rounding
             break
         log_r -= step

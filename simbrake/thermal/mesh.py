@@ -13,15 +13,20 @@ from .materials import ROOM, layer_growth
 from .network import Lump, Wall, place_of
 
 #: error of the rise of a surface, as a share of it, from which layers are too thick, and that of those proposed instead
-TOO_MUCH, GOOD = 0.025, 0.015
+TOO_MUCH = 0.025
+GOOD = 0.015
 #: depth to which heat comes, and first layer of a mesh without error, as multiples of √(a t); growth of that mesh
-_REACH, _FINEST, _GROWTH = 8.0, 0.02, 1.05
+_REACH = 8.0
+_FINEST = 0.02
+_GROWTH = 1.05
 #: so many layers within the reach of the heat are thin enough
 _MANY = 120
 #: first layer, as a multiple of √(a t), down to which layers are cut to estimate their error; the most nodes then
-_CUT, _MOST_NODES = 0.35, 20_000
+_CUT = 0.35
+_MOST_NODES = 20_000
 #: first layers that are proposed, as multiples of √(a t), and the most layers
-_FIRST, _MOST = (0.5, 0.35, 0.25, 0.18, 0.12), 200
+_FIRST = (0.5, 0.35, 0.25, 0.18, 0.12)
+_MOST = 200
 
 
 def finer(heat: Heat, cuts: Mapping[str, int]) -> Heat:
@@ -31,7 +36,8 @@ def finer(heat: Heat, cuts: Mapping[str, int]) -> Heat:
     """
 
     def cut(wall: Wall) -> Wall:
-        parts, T = 2 ** cuts.get(wall.name, 1), np.asarray(wall.temperature)
+        parts = 2 ** cuts.get(wall.name, 1)
+        T = np.asarray(wall.temperature)
         T = np.repeat(T, parts) if T.ndim else T
         growth = np.asarray(wall.growth) ** (1 / parts)
         return dataclasses.replace(wall, layers=parts * wall.layers, growth=growth, temperature=T)  # pyright: ignore
@@ -52,7 +58,8 @@ def finer_values(heat: Heat, finer: Heat, values: Mapping[str, np.ndarray]) -> d
         if match[2] == "growth":
             found[path] = array ** (1 / parts)
         elif match[3] is not None:
-            whole, node = path[: match.end(2)], parts * int(match[3])
+            whole = path[: match.end(2)]
+            node = parts * int(match[3])
             found |= {f"{whole}[{node + part}]": array for part in range(parts)}
         else:
             found[path] = np.repeat(array, parts, axis=1) if array.ndim > 1 else array
@@ -61,7 +68,8 @@ def finer_values(heat: Heat, finer: Heat, values: Mapping[str, np.ndarray]) -> d
 
 def merged(heat: Heat, finer: Heat, T: Float[np.ndarray, "m k"]) -> Float[np.ndarray, "m l"]:
     """Temperatures `T` of the nodes with capacity of a network with finer layers, as means over those of `heat`."""
-    means, first = [], 0
+    means = []
+    first = 0
     for body, one in zip(heat.bodies, finer.bodies, strict=True):
         if not isinstance(one, Lump | Wall):
             continue
@@ -97,8 +105,10 @@ def face_rise(
     front = shapes[0] * scale[0]
     spans = np.diff(t)
     x = np.minimum(rates * spans[:, None], -1e-30)
-    decay, entered = np.exp(x), spans[:, None] * np.expm1(x) / x * front * flux[:, None]
-    content, rise = np.zeros_like(rates), []
+    decay = np.exp(x)
+    entered = spans[:, None] * np.expm1(x) / x * front * flux[:, None]
+    content = np.zeros_like(rates)
+    rise = []
     for kept, new in zip(decay, entered, strict=True):
         content = kept * content + new
         rise.append(front @ content)
@@ -132,8 +142,11 @@ def coarse(
 
     - `heat` that has entered until the times `t` (s), in any unit
     """
-    material, thickness = wall.material, float(wall.thickness)
-    a, time, flux = float(material.diffusivity), float(t[-1] - t[0]), np.diff(heat) / np.diff(t)
+    material = wall.material
+    thickness = float(wall.thickness)
+    a = float(material.diffusivity)
+    time = float(t[-1] - t[0])
+    flux = np.diff(heat) / np.diff(t)
     depth = np.sqrt(a * time)
     skin = 0.0
     if wall.surface_layer is not None:

@@ -533,7 +533,8 @@ def _floating_junctions(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...
     while True:
         new = set(grounded)
         for link in links:
-            (a, _), (b, _) = place_of(link.a), place_of(link.b)
+            (a, _) = place_of(link.a)
+            (b, _) = place_of(link.b)
             if conducts(link) and (a in grounded or b in grounded):
                 new |= {a, b}
         if new == grounded:
@@ -606,7 +607,8 @@ def _faults_of_surfaces(
     bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...], path: str
 ) -> Faults:
     """Errors of perfect contacts at faces with other links: they open, or hold several lumps at one temperature."""
-    by_name, faults = {body.name: body for body in bodies}, Issues()
+    by_name = {body.name: body for body in bodies}
+    faults = Issues()
     surfaces = surfaces_of(bodies, links, sources)
     for i, link in enumerate(links):
         faces = [face for surface in surfaces for face in surface.faces if face in (link.a, link.b)]

@@ -20,7 +20,8 @@ from stop_scenes import closed_form, stop_scene
 import simbrake as sb
 
 #: what an estimate may be of the true error, in its own size and in that of the value
-SAFE, SHARP = (3.0, 1e-13), (100.0, 1e-12)
+SAFE = (3.0, 1e-13)
+SHARP = (100.0, 1e-12)
 
 
 def fading_stop(**more):
@@ -39,7 +40,10 @@ def fading_stop(**more):
 @functools.cache
 def fading_truth():
     """Of `fading_stop` by SciPy: stopping time, angle, and maximum rise; `ω' = −M(T)/J`, `C T' = M ω − h A T`."""
-    z, R, J, T0 = math.tan(math.radians(13.5) / 2), 0.725, 800.0, 8e3
+    z = math.tan(math.radians(13.5) / 2)
+    R = 0.725
+    J = 800.0
+    T0 = 8e3
 
     def rhs(t, y):
         f = 0.35 * (1 - 1e-3 * y[2])
@@ -63,7 +67,8 @@ def holds(true, estimate, value):
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, pytest.param(1e-10, marks=pytest.mark.smoke), 1e-12])
 def test_estimate_matches_the_true_error(rtol):
-    result, truth = sb.simulate(stop_scene(), rtol=rtol), closed_form()
+    result = sb.simulate(stop_scene(), rtol=rtol)
+    truth = closed_form()
     found = result.accuracy()
     assert not found.problem
     for name, exact in (
@@ -115,10 +120,12 @@ def hydrodynamic_stop():
 def test_errors_of_states_hold_at_any_time(stop, solver, rtol):
     """A series inside steps, beside a run with ten times as many: also where events come a little later."""
     result = sb.simulate(stop(), rtol=rtol, **solver)
-    found, end = result.accuracy(), float(result.scene.end_time)
+    found = result.accuracy()
+    end = float(result.scene.end_time)
     exact = sb.simulate(stop(), rtol=1e-13, max_step=0.01)
     times = np.random.default_rng(1).uniform(0.0, end, 200)
-    mine, truth = result.series(times), exact.series(times)
+    mine = result.series(times)
+    truth = exact.series(times)
     for name, column in (
         ("angle", "phi"),
         ("speed", "omega"),
@@ -259,7 +266,10 @@ _START = 293.15  # K, at the start
 
 def layered_stop(material, thickness, time, growth=1.0, layers=10):
     """A stop under a constant torque within `time` (s) whose heat all goes into a rim in layers."""
-    inertia, omega, radius, z = 1200.0, 24.0, 0.59, math.tan(math.radians(13.5) / 2)
+    inertia = 1200.0
+    omega = 24.0
+    radius = 0.59
+    z = math.tan(math.radians(13.5) / 2)
     grip = ((1 + 0.35 * z) / (1 - 0.35 * z)) ** 20 - 1
     wall = sb.thermal.Wall("rim", material, thickness, 0.8, layers=layers, growth=growth)
     heat = sb.Heat((wall,), (), sb.thermal.FrictionHeat("rim.front", None, 1.0), rim="rim.front")
@@ -283,18 +293,21 @@ def mesh_warnings(result):
 @pytest.mark.parametrize("name", ["steel_20L", pytest.param("FK-24A", marks=pytest.mark.slow)])
 def test_error_of_layers_covers_the_true_one(name):
     """Thick and thin layers, equal and graded: the estimate covers the error, and the warning comes with large ones."""
-    material, warned = sb.material(name), set()
+    material = sb.material(name)
+    warned = set()
     for thickness, time, growth in itertools.product((12e-3, 32e-3, 60e-3), (0.3, 0.84, 3.0), (1.0, 1.3, 1.8)):
         if thickness < 5 * math.sqrt(float(material.diffusivity) * time):
             continue  # heat reaches the back
         scene = layered_stop(material, thickness, time, growth)
-        result, truth = sb.simulate(scene), rise_of_a_stop(scene, time)
+        result = sb.simulate(scene)
+        truth = rise_of_a_stop(scene, time)
         true = result["peak_rim_temperature"] - _START - truth
         estimate = result.accuracy()["peak_rim_temperature"]
         where = f"{thickness} m, {time} s, growth {growth}: {true / truth:.4f} of the rise"
         assert abs(true) <= 1.01 * estimate, where
         assert estimate <= 2.5 * abs(true), where
-        said, share = mesh_warnings(result), abs(true) / (truth + true)
+        said = mesh_warnings(result)
+        share = abs(true) / (truth + true)
         if abs(share - 0.025) > 2e-3:
             assert bool(said) == (share > 0.025), where
         if said:
@@ -305,7 +318,8 @@ def test_error_of_layers_covers_the_true_one(name):
 
 
 def test_layers_that_a_warning_proposes_are_good():
-    steel, time = sb.material("steel_20L"), 0.84
+    steel = sb.material("steel_20L")
+    time = 0.84
     scene = layered_stop(steel, 60e-3, time)
     (said,) = mesh_warnings(sb.simulate(scene))
     layers, first = re.search(r"(\d+) layers, the first ([\d.]+) mm thick, would do", said).groups()
@@ -350,7 +364,8 @@ def test_fade_carries_the_error_of_layers_into_the_stopping_time(layers, growth)
         linings = dataclasses.replace(scene.brake.linings, friction=law)
         return sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
 
-    thick, thin = stop(layers, growth), stop(80, 1.08)
+    thick = stop(layers, growth)
+    thin = stop(80, 1.08)
     true = abs(thick["stopping_time"] - thin["stopping_time"])
     found = thick.accuracy()
     assert 1e-3 < true <= found["stopping_time"] <= 3 * true
@@ -363,7 +378,8 @@ def test_layers_count_where_finer_ones_have_other_events():
     truth = rise_of_a_stop(scene, 0.84)
     heat = dataclasses.replace(scene.heat, permissible_rim=_START + truth + 1.0)
     result = sb.simulate(dataclasses.replace(scene, heat=heat))
-    found, true = result.accuracy(), result["peak_rim_temperature"] - _START - truth
+    found = result.accuracy()
+    true = result["peak_rim_temperature"] - _START - truth
     assert [event.name for event in result.events if "permissible" in event.name]
     assert "with finer layers event" in found.finer_problem
     assert found.finer_problem in found.line
@@ -379,7 +395,8 @@ def test_lumps_have_no_layers_to_refine():
 def test_prepared_runs_and_ensembles():
     prepared = sb.prepare(stop_scene(), ["stopping_time", "full_slip_time", "internal_slip_time"][:2], rtol=1e-4)
     for omega in (18.0, 20.0):
-        found, truth = prepared.accuracy({"initial.omega": omega}), closed_form(w0=omega)
+        found = prepared.accuracy({"initial.omega": omega})
+        truth = closed_form(w0=omega)
         answer = prepared({"initial.omega": omega})
         assert not found.problem
         assert holds(abs(answer.metrics["stopping_time"] - truth["stop"]), found.errors["stopping_time"], truth["stop"])

@@ -40,7 +40,8 @@ def test_second_derivatives_of_the_stop():
 
 
 def test_other_events_in_a_step_are_refused():
-    scene, metric = stop_scene(), "stopping_time"
+    scene = stop_scene()
+    metric = "stopping_time"
     stop = float(sb.simulate(scene).stopping_time)
     close = sb.with_values(scene, {"end_time": 1.005 * stop})
     with pytest.raises(sb.InputError, match=r"initial\.omega: .* within a step of 0\.02 — give a smaller step"):

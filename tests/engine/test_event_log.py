@@ -10,7 +10,10 @@ from stop_scenes import closed_form, stop_scene
 import simbrake as sb
 from simbrake.results import Event
 
-LININGS, BETA, F, T0 = 20, 0.2, 0.4, 1e4
+LININGS = 20
+BETA = 0.2
+F = 0.4
+T0 = 1e4
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +34,8 @@ def test_lining_limits_are_at_their_tension(swinging):
     mu = (1 + z) / (1 - z)
     i = np.array([e.lining for e in events])
     tension = np.asarray(swinging.series([e.time for e in events], left=True).tight_tension) / T0
-    ahead, back = mu**i, mu ** (i - 1.0 - LININGS)
+    ahead = mu**i
+    back = mu ** (i - 1.0 - LININGS)
     np.testing.assert_allclose(tension, np.where(tension > 1, ahead, back), rtol=1e-9)
 
 
@@ -76,14 +80,19 @@ def test_events_as_dictionaries_and_by_name():
 @pytest.mark.slow
 def test_maxima_near_the_ends_of_steps():
     """`C θ' = P_0 (1 − t/t_s) − G θ` of a cooled rim: hottest at `ln(1 + G t_s/C)/(G/C)`, in many places of a step."""
-    n, J, w_0, C = 20, 800.0, 20.0, 2e4
+    n = 20
+    J = 800.0
+    w_0 = 20.0
+    C = 2e4
     torque = 0.725 * 8e3 * (closed_form(n=n)["Pi"] - 1)
-    t_s, near = J * w_0 / torque, []
+    t_s = J * w_0 / torque
+    near = []
     for G in np.linspace(4e3, 4e4, 25):
         heat = sb.lumped_heat(rim=C, partition=1.0, rim_cooling=G)
         scene = dataclasses.replace(stop_scene(n=n, C=None, end=2.0), heat=heat)
         result = sb.simulate(scene, rtol=1e-12, solver=diffrax.Dopri8())
-        peak, at = result.peak_rim_temperature, np.log(1 + G / C * t_s) / (G / C)
+        peak = result.peak_rim_temperature
+        at = np.log(1 + G / C * t_s) / (G / C)
         rise = torque * w_0 / G * (1 - at / t_s)
         assert peak.time == pytest.approx(at, rel=1e-5)
         assert peak.value - 293.15 == pytest.approx(rise, rel=1e-9)

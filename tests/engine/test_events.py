@@ -76,7 +76,8 @@ def down(at, slope=1.0):
     return Curve(slope=slope, roots=(at,))
 
 
-FIRST, SECOND = down(0.3), down(0.7, slope=50.0)
+FIRST = down(0.3)
+SECOND = down(0.7, slope=50.0)
 
 
 @pytest.mark.parametrize("order", [(FIRST, SECOND), (SECOND, FIRST)])
@@ -84,7 +85,8 @@ def test_two_guards_in_a_step_earliest_first(order):
     r = run(order)
     np.testing.assert_allclose(event_times(r), [0.3, 0.7], rtol=1e-12)
     assert event_guards(r) == [order.index(FIRST), order.index(SECOND)]
-    t, h = np.asarray(r.rows.t), np.asarray(r.rows.h)
+    t = np.asarray(r.rows.t)
+    h = np.asarray(r.rows.h)
     assert np.any((t < 0.3) & (t + h > 0.7))  # both did lie in one attempt
 
 
@@ -350,7 +352,8 @@ def test_many_events():
 
 
 def test_batch_equals_single_runs():
-    ball, bounces = arrays(BouncingBall()), [0.7, 0.6, 0.5, 0.3]
+    ball = arrays(BouncingBall())
+    bounces = [0.7, 0.6, 0.5, 0.3]
     start = Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0
 
     def numbers(record):

@@ -23,14 +23,16 @@ J = 800.0
 def rise(t, force, capacity, cooling):
     """Of a lump in air under the heat of a rigid stop: `C T' = M (ω_0 − M t/J) − h T`."""
     M = R * force * (MU - 1)
-    slope, k = M / J, cooling / capacity
+    slope = M / J
+    k = cooling / capacity
     return M / capacity * ((W0 + slope / k) * -jnp.expm1(-k * t) / k - slope * t / k)
 
 
 def hottest(force, capacity, cooling):
     """Instant and maximum of `rise`, before the stop at the latest."""
     M = R * force * (MU - 1)
-    slope, k = M / J, cooling / capacity
+    slope = M / J
+    k = cooling / capacity
     t = jnp.minimum(jnp.log1p(k * W0 / slope) / k, W0 / slope)
     return jax.lax.stop_gradient(t), rise(jax.lax.stop_gradient(t), force, capacity, cooling)
 
@@ -71,7 +73,8 @@ def test_derivative_of_the_highest_temperature(capacity, cooling):
 
 def test_highest_speed_just_after_a_corner():
     """The lever passes the tension that holds the load 2 ms after a corner at 2 s."""
-    held, rate = 2e3, 4e5
+    held = 2e3
+    rate = 4e5
     corner = held - 2e-3 * rate
     lever = sb.PiecewiseLinear([0.0, 2.0, 2.1, 9.0], [0.0, corner, corner + 0.1 * rate, corner + 0.1 * rate])
     load = R * held * (MU - 1)
@@ -85,14 +88,17 @@ def test_highest_speed_just_after_a_corner():
     assert found.time == pytest.approx(2.002, abs=1e-8)
 
 
-G, MASS, K = 9.80665, 40e3, 4e6
+G = 9.80665
+MASS = 40e3
+K = 4e6
 
 
 def hook_load(t, damping):
     """Of a mass on a spring that is let go at 0.4 of its stretch at rest."""
     delta = damping / (2 * MASS)
     omega = jnp.sqrt(K / MASS - delta**2)
-    fade, phase = 0.6 * MASS * G * jnp.exp(-delta * t), omega * t
+    fade = 0.6 * MASS * G * jnp.exp(-delta * t)
+    phase = omega * t
     stretch = MASS * G - fade * (jnp.cos(phase) + delta / omega * jnp.sin(phase))
     return stretch + damping / K * fade * (omega + delta**2 / omega) * jnp.sin(phase)
 

@@ -264,7 +264,9 @@ def test_a_thousand_values_do_not_re_trace(caplog):
     rng = np.random.default_rng(1)
     with nothing_compiled(caplog):
         for i in range(1000):
-            T0, f, w0 = 8e3 * rng.uniform(0.8, 1.2), rng.uniform(0.2, 0.4), rng.uniform(5, 30)
+            T0 = 8e3 * rng.uniform(0.8, 1.2)
+            f = rng.uniform(0.2, 0.4)
+            w0 = rng.uniform(5, 30)
             result = sb.simulate(stop_scene(T0=T0, f=f, w0=w0, end=20.0))
             if i % 100 == 0:
                 truth = closed_form(T0=T0, f=f, w0=w0)["stop"]
@@ -339,7 +341,8 @@ print(jax.numpy.ones(1).dtype, dict(os.environ) == before, len(sys.meta_path) - 
 )
 def test_scripts_need_not_set_64_bits(first, second):
     """Whichever is imported first; neither the environment nor the finders of imports are left changed."""
-    program, asked = BITS.format(first, second), {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
+    program = BITS.format(first, second)
+    asked = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=asked)
     assert found.stdout.split() == ["float64", "True", "0"]
     if first == "jax":  # the user's word counts, until a run is asked for

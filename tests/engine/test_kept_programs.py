@@ -34,7 +34,8 @@ def folder(monkeypatch, tmp_path):
 @pytest.mark.slow
 def test_a_second_process_compiles_nothing(folder, scenarios):
     """From Python; the report, a prepared run and its gradient too."""
-    scene, off = scenarios / "u2_5_5_stop.toml", {"JAX_COMPILATION_CACHE_DIR": ""}
+    scene = scenarios / "u2_5_5_stop.toml"
+    off = {"JAX_COMPILATION_CACHE_DIR": ""}
     first = python(RUN, scene, **off)
     assert "Compiling jit" in first.stdout
     again = python(RUN, scene, **off)
@@ -69,7 +70,8 @@ def test_a_result_is_read_without_compiling(folder, scenarios, name):
 
 def test_other_limits_and_times_compile_nothing(folder):
     """What is wanted of a run is picked from what two programs show of it."""
-    compiled, scene = [], stop_scene()
+    compiled = []
+    scene = stop_scene()
     str(sb.simulate(scene))
     jax.monitoring.register_event_duration_secs_listener(
         lambda name, seconds, **about: compiled.append(about.get("fun_name")) if "backend_compile" in name else None
@@ -103,7 +105,8 @@ if len(sys.argv) > 2:
 @pytest.mark.slow
 def test_gradients_outside_jit_are_kept(folder, scenarios):
     """A later process compiles single operations alone; a derivative inside of jit is that of JAX itself."""
-    scene, off = scenarios / "u2_5_5_stop.toml", {"JAX_COMPILATION_CACHE_DIR": ""}
+    scene = scenarios / "u2_5_5_stop.toml"
+    off = {"JAX_COMPILATION_CACHE_DIR": ""}
     first, inside = map(json.loads, python(SLOPE, scene, "jit", **off).stdout.splitlines())
     again = json.loads(python(SLOPE, scene, **off).stdout)
     assert first[0] == again[0]
@@ -116,14 +119,12 @@ def test_gradients_outside_jit_are_kept(folder, scenarios):
 def test_beside_the_cache_of_jax(folder, scenarios, tmp_path):
     """What JAX has read from its own cache can be stored and loaded, but not be called."""
     program = "import sys\nimport simbrake as sb\nprint(sb.simulate(sb.read_scene(sys.argv[1])))"
-    scene, jax_too = (
-        scenarios / "u2_5_5_stop.toml",
-        {
-            "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "jax"),
-            "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
-            "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
-        },
-    )
+    scene = scenarios / "u2_5_5_stop.toml"
+    jax_too = {
+        "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "jax"),
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+        "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+    }
     first, second = (python(program, scene, **jax_too).stdout for _ in range(2))
     assert first == second
     assert not [file.name for file in folder.iterdir() if file.name.startswith(("run", "text"))]

@@ -29,7 +29,8 @@ def fade(T, *numbers):
 
 def table_of_temperature(T):
     law = sb.friction.TabulatedFade
-    at, values = jnp.asarray([293.0, 400.0, 500.0]), jnp.asarray([1.0, 1.0, 0.8])
+    at = jnp.asarray([293.0, 400.0, 500.0])
+    values = jnp.asarray([1.0, 1.0, 0.8])
     return lambda: (lambda x: law(at, x[1:] * values).factor(Contact(None, x[0])), [T, 1.0, 1.0, 1.0])
 
 
@@ -62,7 +63,8 @@ def lagged(times, count=None):
         command = sb.PiecewiseLinear(x[:k], x[k : 2 * k])
         if count:
             command = sb.Repeated(x[:k], x[k : 2 * k], period=x[-2], count=count)
-        law, t = sb.loads.Actuator(command, lag=x[-1]), jnp.asarray(2.9)
+        law = sb.loads.Actuator(command, lag=x[-1])
+        t = jnp.asarray(2.9)
         return law.value(t, law.first_piece(t))
 
     return lambda: (force, [*times, *np.linspace(1.0, 2.0, k), *([1.0] if count else []), 0.3])
@@ -223,7 +225,8 @@ def test_jump_at_the_start_is_one_sided():
     """Before the start nobody sees it; later by `ε` it costs `ε/2` of the stop."""
     scene = lever([0.0, 0.0], [4e3, 8e3], end=9.0)
     table = sb.sensitivity(scene, "stopping_time", f"{LEVER}.times", span=None)
-    whole, second = table.at(f"{LEVER}.times[:]"), table.at(f"{LEVER}.times[1]")
+    whole = table.at(f"{LEVER}.times[:]")
+    second = table.at(f"{LEVER}.times[1]")
     assert (whole.derivative, whole.note) == (0.0, "one-sided: 0 below, 0.5 above")
     # the second point alone can only come later
     assert second.derivative == pytest.approx(0.25, rel=1e-5)
@@ -250,7 +253,8 @@ def test_grazed_event_has_no_derivative():
     brake = sb.Brake(sb.Pulley(0.7, 500.0), sb.Band(0.7), linings)
     scene = sb.Scene(brake, sb.Duty(sb.Constant(5e3), sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0)
     table = sb.sensitivity(scene, first_event, [f"{LEVER}.level", "brake.pulley.inertia"], span=None)
-    level, inertia = table.at(f"{LEVER}.level"), table.at("brake.pulley.inertia")
+    level = table.at(f"{LEVER}.level")
+    inertia = table.at("brake.pulley.inertia")
     assert np.isnan(level.derivative)
     assert level.note.startswith("none: ")
     assert (inertia.derivative, inertia.note) == (0.0, "")

@@ -24,7 +24,8 @@ from small_systems import (
 import simbrake as sb
 
 BELT = arrays(BeltOscillator())
-T_SLIP, T_STICK = 4.06888787159140, 4.0
+T_SLIP = 4.06888787159140
+T_STICK = 4.0
 BALL = [
     0.451523640985731,
     1.08365673836575,

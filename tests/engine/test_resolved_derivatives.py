@@ -15,8 +15,18 @@ from scipy.integrate import quad
 
 import simbrake as sb
 
-N, BETA, R_B, J, T_0, OMEGA, F, AREA = 12, math.radians(22.5), 0.6, 300.0, 2500.0, 20.0, 0.35, 0.02
-V_S, P_R, TAU, CRITICAL = 0.05, 1e6, 0.02, 0.3
+N = 12
+BETA = math.radians(22.5)
+R_B = 0.6
+J = 300.0
+T_0 = 2500.0
+OMEGA = 20.0
+F = 0.35
+AREA = 0.02
+V_S = 0.05
+P_R = 1e6
+TAU = 0.02
+CRITICAL = 0.3
 
 
 def stop(law, load=0.0, **more):
@@ -36,7 +46,8 @@ def without_effect():
 
 def truths():
     """Derivatives of the stopping time `∫ J dω/M` in closed form or by quadrature, each with the number's size."""
-    z, growth = math.tan(BETA / 2), 2 * math.tan(BETA / 2) / (1 - (F * math.tan(BETA / 2)) ** 2)
+    z = math.tan(BETA / 2)
+    growth = 2 * math.tan(BETA / 2) / (1 - (F * math.tan(BETA / 2)) ** 2)
     mu = (1 + F * z) / (1 - F * z)
     tension = T_0 * mu ** np.arange(N + 1)
     M = R_B * (tension[-1] - T_0)
@@ -67,7 +78,8 @@ def wrong(found, time):
 
 @pytest.mark.slow
 def test_numbers_without_effect_forwards():
-    scene, (time, expected) = without_effect(), truths()
+    scene = without_effect()
+    (time, expected) = truths()
 
     def stopping_time(x):
         return sb.simulate(sb.with_values(scene, dict(zip(expected, x, strict=True)))).stopping_time
@@ -136,7 +148,8 @@ def test_short_record_gives_no_derivative():
 
 @pytest.mark.slow
 def test_estimated_error_of_derivatives():
-    (time, expected), rtol = truths(), 1e-6
+    (time, expected) = truths()
+    rtol = 1e-6
     truth, size = expected["brake.linings.friction.base.static_coefficient"]
     scene = stop(sb.friction.StribeckFriction(F, F, V_S))
     table = sb.sensitivity(scene, "stopping_time", "brake.linings.friction", span=None, rtol=rtol)

@@ -12,7 +12,12 @@ import simbrake as sb
 from simbrake.hybrid import largest, smallest
 
 #: mass, static and kinetic friction (N), rate of the pull (N/s), and when it ends
-M, F_S, F_K, RATE, UNTIL, END = 2.0, 3.0, 2.0, 1.5, 4.0, 8.0
+M = 2.0
+F_S = 3.0
+F_K = 2.0
+RATE = 1.5
+UNTIL = 4.0
+END = 8.0
 
 
 class Block(NamedTuple):
@@ -62,7 +67,8 @@ class Shared(sb.hybrid.AbstractSemiExplicitSystem):
 
 
 def run(m):
-    start, mode = Block(jnp.zeros(()), jnp.zeros(())), jnp.zeros(2, jnp.int32)
+    start = Block(jnp.zeros(()), jnp.zeros(()))
+    mode = jnp.zeros(2, jnp.int32)
     return sb.hybrid.hybridsolve(Shared(jnp.asarray(m)), start, mode, 0.0, END, DOPRI8, settings(1e-11, max_steps=128))
 
 

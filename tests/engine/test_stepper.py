@@ -26,7 +26,8 @@ def elastic(lever=24e3):
 @pytest.mark.slow
 def test_steps_of_one_scene_are_its_run():
     scene = sb.Scene(ELASTIC, sb.Duty(sb.ramp(0.0, 24e3, 0.0, 0.3), sb.TorqueLoad(5e3)), sb.Initial(24.0), "3 s")
-    whole, stepper = sb.simulate(scene), sb.Stepper(scene)
+    whole = sb.simulate(scene)
+    stepper = sb.Stepper(scene)
     events = [event for _ in range(60) for event in stepper.advance(0.05).events]
     names = [event for event in whole.events if event.name != "lining_limit"]
     assert [event.name for event in events] == [event.name for event in names]
@@ -45,7 +46,8 @@ def test_commands_are_jumps_of_a_profile():
     assert [event.name for event in events] == [event.name for event in names]
     assert {"slip_onset", "restick", "stop", "restart", "release"} <= {event.name for event in events}
     np.testing.assert_allclose([event.time for event in events], [event.time for event in names], rtol=1e-9)
-    end, kept = whole.record.y_end, stepper.series()
+    end = whole.record.y_end
+    kept = stepper.series()
     np.testing.assert_allclose(kept.phi[0], end.phi, rtol=1e-9)
     np.testing.assert_allclose(kept.elongation[0], end.own.x, rtol=1e-9)
     for name in ("load_work", "lever_work", "friction_heat"):
@@ -59,7 +61,9 @@ def test_held_inputs_match_closed_form():
     stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
     tan = np.tan(1.5 * np.pi / 12 / 2)
     ratio = ((1 + 0.35 * tan) / (1 - 0.35 * tan)) ** 12
-    arm, inertia, omega = 0.623 * (ratio - 1), 1200.0, 24.0
+    arm = 0.623 * (ratio - 1)
+    inertia = 1200.0
+    omega = 24.0
     for F, M in ((3e3, 2e3), (6e3, 8e3), (0.0, 3e3)):
         stepper.advance("0.4 s", lever=F, load=M)
         omega += (M - F * arm) / inertia * 0.4
@@ -78,7 +82,8 @@ def test_held_inputs_match_closed_form():
 @pytest.mark.slow
 def test_an_actuator_follows_its_commands():
     """More commands than fit wait in the dead time, and a lag still feels those that are long over (against SciPy)."""
-    late, slow = 0.13, 0.06
+    late = 0.13
+    slow = 0.06
     stepper = sb.Stepper(rigid(sb.loads.Actuator(24e3, lag=slow, dead_time=late)), inputs=["lever"])
     rng = np.random.default_rng(5)
     given = [(0.05 * k, force) for k, force in enumerate(rng.uniform(1e3, 9e3, 24))]
@@ -90,7 +95,8 @@ def test_an_actuator_follows_its_commands():
     def command(t):
         return [24e3, *(force for begun, force in given if begun <= t + 1e-12)][-1]
 
-    wanted, tension = [], 24e3
+    wanted = []
+    tension = 24e3
     for k in range(24):
         knots = sorted({0.05 * k, *(0.05 * j + late for j in range(24)), 0.05 * (k + 1)})
         for a, b in pairwise(knots):
@@ -132,7 +138,8 @@ def test_a_state_goes_on_to_the_last_bit(tmp_path):
 def test_columns_follow_a_restored_state():
     stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
     stepper.advance(0.1, lever=4e3, load=2e3)
-    kept, names = stepper.state(), ("slack_tension", "load_torque", "brake_torque")
+    kept = stepper.state()
+    names = ("slack_tension", "load_torque", "brake_torque")
     before = [stepper[name] for name in names]
     assert before[:2] == [4e3, 2e3]
     stepper.advance(0.1, lever=9e3, load=7e3)

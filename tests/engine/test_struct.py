@@ -24,7 +24,9 @@ class Worn(sb.friction.AbstractFriction):
     kind: str = eqx.field(static=True, default="new")
 
     def __init__(self, level: float, kind: str = "worn") -> None:
-        self.level, self.share, self.kind = level, 0.5, kind
+        self.level = level
+        self.share = 0.5
+        self.kind = kind
 
     def kinetic(self, contact):
         return self.level * self.share

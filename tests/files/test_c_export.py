@@ -30,12 +30,14 @@ class Compiled:
     """The functions of a C file by way of ctypes, its names from the text."""
 
     def __init__(self, file):
-        text, self.name = file.read_text(), file.stem
+        text = file.read_text()
+        self.name = file.stem
         entries = re.findall(rf"^  {self.name.upper()}_(\w+) = (-?\d+), /\*", text, re.MULTILINE)
         self.at = {entry: int(n) for entry, n in entries}
         library = file.with_suffix(".so")
         subprocess.run([COMPILER, *FLAGS, "-shared", "-fPIC", "-o", library, file, "-lm"], check=True)
-        c, at = ctypes, self.at
+        c = ctypes
+        at = self.at
         self.library = library = c.CDLL(str(library))
 
         class Event(c.Structure):
@@ -54,7 +56,8 @@ class Compiled:
                 ("status", c.c_int),
             )
 
-        self.Event, self.Run = Event, Run
+        self.Event = Event
+        self.Run = Run
         for function in ("new", "free", "run", *(("start", "step") if "STATES" in self.at else ())):
             setattr(self, f"_{function}", getattr(library, f"{self.name}_{function}"))
         self._new.restype = c.c_void_p
@@ -67,9 +70,13 @@ class Compiled:
         x = self.numbers.copy()
         for name, value in numbers.items():
             x[self.at[f"NUMBER_{name.upper()}"]] = value
-        events, run = (self.Event * 1000)(), self.Run()
+        events = (self.Event * 1000)()
+        run = self.Run()
         columns = np.zeros((self.at["ROWS"], self.at["COLUMNS"]))
-        run.events, run.most_events, run.columns, run.most_rows = events, 1000, columns.ctypes.data, len(columns)
+        run.events = events
+        run.most_events = 1000
+        run.columns = columns.ctypes.data
+        run.most_rows = len(columns)
         code = self._run(self.memory, x.ctypes.data_as(ctypes.c_void_p), ctypes.c_double(rtol), ctypes.byref(run))
         log = [(self.events[event.name], event.time) for event in events[: run.events_found]]
         self.status = c_names(self.at, "STATUS_")[run.status]
@@ -83,7 +90,9 @@ class Compiled:
 
     def step(self, dt, *inputs):
         """Code and events of a step."""
-        events, found, x = (self.Event * 100)(), ctypes.c_int(), np.asarray(inputs, float)
+        events = (self.Event * 100)()
+        found = ctypes.c_int()
+        x = np.asarray(inputs, float)
         pointer = x.ctypes.data_as(ctypes.c_void_p)
         code = self._step(self.memory, self.stepper, ctypes.c_double(dt), pointer, events, 100, ctypes.byref(found))
         return code, [(self.events[event.name], event.time) for event in events[: found.value]]
@@ -117,7 +126,8 @@ def same_events(events, expected, rtol):
 
 def test_run_is_the_prepared_one(stop, compiled):
     code, metrics, counts, events, columns = compiled.run()
-    prepared, result = sb.prepare(stop, METRICS)(), sb.simulate(stop)
+    prepared = sb.prepare(stop, METRICS)()
+    result = sb.simulate(stop)
     assert (code, counts) == (0, [*prepared[2:]])
     np.testing.assert_allclose(metrics, [*prepared.metrics.values()], rtol=1e-12)
     same_events(events, changes(result), 1e-12)
@@ -136,7 +146,8 @@ def test_run_is_the_prepared_one(stop, compiled):
 def test_staged_run_with_heat(tmp_path):
     """To 1e-12 where the steps agree, else to a tenth of the estimated error: C may round otherwise."""
     scene = shipped.load("staged_vs_standard").scene()
-    compiled, result = Compiled(sb.export_c(scene, tmp_path / "staged.c")), sb.simulate(scene)
+    compiled = Compiled(sb.export_c(scene, tmp_path / "staged.c"))
+    result = sb.simulate(scene)
     code, _, counts, events, _ = compiled.run()
     expected = [(event.name, event.time) for event in result.events if event.name != "lining_limit"]
     assert (code, compiled.status) == (0, result.status)
@@ -150,7 +161,8 @@ def test_staged_run_with_heat(tmp_path):
 def test_more_changes_of_mode_than_fit_in_a_byte(tmp_path):
     """Band, internal pair, shaft and rope each have modes: 260 sequences of events, numbered in a table."""
     scene = shipped.load("everything_coupled").scene()
-    compiled, result = Compiled(sb.export_c(scene, tmp_path / "coupled.c")), sb.simulate(scene)
+    compiled = Compiled(sb.export_c(scene, tmp_path / "coupled.c"))
+    result = sb.simulate(scene)
     code, _, _, events, _ = compiled.run()
     assert (code, compiled.status) == (0, result.status)
     known = {*compiled.events.values()}

@@ -43,7 +43,9 @@ def test_json_alone_on_stdout(capsys, scenario):
     assert metrics["max_normal_load"] == pytest.approx(load, rel=1e-9)
     assert metrics["hook_travel"] == pytest.approx(0.05 * metrics["stopping_angle"], rel=1e-12)
     # from 24 rad/s to rest: drum and string, which sinks as the drum turns
-    energy, inertia, weight = summary["energy"], 1200.0 + 60e3 * 0.05**2, 60e3 * 9.80665 * 0.05
+    energy = summary["energy"]
+    inertia = 1200.0 + 60e3 * 0.05**2
+    weight = 60e3 * 9.80665 * 0.05
     assert energy["kinetic_change"] == pytest.approx(-0.5 * inertia * 24.0**2, rel=1e-12)
     assert energy["load_work"] == pytest.approx(weight * metrics["stopping_angle"], rel=1e-9)
     assert {"steps", "rejected", "segments"} <= set(summary["solver"])
@@ -85,7 +87,8 @@ def test_out_writes_chart_series_and_summary(capsys, scenario, tmp_path, drawn):
     assert t == sorted(t)
     # along the sliding band the tension of each lining is μ times the one before, at last of T_n in the chart
     columns = dict(zip(rows[0], np.asarray(rows[1:], float).T, strict=True))
-    z, i = 0.35 * math.tan(math.radians(6.75)), int(np.searchsorted(t, 1.0))
+    z = 0.35 * math.tan(math.radians(6.75))
+    i = int(np.searchsorted(t, 1.0))
     growth = ((1 + z) / (1 - z)) ** np.arange(1, 21)
     for k in range(20):
         assert columns[f"tension_{k + 1} [N]"][i] == pytest.approx(24e3 * growth[k], rel=1e-9)
@@ -213,7 +216,8 @@ def test_sensitivity_as_table_json_and_chart(capsys, scenario, tmp_path):
 def test_scene_file_runs_as_python_scene(capsys, scenario, scenarios):
     code, out, err = call(capsys, "run", str(scenarios / "u2_5_5_stop.toml"), "--json")
     assert (code, err) == (0, "")
-    found, wanted = json.loads(out), json.loads(call(capsys, "run", scenario, "--json")[1])
+    found = json.loads(out)
+    wanted = json.loads(call(capsys, "run", scenario, "--json")[1])
     assert found["metrics"] == pytest.approx(wanted["metrics"], rel=1e-13)
     assert [e["name"] for e in found["events"]] == [e["name"] for e in wanted["events"]]
 

@@ -16,8 +16,15 @@ import simbrake as sb
 class Answer(list):
     """A result that says what was asked of it: text, JSON, verdict, and rows."""
 
-    ok, outcome, status, message, equal = True, "converged", "stopped", "said", True
-    values, exceeded, residuals, line = {"initial.omega": 12.5}, (), (), "small errors"
+    ok = True
+    outcome = "converged"
+    status = "stopped"
+    message = "said"
+    equal = True
+    values = {"initial.omega": 12.5}  # noqa: RUF012
+    exceeded = ()
+    residuals = ()
+    line = "small errors"
 
     def __init__(self, *rows, **other):
         super().__init__(rows)
@@ -90,7 +97,8 @@ def run(capsys, line):
 
 
 OUTCOMES = {"converged": 0, "not_converged": 1, "not_determined": 4}
-FIT, VARY = "calibrate a.csv --fit initial.omega=10:30", "sweep --vary initial.omega=1:4:4 --metrics stopping_time"
+FIT = "calibrate a.csv --fit initial.omega=10:30"
+VARY = "sweep --vary initial.omega=1:4:4 --metrics stopping_time"
 
 
 @pytest.mark.parametrize(

@@ -155,7 +155,8 @@ def test_compare_finds_the_changed_number(plain, tmp_path, request):
 
 def test_command_compares_files_and_scenes(plain, tmp_path, capsys):
     folder = tmp_path / "out"
-    a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.nc")
+    a = sb.save(plain, folder / "result.nc")
+    b = sb.save(plain, tmp_path / "b.nc")
     code, out, _ = call(capsys, "compare", str(folder), str(b))
     assert (code, out.startswith("equal")) == (0, True)
     scenes = (Path(__file__).parents[1] / "stop_scenes.py").read_text("utf-8")
@@ -242,7 +243,8 @@ def test_numbers_are_judged_by_their_size():
         both = (by_hand(x=((), value, {"units": "s"})) for value in (a, b))
         assert rows_of(sb.compare(*both, rtol=0.15).metrics)["x"] == pytest.approx(wanted)
     assert sb.compare(by_hand(), by_hand()).equal
-    left, right = by_hand(stopping_time=((), 2.0, {"units": "s"})), by_hand(stopping_time=((), 2.5, {"units": "s"}))
+    left = by_hand(stopping_time=((), 2.0, {"units": "s"}))
+    right = by_hand(stopping_time=((), 2.5, {"units": "s"}))
     assert [sb.compare(left, right, rtol=rtol).equal for rtol in (0.19, 0.21)] == [False, True]
     for rtol in (-0.1, 1.0, [0.1]):
         with pytest.raises(sb.InputError, match="0 ≤ rtol < 1"):
@@ -277,7 +279,8 @@ def test_energies_are_judged_by_the_largest():
 
 
 def test_columns_are_judged_by_their_unit():
-    load, share = np.full((3, 2), 20.0), np.asarray([4.0, 4.0, 4.5])
+    load = np.full((3, 2), 20.0)
+    share = np.asarray([4.0, 4.0, 4.5])
     load[1, 1] = 23.0
     changed = {"load": (("time", "lining"), load, {"units": "N"}), "share": ("time", share, {"units": "1"})}
     found = sb.compare(by_hand(), by_hand(**changed), rtol=0.04)

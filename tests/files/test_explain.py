@@ -57,7 +57,8 @@ def test_hottest_lining_over_the_mean():
     pair = sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(0.0))
     heat = sb.Heat((sb.thermal.Lump("linings", 5e3, count=20),), (), pair, linings="linings")
     found = explain(sb.simulate(dataclasses.replace(rigid(), heat=heat)), influence=False)["linings"]
-    hottest, mu = found.numbers["peak_lining_temperature"], PI ** (1 / 20)
+    hottest = found.numbers["peak_lining_temperature"]
+    mu = PI ** (1 / 20)
     assert hottest["lining"] == 20
     assert hottest["over_mean"] == pytest.approx(20 * mu**19 * (mu - 1) / (PI - 1), rel=1e-8)
 
@@ -72,7 +73,8 @@ def test_elasticities_of_a_stop(told):
     assert len(names) == 3
     elasticity = {name: row["elasticity"] for name, row in found["parameters"].items()}
     assert elasticity["brake.linings.friction.coefficient"] == pytest.approx(by_friction, rel=1e-7)
-    half, h = math.radians(13.5) / 2, 0.35 * Z
+    half = math.radians(13.5) / 2
+    h = 0.35 * Z
     by_angle = -g * (2 * 20 * h / (1 - h**2)) * PI / (PI - 1) * 2 * half / math.sin(2 * half)
     assert elasticity["brake.linings.angle[:]"] == pytest.approx(by_angle, rel=1e-7)
     third = {"brake.band.radius": -g, "duty.slack_tension.values[:]": -g}
@@ -152,7 +154,8 @@ def test_disc_shoe_and_staged_brakes():
 
 
 def test_command_explains_scenes_and_results(tmp_path, capsys, stop):
-    scene, saved = tmp_path / "stop.toml", tmp_path / "stop.nc"
+    scene = tmp_path / "stop.toml"
+    saved = tmp_path / "stop.nc"
     sb.write_scene(stop.scene, scene)
     sb.save(stop, saved)
     given = ("--no-influence", "--limit", f"stopping_time={0.9 * STOP}", "--fail-on-limit")

@@ -49,7 +49,7 @@ class Run:
             instanceName="brake",
         )
         callbacks = fmpy.fmi2.fmi2CallbackFunctions()
-        log = lambda env, name, status, category, message: self.said.append(message.decode())  # noqa: E731
+        log = lambda env, name, status, category, message: self.said.append(message.decode())
         callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(log)
         self.callbacks = callbacks
         self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
@@ -108,7 +108,9 @@ def test_description_is_valid_and_says_units(file):
 
 def of_stepper(scene):
     """A stepper after all commands, what it gave after each, and its events."""
-    stepper, wanted, events = sb.Stepper(scene, ["lever", "load"]), [], []
+    stepper = sb.Stepper(scene, ["lever", "load"])
+    wanted = []
+    events = []
     for lever, load in COMMANDS:
         events += stepper.advance(0.13, lever=lever, load=load).events
         wanted.append([stepper[name] for name in OUTPUTS])
@@ -171,7 +173,8 @@ def test_state_has_its_outputs_and_its_clock(file):
 def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
     """The time of the simulation is not that of the scene, which begins at 2 s."""
     late = sb.with_values(scene, {"initial.time": 2.0, "end_time": 9.0})
-    stepper, wanted = sb.Stepper(late, ["lever", "load"]), []
+    stepper = sb.Stepper(late, ["lever", "load"])
+    wanted = []
     for lever, load in COMMANDS[:2]:
         stepper.advance(0.13, lever=lever, load=load)
         wanted.append([stepper[name] for name in OUTPUTS])

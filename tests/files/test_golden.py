@@ -19,7 +19,8 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-T0, LOAD = 8e3, 1.2e4
+T0 = 8e3
+LOAD = 1.2e4
 
 
 def rigid(load=LOAD, *, lever=T0, **parts):
@@ -87,7 +88,8 @@ class Text(html.parser.HTMLParser):
 
     def __init__(self, page):
         super().__init__()
-        self.hidden, self.parts = 0, []
+        self.hidden = 0
+        self.parts = []
         self.feed(page)
         self.close()
 

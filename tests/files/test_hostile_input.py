@@ -127,7 +127,8 @@ def test_no_cell_of_a_table_is_a_formula(tmp_path, capsys):
     renamed = scene_text(scene)
     for body in scene.heat.bodies:
         renamed = renamed.replace(f'"{body.name}', f'"x,=cmd|x{body.name}')
-    file, out = tmp_path / "mine.toml", tmp_path / "out"
+    file = tmp_path / "mine.toml"
+    out = tmp_path / "out"
     file.write_text(renamed, "utf-8")
     with pytest.raises(SystemExit) as stop:
         main(["run", str(file), "--out", str(out)])
@@ -178,7 +179,8 @@ def test_long_input_takes_linear_time():
 
 
 def test_parts_and_options_of_a_wrong_kind():
-    scene, speed = stop_scene(), {"initial.omega": [1.0]}
+    scene = stop_scene()
+    speed = {"initial.omega": [1.0]}
     calls = {
         "rtol": lambda: sb.simulate(scene, rtol="1e-6"),
         "max_steps": lambda: sb.simulate(scene, max_steps=100.0),
@@ -205,7 +207,8 @@ def test_parts_and_options_of_a_wrong_kind():
 
 
 def test_anything_in_the_place_of_a_number():
-    scene, accepted = stop_scene(), []
+    scene = stop_scene()
+    accepted = []
     places = {id(leaf.value): leaf.path for leaf in sb.files.leaves(scene)}
     for i, number in enumerate(jax.tree.leaves(scene)):
         for wrong in (None, "x", {}, object(), True, np.asarray(["a"]), 1j, np.zeros((2, 2)), 10**400):
@@ -239,7 +242,8 @@ def put(node, path, value):
 
 def test_anything_in_the_place_of_a_part():
     """Also of a text, of yes or no, and in a list of parts; an error is at the place itself."""
-    source, tried = sb.thermal.Source("rim", 1.0), set()
+    source = sb.thermal.Source("rim", 1.0)
+    tried = set()
     for name in ("everything_coupled", "heated", "rig", "disc", "shoe", "two_bands", "unequal_bands"):
         scene = sb.read_scene(name)
         for path, part in parts_with_paths(scene):
@@ -280,7 +284,8 @@ class Odd:
 @pytest.mark.parametrize("value", [Odd(), {1: Odd()}, [[1, 2], [3]]], ids=["object", "dict", "list"])
 def test_every_public_function_tells_what_does_not_fit(value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    functions, raw = public_functions(), {}
+    functions = public_functions()
+    raw = {}
     assert len(functions) > 150
     for name, function in functions.items():
         parameters = inspect.signature(function).parameters.values()

@@ -13,7 +13,8 @@ from commands import call
 import simbrake as sb
 from simbrake.loads import BearingFriction, HydrodynamicBrake, Motor, Phase, Phases, SpeedHold, ViscousDrag
 
-WEIGHT, STATIC = 60e3 * 9.80665 * 0.4 / 8, 1.1
+WEIGHT = 60e3 * 9.80665 * 0.4 / 8
+STATIC = 1.1
 Z = np.tan(np.radians(13.5) / 2)
 PER_NEWTON = 0.623 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)  # torque of the sliding brake
 HELD_PER_NEWTON = 0.623 * (((1 + STATIC * 0.35 * Z) / (1 - STATIC * 0.35 * Z)) ** 20 - 1)

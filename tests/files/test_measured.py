@@ -179,12 +179,14 @@ def test_arrays_are_checked_as_files_are():
             events={"stopping_time": np.inf},
         )
     assert len(caught.value.faults) == 6
-    t, values = [0.0, 1.0, 2.0], {"omega": [3.0, np.nan, 1.0]}
+    t = [0.0, 1.0, 2.0]
+    values = {"omega": [3.0, np.nan, 1.0]}
     assert list(sb.studies.Measured.of(t, values, sigma={"omega": [0.1, 0.2, 0.3]}).points[0].sigma) == [0.1, 0.3]
 
 
 def test_calibrate_with_bad_input_exits_2(capsys, tmp_path):
-    scene, series = "standard", str(write(tmp_path, "speed.csv", "t,omega\n0,20\n1,10\n"))
+    scene = "standard"
+    series = str(write(tmp_path, "speed.csv", "t,omega\n0,20\n1,10\n"))
     bad = write(tmp_path, "bad.csv", "t,omega\n0,fast\n")
     fit = ["--fit", "initial.omega=5", "--sigma", "omega", "--start", "x=y", "--start", "5 kN", "--start", "x=z"]
     code, out, err = call(capsys, "calibrate", scene, str(bad), *fit, "--out", str(tmp_path / "out"))
@@ -310,7 +312,8 @@ def drawn(result, column):
 
 def test_entries_of_columns():
     """Of a lining, a pair and a node; one entry alone needs no name."""
-    staged, hot = sb.simulate(staged_stop()), sb.simulate(rigid_stop(fading(), lump()))
+    staged = sb.simulate(staged_stop())
+    hot = sb.simulate(rigid_stop(fading(), lump()))
     for result, names, read in (
         (staged, ("tension[3]", "tension_3"), lambda s: s.tension[:, 2] / 1e3),
         (staged, ("internal_slip_speed[3]", "internal_slip_speed_3"), lambda s: s.pairs["internal"].slip_speed[:, 2]),

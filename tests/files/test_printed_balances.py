@@ -105,12 +105,14 @@ def test_printed_balances_sum(name, monkeypatch):
         return sum(e.get(one, 0.0) for one in names)
 
     taken = total("friction_heat", "damper_heat", "shaft_work", "electrical_work", "mechanical_work")
-    given, changed = total("load_work", "lever_work", "motor_work"), total("kinetic_change", "elastic_change")
+    given = total("load_work", "lever_work", "motor_work")
+    changed = total("kinetic_change", "elastic_change")
     assert given == pytest.approx(taken + changed, rel=1e-9, abs=1e-9 * taken)
     if result.scene.heated:
         friction = total("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_elsewhere")
         assert friction == pytest.approx(e["friction_heat"], rel=1e-9)
-        into, out = friction + total("shaft_work", "heat_supplied"), total("heat_stored", "heat_lost")
+        into = friction + total("shaft_work", "heat_supplied")
+        out = total("heat_stored", "heat_lost")
         assert into == pytest.approx(out, rel=1e-9)
     each = [one for one in e if one.startswith("shaft_") and one != "shaft_work"]
     assert total(*each) == pytest.approx(e.get("shaft_work", 0.0), rel=1e-12)

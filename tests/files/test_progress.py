@@ -58,7 +58,8 @@ def test_a_run_can_be_interrupted():
 
 
 def test_runs_of_an_ensemble_are_counted(capsys):
-    seen, speeds = [], {"initial.omega": np.linspace(5, 20, 40)}
+    seen = []
+    speeds = {"initial.omega": np.linspace(5, 20, 40)}
     for progress in (True, False, lambda done, total: seen.append((done, total))):
         sb.ensemble(stop_scene(), speeds, ["stopping_time"], chunk=8, workers=1, progress=progress)
         assert ("runs 40 of 40" in capsys.readouterr().err) is (progress is True)

@@ -9,9 +9,19 @@ from helpers import main
 import simbrake as sb
 from simbrake import plot
 
-R, J, N, BETA, F, W0 = 0.6, 900.0, 10, math.radians(25.0), 0.3, 18.0
-FORCE, GAIN, MASS, RADIUS, LINES = 2000.0, 10.0, 40e3, 0.4, 8
-POUND, G = 0.45359237, 9.80665
+R = 0.6
+J = 900.0
+N = 10
+BETA = math.radians(25.0)
+F = 0.3
+W0 = 18.0
+FORCE = 2000.0
+GAIN = 10.0
+MASS = 40e3
+RADIUS = 0.4
+LINES = 8
+POUND = 0.45359237
+G = 9.80665
 PER_RADIAN = RADIUS / LINES
 
 
@@ -69,10 +79,12 @@ def test_recording_in_units_of_a_rig_is_read(recording):
 
 
 def test_recording_over_a_run(recording):
-    result, data = sb.simulate(scene()), sb.read_measured(recording)
+    result = sb.simulate(scene())
+    data = sb.read_measured(recording)
     with sb.results.display_units("rig"):
         figure = plot.overlay(result, data)
-    dots, line = figure.axes[1].lines[0], figure.axes[1].lines[-1]
+    dots = figure.axes[1].lines[0]
+    line = figure.axes[1].lines[-1]
     np.testing.assert_allclose(dots.get_ydata(), SPEED / 0.00508, rtol=1e-12)
     t = np.asarray(line.get_xdata())
     np.testing.assert_allclose(line.get_ydata(), PER_RADIAN * (W0 + alpha() * t) / 0.00508, rtol=1e-9)

@@ -57,7 +57,8 @@ def test_variables_have_units_and_meanings(result):
             assert data[field].dims[0] == "time"
     for pair, columns in series.pairs.items():
         for field, about in PAIR_COLUMNS.items():
-            name, column = f"{pair}_{field}", getattr(columns, field)
+            name = f"{pair}_{field}"
+            column = getattr(columns, field)
             assert (name in data) == (apart and column is not None)
             if name in data:
                 assert data[name].attrs == {"units": about.unit or "1", "meaning": f"{pair} pair: {about.meaning}"}
@@ -76,7 +77,8 @@ def test_values_on_both_sides_of_events(result):
         assert set(events) <= set(at)
         assert np.unique(at).size == at.size
     for left, rows in ((True, data["side"] == -1), (False, data["side"] >= 0)):
-        part, series = data.isel(time=np.flatnonzero(rows)), result.series(times[rows], left=left)
+        part = data.isel(time=np.flatnonzero(rows))
+        series = result.series(times[rows], left=left)
         columns = {name: getattr(series, name) for name in SERIES_COLUMNS}
         for pair, found in series.pairs.items():
             columns |= {f"{pair}_{name}": column for name, column in found._asdict().items()}
@@ -90,7 +92,8 @@ def test_values_on_both_sides_of_events(result):
 
 
 def test_events_metrics_and_energies(plain):
-    data, truth = sb.dataset(plain), closed_form()
+    data = sb.dataset(plain)
+    truth = closed_form()
     stop = data["event_time"].values[data["event_name"] == "stop"]
     np.testing.assert_allclose(stop, truth["stop"], rtol=1e-10)
     np.testing.assert_allclose(data["stopping_time"], truth["stop"], rtol=1e-10)
@@ -219,7 +222,8 @@ def file(plain, tmp_path_factory):
 
 
 def test_damaged_and_foreign_files_are_named(file, tmp_path):
-    content, path = file[1], tmp_path / "x.nc"
+    content = file[1]
+    path = tmp_path / "x.nc"
     cut = [content[: int(share * len(content))] for share in (0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)]
     for wrong in (
         *cut,
@@ -236,7 +240,9 @@ def test_damaged_and_foreign_files_are_named(file, tmp_path):
 
 
 def test_one_wrong_byte_is_no_other_result(file, tmp_path):
-    (data, content), path, refused = file, tmp_path / "x.nc", 0
+    (data, content) = file
+    path = tmp_path / "x.nc"
+    refused = 0
     for place in np.random.default_rng(3).integers(0, len(content), 60):
         wrong = bytearray(content)
         wrong[place] ^= 1 << int(place) % 8

@@ -74,7 +74,8 @@ permissible_rim = "400 degC"
 
 
 def test_a_log_is_replayed_on_a_scene(capsys, log, tmp_path):
-    scene, out = str(written(tmp_path, "rig.toml", SCENE)), tmp_path / "duty"
+    scene = str(written(tmp_path, "rig.toml", SCENE))
+    out = tmp_path / "duty"
     code, said, _ = call(capsys, "rig", log, "--scene", scene, "--out", str(out), "--json")
     assert code == 0
     replay = json.loads(said)["replay"]
@@ -155,7 +156,8 @@ def test_names_stay_out_unless_asked_for(capsys, tmp_path):
     text = re.sub(r",[\d.]+</data>", ",Jane Roe</data>", text)
     file = str(written(tmp_path, "kraken.xml", text))
     for names in (False, True):
-        asked, said = ["--names"] if names else [], []
+        asked = ["--names"] if names else []
+        said = []
         for form in ([], ["--json"]):
             code, out, err = call(capsys, "rig", file, "--out", str(tmp_path / "duty"), *form, *asked)
             assert code == 0
@@ -166,7 +168,8 @@ def test_names_stay_out_unless_asked_for(capsys, tmp_path):
     assert all("Kraken 7, kraken.xml" in said[i] for i in (2, 4, 5) if "source" in said[i])
 
 
-XML, CSV = witsml(T, COLUMNS), table(T, COLUMNS)
+XML = witsml(T, COLUMNS)
+CSV = table(T, COLUMNS)
 ENTITY = '<!DOCTYPE logs [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>'
 BAD = {
     "no position": (XML.replace("BPOS", "PIT"), "", 'has no block position — --column "block_position=COLUMN"'),

@@ -218,7 +218,8 @@ def test_every_form_that_a_refusal_lists_is_read():
 
 @pytest.mark.parametrize("head", ["Date;Time", "Time;RIG DATE"])
 def test_a_date_beside_clocks_is_not_dropped(head):
-    date, clock = ("%d%m%y", "%H:%M:%S")
+    date = "%d%m%y"
+    clock = "%H:%M:%S"
     form = f"{date};{clock}" if head.startswith("Date") else f"{clock};{date}"
     assert "'290120' is no date" in refused(form, head=head)
     assert at(form, head=head, time="Time").start is None
@@ -340,7 +341,8 @@ BOMB = (
     "</logData></log></logs>"
 )
 OUTSIDE = '<!DOCTYPE logs [<!ENTITY x SYSTEM "file:///etc/hostname">]><logs><log>&x;</log></logs>'
-XML, CSV = witsml(TIMES, SHORT), table(TIMES, SHORT)
+XML = witsml(TIMES, SHORT)
+CSV = table(TIMES, SHORT)
 DAMAGED = {
     "bomb": (BOMB, "declares a document type"),
     "outside": (OUTSIDE, "declares a document type"),
@@ -439,7 +441,8 @@ def test_las_needs_its_library(tmp_path, monkeypatch):
 def test_a_long_recording_is_read_in_pieces_with_progress(tmp_path):
     t = 2.0 * np.arange(60_000)
     columns = {"BPOS": ("m", 20 + 10 * np.sin(t)), "HKLD": ("kN", 9e5 + t)} | {f"C{i}": ("", t) for i in range(18)}
-    file, seen = written(tmp_path, "a.csv", table(t, columns)), []
+    file = written(tmp_path, "a.csv", table(t, columns))
+    seen = []
     log = sb.rig.read(file, progress=lambda done, total: seen.append((done, total)))
     np.testing.assert_allclose(log["HKLD"].value, columns["HKLD"][1], rtol=1e-9)
     np.testing.assert_allclose(log["C17"].value, t)

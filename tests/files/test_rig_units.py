@@ -12,7 +12,9 @@ from stop_scenes import stop_scene
 import simbrake as sb
 from simbrake.results import display_units
 
-POUND, G, FOOT = 0.45359237, 9.80665, 0.3048
+POUND = 0.45359237
+G = 9.80665
+FOOT = 0.3048
 
 
 def test_fahrenheit_is_no_difference():
@@ -53,8 +55,10 @@ def test_a_mass_in_place_of_a_force(text, nearest):
 
 def test_inertia_of_data_sheets():
     """A flywheel of 1200 kg and 1.4 m in every form: GD² of its diameter of gyration, 1.4 m/√2, WK² of its radius."""
-    mass, diameter = 1200.0, 1.4 / 2**0.5
-    truth, weight = mass * diameter**2 / 4, mass * G
+    mass = 1200.0
+    diameter = 1.4 / 2**0.5
+    truth = mass * diameter**2 / 4
+    weight = mass * G
     forms = {
         "kgf*m^2 GD2": mass * diameter**2,
         "kg·m² GD²": mass * diameter**2,

@@ -64,7 +64,8 @@ def test_units_and_short_forms():
 
 def test_builders_of_heat_in_a_file():
     scene = sb.files.scene_from_text(HEATED)
-    steel, lining = sb.material("steel_20L"), sb.Material(0.8, 2000.0, 1100.0)
+    steel = sb.material("steel_20L")
+    lining = sb.Material(0.8, 2000.0, 1100.0)
     layered = sb.layered_heat(
         rim=steel,
         rim_thickness=0.025,

@@ -75,7 +75,8 @@ def test_on_a_full_disk_the_old_file_stays(result, tmp_path, name):
 def test_a_folder_gets_all_files_or_none(result, tmp_path, capsys):
     """A full disk, a folder in the way of one of the files; a link is replaced, not followed."""
     sb.write_scene(result.scene, tmp_path / "scene.toml")
-    folder, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    folder = tmp_path / "out"
+    elsewhere = tmp_path / "elsewhere"
     elsewhere.write_text("mine", "utf-8")
     asked = ("run", str(tmp_path / "scene.toml"), "--out", str(folder))
     assert call(capsys, *asked)[0] == 0  # compiled here, else programs that JAX keeps would be cut off as well
@@ -96,7 +97,8 @@ def test_a_folder_gets_all_files_or_none(result, tmp_path, capsys):
 
 
 def test_remains_of_a_killed_process(tmp_path):
-    young, old = tmp_path / ".simbrake-young", tmp_path / ".simbrake-old"
+    young = tmp_path / ".simbrake-young"
+    old = tmp_path / ".simbrake-old"
     for folder, age in ((young, 3500), (old, 3700)):
         folder.mkdir()
         (folder / "part").write_text("half", "utf-8")
@@ -130,7 +132,8 @@ def test_nothing_runs_without_a_place(arguments, tmp_path, capsys, monkeypatch):
 
 
 def test_full_disk_during_an_ensemble(tmp_path, monkeypatch):
-    values, write = {SPEED: np.linspace(5, 20, 40)}, np.savez
+    values = {SPEED: np.linspace(5, 20, 40)}
+    write = np.savez
 
     def full(file, **columns):
         if len(names(tmp_path / "runs")) > 2:
@@ -165,7 +168,8 @@ def resumed(folder):
 @pytest.mark.slow
 def test_killed_and_continued_by_two(tmp_path):
     """`kill -9` in the middle; then two processes go on in the same folder at the same time."""
-    folder, first = tmp_path / "runs", resumed(tmp_path / "runs")
+    folder = tmp_path / "runs"
+    first = resumed(tmp_path / "runs")
     while first.poll() is None and len(list(folder.glob("chunk-*"))) < 5:
         time.sleep(0.02)
     first.kill()
@@ -281,7 +285,8 @@ def test_a_device_that_is_not_there():
 
 def test_four_threads_at_once():
     scenes = [stop_scene(w0=w, n=7) for w in np.linspace(5, 25, 16).tolist()]
-    found, prepared = {}, sb.prepare(scenes[0], ["stopping_time"])
+    found = {}
+    prepared = sb.prepare(scenes[0], ["stopping_time"])
 
     def work(first):
         for i in range(first, 16, 4):
@@ -310,7 +315,8 @@ def _forked(pipe, prepared):
 
 
 def test_a_forked_process_says_so():
-    prepared, context = sb.prepare(stop_scene(), ["stopping_time"]), multiprocessing.get_context("fork")
+    prepared = sb.prepare(stop_scene(), ["stopping_time"])
+    context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # JAX warns of every fork

@@ -165,7 +165,8 @@ def test_numbers_put_in_later_are_checked():
 
 def test_numbers_beyond_their_ranges():
     """Every number of a staged scene: its bounds are within its range, a little more is not, nor what is no number."""
-    scene, seen = staged_scenes.stop(stiffness=1e5), set()
+    scene = staged_scenes.stop(stiffness=1e5)
+    seen = set()
     for leaf in (leaf for leaf in sb.files.leaves(scene) if leaf.value is not None):
         beyond = [x + d for x, d in ((leaf.about.low, -1e-9), (leaf.about.high, 1e-9)) if x is not None]
         for value in (*beyond, 1e41, -1e41, np.nan, np.inf):
@@ -226,7 +227,8 @@ def test_one_number_or_the_other():
     """Of two numbers that stand for each other an edit leaves exactly one."""
     cylinder = sb.loads.Cylinder("8 bar", diameter="200 mm")
     scene = stop_scene(lever=cylinder)
-    area, diameter = "duty.slack_tension.area", "duty.slack_tension.diameter"
+    area = "duty.slack_tension.area"
+    diameter = "duty.slack_tension.diameter"
     assert float(sb.with_values(scene, {diameter: None, area: 0.03}).duty.slack_tension.piston_area) == 0.03
     for values, words in (({diameter: None}, "is missing"), ({area: 0.03}, "stands beside the area")):
         (text,) = told(sb.with_values, scene, values)
@@ -237,7 +239,8 @@ def test_one_number_or_the_other():
 
 
 def test_law_in_the_place_of_a_number():
-    scene, path = layered_stop(), "heat.links[0].coefficient"
+    scene = layered_stop()
+    path = "heat.links[0].coefficient"
     law = sb.thermal.SpeedCoefficient(5.0, 2.0, 0.8)
     blown = sb.with_values(scene, {path: law, "initial.omega": np.asarray(3.0)})
     assert (blown.heat.links[0].coefficient, float(blown.initial.omega)) == (law, 3.0)
@@ -249,7 +252,8 @@ def test_law_in_the_place_of_a_number():
 
 
 def test_count_of_linings_keeps_the_wrap():
-    scene, path = stop_scene(), "brake.linings.count"
+    scene = stop_scene()
+    path = "brake.linings.count"
     for count in (15, 15.0, np.asarray(15.0)):
         fewer = sb.with_values(scene, {path: count, "initial.omega": 3.0})
         np.testing.assert_allclose(fewer.brake.linings.angle, np.full(15, np.radians(270.0) / 15), rtol=1e-15)

@@ -215,7 +215,8 @@ def test_permissible_pressure_is_a_limit():
 
 
 def test_limit_on_what_did_not_happen(stop):
-    turning, failed = sb.simulate(rigid(end=0.2)), sb.simulate(rigid(), max_steps=2, throw=False)
+    turning = sb.simulate(rigid(end=0.2))
+    failed = sb.simulate(rigid(), max_steps=2, throw=False)
     for result, verdict, note in (
         (turning, "exceeded", "did not happen in this run"),
         (failed, "not evaluated", "the run failed before it happened"),
@@ -273,7 +274,8 @@ def test_the_interval_of_the_note_is_true():
         notes.append(result.summary()["notes"][0])
         return float(result.record.y_end.omega)
 
-    notes, at = [], np.random.default_rng(3).uniform(0.0, 99.0, 12)
+    notes = []
+    at = np.random.default_rng(3).uniform(0.0, 99.0, 12)
     still = speed(200.0, 0.02)
     interval = float(re.search(r"every ([\d.]+) s", notes[0])[1])
     assert any(speed(begin, 0.02) == still for begin in at)

@@ -11,7 +11,9 @@ from simbrake.pages import _app
 
 def test_the_latest_move_wins(monkeypatch):
     """Three moves while the first runs: it ends early, the second never begins, the third is answered."""
-    app, begun, ran = _app.App(stop_scene(load=300.0), {}, ""), threading.Event(), []
+    app = _app.App(stop_scene(load=300.0), {}, "")
+    begun = threading.Event()
+    ran = []
     real = sb.simulate
 
     def slow(scene, progress, **options):

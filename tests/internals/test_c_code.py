@@ -21,7 +21,9 @@ def test_operations_are_those_of_jax(tmp_path):
     """Operations that few scenes have, in shapes of all kinds."""
 
     def function(x):
-        a, v, k = x[:24].reshape(2, 3, 4), x[24:31], x[31:].astype(jnp.int32)
+        a = x[:24].reshape(2, 3, 4)
+        v = x[24:31]
+        k = x[31:].astype(jnp.int32)
         mean, before = jax.lax.scan(lambda c, x: (0.5 * c + x, c), v[0], v)
         loop = jax.lax.while_loop(  # carried arrays change places, one of them in place
             lambda c: c[0] < 5,
@@ -41,7 +43,8 @@ def test_operations_are_those_of_jax(tmp_path):
         return jnp.concatenate([jnp.ravel(leaf).astype(float) for leaf in jax.tree.leaves(every)])
 
     x = np.concatenate([np.arange(24.0) - 7.3, np.linspace(-2, 3, 7), [2.0, 0.0, 5.0]])
-    program, file = Program("ops", function, x), tmp_path / "ops.c"
+    program = Program("ops", function, x)
+    file = tmp_path / "ops.c"
     expected = np.asarray(jax.jit(function)(x))
     call = f"struct ops_frame *frame = calloc(1, sizeof *frame); {program.ins[0]} = x; ops_main(frame);"
     copy = f"memcpy(out, frame->{program.outs[0].name}, {expected.size} * sizeof *out); free(frame);"

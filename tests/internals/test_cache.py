@@ -93,7 +93,8 @@ def test_no_more_than_the_limit_is_kept(folder, monkeypatch):
     monkeypatch.setenv("SIMBRAKE_CACHE_SIZE", "0.03")
     store = _cache.folder()
     store.write("a", b"")
-    empty, now = store.entries()[0].size, time.time()
+    empty = store.entries()[0].size
+    now = time.time()
     for i, name in enumerate("abc"):
         store.write(name, bytes(10_000 - empty))
         os.utime(folder / name, (now + i, now + i))

@@ -12,10 +12,12 @@ import simbrake as sb
 from simbrake.physics._thermal import Conditions, assemble_thermal
 from simbrake.thermal import Conductance, Convection, Lump, Radiation, Reservoir, Source, ThermalContact
 
-N, SIGMA = 3, 5.670374419e-8
+N = 3
+SIGMA = 5.670374419e-8
 
 
-STEEL, LINING = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.7, 2000.0, 1000.0)
+STEEL = sb.Material(48.0, 7800.0, 500.0)
+LINING = sb.Material(0.7, 2000.0, 1000.0)
 
 
 #: layers, thickness (m), area (m²), conductivity, copies
@@ -90,7 +92,8 @@ def network(radiant=()):
 def dense(T, radiant=()):
     """Flows (W) into the bodies' outer nodes: all face temperatures and flows of perfect contacts at once."""
     places = {"air": [300.0], "band": T["band"], "pads": T["pads"]}
-    faces, half = {}, {}
+    faces = {}
+    half = {}
     for name, (layers, thickness, area, conductivity, copies) in WALLS.items():
         rows = np.reshape(T[name], (copies, layers))
         for face, i in (("front", 0), ("back", -1)):
@@ -100,7 +103,8 @@ def dense(T, radiant=()):
     number = [max(len(faces.get(p, places.get(p))) for p in pair) for pair in perfect]
 
     def unpack(x):
-        found, at = {}, 0
+        found = {}
+        at = 0
         for name, inside in faces.items():
             found[name] = x[at : at + len(inside)]
             at += len(inside)
@@ -163,7 +167,8 @@ def temperatures(rng):
 def test_linked_faces_match_dense_solution(seed):
     """Rows of linings, single faces, faces in perfect contact with each other and with a lump, sources."""
     T = temperatures(np.random.default_rng(seed))
-    exact, (found, left) = dense(T), ours(network(), T)
+    exact = dense(T)
+    (found, left) = ours(network(), T)
     assert abs(left) < 1e-8  # W, of 10 kW: what leaves one end enters the other
     for place, flow in exact.items():
         np.testing.assert_allclose(found[place], flow, rtol=1e-9, atol=1e-9 * 1e3, err_msg=place)
@@ -172,7 +177,8 @@ def test_linked_faces_match_dense_solution(seed):
 def test_radiation_matches_a_dense_solution():
     """Two Newton steps from the temperatures of the outermost layers."""
     T = temperatures(np.random.default_rng(3))
-    exact, (found, left) = dense(T, RADIANT), ours(network(RADIANT), T)
+    exact = dense(T, RADIANT)
+    (found, left) = ours(network(RADIANT), T)
     assert abs(left) < 1e-8
     for place, flow in exact.items():
         np.testing.assert_allclose(found[place], flow, rtol=1e-9, atol=1e-6, err_msg=place)
@@ -194,7 +200,8 @@ def test_radiation_error_on_rims_and_linings(conductivity, half, error, hot):
 
 
 def test_derivative_through_eliminated_faces():
-    T, heat = temperatures(np.random.default_rng(4)), network()
+    T = temperatures(np.random.default_rng(4))
+    heat = network()
 
     def lost(g):
         links = (dataclasses.replace(heat.links[0], value=g), *heat.links[1:])

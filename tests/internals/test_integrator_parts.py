@@ -14,13 +14,17 @@ def test_bordered_systems_against_dense_ones(m, n):
     rng = np.random.default_rng(m + 100 * n)
     # layers from thin to thick: conductances over many powers of ten, as in a wall with a fine surface
     g = 10.0 ** rng.uniform(-3, 6, n)
-    lower, upper = -g * np.arange(n).clip(0, 1), -np.append(g[1:], np.zeros(int(n > 0)))
+    lower = -g * np.arange(n).clip(0, 1)
+    upper = -np.append(g[1:], np.zeros(int(n > 0)))
     diagonal = 1 - lower - upper
     core = rng.normal(size=(m, m)) * 10.0 ** rng.uniform(-4, 4, (m, 1))  # pivots are not where they are at first
-    right, below = rng.normal(size=(m, n)), rng.normal(size=(n, m))
+    right = rng.normal(size=(m, n))
+    below = rng.normal(size=(n, m))
     a = _bordered.Bordered(*(jnp.asarray(x) for x in (core, right, below, lower, diagonal, upper)))
     dense = np.zeros((m + n, m + n))
-    dense[:m, :m], dense[:m, m:], dense[m:, :m] = core, right, below
+    dense[:m, :m] = core
+    dense[:m, m:] = right
+    dense[m:, :m] = below
     if n:
         dense[m:, m:] = np.diag(diagonal) + np.diag(lower[1:], -1) + np.diag(upper[:-1], 1)
     b = rng.normal(size=m + n)
@@ -38,13 +42,15 @@ def bordered_rates(m, n, constant, seed=3):
     a = rng.normal(size=(m + n, m + n))
     i = np.arange(n)
     a[m:, m:] *= np.abs(i[:, None] - i) < 2  # neighbours in the chain
-    a, bend = jnp.asarray(a), jnp.asarray(np.append(np.ones(m), 1.0 - np.asarray(constant, float)))
+    a = jnp.asarray(a)
+    bend = jnp.asarray(np.append(np.ones(m), 1.0 - np.asarray(constant, float)))
     return lambda t, x: a @ x + bend * jnp.sin(a @ x + t)
 
 
 @pytest.mark.parametrize("constant", [(), (0, 1, 2, 3, 4, 5, 6, 7), (1, 2, 3, 5, 6)])
 def test_rows_formed_once_are_the_dense_ones(constant):
-    m, n = 4, 8
+    m = 4
+    n = 8
     linear = np.isin(np.arange(n), constant)
     kinds = np.append(np.full(m, CORE), np.arange(n) + LINEAR * linear)
     places = _bordered.Couplings.of(kinds)
@@ -66,7 +72,8 @@ def test_rows_formed_once_are_the_dense_ones(constant):
 def test_first_root_of_a_cubic_to_rounding():
     # cubics with one crossing in (0, 1), against the roots of their polynomials
     rng = np.random.default_rng(3)
-    checked, root = 0, jax.jit(first_root)
+    checked = 0
+    root = jax.jit(first_root)
     for c in rng.normal(size=(200, 4)):
         roots = np.roots(c)
         inside = np.sort(roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0) & (roots.real < 1)].real)

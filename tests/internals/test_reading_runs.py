@@ -89,7 +89,8 @@ def test_peaks_are_those_of_partial_steps(name, monkeypatch):
     looks = result.series(times), result.series(times, left=True)
     peaks = result.report().peaks
     for name in COLUMNS.keys() & peaks.keys():
-        found, columns = peaks[name], COLUMNS[name]
+        found = peaks[name]
+        columns = COLUMNS[name]
         seen = np.concatenate([np.ravel(getattr(look, column)) for look in looks for column in columns])
         assert found.value >= seen.max() * (1 - 1e-12), name
         assert found.value == pytest.approx(seen.max(), rel=1e-4), name
@@ -108,7 +109,8 @@ def test_peaks_are_those_of_partial_steps(name, monkeypatch):
 
 @pytest.mark.parametrize("name", ["slip_onset_chain", "resolved_bandage"])
 def test_scene_names_are_those_of_its_run(name):
-    scene, energies = load(name).scene(), set()
+    scene = load(name).scene()
+    energies = set()
     names = metric_names(scene)
 
     def run(scene):

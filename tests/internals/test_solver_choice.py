@@ -26,7 +26,12 @@ def shafted(*laws, load=0.0, end=30.0):
 @pytest.mark.parametrize("face", ["front", "back"])
 def test_fastest_node_of_a_wall(face):
     """`2 Σ g/C` with half of each layer between two nodes, and the half layer behind the face of a link."""
-    k, rho, c, A, thickness, h = 10.0, 100.0, 8.0, 2.0, 0.9, 500.0
+    k = 10.0
+    rho = 100.0
+    c = 8.0
+    A = 2.0
+    thickness = 0.9
+    h = 500.0
     growth = 2.0 if face == "front" else 0.5
     steps = thickness * growth ** np.arange(3.0) / np.sum(growth ** np.arange(3.0))
     body = sb.thermal.Wall("w", sb.Material(k, rho, c), thickness, A, 3, growth)
@@ -43,7 +48,8 @@ def test_fastest_node_of_a_wall(face):
 @pytest.mark.parametrize("single", [True, False])
 def test_fastest_node_of_a_rim(single):
     """Of one rim the links of all four linings count, of four rims that of each."""
-    g, C = np.array([1.0, 2.0, 3.0, 4.0]), 5.0
+    g = np.array([1.0, 2.0, 3.0, 4.0])
+    C = 5.0
     rim = sb.thermal.Lump("rim", C) if single else sb.thermal.Lump("rim", C, count=4)
     heat = sb.Heat((rim, sb.thermal.Lump("linings", 100.0, count=4)), (sb.thermal.Conductance("rim", "linings", g),))
     assert fastest_node(heat) == (pytest.approx(2 * (10.0 if single else 4.0) / C), "rim" if single else "rim[4]")
@@ -62,7 +68,9 @@ def test_1500_steps_of_drag_and_rope(steps, stiff):
     load = sb.TorqueLoad(sb.Constant(0.0), drag=0.75 * c)
     drag = sb.with_values(shafted(sb.loads.ViscousDrag(0.25 * c), load=load, end=10.0), {"initial.time": 2.0})
     assert stiffness(drag)[0] == stiff
-    m, r, n = 2e3, 0.4, 2
+    m = 2e3
+    r = 0.4
+    n = 2
     rope = sb.loads.RopeElasticity(1e6, damping=6.0 * steps / 10.0 / (1 / m + (r / n) ** 2 / 800.0))
     load = sb.loads.TrippingLoad(m, 6e4, 900.0, 1.0, 5.0, 6.0, r, n, count=2, elasticity=rope)
     assert stiffness(shafted(load=load, end=10.0))[0] == stiff

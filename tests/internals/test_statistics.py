@@ -16,14 +16,16 @@ from simbrake.studies._fit import FitModel, Recording, cost, identify
 
 def test_robust_errors_match_the_sandwich():
     rng = np.random.default_rng(5)
-    X, r = rng.standard_normal((40, 3)) * 30, rng.standard_normal(40)
+    X = rng.standard_normal((40, 3)) * 30
+    r = rng.standard_normal(40)
     got = identify(X, r, absolute=True, loss="huber", loss_scale=1e9, noise=1e-9)
     H = np.linalg.inv(X.T @ X)
     np.testing.assert_allclose(got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, rtol=1e-10)
     # beyond the threshold, by `H = Jᵀ diag(C'') J` and `diag(C'²)` of the objective `C(r)`, differentiated numerically
     c = 0.8
     for loss, rho in (("soft_l1", lambda z: 2 * (np.sqrt(1 + z) - 1)), ("cauchy", np.log1p)):
-        objective, h = lambda x, rho=rho: 0.5 * c**2 * rho((x / c) ** 2), 1e-4
+        objective = lambda x, rho=rho: 0.5 * c**2 * rho((x / c) ** 2)
+        h = 1e-4
         force = (objective(r + h) - objective(r - h)) / (2 * h)
         curved = np.maximum((objective(r + h) - 2 * objective(r) + objective(r - h)) / h**2, 0.0)
         G = np.linalg.inv((X.T * curved) @ X)
@@ -43,7 +45,8 @@ def test_jacobian_matches_differences():
     recording = Recording("", stop_scene(), elastic_data())
     model = FitModel([recording], tuple(ELASTIC), solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None)
     theta = np.array([0.31, 1.5e5, 900.0])
-    J, D = model(theta).jacobian * theta, central(model, theta) * theta
+    J = model(theta).jacobian * theta
+    D = central(model, theta) * theta
     np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
 
 
@@ -58,7 +61,8 @@ def central(model, theta, relative=1e-5):
 
 @pytest.mark.parametrize(("method", "n"), [("sobol", 512), ("latin", 512), ("random", 256)])
 def test_intervals_cover_the_truth_as_stated(method, n):
-    d, repeats = 4, 250
+    d = 4
+    repeats = 250
     hits: dict[str, int] = {}
     for seed in range(repeats):
         unit, group = _uncertainty._points(n, d, method, 16, seed)

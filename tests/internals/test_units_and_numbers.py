@@ -12,7 +12,9 @@ import pytest
 import simbrake as sb
 from simbrake._base._table import Column, Table, Unit, digits, number, numbers, plain, to_si, unit
 
-POUND, G, FOOT = 0.45359237, 9.80665, 0.3048
+POUND = 0.45359237
+G = 9.80665
+FOOT = 0.3048
 
 
 # --- units that are read ----------------------------------------------------------------------------------------------
@@ -29,7 +31,8 @@ OWN = {
 
 def test_every_unit_is_that_of_pint():
     """All spellings that a message offers, one of each in SI."""
-    seen, registry = set(), pint.UnitRegistry()
+    seen = set()
+    registry = pint.UnitRegistry()
     for si in ["s", "rad", "rad/s", "m", "m/s", "m^2", "kg", "N", "N/m", "N*s/m", "N*m", "Pa", "J", "W", "1", "K"]:
         with pytest.raises(ValueError, match="known here: ") as told:
             unit("unknown", si)

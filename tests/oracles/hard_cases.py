@@ -30,7 +30,8 @@ class Value:
 
     @property
     def errors(self) -> np.ndarray:
-        got, expected = np.asarray(self.got, float), np.asarray(self.expected, float)
+        got = np.asarray(self.got, float)
+        expected = np.asarray(self.expected, float)
         assert got.shape == expected.shape, (self.what, got.shape, expected.shape)
         apart = np.abs(got - expected)
         size = np.ones_like(expected) if self.absolute else np.abs(expected)
@@ -98,7 +99,12 @@ def check(case: Case) -> None:
 
 # --- one scene for most of the cases: a program is compiled once, and new numbers do not re-trace it ----------------
 
-R, J, C, T0, W0, N = 0.5, 100.0, 1e5, 2e3, 20.0, 4
+R = 0.5
+J = 100.0
+C = 1e5
+T0 = 2e3
+W0 = 20.0
+N = 4
 BETA = math.radians(60.0)
 
 

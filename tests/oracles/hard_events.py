@@ -33,7 +33,10 @@ HOLD = R * T0 * (PI - 1)  # greatest load that the scene holds (N·m)
 
 def load_beside_the_stop() -> list[Value | Named]:
     """A load beyond the brake comes 1e-12 s before the stop, at it, and 1e-12 s after it."""
-    stop, found, truth, after = stop_times(PI, stiffness=None).stop, [], [], None
+    stop = stop_times(PI, stiffness=None).stop
+    found = []
+    truth = []
+    after = None
     for shift in (-1e-12, 0.0, 1e-12):
         at = stop + shift
         result = run(scene(load=[(-1.0, 0.0), (at, 0.0), (at, 2 * HOLD)]))
@@ -53,7 +56,8 @@ def load_beside_the_stop() -> list[Value | Named]:
 
 def corner_at_an_event() -> list[Value | Named]:
     """The lever begins to give way at 1000 N/s at the onset, at full slip, at the stop, or a rounding beside it."""
-    times, rate = stop_times(PI), 1e3
+    times = stop_times(PI)
+    rate = 1e3
 
     def with_corner(at: float) -> sb.Result:
         return run(scene(stiffness=C, lever=[(-1.0, T0), (at, T0), (at + 1.0, T0 - rate)]))
@@ -86,10 +90,12 @@ def from_rest() -> list[Value | Named]:
     """No speed at the start: a load beyond the brake, rigid and elastic, and one that drives it backwards."""
     M = 1.5 * HOLD
     rigid = run(scene(load=M, omega=0.0))
-    chi, x_0 = R * math.sqrt(C / J), T0 / PI / C
+    chi = R * math.sqrt(C / J)
+    x_0 = T0 / PI / C
     middle = (T0 + M / R) / C  # the band swings about it: x = x_e − (x_e − x_0) cos χ t
     angle = math.acos((middle - T0 * PI / C) / (middle - x_0))
-    slips, omega = angle / chi, (middle - x_0) * chi * math.sin(angle) / R
+    slips = angle / chi
+    omega = (middle - x_0) * chi * math.sin(angle) / R
     elastic = run(scene(stiffness=C, load=M, omega=0.0))
     back = R * T0 * (1 - 1 / PI)
     backwards = [run(scene(stiffness=k, load=-2 * back, omega=0.0)) for k in (None, C)]
@@ -159,14 +165,16 @@ def belt_period(m, C, f_k, f_s, v, xp=math):
     """
     z = math.tan(BETA / 2)
     mu = [(1 + f * z) / (1 - f * z) for f in (f_s, f_k)]
-    delta, omega = (mu[0] - mu[1]) / C, xp.sqrt(C * (1 - f_k * z) / m)
+    delta = (mu[0] - mu[1]) / C
+    omega = xp.sqrt(C * (1 - f_k * z) / m)
     atan = xp.atan if xp is math else xp.arctan
     return (mu[0] - 1) / C / v, 2 * delta / v + 2 / omega * (math.pi - atan(delta * omega / v))
 
 
 def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
     """Times at which the lining lets go, mode by mode with DOP853; or with the friction smoothed by `atan(ε v)`."""
-    z, v = math.tan(BETA / 2), BELT["v"]
+    z = math.tan(BETA / 2)
+    v = BELT["v"]
 
     def slips(t, y):
         return [y[1], law(v - y[1]) * z * (y[0] + 1) + 1 - y[0]]
@@ -186,16 +194,20 @@ def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
         turns.direction = -1
         out = solve_ivp(smooth, (0, end), [1.0, v], "Radau", events=turns, rtol=1e-9, atol=1e-12)
         return out.t_events[0]
-    sticks.terminal, sticks.direction = True, -1
+    sticks.terminal = True
+    sticks.direction = -1
     limit = (1 + law(0.0) * z) / (1 - law(0.0) * z)
-    t, e, found = 0.0, 1.0, []
+    t = 0.0
+    e = 1.0
+    found = []
     while True:
         t += (limit - e) / v
         if t >= end:
             return np.array(found)
         found.append(t)
         out = solve_ivp(slips, (t, t + 100.0), [limit, v], "DOP853", events=sticks, rtol=3e-14, atol=1e-15)
-        t, e = out.t[-1], out.y[0, -1]
+        t = out.t[-1]
+        e = out.y[0, -1]
 
 
 def let_go(result: sb.Result) -> np.ndarray:

@@ -33,7 +33,8 @@ THIN = sb.thermal.layer_growth(1e-7, 0.028, 20)
 def layers(growth: float):
     """Rates of the layers of `layered_stop` and the capacity of the first, written down independently."""
     dx = 0.028 * growth ** np.arange(20) / np.sum(growth ** np.arange(20))
-    capacity, between = 7800.0 * 500.0 * TRACK * dx, 48.0 * TRACK / (0.5 * (dx[1:] + dx[:-1]))
+    capacity = 7800.0 * 500.0 * TRACK * dx
+    between = 48.0 * TRACK / (0.5 * (dx[1:] + dx[:-1]))
     front = 1 / (1 / (60.0 * 0.25 * TRACK) + dx[0] / (2 * 48.0 * TRACK))
     back = 1 / (1 / (60.0 * TRACK) + dx[-1] / (2 * 48.0 * TRACK))
 
@@ -64,7 +65,8 @@ def thin_surface() -> list[Value | Named]:
     def stop(t, y):
         return y[0]
 
-    stop.terminal, stop.direction = True, -1
+    stop.terminal = True
+    stop.direction = -1
     start = np.append(W0, np.zeros(20))
     out = solve_ivp(rigid_rhs(), (0, 5), start, "Radau", events=stop, rtol=1e-10, atol=1e-10)
     T = result.series([float(result.stopping_time)], left=True).temperature[0] - sb.thermal.ROOM
@@ -77,7 +79,8 @@ def thin_surface() -> list[Value | Named]:
 
 
 def scipy_thin_surface() -> str:
-    span, start = 1e-6, np.append(W0, np.zeros(20))
+    span = 1e-6
+    start = np.append(W0, np.zeros(20))
     done = {
         method: solve_ivp(rigid_rhs(), (0, span if method == "RK45" else 0.6), start, method, rtol=1e-8, atol=1e-8)
         for method in ("RK45", "Radau")
@@ -98,7 +101,8 @@ def snaps() -> list[Value | Named]:
     least = SLOPE * STEEP_FADE * T0 * (PI - 1) / C
 
     def stop(capacity: float) -> sb.Result:
-        duty, law = sb.Duty(sb.Constant(T0), sb.TorqueLoad()), fading(slope=STEEP_FADE, floor=0.4)
+        duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
+        law = fading(slope=STEEP_FADE, floor=0.4)
         given = sb.Scene(heated_brake(law), duty, sb.Initial(W0, T0 / C), 20.0, lump(capacity))
         return sb.simulate(given, solver=diffrax.Dopri8(), throw=False)
 
@@ -169,7 +173,8 @@ def runs_away() -> list[Value | Named]:
     Adiabatic: `d(J ω²/2)/dT = c (M/M_b − 1)`, `dt = c dT/(M_b ω)`.
     """
     result = sb.simulate(running_away())
-    c, M = FADE["capacity"], FADE["load"]
+    c = FADE["capacity"]
+    M = FADE["load"]
     corner = (1 - FADE["floor"]) / FADE["slope"]
 
     def torque(u):
@@ -231,7 +236,8 @@ def started(T: Any, v: float = 20.0 * R, law: sb.friction.AbstractFriction = STE
 
 
 def two_solutions() -> list[Value | Named]:
-    T, v = 300.0, 14.0
+    T = 300.0
+    v = 14.0
     found = np.asarray(started(T, v).series([0.0]).friction_coefficient[0])
     assert len(roots(340.0, v)) == 1
     return [

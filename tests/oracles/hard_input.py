@@ -29,7 +29,9 @@ def refused(given: sb.Scene, path: str, value: Any) -> bool:
 
 def every_number() -> list[Value | Named]:
     """Every number of every shipped scene set to NaN, ∞ and −∞, in a list its last entry; each path and law once."""
-    passed, count, seen = [], 0, set()
+    passed = []
+    count = 0
+    seen = set()
     for name in NAMES:
         given = load(name).scene()
         numbers = leaves(given)
@@ -83,7 +85,8 @@ def _constant(t: Any, level: Any) -> Any:
 
 def own_profile() -> list[Value | Named]:
     """Parameters of a user-defined profile may be anything; its value where a run begins is checked."""
-    given, found = scene(), []
+    given = scene()
+    found = []
     for bad in (np.nan, np.inf):
         lever = sb.profiles.FunctionProfile(_constant, jnp.asarray(bad), 1e4)
         try:
@@ -121,7 +124,8 @@ def scipy_nan() -> str:
 
 def options() -> list[Value | Named]:
     """Tolerances and limits that cannot be meant."""
-    given, faults = scene(), []
+    given = scene()
+    faults = []
     for option in ("rtol", "max_step"):
         for bad in (np.nan, -1e-6, 0.0, *([np.inf, 1.0] if option == "rtol" else [])):
             faults.append(_fault(lambda bad=bad, option=option: sb.simulate(given, **{option: bad})))

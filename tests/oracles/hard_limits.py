@@ -33,7 +33,9 @@ NEAR = 10.0 ** -np.arange(1, 13)
 
 def near_locking_rigid() -> list[Value | Named]:
     """One lining of 90° with `f = 1 − ε`, the others without friction: `Π = (2 − ε)/ε`."""
-    beta, found, truth = [math.pi / 2, 0.2, 0.2, 0.2], [], []
+    beta = [math.pi / 2, 0.2, 0.2, 0.2]
+    found = []
+    truth = []
     for e in NEAR:
         truth.append(stop_times((2 - e) / e, stiffness=None).stop)
         result = run(scene([1 - e, 0.0, 0.0, 0.0], beta, end=2 * truth[-1]))
@@ -52,7 +54,9 @@ def near_locking_rigid() -> list[Value | Named]:
 
 def near_locking_elastic() -> list[Value | Named]:
     """The same on an elastic band: it slips fully while `T_0 Π` can be reached, and is stopped as if bonded beyond."""
-    found, full, truth = [], [], []
+    found = []
+    full = []
+    truth = []
     for e in NEAR:
         truth.append(stop_times((2 - e) / e))
         result = run(scene([1 - e, 0.0, 0.0, 0.0], [math.pi / 2, 0.2, 0.2, 0.2], C, end=1.0))
@@ -87,7 +91,8 @@ def no_friction() -> list[Value | Named]:
 
 
 def full_turn() -> list[Value | Named]:
-    found, truth = [], []
+    found = []
+    truth = []
     for share in (1.0, 1 - 1e-15, 1 - 1e-9):
         beta = np.full(N, math.pi / 2 * share)
         found.append(float(run(scene(0.2, beta, C)).stopping_time))
@@ -97,7 +102,8 @@ def full_turn() -> list[Value | Named]:
     with pytest.raises(sb.InputError, match=r"brake\.linings\.angle: the linings span 360\.0°") as more:
         run(scene(0.2, math.pi / 2 * (1 + 1e-9)))
     slope = gradients(scene(0.2, math.pi / 2)).stop.brake.linings.angle
-    Pi, z = ratio_of(0.2, math.pi / 2), 1.0
+    Pi = ratio_of(0.2, math.pi / 2)
+    z = 1.0
     # dμ/μ = 2 f dz/(1 − f² z²), dz = (1 + z²)/2 dβ
     exact = -stop_times(Pi, stiffness=None).stop * Pi / (Pi - 1) * 2 * 0.2 / (1 - (0.2 * z) ** 2) * (1 + z**2) / 2
     return [
@@ -111,14 +117,17 @@ def full_turn() -> list[Value | Named]:
 
 def many_linings() -> list[Value | Named]:
     """All 512 lining limits, onset, full slip and stop in closed form; in the end nearly Euler's rope."""
-    n, wrap = 512, math.radians(270.0)
+    n = 512
+    wrap = math.radians(270.0)
     result = run(scene(0.3, wrap / n, C, n=n))
     excess = 0.3 * (1 + 0.3**2) * wrap**3 / (12 * n**2)  # over Euler's rope, first term of its expansion
-    Pi, chi = ratio_of(0.3, wrap / n, n), R * math.sqrt(C / J)
+    Pi = ratio_of(0.3, wrap / n, n)
+    chi = R * math.sqrt(C / J)
     truth = stop_times(Pi)
     mu = Pi ** (np.arange(1, n + 1) / n)
     limits = truth.onset + np.arcsin(chi * T0 * (mu - 1) / (C * R * W0)) / chi
-    found, most = [e.time for e in result.events], float(result.max_tension.value) / T0
+    found = [e.time for e in result.events]
+    most = float(result.max_tension.value) / T0
     return [
         Value("events", found, [truth.onset, *limits, truth.full_slip, truth.stop], 1e-10),
         Value("excess of T_n/T_0 over Euler's rope", most / math.exp(0.3 * wrap) - 1, excess, 1e-3),

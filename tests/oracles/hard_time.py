@@ -20,7 +20,8 @@ import simbrake as sb
 
 def light_and_stiff() -> list[Value | Named]:
     """Stick and slip of one lining with a period of 10 ns in closed form; two linings against 1 kg on 1 N/m, scaled."""
-    m, stiff = 1e-6, 1e12
+    m = 1e-6
+    stiff = 1e12
     v = BELT["v"] / math.sqrt(m * stiff)  # m/s for every newton
     given = {"f_k": BELT["f_k"], "f_s": BELT["f_s"], "m": m, "v": v}
     law = sb.ConstantFriction(BELT["f_k"], BELT["f_s"] / BELT["f_k"])
@@ -53,7 +54,8 @@ RAMP = [(1.0, 0.0), (1.0 + 1e-6, T0), (2.0, T0)]
 
 
 def fast_lever() -> list[Value | Named]:
-    rigid, elastic = run(scene(lever=RAMP)), run(scene(lever=RAMP, stiffness=C))
+    rigid = run(scene(lever=RAMP))
+    elastic = run(scene(lever=RAMP, stiffness=C))
     truth = stop_times(PI)
     pulse = run(scene(lever=[(1.0, 0.0), (1.0 + 5e-7, T0), (1.0 + 1e-6, 0.0)]))
     slope = np.asarray(gradients(scene(lever=RAMP)).stop.duty.slack_tension.times)
@@ -88,7 +90,9 @@ def scipy_fast_lever() -> str:
 
 def other_units() -> list[Value | Named]:
     """The same stop in units of mass 1e-6…1e9, length 1e-3…1e3 and time 1e-6…1e6."""
-    truth, found, heats = stop_times(PI), [], []
+    truth = stop_times(PI)
+    found = []
+    heats = []
     heat = float(run(scene(stiffness=C)).energy["friction_heat"])
     for mass, length, time in itertools.product((1e-6, 1.0, 1e9), (1e-3, 1.0, 1e3), (1e-6, 1.0, 1e6)):
         result = run(
@@ -118,7 +122,8 @@ def other_units() -> list[Value | Named]:
 def tolerances() -> list[Value | Named]:
     """Tolerances 1e-2…1e-14: a swing of the band, and a stop with drag, `t = (J/c) ln(1 + c ω_0/M)`."""
     rtols = 10.0 ** -np.arange(2, 15)
-    truth, c = stop_times(PI).stop, 60.0
+    truth = stop_times(PI).stop
+    c = 60.0
     dragged = J / c * math.log1p(c * W0 / HOLD)
     found = [float(run(scene(stiffness=C), rtol=rtol).stopping_time) for rtol in rtols]
     slowed = [float(run(scene(drag=c), rtol=rtol).stopping_time) for rtol in rtols]
@@ -133,7 +138,8 @@ def tolerances() -> list[Value | Named]:
 def scipy_tolerances() -> str:
     import warnings
 
-    errors, c = [], 60.0
+    errors = []
+    c = 60.0
     for rtol in (1e-2, 1e-14):
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
@@ -150,7 +156,8 @@ def scipy_tolerances() -> str:
 
 def ten_thousand_changes() -> list[Value | Named]:
     """3400 cycles of 1 s: the load runs for 0.4 s, is stopped in 0.4 s by a brake twice as strong, and held."""
-    cycles, a = 3400, 0.6
+    cycles = 3400
+    a = 0.6
     lever = sb.Repeated([0.0, a, a, 1.0, 1.0], [T0, T0, 0.0, 0.0, T0], 1.0, cycles)
     given = scene(load=0.5 * HOLD, omega=0.0, end=float(cycles))
     whole = sb.Scene(given.brake, sb.Duty(lever, given.duty.load), given.initial, given.end_time)

@@ -22,7 +22,11 @@ def stribeck_friction():
 
 def friction_with_memory():
     """Pads: `ċ = k (c_1 − c) + (q/w_0)(c_2 − c)`, `q = M ω/(n A)`."""
-    f, force, pads, arm, inertia = 0.4, 3e4, 3, 0.55, 900.0
+    f = 0.4
+    force = 3e4
+    pads = 3
+    arm = 0.55
+    inertia = 900.0
     area = 0.5 * (0.6**2 - 0.5**2)
 
     def stop(k=0.4, work=2e6):
@@ -57,10 +61,15 @@ def changing_friction():
 
 def wear_of_linings():
     """Archard with a rate that rises with the temperature of the rim, `k (1 + s (T − T_r))`."""
-    f, k, s, area, capacity = 0.35, 2e-14, 5e-3, 0.03, 2e4
+    f = 0.35
+    k = 2e-14
+    s = 5e-3
+    area = 0.03
+    capacity = 2e4
     tension = T0 * ratio(f) ** np.arange(N + 1)
     pressure = (tension[1:] + tension[:-1]) * math.sin(BETA / 2) / area
-    M, energy = torque(f), 0.5 * J * W0**2
+    M = torque(f)
+    energy = 0.5 * J * W0**2
     way = R * energy / M
 
     def worn(i, s):

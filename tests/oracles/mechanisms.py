@@ -14,7 +14,8 @@ def numbers(n, f, beta, lever, **own):
     """Of a model of `independent` without a load, heat or wear."""
     absent = dict.fromkeys(("C", "bandage", "heat", "wear"))
     zero = dict.fromkeys(("drag", "hook_inertia", "hook_torque"), 0.0)
-    law, load = {"kinetic": np.full(n, f), "static": np.full(n, f)}, Lines([0.0], [0.0])
+    law = {"kinetic": np.full(n, f), "static": np.full(n, f)}
+    load = Lines([0.0], [0.0])
     return {**absent, **zero, "n": n, "law": law, "beta": np.full(n, beta), "lever": lever, "load": load, **own}
 
 
@@ -30,7 +31,8 @@ def staged_stop():
         integrate(model)
         return {event.name: event.time for event in model.log}
 
-    source, found = "SciPy DOP853, stage by stage; M_i = r f_i Σ ((T_i + T_{i−1}) sin β/2 + N_p)", run()
+    source = "SciPy DOP853, stage by stage; M_i = r f_i Σ ((T_i + T_{i−1}) sin β/2 + N_p)"
+    found = run()
     yield "internal slip", found["internal_slip"], source, SMOOTH
     yield "external lock", found["external_lock"], source, SMOOTH
     yield "stopping time", found["stop"], source, SMOOTH

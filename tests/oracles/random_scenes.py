@@ -45,17 +45,20 @@ def main() -> int:
     parser.add_argument("--flavours", default=",".join(FLAVOURS), help="default: all")
     parser.add_argument("--json", help="file for the numbers")
     options = parser.parse_args()
-    kinds, flavours = options.kinds.split(";"), options.flavours.split(",")
+    kinds = options.kinds.split(";")
+    flavours = options.flavours.split(",")
     if unknown := [*(set(kinds) - set(KINDS)), *(set(flavours) - set(FLAVOURS))]:
         parser.error(f"unknown: {', '.join(unknown)}; there are {'; '.join(KINDS)} and {', '.join(FLAVOURS)}")
-    found, start = [], time.process_time()
+    found = []
+    start = time.process_time()
     for kind in kinds:
         for flavour in flavours:
             for seed in range(options.first, options.first + options.seeds):
                 found.append(compare(kind, flavour, seed))
                 print(row(found[-1]), flush=True)
     wrong = [one for one in found if one.differs]
-    events, modes = sum(one.events for one in found), sum(one.modes for one in found)
+    events = sum(one.events for one in found)
+    modes = sum(one.modes for one in found)
     times, margins, states = (max(each) for each in zip(*((x.times, x.margins, x.states) for x in found), strict=True))
     print(
         f"{len(found)} scenes, {len(found) - len(wrong)} agree; {modes} modes, {events} events; largest difference of a"

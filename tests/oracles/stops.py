@@ -4,10 +4,17 @@ import math
 
 from scipy.integrate import quad, solve_ivp
 
-EXACT, SMOOTH, BY_SLOPE = 1e-10, 1e-9, 1e-7
+EXACT = 1e-10
+SMOOTH = 1e-9
+BY_SLOPE = 1e-7
 
 # a stop on a rigid or elastic band: four linings of 50°, constant slack tension, no load
-N, BETA, R, J, T0, W0 = 4, math.radians(50.0), 0.725, 800.0, 8e3, 20.0
+N = 4
+BETA = math.radians(50.0)
+R = 0.725
+J = 800.0
+T0 = 8e3
+W0 = 20.0
 
 
 def ratio(f, beta=BETA):

@@ -106,7 +106,8 @@ def test_sweep_over_two_parameters():
     z = 10.0 * MASS[1][:, None] / 1e3 + SPEED[1]
     z[3, 0] = math.nan
     sequence = [[0, 0, 0], [1, 1, 2], [1, 1, 2], [1, 1, 2]]
-    dims, coords = ("load.mass", "speed"), {"load.mass": MASS, "speed": SPEED}
+    dims = ("load.mass", "speed")
+    coords = {"load.mass": MASS, "speed": SPEED}
     data = study(dims, coords, {"a": ("s", z), "b": ("s", 2.0 * z), "c": ("s", -z)}, sequence, np.zeros((4, 3), int))
     figure = plot.sweep(data)
     a, b, c, _ = figure.axes
@@ -118,7 +119,8 @@ def test_sweep_over_two_parameters():
         assert corners == {(40.0, 1.0), (50.0, 1.0), (50.0, 1.5), (40.0, 1.5)}
         (edges,) = [one for one in axes.collections if one.get_gid() == "sequence"]
         drawn = {tuple(map(tuple, np.round(one, 9).tolist())) for one in edges.get_segments()}
-        x, y = [10.0, 15.0, 25.0, 40.0, 50.0], [1.0, 1.5, 3.0, 4.0]
+        x = [10.0, 15.0, 25.0, 40.0, 50.0]
+        y = [1.0, 1.5, 3.0, 4.0]
         across = {((x[1], y[j]), (x[1], y[j + 1])) for j in range(3)}
         along = {((x[i], y[2]), (x[i + 1], y[2])) for i in (1, 2, 3)}
         assert drawn == across | along
@@ -131,8 +133,10 @@ def test_sweep_over_two_parameters():
 
 def test_permissible_map():
     """Of planes x and y over a grid: the region is that of both limits, lines lie where a metric is its limit."""
-    x, y = np.linspace(1.0, 3.0, 5), np.linspace(10.0, 20.0, 6)
-    along, up = np.broadcast_to(x[:, None], (5, 6)), np.broadcast_to(y, (5, 6)).copy()
+    x = np.linspace(1.0, 3.0, 5)
+    y = np.linspace(10.0, 20.0, 6)
+    along = np.broadcast_to(x[:, None], (5, 6))
+    up = np.broadcast_to(y, (5, 6)).copy()
     up[4, 5] = np.inf  # it does not stop there
     data = xr.Dataset(
         {
@@ -161,10 +165,8 @@ def test_permissible_map():
 
 
 def test_sweep_of_an_ensemble():
-    mass, speed = (
-        ("run", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"}),
-        ("run", [1.0, 3.0, 2.0, 4.0], {"units": "rad/s"}),
-    )
+    mass = ("run", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"})
+    speed = ("run", [1.0, 3.0, 2.0, 4.0], {"units": "rad/s"})
     metrics = {"a": ("s", [4.0, 3.0, math.nan, 1.0]), "b": ("", [1.0, 2.0, 3.0, 4.0]), "c": ("s", [1.0] * 3 + [2.0])}
     names = ("run", np.arange(4))
     data = study("run", {"load.mass": mass, "speed": speed, "run": names}, metrics, [0, 0, 1, 1], [0, 0, 0, 2])

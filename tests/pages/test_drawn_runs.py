@@ -86,14 +86,16 @@ def test_hook_beside_pulley_and_slip_only_where_it_takes_time():
     rigid = stop_scene(n=4, beta=60.0, C=None, lever=lever, load=sb.HookLoad(2e3, 0.4, 8))
     run = sb.simulate(rigid)
     figure = plot.stop(run)
-    speed, hook = figure.axes[0], figure.axes[4]
+    speed = figure.axes[0]
+    hook = figure.axes[4]
     t, v = hook.lines[0].get_data()
     np.testing.assert_allclose(v, run.series(t).hook_speed, atol=1e-9)
     np.testing.assert_allclose(np.divide(hook.get_ylim(), speed.get_ylim()), 0.4 / 8)
     soft = dataclasses.replace(rigid.brake, band=sb.Band(rigid.brake.band.radius, 1e5))
     run = sb.simulate(dataclasses.replace(rigid, brake=soft))
     near = plot.stop(run).axes[1].get_xlim()
-    onset, slip = run.metrics["slip_onset_time"], run.metrics["full_slip_time"]
+    onset = run.metrics["slip_onset_time"]
+    slip = run.metrics["full_slip_time"]
     assert 1.0 <= onset < slip
     np.testing.assert_allclose(near, [onset - 0.3 * (slip - onset), slip + 0.3 * (slip - onset)], rtol=1e-9)
 

@@ -22,7 +22,8 @@ from simbrake.studies import (
     Uncertainty,
 )
 
-Statistics, Failure = row_type(Uncertainty, "statistics"), row_type(Uncertainty, "failures")
+Statistics = row_type(Uncertainty, "statistics")
+Failure = row_type(Uncertainty, "failures")
 Residuals = row_type(Calibration, "residuals")
 FittedRecording = row_type(Calibration, "recordings")
 
@@ -122,7 +123,9 @@ def test_distribution_and_limit():
 
 def test_overlay_shows_data_and_run():
     run = plain_result()
-    t, omega, tight = np.array([0.3, 0.1, 0.7]), np.array([18.0, 20.5, 12.0]), np.array([3e4, 1e4, 5e4])
+    t = np.array([0.3, 0.1, 0.7])
+    omega = np.array([18.0, 20.5, 12.0])
+    tight = np.array([3e4, 1e4, 5e4])
     data = sb.studies.Measured.of(t, {"omega": omega, "tight_tension": tight}, sigma={"omega": [0.1, 0.2, 0.3]})
     figure = plot.overlay(run, data)
     speed, tension = figure.axes
@@ -144,11 +147,14 @@ def test_overlay_shows_data_and_run():
 
 def test_calibration_with_single_values():
     """Temperatures in °C; an event that did not occur has no bar."""
-    run, t = hot_result(), np.array([0.2, 0.4, 0.6])
-    speed, rim, sigma = np.array([18.0, 15.0, 12.0]), np.array([300.0, 320.0, 330.0]), np.array([0.5, 1.0, 2.0])
+    run = hot_result()
+    t = np.array([0.2, 0.4, 0.6])
+    speed = np.array([18.0, 15.0, 12.0])
+    rim = np.array([300.0, 320.0, 330.0])
+    sigma = np.array([0.5, 1.0, 2.0])
     events = {"stopping_time": 1.0, "full_slip_time": 0.3}
     data = sb.studies.Measured.of(t, {"omega": speed, "rim_temperature": rim}, events=events)
-    one = lambda x: np.array([x])  # noqa: E731
+    one = lambda x: np.array([x])
     residuals = (
         Residuals("omega", "rad/s", t, speed, sigma, speed - 1.0, speed + 1.0),
         Residuals("rim_temperature", "K", t, rim, sigma, rim - 4.0, rim + 2.0),
@@ -188,7 +194,8 @@ def test_layouts_beside_the_last_one():
         )
     ]
     for row in rows:
-        row.values["slip"], row.units["slip"] = np.ones(3), ""
+        row.values["slip"] = np.ones(3)
+        row.units["slip"] = ""
     angles, apart, loads, _ = sb.layouts.figures.layouts(rows).axes
     np.testing.assert_allclose([line.get_ydata() for line in angles.lines], [np.degrees(row.angle) for row in rows])
     assert all(line.get_xdata().tolist() == [1, 2, 3] for line in [*angles.lines, *apart.lines])

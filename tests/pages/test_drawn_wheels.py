@@ -23,7 +23,8 @@ def shoe_scene(end=126.0, start=0.15):
 def test_both_pairs_of_a_staged_brake():
     run = staged_result()
     time = 0.5 * float(run.internal_slip_time)
-    axes, pairs = plot.pulley(run, time).axes[0], run.series([time]).pairs
+    axes = plot.pulley(run, time).axes[0]
+    pairs = run.series([time]).pairs
     value = scale(axes, "load scale")
     for gid, pair in (("load", "external"), ("rim load", "internal")):
         drawn = [value(bar.r - bar.width) for bar in wedges(axes, gid)]

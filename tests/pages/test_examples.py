@@ -120,7 +120,8 @@ def test_examples_of(page, folder, capsys):
     space: dict[str, object] = {"__name__": "example"}
     for number, (block, shown) in enumerate(examples(page), 1):
         exec(compile(block, f"{name_of(page)}, block {number}", "exec"), space)
-        printed, wanted = capsys.readouterr().out, shown.replace("…", "...")
+        printed = capsys.readouterr().out
+        wanted = shown.replace("…", "...")
         assert not shown or doctest.OutputChecker().check_output(wanted, printed, doctest.ELLIPSIS), printed
     save_files(page, folder)
     for text in simbrake_commands(page):

@@ -211,7 +211,8 @@ def run(capsys, *arguments):
 
 
 def test_compare_writes_a_figure(given, tmp_path, capsys, drawn):
-    a, b = sb.save(given["result"], tmp_path / "a.nc"), sb.save(given["result"], tmp_path / "b.nc")
+    a = sb.save(given["result"], tmp_path / "a.nc")
+    b = sb.save(given["result"], tmp_path / "b.nc")
     heavy = sb.with_values(given["scene"], {"duty.load.mass": 24e3})
     sb.write_scene(heavy, tmp_path / "heavy.toml")
     code, out = run(capsys, "compare", a, b, tmp_path / "heavy.toml", "--json", "--out", tmp_path / "out")

@@ -21,7 +21,8 @@ def filmed(monkeypatch, tmp_path):
     """Of every frame, as it is saved: words, contacts of the linings, places of the marks, scale of tension."""
 
     def film(result, **options):
-        seen, save = [], Figure.savefig
+        seen = []
+        save = Figure.savefig
 
         def read(figure, *arguments, **named):
             words = [figure.get_suptitle(), *(text.get_text() for text in figure.axes[0].texts)]

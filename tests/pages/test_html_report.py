@@ -25,7 +25,12 @@ class Page(html.parser.HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.ids, self.links, self.values, self.text, self.tags = [], [], [], [], [], set()
+        self.open = []
+        self.ids = []
+        self.links = []
+        self.values = []
+        self.text = []
+        self.tags = set()
         self.feed(text)
         self.close()
         assert not self.open

@@ -205,7 +205,8 @@ def sent(server, body, length=None, wait=10.0):
 
 def test_requests_of_a_stranger_are_answered(server):
     """Too deep, too many digits, a length that is none: refused, and not just dropped."""
-    digits, deep = "9" * 400, "[" * 100_000
+    digits = "9" * 400
+    deep = "[" * 100_000
     for body in (f'{{"values": {{"initial.omega": {digits}}}}}', deep, f'{{"values": {deep}'):
         assert " 400 " in sent(server, body).splitlines()[0]
     for length in ("²", "-1", "1" * 5000):

@@ -65,7 +65,8 @@ def test_linings_lie_at_their_true_angles(plain):
 
 
 def test_linings_have_the_colour_of_contact(plain, staged):
-    onset, full = float(plain.slip_onset_time), float(plain.full_slip_time)
+    onset = float(plain.slip_onset_time)
+    full = float(plain.full_slip_time)
     colours = {to_hex(colour): kind for kind, colour in CONTACTS.items()}
 
     def seen(result, time, pair="external"):
@@ -186,7 +187,9 @@ def test_example_of_the_page(tmp_path, monkeypatch):
     truth = closed_form()
     np.testing.assert_allclose(lines, [truth["t0"], truth["t1"], truth["stop"]], rtol=1e-9)
     # each curve at the ends of its pieces: taken along, sliding, held
-    T_0, T_n, R = 8.0, 8.0 * truth["Pi"], 0.725
+    T_0 = 8.0
+    T_n = 8.0 * truth["Pi"]
+    R = 0.725
     taken, sliding, held = (
         0.5 * (a + b) for a, b in itertools.pairwise([truth["t0"], truth["t1"], truth["stop"], 5.0])
     )
@@ -240,9 +243,11 @@ def test_stages_show_the_run(staged):
     figure = plot.stages(staged)
     speed, torque, heat, *overlaps = figure.axes
     t = curves(speed)[r"pulley $\omega$"][:, 0]
-    s, o = staged.series(t), sb.results.overlap(staged, t)
+    s = staged.series(t)
+    o = sb.results.overlap(staged, t)
     apart = np.min(np.abs(np.subtract.outer(t, [e.time for e in staged.events])), axis=1) > 1e-9
-    outer, inner = s.pairs["external"], s.pairs["internal"]
+    outer = s.pairs["external"]
+    inner = s.pairs["internal"]
     for panel, label, values in (
         (speed, r"pulley $\omega$", s.omega),
         (speed, r"bandage $\omega_b$", s.bandage_speed),

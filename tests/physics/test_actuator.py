@@ -13,9 +13,20 @@ from scipy.special import lambertw
 import simbrake as sb
 from simbrake.loads import Actuator, Cylinder
 
-R, J, N, BETA, FRICTION, STATIC, W0 = 0.6, 900.0, 10, math.radians(25.0), 0.3, 1.2, 18.0
+R = 0.6
+J = 900.0
+N = 10
+BETA = math.radians(25.0)
+FRICTION = 0.3
+STATIC = 1.2
+W0 = 18.0
 Z = math.tan(BETA / 2)
-FORCE, LAG, DEAD, SPRING, LOAD, RELEASED = 7e3, 0.25, 0.08, 400.0, 2e3, 3.0
+FORCE = 7e3
+LAG = 0.25
+DEAD = 0.08
+SPRING = 400.0
+LOAD = 2e3
+RELEASED = 3.0
 
 
 def gain(f):
@@ -39,16 +50,20 @@ COMMANDS = {
 @pytest.mark.parametrize("command", COMMANDS.values(), ids=list(COMMANDS))
 def test_lagged_course_solves_its_equation(command):
     """`τ Ḟ + F = u(t − t_d)`, piece by piece."""
-    actuator, force, i, start = Actuator(command, LAG, DEAD), float(command.value(-1.0, 0)), 0, 0.0
+    actuator = Actuator(command, LAG, DEAD)
+    force = float(command.value(-1.0, 0))
+    i = 0
+    start = 0.0
     while start < 9.0:
         end = min(float(actuator.next_knot(jnp.asarray(i, jnp.int32))), 9.0)
         if end > start:
             t = np.linspace(start, end, 4)
-            rhs = lambda t, F, i=i: (float(command.value(t - DEAD, i)) - F) / LAG  # noqa: E731
+            rhs = lambda t, F, i=i: (float(command.value(t - DEAD, i)) - F) / LAG
             truth = solve_ivp(rhs, (start, end), [force], "DOP853", rtol=1e-12, atol=1e-9, t_eval=t).y[0]
             np.testing.assert_allclose([float(actuator.value(x, i)) for x in t], truth, rtol=1e-10, atol=1e-6)
             force = truth[-1]
-        i, start = i + 1, end
+        i = i + 1
+        start = end
 
 
 def stop_time(x):
@@ -132,7 +147,10 @@ def test_input_is_checked():
 
 # --- a cylinder of air or oil -----------------------------------------------------------------------------------------
 
-PRESSURE, DIAMETER, RATIO, ETA = 6e5, 0.2, 0.45, 0.9
+PRESSURE = 6e5
+DIAMETER = 0.2
+RATIO = 0.45
+ETA = 0.9
 AREA = math.pi * DIAMETER**2 / 4
 
 
@@ -177,7 +195,8 @@ def test_stop_under_a_cylinder():
 
 def test_pressure_against_a_return_spring():
     """The band closes where `p A = F_s`, opens there as well; the column has the pressure all along."""
-    spring, begin = 2e3, 0.5
+    spring = 2e3
+    begin = 0.5
     lever = sb.PiecewiseLinear([begin, begin, RELEASED, RELEASED], [0.0, PRESSURE, PRESSURE, 0.0])
     cylinder = Cylinder(lever, f"{AREA!r} m^2", None, RATIO, ETA, spring, LAG, DEAD, "5.5 bar")
     result = sb.simulate(scene(cylinder, LOAD))

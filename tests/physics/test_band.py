@@ -30,7 +30,8 @@ def test_band_and_block_of_the_textbook():
 
 
 def test_capstan_limit_is_of_second_order():
-    wrap, mu = math.radians(270), 0.4
+    wrap = math.radians(270)
+    mu = 0.4
     truth = float(sb.brakes.capstan_ratio(jnp.asarray(mu), jnp.asarray(wrap)))
     assert truth == pytest.approx(6.58606196269473, rel=1e-14)
     errors = [ratio(mu, np.full(n, wrap / n)) / truth - 1 for n in (16, 64, 128)]
@@ -65,13 +66,18 @@ def test_mobilised_forces_balance_in_limits(f, T_0, share, angles):
 
 def test_mass_terms_of_a_carried_lining():
     """One lining in closed form, and lift-off where the centrifugal force exceeds the band's push."""
-    beta, f, T_0 = 0.4, 0.3, 100.0
-    c, s = math.cos(beta / 2), math.sin(beta / 2)
+    beta = 0.4
+    f = 0.3
+    T_0 = 100.0
+    c = math.cos(beta / 2)
+    s = math.sin(beta / 2)
     one = jnp.asarray([beta])
     forces = sb.brakes.sliding_tensions(
         jnp.asarray(T_0), jnp.asarray([f]), one, inertia_force=2.0, centrifugal_force=5.0
     )
-    T_1, N, F = float(forces.tension[0]), float(forces.normal[0]), float(forces.friction[0])
+    T_1 = float(forces.tension[0])
+    N = float(forces.normal[0])
+    F = float(forces.friction[0])
     assert pytest.approx((T_1 - T_0) * c + 2.0, rel=1e-13) == F
     assert pytest.approx((T_1 + T_0) * s - 5.0, rel=1e-13) == N
     assert pytest.approx(f * N, rel=1e-13) == F
@@ -135,7 +141,8 @@ def test_infeasible_layouts_say_so(call):
 
 def test_reach_of_equal_increments():
     """At `f z_1 = 1` the linings have `1/(f z_i) = 2i − 1`: their angles are the widest wrap."""
-    f, n = 0.4, 4
+    f = 0.4
+    n = 4
     most = sum(2 * math.atan(1 / (f * (2 * i - 1))) for i in range(1, n + 1))
     layout = sb.layouts.equal_increment_angles(f, n, n, 0.999 * most)
     assert np.sum(layout.angle) == pytest.approx(0.999 * most, rel=1e-12)

@@ -48,7 +48,8 @@ def test_26_linings_let_go_lock_and_stop():
     system = record.system
     _, _, q = sampled(0, record, jnp.asarray([first[-1] - 1e-12]))
     mu = (1 + 0.4 * math.tan(math.radians(270 / 26) / 2)) / (1 - 0.4 * math.tan(math.radians(270 / 26) / 2))
-    T_0, s = float(q.slack_tension[0]), math.sin(math.radians(270 / 26) / 2)
+    T_0 = float(q.slack_tension[0])
+    s = math.sin(math.radians(270 / 26) / 2)
     before = T_0 * mu**25
     alpha = -R_B * T_0 * (mu**26 - 1) / 820.0
     needed = R_B * before * (mu - 1) + 20 / 26 * alpha
@@ -59,8 +60,14 @@ def test_26_linings_let_go_lock_and_stop():
 @pytest.mark.slow
 def test_preload_releases_linings_together():
     """`N_pre,i` such that every lining comes to its limit at the lever tension `T*`: one instant, one event."""
-    n, f, f_int, J, J_b, at = 3, 0.4, 0.2, 200.0, 4.0, 3e3
-    z, s = math.tan(HALF), math.sin(HALF)
+    n = 3
+    f = 0.4
+    f_int = 0.2
+    J = 200.0
+    J_b = 4.0
+    at = 3e3
+    z = math.tan(HALF)
+    s = math.sin(HALF)
     mu = (1 + f * z) / (1 - f * z)
     before = at * mu ** np.arange(n)
     alpha = -R_B * at * (mu**n - 1) / (J + J_b)
@@ -85,7 +92,9 @@ def test_stiff_springs_tend_to_rigid_bandage():
     bandage = sb.Bandage(4.0, sb.ConstantFriction(0.2), kwargs["preload"])
     brake = sb.Brake(made.brake.pulley, made.brake.band, made.brake.linings, bandage)
     truth = sb.simulate(sb.Scene(brake, made.duty, made.initial, made.end_time))
-    misses, locks, stops = [], [], []
+    misses = []
+    locks = []
+    stops = []
     for spring in (1e5, 1e6, 1e7):
         result = run(scene(**kwargs, spring=spring), rtol=1e-9)
         rows = changes(result.record)
@@ -105,7 +114,9 @@ def test_stiff_springs_tend_to_rigid_bandage():
 
 def _limit(T_0, weaker):
     """Load torque up to which three linings at rest hold, each with its weaker pair."""
-    z, s, T = math.tan(HALF), math.sin(HALF), T_0
+    z = math.tan(HALF)
+    s = math.sin(HALF)
+    T = T_0
     for _ in range(3):
         inner = ((R_B + R * 0.2 * s) * T + R * 0.2 * 1500.0) / (R_B - R * 0.2 * s)
         outer = T * (1 + 0.4 * z) / (1 - 0.4 * z)
@@ -151,10 +162,12 @@ def test_random_duties_end_well():
         made = random_duty(seed)
         sb.check_scene(made)
         result = run(made)
-        record, energy = result.record, result.energy
+        record = result.record
+        energy = result.energy
         assert int(record.code) == 0, seed
         assert float(energy["closure"]) < 1e-8, seed
-        ledger, n = record.states.ledger, int(record.count) + 1
+        ledger = record.states.ledger
+        n = int(record.count) + 1
         for heat in (*ledger.friction, ledger.damper_heat):
             assert np.min(np.diff(np.asarray(heat)[:n])) >= -1e-12 * max(1.0, float(energy["friction_heat"])), seed
         if seed % 6 == 0:
@@ -185,7 +198,8 @@ def test_simulate_runs_a_bandage():
     assert {e.lining for e in slips} == {1, 2, 3}
     assert names.index("internal_slip") < names.index("external_lock") < names.index("stop")
     t = 0.5 * (slips[0].time + slips[-1].time)
-    s, o = result.series([t]), sb.results.overlap(result, [t])
+    s = result.series([t])
+    o = sb.results.overlap(result, [t])
     sliding = np.count_nonzero(s.pairs["internal"].sense[0])
     assert 0 < sliding < 3
     assert float(o.internal_dynamic[0]) == pytest.approx(150 / 360 * sliding / 3)

@@ -12,10 +12,16 @@ from scipy.optimize import brentq
 import simbrake as sb
 from simbrake import plot
 
-R, R_B, J, W0, T0, LOAD = 0.59, 0.623, 1200.0, 20.0, 6e3, 3e3
+R = 0.59
+R_B = 0.623
+J = 1200.0
+W0 = 20.0
+T0 = 6e3
+LOAD = 3e3
 ANGLES = (np.array([0.9, 0.7, 0.8, 1.1]), np.array([0.5, 0.6, 0.4, 0.7, 0.8, 0.6]))
 FRICTION = (np.array([0.35, 0.3, 0.32, 0.4]), np.full(6, 0.28))
-STIFFNESS, RATIO = (2e5, 3.5e5), (1.2, 1.05)
+STIFFNESS = (2e5, 3.5e5)
+RATIO = (1.2, 1.05)
 AREA = (0.03, np.array([0.02, 0.02, 0.015, 0.025, 0.03, 0.02]))
 
 
@@ -109,7 +115,9 @@ def test_geometries_stretch_alike():
 
     There it is the `T_n = Π T_0` of the band's linings, whose share of the lever's tension `T_0` is.
     """
-    modulus, area, ends = 2.06e11, (1.3e-3, 1.1e-3), ((0.35, 0.6), (0.3, 1.4))
+    modulus = 2.06e11
+    area = (1.3e-3, 1.1e-3)
+    ends = ((0.35, 0.6), (0.3, 1.4))
     bands = tuple(
         lined(j, stiffness=sb.brakes.LiningsOnPlates(modulus, area[j], *ends[j], gap=0.02 * j)) for j in (0, 1)
     )
@@ -117,7 +125,8 @@ def test_geometries_stretch_alike():
     stretch = []
     for j, share in enumerate(found):
         S = share * T0 * ratios(FRICTION[j], ANGLES[j]).prod() / math.exp(np.sum(FRICTION[j] * ANGLES[j]))
-        total, EA = S * ends[j][0] / (modulus * area[j]), modulus * area[j]
+        total = S * ends[j][0] / (modulus * area[j])
+        EA = modulus * area[j]
         for i, (f, a) in enumerate(zip(FRICTION[j], ANGLES[j], strict=True)):
             total += quad(lambda x, S=S, f=f: S * math.exp(f * x), 0, a, epsabs=0, epsrel=1e-13)[0] * R_B / EA
             S *= math.exp(f * a)
@@ -150,8 +159,16 @@ def test_sharing_of_a_load_at_rest(stopped):
 
 # --- heat, fade, memory, wear -----------------------------------------------------------------------------------------
 
-SLOPE, STRIBECK, RUN_IN, WEAR = 1e-3, (0.34, 0.29, 3.0), (0.8, 4e6), 2e-13
-C_RIM, C_LINING, G_RIM, G_LINING, TO_RIM, ROOM = 4e4, 4e3, 60.0, 3.0, 0.7, 293.15
+SLOPE = 1e-3
+STRIBECK = (0.34, 0.29, 3.0)
+RUN_IN = (0.8, 4e6)
+WEAR = 2e-13
+C_RIM = 4e4
+C_LINING = 4e3
+G_RIM = 60.0
+G_LINING = 3.0
+TO_RIM = 0.7
+ROOM = 293.15
 N = ANGLES[0].size, ANGLES[1].size
 
 
@@ -182,7 +199,8 @@ def hot_scene(**changes):
 @pytest.mark.slow
 def test_laws_see_the_rim_of_their_own_band():
     """Rims that start at different temperatures; heat into the linings is not modelled."""
-    start, fade = np.array([293.15, 393.15]), sb.LinearFade(2e-3, 273.15)
+    start = np.array([293.15, 393.15])
+    fade = sb.LinearFade(2e-3, 273.15)
     laws = [sb.friction.ProductFriction(sb.ConstantFriction(f, 1.0), (fade,)) for f in FRICTION]
     heat = sb.Heat(
         (sb.thermal.Lump("rims", C_RIM, start, count=2), sb.thermal.Reservoir("air", ROOM)),
@@ -224,7 +242,9 @@ def test_shaft_heat_enters_all_rims_alike():
 
 @pytest.mark.slow
 def test_pressure_on_one_band():
-    factor, p_r, m = FRICTION[0], 5e5, 0.3
+    factor = FRICTION[0]
+    p_r = 5e5
+    m = 0.3
     law = sb.friction.ProductFriction(sb.ConstantFriction(factor), (sb.friction.PressureFactor(p_r, m),))
     result = sb.simulate(scene((lined(0, law=law, share=1.0), lined(1, share=1.0))))
     slack = T = T0 / 2
@@ -360,7 +380,8 @@ def test_what_needs_one_band_says_so(stopped):
 
 
 def test_circles_of_all_bands_have_one_scale(stopped):
-    bands, figure = zip(shares(), FRICTION, ANGLES, strict=True), plot.pulley(stopped, 0.5)
+    bands = zip(shares(), FRICTION, ANGLES, strict=True)
+    figure = plot.pulley(stopped, 0.5)
     along = [tensions(s * T0, f, a) for s, f, a in bands]
     for axes, T in zip(figure.axes, along, strict=True):
         (line,) = (line for line in axes.lines if line.get_gid() == "tension")
@@ -385,11 +406,14 @@ def test_estimates_and_synthesis_of_several_bands(stopped):
 @pytest.mark.slow
 def test_a_programme_lowers_with_several_bands(tmp_path):
     """Two equal bands at twice the tension move as one of them does."""
-    linings, pulley = sb.uniform_linings(8, "270 deg", 0.35), sb.Pulley(R, J)
-    band, runs = sb.brakes.LinedBand(linings, share=1.0), []
+    linings = sb.uniform_linings(8, "270 deg", 0.35)
+    pulley = sb.Pulley(R, J)
+    band = sb.brakes.LinedBand(linings, share=1.0)
+    runs = []
     brakes = (sb.Brake(pulley, sb.Band(R_B), linings), sb.brakes.MultiBandBrake(pulley, R_B, (band, band)))
     for brake in brakes:
-        lines, hook = ("lower 4 m at 1 m/s", "brake to rest", "hold 2 s"), sb.HookLoad("30 t", "400 mm", 8)
+        lines = ("lower 4 m at 1 m/s", "brake to rest", "hold 2 s")
+        hook = sb.HookLoad("30 t", "400 mm", 8)
         runs.append(sb.simulate(sb.programme_scene(brake, lines, hook, pull=4e4)))
     one, two = ([*run.events["stop"].times, run.metrics["total_hook_travel"]] for run in runs)
     np.testing.assert_allclose(two, one, rtol=1e-10)

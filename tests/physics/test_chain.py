@@ -37,7 +37,8 @@ def quasi_static(k=4, R_b=ARM, C=5.0 / ARM, J=4.0):
 @pytest.mark.slow
 def test_converges_to_the_quasi_static_band():
     first, t1, stop = quasi_static()
-    masses, stiffnesses = np.asarray([1e-2, 1e-3, 1e-4]), np.asarray([1e2, 1e3, 1e4])
+    masses = np.asarray([1e-2, 1e-3, 1e-4])
+    stiffnesses = np.asarray([1e2, 1e3, 1e4])
     light = [run(chain(m=m, K=1e4), 1e-9, 32768) for m in masses]
     stiff = [run(chain(m=1e-4, K=K, end=0.4), 1e-9, 32768) for K in stiffnesses]
     errors = {
@@ -143,7 +144,10 @@ def test_segments_go_slack_and_taut_again():
 @pytest.mark.slow
 def test_linings_that_let_go_at_one_instant():
     # from rest under a ramp of the load the same force would hold each lining: M(t) = (J + n m R²) 2 f z T_0/(m R)
-    n, m, J, rate = 5, 0.5, 4.0, 2.0
+    n = 5
+    m = 0.5
+    J = 4.0
+    rate = 2.0
     f = np.asarray([0.3, 0.3, 0.3, 0.3, 0.9])  # the anchor's lining holds: its spring pulls as well
     load = (0.0, 10.0), (0.0, 10.0 * rate)
     record = run(
@@ -179,7 +183,8 @@ def test_rising_lever_tightens_a_slack_band():
 
 
 def test_faults():
-    plain, whole = chain(), sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4), mass=1.0)
+    plain = chain()
+    whole = sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4), mass=1.0)
 
     def faults(**parts):
         band = parts.get("band", plain.brake.band)

@@ -12,8 +12,14 @@ from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 
-E1, A1, E2, A2, R0, R0_ = 2.1e11, 1.3e-3, 3e9, 6.6e-3, 0.623, 0.605
-L_C, L_H = 0.4, 0.9
+E1 = 2.1e11
+A1 = 1.3e-3
+E2 = 3e9
+A2 = 6.6e-3
+R0 = 0.623
+R0_ = 0.605
+L_C = 0.4
+L_H = 0.9
 BETA = math.radians(13.5)
 
 
@@ -47,7 +53,8 @@ def slotted(**change):
 
 def elongation_by_quadrature(S_C, pieces, ends=((L_C, E1 * A1), (L_H, E1 * A1)), end_factor=1.0):
     """`∫ S ds/k` along `pieces` of (friction, angle, stiffness per rad), and the ends (length, EA)."""
-    S, total = S_C, end_factor * S_C * ends[0][0] / ends[0][1]
+    S = S_C
+    total = end_factor * S_C * ends[0][0] / ends[0][1]
     for f, angle, k in pieces:
         total += quad(lambda θ, S=S, f=f: S * math.exp(f * θ), 0.0, angle, epsabs=0, epsrel=1e-13)[0] / k
         S *= math.exp(f * angle)
@@ -57,7 +64,8 @@ def elongation_by_quadrature(S_C, pieces, ends=((L_C, E1 * A1), (L_H, E1 * A1)),
 ANGLES = np.radians([20.0, 8.0, 15.0, 30.0])
 GAPS = np.radians([2.0, 0.0, 3.5])
 EACH = np.asarray([0.35, 0.1, 0.0, 0.5])
-BARE, BOND = E1 * A1 / R0, E1 * A1 / R0 + E2 * A2 / R0_
+BARE = E1 * A1 / R0
+BOND = E1 * A1 / R0 + E2 * A2 / R0_
 
 
 def laid(f, angles, gaps, k):
@@ -82,8 +90,10 @@ def test_separate_linings_match_quadrature(make, k, halved):
 
 @pytest.mark.parametrize("split", [0.0, 2.9, math.radians(400.0)])
 def test_more_than_a_turn_matches_quadrature(split):
-    wrap, f = math.radians(400.0), 0.2
-    tongue, slot = BOND, 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
+    wrap = math.radians(400.0)
+    f = 0.2
+    tongue = BOND
+    slot = 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
     pieces = [(f, split, tongue), (f, wrap - split, slot)]
     ends = ((L_C, E1 * A1), (L_H, 0.6 * E1 * A1))
     angle = np.full(50, wrap / 50)
@@ -103,13 +113,15 @@ def test_elongation_is_exact_at_no_friction(make):
     value, slope = jax.value_and_grad(compliance)(0.0)
     wrap = 20 * BETA
     if make is slotted:
-        split, slot = 2.9, 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
+        split = 2.9
+        slot = 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
         rest = wrap**2 - split**2
         truth = split / BOND + (wrap - split) / slot + (L_C + L_H / 0.6) / (E1 * A1)
         rise = split**2 / 2 / BOND + rest / 2 / slot + wrap * L_H / 0.6 / (E1 * A1)
     else:
         k = BOND if make is bonded else BARE
-        truth, rise = wrap / k + (L_C + L_H) / (E1 * A1), wrap**2 / 2 / k + wrap * L_H / (E1 * A1)
+        truth = wrap / k + (L_C + L_H) / (E1 * A1)
+        rise = wrap**2 / 2 / k + wrap * L_H / (E1 * A1)
     assert float(value) == pytest.approx(truth, rel=1e-13)
     assert float(slope) == pytest.approx(rise, rel=1e-12)
     # no seam where the series hands over to the closed form, f α = 0.02
@@ -155,7 +167,8 @@ def test_geometry_equals_its_stiffness_value():
     scene = soft_scene()
     C = float(sb.brakes.stiffness_of(scene.brake))
     assert 1e5 < C < 1e6
-    geometry, number = sb.simulate(scene), sb.simulate(stop_scene(C=C))
+    geometry = sb.simulate(scene)
+    number = sb.simulate(stop_scene(C=C))
     assert float(geometry.stopping_time) == pytest.approx(float(number.stopping_time), rel=1e-14)
     assert float(geometry.stopping_time) == pytest.approx(closed_form(C=C)["stop"], rel=1e-10)
     # two equal bands are one of twice the stiffness, half the tension in each

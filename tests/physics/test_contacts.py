@@ -12,9 +12,20 @@ from scipy.linalg import expm
 import simbrake as sb
 from simbrake.thermal import Conductance, Convection, Lump, MetalContact, Reservoir, ThermalContact
 
-R, R_B, J, N, BETA, AREA = 0.59, 0.64, 300.0, 4, math.radians(45.0), 0.03
-RIM, LININGS, BAND, CONTACT, BEHIND, GAP = 4e3, 600.0, 900.0, 40.0, 25.0, 3.0
-OPENS_AT, END = 20.0, 50.0
+R = 0.59
+R_B = 0.64
+J = 300.0
+N = 4
+BETA = math.radians(45.0)
+AREA = 0.03
+RIM = 4e3
+LININGS = 600.0
+BAND = 900.0
+CONTACT = 40.0
+BEHIND = 25.0
+GAP = 3.0
+OPENS_AT = 20.0
+END = 50.0
 START = np.array([420.0, 350.0, 300.0])
 
 
@@ -82,9 +93,11 @@ def test_derivatives_of_a_contact_that_opens():
         scene = at_rest(False, network(False, (contact, Conductance("linings", "band", BEHIND))), lever)
         return sb.simulate(scene, rtol=1e-12, solver=sb.hybrid.Rodas5P()).end_temperatures
 
-    closed, left = exchange((0, 1, CONTACT), (1, 2, BEHIND)), exchange((1, 2, BEHIND))
+    closed = exchange((0, 1, CONTACT), (1, 2, BEHIND))
+    left = exchange((1, 2, BEHIND))
     value, forward = jax.jit(lambda x: (end(x), jax.jacfwd(end)(x)))(jnp.array([0.1 / CONTACT, OPENS_AT]))
-    before, after = expm(closed * OPENS_AT) @ START, expm(left * (END - OPENS_AT))
+    before = expm(closed * OPENS_AT) @ START
+    after = expm(left * (END - OPENS_AT))
     np.testing.assert_allclose(value, after @ before, rtol=1e-10)
     np.testing.assert_allclose(forward[:, 1], after @ (closed - left) @ before, rtol=1e-7)
     # of exp(A t) in the direction B = ∂A/∂R_c: the upper right block of exp([[A, B], [0, A]] t)
@@ -96,7 +109,8 @@ def test_derivatives_of_a_contact_that_opens():
 def yovanovich(p):
     """Steel (two roughnesses) on bronze."""
     k = 2 * 45.0 * 60.0 / (45.0 + 60.0)
-    m, sigma = math.hypot(0.12, 0.2), math.hypot(1.1e-6, 2.3e-6)
+    m = math.hypot(0.12, 0.2)
+    sigma = math.hypot(1.1e-6, 2.3e-6)
     return 1.25 * k * m / sigma * (p / 1.4e9) ** 0.95
 
 
@@ -117,7 +131,9 @@ def test_conductance_of_metals_by_pressure():
         half = 0.0025 / (sb.material("steel_20L").conductivity * 2.0)
         assert float(T["w[1]"]) == pytest.approx(500.0 - flow * (1 / (2 * yovanovich(p) * smooth) + half), rel=1e-10)
     slope = jax.grad(METALS.conductance)(jnp.asarray(0.0))
-    k, m, sigma = 2 * 45.0 * 60.0 / 105.0, math.hypot(0.12, 0.2), math.hypot(1.1e-6, 2.3e-6)
+    k = 2 * 45.0 * 60.0 / 105.0
+    m = math.hypot(0.12, 0.2)
+    sigma = math.hypot(1.1e-6, 2.3e-6)
     assert float(slope) == pytest.approx(1.25 * k * m / sigma / 1.4e9 * 1e-6**-0.05, rel=1e-12)
 
 
@@ -125,7 +141,8 @@ def test_conductance_of_metals_by_pressure():
 @pytest.mark.parametrize("staged", [False, True])
 def test_linings_conduct_by_their_pressure(staged):
     """A pulley at rest without a load: every tension is `T_0`, `N_i = 2 T_0 sin(β_i/2)`, on the rim `+ N_pre`."""
-    angles, area = np.radians([30.0, 40.0, 50.0, 60.0]), np.array([0.02, 0.03, 0.035, 0.045])
+    angles = np.radians([30.0, 40.0, 50.0, 60.0])
+    area = np.array([0.02, 0.03, 0.035, 0.045])
     law = MetalContact(50.0, 0.15, 40e-6, 3e9)
     contact = ThermalContact("rim", "linings", 0.2, law=law, opens=True)
     heat = network(staged, (contact, Conductance("linings", "band", 0.0)), count=N)
@@ -136,8 +153,10 @@ def test_linings_conduct_by_their_pressure(staged):
         x = p / 3e9
         g = 0.2 * 1.25 * 50.0 * 0.15 / 40e-6 * x * (x**2 + 1e-12) ** -0.025
         A = np.zeros((N + 1, N + 1))
-        A[0, 0], A[0, 1:] = -g.sum() / RIM, g / RIM
-        A[1:, 0], A[1:, 1:] = g / LININGS, -np.diag(g) / LININGS
+        A[0, 0] = -g.sum() / RIM
+        A[0, 1:] = g / RIM
+        A[1:, 0] = g / LININGS
+        A[1:, 1:] = -np.diag(g) / LININGS
         exact = expm(A * END) @ np.array([START[0], *np.full(N, START[1])])
         np.testing.assert_allclose(result.series([END]).temperature[0, : N + 1], exact, rtol=1e-10)
         assert abs(exact[1] - START[1]) > 1.0

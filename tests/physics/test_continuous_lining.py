@@ -11,7 +11,13 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 
-R, J, WIDTH, F, WRAP, T0, W0 = 0.62, 1100.0, 0.23, 0.35, math.radians(270.0), 6e3, 24.0
+R = 0.62
+J = 1100.0
+WIDTH = 0.23
+F = 0.35
+WRAP = math.radians(270.0)
+T0 = 6e3
+W0 = 24.0
 
 
 def lining(n=6, f=F, wrap=WRAP, **options):
@@ -70,7 +76,8 @@ def test_blocks_converge_to_it_by_second_order():
 @pytest.mark.slow
 def test_arc_that_slips_on_an_elastic_band():
     """`C x = T_0 e^{fφ}`: slip begins at the slack end, and has passed piece after piece up to full slip."""
-    n, C = 4, 3e5
+    n = 4
+    C = 3e5
     result = sb.simulate(scene(lining(n), stiffness=C))
     swing = R * math.sqrt(C / J)
     # taut at C x = T_0, after that J ω̇ = −R (C x − T_0)
@@ -93,7 +100,8 @@ def test_arc_that_slips_on_an_elastic_band():
 @pytest.mark.slow
 def test_friction_that_falls_with_the_pressure():
     """`dT/dθ = f(T/(R b)) T` by SciPy; pieces have the coefficient of their mean pressure, an error of 1/n²."""
-    p_r, m = 2e5, 0.3
+    p_r = 2e5
+    m = 0.3
 
     def slope(angle, T):
         return F * (1 + T / (R * WIDTH) / p_r) ** -m * T
@@ -112,7 +120,9 @@ def test_friction_that_falls_with_the_pressure():
 @pytest.mark.slow
 def test_fade_along_the_band_by_scipy():
     """Pieces heat and fade for themselves, as lumps behind a cool rim."""
-    n, C, a = 3, 4e3, 1.5e-3
+    n = 3
+    C = 4e3
+    a = 1.5e-3
     heat = sb.Heat(
         (sb.thermal.Lump("rim", 2e5), sb.thermal.Lump("linings", np.full(n, C), count=n)),
         friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.4)),

@@ -85,7 +85,8 @@ def test_uniform_pressure_has_greater_radius():
         (sb.brakes.UniformPressure(), lambda r: np.ones_like(r)),
     ):
         r, weights = np.polynomial.legendre.leggauss(20)
-        r, weights = 0.5 * (R_O + R_I) + 0.5 * (R_O - R_I) * r, 0.5 * (R_O - R_I) * weights
+        r = 0.5 * (R_O + R_I) + 0.5 * (R_O - R_I) * r
+        weights = 0.5 * (R_O - R_I) * weights
         pads = dataclasses.replace(brake.linings, pressure=pressure)
         force, moment = (np.sum(weights * profile(r) * r**k) for k in (1, 2))
         assert float(pads.radius) == pytest.approx(moment / force, rel=1e-13)

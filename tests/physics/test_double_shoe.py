@@ -87,7 +87,8 @@ def test_directions_swap_the_shoes():
 
 def test_held_shoes_balance_about_their_pins(stopped):
     s = stopped.series([3.5])
-    friction, normal = np.asarray(s.friction_force)[0], np.asarray(s.normal_load)[0]
+    friction = np.asarray(s.friction_force)[0]
+    normal = np.asarray(s.normal_load)[0]
     assert float(s.omega[0]) == 0.0
     assert R * friction.sum() == pytest.approx(60.0, rel=1e-12)
     np.testing.assert_allclose(normal * M_N / N_1 - np.array([1, -1]) * friction * M_F / N_1, F * C, rtol=1e-12)
@@ -122,7 +123,8 @@ def test_self_locking_is_named():
 
 def test_shoe_that_locks_itself_ends_the_run():
     """Friction that rises with the temperature; the time is that at which `f(T) M_F = M_N`, by SciPy."""
-    slope, base = 2e-2, 0.6 * LOCKS
+    slope = 2e-2
+    base = 0.6 * LOCKS
 
     class Rising(sb.friction.AbstractFriction):
         base: jax.Array

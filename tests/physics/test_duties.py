@@ -19,9 +19,14 @@ def test_string_taken_in_motion_adds_energy():
     load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2)
     b = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35))
     result = sb.simulate(sb.Scene(b, sb.Duty(0.0, load), sb.Initial(3.0), 1.0))
-    r, J, M = 0.05, 1200.0 + 8e3 * 0.05**2, 8e3 * 9.80665 * 0.05
-    omega, work = 3.0 + M / J * 0.2, M * (3.0 * 0.2 + 0.5 * M / J * 0.2**2)
-    J, M, work = J + 60e3 * r**2, 68e3 * 9.80665 * r, work + 0.5 * 60e3 * r**2 * omega**2
+    r = 0.05
+    J = 1200.0 + 8e3 * 0.05**2
+    M = 8e3 * 9.80665 * 0.05
+    omega = 3.0 + M / J * 0.2
+    work = M * (3.0 * 0.2 + 0.5 * M / J * 0.2**2)
+    J = J + 60e3 * r**2
+    M = 68e3 * 9.80665 * r
+    work = work + 0.5 * 60e3 * r**2 * omega**2
     work += M * (omega * 0.8 + 0.5 * M / J * 0.8**2)
     assert float(result.record.y_end.omega) == pytest.approx(omega + M / J * 0.8, rel=1e-12)
     assert float(result.energy["load_work"]) == pytest.approx(work, rel=1e-12)
@@ -82,7 +87,8 @@ def test_linings_heat_by_their_own_friction():
 @pytest.mark.slow
 def test_interface_shares_heat_by_effusivity():
     """Friction heat given to a junction between two walls: the share that they find by themselves is Charron's."""
-    steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
+    steel = sb.Material(45.0, 7850.0, 480.0)
+    lining = sb.Material(0.8, 2000.0, 1100.0)
     growth = sb.thermal.layer_growth(5e-6, 0.03, 60)
     heat = sb.Heat(
         (

@@ -14,8 +14,13 @@ from stop_scenes import stop_scene
 import simbrake as sb
 from simbrake.loads import RopeElasticity, RopeLayers
 
-G, M, J, RHO, K = 9.80665, 40e3, 1200.0, 0.4 / 8, 4e6
-W, Z = M * G, math.tan(math.radians(13.5) / 2)
+G = 9.80665
+M = 40e3
+J = 1200.0
+RHO = 0.4 / 8
+K = 4e6
+W = M * G
+Z = math.tan(math.radians(13.5) / 2)
 GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)  # N·m of brake torque per N of slack tension
 
 
@@ -41,7 +46,9 @@ def test_hook_swings_over_a_drum_at_rest():
         delta = c / (2 * M)
         omega = math.sqrt(K / M - delta**2)
         t = np.linspace(0.0, 3.0, 40)
-        s, fade, phase = result.series(t), 0.6 * W / K * np.exp(-delta * t), omega * t
+        s = result.series(t)
+        fade = 0.6 * W / K * np.exp(-delta * t)
+        phase = omega * t
         e = W / K + fade * (np.cos(phase) + delta / omega * np.sin(phase))
         v = -fade * (omega + delta**2 / omega) * np.sin(phase)
         np.testing.assert_allclose(s.rope_stretch, e, rtol=1e-9)
@@ -86,8 +93,10 @@ def test_slack_rope_falls_and_is_taut_again():
     """Drum held: slack where `k e = 0`, free fall for `2 v/g`, and the same swing again."""
     result = sb.simulate(scene(w0=0.0, stretch=3 * W / K, end=2.0))
     omega = math.sqrt(K / M)
-    slack, v = 2 * math.pi / 3 / omega, 2 * W / K * omega * math.sin(2 * math.pi / 3)
-    flight, swing = 2 * v / G, 4 * math.pi / 3 / omega
+    slack = 2 * math.pi / 3 / omega
+    v = 2 * W / K * omega * math.sin(2 * math.pi / 3)
+    flight = 2 * v / G
+    swing = 4 * math.pi / 3 / omega
     times = [event.time for event in result.events if event.name.startswith("rope")]
     assert names(result)[:4] == ["rope_slack", "rope_taut", "rope_slack", "rope_taut"]
     np.testing.assert_allclose(times[:4], np.cumsum([slack, flight, swing, flight]), rtol=1e-9)
@@ -111,7 +120,8 @@ def test_derivatives_through_slack():
 
     def by_hand(x):
         k, m, e_0 = x
-        still, omega = m * G / k, jnp.sqrt(k / m)
+        still = m * G / k
+        omega = jnp.sqrt(k / m)
         slack = jnp.arccos(-still / (e_0 - still))
         v = (e_0 - still) * omega * jnp.sin(slack)
         taut = slack / omega + 2 * v / G
@@ -134,7 +144,11 @@ def test_derivatives_through_slack():
 
 def by_scipy(points, tensions, k, c, w0, end, J):
     """Events with their times and states `(φ, ω, v, e)`, and the state at the end: sliding or held, taut or slack."""
-    held, taut, t, y, found = False, True, 0.0, np.array([0.0, w0, w0 * RHO, W / k]), []
+    held = False
+    taut = True
+    t = 0.0
+    y = np.array([0.0, w0, w0 * RHO, W / k])
+    found = []
 
     def pull(y):
         return k * y[3] + c * (y[2] - RHO * y[1])
@@ -151,11 +165,13 @@ def by_scipy(points, tensions, k, c, w0, end, J):
         return pull(y) if taut else -min(k * y[3], pull(y))
 
     for event in (moves, rope):
-        event.terminal, event.direction = True, -1
+        event.terminal = True
+        event.direction = -1
     while t < end:
         until = min([x for x in (*points, end) if x > t + 1e-12])
         out = solve_ivp(rhs, (t, until), y, "DOP853", events=(moves, rope), rtol=2e-13, atol=1e-14, max_step=0.02)
-        t, y = out.t[-1], out.y[:, -1]
+        t = out.t[-1]
+        y = out.y[:, -1]
         if out.status == 1 and len(out.t_events[0]):
             held = not held
             y = y * [1.0, 0.0 if held else 1.0, 1.0, 1.0]
@@ -231,7 +247,8 @@ def test_balances_with_everything_coupled():
     assert float(result.energy["heat_closure"]) < 1e-12
     # a layer less: the speed of the drum stays, and with it the stretch
     (change,) = (event.time for event in result.events if event.name == "layer_change")
-    before, after = result.series([change], left=True), result.series([change])
+    before = result.series([change], left=True)
+    after = result.series([change])
     np.testing.assert_allclose(after.omega, before.omega, rtol=1e-12)
     assert float(after.hook_load[0] - before.hook_load[0]) == pytest.approx(
         2e4 * float(after.omega[0]) * 0.04 * math.sqrt(3) / 2 / 8, rel=1e-9

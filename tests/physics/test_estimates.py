@@ -69,7 +69,8 @@ def test_estimates_match_a_stop_they_assume(run):
     assert table["surface temperature, falling flux"].simulated - 293.15 == pytest.approx(face, rel=5e-3)
     assert table["bulk temperature, end"].simulated - 293.15 == pytest.approx(mean, rel=2e-3)
     # the run's stress is that of the greatest difference, the estimate's that of two temperatures of different times
-    stress, factor = table["thermal stress, surface"], -205e9 * 12e-6 / (1 - 0.3)
+    stress = table["thermal stress, surface"]
+    factor = -205e9 * 12e-6 / (1 - 0.3)
     assert stress.simulated == pytest.approx(factor * difference, rel=5e-3)
     assert stress.value == pytest.approx(factor * (3 / math.sqrt(8) * face - mean), rel=1e-4)
     assert table["stress over allowable"].simulated == pytest.approx(abs(stress.simulated) / 150e6)

@@ -26,10 +26,16 @@ from simbrake.friction import (
     StribeckFriction,
 )
 
-R, R_B, J, AREA, HOT = 0.59, 0.64, 900.0, 0.03, 393.15
+R = 0.59
+R_B = 0.64
+J = 900.0
+AREA = 0.03
+HOT = 393.15
 ANGLES = np.radians([70.0, 50.0, 60.0]), np.radians([45.0, 80.0])  # of the second band, where there is one
 #: coefficients of linings on the rim or on the band, and of a bandage on the rim; a factor of them
-F, F_INNER, LESS = 0.4, 0.22, 0.6
+F = 0.4
+F_INNER = 0.22
+LESS = 0.6
 
 
 def plain(n, f=F):
@@ -58,7 +64,8 @@ def wrapped(n, f=F):
 
 
 def band_brake(make, stiffness=None, segments=None, spring=None, staged=False):
-    n, bandage = 3, None
+    n = 3
+    bandage = None
     if staged or spring:
         bandage = sb.Bandage(np.full(n, 15.0) if spring else 45.0, make(n, F_INNER), 900.0, AREA, spring)
     linings = sb.Lining(make(n), ANGLES[0], AREA, 40.0 if segments else None)
@@ -140,7 +147,8 @@ def laws_of(brake):
             OnFace(f"brake.bands[{j}].linings.friction", own.linings.friction, F, 0, slice(first, end))
             for j, (own, first, end) in each
         ]
-    given, n = {"linings": F, "bandage": F_INNER}, brake.linings.count
+    given = {"linings": F, "bandage": F_INNER}
+    n = brake.linings.count
     names = [place.field for place in brake.pairs.values()]
     laws = [getattr(brake, name).friction for name in names]
     return [OnFace(f"brake.{name}.friction", laws[i], given[name], i, slice(0, n)) for i, name in enumerate(names)]
@@ -159,7 +167,9 @@ def scene(kind, make, **parts):
 
 def still_heat(brake):
     """Bodies so large that their temperature stays."""
-    n, half, staged = brake.linings.count, sb.thermal.ConstantPartition(0.5), brake.in_series
+    n = brake.linings.count
+    half = sb.thermal.ConstantPartition(0.5)
+    staged = brake.in_series
     bodies = [sb.thermal.Lump("rim", 1e15, HOT), sb.thermal.Lump("linings", 1e15, HOT, n)]
     return sb.Heat(
         (*bodies, *([sb.thermal.Lump("band", 1e15, HOT)] if staged else [])),
@@ -191,8 +201,11 @@ def test_memory_and_changes_act_on_friction(kind):
 
     dry = run({})
     for one in laws_of(start.brake):
-        path, n, f = one.path, one.n, one.f
-        memory, curve = f"{path}.base", f"{path}.base.base"
+        path = one.path
+        n = one.n
+        f = one.f
+        memory = f"{path}.base"
+        curve = f"{path}.base.base"
         for number, chosen in ((None, slice(None)), (1.0, slice(0, 1)), (float(n), slice(n - 1, n))):
             less = np.ones(n)
             less[chosen] = LESS
@@ -252,7 +265,8 @@ PRESSED = functools.partial(graded, pressed=True)
 def test_pressure_factor_acts(kind):
     start = warm(kind, PRESSED)
     for one in laws_of(start.brake):
-        low, curve = np.full(one.n, one.f * LESS), f"{one.path}.base"
+        low = np.full(one.n, one.f * LESS)
+        curve = f"{one.path}.base"
         truth, other = (
             course(sb.simulate(sb.with_values(start, values), rtol=1e-11, max_steps=1024))
             for values in (
@@ -267,10 +281,12 @@ def test_pressure_factor_acts(kind):
 def test_torques_phases_and_shares_act(kind):
     """A drag on the shaft is one in the load, a phase its lever; heat is what the shares leave of the friction work."""
     start = scene(kind, plain)
-    duty, field = start.duty, start.duty.lever_field
+    duty = start.duty
+    field = start.duty.lever_field
     dragged = dataclasses.replace(start, duty=dataclasses.replace(duty, load=dataclasses.replace(duty.load, drag=25.0)))
     phase = sb.loads.Phases((sb.loads.Phase(duty.lever, "7 s"),))
-    shaft, shares = (sb.shaft.ViscousDrag(25.0, place="rim"),), sb.PowerShares(0.2, 0.1)
+    shaft = (sb.shaft.ViscousDrag(25.0, place="rim"),)
+    shares = sb.PowerShares(0.2, 0.1)
     parts = {"shaft": shaft, "power_shares": shares, "heat": still_heat(start.brake)}
     phased = dataclasses.replace(start, duty=dataclasses.replace(duty, **{field: phase}), end_time=7.5, **parts)
     free, one, other = (sb.simulate(each, rtol=1e-11, max_steps=1024) for each in (start, dragged, phased))
@@ -292,7 +308,8 @@ def test_lever_holds_the_speed(kind):
     assert float(sb.simulate(holding(kind), rtol=1e-11).record.y_end.omega) == pytest.approx(20.0, rel=1e-9)
 
 
-RUN_IN, WEAR = 1.2, 1e-14
+RUN_IN = 1.2
+WEAR = 1e-14
 
 
 def running_in(n, f=F):
@@ -315,7 +332,8 @@ def test_running_in_and_wear_share_pressure(kind):
     end = sb.simulate(start, rtol=1e-11, max_steps=1024).record.y_end
     for one in laws_of(start.brake):
         c = np.asarray(jax.tree.leaves(end.memory[one.pair])[0])[one.here]
-        c_0, h = np.asarray(one.law.initial), np.asarray(end.worn[one.pair])[one.here]
+        c_0 = np.asarray(one.law.initial)
+        h = np.asarray(end.worn[one.pair])[one.here]
         rise = np.log(c / (RUN_IN - c)) - np.log(c_0 / (RUN_IN - c_0))
         truth = RUN_IN * one.f * h / (WEAR * 2e6)
         assert np.max(truth) > 0.02, one.path
@@ -333,7 +351,8 @@ def test_flash_keeps_the_work(kind):
     """`f = f_0 (1 − s ΔT)`, `ΔT = (2 f p v/λ) √(a l/(π v))`, with load, speed and coefficient of the results."""
     start = flashing(kind)
     seen = sb.simulate(start, rtol=1e-10, max_steps=1024).series([0.5])
-    f, v = seen.friction_coefficient[0], float(seen.omega[0]) * R_B
+    f = seen.friction_coefficient[0]
+    v = float(seen.omega[0]) * R_B
     rise = 2 * f * (seen.normal_load[0] / AREA) * v * np.sqrt(1e-6 * 1e-3 / (np.pi * v))
     np.testing.assert_allclose(f, F * (1 - 5e-3 * rise), rtol=1e-8)
     assert np.min(rise) > 1.0
@@ -449,7 +468,8 @@ def test_oil_that_comes_later(kind):
     brake = KINDS[kind](lambda n, f=F: oiled(f, [n]))
     duty = (sb.Duty if brake.banded else sb.ForceDuty)(2e4 if kind == "disc brake" else 4e3, 300.0)
     changed = [f"{one.path}.changes[0].factor.times" for one in laws_of(brake)]
-    start, never = sb.Scene(brake, duty, sb.Initial(20.0), 9.0), {path: [99.0, 99.0] for path in changed}
+    start = sb.Scene(brake, duty, sb.Initial(20.0), 9.0)
+    never = {path: [99.0, 99.0] for path in changed}
     for path in changed:
         values = never | {path: [0.5, 0.5]}
         whole = sb.simulate(sb.with_values(start, values), rtol=1e-11)

@@ -14,7 +14,12 @@ from helpers import jacobians
 
 import simbrake as sb
 
-N, BETA, R, R_B, AREA, CAPACITY = 3, math.radians(70.0), 0.59, 0.64, 0.03, (2e4, 1e3, 5e3)
+N = 3
+BETA = math.radians(70.0)
+R = 0.59
+R_B = 0.64
+AREA = 0.03
+CAPACITY = (2e4, 1e3, 5e3)
 BANDAGE = sb.Bandage(45.0, sb.ConstantFriction(0.22), 900.0, AREA)
 SPRUNG = sb.Bandage(np.full(N, 15.0), sb.ConstantFriction(0.22), 900.0, AREA, spring=2e5)
 #: stiffness of the band, its segments, the bandage
@@ -54,10 +59,12 @@ def scene(kind, hot=False):
         )
         inner = None if bandage is None else sb.wear.ConstantWear(2e-14)
         wear = sb.Wear(sb.wear.ConstantWear(1e-14), internal=inner)
-    lever, load = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3]), sb.TorqueLoad(sb.Constant(300.0), 2.0)
+    lever = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3])
+    load = sb.TorqueLoad(sb.Constant(300.0), 2.0)
     if kind in PRESSED:
         return sb.Scene(PRESSED[kind](law), sb.ForceDuty(lever, load), sb.Initial(20.0), 9.0, heat, wear=wear)
-    pulley, mass = sb.Pulley(R, 900.0), None if segments is None else 40.0
+    pulley = sb.Pulley(R, 900.0)
+    mass = None if segments is None else 40.0
     brake = sb.Brake(pulley, sb.Band(R_B, stiffness, segments), sb.Lining(law, np.full(N, BETA), AREA, mass), bandage)
     if kind == "several bands":
         bands = [sb.brakes.LinedBand(sb.Lining(law, np.full(n, BETA), AREA), share=n) for n in (1, N - 1)]
@@ -128,7 +135,8 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     if "heat_internal" in energy:
         assert AREA * float(np.sum(worn[1])) == pytest.approx(2e-14 * energy["heat_internal"] / 0.22, rel=1e-6)
     # every pair passes on what its linings give at its radius, and only takes energy
-    s, radii = result.series(np.linspace(0.0, 9.0, 40)), (hot.brake.radius, hot.brake.track_radius)
+    s = result.series(np.linspace(0.0, 9.0, 40))
+    radii = (hot.brake.radius, hot.brake.track_radius)
     for pair, radius, tilt in zip(s.pairs.values(), radii, (cosine, 1.0), strict=False):
         given = radius * np.sum(pair.friction_force, axis=1) / tilt
         np.testing.assert_allclose(given, pair.torque, rtol=1e-9, atol=1e-9 * np.max(np.abs(pair.torque)))
@@ -150,13 +158,15 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
 @on("rigid band", "elastic band", "staged, rigid band", "chain", "disc brake", "double-shoe brake")
 def test_breakpoints_on_line_change_nothing(kind):
     """All modes are chosen anew at a breakpoint: of a brake that slides, sticks, is held, is turned by its load."""
-    calm, lines = scene(kind), ([0.0, 3.0, 5.0, 6.5, 7.5, 9.0], [500.0, 7e3, 7e3, 100.0, 100.0, 8e3])
+    calm = scene(kind)
+    lines = ([0.0, 3.0, 5.0, 6.5, 7.5, 9.0], [500.0, 7e3, 7e3, 100.0, 100.0, 8e3])
     pairs = linings_of(kind) + ["brake.bandage"] * bool(KINDS.get(kind, (None,))[-1])
     calm = sb.with_values(calm, {f"{pair}.friction.static_ratio": 1.15 for pair in pairs})
     runs = []
     for more in ([], np.linspace(0.05, 8.95, 61)):
         t = np.union1d(lines[0], more)
-        lever, load = sb.PiecewiseLinear(t, np.interp(t, *lines)), sb.TorqueLoad(sb.Constant(900.0), 2.0)
+        lever = sb.PiecewiseLinear(t, np.interp(t, *lines))
+        load = sb.TorqueLoad(sb.Constant(900.0), 2.0)
         duty = dataclasses.replace(calm.duty, **{calm.duty.lever_field: lever, "load": load})
         runs.append(sb.simulate(dataclasses.replace(calm, duty=duty), rtol=1e-11))
     few, many = ([e for e in run.events if "lever" not in e.name] for run in runs)

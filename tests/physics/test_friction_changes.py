@@ -20,7 +20,12 @@ from shoe_scenes import normals, shoe_scene
 import simbrake as sb
 from simbrake.friction import ChangingFriction, FrictionChange
 
-R_B, INERTIA, T0, OMEGA, COUNT, MU = 0.623, 1200.0, 6e3, 24.0, 8, 0.35
+R_B = 0.623
+INERTIA = 1200.0
+T0 = 6e3
+OMEGA = 24.0
+COUNT = 8
+MU = 0.35
 Z = math.tan(math.radians(270 / COUNT / 2))
 
 
@@ -63,7 +68,8 @@ def test_a_lost_lining_compiles_nothing():
 @pytest.mark.slow
 def test_held_load_goes_when_friction_jumps():
     """It holds until the instant of the jump, then `J ω̇ = M − M_k`; exactly, in either direction."""
-    end, ratio = 2.0, 1.2
+    end = 2.0
+    ratio = 1.2
 
     def held(x):
         law = changed(sb.ConstantFriction(MU, ratio), jump(x[0], x[1]))
@@ -95,16 +101,23 @@ def test_held_load_goes_when_friction_jumps():
 @pytest.mark.slow
 def test_staged_brake_with_changes_of_pairs():
     """Oil on the rim lets the bandage go at once; on the band it lowers the torque of stage 1."""
-    R, J_, J_b, s = staged.R, staged.J, staged.J_B, math.sin(staged.BETA / 2)
-    z, T_0, load = math.tan(staged.BETA / 2), 400.0, 300.0
-    outer, inner = np.full(staged.N, staged.F_EXT), np.full(staged.N, staged.F_INT)
+    R = staged.R
+    J_ = staged.J
+    J_b = staged.J_B
+    s = math.sin(staged.BETA / 2)
+    z = math.tan(staged.BETA / 2)
+    T_0 = 400.0
+    load = 300.0
+    outer = np.full(staged.N, staged.F_EXT)
+    inner = np.full(staged.N, staged.F_INT)
 
     def ext(f):
         Pi = np.cumprod(np.append(1.0, (1 + f * z) / (1 - f * z)))
         return staged.R_B * T_0 * (Pi[-1] - 1), T_0 * (Pi[1:] + Pi[:-1]) * s
 
     def parts(t):
-        f, g = outer.copy(), inner.copy()
+        f = outer.copy()
+        g = inner.copy()
         f[2:4] *= 0.5 if t >= 0.4 else 1.0
         g *= 0.2 if t >= 0.9 else 1.0
         M_ext, N_i = ext(f)
@@ -128,7 +141,8 @@ def test_disc_with_fade_and_oil_by_scipy():
     """Two of four pads from 0.6 s on; pads fade by their own heat; disc and pads as lumps."""
     base = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(2e-3, 273.15),))
     result = sb.simulate(disc_scene(friction=changed(base, jump(0.6, 0.3), [1, 4]), heat=disc_heat()), rtol=1e-12)
-    r, load = 0.5 * (R_I + R_O), 1500.0
+    r = 0.5 * (R_I + R_O)
+    load = 1500.0
 
     def rates(t, y, factor):
         f = FRICTION * (1 - 2e-3 * (y[2:] - 273.15)) * factor
@@ -140,10 +154,12 @@ def test_disc_with_fade_and_oil_by_scipy():
         return y[0]
 
     stops.terminal = True
-    y, t = np.array([W0, 293.15, *[293.15] * N]), 0.0
+    y = np.array([W0, 293.15, *[293.15] * N])
+    t = 0.0
     for end, factor in ((0.6, np.ones(N)), (9.0, np.array([0.3, 1.0, 1.0, 0.3]))):
         found = solve_ivp(rates, (t, end), y, "DOP853", args=(factor,), events=stops, rtol=1e-13, atol=1e-10)
-        t, y = found.t[-1], found.y[:, -1]
+        t = found.t[-1]
+        y = found.y[:, -1]
     assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
     hot = np.asarray(result.series([t], left=True).temperature)[0]
     np.testing.assert_allclose(hot, y[1:], rtol=1e-9)
@@ -168,7 +184,8 @@ def test_an_oiled_shoe():
 def test_a_lining_on_springs_locks():
     """Where `R f sin(β/2)/R_b` of a lining on the rim comes to 1, whether its friction rises to that or jumps past."""
     base = bandage_scenes.scene(n=2, lever=((0.0, 9.0), (2e3, 2e3)), end=0.9)
-    f, s = 0.2, math.sin(float(base.brake.linings.angle[0]) / 2)
+    f = 0.2
+    s = math.sin(float(base.brake.linings.angle[0]) / 2)
     limit = bandage_scenes.R_B / (bandage_scenes.R * f * s)
     for times, end, locks in (
         ([0.3, 0.8], 2 * limit - 1, 0.55),
@@ -207,7 +224,11 @@ def times_of(result, name):
 @pytest.mark.slow
 def test_second_stop_begins_a_change():
     """Two stops by hand; at the second the held load breaks away, or later where the friction falls slowly."""
-    load, let_go, pulled, end, ratio = 9e3, 2.0, 2.6, 7.0, 1.2
+    load = 9e3
+    let_go = 2.0
+    pulled = 2.6
+    end = 7.0
+    ratio = 1.2
     lever = sb.PiecewiseLinear([let_go, let_go, pulled, pulled], [T0, 0.0, 0.0, T0])
     base = sb.ConstantFriction(MU, ratio)
 
@@ -257,7 +278,8 @@ def heated_from_outside(level, power, capacity, factor, *, when=None, load=9e3, 
 @pytest.mark.slow
 def test_hot_rim_begins_a_change():
     """The held load goes as the rim is as hot: `t = (T − T_0) C/P`, exactly, and with all derivatives."""
-    end, load = 4.0, 9e3
+    end = 4.0
+    load = 9e3
 
     def begins(x):
         return (x[0] - 293.15) * x[2] / x[1]
@@ -286,7 +308,9 @@ def test_hot_rim_begins_a_change():
 @pytest.mark.slow
 def test_elastic_band_feels_it_as_a_jump_at_that_time():
     """With its jump of tension: the same as a change at the known time, which other tests have proved."""
-    x, time, C = (393.15, 5e4, 1e3, 0.3), 2.0, 2e6
+    x = (393.15, 5e4, 1e3, 0.3)
+    time = 2.0
+    C = 2e6
     of_heat = sb.simulate(heated_from_outside(*x, stiffness=C))
     law = changed(sb.ConstantFriction(MU, 1.2), jump(time, 0.3))
     known = sb.simulate(dataclasses.replace(heated_from_outside(*x, stiffness=C), brake=scene(law, C).brake))
@@ -303,7 +327,8 @@ def test_one_of_two_bands_begins_to_change_at_a_stop():
     bands = tuple(sb.brakes.LinedBand(sb.uniform_linings(COUNT, "270 deg", law), share=1.0) for law in laws)
     brake = sb.brakes.MultiBandBrake(sb.Pulley(0.59, INERTIA), R_B, bands)
     result = sb.simulate(sb.Scene(brake, sb.Duty(2 * T0, 0.0), sb.Initial(OMEGA), 4.0))
-    first, second = float(torque(1.0)), float(torque(0.5))
+    first = float(torque(1.0))
+    second = float(torque(0.5))
     stop = 0.2 + (OMEGA * INERTIA - 0.4 * first) / (first + second)
     assert float(result.stopping_time) == pytest.approx(stop, rel=1e-12)
     assert times_of(result, "friction_change") == pytest.approx([stop], rel=1e-12)
@@ -314,7 +339,9 @@ def test_one_of_two_bands_begins_to_change_at_a_stop():
 @pytest.mark.slow
 def test_stop_on_a_shaft_with_dry_friction():
     """Beside other torques on the shaft, one of them with time breakpoints: the change half a second after the stop."""
-    load, dry, end = 9e3, 400.0, 6.0
+    load = 9e3
+    dry = 400.0
+    end = 6.0
     idle = sb.loads.EddyCurrentBrake(2e3, 12.0, sb.PiecewiseLinear([0.3, 1.0], [0.0, 0.0]))
     law = waiting(sb.ConstantFriction(MU, 1.2), jump(0.5, 0.3), "stop 1")
     given = scene(law, None, load, 10.0, end)

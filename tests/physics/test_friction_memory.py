@@ -33,7 +33,11 @@ def furnace(mass=1e15):
 @pytest.mark.slow
 def test_isothermal_memory_is_exponential():
     """`c = c_e φ + (c_0 − c_e φ) e^{−kt}`, `k = A e^{−E/(R_g T)}`; stopping time, and how it follows A, E and c_0."""
-    A, E, end, start, fade = 3e3, 4e4, 1.0, 0.6, LinearFade(5e-4, 420.0)
+    A = 3e3
+    E = 4e4
+    end = 1.0
+    start = 0.6
+    fade = LinearFade(5e-4, 420.0)
     k = A * math.exp(-E / (GAS * KELVIN))
     goal = end * (1 - 5e-4 * (KELVIN - 420.0))
 
@@ -59,13 +63,19 @@ def test_isothermal_memory_is_exponential():
 
 def test_stop_with_all_processes_by_scipy():
     """Fade with recovery, burn-off and running-in at once, each lining for itself."""
-    n, capacity, share, room = 4, 900.0, 0.7, sb.thermal.ROOM
+    n = 4
+    capacity = 900.0
+    share = 0.7
+    room = sb.thermal.ROOM
     heat = sb.Heat(
         (sb.thermal.Lump("rim", 2e5), sb.thermal.Lump("pads", capacity, count=n)),
         friction=sb.thermal.FrictionHeat("rim", "pads", sb.thermal.ConstantPartition(share)),
         linings="pads",
     )
-    A, E, k, w_0 = 2e5, 6e4, 0.4, 5e6
+    A = 2e5
+    E = 6e4
+    k = 0.4
+    w_0 = 5e6
     processes = (
         MemoryProcess(1.0, LinearFade(8e-4, 250.0), k),
         MemoryProcess(0.0, rate=A, activation=E),
@@ -75,7 +85,9 @@ def test_stop_with_all_processes_by_scipy():
     result = sb.simulate(sb.Scene(scene.brake, scene.duty, scene.initial, 4.0, heat), rtol=1e-12)
 
     def rhs(t, y):
-        omega, T, c = max(y[0], 0.0), np.asarray(y[1 : 1 + n]), np.asarray(y[1 + n :])
+        omega = max(y[0], 0.0)
+        T = np.asarray(y[1 : 1 + n])
+        c = np.asarray(y[1 + n :])
         f = F * c
         tension = T_0 * np.cumprod(np.append(1.0, (1 + f * Z) / (1 - f * Z)))
         power = np.diff(tension) * R_B * omega

@@ -93,7 +93,8 @@ def test_scenario_gradients_by_differences(scenarios):
         if leaf.path in ("initial.elongation", "brake.linings.friction.static_ratio", "duty.load.drag"):
             difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (2 * h)  # at the edge of its range
         else:
-            far, near = (shifted(2 * h) - shifted(-2 * h)) / 4, (shifted(h) - shifted(-h)) / 2
+            far = (shifted(2 * h) - shifted(-2 * h)) / 4
+            near = (shifted(h) - shifted(-h)) / 2
             difference = (4 * near - far) / 3 / h
         size = np.maximum(np.abs(np.asarray(run(scene))), 1e-6) / max(abs(float(value[index])), 1.0)
         got = jacobian[leaf.path][(slice(None), *index)]

@@ -99,7 +99,8 @@ def derivative_by_scale(scene, powers, stop):
 @pytest.mark.slow
 def test_time_scales_with_staged_brake_force():
     """Rigid band, no load: `t ~ 1/λ` where tensions and preload grow as `λ`, whatever the friction laws are."""
-    law, inner = sb.StribeckFriction(0.40, 0.3, 3.0, 1.0), sb.StribeckFriction(0.22, 0.15, 3.0, 1.0)
+    law = sb.StribeckFriction(0.40, 0.3, 3.0, 1.0)
+    inner = sb.StribeckFriction(0.22, 0.15, 3.0, 1.0)
     scene = staged_stop(lever=sb.Constant(8e3), load=0.0, law=law, inner=inner)
     powers = {"duty.slack_tension.level": 1, "brake.bandage.preload": 1}
     t, slope = derivative_by_scale(scene, powers, lambda s: sb.simulate(s, max_steps=256).stopping_time)
@@ -179,7 +180,8 @@ def test_blend_has_four_smooth_derivatives():
 
 def test_derivative_of_the_rate_of_a_maximum():
     """The rate of `max x_i` is that of one entry, and so is the derivative of its value along another direction."""
-    x, rate = jnp.asarray([0.1, 0.3, 0.3]), jnp.asarray([1.0, 2.0, 5.0])
+    x = jnp.asarray([0.1, 0.3, 0.3])
+    rate = jnp.asarray([1.0, 2.0, 5.0])
 
     def value_and_rate(x):
         return jax.jvp(sb.hybrid.largest, (x,), (rate,))

@@ -36,7 +36,8 @@ def scipy_stop(growth, method, rtol):
         Pi, slope = ratio(y[2])
         rates = rates_of(y[2:], 0.0)
         extra = 0.95 * T0 * (Pi - 1) / first
-        x_0, gamma = T0 * slope * rates[0] / C, T0 * slope * extra / C
+        x_0 = T0 * slope * rates[0] / C
+        gamma = T0 * slope * extra / C
         v = (R * y[0] - x_0) / (1 + gamma)
         rates[0] += extra * v
         return np.concatenate([[-R * T0 * (Pi - 1) / J, R * y[0] - v], rates])
@@ -51,7 +52,8 @@ def scipy_stop(growth, method, rtol):
         return y[0]
 
     for event in (limit, sticks, rests):
-        event.terminal, event.direction = True, -1
+        event.terminal = True
+        event.direction = -1
     atol = rtol * np.concatenate([[1.0, 0.01], np.full(20, 10.0)])
     solve = functools.partial(solve_ivp, method=method, rtol=rtol, atol=atol)
     one = solve(elastic, (0, 5), np.concatenate([[W0, T0 / C], np.zeros(20)]), events=limit)
@@ -108,7 +110,8 @@ def test_every_watt_is_accounted_for(growth):
     given = float(energy["heat_to_metal"] + energy["heat_to_linings"] + energy["heat_to_band"])
     assert given == pytest.approx(float(energy["friction_heat"]), rel=1e-13)
     assert float(energy["heat_to_metal"]) == pytest.approx(0.95 * given, rel=1e-12)
-    stored, lost = float(energy["heat_stored"]), float(energy["heat_lost"])
+    stored = float(energy["heat_stored"])
+    lost = float(energy["heat_lost"])
     assert stored + lost == pytest.approx(given, rel=1e-12)
 
 
@@ -132,10 +135,12 @@ def stopping_time(f, slope, capacity):
 
 def test_shares_of_heat_of_single_linings():
     """The heat of a lining is in proportion to `T_i − T_{i−1}`, a geometric series along the band."""
-    shares, f = np.linspace(0.4, 0.9, N), 0.35
+    shares = np.linspace(0.4, 0.9, N)
+    f = 0.35
     energy = sb.simulate(rigid_stop(sb.ConstantFriction(f), lump(share=shares, linings=1e4))).energy
     mu = (1 + f * math.tan(BETA / 2)) / (1 - f * math.tan(BETA / 2))
-    along, work = np.diff(mu ** np.arange(N + 1.0)), 0.5 * J * W0**2
+    along = np.diff(mu ** np.arange(N + 1.0))
+    work = 0.5 * J * W0**2
     to_metal = work * float(shares @ along) / along.sum()
     assert float(energy["heat_to_metal"]) == pytest.approx(to_metal, rel=1e-9)
     assert float(energy["heat_to_linings"]) == pytest.approx(work - to_metal, rel=1e-9)
@@ -251,7 +256,8 @@ def test_two_pulleys_are_twice_a_structure():
         heat = sb.thermal.with_pulley_structure(base, steel, rim_place="rim", inside=20.0, pulleys=pulleys)
         T = sb.steady_state(heat)
         for name, (r, outer, L) in {"flange": (0.420, 0.565, 0.035), "rebord_2": (0.575, 0.615, 0.025)}.items():
-            through, away = 2 * np.pi * lam * L / np.log(outer / r), 20.0 * 2 * np.pi * (outer**2 - r**2)
+            through = 2 * np.pi * lam * L / np.log(outer / r)
+            away = 20.0 * 2 * np.pi * (outer**2 - r**2)
             assert float(T[name]) == pytest.approx(300 + 200 * through / (through + away), rel=1e-12)
             flow = pulleys * through * (500 - float(T[name]))
             link = next(link for link in heat.links if link.a == "rim" and link.b == name)
@@ -263,14 +269,18 @@ def test_two_pulleys_are_twice_a_structure():
 @pytest.mark.slow
 def test_surface_layer_in_series_with_wall():
     """Steady flow through `δ_s(T)/λ_s` and a wall: with `δ_s` linear in the temperature a quadratic equation."""
-    L, lam, A, n = 0.03, 0.736, 0.2, 6
+    L = 0.03
+    lam = 0.736
+    A = 0.2
+    n = 6
     layer = sb.thermal.SurfaceLayer([373.15, 923.15], ["5.6 um", "35.4 um"])
     wall = sb.thermal.Wall("wall", sb.Material(lam, 2000.0, 1000.0), L, A, n, surface_layer=layer)
     bodies = (wall, sb.thermal.Reservoir("hot", 900.0), sb.thermal.Reservoir("cold", 300.0))
     behind = sb.thermal.ThermalContact("wall.back", "cold", A)
     per_kelvin = 29.8e-6 / 550 / 1.02
     at_0 = 5.6e-6 / 1.02 - per_kelvin * 373.15
-    half, rest = L / (2 * n * lam), L / lam * (1 - 0.5 / n)
+    half = L / (2 * n * lam)
+    rest = L / lam * (1 - 0.5 / n)
     T = sb.steady_state(sb.Heat(bodies, (sb.thermal.ThermalContact("hot", "wall.front", A), behind)))
     # (T_1 − 300)(at_0 + per_kelvin T_1 + half) = (900 − T_1) rest
     T_1 = np.roots([per_kelvin, at_0 + half - 300 * per_kelvin + rest, -300 * (at_0 + half) - 900 * rest]).max()

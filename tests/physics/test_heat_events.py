@@ -21,7 +21,8 @@ import simbrake as sb
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [C, None])
 def test_held_brake_lets_go_when_heated(stiffness):
-    z, load = math.tan(BETA / 2), 2.0e4
+    z = math.tan(BETA / 2)
+    load = 2.0e4
     result = sb.simulate(warmed(fading(slope=1e-3), 2e4, load, stiffness, end=150.0), throw=False)
     mu = (load / (R * T0) + 1) ** (1 / N)
     f = (mu - 1) / (mu + 1) / z
@@ -37,7 +38,10 @@ def test_held_brake_lets_go_when_heated(stiffness):
 @pytest.mark.slow
 def test_break_away_heats_the_walls_at_once():
     """The tension falls from the static to the kinetic limit in no time: `E = (T_1 − T_2)/C ((T_1 + T_2)/2 − T_0)`."""
-    C, n, share, z = 2e5, 4, 0.8, math.tan(math.radians(30.0))
+    C = 2e5
+    n = 4
+    share = 0.8
+    z = math.tan(math.radians(30.0))
     rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, 1.1, 3, 1.7)
     own = sb.thermal.Wall("lining", sb.Material(0.8, 2000.0, 900.0), 0.03, 0.05, 2, copies=n)
     heat = sb.Heat(
@@ -53,7 +57,8 @@ def test_break_away_heats_the_walls_at_once():
     before, after = (result.series(at, left=left) for left in (True, False))
     assert float(after.friction_heat[0] - before.friction_heat[0]) == pytest.approx(E, rel=1e-10)
     rise = np.asarray(after.temperature - before.temperature)[0]
-    into_rim, into_each = share * E / (7800 * 500 * 0.028 * 1.1), (1 - share) * E / n / (2000 * 900 * 0.03 * 0.05)
+    into_rim = share * E / (7800 * 500 * 0.028 * 1.1)
+    into_each = (1 - share) * E / n / (2000 * 900 * 0.03 * 0.05)
     np.testing.assert_allclose(rise, [into_rim] * 3 + [into_each] * 2 * n, rtol=1e-9)
 
 
@@ -117,7 +122,10 @@ def test_flash_temperature_of_moving_source():
 def test_flash_temperature_of_a_slow_source():
     """Tian and Kennedy: `ΔT = 2 q b/(λ √(π (1.273 + Pe)))`, `Pe = v b/(2 a)`, of a round spot of radius `b`; at rest
     `q b/λ` (Carslaw and Jaeger)."""
-    slow, q, b, a = dataclasses.replace(FLASH, slow=True), 1e8, 0.5e-3, 1.44e-5
+    slow = dataclasses.replace(FLASH, slow=True)
+    q = 1e8
+    b = 0.5e-3
+    a = 1.44e-5
     assert float(slow.rise(jnp.asarray(q), jnp.asarray(0.0))) == pytest.approx(q * b / 50.0, rel=1e-12)
     for v in (1e-3, 0.1, 20.0):
         truth = 2 * q * b / (50.0 * math.sqrt(math.pi * (4 / math.pi + v * b / (2 * a))))
@@ -127,14 +135,22 @@ def test_flash_temperature_of_a_slow_source():
 @pytest.mark.slow
 def test_stop_with_flash_and_derivatives():
     """`t = ∫ J dω/M(f)` with `f = f_0 (1 − s (ΔT_rim + κ f v/√(v + v_0)))`, solved for `f`; by quadrature."""
-    a, hardness, capacity, J, n, beta = 1.44e-5, 3e7, 1e5, 900.0, 4, math.radians(50.0)
+    a = 1.44e-5
+    hardness = 3e7
+    capacity = 1e5
+    J = 900.0
+    n = 4
+    beta = math.radians(50.0)
     at = {"f_0": 0.35, "s": 1e-3, "l": 1e-3}
 
     def time(f_0, s, l):
-        kappa, v_0, z = 2 * hardness / 50.0 * math.sqrt(a * l / math.pi), 16 * a / (math.pi * l), math.tan(beta / 2)
+        kappa = 2 * hardness / 50.0 * math.sqrt(a * l / math.pi)
+        v_0 = 16 * a / (math.pi * l)
+        z = math.tan(beta / 2)
 
         def needs(w):
-            v, rim = R * w, J * (W0**2 - w**2) / (2 * capacity)
+            v = R * w
+            rim = J * (W0**2 - w**2) / (2 * capacity)
             f = f_0 * (1 - s * rim) / (1 + f_0 * s * kappa * v / math.sqrt(v + v_0))
             return J / (R * T0 * (((1 + f * z) / (1 - f * z)) ** n - 1))
 
@@ -167,7 +183,8 @@ def test_flash_fold_is_named():
     scene = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene, np.asarray(1e6))
     result = sb.simulate(scene, throw=False)
     assert result.status == "flash_fold", result.message
-    T, v = float(result.end_temperatures[0]), R * float(result.record.y_end.omega)
+    T = float(result.end_temperatures[0])
+    v = R * float(result.record.y_end.omega)
     per_f = 2 * 3.0e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
     f = np.linspace(0.28, 0.5, 2001)
     excess = f - 0.3 * np.asarray(rising.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray(T + per_f * f))))

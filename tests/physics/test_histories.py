@@ -10,7 +10,9 @@ from test_actuator import W0, J, scene
 import simbrake as sb
 from simbrake.loads import Actuator
 
-RISE, PULL, POINTS = 0.4, 9e3, 400
+RISE = 0.4
+PULL = 9e3
+POINTS = 400
 RAMP = sb.PiecewiseLinear([0.0, RISE], [0.0, PULL])
 T = np.concatenate([np.linspace(0.0, RISE, POINTS - 1), [4.0]])
 SAMPLED = sb.PiecewiseLinear(T, np.interp(T, [0.0, RISE], [0.0, PULL]))
@@ -28,7 +30,8 @@ COURSES = {
 @pytest.mark.parametrize("course", COURSES.values(), ids=list(COURSES))
 def test_samples_of_straight_lines_are_these_lines(course):
     """Values, and derivatives: along a change of all samples in proportion that of the line's height."""
-    stops, slopes = [], []
+    stops = []
+    slopes = []
     for lever in course:
         run = sb.prepare(scene(lever), ["stopping_time"], rtol=1e-12)
         values = next(place for path, place in run.places.items() if path.endswith("values"))
@@ -46,7 +49,8 @@ def end_speed(result):
 def test_held_samples_of_a_torque_add_up():
     """`J (ω − ω_0) = Σ M_i Δt_i`; derivatives with respect to the first, a middle and the last sample are `Δt_i/J`, and
     with respect to the time of a jump its height over `J`."""
-    t, M = np.linspace(0.0, 3.9, 40), 100.0 * np.cos(np.arange(40.0))
+    t = np.linspace(0.0, 3.9, 40)
+    M = 100.0 * np.cos(np.arange(40.0))
     free = scene(0.0, end=4.0)
     free = dataclasses.replace(free, duty=sb.Duty(0.0, sb.TorqueLoad(sb.profiles.held(t, M))))
     run = sb.prepare(free, [end_speed], rtol=1e-12)
@@ -76,5 +80,6 @@ def test_a_step_costs_the_same_however_many_points_there_are():
             seconds.append(min(tries))
         return np.divide(seconds, run().accepted)
 
-    few, many = cost(250), cost(8000)
+    few = cost(250)
+    many = cost(8000)
     assert np.all(many < 2 * few), (few, many)

@@ -22,11 +22,17 @@ from simbrake.loads import (
     TackleLoss,
 )
 
-MASS, RADIUS, LINES, INERTIA = 60e3, 0.4, 8, 1200.0
+MASS = 60e3
+RADIUS = 0.4
+LINES = 8
+INERTIA = 1200.0
 TRAVEL = RADIUS / LINES  # m of the hook per radian
 WEIGHT = MASS * 9.80665 * TRAVEL  # N·m
 J = INERTIA + MASS * TRAVEL**2
-UP, DOWN, FASTER = 1.2, 1.0, 0.5  # m/s, m/s²
+# m/s, m/s²
+UP = 1.2
+DOWN = 1.0
+FASTER = 0.5
 
 BRAKE = sb.Brake(sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
 CHAIN = sb.Brake(BRAKE.pulley, sb.Band(0.623, 4e5, sb.Segments(1e7)), sb.uniform_linings(4, "270 deg", 0.35, mass=3.5))
@@ -71,7 +77,8 @@ HOLD = Phase(30e3, 10.0, "hold")
 
 def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
-    hoist, lower = 25.0 / UP + UP / FASTER, 20.0 / DOWN + DOWN / FASTER
+    hoist = 25.0 / UP + UP / FASTER
+    lower = 20.0 / DOWN + DOWN / FASTER
     cycle = np.cumsum([25.0 / UP, UP / FASTER, 10.0, 20.0 / DOWN, DOWN / FASTER, 10.0])
     np.testing.assert_allclose(ends(result), [*cycle, *(cycle + hoist + lower + 20.0)], rtol=1e-10)
     energy = result.energy
@@ -186,8 +193,11 @@ def test_friction_of_the_tackle_is_overcome_upwards():
 
 def test_the_rope_of_a_tackle_is_judged_by_its_tightest_line():
     """2 MN on 12 lines of sheaves with K = 1.04: in hoisting API RP 9B's 213.1 kN, where 2 MN/12 are 166.7 kN."""
-    K, n, pull = 1.04, 12, 2e6
-    load, shaft = HookLoad(pull / 9.80665, RADIUS, n), (TackleLoss(K),)
+    K = 1.04
+    n = 12
+    pull = 2e6
+    load = HookLoad(pull / 9.80665, RADIUS, n)
+    shaft = (TackleLoss(K),)
     steady = Phase(0.0, AfterTravel(-1.0), "hoist", motor=sb.PiecewiseLinear([0.0], [-12.0]))
     limits = sb.Limits(max_rope_tension="190 kN")
     motor = Motor("150 kN*m", "10 MW", "40 rad/s")
@@ -250,12 +260,19 @@ def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
 @pytest.mark.slow
 def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
     """Own equations of drum, hook and rope, by SciPy."""
-    k, c, drag, gain, position_gain, torque, power = 8.5e6, 3e5, 40.0, 3.0, 1.5, 34e3, 0.6e6
+    k = 8.5e6
+    c = 3e5
+    drag = 40.0
+    gain = 3.0
+    position_gain = 1.5
+    torque = 34e3
+    power = 0.6e6
     load = HookLoad(MASS, RADIUS, LINES, elasticity=sb.loads.RopeElasticity(k, damping=c))
     motor = Motor(torque, power, 40.0, gain=gain, position_gain=position_gain)
     hoist = Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),))
     result = run(hoist, load, motor, 60.0, shaft=(sb.loads.ViscousDrag(drag),))
-    knot, steady = UP / FASTER, -UP / TRAVEL
+    knot = UP / FASTER
+    steady = -UP / TRAVEL
 
     def rates(t, y):
         phi, omega, v, stretch = y[:4]
@@ -284,7 +301,10 @@ def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
 @pytest.mark.slow
 def test_the_limits_of_a_motor_show_in_the_energies_beside_a_driller():
     """The speed is that of the course throughout, whatever the motor gives of the torque."""
-    torque, power, speed, end = 10e3, 0.1e6, DOWN / TRAVEL, 20.0
+    torque = 10e3
+    power = 0.1e6
+    speed = DOWN / TRAVEL
+    end = 20.0
     motor = Motor(torque, power, 40.0, course(0.0, DOWN))
     scene = sb.Scene(BRAKE, sb.Duty(Driller(course(0.0, DOWN), 60e3), LOAD), sb.Initial(0.0), end, motor=motor)
     energy = sb.simulate(scene).energy
@@ -310,7 +330,10 @@ def test_an_auxiliary_brake_is_engaged_by_phases():
 
 @pytest.mark.slow
 def test_thirty_stands_in_and_out_have_their_masses():
-    count, empty, string, stand = 30, 8e3, 40e3, 800.0
+    count = 30
+    empty = 8e3
+    string = 40e3
+    stand = 800.0
     inwards = (*up(27.0), Phase(30e3, 5.0, "make up"), *down(27.0), HOLD)
     inwards = tuple(
         sb.loads.Phase(x.lever, x.until, x.name, string_on_hook=x.name in ("lower", "brake"), motor=x.motor)
@@ -323,7 +346,8 @@ def test_thirty_stands_in_and_out_have_their_masses():
     phases = Phases(inwards, count, then=Phases(out, count, stands=-1))
     result = run(phases, StringLoad(empty, string, RADIUS, LINES, stand=stand), end=1e5)
     assert int(result.code) == 0
-    g, strings = 9.80665, string + stand * np.arange(count)
+    g = 9.80665
+    strings = string + stand * np.arange(count)
     # up and down over the same 27 m: the string goes down, then up, and the block both
     assert float(result.energy["friction_heat"]) == pytest.approx(g * 27 * np.sum(2 * empty + strings), rel=1e-9)
     assert float(result.energy["motor_work"]) == pytest.approx(g * 27 * np.sum(2 * empty + strings), rel=1e-9)
@@ -354,7 +378,8 @@ def test_the_rope_winds_back_onto_its_layers():
     slow = Phase(0.0, UP / FASTER, "slow", motor=course(-UP, 0.0))
     result = run(Phases((hoist, slow, HOLD, lower, brake, HOLD)), load, Motor("60 kN*m", "2 MW", "40 rad/s"), end=1e3)
     # up to the third layer and down to the second again: full at 40 turns
-    full, speed = 5 * 2 * np.pi, UP / TRAVEL
+    full = 5 * 2 * np.pi
+    speed = UP / TRAVEL
     crossings = [event.time for event in result.events if "layer" in event.name]
     assert crossings[0] == pytest.approx(full / speed + 0.5 * UP / FASTER, rel=1e-10)
     assert len(crossings) == 2
@@ -369,7 +394,9 @@ def test_the_rope_winds_back_onto_its_layers():
 
 @pytest.mark.slow
 def test_position_is_corrected_as_a_damped_oscillator():
-    gain, position_gain, speed = 2.0, 1.0, DOWN / TRAVEL
+    gain = 2.0
+    position_gain = 1.0
+    speed = DOWN / TRAVEL
     driller = Driller(sb.PiecewiseLinear([0.0], [speed]), 200e3, gain, position_gain)
     scene = sb.Scene(BRAKE, sb.Duty(driller, LOAD), sb.Initial(1.05 * speed), 5.0)
     t = np.linspace(0.0, 5.0, 6)
@@ -495,7 +522,8 @@ def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
     """`s = v²/(2 a)` of a block that coasts up; nothing else hoists it, and the run names the phase."""
     rises = Phases((Phase(0.0, "travel -0.1 m", "coast"), HOLD))
     scene = sb.Scene(BRAKE, sb.Duty(rises, LOAD), sb.Initial(-10.0), 5.0)
-    a, v = WEIGHT / J, 10.0
+    a = WEIGHT / J
+    v = 10.0
     t = (v - np.sqrt(v**2 - 2 * a * 0.1 / TRAVEL)) / a
     assert sb.simulate(scene, throw=False).events["phase_end"].times == pytest.approx([t], rel=1e-10)
     failed = sb.simulate(dataclasses.replace(scene, initial=sb.Initial(0.0)), throw=False)

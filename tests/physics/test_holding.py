@@ -14,7 +14,13 @@ from shoe_scenes import FRICTION, normals, shoe_scene
 
 import simbrake as sb
 
-R, N, BETA, F, STATIC, T0, M = 0.7, 12, math.radians(20.0), 0.32, 1.15, 6e3, 6e3
+R = 0.7
+N = 12
+BETA = math.radians(20.0)
+F = 0.32
+STATIC = 1.15
+T0 = 6e3
+M = 6e3
 Z = math.tan(BETA / 2)
 TIMES = np.array([0.0, 1.0, 2.5, 4.0])
 
@@ -59,15 +65,19 @@ SLOW = ("staged, outer", "resolved")
 def peak(kind, load, pull):
     """At rest, with a load and a lever that turn round at 2 s."""
     load, lever = (sb.PiecewiseLinear([0.0, 2.0, 3.0], values) for values in (load, pull))
-    linings, shaft = sb.uniform_linings(4, 4.0, sb.ConstantFriction(0.4, 1.1)), ()
+    linings = sb.uniform_linings(4, 4.0, sb.ConstantFriction(0.4, 1.1))
+    shaft = ()
     if kind == "bearings":
-        lever, shaft = sb.PiecewiseLinear(lever.times, np.zeros(3)), (sb.loads.BearingFriction(150.0),)
+        lever = sb.PiecewiseLinear(lever.times, np.zeros(3))
+        shaft = (sb.loads.BearingFriction(150.0),)
     if kind == "disc":
-        brake, duty = sb.DiscBrake(900.0, sb.Pads(linings.friction, 0.5, 0.6, 1.0, 4)), sb.ForceDuty
+        brake = sb.DiscBrake(900.0, sb.Pads(linings.friction, 0.5, 0.6, 1.0, 4))
+        duty = sb.ForceDuty
     else:
         parts = AT_REST[kind]
         band = sb.Band(0.64, parts.get("stiffness"))
-        brake, duty = sb.Brake(sb.Pulley(0.59, 900.0), band, linings, parts.get("bandage")), sb.Duty
+        brake = sb.Brake(sb.Pulley(0.59, 900.0), band, linings, parts.get("bandage"))
+        duty = sb.Duty
     return sb.Scene(brake, duty(lever, sb.TorqueLoad(load)), sb.Initial(0.0), 4.0, shaft=shaft)
 
 
@@ -76,10 +86,13 @@ def peak(kind, load, pull):
 )
 def test_a_touch_of_the_limit_is_no_break_away(kind):
     """A load that rises to what the brake at rest can hold, or a lever that falls so far, and turns back."""
-    ones, pull, most = np.ones(3), np.full(3, 5e3), 150.0
+    ones = np.ones(3)
+    pull = np.full(3, 5e3)
+    most = 150.0
     if kind != "bearings":
         most = 100.0 * float(sb.simulate(peak(kind, 100.0 * ones, pull)).series([1.0]).holding_reserve[0])
-    load, lever = most * np.array([0.3, 1.0, 0.5]), pull * np.array([2.0, 1.0, 1.5])
+    load = most * np.array([0.3, 1.0, 0.5])
+    lever = pull * np.array([2.0, 1.0, 1.5])
     for over, restarts in ((0.0, []), (-1e-9, []), (1e-9, [2.0])):
         more = np.array([1.0, 1.0 + over, 1.0])
         loaded = sb.simulate(peak(kind, load * more, pull))
@@ -128,7 +141,8 @@ def test_a_lever_that_follows_the_speed_has_its_limit():
 @pytest.mark.slow
 def test_reserve_falls_with_fade():
     """Linings heated by a source: `T = T_a + P t/C`, `f = f_0 (1 − s (T − T_a))`; its derivatives."""
-    C, slope = 2e4, 1e-3
+    C = 2e4
+    slope = 1e-3
 
     def scene(x):
         load, f, power = x
@@ -169,7 +183,9 @@ def test_reserve_of_disc_and_shoes():
 @pytest.mark.parametrize(("f_int", "wet", "oiled"), [(0.6, 0.8, 1.1), (0.04, 0.9, 1.2)])
 def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
     """`wet`, `oiled`: factors of the friction in the outer and in the inner pair."""
-    T_0, load, ratio = 5e3, 300.0, 1.2
+    T_0 = 5e3
+    load = 300.0
+    ratio = 1.2
 
     def changed(f, factor):
         change = sb.friction.FrictionChange(sb.PiecewiseLinear([0.0, 1.0], [factor, factor]))
@@ -177,7 +193,8 @@ def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
 
     laws = {"law": changed(staged.F_EXT / wet, wet), "inner": changed(f_int / oiled, oiled)}
     scene = staged.stop(lever=sb.Constant(T_0), load=load, w0=0.0, end=1.0, **laws)
-    z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+    z = math.tan(staged.BETA / 2)
+    s = math.sin(staged.BETA / 2)
     mu = np.full(staged.N, (1 + ratio * staged.F_EXT * z) / (1 - ratio * staged.F_EXT * z))
 
     def grip(T_n):

@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 import simbrake as sb
 
 RADIUS = 0.61  # of the centres of mass
-Z, S = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+Z = math.tan(staged.BETA / 2)
+S = math.sin(staged.BETA / 2)
 MU = (1 + staged.F_EXT * Z) / (1 - staged.F_EXT * Z)
 PI = MU ** np.arange(staged.N + 1)
 
@@ -31,7 +32,8 @@ def lifts(result):
 
 # --- lift-off and touchdown at √((N + N_pre)/(m r_m)) -----------------------------------------------------------------
 
-PRELOAD, MASS = np.array([9e3, 300.0, 800.0, 2e4, 1500.0, 1e4, 9e3, 9e3]), np.array([2, 2, 3, 2, 5, 2, 2, 2.0])
+PRELOAD = np.array([9e3, 300.0, 800.0, 2e4, 1500.0, 1e4, 9e3, 9e3])
+MASS = np.array([2, 2, 3, 2, 5, 2, 2, 2.0])
 TORQUE = sb.PiecewiseLinear([4.0, 4.0], [3e3, -3e3])
 
 
@@ -45,7 +47,8 @@ def speed_up(T_0, mass=MASS):
 @pytest.mark.slow
 @pytest.mark.parametrize("T_0", [0.0, 150.0])
 def test_linings_lift_off_at_own_speeds(T_0):
-    result, J = sb.simulate(speed_up(T_0)), staged.J + staged.J_B
+    result = sb.simulate(speed_up(T_0))
+    J = staged.J + staged.J_B
     drag = staged.R_B * T_0 * (PI[-1] - 1)
     limit = np.sqrt((T_0 * (PI[1:] + PI[:-1]) * S + PRELOAD) / (MASS * RADIUS))
     top = 10 + 4 * (3e3 - drag) / J
@@ -58,7 +61,8 @@ def test_linings_lift_off_at_own_speeds(T_0):
     np.testing.assert_allclose([event[2] for event in found], [event[2] for event in truth], rtol=1e-12)
     # loads and capacity in between
     t = 0.5 * (leaving[-1][0] + 4)
-    s, omega = result.series([t]), 10 + t * (3e3 - drag) / J
+    s = result.series([t])
+    omega = 10 + t * (3e3 - drag) / J
     load = np.maximum(0, T_0 * (PI[1:] + PI[:-1]) * S + PRELOAD - MASS * RADIUS * omega**2)
     np.testing.assert_allclose(s.pairs["internal"].normal_load[0], load, rtol=1e-12)
     assert float(s.pairs["internal"].capacity[0]) == pytest.approx(staged.R * staged.F_INT * load.sum(), rel=1e-12)
@@ -74,13 +78,15 @@ def test_derivative_of_lift_off_by_the_mass():
 
     def times(mass):
         record = sb.simulate(speed_up(0.0, mass), max_steps=64).record
-        lifted, t = record.modes.lifted, record.rows.t
+        lifted = record.modes.lifted
+        t = record.rows.t
         inside = jnp.arange(t.shape[0], dtype=jnp.int32)[:, None] <= record.count
         first = jnp.argmax(inside & (lifted != 0), axis=0)
         return t[first[np.array([1, 2, 4])]]
 
     _, forward, backward = jacobians(times)(MASS)
-    truth, J = np.zeros((3, staged.N)), staged.J + staged.J_B
+    truth = np.zeros((3, staged.N))
+    J = staged.J + staged.J_B
     for row, i in enumerate((1, 2, 4)):
         truth[row, i] = -J * math.sqrt(PRELOAD[i] / (MASS[i] * RADIUS)) / (2 * MASS[i] * 3e3)
     np.testing.assert_allclose(forward, truth, rtol=1e-10, atol=1e-14)
@@ -93,7 +99,9 @@ def test_derivative_of_lift_off_by_the_mass():
 def test_onset_with_lifted_linings():
     """The root over a fine grid of tensions, with some of the linings off the rim there; and where there is none."""
     scene = with_masses(staged.stop(preload=np.linspace(200.0, 3000.0, staged.N)), 4.0)
-    J, J_b, arm = staged.J, staged.J_B, staged.R_B * (PI[-1] - 1)
+    J = staged.J
+    J_b = staged.J_B
+    arm = staged.R_B * (PI[-1] - 1)
     for omega in (5.0, 20.0, 30.0):
         for load in (300.0, -2e3):
 
@@ -118,7 +126,8 @@ def test_onset_with_lifted_linings():
 @pytest.mark.slow
 def test_sprung_linings_lift_off_one_by_one():
     """An open brake that a load speeds up: all turn together, each with its own preload."""
-    preload, mass = np.array([500.0, 2e4, 900.0]), np.array([2.0, 2.0, 2.4])
+    preload = np.array([500.0, 2e4, 900.0])
+    mass = np.array([2.0, 2.0, 2.4])
     load = ((0.0, 3.0, 3.0, 4.0), (1500.0, 1500.0, -1500.0, -1500.0))
     scene = bandage_scenes.scene(preload=preload, lever=((0.0,), (0.0,)), load=load, omega=5.0, end=6.0)
     result = sb.simulate(with_masses(scene, mass))

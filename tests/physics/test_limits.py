@@ -9,7 +9,10 @@ import pytest
 
 import simbrake as sb
 
-MASS, DRUM, LINES, INERTIA = 60e3, 0.4, 8, 1200.0
+MASS = 60e3
+DRUM = 0.4
+LINES = 8
+INERTIA = 1200.0
 
 
 def falling(**limits):

@@ -104,7 +104,8 @@ def test_equal_loads_of_z_level_the_wear(braking):
     np.testing.assert_allclose(level.over_least, 1.0, rtol=1e-9)
     assert level.used == pytest.approx(1.0, rel=1e-9)
     # wear ∝ N_i/(Π − 1): the layout also changes the distance of the stop
-    (T, even), (T_level, normal) = ws.statics(), ws.statics(angle)
+    (T, even) = ws.statics()
+    (T_level, normal) = ws.statics(angle)
     gain = (even[-1] / (T[-1] - 1)) / (normal[-1] / (T_level[-1] - 1))
     assert level.brakings / uniform.brakings == pytest.approx(gain, rel=1e-9)
 
@@ -150,7 +151,8 @@ def test_worn_linings_in_the_heat_part():
     np.testing.assert_allclose(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14)
     np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
     # insulated walls: they store a tenth of the friction's heat in what is left of them
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    steel = sb.material("steel_20L")
+    lining = sb.material("FK-24A")
     for each, left in ((1, 0.03 - h.mean()), (4, 0.03 - h)):
         layered = sb.layered_heat(
             rim=steel,
@@ -180,7 +182,8 @@ def test_worn_linings_in_the_heat_part():
 
 def test_a_step_of_many_stops_by_its_formula():
     """`h(Δ) = ½ [(Δ + 1) w(0) + (Δ − 1) w(Δ w(0))]`; at the end the first lining has lost all that it may lose."""
-    scene, step = dragged(0.03), 20.0
+    scene = dragged(0.03)
+    step = 20.0
 
     def wear(worn):
         return np.asarray(sb.simulate(sb.with_values(scene, {"wear.worn": worn})).worn_thickness)
@@ -262,7 +265,8 @@ def test_the_command_prints_the_life(braking, tmp_path, capsys):
 
 
 def test_the_picture_shows_the_life(braking):
-    plain, turned = sb.lining_life(braking), sb.lining_life(braking, turn_at="best")
+    plain = sb.lining_life(braking)
+    turned = sb.lining_life(braking, turn_at="best")
     figure = plot.wear({"as built": plain, "turned": turned})
     along = [axes for axes in figure.get_axes() if "brake applications" in axes.get_title()]
     last = along[0].lines[4]

@@ -54,7 +54,8 @@ def test_wear_of_lining_materials():
 
 
 def test_new_material_equals_a_scene_with_it():
-    brass, other = sb.material("brass"), sb.material("retinax")
+    brass = sb.material("brass")
+    other = sb.material("retinax")
     found = sb.with_materials(whole_scene(), brass, other)
     built = whole_scene(rim="brass", lining="retinax").heat
     assert jax.tree.structure(found.heat) == jax.tree.structure(built)
@@ -63,7 +64,8 @@ def test_new_material_equals_a_scene_with_it():
 
 
 def test_shares_follow_if_of_materials():
-    brass, other = sb.material("brass"), sb.material("retinax")
+    brass = sb.material("brass")
+    other = sb.material("retinax")
     given = sb.with_materials(whole_scene(sb.thermal.ConstantPartition(0.9)), brass, other).heat.friction.partition
     assert float(given.metal) == 0.9
     flat = np.full(2, 10.0)
@@ -89,11 +91,14 @@ def test_a_stop_by_hand(name):
     """Constant torque, no load: W = ½ J ω², and a half-space while no heat reaches the back."""
     scene = stop_scene(C=None)
     table = compared([name], scene=scene)
-    row, m = table.row(name), sb.formulas.rim_material(name)
+    row = table.row(name)
+    m = sb.formulas.rim_material(name)
     k, rho, c = (m.numbers[key] for key in ("conductivity", "density", "specific_heat"))
     lining = sb.material("FK-24A")
-    e_1, e_2 = math.sqrt(k * rho * c), math.sqrt(0.736 * 2000.0 * 1000.0)
-    work, tau = 0.5 * J * W0**2, sb.formulas.classical_stop(scene).time
+    e_1 = math.sqrt(k * rho * c)
+    e_2 = math.sqrt(0.736 * 2000.0 * 1000.0)
+    work = 0.5 * J * W0**2
+    tau = sb.formulas.classical_stop(scene).time
     share = e_1 / (e_1 + e_2)
     q = share * work / (1.05 * tau)
     a = k / (rho * c)
@@ -185,7 +190,8 @@ def test_levels_by_a_number_of_the_scene():
 
 
 def test_inertia_follows_the_mass_if_asked():
-    own, other = sb.formulas.rim_material("steel_20L"), sb.formulas.rim_material("magnesium_alloy")
+    own = sb.formulas.rim_material("steel_20L")
+    other = sb.formulas.rim_material("magnesium_alloy")
     radius = float(stop_scene().brake.pulley.radius)
     lighter = 1.05 * 0.05 * (other.numbers["density"] - own.numbers["density"])
     inertia = J + lighter * (radius**2 + (radius - 0.05) ** 2) / 2

@@ -17,12 +17,22 @@ from user_parts import RunningIn, Timed, Travelled
 
 import simbrake as sb
 
-J, OMEGA, F, CAPACITY = 900.0, 20.0, 0.4, 3e4
+J = 900.0
+OMEGA = 20.0
+F = 0.4
+CAPACITY = 3e4
 #: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start
-FORCE, PADS, ARM, PAD = 3e4, 3, 0.5 * (0.5 + 0.6), 0.5 * (0.6**2 - 0.5**2)
+FORCE = 3e4
+PADS = 3
+ARM = 0.5 * (0.5 + 0.6)
+PAD = 0.5 * (0.6**2 - 0.5**2)
 TORQUE = PADS * F * FORCE * ARM
 #: band
-T_0, R, R_B, BETA, AREA = 4e3, 0.59, 0.64, math.radians(50.0), 0.03
+T_0 = 4e3
+R = 0.59
+R_B = 0.64
+BETA = math.radians(50.0)
+AREA = 0.03
 Z = math.tan(BETA / 2)
 
 
@@ -40,7 +50,8 @@ class Recovering(Timed):
         return {"fade": jnp.zeros(n), "seen": 293.15}
 
     def rates(self, contact):
-        fade, seen = contact.memory["fade"], contact.memory["seen"]
+        fade = contact.memory["fade"]
+        seen = contact.memory["seen"]
         return {"fade": (1e-3 * (seen - 293.15) - fade) / self.time, "seen": (contact.T - seen) / 0.5}
 
     def sizes(self):
@@ -85,7 +96,8 @@ def towards(end, x):
 
 def test_friction_that_falls_with_the_way():
     """`½ J ω_0² = (M/r) [ξ_e s + (1 − ξ_e) L (1 − e^{−s/L})]` over the way `s` of a stop."""
-    end, length = 0.4, 6.0
+    end = 0.4
+    length = 6.0
     result = sb.simulate(disc(Travelled(F, end, length)), rtol=1e-12)
 
     def left(s):
@@ -98,7 +110,8 @@ def test_friction_that_falls_with_the_way():
 
 def test_friction_that_runs_in_with_the_work():
     """`ξ` follows the friction work per area alone, whatever its course."""
-    end, work = 1.4, 4e5
+    end = 1.4
+    work = 4e5
     result = sb.simulate(disc(RunningIn(F, end, work)), rtol=1e-12)
     each = 0.5 * J * OMEGA**2 / PADS / PAD
     np.testing.assert_allclose(final(result), towards(end, each / work), rtol=1e-10)
@@ -113,9 +126,11 @@ def test_friction_that_runs_in_with_the_work():
 @pytest.mark.parametrize("stiffness", ["disc", 2e6])
 def test_held_brake_slips_as_friction_decays(stiffness):
     """`f e^{−t/τ}` falls to what the load needs at `t = τ ln(f/f*)`."""
-    tau, load = 2.0, 4e3
+    tau = 2.0
+    load = 4e3
     if stiffness == "disc":
-        needed, slope = F * load / TORQUE, 1.0
+        needed = F * load / TORQUE
+        slope = 1.0
     else:
         root = (1 + load / (R_B * T_0)) ** 0.25
         needed = (root - 1) / (root + 1) / Z
@@ -144,7 +159,9 @@ def test_held_brake_slips_as_friction_decays(stiffness):
 @pytest.mark.slow
 def test_pressure_at_rest_follows_tensions():
     """While the first lining alone carries the load all others have the tension of the tight end at both sides."""
-    end, tau, load = 0.8, 5.0, 200.0
+    end = 0.8
+    tau = 5.0
+    load = 200.0
     result = sb.simulate(band(Pressed(F, end, tau), load=load, omega=0.0, end=3.0), rtol=1e-11)
     tight = T_0 + load / R_B
     normal = np.asarray([T_0 + tight, *(3 * [2 * tight])]) * math.sin(BETA / 2)
@@ -155,7 +172,9 @@ def test_pressure_at_rest_follows_tensions():
 @pytest.mark.slow
 def test_a_sliding_brake_that_loses_its_grip():
     """Without heat too the log has the instant at which the load outweighs the brake."""
-    end, tau, load = 0.5, 2.0, 0.7 * TORQUE
+    end = 0.5
+    tau = 2.0
+    load = 0.7 * TORQUE
     result = sb.simulate(disc(Timed(F, end, tau), load, end=4.0), rtol=1e-11)
     event = next(event for event in result.events if event.name == "grip_lost")
     assert event.time == pytest.approx(tau * math.log(0.5 / 0.2), rel=1e-8)
@@ -165,13 +184,16 @@ def test_a_sliding_brake_that_loses_its_grip():
 @pytest.mark.slow
 def test_elastic_band_in_slip_follows_states():
     """`v_s = R_b ω − ẋ`, `x = T_0 Π(f ξ)/C`, `ξ̇ = (ξ_e − ξ) v_s²/L`: one equation for `v_s` at every instant."""
-    C, end, length = 3e4, 0.6, 40.0
+    C = 3e4
+    end = 0.6
+    length = 40.0
     law = Travelled(F, end, length, 2)
     scene = band(law, C, elongation=T_0 / C, end=1.2)
     result = sb.simulate(scene, rtol=1e-12)
     chi = R_B * math.sqrt(C / J)
     reach = T_0 * (ratio(F) - 1) * chi / (C * R_B * OMEGA)
-    t_1, omega_1 = math.asin(reach) / chi, OMEGA * math.sqrt(1 - reach**2)
+    t_1 = math.asin(reach) / chi
+    omega_1 = OMEGA * math.sqrt(1 - reach**2)
     assert float(result.full_slip_time) == pytest.approx(t_1, rel=1e-10)
 
     def slope(f):

@@ -114,11 +114,14 @@ def test_static_friction_above_kinetic(ratio):
     scene = stop_scene(law=sb.ConstantFriction(0.3, static_ratio=ratio))
     result = sb.simulate(scene)
     t1 = float(result.full_slip_time)
-    before, after = result.series([t1], left=True), result.series([t1])
-    static, kinetic = closed_form(f=0.3 * ratio)["Pi"], closed_form(f=0.3)["Pi"]
+    before = result.series([t1], left=True)
+    after = result.series([t1])
+    static = closed_form(f=0.3 * ratio)["Pi"]
+    kinetic = closed_form(f=0.3)["Pi"]
     assert float(before.tight_tension[0]) == pytest.approx(8e3 * static, rel=1e-9)
     assert float(after.tight_tension[0]) == pytest.approx(8e3 * kinetic, rel=1e-12)
-    x1, x2 = 8e3 * static / 2e5, 8e3 * kinetic / 2e5
+    x1 = 8e3 * static / 2e5
+    x2 = 8e3 * kinetic / 2e5
     heat = float(after.friction_heat[0] - before.friction_heat[0])
     assert heat == pytest.approx((x1 - x2) * (0.5 * 8e3 * (static + kinetic) - 8e3), rel=1e-8, abs=1e-9)
     assert float(result.energy["closure"]) <= 1e-12
@@ -207,7 +210,8 @@ def test_random_duties_keep_the_energy():
         torque = sb.PiecewiseLinear(np.cumsum(rng.uniform(0, 0.6, 5)), rng.uniform(-2e4, 4e4, 5))
         law = sb.ConstantFriction(rng.uniform(0.1, 0.45), rng.choice([1.0, 1.2]))
         speed = rng.choice([0.0, 20.0, -8.0, 3.0])
-        stiffness, load = rng.choice([2e5, 2e4, 1e6]), sb.TorqueLoad(torque, drag=rng.choice([0.0, 100.0]))
+        stiffness = rng.choice([2e5, 2e4, 1e6])
+        load = sb.TorqueLoad(torque, drag=rng.choice([0.0, 100.0]))
         result = sb.simulate(stop_scene(C=stiffness, w0=speed, lever=lever, law=law, end=4.0, load=load))
         s = result.series(np.linspace(0.0, 4.0, 201))
         assert float(result.energy["closure"]) <= 1e-9

@@ -88,7 +88,10 @@ def test_custom_pulse_is_not_stepped_over(begin, after):
 
 @pytest.mark.slow
 def test_constant_flux_has_second_order():
-    k, a, q, t = 50.0, 1.4e-5, 1e6, 2.0
+    k = 50.0
+    a = 1.4e-5
+    q = 1e6
+    t = 2.0
     errors = []
     for layers in (40, 80, 160):
         heat = heated_wall(layers)
@@ -107,7 +110,9 @@ def test_constant_flux_has_second_order():
 
 def test_graded_wall_is_two_half_spaces():
     """Layers are symmetric, and either face has the closed form of its own flux as long as the middle stays cold."""
-    k, rho_c, t = 0.5, 2e6, 20.0
+    k = 0.5
+    rho_c = 2e6
+    t = 20.0
     lining = sb.Material(k, 2000.0, 1000.0)
     growth = sb.thermal.layer_growth(1e-4, 0.0225, 20)
     body = sb.thermal.Wall("w", lining, 0.045, 1.0, 40, growth, both=True)
@@ -117,7 +122,8 @@ def test_graded_wall_is_two_half_spaces():
     run = sb.simulate_heat(heat, [0.0, t], rtol=1e-9)
     half = np.cumsum(body.steps) - body.steps / 2
     for flux, node in ((2e4, 0), (1e4, -1)):
-        x, a = float(half[0]), k / rho_c
+        x = float(half[0])
+        a = k / rho_c
         root = np.sqrt(a * t)
         exact = flux / k * (2 * root / math.sqrt(math.pi) * np.exp(-(x**2) / (4 * a * t)) - x * erfc(x / (2 * root)))
         assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(exact, rel=5e-3)
@@ -126,8 +132,10 @@ def test_graded_wall_is_two_half_spaces():
 @pytest.mark.slow
 def test_contact_finds_the_effusivity_split():
     """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
-    steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
-    n, growth = 200, sb.thermal.layer_growth(2e-6, 0.03, 200)
+    steel = sb.Material(45.0, 7850.0, 480.0)
+    lining = sb.Material(0.8, 2000.0, 1100.0)
+    n = 200
+    growth = sb.thermal.layer_growth(2e-6, 0.03, 200)
     heat = sb.Heat(
         bodies=(
             wall("rim", n, 0.03, steel, growth),
@@ -200,7 +208,9 @@ def test_steady_state_ends_long_cooling():
     def rim(power):
         return sb.steady_state(eqx_source(heat, power))["rim"]
 
-    flow, rim, h = jax.jit(jax.grad(rim))(2000.0), jax.jit(rim), 1.0
+    flow = jax.jit(jax.grad(rim))(2000.0)
+    rim = jax.jit(rim)
+    h = 1.0
     central = (rim(2000.0 + h) - rim(2000.0 - h)) / (2 * h)
     assert float(flow) == pytest.approx(float(central), rel=1e-6)
 
@@ -222,7 +232,8 @@ def test_gradients_by_the_points_of_a_source():
         heat = sb.Heat(bodies, (sb.thermal.Conductance("a", "b", 3.0),), sources=(source,))
         return C @ sb.simulate_heat(heat, [0.0, 4.0], rtol=1e-9, solver=sb.hybrid.Rodas5P()).temperature[-1]
 
-    times, power = jnp.array([0.0, 1.5, 4.0]), jnp.array([10.0, 90.0, 30.0])
+    times = jnp.array([0.0, 1.5, 4.0])
+    power = jnp.array([10.0, 90.0, 30.0])
     by_time, by_power = jax.jit(jax.grad(stored, (0, 1)))(times, power)
     np.testing.assert_allclose(by_power, [0.75, 2.0, 1.25], rtol=1e-9)
     np.testing.assert_allclose(by_time[1], (power[0] - power[2]) / 2, rtol=1e-9)
@@ -305,7 +316,12 @@ def test_custom_link_matches_its_closed_form():
 @pytest.mark.parametrize("kind", [sb.thermal.Convection, pytest.param(sb.thermal.Radiation, marks=pytest.mark.slow)])
 def test_closed_band_covers_the_surface(kind):
     """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
-    h, emissivity, area, C, T_0, t = 20.0, 0.8, 0.7, 1e4, 900.0, 600.0
+    h = 20.0
+    emissivity = 0.8
+    area = 0.7
+    C = 1e4
+    T_0 = 900.0
+    t = 600.0
 
     def end(closed, **covered):
         heat = sb.Heat(

@@ -58,7 +58,8 @@ def heated(law, capacity):
 
 def test_optional_temperature_may_be_absent():
     fading, constant = (stop_scene(law=law) for law in (Fading(0.35), sb.ConstantFriction(0.35)))
-    found, plain = sb.simulate(fading), sb.simulate(constant)
+    found = sb.simulate(fading)
+    plain = sb.simulate(constant)
     assert len(jax.tree.leaves(found.record.y_end)) == len(jax.tree.leaves(plain.record.y_end))
     assert float(found.stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
 
@@ -93,7 +94,9 @@ def test_what_the_scene_lacks_is_named():
 
 def test_junction_behind_a_nonlinear_link():
     """`P = s (T_j − T_air)³` through the junction, `P = G (T_a − T_j)` before it."""
-    P, G, s = 500.0, 10.0, 1e-3
+    P = 500.0
+    G = 10.0
+    s = 1e-3
     bodies = (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Junction("j"), sb.thermal.Reservoir("air", 300.0))
     links = (sb.thermal.Conductance("a", "j", G), Cubic("j", "air", s))
     found = sb.steady_state(sb.Heat(bodies, links, sources=(sb.thermal.Source("a", P),)))
@@ -152,8 +155,16 @@ class ConeBrake(sb.brakes.AbstractPressedBrake):
 
 @pytest.mark.slow
 def test_custom_cone_brake_is_a_full_brake():
-    f, F, r_i, r_o, alpha, inertia, omega, load = 0.3, 2e3, 0.20, 0.26, math.radians(12.5), 50.0, 60.0, 50.0
-    rim, linings = sb.thermal.Lump("rim", 5e3), sb.thermal.Lump("linings", 500.0)
+    f = 0.3
+    F = 2e3
+    r_i = 0.20
+    r_o = 0.26
+    alpha = math.radians(12.5)
+    inertia = 50.0
+    omega = 60.0
+    load = 50.0
+    rim = sb.thermal.Lump("rim", 5e3)
+    linings = sb.thermal.Lump("linings", 500.0)
     heat = sb.Heat(
         (rim, linings),
         (),
@@ -164,7 +175,8 @@ def test_custom_cone_brake_is_a_full_brake():
     duty = sb.ForceDuty(sb.Constant(F), sb.TorqueLoad(sb.Constant(load)))
     scene = sb.Scene(brake, duty, sb.Initial(omega), 12.0, heat, wear=sb.Wear(sb.wear.ConstantWear(1e-14)))
     run = sb.simulate(scene)
-    N, r = F / math.sin(alpha), 0.5 * (r_i + r_o)
+    N = F / math.sin(alpha)
+    r = 0.5 * (r_i + r_o)
     stop = inertia * omega / (f * N * r - load)
     assert float(run.stopping_time) == pytest.approx(stop, rel=1e-11)
     assert [event.name for event in run.events] == ["slip_onset", "full_slip", "stop"]
@@ -207,12 +219,17 @@ class ServoBrake(sb.brakes.AbstractPressedBrake):
 
 def test_linings_that_press_others_on_are_coupled_by_their_friction_states():
     """The Jacobian of a stiff step needs the coupling: without it the order falls, and 755 steps are taken."""
-    f, end, work, force, speed = 0.35, 0.3, 3e4, 4e3, 60.0
+    f = 0.35
+    end = 0.3
+    work = 3e4
+    force = 4e3
+    speed = 60.0
     pads = sb.Pads(FrictionWithMemory(f, (MemoryProcess(end, work=work),)), 0.3, 0.5, 0.7, faces=6)
     brake = ServoBrake(800.0, pads)
     scene = sb.Scene(brake, sb.ForceDuty(force, 0), sb.Initial(speed), 2.0)
     result = sb.simulate(scene, solver=sb.hybrid.Rodas5P(), rtol=1e-8)
-    r, area = float(brake.radius), float(pads.area)
+    r = float(brake.radius)
+    area = float(pads.area)
 
     def rhs(t, y):
         c = y[1:]

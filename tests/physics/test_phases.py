@@ -13,13 +13,23 @@ from scipy.integrate import solve_ivp
 import simbrake as sb
 from simbrake.loads import Phase, Phases, StringLoad
 
-G, R, R_B, J_P, PER_RAD = 9.80665, 0.59, 0.623, 1200.0, 0.4 / 8
-F, N, WRAP = 0.35, 20, math.radians(270)
+G = 9.80665
+R = 0.59
+R_B = 0.623
+J_P = 1200.0
+PER_RAD = 0.4 / 8
+F = 0.35
+N = 20
+WRAP = math.radians(270)
 MU = ((1 + F * math.tan(WRAP / N / 2)) / (1 - F * math.tan(WRAP / N / 2))) ** N
 GAIN = R_B * (MU - 1)  # N·m of brake torque per N of slack tension
 BRAKE = sb.Brake(sb.Pulley(R, J_P), sb.Band(R_B), sb.uniform_linings(N, WRAP, sb.ConstantFriction(F)))
-EMPTY, STRING, STAND = 5e3, 40e3, 2e3
-PULL, RAMP, DISTANCE = 25e3, 0.5, 12.0
+EMPTY = 5e3
+STRING = 40e3
+STAND = 2e3
+PULL = 25e3
+RAMP = 0.5
+DISTANCE = 12.0
 LOAD = StringLoad(EMPTY, STRING, 0.4, 8, STAND)
 PHASES = Phases(
     (
@@ -44,17 +54,23 @@ def ends(result):
 
 def closed_form(string=STRING):
     """Ends of the phases, and the angle after each cycle: a fall by the distance, the ramp, the rest of the stop."""
-    t, phi, found, angles = 0.0, 0.0, [], []
+    t = 0.0
+    phi = 0.0
+    found = []
+    angles = []
     for cycle in range(2):
         m = EMPTY + string + cycle * STAND
-        J, M = J_P + m * PER_RAD**2, m * G * PER_RAD
+        J = J_P + m * PER_RAD**2
+        M = m * G * PER_RAD
         fall = math.sqrt(2 * DISTANCE * J / (M * PER_RAD))
-        fast, slow_down = M / J * fall, (GAIN * PULL - M) / J
+        fast = M / J * fall
+        slow_down = (GAIN * PULL - M) / J
         slow = fast - (GAIN * PULL / 2 - M) * RAMP / J
         stop = t + fall + RAMP + slow / slow_down
         found += [t + fall, stop, stop + 4.0, stop + 6.0]
         ramp = fast * RAMP + (M / 2 - GAIN * PULL / 6) * RAMP**2 / J
-        t, phi = stop + 6.0, phi + DISTANCE / PER_RAD + ramp + slow**2 / (2 * slow_down)
+        t = stop + 6.0
+        phi = phi + DISTANCE / PER_RAD + ramp + slow**2 / (2 * slow_down)
         angles.append(phi)
     return np.asarray(found), np.asarray(angles)
 
@@ -100,7 +116,11 @@ def test_derivatives_through_the_begin_of_a_phase(solver):
 @pytest.mark.slow
 def test_faded_stop_ends_its_phase_at_rest():
     """The stop takes as long as fade lets it: one lump by SciPy."""
-    capacity, slope, T_0, pull, torque = 6e4, 2.5e-3, 293.15, 16e3, 8e3
+    capacity = 6e4
+    slope = 2.5e-3
+    T_0 = 293.15
+    pull = 16e3
+    torque = 8e3
     law = sb.friction.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(slope, above=T_0, floor=0.2),))
     brake = dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
     heat = sb.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
@@ -123,11 +143,15 @@ def test_faded_stop_ends_its_phase_at_rest():
 @pytest.mark.slow
 def test_a_phase_ended_by_a_temperature():
     """Drag at a held speed heats the rim with `M ω`; two phases that are over as they begin are passed at once."""
-    capacity, torque, omega, level = 6e4, 8e3, 10.0, 323.15
+    capacity = 6e4
+    torque = 8e3
+    omega = 10.0
+    level = 323.15
     heat = sb.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
 
     def run(level):
-        drag, hot = sb.SpeedHold(100e3), sb.loads.AtTemperature(level)
+        drag = sb.SpeedHold(100e3)
+        hot = sb.loads.AtTemperature(level)
         below = f"temperature of the rim below {float(sb.thermal.ROOM) + 35} K"
         phases = Phases((Phase(drag, hot), Phase(drag, hot), Phase(drag, below), Phase(60e3, "rest")), 1)
         return sb.simulate(sb.Scene(BRAKE, sb.Duty(phases, torque), sb.Initial(omega), 40.0, heat))
@@ -173,7 +197,8 @@ def test_pads_are_pressed_in_phases():
 
 
 HOISTED = sb.HookLoad(60e3, 0.4, 8)
-WEIGHT, MOVED = 60e3 * G * PER_RAD, J_P + 60e3 * PER_RAD**2
+WEIGHT = 60e3 * G * PER_RAD
+MOVED = J_P + 60e3 * PER_RAD**2
 BEARINGS = sb.loads.BearingFriction(500.0)
 
 

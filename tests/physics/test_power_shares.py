@@ -57,7 +57,8 @@ def test_shares_are_written_and_read_back():
 
 def test_thermal_estimates_take_heat_alone():
     scene = dataclasses.replace(stop_scene(), power_shares=SHARES)
-    (rows, plain), start = (sb.estimates(each) for each in (scene, stop_scene())), 293.15
+    (rows, plain) = (sb.estimates(each) for each in (scene, stop_scene()))
+    start = 293.15
     assert rows["friction work"].value == pytest.approx(plain["friction work"].value)
     name = next(row.name for row in plain if row.name.startswith("bulk"))
     assert rows[name].value - start == pytest.approx(0.68 * (plain[name].value - start), rel=1e-9)

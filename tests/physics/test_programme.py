@@ -44,7 +44,8 @@ def starts_of(result, count):
 
 @pytest.mark.slow
 def test_hook_is_lowered_as_programmed(tripping):
-    run_up, lowering = 1.2 / 0.5, 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
+    run_up = 1.2 / 0.5
+    lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
     starts = starts_of(tripping, 3)
     s = tripping.series(np.concatenate([[t + run_up, t + 10.0, t + lowering] for t in starts]), left=True)
     np.testing.assert_allclose(s.omega, 24.0, rtol=1e-9)
@@ -60,7 +61,8 @@ def test_stop_comes_later_with_each_stand(tripping):
     first, *_ = stops = times(tripping, "stop")
     # J ω̇ = −R_b (Π − 1)(T_0 − T_w): the lever goes from T_w to the pull in 0.35 s
     mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (1 - 0.35 * math.tan(math.radians(13.5) / 2))
-    gain, J = 0.623 * (mu**20 - 1), 1200 + 60e3 * 0.05**2
+    gain = 0.623 * (mu**20 - 1)
+    J = 1200 + 60e3 * 0.05**2
     excess = gain * 30e3 - 60e3 * 9.80665 * 0.05
     stop = 0.175 + J * 24.0 / excess
     lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
@@ -198,7 +200,8 @@ def test_programme_file_equals_python_scene():
     line_count = 8
     """
     lines = ("lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times")
-    scene, wanted = sb.files.scene_from_text(text), sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
+    scene = sb.files.scene_from_text(text)
+    wanted = sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
     for a, b in ((scene, wanted), (sb.files.scene_from_text(sb.files.scene_text(scene)), wanted)):
         assert jax.tree.structure(a) == jax.tree.structure(b)
         assert all(np.array_equal(x, y) for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True))
@@ -279,7 +282,9 @@ def test_a_trip_in_and_out_comes_back():
     s = result.series([ends["lower", 1] - 1e-6, ends["lower", 2] - 1e-6, float(result.record.t_end)])
     # the auxiliary brake alone tends to the speed that the words say, with a heavier string to a higher one
     assert float(s.hook_speed[0]) == pytest.approx(1.2, rel=5e-3)
-    e, weight = 24.0 / 30.0, 60e3 * 9.80665 * 0.05  # 2 M_m e/(1 + e²) of the full torque, by the square of the share
+    # 2 M_m e/(1 + e²) of the full torque, by the square of the share
+    e = 24.0 / 30.0
+    weight = 60e3 * 9.80665 * 0.05
     assert float(s.load_torque[1]) == pytest.approx((60e3 + 900.0) * 9.80665 * 0.05, rel=1e-12)
     share = weight / (2 * 90e3 * e / (1 + e * e))
     ratio = float(s.omega[1]) / 30.0

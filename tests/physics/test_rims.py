@@ -13,8 +13,17 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 
-R, R_B, J, W0, T0, LOAD, N, F = 0.59, 0.623, 1200.0, 20.0, 4e3, 3e3, 6, 0.35
-BETA, AREA, WIDTH = math.radians(40.0), 0.04, 0.12
+R = 0.59
+R_B = 0.623
+J = 1200.0
+W0 = 20.0
+T0 = 4e3
+LOAD = 3e3
+N = 6
+F = 0.35
+BETA = math.radians(40.0)
+AREA = 0.04
+WIDTH = 0.12
 LININGS = sb.Lining(F, np.full(N, BETA), AREA)
 
 
@@ -39,7 +48,8 @@ def stopped():
 
 @pytest.mark.smoke
 def test_torques_are_those_of_all_rims_and_forces_those_of_one(stopped):
-    torque, along = 2 * R_B * T0 * (mu(F) ** N - 1), T0 * mu(F) ** np.arange(N + 1)
+    torque = 2 * R_B * T0 * (mu(F) ** N - 1)
+    along = T0 * mu(F) ** np.arange(N + 1)
     time = J * W0 / (torque - LOAD)
     assert float(stopped.stopping_time) == pytest.approx(time, rel=1e-12)
     assert float(stopped.scene.brake.torque(T0, F)) == pytest.approx(torque, rel=1e-13)
@@ -101,8 +111,11 @@ def test_derivatives_in_closed_form():
 
 def doubled(scene):
     """One band, linings and bandage of twice the stiffness, mass, area and force."""
-    old, twice = scene.brake, lambda part, *names: dataclasses.replace(part, **{n: 2 * getattr(part, n) for n in names})
-    band, linings, bandage = old.band, twice(old.linings, "area"), old.bandage
+    old = scene.brake
+    twice = lambda part, *names: dataclasses.replace(part, **{n: 2 * getattr(part, n) for n in names})
+    band = old.band
+    linings = twice(old.linings, "area")
+    bandage = old.bandage
     if band.stiffness is not None:
         band = twice(band, "stiffness")
     if band.segments is not None:
@@ -118,13 +131,15 @@ def doubled(scene):
 @every.on("rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "bandage on springs")
 def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
     """Heat and wear too: the heat part has both rims together, pressures are equal. Bands break away with a jump."""
-    single, law = every.scene(kind, hot=kind != "chain"), sb.ConstantFriction(0.4, 1.15)
+    single = every.scene(kind, hot=kind != "chain")
+    law = sb.ConstantFriction(0.4, 1.15)
     if kind != "chain":
         law = sb.friction.ProductFriction(law, (sb.LinearFade(2e-4, ROOM),))
     linings = dataclasses.replace(single.brake.linings, friction=law)
     single = dataclasses.replace(single, brake=dataclasses.replace(single.brake, linings=linings))
     pair = dataclasses.replace(single, brake=dataclasses.replace(single.brake, rims=2))
-    two, one = sb.simulate(pair), sb.simulate(doubled(single))
+    two = sb.simulate(pair)
+    one = sb.simulate(doubled(single))
     rel = 1e-8 if kind == "chain" else 1e-12  # 69 events: rounding grows
     assert [event.name for event in two.events] == [event.name for event in one.events]
     np.testing.assert_allclose(two.events.times, one.events.times, rtol=rel, atol=1e-12)
@@ -135,7 +150,8 @@ def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
         assert two.metrics[name] == pytest.approx(one.metrics[name], rel=rel)
     assert float(two.end_capacity.torque) == pytest.approx(float(one.end_capacity.torque), rel=rel)
     ts = np.linspace(0.0, 8.0, 17)
-    s, wanted = two.series(ts), one.series(ts)
+    s = two.series(ts)
+    wanted = one.series(ts)
     np.testing.assert_allclose(s.brake_torque, wanted.brake_torque, rtol=1e-6, atol=1e-3)
     np.testing.assert_allclose(2 * s.tension, wanted.tension, rtol=1e-6, atol=1e-3)
     for mine, other in zip(s.pairs.values(), wanted.pairs.values(), strict=True):
@@ -168,7 +184,12 @@ def test_each_of_two_rims_is_one_under_half_of_load_and_inertia():
 
 # --- heat -------------------------------------------------------------------------------------------------------------
 
-C_RIM, C_LINING, TO_RIM, ROOM, SLOPE, WEAR = 8e4, 6e3, 0.8, 293.15, 8e-4, 1e-13
+C_RIM = 8e4
+C_LINING = 6e3
+TO_RIM = 0.8
+ROOM = 293.15
+SLOPE = 8e-4
+WEAR = 1e-13
 
 
 @pytest.mark.slow
@@ -188,7 +209,8 @@ def test_heat_of_both_rims_enters_the_network_against_scipy():
     def rates(t, y):
         f = F * (1 - SLOPE * (y[2 : 2 + N] - ROOM))
         along = T0 * np.append(1.0, np.cumprod(mu(f)))
-        pull, v = np.diff(along), R_B * y[0]
+        pull = np.diff(along)
+        v = R_B * y[0]
         p = (along[1:] + along[:-1]) * np.sin(BETA / 2) / AREA
         power = 2 * pull * v
         rim = (TO_RIM * power.sum() - 40.0 * (y[1] - ROOM)) / C_RIM

@@ -13,7 +13,11 @@ from stop_scenes import stop_scene
 import simbrake as sb
 from simbrake.loads import RopeLayers
 
-J, R_1, LINES, GRAVITY, PITCH = 1200.0, 0.4, 8.0, 9.80665, math.sqrt(3) / 2
+J = 1200.0
+R_1 = 0.4
+LINES = 8.0
+GRAVITY = 9.80665
+PITCH = math.sqrt(3) / 2
 Z = math.tan(math.radians(13.5) / 2)
 GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
 #: mass on the hook, diameter, turns of a layer, turns on the drum (a third layer begun), speed
@@ -32,13 +36,20 @@ def by_energy(x, T0=10.5e3):
     m, d, per_layer, turns, w0 = x
     radii = [R_1 + k * PITCH * d for k in (2, 1, 0)]
     J_0 = J + m * (radii[0] / LINES) ** 2
-    E, time, angle, travel = 0.5 * J_0 * w0**2, 0.0, 0.0, 0.0
+    E = 0.5 * J_0 * w0**2
+    time = 0.0
+    angle = 0.0
+    travel = 0.0
     for r, here in zip(radii, (turns - 2 * per_layer, per_layer, None), strict=True):
-        inertia, torque = J + m * (r / LINES) ** 2, T0 * GAIN - m * GRAVITY * r / LINES
+        inertia = J + m * (r / LINES) ** 2
+        torque = T0 * GAIN - m * GRAVITY * r / LINES
         phi = E / torque if here is None else 2 * jnp.pi * here
         left = E - torque * phi
-        fast, slow = jnp.sqrt(2 * E / inertia), 0.0 if here is None else jnp.sqrt(2 * left / inertia)
-        time, angle, travel = time + (fast - slow) * inertia / torque, angle + phi, travel + r * phi / LINES
+        fast = jnp.sqrt(2 * E / inertia)
+        slow = 0.0 if here is None else jnp.sqrt(2 * left / inertia)
+        time = time + (fast - slow) * inertia / torque
+        angle = angle + phi
+        travel = travel + r * phi / LINES
         E = left
     return jnp.stack([time, angle, travel])
 
@@ -64,7 +75,8 @@ def test_three_layer_stop_events_and_balance():
     ]
     assert float(result.energy["closure"]) < 1e-12
     change = [event.time for event in result.events if event.name == "layer_change"]
-    before, after = result.series(change, left=True), result.series(change)
+    before = result.series(change, left=True)
+    after = result.series(change)
     np.testing.assert_array_equal(before.rope_layer, [3, 2])
     np.testing.assert_array_equal(after.rope_layer, [2, 1])
     m, d = GIVEN[:2]
@@ -80,11 +92,15 @@ def test_three_layer_stop_events_and_balance():
 @pytest.mark.slow
 def test_rope_wound_up_again_and_rope_ending():
     """Thrown upwards the rope climbs a layer and comes back: the same speed there, without a loss; then it ends."""
-    m, d, per_layer, w0 = 40e3, 0.04, 4.0, -14.0
+    m = 40e3
+    d = 0.04
+    per_layer = 4.0
+    w0 = -14.0
     scene = stop((m, d, per_layer, 3.0, w0), T0=0.0, end=4.0)
     result = sb.simulate(scene, throw=False)
     r = R_1 + PITCH * d * np.array([0.0, 1.0])
-    inertia, torque = J + m * (r / LINES) ** 2, m * GRAVITY * r / LINES
+    inertia = J + m * (r / LINES) ** 2
+    torque = m * GRAVITY * r / LINES
     assert result.status == "rope_end"
     assert [event.name for event in result.events] == ["layer_change", "layer_change"]
     up = math.sqrt(w0**2 - 2 * torque[0] * 2 * math.pi / inertia[0])
@@ -104,7 +120,8 @@ def test_bandage_rides_over_a_layer():
     plain = staged.stop(lever=sb.Constant(0.0), end=0.5)
     run = sb.simulate(dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rope)))
     change = [event.time for event in run.events if event.name == "layer_change"][:1]
-    before, after = run.series(change, left=True), run.series(change)
+    before = run.series(change, left=True)
+    after = run.series(change)
     inertia = staged.J + staged.J_B + 6e3 * ((0.2 + 0.03 * PITCH * np.array([2.0, 1.0])) / 4.0) ** 2
     np.testing.assert_allclose(after.omega / before.omega, np.sqrt(inertia[0] / inertia[1]), rtol=1e-12)
     np.testing.assert_array_equal(after.bandage_speed, after.omega)

@@ -17,7 +17,10 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-R, T0, N, Z = 0.725, 8e3, 20, math.tan(math.radians(13.5) / 2)
+R = 0.725
+T0 = 8e3
+N = 20
+Z = math.tan(math.radians(13.5) / 2)
 
 
 def capstan(f, n=N, z=Z):
@@ -26,7 +29,8 @@ def capstan(f, n=N, z=Z):
 
 
 #: what the sliding brake of `stop_scene` gives, and the same with its lever end tight
-AHEAD, BACK = R * T0 * (capstan(0.35) - 1), R * T0 * (1 - 1 / capstan(0.35))
+AHEAD = R * T0 * (capstan(0.35) - 1)
+BACK = R * T0 * (1 - 1 / capstan(0.35))
 
 
 def with_load(scene, load):
@@ -64,7 +68,8 @@ def test_brake_holds_by_the_capstan_equation(stiffness, omega, torque):
 def test_load_equal_to_brake_is_no_runaway(scene):
     """The speed stays constant from full slip on: nothing runs away, and nothing says so."""
     result = sb.simulate(scene)
-    found, s = result.end_capacity, result.series([1.0, 2.0])
+    found = result.end_capacity
+    s = result.series([1.0, 2.0])
     assert float(found.torque) == pytest.approx(float(found.load), rel=1e-12)
     assert float(s.omega[1]) == pytest.approx(float(s.omega[0]), rel=1e-9)
     assert result.status == "not_stopped"
@@ -105,7 +110,8 @@ def test_chain_holds_what_its_band_does():
 @pytest.mark.slow
 def test_staged_brake_holds_by_weaker_pair():
     scene = staged.stop(lever=sb.Constant(2e3), end=0.5)
-    z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+    z = math.tan(staged.BETA / 2)
+    s = math.sin(staged.BETA / 2)
     mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
 
     def rim(T_n, f):
@@ -124,12 +130,16 @@ def test_staged_brake_holds_by_weaker_pair():
 @pytest.mark.parametrize("sense", [-1, pytest.param(1, marks=pytest.mark.slow)])
 def test_capacity_of_a_resolved_bandage(sense):
     """Linings 1 and 2 slide on the rim, lining 3 with its strong rim on the band: a walk along the band by hand."""
-    f_int, preload, T_0 = np.array([0.1, 0.15, 0.9]), 1500.0, 2e3
+    f_int = np.array([0.1, 0.15, 0.9])
+    preload = 1500.0
+    T_0 = 2e3
     angle = math.radians(50.0)
-    z, s = math.tan(angle / 2), math.sin(angle / 2)
+    z = math.tan(angle / 2)
+    s = math.sin(angle / 2)
     T = [T_0]
     for f in f_int:
-        q, p = resolved.R * f * s, resolved.R * f * preload
+        q = resolved.R * f * s
+        p = resolved.R * f * preload
         on_rim = ((resolved.R_B + sense * q) * T[-1] + sense * p) / (resolved.R_B - sense * q)
         on_band = T[-1] * ((1 + 0.4 * z) / (1 - 0.4 * z)) ** sense
         T.append(min(on_rim, on_band) if sense > 0 else max(on_rim, on_band))

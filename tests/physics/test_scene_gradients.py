@@ -57,7 +57,8 @@ def scene_and_direction(name, ends):
 @pytest.mark.parametrize("name", sorted(set(NAMES) - REPEATED))
 def test_events_and_states_of_a_scene(name):
     scene, direction = scene_and_direction(name, END)
-    solver, rtol = sb.hybrid.Rodas5P() if name in STIFF else diffrax.Dopri8(), TIGHT.get(name, RTOL)
+    solver = sb.hybrid.Rodas5P() if name in STIFF else diffrax.Dopri8()
+    rtol = TIGHT.get(name, RTOL)
 
     # one program for runs and slope: compiling is most of the work, and another program would round differently
     # (the numbers of the scene are arguments, so that scenes of one structure share it)
@@ -82,12 +83,14 @@ def test_events_and_states_of_a_scene(name):
     landed, _, (t_slope, y_slope) = at(0.0)
 
     def difference(h):
-        (after, more, _), (before, less, _) = at(h), at(-h)
+        (after, more, _) = at(h)
+        (before, less, _) = at(-h)
         assert after == before == landed
         return [(a - b) / (2 * h) for a, b in zip(more, less, strict=True)]
 
     h = STEP.get(name, 3e-4)
-    coarse, fine = difference(2 * h), difference(h)
+    coarse = difference(2 * h)
+    fine = difference(h)
     t_difference, y_difference = ((4 * f - c) / 3 for f, c in zip(fine, coarse, strict=True))
     span = np.max(np.abs(t_slope))
     np.testing.assert_allclose(t_slope, t_difference, rtol=1e-7, atol=1e-7 * span)
@@ -120,7 +123,8 @@ def test_reverse_and_forward_derivatives(name):
 
     ((t, y), (dt, dy), (kind, count)) = jax.tree.map(np.asarray, forward(numbers, direction))
     at = np.append(np.flatnonzero(kind[:count] == LANDED) + 1, count)  # starts of rows after events, and the end
-    rng, spans = np.random.default_rng(7), np.maximum(np.max(np.abs(dy[at]), axis=0), 1e-300)
+    rng = np.random.default_rng(7)
+    spans = np.maximum(np.max(np.abs(dy[at]), axis=0), 1e-300)
     weights = np.zeros_like(t), np.zeros_like(y)
     weights[0][at] = rng.uniform(0.5, 1.0, len(at)) / np.max(np.abs(dt[at]))
     weights[1][at] = rng.uniform(-1.0, 1.0, (len(at), y.shape[1])) / spans

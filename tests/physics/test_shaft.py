@@ -15,7 +15,8 @@ from stop_scenes import stop_scene
 import simbrake as sb
 from simbrake.loads import BearingFriction, EddyCurrentBrake, HydrodynamicBrake, TackleLoss, ViscousDrag
 
-J, W0 = 800.0, 20.0
+J = 800.0
+W0 = 20.0
 Z = math.tan(math.radians(13.5) / 2)
 #: torque per newton of slack tension of the brake of `stop_scene`
 GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
@@ -69,12 +70,15 @@ def test_stop_on_three_laws_and_derivatives():
 
 def test_eddy_current_brake_after_kloss():
     """`t = ∫ J (ω² + ω_m²)/(2 e² M_m ω ω_m) dω` between two speeds, by quadrature; e from 0.5 to 1 at the second."""
-    M_m, w_m, slow = 9e3, 11.0, 12.0
+    M_m = 9e3
+    w_m = 11.0
+    slow = 12.0
 
     def time(e, high, low):
         return quad(lambda w: J * (w**2 + w_m**2) / (2 * e**2 * M_m * w * w_m), low, high, epsabs=0, epsrel=1e-13)[0]
 
-    first, second = time(0.5, W0, slow), time(1.0, slow, 3.0)
+    first = time(0.5, W0, slow)
+    second = time(1.0, slow, 3.0)
     e = sb.PiecewiseLinear([first, first], [0.5, 1.0])
     result = sb.simulate(scene(EddyCurrentBrake(M_m, w_m, e), end=first + second))
     assert float(result.record.y_end.omega) == pytest.approx(3.0, rel=1e-9)
@@ -87,7 +91,9 @@ def test_eddy_current_brake_after_kloss():
 
 
 def test_quadratic_drag_decays_as_one_over_t():
-    k, fill, end = 30.0, 0.4, 7.0
+    k = 30.0
+    fill = 0.4
+    end = 7.0
     result = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end))
     assert float(result.record.y_end.omega) == pytest.approx(W0 / (1 + fill * k * W0 * end / J), rel=1e-9)
     back = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end, w0=-W0))
@@ -149,7 +155,8 @@ def test_a_load_that_turns_round():
     M_c = 2e3
 
     def turned(times, torques, end, T0=0.0):
-        load, lever = sb.PiecewiseLinear(times, torques), sb.PiecewiseLinear([0.0, 0.5, 0.5], [T0, T0, 0.0])
+        load = sb.PiecewiseLinear(times, torques)
+        lever = sb.PiecewiseLinear([0.0, 0.5, 0.5], [T0, T0, 0.0])
         return sb.simulate(scene(BearingFriction(M_c), load=sb.TorqueLoad(load), lever=lever, w0=1.0, end=end))
 
     result = turned([0.0, 10.0], [0.0, -1e4], 6.0)
@@ -180,7 +187,10 @@ def test_a_load_that_turns_round():
 @pytest.mark.parametrize("C", [None, 2e5])
 def test_bearings_hold_first_then_the_band(C):
     """Held by both; the lever is released and the bearings hold; the load grows until it exceeds them."""
-    M_c, M, T0, slope = 4e3, 3e3, 2e3, 1e3
+    M_c = 4e3
+    M = 3e3
+    T0 = 2e3
+    slope = 1e3
     lever = sb.PiecewiseLinear([0.0, 6.0, 6.0], [T0, T0, 0.0])
     grown = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 3.0, 4.0, 5.0, 8.0, 30.0], [M, M, 6e3, M, M, M + 22e3]))
     result = sb.simulate(scene(BearingFriction(M_c), load=grown, lever=lever, C=C, end=9.6, w0=4.0))
@@ -207,7 +217,10 @@ def test_bearings_alone_stop_and_hold():
 
 def test_band_and_bearings_hold_their_sum():
     """A restart at `t_r`, where the load exceeds `T_0 R_b (Π − 1) + M_c`; then `ω = s (t − t_r)²/(2J)`."""
-    M_c, T0, slope, end = 4e3, 2e3, 5e3, 10.0
+    M_c = 4e3
+    T0 = 2e3
+    slope = 5e3
+    end = 10.0
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 20.0], [0.0, 20.0 * slope]))
     result = sb.simulate(scene(BearingFriction(M_c), load=load, T0=T0, w0=0.0, end=end))
     restart = next(event for event in result.events if event.name == "restart")
@@ -220,9 +233,12 @@ def test_band_and_bearings_hold_their_sum():
 @pytest.mark.slow
 def test_tackle_loss_helps_to_lower():
     """The drum sees `η m g r/n`, at rest as well."""
-    eta, m, T0 = 0.85, 20e3, 6e3
+    eta = 0.85
+    m = 20e3
+    T0 = 6e3
     hook = sb.HookLoad(m, 0.4, 8)
-    lowered, arm = m * 9.80665 * 0.05 * eta, 0.05
+    lowered = m * 9.80665 * 0.05 * eta
+    arm = 0.05
     result = sb.simulate(scene(TackleLoss(lowering_efficiency=eta), load=hook, T0=T0, end=12.0))
     inertia = J + m * arm**2
     assert float(result.stopping_time) == pytest.approx(inertia * W0 / (T0 * GAIN - lowered), rel=1e-10)
@@ -234,7 +250,8 @@ def test_tackle_loss_helps_to_lower():
 @pytest.mark.parametrize(("K", "n"), [(1.04, 8), (1.04, 12), (1.09, 10), (1.0, 8), (1.0 + 1e-9, 8), (1.3, 1)])
 def test_lines_of_a_tackle(K, n):
     """Line by line: neighbours differ by `K`, together they bear the hook; each efficiency leads back to `K`."""
-    law, powers = TackleLoss(sheave_factor=K).strung(n), K ** np.arange(n)
+    law = TackleLoss(sheave_factor=K).strung(n)
+    powers = K ** np.arange(n)
     fast, dead = law.tensions(1.0, n, -1.0)
     assert [float(dead * powers.sum()), float(fast)] == pytest.approx([1.0, float(dead) * K**n], rel=1e-14)
     assert float(law.hoisting_efficiency) == pytest.approx(1 / (n * float(fast)), rel=1e-14)
@@ -250,9 +267,12 @@ def test_lines_of_a_tackle(K, n):
 @pytest.mark.parametrize("K", [1.0, 1.04, 1.3])
 def test_derivatives_through_the_sheave_factor(K):
     """Of `1/η_l = mean K^i` and `1/η_h = 1/mean K^-i`, and back from the efficiency by the inverse of the slope."""
-    n, i = 8, np.arange(1, 9)
-    mean, slope = float(np.mean(K**i)), float(np.mean(i * K ** (i - 1)))
-    lowering, hoisting = -slope / mean**2, -float(np.mean(i * K ** (-i - 1.0)))
+    n = 8
+    i = np.arange(1, 9)
+    mean = float(np.mean(K**i))
+    slope = float(np.mean(i * K ** (i - 1)))
+    lowering = -slope / mean**2
+    hoisting = -float(np.mean(i * K ** (-i - 1.0)))
     by_K = jax.jacrev(lambda x: TackleLoss(sheave_factor=x).strung(n))(jnp.asarray(K))
     assert float(by_K.lowering_efficiency) == pytest.approx(lowering, rel=1e-13)
     assert float(by_K.hoisting_efficiency) == pytest.approx(hoisting, rel=1e-13)
@@ -266,12 +286,16 @@ def test_derivatives_through_the_sheave_factor(K):
 @pytest.mark.slow
 def test_the_dead_line_is_the_tightest_in_lowering():
     """Until the stop by the pull `m (g + a)`; then by the weight, as if it could have been hoisted last."""
-    K, n, m, T0 = 1.04, 8, 20e3, 6e3
+    K = 1.04
+    n = 8
+    m = 20e3
+    T0 = 6e3
 
     def run(K):
         return sb.simulate(scene(TackleLoss(K), load=sb.HookLoad(m, 0.4, n), T0=T0, end=12.0))
 
-    result, eta = run(K), n * (K - 1) / (K * (K**n - 1))
+    result = run(K)
+    eta = n * (K - 1) / (K * (K**n - 1))
     slower = (T0 * GAIN - eta * m * 9.80665 * 0.05) / (J + m * 0.05**2) * 0.05
     at = result.series([1.0, 11.0])
     dead = eta * K**n / n * m * np.asarray([9.80665 + slower, 9.80665])
@@ -326,13 +350,17 @@ def test_staged_stop_with_dry_shaft_by_scipy():
     """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry friction on the pulley alone."""
     import staged_scenes as staged
 
-    M_c, T_0 = 400.0, 4e3
+    M_c = 400.0
+    T_0 = 4e3
     plain = staged.stop(lever=sb.Constant(T_0), end=20.0)
     result = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(M_c),)))
-    z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+    z = math.tan(staged.BETA / 2)
+    s = math.sin(staged.BETA / 2)
     mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
-    J_p, J_b = float(plain.brake.inertia), float(np.sum(plain.brake.bandage.inertia))
-    load, w0 = float(plain.duty.load.profile.level), float(plain.initial.omega)
+    J_p = float(plain.brake.inertia)
+    J_b = float(np.sum(plain.brake.bandage.inertia))
+    load = float(plain.duty.load.profile.level)
+    w0 = float(plain.initial.omega)
 
     def rim(T_n):
         T = staged.tensions(T_0, T_n, mu)
@@ -359,7 +387,11 @@ def test_staged_stop_with_dry_shaft_by_scipy():
 
 def test_heat_enters_its_body_or_is_lost():
     """One lump behind a conductance to the air takes the eddy-current brake's heat: SciPy, of 3 equations."""
-    C, g, M_m, w_m, load = 5e4, 30.0, 2e4, 9.0, 6e3
+    C = 5e4
+    g = 30.0
+    M_m = 2e4
+    w_m = 9.0
+    load = 6e3
     heat = sb.Heat(
         bodies=(sb.thermal.Lump("rotor", C, 300.0), sb.thermal.Reservoir("air", 290.0)),
         links=(sb.thermal.Conductance("rotor", "air", g),),
@@ -382,7 +414,8 @@ def test_heat_enters_its_body_or_is_lost():
 
 @pytest.mark.slow
 def test_speed_holding_lever_gives_the_rest():
-    load, c = 9e3, 200.0
+    load = 9e3
+    c = 200.0
     held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
     result = sb.simulate(dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0))))
     seen = result.series([1.0])

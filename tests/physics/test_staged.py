@@ -67,7 +67,8 @@ def test_slopes_of_onset_tension_and_lock():
     # under the load that the band balances at the onset: the pulley goes on turning, the bandage lags with the ramp
     z = math.tan(staged.BETA / 2)
     Pi = ((1 + staged.F_EXT * z) / (1 - staged.F_EXT * z)) ** staged.N
-    load, excess = staged.R_B * light * (Pi - 1), []
+    load = staged.R_B * light * (Pi - 1)
+    excess = []
     for rate in (1.0, 0.1, 0.01):
         result = sb.simulate(staged.stop(rate=rate, start=light - rate, load=load, end=2000.0))
         s = result.series([float(result.external_lock_time)])
@@ -167,7 +168,8 @@ def test_random_duties_only_dissipate(duties):
         assert float(result.energy["closure"]) <= 1e-9
         s = result.series(np.linspace(0.0, 9.0, 300))
         scale = 1e-9 * max(1.0, float(result.energy["friction_heat"]))
-        pair, total = s.pairs["internal"], np.asarray(s.friction_heat)
+        pair = s.pairs["internal"]
+        total = np.asarray(s.friction_heat)
         assert np.all(np.diff(pair.heat) >= -scale)
         assert np.all(np.diff(total - pair.heat) >= -scale)
         sticks = np.all(np.asarray(pair.sense) == 0, axis=1)
@@ -185,13 +187,15 @@ def test_forces_of_both_pairs_by_statics():
     middles = [0.5 * (stage.start + stage.end) for stage in result.stages]
     assert [stage.name for stage in result.stages] == ["stage_1", "stage_2", "stage_3", "held"]
     s = result.series(middles)
-    outer, inner = s.pairs["external"], s.pairs["internal"]
+    outer = s.pairs["external"]
+    inner = s.pairs["internal"]
     z = math.tan(staged.BETA / 2)
     mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
     for i, stage in enumerate(result.stages):
         T = staged.tensions(s.slack_tension[i], s.tight_tension[i], mu)
         on_rim = (T[1:] + T[:-1]) * math.sin(staged.BETA / 2) + staged.PRELOAD
-        M_ext, M_int = staged.R_B * (T[-1] - T[0]), staged.R * staged.F_INT * on_rim.sum()
+        M_ext = staged.R_B * (T[-1] - T[0])
+        M_int = staged.R * staged.F_INT * on_rim.sum()
         carried = 300.0 - staged.J * (300.0 - M_ext) / (staged.J + staged.J_B)
         drive = {"stage_1": carried, "held": 300.0}.get(stage.name, M_int)
         np.testing.assert_allclose(inner.normal_load[i], on_rim, rtol=1e-11)

@@ -21,7 +21,8 @@ def constant(T_0, **changes):
 
 def by_hand(T_0, load=300.0, w0=20.0):
     """Stages 2 and 3 from the equations of motion, the tension of the held bandage by bisection."""
-    z, s = np.tan(staged_scenes.BETA / 2), np.sin(staged_scenes.BETA / 2)
+    z = np.tan(staged_scenes.BETA / 2)
+    s = np.sin(staged_scenes.BETA / 2)
     mu = np.full(N, (1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z))
 
     def grip(T_n):
@@ -29,7 +30,8 @@ def by_hand(T_0, load=300.0, w0=20.0):
         return R * staged_scenes.F_INT * float(np.sum((T[1:] + T[:-1]) * s + staged_scenes.PRELOAD))
 
     top = T_0 * float(np.prod(mu))
-    M_ext, M_int = R_B * (top - T_0), grip(top)
+    M_ext = R_B * (top - T_0)
+    M_int = grip(top)
     T_n = brentq(lambda T_n: R_B * (T_n - T_0) - grip(T_n), T_0, top, xtol=1e-9, rtol=1e-14)
     t_2 = J_B * w0 / (M_ext - M_int)
     left = w0 + (load - M_int) / J * t_2
@@ -42,7 +44,8 @@ def by_hand(T_0, load=300.0, w0=20.0):
 
 @pytest.mark.parametrize("T_0", [3e3, 12e3])
 def test_the_classical_staged_stop(T_0):
-    stop, ((t_2, t_3), external, internal) = sb.formulas.classical_staged_stop(constant(T_0)), by_hand(T_0)
+    stop = sb.formulas.classical_staged_stop(constant(T_0))
+    ((t_2, t_3), external, internal) = by_hand(T_0)
     assert stop is not None
     assert stop.times == pytest.approx((0.0, t_2, t_3), rel=1e-9)
     assert stop.external.work == pytest.approx(external, rel=1e-12)
@@ -87,7 +90,8 @@ def test_run_as_the_estimate_assumes_agrees(run):
 def test_power_shares_keep_the_friction_work(run):
     """The works of the pairs are those of the run without shares, also where none of it is heat."""
     shared = dataclasses.replace(constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2))
-    table, plain = sb.estimates(sb.simulate(shared)), sb.estimates(run)
+    table = sb.estimates(sb.simulate(shared))
+    plain = sb.estimates(run)
     for pair in ("external", "internal"):
         row = table[f"friction work, {pair} pair"]
         assert row.simulated == pytest.approx(plain[row.name].simulated, rel=1e-9)
@@ -124,7 +128,8 @@ def test_pairs_have_their_shares_and_faces():
     stop = sb.formulas.classical_staged_stop(constant(3e3))
     assert stop is not None
     inputs = {i.name: i for i in table.inputs}
-    rim, band = inputs["rim"].value, inputs["band"].value
+    rim = inputs["rim"].value
+    band = inputs["band"].value
     into_rim = 0.9 * stop.internal.work + 0.05 * stop.external.work
     rise = into_rim / (0.9 * 0.025 * float(rim.density * rim.specific_heat))
     assert table["bulk temperature, end, internal pair"].value - 293.15 == pytest.approx(rise)
@@ -186,7 +191,11 @@ def test_temperatures_of_both_pairs_in_a_run():
 @pytest.mark.slow
 def test_staged_stop_with_centrifugal_force():
     """Stage 2 against SciPy, with linings off the rim at first; and beside a run."""
-    mass, T_0, load, w0, z = 5.0, 3e3, 300.0, 30.0, np.tan(staged_scenes.BETA / 2)
+    mass = 5.0
+    T_0 = 3e3
+    load = 300.0
+    w0 = 30.0
+    z = np.tan(staged_scenes.BETA / 2)
     scene = constant(T_0, w0=w0, preload=300.0)
     bandage = dataclasses.replace(scene.brake.bandage, mass=mass, mass_radius=0.61)
     scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
@@ -198,7 +207,7 @@ def test_staged_stop_with_centrifugal_force():
         M = R * staged_scenes.F_INT * np.maximum(pressed - mass * 0.61 * y[1] ** 2, 0).sum()
         return [(load - M) / J, (M - R_B * T_0 * (Pi[-1] - 1)) / J_B, y[0], y[1], M * (y[0] - y[1])]
 
-    lock = lambda t, y: y[1]  # noqa: E731
+    lock = lambda t, y: y[1]
     lock.terminal = True
     truth = solve_ivp(rates, (0, 9), [w0, w0, 0, 0, 0], "DOP853", events=lock, rtol=1e-12, atol=1e-12)
     stop = sb.formulas.classical_staged_stop(scene)

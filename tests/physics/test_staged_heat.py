@@ -35,7 +35,8 @@ def test_heat_of_both_pairs_is_accounted_for(stiffness):
     energy = {name: float(value) for name, value in result.energy.items()}
     assert energy["heat_closure"] <= 1e-12
     assert energy["closure"] <= 1e-9
-    external, internal = energy["heat_external"], energy["heat_internal"]
+    external = energy["heat_external"]
+    internal = energy["heat_internal"]
     assert energy["heat_to_band"] == pytest.approx(0.5 * external, rel=1e-9)
     assert energy["heat_to_metal"] == pytest.approx(0.1 * external + 0.7 * internal, rel=1e-9)
     assert energy["heat_to_linings"] == pytest.approx(0.4 * external + 0.3 * internal, rel=1e-9)
@@ -68,7 +69,8 @@ def test_pair_must_have_a_place_for_its_heat(temperature_dependent, spring):
 @pytest.mark.slow
 def test_outer_lining_face_has_its_own_place():
     """Equal steel and equal fluxes on both faces of the linings: each face takes the heat that its own pair gives."""
-    lining, steel = sb.Material(0.5, 2000.0, 1000.0), sb.Material(48.0, 7800.0, 500.0)
+    lining = sb.Material(0.5, 2000.0, 1000.0)
+    steel = sb.Material(48.0, 7800.0, 500.0)
     heat = sb.layered_heat(
         rim=steel,
         rim_thickness=0.025,
@@ -89,7 +91,8 @@ def test_outer_lining_face_has_its_own_place():
     early = result.series([0.5 * onset, onset])
     assert np.all(np.asarray(early.lining_temperature) < sb.thermal.ROOM + 1e-3)  # nothing slides inside yet
     assert np.max(early.lining_outer_temperature[0]) > sb.thermal.ROOM + 1.0
-    outer, inner = result.peak_lining_outer_temperature, result.peak_lining_temperature
+    outer = result.peak_lining_outer_temperature
+    inner = result.peak_lining_temperature
     lock = float(result.external_lock_time)
     assert float(outer.time) < lock < float(inner.time)
     assert float(outer.value) == pytest.approx(

@@ -128,7 +128,8 @@ def test_stop_of_a_pulley_that_turns_back():
 def test_exponential_rise_of_slack_tension():
     """p = p0(1 − exp(−t/ti)) from exactly 0 on a rigid band: t_s = a + ti + ti W0(−exp(−(a + ti)/ti))."""
     Pi = closed_form()["Pi"]
-    a, ti = 4.0, 0.5
+    a = 4.0
+    ti = 0.5
     T_1 = 800 * 20 / a / (0.725 * (Pi - 1))
     scene = stop_scene(C=None, lever=sb.profiles.ExponentialRise(T_1, ti), end=8.0)
     assert float(sb.simulate(scene).stopping_time) == pytest.approx(4.49993828748156, rel=1e-11)
@@ -136,7 +137,10 @@ def test_exponential_rise_of_slack_tension():
 
 def test_custom_friction_in_closed_form():
     """μ0/(1 + κω): t = (J/M0)(ω0 + κω0²/2), θ = (J/M0)(ω0²/2 + κω0³/3)."""
-    J, M0, kappa, w0 = 10.0, 50.0, 0.3, 8.0
+    J = 10.0
+    M0 = 50.0
+    kappa = 0.3
+    w0 = 8.0
     law = FallingFriction(*(jnp.asarray(x) for x in (M0, kappa, 20.0)))
     scene = stop_scene(n=1, beta=math.degrees(0.5), R=1.0, J=J, C=None, T0=20.0, w0=w0, law=law, end=10.0)
     result = sb.simulate(scene, rtol=1e-12)
@@ -151,7 +155,8 @@ def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
         def event(t, y):
             return guard(t, y)
 
-        event.terminal, event.direction = True, -1
+        event.terminal = True
+        event.direction = -1
         out = solve_ivp(fun, (t, t_end), y, events=event, method="DOP853", rtol=3e-14, atol=1e-13)
         assert out.t_events[0].size == 1
         return out.t[-1], out.y[:, -1]
@@ -221,12 +226,18 @@ def test_stribeck_and_tables_match_scipy(table):
 @pytest.mark.slow
 def test_elastic_band_heat_with_speed_law():
     """`T_n = T_0 Π(R ω)` stretches the band as it slides: its heat is ∫ (T_n − T_0)(R ω − Ṫ_n/C) dt."""
-    C, T_0, J, R, z = 2e5, 8e3, 800.0, 0.725, math.tan(math.radians(13.5) / 2)
+    C = 2e5
+    T_0 = 8e3
+    J = 800.0
+    R = 0.725
+    z = math.tan(math.radians(13.5) / 2)
     result = sb.simulate(stop_scene(C=C, law=sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0), end=3.0), rtol=1e-11)
 
     def rates(t, y):
         more = 0.1 * math.exp(-R * y[0] / 4.0)
-        f, slope = 0.25 + more, -R / 4.0 * more  # df/dω
+        # df/dω
+        f = 0.25 + more
+        slope = -R / 4.0 * more
         Pi = ((1 + f * z) / (1 - f * z)) ** 20
         alpha = -R * T_0 * (Pi - 1) / J
         stretch = T_0 * Pi * 40 * z / (1 - (f * z) ** 2) * slope * alpha / C
@@ -270,7 +281,8 @@ def test_other_way_swaps_slack_and_tight():
 
 def test_series_has_both_values_at_events(stop):
     t1 = float(stop.stopping_time)
-    left, right = stop.series([t1], left=True), stop.series([t1])
+    left = stop.series([t1], left=True)
+    right = stop.series([t1])
     assert float(left.brake_torque[0]) == pytest.approx(0.725 * 8e3 * (closed_form()["Pi"] - 1), rel=1e-9)
     assert float(right.brake_torque[0]) == 0.0  # held without a load
     assert float(right.omega[0]) == 0.0
@@ -313,7 +325,8 @@ def test_views_refuse_times_outside_the_run(stop, tmp_path):
 
 def test_values_outside_are_nan_if_asked_for(stop):
     """Before full slip of an elastic band `ω = ω_0 cos χ(t − t0)`."""
-    truth, chi = closed_form(), math.sqrt(2e5 * 0.725**2 / 800)
+    truth = closed_form()
+    chi = math.sqrt(2e5 * 0.725**2 / 800)
     t = 0.5 * (truth["t0"] + truth["t1"])
     s = stop.series([t, 99.0, -1.0, math.nan], fill=True)
     np.testing.assert_array_equal(s.t, [t, 99.0, -1.0, math.nan])
@@ -330,7 +343,8 @@ def test_values_outside_are_nan_if_asked_for(stop):
 
 
 def test_rounding_at_run_ends_is_accepted(stop):
-    late, early = 5.0 * (1 + 4e-16) + 1e-9, -1e-10
+    late = 5.0 * (1 + 4e-16) + 1e-9
+    early = -1e-10
     s = stop.series([early, late])
     np.testing.assert_array_equal(s.t, [0.0, 5.0])
     np.testing.assert_array_equal(s.omega, [20.0, 0.0])

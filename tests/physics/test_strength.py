@@ -9,10 +9,22 @@ import pytest
 
 import simbrake as sb
 
-R, J, N, BETA, F, C, FORCE, ARM, SLACK_ARM, ETA = 0.6, 900.0, 8, math.radians(30.0), 0.3, 4e5, 500.0, 1.4, 0.1, 0.9
+R = 0.6
+J = 900.0
+N = 8
+BETA = math.radians(30.0)
+F = 0.3
+C = 4e5
+FORCE = 500.0
+ARM = 1.4
+SLACK_ARM = 0.1
+ETA = 0.9
 T0 = ETA * FORCE * ARM / SLACK_ARM
 RATIO = ((1 + F * math.tan(BETA / 2)) / (1 - F * math.tan(BETA / 2))) ** N
-AREA, ANCHOR, CLEARANCE, WORN = 8e-4, 5e-4, 1.5e-3, 4e-3
+AREA = 8e-4
+ANCHOR = 5e-4
+CLEARANCE = 1.5e-3
+WORN = 4e-3
 
 
 def scene(strength=None, force=FORCE, worn=WORN, **limits):

@@ -9,7 +9,8 @@ from scipy.integrate import quad
 import simbrake as sb
 
 STEEL = sb.material("steel_20L")
-A, E = float(STEEL.diffusivity), float(STEEL.effusivity)
+A = float(STEEL.diffusivity)
+E = float(STEEL.effusivity)
 
 
 def test_depth_has_fourier_number_one_third():
@@ -28,7 +29,8 @@ def test_bulk_rise_is_mean_for_falling_power():
 
 
 def test_surface_of_a_stop_by_duhamel():
-    q, tau = 4e5, 1.3
+    q = 4e5
+    tau = 1.3
     for t in (0.2, tau / 2, tau):
         # dT = q(s) ds/(e √(π (t − s))), with t − s = u²
         truth = quad(lambda u, t=t: 2 * q * (1 - (t - u**2) / tau) / (E * math.sqrt(math.pi)), 0.0, math.sqrt(t))[0]
@@ -39,7 +41,8 @@ def test_surface_of_a_stop_by_duhamel():
 
 
 def test_slab_at_first_and_in_the_end():
-    q, thickness = 3e5, 0.025
+    q = 3e5
+    thickness = 0.025
     early = 0.02 * thickness**2 / A
     assert sb.formulas.slab_rise(q, early, thickness, STEEL) == pytest.approx(
         sb.formulas.half_space_rise(q, early, E), rel=1e-9
@@ -67,7 +70,8 @@ def test_slab_at_first_and_in_the_end():
 
 def falling_face(q, tau, thickness, times):
     """Surface of a slab with an insulated back under q (1 − t/τ): finite volumes, each mode integrated exactly."""
-    n, conductivity = 600, float(STEEL.conductivity)
+    n = 600
+    conductivity = float(STEEL.conductivity)
     dx = thickness / n
     # modes of the volumes, cos(k π (j + ½)/n), and their rates; the input goes into the first volume
     k = np.arange(1, n)
@@ -81,7 +85,9 @@ def falling_face(q, tau, thickness, times):
 
 
 def test_slab_surface_matches_finite_volumes():
-    q, tau, thickness = 4e5, 2.2, 0.012
+    q = 4e5
+    tau = 2.2
+    thickness = 0.012
     times = tau * np.array([0.05, 0.3, 0.5, 0.8, 1.0])
     found = sb.formulas.stopping_slab_rise(q, times, tau, thickness, STEEL)
     np.testing.assert_allclose(found, falling_face(q, tau, thickness, times), rtol=2e-5)
@@ -100,8 +106,11 @@ RISES = sb.formulas.stopping_slab_rise, sb.formulas.reconstructed_surface_rise
 
 
 def test_s_24_with_the_term_for_a_zero_start():
-    q, tau, thickness = 4e5, 2.2, 0.012
-    Fo, unit = A * tau / thickness**2, q * thickness / (2 * float(STEEL.conductivity))
+    q = 4e5
+    tau = 2.2
+    thickness = 0.012
+    Fo = A * tau / thickness**2
+    unit = q * thickness / (2 * float(STEEL.conductivity))
     n = np.arange(1, 200_001)
     for s in (0.0, 0.1, 0.5, 1.0):
         third = 2 / math.pi**2 * 2 * (1 - s) * np.sum(np.exp(-(n**2) * math.pi**2 * Fo * s) / n**2)
@@ -125,7 +134,9 @@ def test_maximum_temperature_combinations():
 
 def test_schmidt_is_a_random_walk_in_depth():
     """Each step puts q Δx/(2 λ) into the first layer, from where it walks and is reflected at the face."""
-    q, m, step = 2e5, 40, 0.5e-3
+    q = 2e5
+    m = 40
+    step = 0.5e-3
     course = sb.formulas.schmidt(STEEL, 400 * step, 400, m * step**2 / (2 * A), q)
     once = q * step / (2 * float(STEEL.conductivity))
     walks = sum(math.comb(s, (s + 1) // 2) / 2**s for s in range(m))
@@ -135,7 +146,8 @@ def test_schmidt_is_a_random_walk_in_depth():
 
 
 def test_schmidt_is_of_second_order_on_slab():
-    q, thickness = 2e5, 0.025
+    q = 2e5
+    thickness = 0.025
     end = 0.5 * thickness**2 / A  # a whole number of steps for every N below
     errors = []
     for layers in (8, 16, 32, 64):
@@ -158,7 +170,9 @@ def test_schmidt_keeps_every_joule():
 @pytest.mark.slow
 def test_schmidt_beside_the_layered_rim():
     """Adaptive steps of a network and halving by hand come to the same layers, with second order in their thickness."""
-    q, thickness, ts = 3e5, 0.025, np.array([0.0, 0.5 * 0.025**2 / A])
+    q = 3e5
+    thickness = 0.025
+    ts = np.array([0.0, 0.5 * 0.025**2 / A])
     apart = []
     for layers in (10, 20):
         wall = sb.thermal.Wall("rim", STEEL, thickness, 1.0, layers, temperature=300.0)
@@ -198,7 +212,8 @@ def test_stress_of_a_linear_profile():
 
 def test_stress_of_a_parabolic_profile():
     """T = T_0 (1 − y²/c²): σ = E' T_0 (2/3 − 1 + y²/c²) (Timoshenko & Goodier §132), with second order."""
-    c, T_0 = 0.0125, 80.0
+    c = 0.0125
+    T_0 = 80.0
     errors = []
     for n in (50, 100):
         y = np.linspace(-c, c, n + 1)
@@ -226,7 +241,8 @@ def test_stress_of_a_free_plate():
 
 def test_stress_history_of_a_heated_slab():
     """The surface passes its greatest stress only at the end of a constant flux, q δ/(3 λ) above the mean."""
-    thickness, q = 0.025, 1e5
+    thickness = 0.025
+    q = 1e5
     course = sb.formulas.schmidt(STEEL, thickness, 40, 3.0 * thickness**2 / A, q)
     history = sb.formulas.stress_over_time(course.t, course.temperature, course.depth, ELASTIC)
     final = -MODULUS * q * thickness / (3 * float(STEEL.conductivity))
@@ -246,7 +262,8 @@ def test_parts_in_a_row_give_the_total_of_v1():
     rings = [sb.thermal.radial_resistance(width, 47.8, r, R) for width, r, R in parts]
     assert sb.formulas.series_resistance(shell, *rings) == pytest.approx(0.102, abs=1e-3)
     assert sb.formulas.parallel_resistance(2.0, 2.0, 1.0) == pytest.approx(0.5)
-    d, k = np.array([30e-3, 6e-3]), np.array([0.736, 53.94])
+    d = np.array([30e-3, 6e-3])
+    k = np.array([0.736, 53.94])
     assert d.sum() / sb.formulas.series_conductivity(d, k) == pytest.approx(np.sum(d / k))
     assert sb.formulas.parallel_conductivity([1.0, 3.0], [10.0, 50.0]) == pytest.approx(40.0)
     assert sb.formulas.equivalent_specific_heat([1.0, 3.0], [400.0, 800.0]) == pytest.approx(700.0)
@@ -258,7 +275,9 @@ def test_parts_in_a_row_give_the_total_of_v1():
 def test_surfaces_and_radiation():
     assert sb.formulas.polished_surface(0.590, 0.220) == pytest.approx(2 * math.pi * 0.590 * 0.220)
     assert sb.formulas.matte_surface(sb.formulas.ring_face(0.0, 1.0), 1.0) == pytest.approx(math.pi + 1)
-    T, T_a, C_r = 650.0, 300.0, 1e8 * 0.8 * sb.thermal.STEFAN_BOLTZMANN
+    T = 650.0
+    T_a = 300.0
+    C_r = 1e8 * 0.8 * sb.thermal.STEFAN_BOLTZMANN
     printed = C_r * ((T / 100) ** 4 - (T_a / 100) ** 4) / (T - T_a)
     assert sb.formulas.radiation_coefficient(0.8, T, T_a) == pytest.approx(printed, rel=1e-13)
     assert sb.formulas.radiation_coefficient(0.8, T_a, T_a) == pytest.approx(

@@ -12,7 +12,11 @@ import staged_scenes as staged
 import simbrake as sb
 from simbrake.loads import RopeElasticity, RopeLayers
 
-MASS, DRUM, LINES, GRAVITY, INERTIA = 40e3, 0.4, 8.0, 9.80665, 1200.0
+MASS = 40e3
+DRUM = 0.4
+LINES = 8.0
+GRAVITY = 9.80665
+INERTIA = 1200.0
 
 
 def on_hook(tension, omega, end, **rope):
@@ -30,14 +34,17 @@ def slack_rope(over):
 
 def full_layer(over):
     """A hook thrown up that winds `J ω_0²/(2 M)` on, and falls again."""
-    torque, inertia = MASS * GRAVITY * DRUM / LINES, INERTIA + MASS * (DRUM / LINES) ** 2
+    torque = MASS * GRAVITY * DRUM / LINES
+    inertia = INERTIA + MASS * (DRUM / LINES) ** 2
     turns = inertia * 10.0**2 / (2 * torque) / (2 * math.pi)
     return on_hook(0.0, -10.0, 1.2, rope=RopeLayers(0.04, 4.0, 4.0 - turns * (1 - over)))
 
 
 def lifted_lining(over):
     """Speeds up for 4 s to where the preload of one lining is `m r ω²`, and slows down."""
-    radius, masses, preloads = 0.61, np.ones(staged.N), np.full(staged.N, 9e3)
+    radius = 0.61
+    masses = np.ones(staged.N)
+    preloads = np.full(staged.N, 9e3)
     top = 10.0 + 4 * 3e3 / (staged.J + staged.J_B)
     preloads[1] = masses[1] * radius * top**2 * (1 - over)
     scene = staged.stop(lever=sb.Constant(0.0), w0=10.0, end=6.0, preload=preloads)

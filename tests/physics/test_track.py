@@ -31,8 +31,10 @@ def by_fourier(x, edges, flux, period, effusivity, terms=400_000):
 
 def test_square_wave_of_flux_on_a_half_space():
     """`±q` in turn: at the ends of the halves `∓(4 q/e) √(P/π) (2 − √½) ζ(−½)`, and the series in between."""
-    q, period = 2e6, 0.05
-    edges, flux = np.asarray([0.0, 0.5]), np.asarray([q, -q])
+    q = 2e6
+    period = 0.05
+    edges = np.asarray([0.0, 0.5])
+    flux = np.asarray([q, -q])
     ends = sb.formulas.revolution_ripple([0.0, 0.5], edges, flux, period, E)
     top = 4 * q / E * math.sqrt(period / math.pi) * (math.sqrt(0.5) - 2) * ZETA
     np.testing.assert_allclose(ends, [-top, top], rtol=1e-13)
@@ -42,7 +44,8 @@ def test_square_wave_of_flux_on_a_half_space():
 
 
 def test_ripple_of_any_flux_has_no_mean():
-    edges, flux = np.asarray([0.05, 0.2, 0.45, 0.7]), np.asarray([3e6, -2e4, 1e6, -2e4])
+    edges = np.asarray([0.05, 0.2, 0.45, 0.7])
+    flux = np.asarray([3e6, -2e4, 1e6, -2e4])
     x = np.asarray([0.0, 0.1, 0.33, 0.6, 0.9])
     found = sb.formulas.revolution_ripple(x, edges, flux, 0.3, E)
     np.testing.assert_allclose(found, by_fourier(x, edges, flux, 0.3, E), atol=1e-6 * np.max(np.abs(found)))
@@ -66,7 +69,8 @@ def test_ripple_of_any_flux_has_no_mean():
 def stop():
     scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
     brake = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
-    n, share = scene.brake.linings.count, 0.6
+    n = scene.brake.linings.count
+    share = 0.6
     wrap = float(np.sum(scene.brake.linings.angle))
     pulley = dataclasses.replace(brake.pulley, width=0.22)
     area = share * wrap / n * float(pulley.radius) * 0.22
@@ -80,7 +84,8 @@ def test_a_point_of_the_track_in_a_run(stop):
     result, area = stop
     rim = result.scene.heat.bodies[0].material
     linings = result.scene.brake.linings
-    n, angle = linings.count, np.asarray(linings.angle)
+    n = linings.count
+    angle = np.asarray(linings.angle)
     t = float(result.stopping_time) * np.asarray([0.2, 0.7])
     ripple = sb.formulas.track_ripple(result, t)
     s = result.series(t)

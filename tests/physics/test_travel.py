@@ -11,8 +11,10 @@ from scipy.integrate import quad
 
 import simbrake as sb
 
-RATE, AREA = 2e-14, 0.03
-Z, S = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+RATE = 2e-14
+AREA = 0.03
+Z = math.tan(staged.BETA / 2)
+S = math.sin(staged.BETA / 2)
 PI = ((1 + staged.F_EXT * Z) / (1 - staged.F_EXT * Z)) ** np.arange(staged.N + 1)
 ARM = staged.R_B * (PI[-1] - 1)
 #: wear per newton of slack tension and radian of travel at each station
@@ -31,7 +33,8 @@ def under(ring, travel):
     begin = staged.BETA * np.arange(staged.N)
     found = np.zeros((len(ring), staged.N))
     for k in range(-1, 12):
-        low, high = np.maximum.outer(ring - travel, begin - 2 * math.pi * k), ring[:, None]
+        low = np.maximum.outer(ring - travel, begin - 2 * math.pi * k)
+        high = ring[:, None]
         found += np.maximum(np.minimum(high, begin + staged.BETA - 2 * math.pi * k) - low, 0)
     return found
 
@@ -46,7 +49,9 @@ def mean_over_arcs(count, travel):
 @pytest.mark.slow
 def test_a_stop_under_constant_tension():
     """Wear goes with the way, whatever the speed: each point of the ring has what passed it."""
-    count, start, travel = 11, 2 * math.pi * 7 / 3960, 2 * math.pi * 4411 / 3960
+    count = 11
+    start = 2 * math.pi * 7 / 3960
+    travel = 2 * math.pi * 4411 / 3960
     T_0 = (300.0 + (staged.J + staged.J_B) * 20.0**2 / (2 * travel)) / ARM
     found = sb.results.ring_wear(sb.simulate(riding(sb.Constant(T_0), 300.0, end=3.0)), count, RATE, start=start)
     assert found.travel == pytest.approx(travel, rel=1e-11)
@@ -60,21 +65,27 @@ def test_a_stop_under_constant_tension():
 def test_a_ramp_against_quadrature():
     """`T_0` and so the wear per way grow with time: one integral per lining, between its corners."""
     scene = riding(sb.PiecewiseLinear([0.0, 9.0], [200.0, 36200.0]), 600.0, end=0.7)
-    found, count, J = sb.results.ring_wear(sb.simulate(scene), 9, RATE), 9, staged.J + staged.J_B
+    found = sb.results.ring_wear(sb.simulate(scene), 9, RATE)
+    count = 9
+    J = staged.J + staged.J_B
     omega = np.polynomial.Polynomial([20.0, (600 - ARM * 200.0) / J, -ARM * 4e3 / (2 * J)])
-    psi, end = omega.integ(), 0.7
+    psi = omega.integ()
+    end = 0.7
     assert found.travel == pytest.approx(psi(end), rel=1e-11)
-    edges, width = staged.BETA * np.arange(staged.N + 1), 2 * math.pi / count
+    edges = staged.BETA * np.arange(staged.N + 1)
+    width = 2 * math.pi / count
     for j in (0, 4, 8):
         corners = [width * (j + k) - e + 2 * math.pi * n for k in (0, 1) for e in edges for n in range(-1, 4)]
         roots = [(psi - c).roots() for c in corners if 0 < c < psi(end)]
         at = sorted({float(r.real) for each in roots for r in each if abs(r.imag) < 1e-9 and 0 < r.real < end})
 
         def rate(t, j=j):
-            begin, reach = width * j - psi(t), 0.0
+            begin = width * j - psi(t)
+            reach = 0.0
             for i, e in enumerate(edges[:-1]):
                 for n in range(-1, 5):
-                    low, high = max(begin + 2 * math.pi * n, e), min(begin + width + 2 * math.pi * n, e + staged.BETA)
+                    low = max(begin + 2 * math.pi * n, e)
+                    high = min(begin + width + 2 * math.pi * n, e + staged.BETA)
                     reach += max(high - low, 0) / width * EACH[i]
             return reach * (200 + 4e3 * t) * omega(t)
 

@@ -15,11 +15,16 @@ import simbrake as sb
 from simbrake.thermal import Conductance, FrictionHeat, Junction, Lump, Reservoir, Wall, WaterJacket, water
 
 #: wetted area (m²), flow (m³/s), inlet (K), coefficient (W/(m²·K)), heat capacity of a rim (J/K)
-AREA, FLOW, INLET, H, RIM = 0.8, 200.0 / 60_000, 303.15, 4000.0, 5e4
+AREA = 0.8
+FLOW = 200.0 / 60_000
+INLET = 303.15
+H = 4000.0
+RIM = 5e4
 LIQUID = water("35 degC", "1.5 bar")
 CHANNEL = {"section": "45 cm^2", "diameter": "36 mm", "length": "3.5 m"}
 #: torque of the load (N·m) and speed (rad/s) of a drag: the friction power is constant
-LOAD, SPEED = 2e4, 5.0
+LOAD = 2e4
+SPEED = 5.0
 
 
 def rate_of(flow=FLOW, liquid=LIQUID):
@@ -78,7 +83,8 @@ def test_dittus_boelter_of_a_jacket():
     """The channel gives `h` by the speed `V̇/section`, as the equation of the textbook does."""
     v = FLOW / 45e-4
     mu, k, cp, rho = (float(x) for x in (LIQUID.viscosity, LIQUID.conductivity, LIQUID.specific_heat, LIQUID.density))
-    Re, Pr = rho * v * 36e-3 / mu, mu * cp / k
+    Re = rho * v * 36e-3 / mu
+    Pr = mu * cp / k
     h = 0.023 * Re**0.8 * Pr**0.4 * k / 36e-3
     assert float(sb.thermal.dittus_boelter(v, 36e-3, LIQUID)) == pytest.approx(h, rel=1e-14)
     by_channel = jacket(coefficient=None, **CHANNEL)
@@ -126,12 +132,15 @@ def test_steady_state_of_a_rim(layers):
 @pytest.mark.slow
 def test_cooling_while_the_pump_stops():
     """`T − T_in` decays exponentially with the flow, not at all without; what it loses the water carries away."""
-    stop, start, end = 20.0, 50.0, 90.0
+    stop = 20.0
+    start = 50.0
+    end = 90.0
     flow = sb.PiecewiseLinear([stop, stop, start, start], [FLOW, 0.0, 0.0, 0.5 * FLOW])
     heat = wet_lump(flow, start=363.15)
     times = np.array([0.0, 10.0, stop, 35.0, start, end])
     run = sb.simulate_heat(heat, times, rtol=1e-12)
-    slow, fast = float(conductance_of(0.5 * FLOW)), float(conductance_of())
+    slow = float(conductance_of(0.5 * FLOW))
+    fast = float(conductance_of())
     flowed = np.minimum(times, stop) * fast + np.maximum(times - start, 0.0) * slow
     T = INLET + 60.0 * np.exp(-flowed / RIM)
     np.testing.assert_allclose(run.temperature[:, 0], T, rtol=1e-10)
@@ -140,7 +149,8 @@ def test_cooling_while_the_pump_stops():
     assert float(run.closure) < 1e-12
     # the same in a brake, under the friction power of a drag
     P = LOAD * SPEED
-    series, T = sb.simulate(drag(wet_lump(flow), end)).series(times), [INLET]
+    series = sb.simulate(drag(wet_lump(flow), end)).series(times)
+    T = [INLET]
     for span, g in ((10.0, fast), (10.0, fast), (15.0, 0.0), (15.0, 0.0), (40.0, slow)):
         last = INLET + P / g if g else 0.0
         T.append(last + (T[-1] - last) * math.exp(-g * span / RIM) if g else T[-1] + P * span / RIM)
@@ -164,7 +174,9 @@ def test_no_flow_has_no_heat_and_a_derivative():
 @pytest.mark.slow
 def test_constant_friction_power():
     """Columns, ledger and derivatives of a drag: `T = T_∞ − (T_∞ − T_in) e^{−g t/RIM}`, `T_out = T_in + Q/C`."""
-    P, g, end = LOAD * SPEED, float(conductance_of()), 60.0
+    P = LOAD * SPEED
+    g = float(conductance_of())
+    end = 60.0
     result = sb.simulate(drag(wet_lump(), end))
     t = np.array([0.0, 7.0, 30.0, end])
     rise = P / g * (1 - np.exp(-g * t / RIM))
@@ -198,7 +210,11 @@ def test_constant_friction_power():
 @pytest.mark.slow
 def test_stop_with_a_layered_rim():
     """A stop with fading friction and water by Dittus–Boelter behind eight layers, against SciPy."""
-    layers, depth, k, rho_c, slope = 8, 0.028, 48.0, 7800.0 * 500.0, 4e-4
+    layers = 8
+    depth = 0.028
+    k = 48.0
+    rho_c = 7800.0 * 500.0
+    slope = 4e-4
     law = hs.fading(slope=slope)
     rim = Wall("rim", sb.Material(k, 7800.0, 500.0), depth, hs.TRACK, layers, 1.0, 340.0)
     wet = jacket("rim.back", coefficient=None, **CHANNEL)
@@ -211,14 +227,18 @@ def test_stop_with_a_layered_rim():
     result = sb.simulate(hs.rigid_stop(law, heat), rtol=1e-12)
     stop = float(result.stopping_time)
     h = float(sb.thermal.dittus_boelter(FLOW / 45e-4, 36e-3, LIQUID))
-    g, dx, A, tan = float(conductance_of(h=h)), depth / layers, hs.TRACK, math.tan(hs.BETA / 2)
+    g = float(conductance_of(h=h))
+    dx = depth / layers
+    A = hs.TRACK
+    tan = math.tan(hs.BETA / 2)
     half = dx / (2 * k * A)
 
     def face(T_last):
         return (T_last / half + g * INLET + 0.2 * 20.0 * sb.thermal.ROOM) / (1 / half + g + 0.2 * 20.0)
 
     def rates(t, y):
-        omega, T = y[0], y[1 : 1 + layers]
+        omega = y[0]
+        T = y[1 : 1 + layers]
         f = 0.35 * max(1 - slope * (T[0] - 293.15), 0.0)
         torque = hs.R * hs.T0 * (((1 + f * tan) / (1 - f * tan)) ** hs.N - 1)
         q = np.concatenate([[0.95 * torque * omega], k * A / dx * -np.diff(T), [(T[-1] - face(T[-1])) / half]])
@@ -228,7 +248,8 @@ def test_stop_with_a_layered_rim():
     truth = solve_ivp(rates, (0.0, 10.0), y0, "DOP853", events=at_rest, rtol=1e-12, atol=1e-10, dense_output=True)
     assert stop == pytest.approx(truth.t_events[0][0], rel=1e-9)
     t = np.linspace(0.0, stop, 5)
-    course, series = truth.sol(t), result.series(t)
+    course = truth.sol(t)
+    series = result.series(t)
     np.testing.assert_allclose(series.temperature, course[1 : 1 + layers].T, rtol=1e-9)
     wall = face(course[layers])
     np.testing.assert_allclose(series.wetted_temperature[:, 0], wall, rtol=1e-9)
@@ -245,8 +266,11 @@ def test_two_jackets_and_heat_through_a_junction():
     links = (Conductance("rim", "contact", 800.0), jacket("contact"), jacket("rim", 2 * FLOW))
     heat = sb.Heat(bodies, links, FrictionHeat("contact", "contact", 1.0, "rim"), rim="rim")
     result = sb.simulate(drag(heat, 20.0))
-    series, g, more = result.series([0.0, 20.0]), float(conductance_of()), float(conductance_of(2 * FLOW))
-    P, T = LOAD * SPEED, np.asarray(series.temperature[:, 0])
+    series = result.series([0.0, 20.0])
+    g = float(conductance_of())
+    more = float(conductance_of(2 * FLOW))
+    P = LOAD * SPEED
+    T = np.asarray(series.temperature[:, 0])
     contact = (P + 800.0 * T + g * INLET) / (800.0 + g)
     np.testing.assert_allclose(series.wetted_temperature, np.stack([contact, T], axis=1), rtol=1e-12)
     flows = np.stack([g * (contact - INLET), more * (T - INLET)], axis=1)
@@ -270,7 +294,8 @@ def test_scenes_without_water_have_nothing_of_it():
 def test_boiling_is_an_event_and_a_limit():
     """`t = (RIM/g) ln[ΔT_∞/(ΔT_∞ − ΔT_boil)]`; a limit of the user changes the verdict, not the event."""
     weak = 0.08 * FLOW
-    g, rise = float(conductance_of(weak)), float(LIQUID.boiling) - INLET
+    g = float(conductance_of(weak))
+    rise = float(LIQUID.boiling) - INLET
     final = LOAD * SPEED / g
     assert final > rise
     time = RIM / g * math.log(final / (final - rise))

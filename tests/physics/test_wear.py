@@ -119,7 +119,8 @@ def test_run_without_slip_has_no_wear(cold):
 @pytest.mark.parametrize("solver", [None, pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
 def test_hot_wear_is_as_exact_as_the_run(solver):
     """All heat into an insulated rim: `k p_i ∫ exp((T − T_r)/ΔT) ds`, `T = T_r + W/C`; no rate depends on the wear."""
-    rise, capacity = 70.0, 800.0
+    rise = 70.0
+    capacity = 800.0
     heat = sb.thermal.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
     result = sb.simulate(ws.stop(sb.Wear(sb.wear.ExponentialWear(ws.K, rise)), heat), solver=solver, rtol=1e-9)
     hottest = ws.J * ws.W0**2 / 2 / capacity

@@ -60,8 +60,11 @@ def test_errors_without_standard_deviations():
 def test_coverage_over_repeated_experiments(caplog):
     """60 seeded experiments on one program: intervals hold the truth, errors are neither too small nor too large."""
     sb.calibrate(rigid(), LINE, speeds(line()), start=START)
-    noise, runs = np.random.default_rng(7), 60
-    inside, distance, scatter = np.zeros(2), 0.0, 0.0
+    noise = np.random.default_rng(7)
+    runs = 60
+    inside = np.zeros(2)
+    distance = 0.0
+    scatter = 0.0
     truth = np.array([20.0, 8e3])
     for i in range(runs):
         with jax.log_compiles() if i else contextlib.nullcontext():
@@ -90,7 +93,8 @@ def test_undetermined_product_is_named():
     assert fit.open == (pytest.approx({OMEGA: 0.0, T0: 1.0, J: 1.0}, abs=1e-6),)
     assert f"open     {T0} +1, {J} +1 (relative changes) together" in str(fit)
     X = np.stack([np.ones_like(TS), TS], axis=1)
-    best, cov = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0], np.linalg.inv(X.T @ X)
+    best = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0]
+    cov = np.linalg.inv(X.T @ X)
     assert fit[OMEGA].standard_error == pytest.approx(SIGMA * np.sqrt(cov[0, 0]), rel=1e-6)
     assert fit[T0].value / fit[J].value == pytest.approx(-best[1] / (rate() * 800.0), rel=1e-9)
     assert fit.singular_values[2] < 1e-9 * fit.singular_values[0]
@@ -157,7 +161,9 @@ def test_fade_and_heat_capacity_come_back():
 
 # --- what a fit has not learned ---------------------------------------------------------------------------------------
 
-HOLDS, TRUTH = 280.0, 224.85  # N: the brake holds the load of `held` from the first one on
+# N: the brake holds the load of `held` from the first one on
+HOLDS = 280.0
+TRUTH = 224.85
 LATER = np.linspace(0.1, 2.0, 20)
 
 
@@ -234,7 +240,8 @@ def test_a_bound_that_holds_the_fit_is_said():
 @pytest.mark.slow
 def test_events_that_the_model_does_not_have():
     data = sb.studies.Measured.of(events={"stopping_time": (0.5, 0.01)})
-    bounds, weak = {F: (0.01, 0.6)}, {F: 0.011}
+    bounds = {F: (0.01, 0.6)}
+    weak = {F: 0.011}
     with pytest.raises(sb.InputError, match="stopping_time does not occur"):
         sb.calibrate(rigid(end=2.0), bounds, data, start=weak)
     fit = sb.calibrate(rigid(end=2.0), bounds, data, start=weak, starts=3)

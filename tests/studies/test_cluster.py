@@ -14,7 +14,9 @@ from stop_scenes import stop_scene
 import simbrake as sb
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
-SPEED, COUNT, CHUNK = "initial.omega", 256, 8
+SPEED = "initial.omega"
+COUNT = 256
+CHUNK = 8
 VALUES = {SPEED: np.linspace(10.0, 24.0, COUNT)}
 CLIENT = """
 import sys

@@ -75,7 +75,8 @@ def test_failing_runs_keep_their_codes():
 @pytest.mark.slow
 def test_run_gets_the_solver_of_a_single_run():
     """A quick node asks for an implicit method, and one that is less quick where it is followed for long."""
-    scene, metrics = rigid_stop(fading(), lump(cooling=2e4), end=1.0), ["stopping_time", "energy.heat_lost"]
+    scene = rigid_stop(fading(), lump(cooling=2e4), end=1.0)
+    metrics = ["stopping_time", "energy.heat_lost"]
     for values in ({"heat.links[0].value": [10.0, 2e7], SPEED: [20.0, 15.0]}, {"end_time": [1.0, 2000.0]}):
         given = {path: np.asarray(two) for path, two in values.items()}
         data = assert_like_single_runs(scene, given, metrics, range(2))
@@ -86,7 +87,8 @@ def test_run_gets_the_solver_of_a_single_run():
 def test_long_runs_beside_short_ones():
     """Runs that need more steps than most are repeated with more of them, as long as they are allowed to."""
     load = sb.TorqueLoad(sb.Repeated([0.0, 0.25, 0.75, 1.0], [0.0, 1e5, -1e5, 0.0], 1.0, 60))
-    scene, ends = stop_scene(n=6, load=load, w0=0.5), {"end_time": np.asarray([0.1, 60.0, 0.2, 12.0])}
+    scene = stop_scene(n=6, load=load, w0=0.5)
+    ends = {"end_time": np.asarray([0.1, 60.0, 0.2, 12.0])}
     data = assert_like_single_runs(scene, ends, ["stopping_angle", "energy.friction_heat"], range(4), max_steps=4096)
     assert data.steps[1] > 1024 > 128 > data.steps[0]
 
@@ -236,7 +238,8 @@ def test_fields_with_entries_and_functions():
 
 def test_sweep_is_a_full_grid_of_single_runs(caplog):
     """Few runs are those of `simulate` to the last bit, and need no program but those of a run that was printed."""
-    scene, metrics = stop_scene(), ["stopping_time", "energy.friction_heat", "max_tension"]
+    scene = stop_scene()
+    metrics = ["stopping_time", "energy.friction_heat", "max_tension"]
     assert str(sb.simulate(scene)).startswith("stopped")
     with nothing_compiled(caplog):
         data = sb.sweep(scene, {SPEED: [10.0, 20.0], LEVER: ["6 kN", "8 kN", "1e4 N"]}, metrics, progress=False)
@@ -295,7 +298,9 @@ def test_all_faults_at_once(values, settings, words):
 def test_a_cluster_of_two_with_one_killed(tmp_path, caplog):
     from distributed import Client, LocalCluster
 
-    values, folder, killed = drawn(400), tmp_path / "runs", []
+    values = drawn(400)
+    folder = tmp_path / "runs"
+    killed = []
     with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
         with Client(cluster) as client:
             pids = client.run(os.getpid)
@@ -326,7 +331,9 @@ def test_a_client_that_is_none():
 
 @pytest.mark.slow
 def test_interrupted_and_resumed(tmp_path):
-    values, folder, calls = drawn(300), tmp_path / "runs", []
+    values = drawn(300)
+    folder = tmp_path / "runs"
+    calls = []
 
     def interrupt(done, total):
         if done >= 100 and not calls:
@@ -376,7 +383,8 @@ def test_the_command(capsys, tmp_path, scenarios):
     found = json.loads(out)
     assert len(found["runs"]) == 6
     _, out, _ = call(capsys, "run", scenario, "--json", "--set", "duty.load.mass=3e4", "--set", "initial.omega=20")
-    single, run = json.loads(out), found["runs"][1]
+    single = json.loads(out)
+    run = found["runs"][1]
     assert run["status"] == single["status"] == "stopped"
     assert set(run["metrics"]) <= set(single["metrics"]) - {"max_tension"}  # maxima cost, and are measured if asked for
     assert set(run["energy"]) <= set(single["energy"])
@@ -389,7 +397,7 @@ def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
     """Of a lever of 6 kN and one of 0 one run stops; the limits lie beside its closed form."""
     stop = closed_form(T0=6e3)["stop"]
     for share, count in ((0.99, 2), (1.01, 1)):
-        parts = lambda s: (s.limits, s.brake.linings.area, s.brake.linings.permissible_pressure)  # noqa: E731
+        parts = lambda s: (s.limits, s.brake.linings.area, s.brake.linings.permissible_pressure)
         given = sb.Limits(stopping_time=share * stop), 0.02, 1e6
         sb.write_scene(eqx.tree_at(parts, stop_scene(), given, is_leaf=lambda x: x is None), tmp_path / "s.toml")
         grid = ["sweep", str(tmp_path / "s.toml"), "--vary", f"{LEVER}=0,6000", "--metrics", "stopping_time"]

@@ -41,8 +41,10 @@ def test_a_scene_as_a_function_of_arrays(caplog):
     run.jacobian(run.start)
     some = np.random.default_rng(0).uniform(*run.bounds.T, (4, 3))
     with nothing_compiled(caplog):
-        values, slopes = run.evaluate(some), run.jacobian(some)
-        one, its_slopes = run.evaluate(list(some[0])), run.jacobian(some[0])
+        values = run.evaluate(some)
+        slopes = run.jacobian(some)
+        one = run.evaluate(list(some[0]))
+        its_slopes = run.jacobian(some[0])
     for x, y, slope in zip(some, values, slopes, strict=True):
         (t, angle), (dt, more) = truth(x)
         np.testing.assert_allclose(y, [t, angle, 2 * t], rtol=1e-9)

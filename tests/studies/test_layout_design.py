@@ -16,7 +16,14 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-N, F, R, J, T0, W0, AREA, BETA = 4, 0.3, 0.6, 900.0, 6e3, 20.0, 0.03, math.radians(60.0)
+N = 4
+F = 0.3
+R = 0.6
+J = 900.0
+T0 = 6e3
+W0 = 20.0
+AREA = 0.03
+BETA = math.radians(60.0)
 
 
 class HotWear(eqx.Module):
@@ -102,7 +109,8 @@ def test_lining_work_is_the_heat_in_ledger(scene):
 
 
 def test_break_away_heat_is_of_no_lining():
-    n, C = 6, 2e5
+    n = 6
+    C = 2e5
     result = sb.simulate(stop_scene(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2)))
     fz = 0.25 * math.tan(math.radians(20.0))
     before, after = (8e3 * ((1 + g) / (1 - g)) ** n for g in (1.2 * fz, fz))
@@ -138,7 +146,8 @@ def test_gradients_of_wear_match_differences():
             return 1e6 * float(shares @ sb.results.lining_wear(result, rate(2e-3)))
 
         h = 1e-3 * value
-        near, far = (at(value + h) - at(value - h)) / (2 * h), (at(value + 2 * h) - at(value - 2 * h)) / (4 * h)
+        near = (at(value + h) - at(value - h)) / (2 * h)
+        far = (at(value + 2 * h) - at(value - 2 * h)) / (4 * h)
         assert float(got) == pytest.approx((4 * near - far) / 3, rel=1e-7), path
 
 
@@ -147,7 +156,8 @@ def test_gradients_of_wear_match_differences():
 
 @pytest.mark.parametrize("target", ["tension_increment", "normal_load", "pressure"])
 def test_static_layouts_are_the_closed_forms(target):
-    area, f = np.array([0.03, 0.03, 0.025, 0.03, 0.028]), np.array([0.3, 0.28, 0.33, 0.3, 0.25])
+    area = np.array([0.03, 0.03, 0.025, 0.03, 0.028])
+    f = np.array([0.3, 0.28, 0.33, 0.3, 0.25])
     scene = stop_scene(n=5, beta=44.0, C=None, law=sb.ConstantFriction(f))
     scene = sb.with_values(scene, {"brake.linings.area": area})
     design = sb.equal_layout(scene, target, start="given")
@@ -246,7 +256,8 @@ def test_uniform_pitch_loads_the_tight_side():
 @pytest.mark.slow
 def test_least_tension_is_the_closed_form():
     """`T_max = T_0 Π`, `T_0 (Π − 1) = J ω_0/(R t)`: most friction, and most of the wrap on as few linings as may be."""
-    n, longest = 5, 4.0
+    n = 5
+    longest = 4.0
     scene = stop_scene(n=n, f=0.2, C=None, J=J, R=R, end=6.0)
     angle = np.radians([50.0, 36.0, 44.0, 30.0, 40.0])
     scene = sb.with_values(scene, {"brake.linings.angle": angle})

@@ -14,13 +14,15 @@ from test_many_recordings import EACH, INERTIAS, TIMES, deceleration, stops
 import simbrake as sb
 
 NAMES = (T0, *(f"{OMEGA}@{name}" for name in INERTIAS), "omega_sigma")
-LOW, HIGH = np.array([2e3, 5.0, 5.0, 5.0, 0.01]), np.array([3e4, 60.0, 60.0, 60.0, 2.0])
+LOW = np.array([2e3, 5.0, 5.0, 5.0, 0.01])
+HIGH = np.array([3e4, 60.0, 60.0, 60.0, 2.0])
 
 
 @pytest.fixture(scope="module")
 def density():
     prior = {T0: lambda T: -0.5 * ((T - 8e3) / 500.0) ** 2}
-    shared, noise = {T0: (2e3, 3e4)}, {"omega": (0.01, 2.0)}
+    shared = {T0: (2e3, 3e4)}
+    noise = {"omega": (0.01, 2.0)}
     return sb.studies.log_density(rigid(), stops(), shared=shared, per_recording=EACH, priors=prior, noise=noise)
 
 
@@ -71,7 +73,8 @@ def test_event_that_does_not_occur_has_no_density():
     data = sb.studies.Measured.of(events={"stopping_time": (0.6, 0.01)})
     scene = sb.with_values(rigid(end=1.0), {OMEGA: 20.0, T0: 9e3})
     density = sb.studies.log_density(scene, data, shared={T0: (2e3, 3e4)})
-    weak, strong = density.unconstrained({T0: 3e3}), density.unconstrained({T0: 9e3})
+    weak = density.unconstrained({T0: 3e3})
+    strong = density.unconstrained({T0: 9e3})
     assert density(weak) == -np.inf
     time = 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * 9e3)
     assert float(density.log_likelihood({T0: 9e3})) == pytest.approx(norm.logpdf(0.6, time, 0.01), rel=1e-7)

@@ -36,7 +36,8 @@ def stops(seed=0, **more):
 
 def joint(data):
     """Least squares of T_0 and the three initial speeds: best values and covariance."""
-    rows, values = [], []
+    rows = []
+    values = []
     for i, (name, inertia) in enumerate(INERTIAS.items()):
         own = np.zeros((TIMES[name].size, 3))
         own[:, i] = 1.0
@@ -109,7 +110,8 @@ def test_fixed_numbers_of_all_recordings_are_named():
 def test_errors_name_the_recording():
     data = stops()
     data["second"] = sb.studies.Measured(data["second"].points, known={J: -1.0, "end_time": 0.3, "brake.mass": 1.0})
-    bounds, start = {T0: (2e3, 3e4), J: (1.0, 1e4)}, {f"{OMEGA}@4": 22.0}
+    bounds = {T0: (2e3, 3e4), J: (1.0, 1e4)}
+    start = {f"{OMEGA}@4": 22.0}
     with pytest.raises(sb.InputError) as caught:
         sb.calibrate(rigid(), bounds, data, per_recording=EACH, start=start)
     text = str(caught.value)
@@ -128,8 +130,9 @@ def test_errors_name_the_recording():
 @pytest.mark.slow
 def test_profile_of_a_curved_model():
     """One stopping time t = J ω/(R T_0 (Π(f) − 1)) of σ: the ends are where the time is off by 1.96 σ."""
-    time = lambda T: 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * T)  # noqa: E731
-    sigma, quantile = 0.2 * time(8e3), norm.ppf(0.975)
+    time = lambda T: 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * T)
+    sigma = 0.2 * time(8e3)
+    quantile = norm.ppf(0.975)
     data = sb.studies.Measured.of(events={"stopping_time": (time(8e3), sigma)})
     scene = sb.with_values(rigid(end=20.0), {OMEGA: 20.0, T0: 7e3})
     fit = sb.calibrate(scene, {T0: (2e3, 3e4)}, data, profile=True)
@@ -193,7 +196,8 @@ HIDDEN = {
 def test_hidden_truth_comes_back(name):
     """Truth, known numbers and noise from a seed; the middle of the bounds knows nothing of it."""
     make, shared, own, known, sigma = HIDDEN[name]
-    scene, random = make(), np.random.default_rng(list(HIDDEN).index(name))
+    scene = make()
+    random = np.random.default_rng(list(HIDDEN).index(name))
 
     def draw(bounds):
         return {
@@ -204,10 +208,13 @@ def test_hidden_truth_comes_back(name):
     def noisy(name, value):
         return np.reshape(value, -1) + sigma[name] * random.standard_normal(np.size(value))
 
-    t, truth, stops = np.linspace(0.02, 0.5, 9), draw(shared), {}
+    t = np.linspace(0.02, 0.5, 9)
+    truth = draw(shared)
+    stops = {}
     common = dict(truth)
     for i in map(str, range(4)):
-        mine, numbers = draw(own), draw(known)
+        mine = draw(own)
+        numbers = draw(known)
         truth |= {f"{path}@{i}": value for path, value in mine.items()}
         run = sb.simulate(sb.with_values(scene, {**common, **mine, **numbers}), rtol=1e-11)
         series = run.series(t)

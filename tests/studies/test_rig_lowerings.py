@@ -9,7 +9,8 @@ from rig_recordings import SMALL, TIMES, las, sampled, table, trip, witsml, writ
 
 import simbrake as sb
 
-BLOCK, STRING = 3.0e5, 1.2e6
+BLOCK = 3.0e5
+STRING = 1.2e6
 #: travel, speed, acceleration, load lowered, load at rest (in slips: the block's) and hoisted
 STANDS = [
     *((28.0, 1.1, 0.4, STRING, BLOCK), (27.0, 2.0, 0.5, STRING, BLOCK), (38.0, 1.6, 0.3, BLOCK, BLOCK)),
@@ -100,7 +101,8 @@ def test_intervals_hold_the_work_of_rare_and_coarse_readings(tmp_path, step, gri
     load = load * (1 + 0.03 * np.sin(0.4 * t))
     rows = np.arange(0, t.size, round(step / 0.02))
     result = sb.rig.lowerings(recording(tmp_path, t[rows], np.round(h[rows] / grid) * grid, load[rows]))
-    inside, width = [], []
+    inside = []
+    width = []
     for one, (begin, end, *_) in zip(result.lowerings, true, strict=True):
         span = (t >= begin) & (t <= end)
         work = float(np.trapezoid(load[span], -h[span]))
@@ -219,7 +221,8 @@ def test_states_and_the_log_s_own_codes(tmp_path):
 @pytest.mark.parametrize("stand", [3e4, 4.5e4, 6e4])
 def test_a_stand_in_the_elevators_is_not_the_block(tmp_path, stand):
     """Running in from nothing: the block rests longer with a stand than without one."""
-    seconds, metres = [40, 28, 110, 28, 10], [0, 28, 0, -28, 0]
+    seconds = [40, 28, 110, 28, 10]
+    metres = [0, 28, 0, -28, 0]
     ends = np.cumsum(seconds * 5)
     t = np.arange(0.0, ends[-1], 2.0)
     h = 10.0 + np.interp(t, [0, *ends], np.cumsum([0, *(metres * 5)]))
@@ -262,7 +265,8 @@ def test_a_gap_is_told_and_a_lowering_that_it_cuts_left_out(tmp_path, kind, begi
     whole = [one for i, one in enumerate(true) if i not in lost]
     assert [one.travel for one in result.valid] == pytest.approx([travel for _, _, travel, _ in whole], rel=0.01)
     work = sum(work for *_, work in whole)
-    told, out = result.as_dict(), result.left_out
+    told = result.as_dict()
+    out = result.left_out
     assert told["totals"]["hook_work"] == pytest.approx(work, rel=0.02)
     assert told["left_out"] == out
     assert (out["flagged"], out["cut"]) == (cut, cut)
@@ -271,7 +275,8 @@ def test_a_gap_is_told_and_a_lowering_that_it_cuts_left_out(tmp_path, kind, begi
         assert (result.gaps, result.lost, out["gaps"], out["travel"]) == ((), (), 0, 0.0)
         return
     (gap,) = result.gaps
-    before, behind = (rows[kept][rows[kept] < begin][-1], rows[kept][rows[kept] > end][0])
+    before = rows[kept][rows[kept] < begin][-1]
+    behind = rows[kept][rows[kept] > end][0]
     assert (gap.begin, gap.duration) == pytest.approx((before, behind - before))
     assert gap.change == pytest.approx(height[rows == behind][0] - height[rows == before][0])
     assert (gap.cut, gap.rest) == (cut, not lost)
@@ -374,7 +379,9 @@ def test_a_compensated_height_is_no_motion_of_the_drum(tmp_path):
 
 
 def test_trips_days_and_files(tmp_path):
-    up, down, rest = (20, 20), (20, -20), (60, 0)
+    up = (20, 20)
+    down = (20, -20)
+    rest = (60, 0)
     pieces = [(40, 0), down, rest, up, (300, 0), down, (4000, 0), up, rest, down, rest]
     log = recording(tmp_path, *shape(*pieces))  # begins 10 min before midnight
     book = sb.rig.ledger(log, lines=8)

@@ -13,8 +13,15 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 
-G, LINES, RADIUS, INERTIA, CAPACITY, COOLING, AIR = 9.80665, 8, 0.4, 1200.0, 2.0e5, 400.0, 293.15
-STRING, BLOCK = 6.0e5, 1.5e5
+G = 9.80665
+LINES = 8
+RADIUS = 0.4
+INERTIA = 1200.0
+CAPACITY = 2.0e5
+COOLING = 400.0
+AIR = 293.15
+STRING = 6.0e5
+BLOCK = 1.5e5
 #: travel, speed, acceleration, load lowered, load at rest and hoisted
 STANDS = [(28.0, 1.1, 0.15, STRING, BLOCK), (27.0, 1.6, 0.2, STRING, BLOCK), (25.0, 0.8, 0.1, STRING, BLOCK)]
 
@@ -108,7 +115,8 @@ def test_small_movements_at_rest_are_given_back(tmp_path, cycle):
         at = pieces[-1][-1]
         pieces += [at + np.sign(way) * np.minimum(np.arange(2.0, abs(way) + 2, 2.0), abs(way)), np.full(20, at + way)]
     height = np.concatenate(pieces)
-    t, down = 2.0 * np.arange(height.size), [-x for x in cycle * 4 if x < -2]
+    t = 2.0 * np.arange(height.size)
+    down = [-x for x in cycle * 4 if x < -2]
     replay = sb.rig.replay(recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of())
     away = height - (height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t))))
     resting = np.append(height[1:] == height[:-1], True)
@@ -150,7 +158,8 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     log = recording(tmp_path, *sampled(t, h, load, "held", np.random.default_rng(4)))
     book = sb.rig.ledger(log, lines=LINES, brake="regenerative", auxiliary={"string": 0.75, "block": 0.0})
     replay = sb.rig.replay(book, scene_of())
-    heat, work = float(replay.result.energy["friction_heat"]), sum(one.hook_work for one in replay.lowerings)
+    heat = float(replay.result.energy["friction_heat"])
+    work = sum(one.hook_work for one in replay.lowerings)
     assert heat == pytest.approx(0.25 * work, rel=0.03)
     # an assumed share takes heat off the brake: what it is at most, without it, stands beside it
     assert float(replay.bound.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
@@ -194,7 +203,8 @@ def test_a_comparison_looks_at_each_rest_once_and_pages_ask_for_one_verdict(tmp_
     """The values are those of a series at all updates."""
     t = np.arange(0.0, 1200.0, 2.0)
     log = recording(tmp_path, t, 40.0 - np.clip(0.5 * (t - 1000), 0, 20), np.full(t.size, STRING))
-    replay, asked = sb.rig.replay(log, scene_of()), {"series": 0, "verdict": 0}
+    replay = sb.rig.replay(log, scene_of())
+    asked = {"series": 0, "verdict": 0}
     series = replay.result.series(t)
     for name, many in (("series", np.size), ("verdict", lambda *_: 1)):
         own = getattr(sb.Result, name)
@@ -270,13 +280,15 @@ def test_what_cannot_be_replayed_is_named(tmp_path):
 
 TIMES = np.array([0.0, 5, 9, 29, 33, 60, 64, 84, 88, 100, 103, 110, 113])
 SPEEDS = np.array([0.0, 0, 20, 20, 0, 0, -20, -20, 0, 0, 30, 30, 0])
-HEAVY, LIGHT = 60e3, 2e3
+HEAVY = 60e3
+LIGHT = 2e3
 
 
 def of_a_motion(masses, share):
     """Lowered by 24 m and hoisted heavy, driven down by 15 m light."""
     angles = np.append(0.0, np.cumsum(0.5 * (SPEEDS[1:] + SPEEDS[:-1]) * np.diff(TIMES)))
-    speed, shares = sb.PiecewiseLinear(TIMES, SPEEDS), share * np.ones(TIMES.size)
+    speed = sb.PiecewiseLinear(TIMES, SPEEDS)
+    shares = share * np.ones(TIMES.size)
     motion = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", shares)
     duty = sb.Duty(motion, sb.loads.RecordedLoad([0, 95], masses, RADIUS, LINES))
     motor = sb.loads.Motor("90 kN*m", "3 MW", "60 rad/s")
@@ -285,7 +297,8 @@ def of_a_motion(masses, share):
 
 def heat_and_work(masses, share):
     """Of the brake, of the motor: `drive` (N·m) is what it needs to drive the light load down."""
-    (heavy, light), per_radian = masses, RADIUS / LINES
+    (heavy, light) = masses
+    per_radian = RADIUS / LINES
     drive = (INERTIA + light * per_radian**2) * 10.0 - light * G * per_radian
     braked = heavy * G * 24 + light * G * 15 + drive * 45
     return (1 - share) * braked, heavy * G * 24 + drive * 45 - share * braked
@@ -294,7 +307,9 @@ def heat_and_work(masses, share):
 def test_a_recorded_motion_is_followed_to_the_last_digit():
     """Angles of the points, heat and work of the motor in closed form."""
     scene = of_a_motion([HEAVY, LIGHT], 0.0)
-    motion, load, motor = scene.duty.lever, scene.duty.load, scene.motor
+    motion = scene.duty.lever
+    load = scene.duty.load
+    motor = scene.motor
     result = sb.simulate(scene)
     np.testing.assert_allclose(result.series(TIMES).phi, motion.angles, atol=1e-6)
     heat, work = heat_and_work([HEAVY, LIGHT], 0.0)
@@ -316,9 +331,11 @@ def test_a_recorded_motion_is_followed_to_the_last_digit():
 @pytest.mark.parametrize("torque", [15.0, *(pytest.param(torque, marks=pytest.mark.slow) for torque in (12.5, 18.0))])
 def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
     """The drum is still hoisted, or just at rest, where the recording is lowered already; the tackle has its loss."""
-    times, speeds = np.array([0.0, 4, 14, 16, 18, 28, 32, 40]), np.array([0.0, -20, -20, 0, 12, 12, 0, 0])
+    times = np.array([0.0, 4, 14, 16, 18, 28, 32, 40])
+    speeds = np.array([0.0, -20, -20, 0, 12, 12, 0, 0])
     angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
-    speed, share = sb.PiecewiseLinear(times, speeds), np.full(times.size, 0.7)
+    speed = sb.PiecewiseLinear(times, speeds)
+    share = np.full(times.size, 0.7)
     motion = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", share)
     duty = sb.Duty(motion, sb.loads.RecordedLoad([0.0], [15e3], RADIUS, LINES))
     parts = {

@@ -26,10 +26,8 @@ def test_derivatives_match_the_closed_form(tables):
         found = closed_form(**p, xp=jax.numpy)
         return {"stopping_time": found["stop"], "slip_onset_time": found["t0"], "max_tension": p["T0"] * found["Pi"]}
 
-    slopes, exact = (
-        jax.jit(jax.jacrev(truth))(values),
-        {name: float(value) for name, value in jax.jit(truth)(values).items()},
-    )
+    slopes = jax.jit(jax.jacrev(truth))(values)
+    exact = {name: float(value) for name, value in jax.jit(truth)(values).items()}
     paths = {
         "f": "brake.linings.friction.coefficient",
         "J": "brake.pulley.inertia",
@@ -40,7 +38,8 @@ def test_derivatives_match_the_closed_form(tables):
     for table in tables[:3]:
         assert table.value == pytest.approx(exact[table.metric], rel=1e-9)
         for name, path in paths.items():
-            slope, row = float(slopes[table.metric][name]), table.at(path)
+            slope = float(slopes[table.metric][name])
+            row = table.at(path)
             scale = abs(exact[table.metric] / values[name])
             assert row.derivative == pytest.approx(slope, rel=1e-9, abs=1e-11 * scale)
             assert row.elasticity == pytest.approx(slope / exact[table.metric] * values[name], rel=1e-8, abs=1e-10)

@@ -57,10 +57,12 @@ def test_every_step_has_numbers_and_source(classical):
 def test_shown_numbers_give_the_value(classical):
     """Values recomputed from the numbers that the report prints beside them."""
     n = {row.name: {number.symbol: number.value for number in row.numbers} for row in classical}
-    x, hand = n["mean bulk temperature, rim"], by_hand()
+    x = n["mean bulk temperature, rim"]
+    hand = by_hand()
     shown = [x["W"], x["α"], x["c"], x["G"], n["thickness that holds the heat, braking"]["Q"]]
     mass = 7850.0 * hand["effective volume, rim"]
-    track, work = 2 * 2 * math.pi * 0.590 * 0.220, hand["friction work"]
+    track = 2 * 2 * math.pi * 0.590 * 0.220
+    work = hand["friction work"]
     wanted = [work, hand["heat partition coefficient, rim"], 534.1, mass, hand["heat into the rim"] / track]
     np.testing.assert_allclose(shown, wanted, rtol=1e-9)
     found = classical["mean bulk temperature, rim"].value
@@ -71,7 +73,8 @@ def test_shown_numbers_give_the_value(classical):
     found = classical["maximum temperature, S-27"].value
     assert x["T"] + x["t_v"] + x["t_s"] / 3 + x["t_f"] / 3 == pytest.approx(found)
     assert n["maximum face temperature"]["N"] == 100
-    x, h = n["mean net flux"], sb.formulas.radiation_coefficient(0.8, 293.15, 293.15)
+    x = n["mean net flux"]
+    h = sb.formulas.radiation_coefficient(0.8, 293.15, 293.15)
     loss = (1 - x["κ"]) * (x["h"] + h) * (x["T"] - x["T_a"])
     assert x["κ"] * x["q_1"] - loss == pytest.approx(classical["mean net flux"].value)
     x = n["heat gained in it"]
@@ -119,7 +122,8 @@ def bulk_rise(T, share, W, A, tau, material, thickness=0.025):
     """Mean bulk rise with properties at T, in terms of the half-space and of the slab."""
     factor_k = 1 + float(material.conductivity_slope or 0.0) * (T - 293.15)
     factor_c = 1 + float(material.specific_heat_slope or 0.0) * (T - 293.15)
-    conductivity, capacity = float(material.conductivity) * factor_k, float(material.specific_heat) * factor_c
+    conductivity = float(material.conductivity) * factor_k
+    capacity = float(material.specific_heat) * factor_c
     density = float(material.density)
     depth = min(1.73 * math.sqrt(conductivity * tau / (density * capacity)), thickness)
     return 2 / 3 * share * W / (capacity * density * A * depth)
@@ -227,7 +231,8 @@ def test_the_back_of_a_held_slab():
     early = 0.05
     near = 2 * (erfc(1 / (2 * math.sqrt(early))) - erfc(3 / (2 * math.sqrt(early))))
     assert sb.formulas.held_face_rise(early) == pytest.approx(near, rel=1e-12)
-    below, above = sb.formulas.held_face_rise(0.2 * (1 - 1e-12)), sb.formulas.held_face_rise(0.2 * (1 + 1e-12))
+    below = sb.formulas.held_face_rise(0.2 * (1 - 1e-12))
+    above = sb.formulas.held_face_rise(0.2 * (1 + 1e-12))
     assert below == pytest.approx(above, rel=1e-10)
     assert sb.formulas.held_face_rise(0.0) == 0.0
     assert sb.formulas.held_face_rise(20.0) == pytest.approx(1.0, abs=1e-15)

@@ -48,7 +48,9 @@ def test_formulas_match_a_stop_they_assume(run):
         row = found[name]  # apart by layers of another thickness, and by what the air takes
         assert row.value == pytest.approx(row.simulated, abs=0.02 * peak), name
     # the estimate leaves all heat within the depth b, in the run some of it goes on: ∫ q erfc(b/√(4 a u)) du
-    bulk, tau, a = found["mean bulk temperature, rim"], run.metrics["stopping_time"], 48.0 / (7800.0 * 500.0)
+    bulk = found["mean bulk temperature, rim"]
+    tau = run.metrics["stopping_time"]
+    a = 48.0 / (7800.0 * 500.0)
     b = 1.73 * math.sqrt(a * tau)
     beyond = dblquad(
         lambda u, t: 2 * (1 - (t - u) / tau) * math.erfc(b / math.sqrt(4 * a * u)) / tau**2, 0, tau, 0, lambda t: t

@@ -43,7 +43,8 @@ Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader,
 
 def cases_of(subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]) -> list[Case]:
     """Cases that read one result, `run()`, which is made when the first of them is run."""
-    once, found = functools.cache(run), []
+    once = functools.cache(run)
+    found = []
     for what, source, truth, read, *other in rows:
         value = functools.partial(_read, once, read)
         found.append(Case(f"{subject}/{what}", source, truth, other[0] if other else tolerance, value))

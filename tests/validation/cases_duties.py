@@ -52,9 +52,15 @@ _PI_4 = closed_form(n=4, beta=50.0)["Pi"]
 
 def cooling_cases() -> list[Case]:
     """A stop whose rim loses heat meanwhile, and a phase that ends as it has cooled down to a level."""
-    C, G, level, J, w0 = 3e3, 60.0, ROOM + 25.0, 800.0, 20.0
+    C = 3e3
+    G = 60.0
+    level = ROOM + 25.0
+    J = 800.0
+    w0 = 20.0
     M = 0.725 * 8e3 * (_PI_4 - 1)
-    stop, b, alpha = J * w0 / M, G / C, M / J
+    stop = J * w0 / M
+    b = G / C
+    alpha = M / J
     # C ΔT' = M (ω_0 − α t) − G ΔT
     rise = M / G * ((w0 + alpha / b) * -math.expm1(-b * stop) - alpha * stop)
     cooled = stop + math.log(rise / (level - ROOM)) / b
@@ -84,8 +90,16 @@ def cooling_cases() -> list[Case]:
 
 def driller_cases() -> list[Case]:
     """A driller who slows the pulley down to a given course of the speed, from 2 rad/s above it."""
-    M, J, R, w0, g, n, f, end = 5e3, 800.0, 0.725, 8.0, 1.5, 4, 0.35, 3.0
-    times, course = [0.0, 2.0, 9.0], [6.0, 3.0, 3.0]
+    M = 5e3
+    J = 800.0
+    R = 0.725
+    w0 = 8.0
+    g = 1.5
+    n = 4
+    f = 0.35
+    end = 3.0
+    times = [0.0, 2.0, 9.0]
+    course = [6.0, 3.0, 3.0]
 
     def wanted(t: float) -> float:
         return float(np.interp(t, times, course))
@@ -131,10 +145,23 @@ def snub_cases() -> list[Case]:
     Heat input is linear in time and decays with `exp(−b t)`. The rise at the end of one snub of the length
     `τ` from `v_1`, `P(t) = s m a (v_1 − a t)`, is `∫ P(t) e^{−b (τ − t)} dt/C`; the snubs add up.
     """
-    fast, slow, a, period, mass = 120 / 3.6, 60 / 3.6, 3.0, 45.0, 400.0  # m/s, m/s, m/s², s, kg
-    C, share, b = 3500.0, 0.95, 1 / 900  # J/K, share of the heat, rate of cooling (1/s)
-    tau, wheel = (fast - slow) / a, 0.3
-    J, n, f, r_i, r_o = mass * wheel**2, 4, 0.4, 0.30, 0.50
+    # m/s, m/s, m/s², s, kg
+    fast = 120 / 3.6
+    slow = 60 / 3.6
+    a = 3.0
+    period = 45.0
+    mass = 400.0
+    # J/K, share of the heat, rate of cooling (1/s)
+    C = 3500.0
+    share = 0.95
+    b = 1 / 900
+    tau = (fast - slow) / a
+    wheel = 0.3
+    J = mass * wheel**2
+    n = 4
+    f = 0.4
+    r_i = 0.30
+    r_o = 0.50
     force = mass * a * wheel / (n * f * (r_i + r_o) / 2)  # uniform wear: the mean radius
     again = J * (fast - slow) / wheel / (period - tau)  # torque that restores the speed
     lever, load = (
@@ -177,7 +204,15 @@ def moving_string_cases() -> list[Case]:
 
     The string comes with the speed of the hook, and the rope takes its weight on slowly.
     """
-    J, per_rad, k, c, empty, string, T_0, at, end = 1200.0, 0.05, 4e6, 3e5, 5e3, 40e3, 7.5e3, 1.3, 2.0
+    J = 1200.0
+    per_rad = 0.05
+    k = 4e6
+    c = 3e5
+    empty = 5e3
+    string = 40e3
+    T_0 = 7.5e3
+    at = 1.3
+    end = 2.0
     M = T_0 * 0.725 * (closed_form()["Pi"] - 1)
 
     def matrix(mass: float, torque: float) -> Any:
@@ -185,7 +220,9 @@ def moving_string_cases() -> list[Case]:
         A = np.zeros((6, 6))
         A[0, [0, 1, 2, 5]] = np.array([-c * per_rad, c, k, mass * GRAVITY]) * per_rad / J - [0, 0, 0, torque / J]
         A[1, :3] = c * per_rad / mass, -c / mass, -k / mass
-        A[2, :2], A[3, 0], A[4, 1] = (-per_rad, 1.0), 1.0, 1.0
+        A[2, :2] = (-per_rad, 1.0)
+        A[3, 0] = 1.0
+        A[4, 1] = 1.0
         return A
 
     def moved(at: complex) -> tuple[Any, Any]:
@@ -201,7 +238,8 @@ def moving_string_cases() -> list[Case]:
         return quad(power, 0.0, time, epsabs=0.0, epsrel=1e-12, limit=200)[0]
 
     taken, last = moved(at)
-    light, heavy = empty * GRAVITY / k, (empty + string) * GRAVITY / k
+    light = empty * GRAVITY / k
+    heavy = (empty + string) * GRAVITY / k
     brought = string * taken[1] ** 2 / 2 + k * ((heavy + taken[2]) ** 2 - (light + taken[2]) ** 2) / 2
     damped = heat(empty, 0.0, np.eye(6)[5], at) + heat(empty + string, M, taken, end - at)
     source = f"{FORM}exp(A t) of ω, v, e; the string brings Δm v²/2 + k (e_2² − e_1²)/2"
@@ -249,19 +287,34 @@ def _hook_load(result: Result) -> Any:
 
 def tripping_cases() -> list[Case]:
     """A string that the moving hook takes and sets down twice, a stand more the second time: speed, and work."""
-    J, per_rad, empty, string, pull, w0 = 1200.0, 0.05, 5e3, 40e3, 4e3, 12.0
+    J = 1200.0
+    per_rad = 0.05
+    empty = 5e3
+    string = 40e3
+    pull = 4e3
+    w0 = 12.0
     gain = 0.725 * (closed_form()["Pi"] - 1)
-    marks, end = (0.5, 1.5, 2.5, 3.5), 3.8  # of two cycles of 2 s
+    # of two cycles of 2 s
+    marks = (0.5, 1.5, 2.5, 3.5)
+    end = 3.8
 
     def course(stand: complex = 4e3) -> tuple[complex, complex, complex]:
         """Speed and angle at the end, and the work of the load with what the masses bring."""
-        omega, phi, work, m, t = w0, 0.0, 0.0, empty, 0.0
+        omega = w0
+        phi = 0.0
+        work = 0.0
+        m = empty
+        t = 0.0
         hung = (string, 0.0, string + stand, 0.0)
         for mark, more in zip((*marks, end), (*hung, 0.0), strict=True):
-            dt, M = mark - t, m * GRAVITY * per_rad
+            dt = mark - t
+            M = m * GRAVITY * per_rad
             alpha = (M - gain * pull) / (J + m * per_rad**2)
             angle = omega * dt + alpha * dt**2 / 2
-            omega, phi, work, t = omega + alpha * dt, phi + angle, work + M * angle, mark
+            omega = omega + alpha * dt
+            phi = phi + angle
+            work = work + M * angle
+            t = mark
             if mark != end:
                 work += (empty + more - m) * (per_rad * omega) ** 2 / 2
                 m = empty + more

@@ -18,9 +18,16 @@ from simbrake.friction import ProductFriction, TabulatedFade
 from simbrake.thermal import EffusivityPartition, FrictionHeat, Lump
 
 # rim (J/K), stiffness of the band, lever and static ratio; share of the heat that the rim takes, √(λρc) on either side
-_RIM, _C, _TENSION, _RATIO = 3e3, 2e4, 4e3, 1.2
-_METAL, _LINING = (48.0, 7800.0, 480.0), (0.8, 2000.0, 1100.0)
-_SLOPE, _ABOVE, _FLOOR, _BLEND = 4e-3, 310.0, 0.9, 8.0
+_RIM = 3e3
+_C = 2e4
+_TENSION = 4e3
+_RATIO = 1.2
+_METAL = (48.0, 7800.0, 480.0)
+_LINING = (0.8, 2000.0, 1100.0)
+_SLOPE = 4e-3
+_ABOVE = 310.0
+_FLOOR = 0.9
+_BLEND = 8.0
 _TABLE = [280.0, 320.0, 400.0], [1.0, 0.97, 0.8]
 #: temperatures at which a derivative of the friction jumps, of whatever order
 _CORNERS = 302.0, 318.0, 320.0, 327.0, 343.0
@@ -64,14 +71,17 @@ def jump_cases() -> list[Case]:
         found: Any = brentq(left, AIR, 399.0, xtol=1e-13)
         return found
 
-    chi, v, cold = math.sqrt(_C * _R**2 / _J), _C * _R * _W0, float(_fading(AIR))
+    chi = math.sqrt(_C * _R**2 / _J)
+    v = _C * _R * _W0
+    cold = float(_fading(AIR))
 
     def onset(ratio: complex) -> tuple[Any, Any]:
         """Time at which the band slides, and the speed then: the rim is cold until then."""
         sine = chi * _TENSION * (_mu(ratio * cold) ** _N - 1) / v
         return _TENSION / v + np.arcsin(sine) / chi, _W0 * np.sqrt(1 - sine**2)
 
-    (t_1, w_1), end = onset(_RATIO), at(0.0)
+    (t_1, w_1) = onset(_RATIO)
+    end = at(0.0)
 
     def speed(T: float) -> float:
         lost = 2 / _J * (_RIM * (T - AIR) / share + excess(T) ** 2 / (2 * _C))
@@ -81,7 +91,8 @@ def jump_cases() -> list[Case]:
     time = t_1 + quad(lambda w: _J / (_R * excess(at(w))), 0.0, w_1, points=corners, epsabs=1e-13, epsrel=1e-12)[0]
     by_ratio = differentiated(lambda x: onset(x)[0], _RATIO)
     by_ratio += differentiated(lambda x: onset(x)[1], _RATIO) * _J / (_R * excess(at(w_1)))
-    metal, lining = Material(*_METAL), Material(*_LINING)
+    metal = Material(*_METAL)
+    lining = Material(*_LINING)
     pair = FrictionHeat("rim", None, EffusivityPartition(metal, lining))
     factors = LinearFade(_SLOPE, _ABOVE, _FLOOR, _BLEND), TabulatedFade(*_TABLE)
     law = ProductFriction(ConstantFriction(_F, _RATIO), factors)

@@ -85,8 +85,18 @@ def pressed_stage_cases() -> list[Case]:
     Stage 2 is uniformly decelerated on both sides of the inner face; in stage 3 the band only just holds the bandage:
     `R_b (T_1 − T_0) = R f(p) N`, `N = (T_1 + T_0) sin β/2 + N_pre`, `p = N/A`.
     """
-    T_0, J, J_b, R, R_b, half, w0, pre, area = 6e3, 900.0, 45.0, 0.59, 0.64, math.radians(55.0), 20.0, 2e3, 0.02
-    f, reference, exponent = 0.12, 6e5, 0.35
+    T_0 = 6e3
+    J = 900.0
+    J_b = 45.0
+    R = 0.59
+    R_b = 0.64
+    half = math.radians(55.0)
+    w0 = 20.0
+    pre = 2e3
+    area = 0.02
+    f = 0.12
+    reference = 6e5
+    exponent = 0.35
     ratio = (1 + 0.4 * math.tan(half)) / (1 - 0.4 * math.tan(half))
 
     def load(T_1: float) -> float:
@@ -105,7 +115,8 @@ def pressed_stage_cases() -> list[Case]:
         holds: Any = brentq(lambda T: R_b * (T - T_0) - torque(T, exponent), T_0, ratio * T_0, xtol=1e-10)
         return lock, lock + (J * w0 - inner * lock) / torque(holds, exponent), holds
 
-    (lock, stop, holds), h = stages(), 1e-3
+    (lock, stop, holds) = stages()
+    h = 1e-3
     slope = sum(c * (stages(exponent + k * h)[1] - stages(exponent - k * h)[1]) for k, c in ((1, 45), (2, -9), (3, 1)))
     source = f"{FORM}R_b (T_1 − T_0) = R f(p) N in stage 3"
 
@@ -145,13 +156,19 @@ def lock_up_cases() -> list[Case]:
 
     They are brought to these speeds by braking for 0.1 s from 110 rad/s, which heats the internal pair by 225 J.
     """
-    I1, I2, w1, w2, T, begin = 0.5, 2.0, 100.0, 10.0, 50.0, 0.1
+    I1 = 0.5
+    I2 = 2.0
+    w1 = 100.0
+    w2 = 10.0
+    T = 50.0
+    begin = 0.1
     first = w1 + T / I1 * begin
     torque = T + I2 * (first - w2) / begin
     lever = _lever((0.0, torque), (begin, torque), (begin, 0.0))
     reduced = I1 * I2 / (I1 + I2)
     before = T * (w1 - w2) * begin / 2
-    time, heat = reduced * (w1 - w2) / T, reduced * (w1 - w2) ** 2 / 2
+    time = reduced * (w1 - w2) / T
+    heat = reduced * (w1 - w2) ** 2 / 2
     rows = [
         ("time", f"{FORM}I1 I2(ω1 − ω2)/(T(I1 + I2))", time, lambda r: time_of("internal_restick")(r) - begin),
         ("heat", f"{FORM}I1 I2(ω1 − ω2)²/2(I1 + I2)", heat, lambda r: float(r.energy["heat_internal"]) - before),
@@ -194,9 +211,11 @@ def table_cases() -> list[Case]:
 
 def _followed(f: Any, beta: Any, T_0: float = 1.0) -> tuple[Any, Any]:
     """Tensions `T_0…T_n` and loads along sliding linings, one after the other."""
-    T, N = [T_0], []
+    T = [T_0]
+    N = []
     for f_i, b in zip(np.broadcast_to(f, np.shape(beta)), np.asarray(beta), strict=True):
-        c, s = math.cos(b / 2), math.sin(b / 2)
+        c = math.cos(b / 2)
+        s = math.sin(b / 2)
         # (T − T_before) c = f N, N = (T + T_before) s
         T.append(T[-1] * (c + f_i * s) / (c - f_i * s))
         N.append((T[-1] + T[-2]) * s)
@@ -205,7 +224,14 @@ def _followed(f: Any, beta: Any, T_0: float = 1.0) -> tuple[Any, Any]:
 
 # --- wear -------------------------------------------------------------------------------------------------------------
 
-_N, _BETA, _R, _J, _T0, _W0, _F, _AREA = 4, 50.0, 0.725, 800.0, 8e3, 20.0, 0.35, 0.03
+_N = 4
+_BETA = 50.0
+_R = 0.725
+_J = 800.0
+_T0 = 8e3
+_W0 = 20.0
+_F = 0.35
+_AREA = 0.03
 #: gas constant (J/(mol·K)), CODATA 2018
 _GAS = 8.31446261815324
 
@@ -228,9 +254,13 @@ def _pressures(T_0: float = _T0) -> Any:
 
 def wear_law_cases() -> list[Case]:
     """Four laws of the wear rate over the temperature, one per lining, in a stop that heats an insulated rim."""
-    k, E, above, capacity = 3e-14, 2.5e4, ROOM + 60.0, 800.0
+    k = 3e-14
+    E = 2.5e4
+    above = ROOM + 60.0
+    capacity = 800.0
     M = _R * _T0 * (closed_form(n=_N, beta=_BETA)["Pi"] - 1)
-    way, p = _J * _W0**2 / (2 * M), _pressures()
+    way = _J * _W0**2 / (2 * M)
+    p = _pressures()
     laws: tuple[tuple[str, Callable[..., float], float, str], ...] = (
         ("Arrhenius", lambda T, E=E: math.exp(E / _GAS * (1 / ROOM - 1 / T)), E, "energy"),
         ("threshold", lambda T, E=E: math.exp(E / _GAS * max(0.0, 1 / above - 1 / T)), E, "energy"),
@@ -252,7 +282,8 @@ def wear_law_cases() -> list[Case]:
 
     def slope(i: int) -> float:
         """Derivative by the number of a law, by sixth-order differences."""
-        x, h = laws[i][2], 1e-3 * laws[i][2]
+        x = laws[i][2]
+        h = 1e-3 * laws[i][2]
         pairs = ((1, 45), (2, -9), (3, 1))
         return sum(c * (worn(i, x + m * h) - worn(i, x - m * h)) for m, c in pairs) / (60 * h)
 
@@ -288,7 +319,9 @@ def wear_law_cases() -> list[Case]:
 
 def turned_cases() -> list[Case]:
     """An uneven band that is turned end for end."""
-    f, angle, gap = np.array([0.30, 0.42, 0.35]), np.radians([28.0, 51.0, 36.0]), np.radians([3.0, 9.0])
+    f = np.array([0.30, 0.42, 0.35])
+    angle = np.radians([28.0, 51.0, 36.0])
+    gap = np.radians([3.0, 9.0])
     worn = np.array([1e-3, 2e-3, 4e-3])
     band = Band(0.623, LiningsOnPlates(2.1e11, 13e-4, 0.3, 0.5, gap))
     brake = Brake(Pulley(0.59, 1200.0), band, Lining(ConstantFriction(f), angle, 0.03))
@@ -296,7 +329,8 @@ def turned_cases() -> list[Case]:
     scene = Scene(brake, stop_scene().duty, Initial(20.0), 1.0, wear=wear)
 
     # Δl/S_C of the band that begins with the lining that was the last
-    S, stretch = 1.0, 0.3
+    S = 1.0
+    stretch = 0.3
     for i in (2, 1, 0):
         stretch += 0.623 * S * math.expm1(f[i] * angle[i]) / f[i]
         S *= math.exp(f[i] * angle[i])
@@ -333,7 +367,15 @@ def parting_cases() -> list[Case]:
 
 
 def _parting(sense: int) -> list[Case]:
-    J, R_b, m, C, D, T_0, f, growth, end = 40.0, 0.9, 5.0, 2e4, 60.0, 1e3, 0.3, sense * 2e3, 0.5
+    J = 40.0
+    R_b = 0.9
+    m = 5.0
+    C = 2e4
+    D = 60.0
+    T_0 = 1e3
+    f = 0.3
+    growth = sense * 2e3
+    end = 0.5
     z = math.tan(math.radians(30.0))
     # of t, elongation beyond T_0/C, its rate, speed of the pulley, 1: sticking; sliding
     stuck, along = np.zeros((2, 5, 5))
@@ -348,7 +390,8 @@ def _parting(sense: int) -> list[Case]:
 
     def moved(t: Any, taken: Any, f: Any) -> Any:
         slid = along + 0j * f
-        slid[2], slid[3] = (force(f) - spring) / m, (np.array([growth, 0.0, 0.0, 0.0, 0.0]) - R_b * force(f)) / J
+        slid[2] = (force(f) - spring) / m
+        slid[3] = (np.array([growth, 0.0, 0.0, 0.0, 0.0]) - R_b * force(f)) / J
         return expm(slid * (t - taken)) @ stuck_at(taken)
 
     def stuck_at(t: Any) -> Any:
@@ -369,7 +412,8 @@ def _parting(sense: int) -> list[Case]:
         return force(f) @ y * (R_b * y[3] - y[2])
 
     e, v, w = last(f).real[1:4]
-    at_rest, source = T_0 / C, f"{FORM}matrix exponential of the linear rates, root of |G| = f_s N/cos(β/2)"
+    at_rest = T_0 / C
+    source = f"{FORM}matrix exponential of the linear rates, root of |G| = f_s N/cos(β/2)"
     heat = quad(power, taken, end, epsabs=0.0, epsrel=1e-13)[0]
     rows: list[Row] = [
         ("breaks away", source, taken, time_of("restart")),
@@ -400,9 +444,21 @@ def staged_heat_cases() -> list[Case]:
 
     The stop is that of the subject "staged pair": torque `c t` of the band, capacity `M_i` of the internal pair.
     """
-    J_1, J_2, w0, M, c, end, cold = 40.0, 4.0, 20.0, 600.0, 500.0, 3.0, 300.0
-    C, start, area, h_0, v_0 = (50.0, 20.0, 10.0), 400.0, 0.2, 2.0, 3.0
-    share, band, beyond = 0.8, 0.6, 0.4
+    J_1 = 40.0
+    J_2 = 4.0
+    w0 = 20.0
+    M = 600.0
+    c = 500.0
+    end = 3.0
+    cold = 300.0
+    C = (50.0, 20.0, 10.0)
+    start = 400.0
+    area = 0.2
+    h_0 = 2.0
+    v_0 = 3.0
+    share = 0.8
+    band = 0.6
+    beyond = 0.4
     t_0 = M * (J_1 + J_2) / (c * J_1)
     first = np.polynomial.Polynomial([w0, 0.0, -c / (2 * (J_1 + J_2))])
     both = np.polynomial.Polynomial([first(t_0), (M - c * t_0) / J_2, -c / (2 * J_2)])
@@ -425,7 +481,8 @@ def staged_heat_cases() -> list[Case]:
     heat = Heat((*lumps, Reservoir("air", cold)), (air,), rubs, (), None, *places, external=outer)
     scene = staged_pair(M, J_1, J_2, w0, ([0.0, 10.0], [0.0, 10.0 * c]), end)
     scene = Scene(scene.brake, scene.duty, scene.initial, end, heat)
-    work, lost = f"{FORM}work of the pairs, over C", f"{FORM}e^(−∫ h_0 A (1 + (R_b ω_b/v_0)²) dt/C)"
+    work = f"{FORM}work of the pairs, over C"
+    lost = f"{FORM}e^(−∫ h_0 A (1 + (R_b ω_b/v_0)²) dt/C)"
     rows = [
         ("rim", work, cold + (share * internal + beyond * external) / C[0], "end_temperatures.0"),
         ("linings", lost, cooled(area).real, "end_temperatures.1"),
@@ -462,12 +519,18 @@ def staged_cases() -> list[Case]:
 
 def spring_cases() -> list[Case]:
     """Two linings with a spring between: events of their stop, derivatives, energies of its first instants."""
-    J, own, w0, R_b, early = 200.0, (1.2, 1.5), 20.0, 0.64, 0.015
-    friction, wrap = ConstantFriction(0.2), np.full(2, math.radians(50.0))
+    J = 200.0
+    own = (1.2, 1.5)
+    w0 = 20.0
+    R_b = 0.64
+    early = 0.015
+    friction = ConstantFriction(0.2)
+    wrap = np.full(2, math.radians(50.0))
     bandage = Bandage(list(own), friction, [1500.0, 900.0], spring=np.array([2e3]), spring_damping=0.05)
     brake = Brake(Pulley(0.59, J), Band(R_b), Lining(ConstantFriction(0.4), wrap), bandage)
     stop = Scene(brake, Duty(PiecewiseLinear([0.0, 0.3], [100.0, 6e3]), TorqueLoad()), Initial(w0), 8.0)
-    whole, half = J + sum(own), math.tan(math.radians(25.0))
+    whole = J + sum(own)
+    half = math.tan(math.radians(25.0))
     mu = (1 + 0.4 * half) / (1 - 0.4 * half)
     # while all linings ride on the rim, under T_0 = 100 + 5900 t/0.3
     speed = w0 - R_b * (mu**2 - 1) * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
@@ -522,7 +585,14 @@ def chain_cases() -> list[Case]:
 
 def shoe_cases() -> list[Case]:
     """Shigley's internal expanding shoes under the force that gives the leading one 1 MPa."""
-    r, b, a, c, J, w0, f, end = 0.150, 0.032, 0.1227, 0.212, 12.0, 25.0, 0.32, math.radians(126.0)
+    r = 0.150
+    b = 0.032
+    a = 0.1227
+    c = 0.212
+    J = 12.0
+    w0 = 25.0
+    f = 0.32
+    end = math.radians(126.0)
 
     def moments(f: complex = f, end: complex = end) -> Any:
         """Of the normal forces and of friction about the pin, and of friction about the shaft, at 1 MPa."""

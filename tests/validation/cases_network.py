@@ -25,13 +25,21 @@ from simbrake.thermal import (
 
 # --- networks in the steady state -------------------------------------------------------------------------------------
 
-_HOT, _COLD = 500.0, 300.0  # K
+# K
+_HOT = 500.0
+_COLD = 300.0
 # wall and screen: flux into the wall (W), thickness (m) and conductivity of each, emissivity towards air and screen, h
-_FLUX, _THICK, _GLOW, _BEHIND, _H = 6e3, ((0.02, 30.0), (0.01, 5.0)), 0.8, 0.4, 12.0
+_FLUX = 6e3
+_THICK = ((0.02, 30.0), (0.01, 5.0))
+_GLOW = 0.8
+_BEHIND = 0.4
+_H = 12.0
 # junctions: conductances (W/K) of hot reservoir and first, first and second, second and cold; radiating areas
 _G = 8.0, 3.0, 2.0
 # friction heat of three linings (W) at an interface: conductances to rim and lining, and of these to the air
-_POWERS, _INTO, _AWAY = (40.0, 90.0, 170.0), (12.0, 4.0), (2.0, 1.0)
+_POWERS = (40.0, 90.0, 170.0)
+_INTO = (12.0, 4.0)
+_AWAY = (2.0, 1.0)
 
 
 def _network() -> Heat:
@@ -119,8 +127,15 @@ def steady_network_cases() -> list[Case]:
 
 def transient_cases() -> list[Case]:
     """A lump that radiates through a junction without capacity, and a wall whose specific heat grows as it warms."""
-    C, G, glow, start, end = 500.0, 6.0, 0.9 * 0.4, 900.0, 400.0
-    b, met, flux, thickness = 8e-4, 300.0, 20e3, 0.01
+    C = 500.0
+    G = 6.0
+    glow = 0.9 * 0.4
+    start = 900.0
+    end = 400.0
+    b = 8e-4
+    met = 300.0
+    flux = 20e3
+    thickness = 0.01
     wall = Wall("wall", Material(60.0, 7800.0, 480.0, specific_heat_slope=b, reference=met), thickness, 1.0, 4)
     heat = Heat(
         (Lump("lump", C, start), Reservoir("space", 0.0), Junction("skin"), wall),

@@ -30,10 +30,14 @@ def chord_cases() -> list[Case]:
     beta = np.radians([12.0, 31.0, 18.0, 25.0])
 
     def along(angles: Any, k: int = 3) -> dict[str, Any]:
-        c, s, T = np.cos(angles / 2), np.sin(angles / 2), {"T0": 1.0}
+        c = np.cos(angles / 2)
+        s = np.sin(angles / 2)
+        T = {"T0": 1.0}
         equations: list[Any] = [(T, _T0)]
         for i in range(1, k + 1):
-            before, after, N = f"T{i - 1}", f"T{i}", f"N{i}"
+            before = f"T{i - 1}"
+            after = f"T{i}"
+            N = f"N{i}"
             equations.append(({after: c[i], before: -c[i - 1], N: -_F[i - 1]}, 0.0))
             equations.append(({after: s[i], before: s[i - 1], N: -1.0}, 0.0))
         return _solved(equations)
@@ -46,7 +50,8 @@ def chord_cases() -> list[Case]:
         forces = chord_tensions(T_0, _F, beta)
         return forces, jax.grad(lambda b: chord_tensions(T_0, _F, b).tension[2])(jnp.asarray(beta))
 
-    truth, source = along(beta), "linear equations: T_i c_i − T_(i−1) c_(i−1) = f N_i, N_i = T_i s_i + T_(i−1) s_(i−1)"
+    truth = along(beta)
+    source = "linear equations: T_i c_i − T_(i−1) c_(i−1) = f N_i, N_i = T_i s_i + T_(i−1) s_(i−1)"
     rows: list[Row] = [(f"tension {i}", f"{source} [Z-1…4]", truth[f"T{i}"], f"0.tension.{i - 1}") for i in (1, 2, 3)]
     rows += [(f"load {i}", f"{source} [Z-1…4]", truth[f"N{i}"], f"0.normal.{i - 1}") for i in (1, 2, 3)]
     rows.append(("∂(tension 3)/∂β_2", f"{source}, differentiated", differentiated(of_third, beta[2]), "1.2"))
@@ -56,13 +61,18 @@ def chord_cases() -> list[Case]:
 def sliding_cases() -> list[Case]:
     """Three unequal linings that all slide: at rest on the band, and with masses, of which one lifts off."""
     beta = np.radians([28.0, 51.0, 36.0])
-    pushed, thrown, far = np.array([150.0, 80.0, 210.0]), np.array([900.0, 300.0, 1500.0]), np.array([0.0, 3e4, 0.0])
-    c, s = np.cos(beta / 2), np.sin(beta / 2)
+    pushed = np.array([150.0, 80.0, 210.0])
+    thrown = np.array([900.0, 300.0, 1500.0])
+    far = np.array([0.0, 3e4, 0.0])
+    c = np.cos(beta / 2)
+    s = np.sin(beta / 2)
 
     def along(ma: Any, mrw: Any, f: Any = _F, lifted: int | None = None) -> dict[str, Any]:
         equations: list[Any] = [({"T0": 1.0}, _T0)]
         for i in range(3):
-            before, after, N = f"T{i}", f"T{i + 1}", f"N{i + 1}"
+            before = f"T{i}"
+            after = f"T{i + 1}"
+            N = f"N{i + 1}"
             slides = 0.0 if i == lifted else f[i]
             equations.append(({after: c[i], before: -c[i], N: -slides}, -ma[i]))
             off = {N: 1.0} if i == lifted else {after: s[i], before: s[i], N: -1.0}
@@ -93,7 +103,8 @@ def sliding_cases() -> list[Case]:
         )
 
     source = "linear equations: (T_i − T_(i−1)) c_i + m a_i = f_i N_i, N_i = (T_i + T_(i−1)) s_i − m R ω²"
-    still, moved = along(np.zeros(3), np.zeros(3)), along(pushed, thrown)
+    still = along(np.zeros(3), np.zeros(3))
+    moved = along(pushed, thrown)
     off = along(pushed, far, lifted=1)
     rows: list[Row] = [
         ("tension 3", f"{source} [Z-12…14]", still["T3"], "0.tension.2"),

@@ -34,8 +34,17 @@ from simbrake.thermal import (
 )
 
 # the stop of the cases: linings, their angle (rad) and area, friction, radius, inertia, lever and speed at the start
-_N, _BETA, _AREA, _F, _R, _J, _T0, _W0 = 4, math.radians(50.0), 0.002, 0.35, 0.725, 800.0, 2e3, 20.0
-_RELEASE, _END = 6.0, 10.0  # s
+_N = 4
+_BETA = math.radians(50.0)
+_AREA = 0.002
+_F = 0.35
+_R = 0.725
+_J = 800.0
+_T0 = 2e3
+_W0 = 20.0
+# s
+_RELEASE = 6.0
+_END = 10.0
 
 
 def _mu(f: complex = _F) -> Any:
@@ -182,7 +191,9 @@ def partition_cases() -> list[Case]:
     def share(T: Any, alpha: complex = 6.0) -> Any:
         """Of the metal, from the resistances in series on either side, between 280 and 420 K."""
         x = (T - 280.0) / 140.0
-        polished, matte, band = alpha + (14.0 - alpha) * x, 9.0 + 11.0 * x, 5.0 + 6.0 * x
+        polished = alpha + (14.0 - alpha) * x
+        matte = 9.0 + 11.0 * x
+        band = 5.0 + 6.0 * x
         to_metal = 1 / polished + 0.028 / 4.0 + 1 / matte
         to_lining = 1 / matte + (2e-3 + 3e-3 * x) / 0.3 + 0.03 / 0.7 + 0.006 / 2.0 + 1 / band
         return to_lining / (to_metal + to_lining)
@@ -213,7 +224,12 @@ def partition_cases() -> list[Case]:
 
 # --- maximum temperature, and the cyclic steady state -----------------------------------------------------------------
 
-_COOLED, _COOLING, _CYCLE, _PULSE, _POWER = 2e4, 6e3, 10.0, 2.0, 4e3  # J/K, W/K, s, s, W
+# J/K, W/K, s, s, W
+_COOLED = 2e4
+_COOLING = 6e3
+_CYCLE = 10.0
+_PULSE = 2.0
+_POWER = 4e3
 _BLOCKS = np.linspace(300.0, 600.0, 20)  # J/K, each cooled through 50 W/K
 
 
@@ -231,13 +247,15 @@ def _repeated() -> Scene:
 
 def _rise(t: float, start: float = 0.0, cooling: complex = _COOLING) -> Any:
     """Rise of the rim in a stop, from that at its start: the heat of friction falls in a straight line to 0."""
-    b, most = cooling / _COOLED, _TORQUE * _W0 / cooling
+    b = cooling / _COOLED
+    most = _TORQUE * _W0 / cooling
     return start * np.exp(-b * t) + most * ((1 + 1 / (b * _STOP)) * (1 - np.exp(-b * t)) - t / _STOP)
 
 
 def _greatest(cooling: complex = _COOLING, start: float = 0.0) -> tuple[Any, Any]:
     """Time at which the rim is hottest in a stop, and its rise then."""
-    b, most = cooling / _COOLED, _TORQUE * _W0 / cooling
+    b = cooling / _COOLED
+    most = _TORQUE * _W0 / cooling
     t = np.log(1 + b * _STOP * (1 - start / most)) / b
     return t, most * (1 - t / _STOP)
 

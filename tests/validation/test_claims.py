@@ -73,7 +73,8 @@ def test_numbers_by_hand(quick):
     fz = 0.2 * math.tan(math.radians(13.5))
     assert quick["tight_side"][1].value == pytest.approx(((1 + fz) / (1 - fz)) ** 9, rel=1e-12)
     # equal increments: 1/z_i = 1/z_n − 2 f (n − i) over the wrap, and a uniform pitch of the same ratio of tensions
-    f, steps = 0.4, np.arange(9, -1, -1)
+    f = 0.4
+    steps = np.arange(9, -1, -1)
 
     def z_n(f):
         return brentq(
@@ -91,20 +92,22 @@ def test_numbers_by_hand(quick):
     T = 673.15
     h = 0.8 * 5.670374419e-8 * (T**2 + 293.15**2) * (T + 293.15)
     assert quick["governs"][1].value == pytest.approx(h, rel=1e-6)
-    flat = lambda r, R, L: math.log(R / r) / (2 * math.pi * L)  # noqa: E731
+    flat = lambda r, R, L: math.log(R / r) / (2 * math.pi * L)
     shell = 0.220 / (math.pi * (0.590**2 - 0.565**2))
     behind = flat(0.420, 0.565, 0.035) + flat(0.565, 0.615, 0.025) + flat(0.575, 0.615, 0.025)
     assert quick["resistance"][1].value == pytest.approx(1 + behind / shell, rel=1e-12)
     arcs = quick["sliding_arc"][1].value  # Z's table 1
     assert arcs == pytest.approx(244.6 / 134.5, rel=2e-3)
     assert quick["fourier"][1].value < 15
-    f, half = 0.35, np.full(10, math.radians(27.0))
+    f = 0.35
+    half = np.full(10, math.radians(27.0))
     T = np.cumprod([rise(f, angle) for angle in half])
     N = T + np.append(1.0, T[:-1])
     worn = N / np.repeat([N[:5].mean(), N[5:].mean()], 5)
     assert quick["branches"][1].value == pytest.approx(worn.max() / worn.min(), rel=1e-12)
     z = 1 / (1 / z_n(0.3) - 2 * 0.3 * steps)
-    T, beta = np.cumprod((1 + 0.3 * z) / (1 - 0.3 * z)), 2 * np.arctan(z)
+    T = np.cumprod((1 + 0.3 * z) / (1 - 0.3 * z))
+    beta = 2 * np.arctan(z)
     p = (T + np.append(1.0, T[:-1])) * np.sin(beta / 2) / beta
     assert quick["areas"][1].value == pytest.approx(p.max() / p.min(), rel=1e-9)
     assert quick["two_surfaces"][1].value == pytest.approx(1.0, rel=1e-12)

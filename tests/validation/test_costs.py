@@ -13,7 +13,8 @@ from benchmarks.scenes import CASES, closed_form, cycles_case
 
 
 def test_exact_derivatives():
-    p, h = CASES["a"].plain, 1e-4
+    p = CASES["a"].plain
+    h = 1e-4
     for name, slope in zip(("w_0", "J", "f", "T_0"), costs.exact(p).values(), strict=True):
         x = getattr(p, name)
         ends = [closed_form(dataclasses.replace(p, **{name: x * (1 + s * h)})).times[2] for s in (-1, 1)]

@@ -68,7 +68,9 @@ def test_peers_solve_every_scene(module, method, tolerance, allowed, name):
 @pytest.mark.parametrize("name", CASES)
 def test_written_modes_are_the_plain_ones(name):
     """Rates and guards of the expressions, with floats in them, are those of the equations that SciPy is given."""
-    rng, modes, forms = np.random.default_rng(1), automaton_of(CASES[name]).modes, written(CASES[name])
+    rng = np.random.default_rng(1)
+    modes = automaton_of(CASES[name]).modes
+    forms = written(CASES[name])
     assert set(forms) == {mode for mode, known in modes.items() if known.rhs is not None}
     for mode, form in forms.items():
         known = modes[mode]
@@ -93,13 +95,15 @@ def test_heyoka_by_a_plain_loop():
 
 def test_collocation_is_matrix_exponential():
     p = CASES["e"].plain
-    known, n = Linear(p), 2 * p.n + 2
+    known = Linear(p)
+    n = 2 * p.n + 2
     rows = [np.append(g, h) for g, h in zip(known.g, known.h, strict=True)]
 
     def segment(name, t, y, stop):
         k = int(name.split()[0])
         M = np.zeros((n + 1, n + 1))
-        M[:n, :n], M[:n, n] = known.A[k], known.b[k]
+        M[:n, :n] = known.A[k]
+        M[:n, n] = known.b[k]
 
         def after(s):
             return expm(s * M) @ np.append(y, 1.0)

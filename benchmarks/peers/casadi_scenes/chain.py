@@ -10,9 +10,13 @@ from benchmarks.scenes import Chain
 def form(p: Chain) -> Form:
     import casadi as ca
 
-    n, known = p.n, Linear(p)
-    X, mode = ca.SX.sym("X", 2 * n + 2), ca.SX.sym("mode")  # pyright: ignore
-    w, e = X[0], X[2 : n + 2]
+    n = p.n
+    known = Linear(p)
+    # pyright: ignore
+    X = ca.SX.sym("X", 2 * n + 2)
+    mode = ca.SX.sym("mode")
+    w = X[0]
+    e = X[2 : n + 2]
     sticks = [mode < n - i - 0.5 for i in range(n)]
     v = [ca.if_else(sticks[i], p.R * w, X[n + 2 + i]) for i in range(n)]
     stretching = [v[i] - (v[i + 1] if i + 1 < n else 0.0) for i in range(n)]

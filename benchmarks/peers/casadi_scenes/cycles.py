@@ -14,19 +14,30 @@ from benchmarks.scenes import Cycles
 def form(p: Cycles) -> Form:
     import casadi as ca
 
-    X, u, t = ca.SX.sym("X", 8), ca.SX.sym("u", 3), ca.SX.sym("t")  # pyright: ignore
+    # pyright: ignore
+    X = ca.SX.sym("X", 8)
+    u = ca.SX.sym("u", 3)
+    t = ca.SX.sym("t")
     index = ca.SX.sym("index")  # pyright: ignore
-    w, T_r, T_l, T_b, mode = X[0], X[2], X[3], X[4], X[5]
-    (C_r, C_l, C_b), (out_r, out_b) = p.capacities, p.cooling
+    w = X[0]
+    T_r = X[2]
+    T_l = X[3]
+    T_b = X[4]
+    mode = X[5]
+    (C_r, C_l, C_b) = p.capacities
+    (out_r, out_b) = p.cooling
     fz = p.f * p.z * (1 - p.fade * T_l)
     M = p.R * (u[0] + u[2] * (t - u[1])) * (((1 + fz) / (1 - fz)) ** p.n - 1)
-    P, flow = M * w, p.between * (T_l - T_b)
+    P = M * w
+    flow = p.between * (T_l - T_b)
 
     def rates(speeding: Any, speed: Any, heat: Any) -> Any:
-        rim, linings = p.share * heat - out_r * T_r, (1 - p.share) * heat - flow
+        rim = p.share * heat - out_r * T_r
+        linings = (1 - p.share) * heat - flow
         return ca.vertcat(speeding, speed, rim / C_r, linings / C_l, (flow - out_b * T_b) / C_b, 0.0, 0.0, 0.0)
 
-    held, moving = rates(0.0, 0.0, 0.0), rates((p.load - p.drag * w - M) / p.J, w, P)
+    held = rates(0.0, 0.0, 0.0)
+    moving = rates((p.load - p.drag * w - M) / p.J, w, P)
     zero = ca.vertcat(choose(mode, [M - p.load, 1e3]), choose(mode, [1.0, w]))
     restart = ca.vertcat(X[:5], 1.0, t, X[7])
     stop = ca.vertcat(0.0, X[1:5], 0.0, X[6], t)
@@ -34,7 +45,8 @@ def form(p: Cycles) -> Form:
 
     def read(found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         # at the third corner of a cycle it has restarted, at the first of the next one (or at the end) it has stopped
-        restarts, stops = found[6, 2::4], found[7, 4::4]
+        restarts = found[6, 2::4]
+        stops = found[7, 4::4]
         times = np.stack([restarts, stops], axis=1).ravel()
         if np.any(np.diff(times) <= 0) or round(found[5, -1]):
             raise RuntimeError("an event was missed")

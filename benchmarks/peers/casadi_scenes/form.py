@@ -57,7 +57,9 @@ def sequence(
     import casadi as ca
 
     n = len(guards)
-    times, index = ca.SX.sym("times", n), ca.SX.sym("index")  # pyright: ignore
+    # pyright: ignore
+    times = ca.SX.sym("times", n)
+    index = ca.SX.sym("index")
     t = ca.SX.sym("t") if t is None else t  # pyright: ignore
     zero = [ca.if_else(mode < i - 0.5, 1.0, ca.if_else(mode < i + 0.5, g, -1.0)) for i, g in enumerate(guards)]
     noted = [ca.if_else(ca.fabs(mode - i) < 0.5, t, times[i]) for i in range(n)]

@@ -12,11 +12,18 @@ from benchmarks.staged import Tensions
 def form(p: Staged) -> Form:
     import casadi as ca
 
-    known, rim, together = Tensions(p), p.R * p.f_int, p.J + p.J_b
-    X, mode, t = ca.SX.sym("X", 5), ca.SX.sym("mode"), ca.SX.sym("t")  # pyright: ignore
-    w, w_b = X[0], X[1]
+    known = Tensions(p)
+    rim = p.R * p.f_int
+    together = p.J + p.J_b
+    # pyright: ignore
+    X = ca.SX.sym("X", 5)
+    mode = ca.SX.sym("mode")
+    t = ca.SX.sym("t")
+    w = X[0]
+    w_b = X[1]
     T_0 = p.level * (1 - math.exp(-p.ahead / p.tau) * ca.exp(-t / p.tau))
-    M_ext, preload = p.R_b * (known.top - 1) * T_0, rim * p.n * p.preload
+    M_ext = p.R_b * (known.top - 1) * T_0
+    preload = rim * p.n * p.preload
     M_int = preload + rim * float(known.slack[-1]) * T_0
     a = (p.load - M_ext) / together
     # `M_int(T_n)` is concave: of the roots on those of its pieces that are less steep than R_b the least is meant
@@ -37,5 +44,6 @@ def form(p: Staged) -> Form:
         rest,
     ]
     guards = [M_int - M_ext - p.J_b * a, w_b, w]
-    start, sizes = np.array([p.w_0, p.w_0, 0.0, 0.0, 0.0]), np.array([20.0, 20.0, 10.0, 1e5, 1e5])
+    start = np.array([p.w_0, p.w_0, 0.0, 0.0, 0.0])
+    sizes = np.array([20.0, 20.0, 10.0, 1e5, 1e5])
     return sequence(X, mode, choose(mode, modes), guards, start, sizes, p.end, lambda times, y: (times, y[2:]), t=t)

@@ -10,10 +10,15 @@ def form(p: Stop) -> Form:
     import casadi as ca
 
     k = 0 if p.rates is None else len(p.rates)
-    X, mode = ca.SX.sym("X", 3 + k), ca.SX.sym("mode")  # pyright: ignore
-    w, x, T = X[0], X[2], X[3:]
+    # pyright: ignore
+    X = ca.SX.sym("X", 3 + k)
+    mode = ca.SX.sym("mode")
+    w = X[0]
+    x = X[2]
+    T = X[3:]
     grip = p.T_0 * (p.Pi - 1)
-    heating, v = ca.SX(k, 1), p.R * w
+    heating = ca.SX(k, 1)
+    v = p.R * w
     cooling = ca.SX(k, 1)
     if p.rates is not None and p.into is not None:
         fz = p.f * p.z * (1 - p.fade * T[0])
@@ -38,8 +43,10 @@ def form(p: Stop) -> Form:
         del modes[3]  # without heat the band stops sliding as the pulley stops
     start = np.concatenate([[p.w_0, 0.0, p.x_0], np.zeros(k)])
     sizes = np.array([20.0, 10.0, 0.3] + [10.0] * k)
-    first, last = (1 if p.x_0 else 0), len(modes) - 2
+    first = 1 if p.x_0 else 0
+    last = len(modes) - 2
     logged = [i for i in (0, 1, last) if i >= first]
-    rhs, guards = choose(mode, [m[0] for m in modes]), [m[1] for m in modes[:-1]]
+    rhs = choose(mode, [m[0] for m in modes])
+    guards = [m[1] for m in modes[:-1]]
     # that of the stop falls through 0 only once anyway
     return sequence(X, mode, rhs, guards, start, sizes, p.end, lambda times, y: (times[logged], y[1:]), first)

@@ -30,7 +30,8 @@ def compiled(smooth: Smooth, kind: str, room: int) -> Callable[[Any], Any]:
     import jax.numpy as jnp
 
     low, high = (jnp.asarray(w) for w in smooth.windows)
-    start, sizes = jnp.asarray(smooth.start), jnp.asarray(smooth.sizes)
+    start = jnp.asarray(smooth.start)
+    sizes = jnp.asarray(smooth.sizes)
     corners = None if smooth.corners is None else jnp.asarray(smooth.corners)
 
     @jax.jit

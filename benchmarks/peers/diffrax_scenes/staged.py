@@ -18,8 +18,11 @@ def smooth(p: Staged, share: float) -> Smooth:
     """Slip and lock are read where slip speeds pass `5 ε ω_0`, the stop where `ω` falls through `ε ω_0`."""
     import jax.numpy as jnp
 
-    known, sine, small = Tensions(p), math.sin(math.atan(p.z)), share * p.w_0
-    Pi, first = jnp.asarray(known.Pi), math.exp(-p.ahead / p.tau)
+    known = Tensions(p)
+    sine = math.sin(math.atan(p.z))
+    small = share * p.w_0
+    Pi = jnp.asarray(known.Pi)
+    first = math.exp(-p.ahead / p.tau)
 
     def torques(t: Any, w: Any, w_b: Any) -> tuple[Any, Any]:
         T_0 = p.level * (1 - first * jnp.exp(-t / p.tau))
@@ -29,14 +32,16 @@ def smooth(p: Staged, share: float) -> Smooth:
         return p.R_b * (T_n - T_0), p.R * p.f_int * pressed * jnp.tanh((w - w_b) / small)
 
     def rhs(t: Any, y: Any) -> Any:
-        w, w_b = y[0], y[1]
+        w = y[0]
+        w_b = y[1]
         M_ext, M_int = torques(t, w, w_b)
         return jnp.stack([(p.load - M_int) / p.J, (M_int - M_ext) / p.J_b, w, M_ext * w_b, M_int * (w - w_b)])
 
     def readings(t: Any, y: Any) -> Any:
         return jnp.stack([y[0] - y[1] - 5 * small, 5 * small - y[1], small - y[0]])
 
-    start, sizes = np.array([p.w_0, p.w_0, 0.0, 0.0, 0.0]), np.array([20.0, 20.0, 10.0, 1e5, 1e5])
+    start = np.array([p.w_0, p.w_0, 0.0, 0.0, 0.0])
+    sizes = np.array([20.0, 20.0, 10.0, 1e5, 1e5])
     # the bandage slips before its band holds it; at rest nothing slides any more
     windows = np.zeros(3), np.array([0.5, p.end, p.end])
     return Smooth(rhs, start, sizes, p.end, readings, windows, lambda times, evaluate, y: y[2:])

@@ -17,7 +17,8 @@ def smooth(p: Stop, share: float) -> Smooth:
     import jax.numpy as jnp
 
     k = 0 if p.rates is None else len(p.rates)
-    width, first = share * p.T_0, (1 if p.x_0 else 0)
+    width = share * p.T_0
+    first = 1 if p.x_0 else 0
     rates = None if p.rates is None else jnp.asarray(p.rates)
     into = None if p.into is None else jnp.asarray(p.into)
 
@@ -37,7 +38,9 @@ def smooth(p: Stop, share: float) -> Smooth:
         return g - width * jax.nn.softplus((g - taken) / width)
 
     def rhs(t: Any, y: Any) -> Any:
-        w, phi, T = y[0], y[1], y[2:]
+        w = y[0]
+        phi = y[1]
+        T = y[2:]
         g, slope = grip(T)
         F = held(phi, g) * jnp.tanh(w / (share * p.w_0))
         change = jnp.zeros(0)
@@ -57,6 +60,7 @@ def smooth(p: Stop, share: float) -> Smooth:
         elongation = (p.T_0 + held(stopped[1], grip(stopped[2:])[0])) / p.C
         return jnp.concatenate([jnp.stack([y[1], elongation]), y[2:]])
 
-    start, sizes = np.concatenate([[p.w_0, 0.0], np.zeros(k)]), np.concatenate([[20.0, 10.0], np.full(k, 10.0)])
+    start = np.concatenate([[p.w_0, 0.0], np.zeros(k)])
+    sizes = np.concatenate([[20.0, 10.0], np.full(k, 10.0)])
     windows = np.zeros(3 - first), np.full(3 - first, p.end)
     return Smooth(rhs, start, sizes, p.end, readings, windows, final)

@@ -11,14 +11,19 @@ from benchmarks.scenes import Chain
 
 
 def written(p: Chain) -> dict[str, Written]:
-    n, known = p.n, Linear(p)
+    n = p.n
+    known = Linear(p)
     damped = [i for i in range(n) if known.D[i]]
 
     def equations(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
-        w, e, v = y[0], y[2 : n + 2], y[n + 2 :]
-        (T_0, fz, R, per_m, heavy, inert), left = q[:6], list(q[6:])
+        w = y[0]
+        e = y[2 : n + 2]
+        v = y[n + 2 :]
+        (T_0, fz, R, per_m, heavy, inert) = q[:6]
+        left = list(q[6:])
         slides, sticks, watched, K = (left[i * n : (i + 1) * n] for i in range(4))
-        D, (moved, spare) = dict(zip(damped, left[4 * n : -2], strict=True)), left[-2:]
+        D = dict(zip(damped, left[4 * n : -2], strict=True))
+        (moved, spare) = left[-2:]
         stretching = [words.let(v[i] - v[i + 1]) for i in range(n - 1)] + [v[-1]]
         T = [T_0]
         for i in range(n):
@@ -32,10 +37,13 @@ def written(p: Chain) -> dict[str, Written]:
         rest = spare - moved * heavy * a + total([watched[i] * (G[i] - more[i]) for i in range(n)])
         return [a / R, w, *stretching, *moving], [rest]
 
-    program, modes = Program(2 * n + 2, 1, equations), {}
+    program = Program(2 * n + 2, 1, equations)
+    modes = {}
     for k in range(n + 1):
-        stuck, places = n - k, np.arange(n)
-        sticks, watched = (places < stuck).astype(float), (places == stuck - 1).astype(float)
+        stuck = n - k
+        places = np.arange(n)
+        sticks = (places < stuck).astype(float)
+        watched = (places == stuck - 1).astype(float)
         head = (p.T_0, known.fz, p.R, 1 / p.m, p.m, -(p.R**2) / (p.J + p.R**2 * stuck * p.m))
         rows = np.concatenate([1 - sticks, sticks, watched, known.K, known.D[damped]])
         # when all slide nothing is watched

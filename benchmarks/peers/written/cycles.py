@@ -11,7 +11,9 @@ from benchmarks.scenes import Cycles
 
 
 def written(p: Cycles) -> dict[str, Written]:
-    n, (C_r, C_l, C_b), (out_r, out_b) = p.n, p.capacities, p.cooling
+    n = p.n
+    (C_r, C_l, C_b) = p.capacities
+    (out_r, out_b) = p.cooling
 
     def torque(words: Words, t: Any, T: Any, q: Sequence[Any]) -> Any:
         level, slope, fz_0, fall, R = q
@@ -29,8 +31,10 @@ def written(p: Cycles) -> dict[str, Written]:
         return [0.0 * y[0], 0.0 * y[0], *cooling(words, y, q[5:9])], [spare]
 
     def moving(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
-        w, (load, drag, J, to_rim, to_lining) = y[0], q[9:]
-        M, (rim, lining, band) = torque(words, t, y[3], q[:5]), cooling(words, y, q[5:9])
+        w = y[0]
+        (load, drag, J, to_rim, to_lining) = q[9:]
+        M = torque(words, t, y[3], q[:5])
+        (rim, lining, band) = cooling(words, y, q[5:9])
         P = words.let(M * w)
         return [(load - drag * w - M) / J, w, rim + to_rim * P, lining + to_lining * P, band], [w]
 
@@ -54,7 +58,8 @@ def written(p: Cycles) -> dict[str, Written]:
 
 def _pieces(p: Cycles) -> tuple[list[float], list[tuple[float, float]]]:
     """Where the straight lines of the lever's tension begin, and the level at `t = 0` and the slope of each."""
-    starts, lines = [0.0], [(p.tensions[-1], 0.0)]
+    starts = [0.0]
+    lines = [(p.tensions[-1], 0.0)]
     for i in range(p.count):
         for k, t in enumerate(p.times):
             slope = 0.0

@@ -15,7 +15,8 @@ def _lever(words: Words, t: Any, q: Sequence[Any]) -> Any:
 
 
 def _ride(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
-    w, (grip, full, preload, load, J_b, together) = y[0], q[3:]
+    w = y[0]
+    (grip, full, preload, load, J_b, together) = q[3:]
     T_0 = _lever(words, t, q[:3])
     M = words.let(grip * T_0)
     a = words.let((load - M) / together)
@@ -23,14 +24,17 @@ def _ride(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
 
 
 def _both(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
-    (w, w_b), (grip, full, preload, load, J, J_b) = y[:2], q[3:]
+    (w, w_b) = y[:2]
+    (grip, full, preload, load, J, J_b) = q[3:]
     T_0 = _lever(words, t, q[:3])
-    M_int, M_ext = words.let(preload + full * T_0), words.let(grip * T_0)
+    M_int = words.let(preload + full * T_0)
+    M_ext = words.let(grip * T_0)
     return [(load - M_int) / J, (M_int - M_ext) / J_b, w, M_ext * w_b, M_int * (w - w_b)], [w_b]
 
 
 def _locked(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
-    w, (c_0, c_1, load, J, a, b_less_low) = y[0], q[3:]
+    w = y[0]
+    (c_0, c_1, load, J, a, b_less_low) = q[3:]
     T_0 = _lever(words, t, q[:3])
     M = words.let(c_0 + c_1 * T_0)
     return [(load - M) / J, 0.0 * w, w, 0.0 * w, M * w], [w, a + b_less_low * T_0]

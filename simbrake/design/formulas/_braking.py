@@ -66,9 +66,12 @@ class Braking:
     ) -> "Braking":
         """The hardest brake application of a run, else a classical stop, if there is one."""
         if run is not None:
-            time, work, omega = run.duration, run.work[-1], abs(run.omega[0])
+            time = run.duration
+            work = run.work[-1]
+            omega = abs(run.omega[0])
         else:
-            classical, omega = stop or stages, float(scene.start_speed)
+            classical = stop or stages
+            omega = float(scene.start_speed)
             time, work = (0.0, 0.0) if classical is None else (classical.time, classical.work)
         return cls(scene, inputs, stop, stages, run, time, work, omega)
 
@@ -99,7 +102,10 @@ class Braking:
     @property
     def parts(self) -> dict[str, HeatedPart]:
         """The parts that the pair heats, metal and lining; the band of a brake with one pair takes up no heat."""
-        share, start, heat, run = self.metal_share, self.start_now, self.heat, self.run
+        share = self.metal_share
+        start = self.start_now
+        heat = self.heat
+        run = self.run
         metal = (self.metal, self.metal_thickness, self.metal_area, self.time, start, share, heat, self.more)
         lining = (self.lining, self.lining_thickness, self.face_area, self.time, start, 1 - share, heat, 0.0)
         parts = [HeatedPart(self.part, *metal, run and run.rim), HeatedPart("lining", *lining, run and run.lining)]
@@ -290,7 +296,8 @@ class Braking:
         """Flash temperature (K) at the initial speed, on spots that carry the hardness; `None` at rest."""
         if self.speed <= 0:
             return None
-        conductivity, diffusivity = self.metal.conductivity, self.metal.diffusivity
+        conductivity = self.metal.conductivity
+        diffusivity = self.metal.diffusivity
         share = self.metal_share * self.power.heat
         law = FlashTemperature(self.spot_length, conductivity, diffusivity, share, self.hardness)
         spots = jnp.asarray(self.friction * self.hardness * self.speed)
@@ -299,7 +306,8 @@ class Braking:
     @functools.cached_property
     def run_schmidt(self) -> SchmidtCourse | None:
         """Schmidt's scheme with the heat of the run, `None` without a run that has a rim in layers."""
-        run, hot = self.layered, self.power.heat
+        run = self.layered
+        hot = self.power.heat
         if run is None:
             return None
         beyond = hot * (self.beyond_share if self.pair else 0.0)
@@ -360,7 +368,8 @@ class Braking:
                 run = self.pair_runs[pair]
                 if run is None:
                     continue
-                more, omega = run.other_work[-1], np.max(np.abs(run.omega))
+                more = run.other_work[-1]
+                omega = np.max(np.abs(run.omega))
                 braking = dataclasses.replace(self, run=run, time=run.duration, work=run.work[-1], omega=omega)
             else:
                 assert self.stages is not None

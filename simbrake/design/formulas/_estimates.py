@@ -114,7 +114,8 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
         raise input_error("run", "is traced or a batch", "give one result with values")
     check_scene(scene)
     banded_brake(scene)
-    inputs, staged = settle(scene, data), scene.brake.in_series
+    inputs = settle(scene, data)
+    staged = scene.brake.in_series
     stop = None if staged else classical_stop(scene)
     stages = classical_staged_stop(scene) if staged else None
     if not isinstance(run, Result):

@@ -55,7 +55,8 @@ def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:
     layers = np.asarray(s.temperature)[:, at : at + wall.count].reshape(-1, wall.copies, wall.layers).mean(axis=1)
     steps = np.asarray(wall.steps)
     if place_of(place)[1] == "back":
-        layers, steps = layers[:, ::-1], steps[::-1]
+        layers = layers[:, ::-1]
+        steps = steps[::-1]
     return WallCourse(wall, layers, np.cumsum(steps) - 0.5 * steps, steps)
 
 
@@ -158,7 +159,8 @@ class RunValues:
     @functools.cached_property
     def then(self) -> Scene:
         """The scene with the speed, time and temperatures at the beginning of this brake application."""
-        scene, s = self.result.scene, self.series
+        scene = self.result.scene
+        s = self.series
         initial = dataclasses.replace(
             scene.initial, omega=np.asarray(self.omega[0]), time=np.asarray(self.t[0]), elongation=np.asarray(0.0)
         )
@@ -205,7 +207,8 @@ class RunValues:
     @property
     def at_peak(self) -> tuple[float, float, float]:
         """Relative time, power and work at the maximum temperature of the face."""
-        i, power = int(np.argmax(self.surface)), np.gradient(self.work, self.t)
+        i = int(np.argmax(self.surface))
+        power = np.gradient(self.work, self.t)
         last = self.work[-1]
         return (self.t[i] - self.t[0]) / self.duration, power[i] * self.duration / last, self.work[i] / last
 
@@ -231,7 +234,8 @@ class RunValues:
         - `material` of the rim; `share` of the friction heat into it; `area` (m²) of the track; `beyond`: share of the
           other pair's heat
         """
-        heat, thickness = share * self.work + beyond * self.other_work, self.course.wall.thickness
+        heat = share * self.work + beyond * self.other_work
+        thickness = self.course.wall.thickness
         layers = schmidt_layers(material, thickness, self.duration)
         depth = thickness * (np.arange(layers) + 0.5) / layers
 
@@ -260,10 +264,12 @@ def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
 
 def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
     """Speed (rad/s) of one body of a pair in the other, and the torque between them (N·m)."""
-    omega, torque = np.asarray(s.omega), np.asarray(s.brake_torque)
+    omega = np.asarray(s.omega)
+    torque = np.asarray(s.brake_torque)
     if not pair:
         return omega, torque
-    carried, torque = np.asarray(s.bandage_speed), np.asarray(s.pairs[pair].torque)
+    carried = np.asarray(s.bandage_speed)
+    torque = np.asarray(s.pairs[pair].torque)
     return (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
 
 
@@ -276,10 +282,12 @@ def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunVal
     def worked(s: Series) -> np.ndarray:
         return np.asarray(s.pairs[pair].friction_work if pair else s.friction_work)
 
-    start, end = float(result.scene.initial.time), float(result.record.t_end)
+    start = float(result.scene.initial.time)
+    end = float(result.record.t_end)
     known = [event.time for event in result.events]
     s = result.series(np.unique(np.concatenate([np.linspace(start, end, times), known])))
-    t, work = np.asarray(s.t), worked(s)
+    t = np.asarray(s.t)
+    work = worked(s)
     hardest = _hardest(t, np.asarray(s.friction_work))
     if hardest is None:
         return None
@@ -290,6 +298,7 @@ def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunVal
             return None
         first, last = first + own[0], first + own[1]
     s = result.series(np.linspace(t[first], t[last], times))
-    inside, whole = worked(s), np.asarray(s.friction_work)
+    inside = worked(s)
+    whole = np.asarray(s.friction_work)
     inside = inside - inside[0]
     return RunValues(result, s, pair, inside, whole - whole[0] - inside, *_sliding(s, pair), count, work[-1] - work[0])

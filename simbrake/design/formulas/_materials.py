@@ -74,7 +74,8 @@ class LiningMaterial:
     @property
     def numbers(self) -> dict[str, float]:
         """Return all numbers by name (SI); of the wear law those of `ThresholdWear`."""
-        known, law = _thermal(self.thermal), self.wear
+        known = _thermal(self.thermal)
+        law = self.wear
         if isinstance(law, ThresholdWear):
             numbers = {"coefficient": law.coefficient, "threshold": law.threshold, "activation": law.energy}
             known |= {f"wear_{name}": float(value) for name, value in numbers.items()}
@@ -100,7 +101,8 @@ def _settled(
     """Numbers by name with `changes`, the thermal ones as a material, and where each is from."""
     if name not in table:
         raise KeyError(f"no {kind} {name!r}; there are: {', '.join(sorted(table))}")
-    entries, sources = LIBRARY[name] | table[name], {}
+    entries = LIBRARY[name] | table[name]
+    sources = {}
     if unknown := sorted(set(changes) - set(entries)):
         raise KeyError(f"a {kind} has no {', '.join(unknown)}; there are: {', '.join(entries)}")
     numbers = {key: float(changes.get(key, entry.value)) for key, entry in entries.items()}

@@ -157,11 +157,16 @@ def of_rims(b: Braking) -> tuple[Number, ...]:
 
 def stop_rows(b: Braking, time: float | None, angle: float | None, work: float | None) -> Iterator[EstimateRow]:
     """The classical stop, beside time (s), angle (rad) and friction work (J) of a run."""
-    stop, run = b.stop, b.run
+    stop = b.stop
+    run = b.run
     if stop is None:
         return
-    R_b, T_0, M_b, omega_0 = b.R_b, b.T_0, stop.torque, b.omega
-    symbols, formula = numbers(f=b.friction, n=b.scene.brake.linings.count), "Π = ∏ (1 + f z)/(1 − f z)"
+    R_b = b.R_b
+    T_0 = b.T_0
+    M_b = stop.torque
+    omega_0 = b.omega
+    symbols = numbers(f=b.friction, n=b.scene.brake.linings.count)
+    formula = "Π = ∏ (1 + f z)/(1 − f z)"
     bands = b.scene.brake.bands_of_linings
     if all(getattr(linings, "continuous", False) for linings in bands):
         formula = "Π = exp(Σ f β)"
@@ -203,7 +208,8 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
 
 def power_rows(b: Braking) -> Iterator[EstimateRow]:
     """Shares of the friction work."""
-    split, booked = b.power.split(b.work), b.run and b.booked.split(b.work)
+    split = b.power.split(b.work)
+    booked = b.run and b.booked.split(b.work)
     own = "the run has the shares of `Scene.power_shares`"
     why = own if b.booked.heat < 1 else "in the run all of it is heat"
 
@@ -229,7 +235,10 @@ def power_rows(b: Braking) -> Iterator[EstimateRow]:
 
 def stage_rows(b: Braking) -> Iterator[EstimateRow]:
     """The stages of a staged brake, and the work of its pairs."""
-    stages, run, external, internal = b.stages, b.run, b.pair_runs.get("external"), b.pair_runs.get("internal")
+    stages = b.stages
+    run = b.run
+    external = b.pair_runs.get("external")
+    internal = b.pair_runs.get("internal")
     metrics = {} if run is None else run.result.metrics
     works = [0.0 if pair is None else pair.work[-1] for pair in b.pair_runs.values()]
     both = sum(works) if works else None
@@ -300,9 +309,12 @@ def _stage_time(run: RunValues, name: str) -> float:
 
 def operation_rows(b: Braking) -> Iterator[EstimateRow]:
     """Tensions, travel and loads of the linings beside the hardest brake application of a run."""
-    stop, run, (work, time) = b.stop, b.run, b.stopping_load
+    stop = b.stop
+    run = b.run
+    (work, time) = b.stopping_load
     if stop is not None:
-        why, T_0 = "the band holds against the load, is stretched before it slides, and hot linings rub less", b.T_0
+        why = "the band holds against the load, is stretched before it slides, and hot linings rub less"
+        T_0 = b.T_0
         tension = run and run.series.slack_tension.max()
         yield EstimateRow("slack tension, maximum", "T_0 of the lever", T_0, "N", "", tension, why)
         tension = run and run.series.tight_tension.max()
@@ -330,7 +342,8 @@ def operation_rows(b: Braking) -> Iterator[EstimateRow]:
         load = b.scene.duty.load
         if isinstance(load, AbstractHookLoad):
             angle = b.hardest_angle
-            travel, why = load.travelled(stop.angle), "as the stopping angle"
+            travel = load.travelled(stop.angle)
+            why = "as the stopping angle"
             yield EstimateRow(
                 "hook travel",
                 "r_d φ/n",
@@ -345,7 +358,8 @@ def operation_rows(b: Braking) -> Iterator[EstimateRow]:
         torque = b.work * b.R_b / b.travel if b.travel else None
         yield EstimateRow("mean brake torque", "W/φ", torque, "N*m", "energy", numbers=numbers(W=b.work))
         yield EstimateRow("friction work", "of the braking", b.work, "J", "run", numbers=numbers(τ=b.time))
-    area, why = b.lining_area, "as friction work and stopping time"
+    area = b.lining_area
+    why = "as friction work and stopping time"
     yield EstimateRow(
         "energy load of the linings",
         "W/A_l",
@@ -374,8 +388,13 @@ def operation_rows(b: Braking) -> Iterator[EstimateRow]:
 
 def part_rows(part: HeatedPart) -> tuple[EstimateRow, EstimateRow, EstimateRow, EstimateRow]:
     """Thermal penetration depth, Fourier number, parameter B and effective volume of a heated part."""
-    name, a, time, depth, thickness = part.name, part.diffusivity, part.time, part.depth, part.thickness
-    Fo, B = heating.effective_fourier_number(a, time, thickness), heating.fourier_parameter(a, thickness)
+    name = part.name
+    a = part.diffusivity
+    time = part.time
+    depth = part.depth
+    thickness = part.thickness
+    Fo = heating.effective_fourier_number(a, time, thickness)
+    B = heating.fourier_parameter(a, thickness)
     b = EstimateRow(
         f"thermal penetration depth, {name}", "b = 1.73 √(a τ)", depth, "m", "S, step 1", numbers=numbers(a=a, τ=time)
     )
@@ -401,7 +420,8 @@ def part_rows(part: HeatedPart) -> tuple[EstimateRow, EstimateRow, EstimateRow, 
 
 def partition_rows(b: Braking) -> list[EstimateRow]:
     """Heat partition coefficient of the metal by two laws."""
-    name, simulated = "heat partition coefficient", b.simulated_share
+    name = "heat partition coefficient"
+    simulated = b.simulated_share
     share = b.effusivity_share
     charron = EstimateRow(
         f"{name}, {b.part}, effusivities",
@@ -431,15 +451,20 @@ def stack_rows(b: Braking) -> Iterator[EstimateRow]:
         thickness = [b.lining_thickness, b.band_thickness]
         conductivity = [b.lining.conductivity, b.band.conductivity]
         each = [d / (k * b.lining_area) for d, k in zip(thickness, conductivity, strict=True)]
-        mean, resistance = series_conductivity(thickness, conductivity), series_resistance(*each)
+        mean = series_conductivity(thickness, conductivity)
+        resistance = series_resistance(*each)
         yield EstimateRow("conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30")
         yield EstimateRow("resistance, lining and band", "Σ δ/(λ A)", resistance, "K/W", "S-30")
 
 
 def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
     """Temperatures of the metal: bulk, surface, and their maximum."""
-    T, q_0, time, bulk = b.start_now, b.initial_flux, b.time, b.heated.bulk
-    carslaw, name = "Carslaw & Jaeger §3.8", "surface temperature"
+    T = b.start_now
+    q_0 = b.initial_flux
+    time = b.time
+    bulk = b.heated.bulk
+    carslaw = "Carslaw & Jaeger §3.8"
+    name = "surface temperature"
 
     def slab_peak(rise: Callable[..., Any]) -> float:
         """Maximum temperature (K) of the surface of a slab under a flux that falls linearly."""
@@ -467,7 +492,8 @@ def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
     )
     yield falling_row(b)
     symbols = numbers(T=T, q_0=q_0, τ=time)
-    slab, of_S = slab_peak(heating.stopping_slab_rise), slab_peak(heating.reconstructed_surface_rise)
+    slab = slab_peak(heating.stopping_slab_rise)
+    of_S = slab_peak(heating.reconstructed_surface_rise)
     yield EstimateRow(
         f"{name}, falling flux, slab",
         "slab, adiabatic back, q_0 (1 − t/τ), its maximum",
@@ -519,7 +545,11 @@ def maximum_rows(b: Braking) -> Iterator[EstimateRow]:
     """Flash temperature, and the maximum temperature in S's combinations; none at rest."""
     if b.flash is None:
         return
-    T, t_v, t_s, t_f, name = b.start_now, b.heated.rise, b.falling_rise, b.flash, "maximum temperature"
+    T = b.start_now
+    t_v = b.heated.rise
+    t_s = b.falling_rise
+    t_f = b.flash
+    name = "maximum temperature"
     yield EstimateRow(
         "flash temperature, rise",
         "(2 q/λ) √(a l/(π v))",
@@ -553,7 +583,9 @@ def contact_rows(b: Braking) -> Iterator[EstimateRow]:
     if b.pressure is not None:
         area = real_contact_area(b.face_area, b.pressure, b.hardness)
         yield EstimateRow("real contact area", "A_a p/HB", area, "m^2", "S-34")
-    drop, thickness, conductivity = b.layered and b.layered.drop, b.rim_thickness, b.rim.conductivity
+    drop = b.layered and b.layered.drop
+    thickness = b.rim_thickness
+    conductivity = b.rim.conductivity
     if b.part == "rim":
         yield EstimateRow("polished surface", "2 π R b", b.track_area, "m^2", "S-35")
         yield EstimateRow("matte surfaces", "Σ A", b.matte_area, "m^2", "S-36")
@@ -577,15 +609,24 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
     """Heat balance of the rim over four revolutions at the mean speed; none at rest."""
     if not (b.omega > 0 and b.mean_omega > 0 and b.overlap > 0):
         return []
-    q_1, h, area, kappa, T, T_a = b.flux / b.overlap, b.coefficient, b.track_area, b.overlap, b.start_now, b.ambient
-    omega, coefficient = b.mean_omega, h + b.radiation
+    q_1 = b.flux / b.overlap
+    h = b.coefficient
+    area = b.track_area
+    kappa = b.overlap
+    T = b.start_now
+    T_a = b.ambient
+    omega = b.mean_omega
+    coefficient = h + b.radiation
     balance = heating.heat_balance(
         q_1, overlap=kappa, coefficient=coefficient, surface=T, ambient=T_a, omega=omega, area=area
     )
-    formula, air = "κ q_1 − (1 − κ) h (T − T_a)", numbers(h=h, ε=b.emissivity, T=T, T_a=T_a, κ=kappa)
+    formula = "κ q_1 − (1 − κ) h (T − T_a)"
+    air = numbers(h=h, ε=b.emissivity, T=T, T_a=T_a, κ=kappa)
     mean = numbers(q_1=q_1, κ=kappa, h=h, ε=b.emissivity, T=T, T_a=T_a)
-    covered, gained = numbers(A_l=b.face_area, A_a=area), numbers(q_1=q_1, A_a=area, κ=kappa)
-    turns, lost = numbers(n=4, ω=omega), "h (T − T_a) A_a (1 − κ) τ"
+    covered = numbers(A_l=b.face_area, A_a=area)
+    gained = numbers(q_1=q_1, A_a=area, κ=kappa)
+    turns = numbers(n=4, ω=omega)
+    lost = "h (T − T_a) A_a (1 − κ) τ"
     return [
         EstimateRow("overlap coefficient", "κ = ΣA_l/A_a", kappa, "1", "S-21", numbers=covered),
         EstimateRow("time of four revolutions", "τ = 2 π n/ω", balance.time, "s", "S-17", numbers=turns),
@@ -598,7 +639,10 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
 def stress_rows(b: Braking) -> Iterator[EstimateRow]:
     """Thermal stress of the rim: a slab under the mean flux, at the end."""
     time, stress, ratio = b.run_stress or (None, None, None)
-    E, alpha, nu, permissible = b.elastic.young, b.elastic.expansion, b.elastic.poisson, b.elastic.permissible
+    E = b.elastic.young
+    alpha = b.elastic.expansion
+    nu = b.elastic.poisson
+    permissible = b.elastic.permissible
     symbols = numbers(E=E, α_T=alpha, ν=nu, q=b.flux, τ=b.time, δ=b.rim_thickness)
     name = "thermal stress"
     yield EstimateRow(

@@ -52,7 +52,9 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
         >>> figure.axes[0].get_title(loc="left")
         'lining FK-24A'
     """
-    linings, rims, levels = comparison.linings, comparison.rims, comparison.levels
+    linings = comparison.linings
+    rims = comparison.rims
+    levels = comparison.levels
     if figure is None:
         height = 1.3 + len(linings) * (0.9 + len(rims) * (0.28 + 0.14 * len(levels)))
         figure = Figure(figsize=(14.0, height), layout="constrained")

@@ -172,7 +172,8 @@ def _by_images(Fo: Array, xi: Array) -> Array:
     from scipy.special import erfc
 
     length = 2 * np.sqrt(np.where(Fo > 0, Fo, 1.0))
-    near, far = (1 - xi) / length, (1 + xi) / length
+    near = (1 - xi) / length
+    far = (1 + xi) / length
     ierfc = sum(np.exp(-(u**2)) / math.sqrt(math.pi) - u * erfc(u) for u in (near, far))
     return np.where(Fo > 0, length * ierfc, 0.0)
 
@@ -342,7 +343,8 @@ def schmidt(
     if layers < 2:
         raise ValueError(f"layers = {layers} must be at least 2")
     dx = thickness / layers
-    step, half = dx**2 / (2 * material.diffusivity), dx / (2 * material.conductivity)
+    step = dx**2 / (2 * material.diffusivity)
+    half = dx / (2 * material.conductivity)
 
     def face(t: Amount, q: Amount, h: float) -> Amount:
         return (t + half * (q + h * ambient)) / (1 + half * h)
@@ -412,7 +414,8 @@ def heat_balance(
     require_share(overlap=overlap)
     time = 2 * math.pi * revolutions / omega
     open_share = (1 - overlap) * coefficient
-    into, out = overlap * flux, open_share * (surface - ambient)
+    into = overlap * flux
+    out = open_share * (surface - ambient)
     stationary = ambient + into / open_share if open_share > 0 else math.inf
     return HeatBalance(time, into * area * time, out * area * time, (into - out) * area * time, into - out, stationary)
 
@@ -479,7 +482,8 @@ def held_face_rise(Fo: Amount) -> Amount:
     require_not_negative(Fo=Fo)
     F = np.asarray(Fo, float)
     n = np.arange(8)
-    odd, sign = 2.0 * n + 1, (-1.0) ** n
+    odd = 2.0 * n + 1
+    sign = (-1.0) ** n
     late = 1 - 4 / math.pi * np.sum(sign / odd * np.exp(-(odd**2) * math.pi**2 * F[..., None] / 4), axis=-1)
     root = 2 * np.sqrt(np.where(F > 0, F, 1.0))
     early = np.where(F > 0, 2 * np.sum(sign * erfc(odd / root[..., None]), axis=-1), 0.0)
@@ -532,7 +536,10 @@ def rational_lining_thickness(
     else:
         from scipy.optimize import brentq
 
-        theta, low, high = (back - start) / (face - start), 1e-3, 20.0  # θ is 1e-110 and 1 at these
+        # θ is 1e-110 and 1 at these
+        theta = (back - start) / (face - start)
+        low = 1e-3
+        high = 20.0
         Fo = low
         if held_face_rise(low) < theta:
             Fo = float(brentq(lambda x: float(held_face_rise(x)) - theta, low, high, xtol=1e-15, rtol=1e-13))  # pyright: ignore

@@ -191,7 +191,9 @@ def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
 
     Raises `InputError` with all errors: unknown names, values that are no numbers or out of range.
     """
-    reader, data, numbers = NumberReader(), {}, {}
+    reader = NumberReader()
+    data = {}
+    numbers = {}
     ranges = _NUMBERS | {f"permissible.{name}": about for name, about in _LIMITS.items()}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
@@ -244,18 +246,22 @@ def _share_of(pair: FrictionHeat | None, T: float) -> float | None:
 
 def _of_walls(scene: Scene) -> dict[str, Any]:
     """Materials, thicknesses and areas of rim and linings in layers."""
-    heat, inputs = scene.network, {}
+    heat = scene.network
+    inputs = {}
     for name, area, place in (("rim", "track_area", heat.rim), ("lining", "lining_area", heat.linings)):
         wall = wall_at(heat, place)
         if wall is not None:
-            inputs[name], inputs[f"{name}_thickness"] = wall.material, float(wall.thickness)
+            inputs[name] = wall.material
+            inputs[f"{name}_thickness"] = float(wall.thickness)
             inputs[area] = float(wall.area) * wall.copies
     return inputs
 
 
 def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
     """Air temperature, emissivity and coefficient of the rim's links to the air, at half the speed at the start."""
-    brake, heat, inputs = banded_brake(scene), scene.network, {}
+    brake = banded_brake(scene)
+    heat = scene.network
+    inputs = {}
     for link in heat.links:
         if link.a != heat.rim or not isinstance(link, Convection | Radiation):
             continue
@@ -275,7 +281,8 @@ def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
 
 def _from_scene(scene: Scene) -> dict[str, Any]:
     inputs: dict[str, Any] = {"power": scene.power_shares}
-    brake, heat = banded_brake(scene), scene.network
+    brake = banded_brake(scene)
+    heat = scene.network
     if brake.pulley.width is not None:
         track = polished_surface(float(brake.pulley.radius), float(brake.pulley.width))
         inputs["track_area"] = brake.rims * float(track)
@@ -301,7 +308,8 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
 
     Raises `InputError` where linings cover more than the track, or for numbers of a staged brake on another.
     """
-    given, own = dict(vars(data or EstimateData())), _from_scene(scene)
+    given = dict(vars(data or EstimateData()))
+    own = _from_scene(scene)
     if not scene.brake.in_series:
         for name in _STAGED:
             if given.pop(name) is not None:
@@ -349,7 +357,8 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
 
 def _band(scene: Scene, inputs: dict[str, Input]) -> dict[str, Input]:
     """Thickness of a staged brake's band, from its heat capacity where that is known, and its temperature."""
-    heat, thickness = scene.network, inputs["band_thickness"]
+    heat = scene.network
+    thickness = inputs["band_thickness"]
     body = None if heat.band is None else _body(heat, heat.band)
     if isinstance(body, Lump) and thickness.source != "given":
         metal = inputs["band"].value

@@ -125,7 +125,8 @@ class Case:
 
     def transmission(self) -> float:
         """Heat partition coefficient of the rim by heat transmission."""
-        b, T = self.braking, jnp.asarray(self.braking.start_now)
+        b = self.braking
+        T = jnp.asarray(self.braking.start_now)
         law = dataclasses.replace(
             transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
         )
@@ -143,7 +144,9 @@ class Case:
 
     def quantities(self, simulated: bool) -> dict[str, Compared]:
         """All quantities by name, beside those of the run if they are `simulated`."""
-        b, mass, in_run = self.braking, rim_mass(self.braking), {}
+        b = self.braking
+        mass = rim_mass(self.braking)
+        in_run = {}
         values = self.limited | {
             "friction_work": b.work,
             "duration": b.time,
@@ -226,7 +229,8 @@ def greatest_work(case: Case) -> tuple[float, str]:
     def worst(log_s: float) -> Criterion:
         return max(criteria(case.scaled(math.exp(log_s)).limited, case.rim, case.lining), key=lambda limit: limit.ratio)
 
-    low, high = math.log(1e-4), math.log(1e4)
+    low = math.log(1e-4)
+    high = math.log(1e4)
     if worst(low).ratio >= 1:
         return 0.0, worst(low).name
     end = brentq(lambda x: worst(x).ratio - 1, low, high, xtol=1e-13)
@@ -252,7 +256,8 @@ class EnergyLevel:
     @property
     def words(self) -> str:
         """The work in kJ."""
-        low, high = f"{self.least / 1e3:.4g}", f"{self.most / 1e3:.4g}"
+        low = f"{self.least / 1e3:.4g}"
+        high = f"{self.most / 1e3:.4g}"
         return f"{low} kJ" if low == high else f"{low}…{high} kJ"
 
 
@@ -495,7 +500,8 @@ def compare_materials(
     named = zip(levels, works, strict=True)
     energy_levels = tuple(EnergyLevel(label, min(w), max(w), title) for (label, title, _), w in named)
     how = "time and friction work are those of " + ("the runs" if run else "classical stops")
-    about, notes = f"materials of rim and linings compared; {how}, temperatures in °C", study.notes(lining_materials)
+    about = f"materials of rim and linings compared; {how}, temperatures in °C"
+    notes = study.notes(lining_materials)
     return MaterialComparison(about, energy_levels, tuple(rim_materials), tuple(lining_materials), tuple(rows), notes)
 
 

@@ -34,8 +34,11 @@ class ClassicalStop(NamedTuple):
 
 def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray, " n"]:
     """Sliding coefficient of a pair at the initial speed and temperatures, without pressure."""
-    brake, n, inside = banded_brake(scene), scene.brake.linings.count, pair == "internal"
-    part, radius = brake.rubbing_part(pair), brake.pulley.radius if inside else brake.radius
+    brake = banded_brake(scene)
+    n = scene.brake.linings.count
+    inside = pair == "internal"
+    part = brake.rubbing_part(pair)
+    radius = brake.pulley.radius if inside else brake.radius
     sensed = sensed_at_start(scene, -1) if inside else sensed_at_start(scene)
     contact = unloaded(part, jnp.full(n, abs(float(radius) * float(scene.start_speed))), sensed)
     return np.broadcast_to(np.asarray(part.friction.kinetic(contact)), (n,))
@@ -74,14 +77,17 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
         >>> round(float(stop.time), 4), round(float(stop.work), 1)
         (1.2577, 508008.7)
     """
-    brake, lever, omega = banded_brake(scene), scene.lever, float(scene.start_speed)
+    brake = banded_brake(scene)
+    lever = scene.lever
+    omega = float(scene.start_speed)
     f = jnp.asarray(friction_at_start(scene))
     if omega <= 0 or lever.controls_speed:
         return None
     if np.any(np.asarray(brake.self_locking(f)) >= 1):
         return None
     load, inertia = load_and_inertia(scene)
-    torque, arm = float(brake.torque(jnp.asarray(lever.scale()), f)), float(brake.radius) * float(lever.scale())
+    torque = float(brake.torque(jnp.asarray(lever.scale()), f))
+    arm = float(brake.radius) * float(lever.scale())
     ratio = 1 + torque / (brake.rims * arm) if arm > 0 else 1.0
     if torque <= load:
         return None
@@ -157,14 +163,17 @@ class _Grip(NamedTuple):
 
         By Gauss–Legendre quadrature between the speeds at which linings lift off.
         """
-        thrust, speeds = self.pair.bandage.centrifugal_force(jnp.asarray(1.0)), np.zeros(0)
+        thrust = self.pair.bandage.centrifugal_force(jnp.asarray(1.0))
+        speeds = np.zeros(0)
         if thrust is not None:
             pressed = np.asarray(self.pair.balance(*self.tensions, self.held))
             speeds = np.sqrt(pressed / np.maximum(np.asarray(thrust), 1e-300))
         edges = np.concatenate([[0.0], np.sort(speeds[speeds < omega]), [omega]])
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-        half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
-        at, weight = np.ravel(middle + half * nodes), np.ravel(half * weights)
+        half = 0.5 * np.diff(edges)[:, None]
+        middle = 0.5 * (edges[1:] + edges[:-1])[:, None]
+        at = np.ravel(middle + half * nodes)
+        weight = np.ravel(half * weights)
         left = torque - np.asarray(jax.vmap(self.at)(jnp.asarray(at)))
         if np.min(left) <= 0:
             return math.inf, math.inf
@@ -197,18 +206,22 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
         >>> [round(float(t), 3) for t in sb.formulas.classical_staged_stop(staged).times]
         [0.0, 0.06, 5.797]
     """
-    rims, stop = band_brake(scene).rims, _staged_stop_of_one_rim(scene)
+    rims = band_brake(scene).rims
+    stop = _staged_stop_of_one_rim(scene)
     if stop is None or rims == 1:
         return stop
     external, internal = (pair._replace(work=rims * pair.work) for pair in (stop.external, stop.internal))
-    torques, (M_1, M_2, M_3) = (rims * stop.external_torque, rims * stop.internal_torque), stop.torques
+    torques = (rims * stop.external_torque, rims * stop.internal_torque)
+    (M_1, M_2, M_3) = stop.torques
     all_rims = rims * M_1, rims * M_2, rims * M_3
     known = {"external_torque": torques[0], "internal_torque": torques[1], "torques": all_rims}
     return stop._replace(external=external, internal=internal, **known)
 
 
 def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
-    brake, lever, omega = band_brake(scene), scene.lever, float(scene.start_speed)
+    brake = band_brake(scene)
+    lever = scene.lever
+    omega = float(scene.start_speed)
     bandage = brake.rubbing_part("internal")
     assert isinstance(bandage, Bandage)
     if omega <= 0 or lever.controls_speed:
@@ -218,13 +231,16 @@ def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
     if np.any(np.asarray(locked)):
         return None
     load, J = (whole / brake.rims for whole in load_and_inertia(scene))
-    T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(bandage.inertia)))
+    T_0 = jnp.asarray(float(lever.scale()))
+    J_b = float(np.sum(np.asarray(bandage.inertia)))
     pair = InternalPair(bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
-    T_inner, sliding = sensed_at_start(scene, -1), jnp.asarray(float(brake.pulley.radius) * omega)
+    T_inner = sensed_at_start(scene, -1)
+    sliding = jnp.asarray(float(brake.pulley.radius) * omega)
     T_inner = None if T_inner is None else jnp.asarray(T_inner)
     surface = SurfaceState(T_inner, memory_at_start(bandage.friction, pair.count))
     held = RimInputs(sliding, surface, jnp.asarray(False))
-    arm, Pi = jnp.asarray(brake.band.radius), running_product(mu)
+    arm = jnp.asarray(brake.band.radius)
+    Pi = running_product(mu)
     M_ext = float(arm * T_0 * (Pi[-1] - 1))
     onset = onset_at(scene, omega)
     on_rim = _Grip(pair, held, (T_0, T_0 * Pi))
@@ -236,7 +252,8 @@ def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
         if M_ext <= load:
             return None
         time = (J + J_b) * omega / (M_ext - load)
-        angle, at_rest = 0.5 * omega * time, PairStop(0.0, 0.0, 0.0, 0.0)
+        angle = 0.5 * omega * time
+        at_rest = PairStop(0.0, 0.0, 0.0, 0.0)
         external = PairStop(time, angle, M_ext * angle, omega)
         return StagedStop(*known, (time, 0.0, 0.0), (M_ext, 0.0, 0.0), angle, external, at_rest)
     ahead = jnp.asarray(1, jnp.int32)
@@ -256,5 +273,6 @@ def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
     # what stage 2 takes from the motion, less the work on the band
     taken = 0.5 * J * (omega**2 - left**2) + 0.5 * J_b * omega**2 + load * phi_2
     internal = PairStop(t_2 + t_3, inside, taken - external.work + M_3 * phi_3, left)
-    times, torques = (0.0, t_2, t_3), (M_ext, M_int, M_3)
+    times = (0.0, t_2, t_3)
+    torques = (M_ext, M_int, M_3)
     return StagedStop(*known, times, torques, phi_2 + phi_3, external, internal)

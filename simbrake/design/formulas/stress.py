@@ -66,7 +66,8 @@ def plate_stress(
         >>> [round(float(s) / 1e6, 1) for s in stress]
         [-175.7, 175.7]
     """
-    z, T = np.asarray(depth, float), np.asarray(temperature, float)
+    z = np.asarray(depth, float)
+    T = np.asarray(temperature, float)
     if z.ndim != 1 or z.size < 2 or np.any(np.diff(z) <= 0):
         raise ValueError("depths must rise from face to face")
     if restraint not in ("none", "bending", "all"):
@@ -77,9 +78,15 @@ def plate_stress(
     mean = np.asarray(profile_mean(T, z))[..., None]
     stress = modulus * (mean - T)
     if restraint == "none":
-        thickness, middle = z[-1] - z[0], 0.5 * (z[0] + z[-1])
-        h, arm, away = np.diff(z), z - middle, T - mean
-        a_0, a_1, away_0, away_1 = arm[:-1], arm[1:], away[..., :-1], away[..., 1:]
+        thickness = z[-1] - z[0]
+        middle = 0.5 * (z[0] + z[-1])
+        h = np.diff(z)
+        arm = z - middle
+        away = T - mean
+        a_0 = arm[:-1]
+        a_1 = arm[1:]
+        away_0 = away[..., :-1]
+        away_1 = away[..., 1:]
         product = away_0 * (2 * a_0 + a_1) + away_1 * (a_0 + 2 * a_1)  # both are linear in each layer
         moment = np.sum(h / 6 * product, axis=-1)[..., None]
         stress = stress + modulus * 12 * moment * arm / thickness**3
@@ -88,7 +95,8 @@ def plate_stress(
 
 def profile_mean(temperature: Layers, depth: Layers) -> Amount:
     """Mean over the depth, `∫ T dz/δ`, of a profile (…, k) that is linear between the depths (k,)."""
-    z, T = np.asarray(depth, float), np.asarray(temperature, float)
+    z = np.asarray(depth, float)
+    T = np.asarray(temperature, float)
     return np.trapezoid(T, z) / (z[-1] - z[0])
 
 

@@ -51,7 +51,8 @@ class SynthesisError(RuntimeError):
 
 def property_at(material: Material, name: str, T: float) -> float:
     """`conductivity` or `specific_heat` at `T` (K)."""
-    value, slope = float(getattr(material, name)), getattr(material, f"{name}_slope")
+    value = float(getattr(material, name))
+    slope = getattr(material, f"{name}_slope")
     return value if slope is None else value * (1 + float(slope) * (T - float(material.reference)))
 
 
@@ -76,7 +77,8 @@ def share_law(b: Braking, partition: AbstractPartition | None) -> _Law:
 
     Raises `InputError` where both a number and a law are given.
     """
-    source, pair = b.inputs["share"].source, b.scene.network.friction
+    source = b.inputs["share"].source
+    pair = b.scene.network.friction
     if partition is not None and source == "given":
         raise input_error("share", "is given beside a law of the partition", "give one of the two")
     if source == "given":
@@ -113,12 +115,14 @@ def refine(
     """
     law = share_law(b, partition)
     first = last = one_pass(b, start, dict.fromkeys(start, ROOM), law)
-    replaced, change = replaced_in(first), math.inf
+    replaced = replaced_in(first)
+    change = math.inf
     if not replaced:
         return first, first, 0, 0.0
     for n in range(1, rounds + 1):
         at = {part: last[part].bulk if part in replaced else ROOM for part in start}
-        before, last = last, one_pass(b, start, at, law)
+        before = last
+        last = one_pass(b, start, at, law)
         change = max(abs(last[part].bulk - before[part].bulk) for part in HEATED)
         if change <= tolerance:
             return first, last, n, change
@@ -158,7 +162,8 @@ class Chain:
     def schmidt(self) -> heating.SchmidtCourse:
         """Schmidt's scheme with the heat of the run, else with the falling power of a stop."""
         b = self.after
-        share, run = b.share * b.power.heat, b.run
+        share = b.share * b.power.heat
+        run = b.run
         if b.layered is not None:
             return b.layered.schmidt(b.rim, share, b.track_area)
 
@@ -188,7 +193,8 @@ class Chain:
     @property
     def lining_back(self) -> tuple[float, float | None]:
         """Temperature (K) of its back after the brake application, and in the run."""
-        b, course = self.after, self.before.run and self.before.run.lining
+        b = self.after
+        course = self.before.run and self.before.run.lining
         back = heating.back_temperature(
             b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body
         )
@@ -197,7 +203,9 @@ class Chain:
 
 def _depths(c: Chain) -> Iterator[EstimateRow]:
     yield from (rows.part_rows(part)[0] for part in c.first.values())
-    depth, rim, within = c.first["rim"].depth, c.before.run and c.before.run.rim, None
+    depth = c.first["rim"].depth
+    rim = c.before.run and c.before.run.rim
+    within = None
     if rim is not None:  # share of its simulated heat within the depth at the end
         rise = rim.layers[-1] - rim.layers[0]
         whole = rise @ rim.steps
@@ -221,7 +229,9 @@ def _fourier_number(part: HeatedPart) -> EstimateRow:
 
 
 def _partition(c: Chain) -> Iterator[EstimateRow]:
-    simulated, share, name = c.before.simulated_share, c.first["rim"].share, "heat partition coefficient"
+    simulated = c.before.simulated_share
+    share = c.first["rim"].share
+    name = "heat partition coefficient"
     yield EstimateRow(
         f"{name}, rim",
         _law_words(c),
@@ -232,7 +242,8 @@ def _partition(c: Chain) -> Iterator[EstimateRow]:
         OWN_LAW,
         numbers(T_rim=c.start["rim"], T_lining=c.start["lining"]),
     )
-    rest, left = c.first["lining"].share, None if simulated is None else 1 - simulated
+    rest = c.first["lining"].share
+    left = None if simulated is None else 1 - simulated
     yield EstimateRow(f"{name}, linings", "1 − α_TP", rest, "1", "S-42", left, OWN_LAW, numbers(α_TP=share))
     yield from rows.partition_rows(c.before)
 
@@ -262,21 +273,26 @@ def _bulk(parts: Parts) -> Iterator[EstimateRow]:
 
 
 def _properties(c: Chain) -> Iterator[EstimateRow]:
-    replaced, source = replaced_in(c.first), "S, step 6"
+    replaced = replaced_in(c.first)
+    source = "S, step 6"
     for name in HEATED:
-        part, material = c.first[name], c.before.parts[name].material
+        part = c.first[name]
+        material = c.before.parts[name].material
         T = part.bulk if name in replaced else ROOM
         words = "T_v of step 5" if T > REPLACED_ABOVE else "room: T_v of step 5 is not above 150 °C"
         symbols = numbers(T_v=part.bulk, limit=REPLACED_ABOVE)
         yield EstimateRow(f"temperature of the properties, {name}", words, T, "K", source, numbers=symbols)
         for field, symbol, unit in (("conductivity", "λ", "W/(m*K)"), ("specific_heat", "c", "J/(kg*K)")):
-            slope, at_room = getattr(material, f"{field}_slope"), Number(symbol, float(getattr(material, field)), unit)
-            words, symbols = f"{symbol} (no temperature dependence known)", (at_room,)
+            slope = getattr(material, f"{field}_slope")
+            at_room = Number(symbol, float(getattr(material, field)), unit)
+            words = f"{symbol} (no temperature dependence known)"
+            symbols = (at_room,)
             if slope is not None:
                 law = Number("b", float(slope), "1/K"), Number("T", T, "K")
                 words = f"{symbol} [1 + b (T − T_r)]"
                 symbols = (at_room, *law, Number("T_r", float(material.reference), "K"))
-            value, simulated = float(getattr(properties_at(material, T, name), field)), None
+            value = float(getattr(properties_at(material, T, name), field))
+            simulated = None
             if part.course is not None and part.simulated_bulk is not None:  # the law of the scene there
                 simulated = property_at(part.course.wall.material, field, part.simulated_bulk)
             words_of = f"{field.replace('_', ' ')}, {name}"
@@ -302,7 +318,8 @@ def _repeated(c: Chain) -> Iterator[EstimateRow]:
         "S, step 7",
         numbers=(change,),
     )
-    parts, name = [c.last[name] for name in HEATED], "heat partition coefficient, rim, refined"
+    parts = [c.last[name] for name in HEATED]
+    name = "heat partition coefficient, rim, refined"
     reached = [rows.part_rows(part)[0] for part in parts] + [_fourier_number(part) for part in parts]
     yield from _refined([*reached, *(rows.part_rows(part)[3] for part in parts)])
     share = c.last["rim"].share
@@ -324,7 +341,10 @@ def _refined(figures: Iterable[EstimateRow]) -> Iterator[EstimateRow]:
 
 
 def _layers(c: Chain) -> Iterator[EstimateRow]:
-    b, course, run, simulated = c.after, c.schmidt, c.after.layered, None
+    b = c.after
+    course = c.schmidt
+    run = c.after.layered
+    simulated = None
     words = "½ (t_{j−1} + t_{j+1})"
     yield EstimateRow(
         "maximum face temperature",
@@ -341,9 +361,11 @@ def _layers(c: Chain) -> Iterator[EstimateRow]:
         x = b.rim_thickness * part
         if run is not None:
             simulated = np.interp(x, run.profile_depth, run.profile[-1])
-        at, value = (Number("x", float(x), "m"),), np.interp(x, course.depth, end)
+        at = (Number("x", float(x), "m"),)
+        value = np.interp(x, course.depth, end)
         yield EstimateRow(f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at)
-    drop, simulated = np.max(course.temperature[:, 0] - course.temperature[:, -1]), run and run.drop
+    drop = np.max(course.temperature[:, 0] - course.temperature[:, -1])
+    simulated = run and run.drop
     yield EstimateRow(
         "maximum drop over the rim",
         "t_1 − t_N over time",
@@ -355,7 +377,9 @@ def _layers(c: Chain) -> Iterator[EstimateRow]:
         numbers(δ=b.rim_thickness),
     )
     yield from (*_rim_thickness(c), *_lining_thickness(c))
-    name, formula, (back, simulated) = "lining's back after the braking", "T_0 + (T_f − T_0) θ(a τ/δ²)", c.lining_back
+    name = "lining's back after the braking"
+    formula = "T_0 + (T_f − T_0) θ(a τ/δ²)"
+    (back, simulated) = c.lining_back
     yield EstimateRow(
         name,
         formula,
@@ -370,15 +394,15 @@ def _layers(c: Chain) -> Iterator[EstimateRow]:
 
 def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
     """For this brake application; in a duty of several also for the heat of all, without cooling."""
-    b, limit, rational = c.after, c.limits["lining_permissible"], []
+    b = c.after
+    limit = c.limits["lining_permissible"]
+    rational = []
     cases = {"braking": (b.metal_heat / b.track_area, limit - c.start["rim"])}
     if b.run is not None and b.several:
         heat = b.share * b.power.heat * b.run.total_work / b.track_area
         cases["whole duty"] = heat, limit - b.start
-    depth, symbols = (
-        float(heating.penetration_depth(b.rim.diffusivity, b.time)),
-        numbers(a=b.rim.diffusivity, τ=b.time),
-    )
+    depth = float(heating.penetration_depth(b.rim.diffusivity, b.time))
+    symbols = numbers(a=b.rim.diffusivity, τ=b.time)
     name = "thickness that heat reaches, rim"
     yield EstimateRow(name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols)
     capacity = Number("ρ c", (b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
@@ -388,7 +412,8 @@ def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
         symbols = Number("Q", heat, "J/m^2"), capacity, Number("ΔT_p", rise, "K")
         name = f"thickness that holds the heat, {name}"
         yield EstimateRow(name, "Q/(ρ c ΔT_p)", case.storage, "m", "energy", numbers=symbols)
-    course, thickness = c.before.run and c.before.run.rim, max(number.value for number in rational)
+    course = c.before.run and c.before.run.rim
+    thickness = max(number.value for number in rational)
     yield _rational(
         "rim",
         thickness,
@@ -400,14 +425,16 @@ def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
 
 def _lining_thickness(c: Chain) -> Iterator[EstimateRow]:
     """For this brake application; in a duty of several also that which keeps the back cool over all."""
-    b, back = c.after, c.limits["back_permissible"]
+    b = c.after
+    back = c.limits["back_permissible"]
     cases = {"braking": (b.time, c.face_peak, c.lining_body)}
     if b.run is not None and b.several:  # as if the rim had been as warm all the time
         capacity = b.rim.density * b.rim.specific_heat
         warm = c.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * capacity)
         cases["whole duty"] = b.run.t[-1] - b.scene.initial.time, warm, b.start
     a = b.lining.diffusivity
-    depth, symbols = float(heating.penetration_depth(a, b.time)), numbers(a=a, τ=b.time)
+    depth = float(heating.penetration_depth(a, b.time))
+    symbols = numbers(a=a, τ=b.time)
     yield EstimateRow(
         "thickness that heat reaches, lining", "1.73 √(a τ)", depth, "m", "S, steps 1, 2", numbers=symbols
     )
@@ -417,9 +444,11 @@ def _lining_thickness(c: Chain) -> Iterator[EstimateRow]:
         case = heating.rational_lining_thickness(b.lining, time, face=face, back=back, start=start)
         rational.append(Number(f"δ, {name}", case.insulation, "m"))
         cool = Number("T_p", back, "K"), Number("T_0", start, "K")
-        name, symbols = f"thickness that keeps the back cool, {name}", (*numbers(a=a, τ=time, T_f=face), *cool)
+        name = f"thickness that keeps the back cool, {name}"
+        symbols = (*numbers(a=a, τ=time, T_f=face), *cool)
         yield EstimateRow(name, formula, case.insulation, "m", "Carslaw & Jaeger §3.4", numbers=symbols)
-    course, thickness = c.before.run and c.before.run.lining, max(number.value for number in rational)
+    course = c.before.run and c.before.run.lining
+    thickness = max(number.value for number in rational)
     yield _rational(
         "lining",
         thickness,
@@ -436,10 +465,13 @@ def _rational(part: str, thickness: float, simulated: Any, why: str, of: list[Nu
 
 
 def _surface(c: Chain) -> Iterator[EstimateRow]:
-    b, maximum = c.after, list(rows.maximum_rows(c.after))
+    b = c.after
+    maximum = list(rows.maximum_rows(c.after))
     yield from (*maximum[1:], *maximum[:1], rows.falling_row(b))
     time, power, work = b.layered.at_peak if b.layered is not None else (None, None, None)
-    why, symbols, source = "the power does not fall linearly from the first moment", numbers(τ_T=b.time), "S, step 9"
+    why = "the power does not fall linearly from the first moment"
+    symbols = numbers(τ_T=b.time)
+    source = "S, step 9"
     for name, formula, value, simulated in (
         ("relative time of the maximum", "τ/τ_T = 1/2, half-space under falling power", 0.5, time),
         ("relative power then", "τ_N = 2 (1 − τ/τ_T)", 1, power),
@@ -449,7 +481,10 @@ def _surface(c: Chain) -> Iterator[EstimateRow]:
 
 
 def _balance(c: Chain) -> Iterator[EstimateRow]:
-    b, run, time, gained = c.after, c.after.run, None, None
+    b = c.after
+    run = c.after.run
+    time = None
+    gained = None
     why = "linings, flange and air take from the rim, or give to it, while it is braked"
     rim = run and run.rim
     kept = rim and rim.content[-1] * rim.wall.area * rim.wall.copies
@@ -458,7 +493,8 @@ def _balance(c: Chain) -> Iterator[EstimateRow]:
         angle = np.append(0.0, np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t)))
         if angle[-1] >= 8 * math.pi:
             end = np.interp(8 * math.pi, angle, run.t)
-            time, work = end - run.t[0], np.interp(end, run.t, run.work)
+            time = end - run.t[0]
+            work = np.interp(end, run.t, run.work)
             gained = b.share * b.power.heat * work
     faster = "the first four revolutions are faster than the mean, and their power differs"
     net = None if kept is None else kept / (b.track_area * b.time)
@@ -470,7 +506,8 @@ def _balance(c: Chain) -> Iterator[EstimateRow]:
 
 
 def _stress(c: Chain) -> Iterator[EstimateRow]:
-    b, why = c.after, "the power is not that of a linear fall, and the covered track takes more than the mean"
+    b = c.after
+    why = "the power is not that of a linear fall, and the covered track takes more than the mean"
     yield from rows.stress_rows(b)
     conductivity = b.rim.conductivity
     gradient = b.initial_flux / conductivity
@@ -487,7 +524,8 @@ def _stress(c: Chain) -> Iterator[EstimateRow]:
 
 
 def _operation(c: Chain) -> Iterator[EstimateRow]:
-    b, work = c.before, None
+    b = c.before
+    work = None
     if b.run is not None:
         work = b.run.work[-1] if b.several else b.run.total_work
     stop = list(rows.stop_rows(b, b.hardest_time, b.hardest_angle, work))
@@ -500,7 +538,10 @@ def _operation(c: Chain) -> Iterator[EstimateRow]:
 
 def _margins(c: Chain) -> Iterator[EstimateRow]:
     """What is left to the permissible values: the end of step 12."""
-    b, run, limits, (work, time) = c.before, c.before.run, c.limits, c.before.stopping_load
+    b = c.before
+    run = c.before.run
+    limits = c.limits
+    (work, time) = c.before.stopping_load
     of_run = run and b.work / (b.lining_area * b.time)
     stress = c.after.run_stress and abs(c.after.run_stress[1])
     compared = "as the value compared with the limit"
@@ -525,13 +566,16 @@ def _margins(c: Chain) -> Iterator[EstimateRow]:
             (Number("permissible", limit, unit), Number("found", value, unit)),
         )
 
-    face, back = limits["lining_permissible"], limits["back_permissible"]
+    face = limits["lining_permissible"]
+    back = limits["back_permissible"]
     yield margin("face of the linings", "T_p − T_max", "K", face, c.face_peak, run and run.face, hottest)
     yield margin("back of the linings", "T_p − T_back", "K", back, *c.lining_back)
     yield margin("stress of the rim", "σ_p − |σ|", "Pa", c.after.elastic.permissible, abs(c.after.stress), stress)
-    limit, words = limits.get("pressure_permissible"), "permissible − mean"
+    limit = limits.get("pressure_permissible")
+    words = "permissible − mean"
     yield margin("pressure", words, "Pa", limit, b.pressure, b.run_pressure)
-    limit, mean = limits.get("power_permissible"), work / (b.lining_area * time)
+    limit = limits.get("power_permissible")
+    mean = work / (b.lining_area * time)
     yield margin("power load", words, "W/m^2", limit, mean, of_run)
 
 

@@ -134,7 +134,8 @@ def equal_load_angles(f: float | ByLining, n: int, wrap: float, *, area: float |
         for i in range(n - 2, -1, -1):
             if friction[i + 1] * z[i + 1] >= 1:
                 return i + 1
-            load, peak = side(z[i + 1], i + 1, -1.0), friction[i] ** (-1 / 3)
+            load = side(z[i + 1], i + 1, -1.0)
+            peak = friction[i] ** (-1 / 3)
             if load > side(peak, i, 1.0):
                 return i
             z[i] = _root(lambda s, i=i, load=load: side(s, i, 1.0) - load, 0.0, peak)
@@ -144,7 +145,8 @@ def equal_load_angles(f: float | ByLining, n: int, wrap: float, *, area: float |
         z = chain(z_n)
         return 2 * math.pi if isinstance(z, int) else np.sum(2 * np.arctan(z)) - wrap
 
-    low, high = 1e-12, math.tan(min(wrap, 0.999 * math.pi) / 2)
+    low = 1e-12
+    high = math.tan(min(wrap, 0.999 * math.pi) / 2)
     if surplus(high) < 0:
         raise InfeasibleLayout(f"{n} linings of equal load cannot span {math.degrees(wrap):.1f}°")
     for _ in range(200):  # bisection: the chain ends abruptly where it becomes infeasible
@@ -171,12 +173,14 @@ def chord_equal_load_angles(f: float, k: int, beta_k: float, beta_k1: float) -> 
     Raises `InfeasibleLayout` where a `1 − f z` or a denominator is not positive, or the chords do not fit.
     """
     z = np.full(k + 1, np.nan)
-    z[k], z[k - 1] = math.tan(beta_k / 2), math.tan(beta_k1 / 2)
+    z[k] = math.tan(beta_k / 2)
+    z[k - 1] = math.tan(beta_k1 / 2)
     for j in range(k, 2, -1):
         for i in (j, j - 1):
             if 1 - f * z[i] <= 0:
                 raise InfeasibleLayout(f"chord {i}: 1 − f·tan(β_{i}/2) = {1 - f * z[i]:.4g} is not positive")
-        m, p = (1 + f * z[j - 1]) / (1 - f * z[j - 1]), z[j] / (1 - f * z[j])
+        m = (1 + f * z[j - 1]) / (1 - f * z[j - 1])
+        p = z[j] / (1 - f * z[j])
         denominator = 1 - f * m * p
         if denominator <= 0:
             raise InfeasibleLayout(f"chord {j - 2}: the denominator 1 − f m p = {denominator:.4g} is not positive")
@@ -200,7 +204,8 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     at the speed and the temperatures of the start and the maximum slack tension of the lever; traceable.
     """
     system, y, mode = assemble(scene)
-    grip, linings = system.grip, scene.brake.linings
+    grip = system.grip
+    linings = scene.brake.linings
     assert isinstance(grip, LiningFriction)
     T_0 = jnp.asarray(scene.lever.scale())
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.start_speed)))
@@ -245,7 +250,8 @@ def validate_request(
     scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Rate, pair: str, start: str
 ) -> None:
     """Raise `InputError` with all errors of a requested layout, errors of the scene included."""
-    brake, errors = band_brake(scene), Issues(faults(scene))
+    brake = band_brake(scene)
+    errors = Issues(faults(scene))
     errors.choice("start", start, ("closed form", "given"))
     errors.choice("free", free, FREE)
     errors.choice("over", over, ("static", "braking"))
@@ -350,7 +356,8 @@ class LayoutDesign(Tabular):
         yield f"equal {' and '.join(self.target)} {over}: {FREE[self.free]} found in {self.iterations} iterations"
         if self.note:
             yield f"no closed form to compare with: {self.note}"
-        columns, values = [Column("lining")], [np.arange(1, len(self.angle) + 1)]
+        columns = [Column("lining")]
+        values = [np.arange(1, len(self.angle) + 1)]
         for row in self.rows:
             columns.append(Column(f"{row.name} β", "rad", display_units="°", show=lambda x: f"{np.degrees(x):.5g}"))
             values.append(row.angle)
@@ -439,7 +446,10 @@ class _Search:
     """Residuals and Jacobians for SciPy, from the layout that the evaluator is given."""
 
     def __init__(self, run: PointEvaluator, free: str, levelled: _Levelled, friction: np.ndarray) -> None:
-        self.run, self.free, self.levelled, self.friction = run, free, levelled, friction
+        self.run = run
+        self.free = free
+        self.levelled = levelled
+        self.friction = friction
         self.progress = Progress("layout", "compiling…")
         self.start = np.zeros((2 if free == "both" else 1) * (len(run.given[0]) - 1))
 
@@ -450,7 +460,8 @@ class _Search:
         if np.max(angle) >= np.pi or np.max(self.friction * np.tan(angle / 2)) >= 1:
             size = len(self.levelled.targets) * (len(angle) - 1)
             return Evaluation(np.full(size, np.nan), np.full((size, len(w)), np.nan), 0, None)
-        before, trial = self.run.runs, self.run(w, layout_and_rate)
+        before = self.run.runs
+        trial = self.run(w, layout_and_rate)
         if self.run.runs > before:
             worst = max(np.max(values) / np.min(values) for values in map(np.asarray, trial.more))
             self.progress.now(f"run {self.run.runs}, maximum over minimum {worst:.9g}")

@@ -81,7 +81,8 @@ class LeastTension(Tabular):
             f"minimum {self.objective} {how}: == {self.value:.8g} {self.unit} (start {self.start:.8g}) "
             f"in {self.iterations} iterations, {self.runs} runs; stationary to {self.stationarity:.1e}"
         )
-        start, value = Column("start"), Column("value")
+        start = Column("start")
+        value = Column("value")
         cost = f"d{self.objective}/dlimit"
         rows = [
             (row.name, *row[2:5], row.unit, f"{row.sensitivity:.6g} {self.unit}/{row.unit}" if row.active else "slack")
@@ -111,7 +112,8 @@ class _Searched(NamedTuple):
     def __call__(self, result: Result, given: object) -> tuple[Array, None]:
         """A brake that does not stop in the run has the time at which its mean deceleration would stop it."""
         record = result.record
-        start, end = record.rows.t[0], record.t_end
+        start = record.rows.t[0]
+        end = record.t_end
         left = record.y_end.omega / jnp.asarray(result.scene.start_speed)
         slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
         metrics = {name: measure(result, name) for name in self.names}
@@ -126,8 +128,12 @@ class _Problem:
     def __init__(
         self, run: PointEvaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool
     ) -> None:
-        self.run, self.names, self.box, self.limits = run, names, box, limits
-        self.scale, self.progress = 1.0, Progress("minimum tension", "compiling…")
+        self.run = run
+        self.names = names
+        self.box = box
+        self.limits = limits
+        self.scale = 1.0
+        self.progress = Progress("minimum tension", "compiling…")
         self.start = box.down(box.start)
         # change of the wrap with the unknowns, where an angle is free
         angles = [float(path.partition("[")[0] == _ANGLES) for path in box.paths.names]
@@ -136,7 +142,8 @@ class _Problem:
 
     def look(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Metrics and their derivatives by `u`; infinite where the run fails."""
-        before, evaluation = self.run.runs, self.run(self.box.up(u))
+        before = self.run.runs
+        evaluation = self.run(self.box.up(u))
         values = evaluation.values if evaluation.code == 0 else np.full_like(evaluation.values, np.inf)
         if self.run.runs > before:
             self.progress.now(f"run {self.run.runs}, {self.names[0]} {values[0]:.6g}")
@@ -219,7 +226,8 @@ def least_tension(
 def _solve(problem: _Problem, tolerance: float, most: int) -> Any:
     from scipy.optimize import Bounds, minimize  # imported where it is used
 
-    u, wrap = problem.start, problem.wrap
+    u = problem.start
+    wrap = problem.wrap
     rules: list[dict[str, Any]] = [{"type": "ineq", "fun": problem.room, "jac": problem.room_slope}]
     if wrap is not None:
         rules.append({"type": "eq", "fun": lambda v: np.atleast_1d(wrap @ (v - u)), "jac": lambda v: wrap[None, :]})
@@ -243,9 +251,12 @@ def _multipliers(
     """
     from scipy.optimize import lsq_linear
 
-    gradient, slope, room = problem.objective(u)[1], problem.room_slope(u), problem.room(u)
+    gradient = problem.objective(u)[1]
+    slope = problem.room_slope(u)
+    room = problem.room(u)
     active, low, high = (np.flatnonzero(at) for at in (np.abs(room) < _ACTIVE, u < _ACTIVE, u > 1 - _ACTIVE))
-    unit, wrap = np.eye(len(u)), [] if problem.wrap is None else [problem.wrap]
+    unit = np.eye(len(u))
+    wrap = [] if problem.wrap is None else [problem.wrap]
     columns = [*slope[active], *unit[low], *(-unit[high]), *wrap]
     lam = np.zeros(len(room))
     nu = np.zeros(len(u))
@@ -261,8 +272,10 @@ def _multipliers(
 
 
 def _report(problem: _Problem, solution: Any) -> LeastTension:
-    paths, end = problem.box.paths, np.clip(solution.x, 0.0, 1.0)
-    before, after = problem.look(problem.start)[0], problem.look(end)[0]
+    paths = problem.box.paths
+    end = np.clip(solution.x, 0.0, 1.0)
+    before = problem.look(problem.start)[0]
+    after = problem.look(end)[0]
     lam, nu, residual = _multipliers(problem, end)
     room = problem.room(end)
     units = [unit_of(name) for name in problem.names]

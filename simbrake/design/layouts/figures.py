@@ -58,12 +58,14 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
     axes = figure.subplots()
     for i, (name, places) in enumerate(edges.items()):
         colour, marker = _STYLES[i % len(_STYLES)]
-        along, beta = np.degrees(places), np.degrees(places[:, 1] - places[:, 0])
+        along = np.degrees(places)
+        beta = np.degrees(places[:, 1] - places[:, 0])
         gaps = " with gaps" if np.any(places[1:, 0] - places[:-1, 1] > 1e-9) else ""
         label = f"{name}: {len(beta)} linings, $\\Sigma\\beta$ = {beta.sum():.4g}°, on {along[-1, 1]:.4g}°{gaps}"
         # a step for each lining; gaps interrupt it
         blank = np.full(len(beta), np.nan)
-        x, y = np.column_stack([along, blank]), np.column_stack([beta, beta, blank])
+        x = np.column_stack([along, blank])
+        y = np.column_stack([beta, beta, blank])
         axes.plot(x.ravel(), y.ravel(), color=colour, lw=2.0, ls="--" if name == "uniform pitch" else "-")
         axes.plot(along.mean(axis=1), beta, color=colour, marker=marker, ms=5, ls=":", lw=0.8, label=label)
     axes.set(
@@ -118,7 +120,8 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
     scales = {name: scale(rows[0].units[name], top, absolute=True) for name, top in tops.items()}
     figure = sheet(figure, 11.5, 3.4, rows=2 + len(scales))
     panels = figure.subplots(2 + len(scales), 1, squeeze=False, sharex=True)[:, 0]
-    linings, width = np.arange(1, len(rows[0].angle) + 1), 0.8 / len(rows)
+    linings = np.arange(1, len(rows[0].angle) + 1)
+    width = 0.8 / len(rows)
     for k, row in enumerate(rows):
         panels[0].plot(linings, np.degrees(row.angle), marker="o", ms=4, label=row.name)
         if row.non_uniformity < 1.5:  # others are far away

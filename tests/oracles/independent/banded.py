@@ -43,12 +43,18 @@ class Banded(Brake):
     """
 
     def __init__(self, p: dict[str, Any]):
-        self.C, self.bandage, self.rims = p["C"], p["bandage"], p.get("rims", 1)
+        self.C = p["C"]
+        self.bandage = p["bandage"]
+        self.rims = p.get("rims", 1)
         own = [] if self.bandage is None else [max(abs(p["omega"]), 1.0)]
         own += [] if self.C is None else [p["lever"].largest() / self.C]
         super().__init__(p, 1 if self.bandage is None else 2, own)
-        self.z, self.sine, self.inner = np.tan(p["beta"] / 2), np.sin(p["beta"] / 2), 0
-        self.R_b, self.sense, self.left = p["R_b"], (-1 if p["omega"] < 0 else 1), None
+        self.z = np.tan(p["beta"] / 2)
+        self.sine = np.sin(p["beta"] / 2)
+        self.inner = 0
+        self.R_b = p["R_b"]
+        self.sense = -1 if p["omega"] < 0 else 1
+        self.left = None
         self.off = np.zeros(self.n, bool)  # linings that have lifted off the rim
         if self.bandage is not None:
             self.y[self.OWN.start] = p["omega"]
@@ -96,7 +102,8 @@ class Banded(Brake):
 
     def rim_friction(self, y: np.ndarray, along: np.ndarray, slides: int) -> np.ndarray:
         """Largest forces (N) between linings and rim."""
-        T, rim = self.lining_temperatures(y), self.bandage
+        T = self.lining_temperatures(y)
+        rim = self.bandage
         if slides == 0:
             f = self.inner_law.static(T)
         else:
@@ -109,7 +116,8 @@ class Banded(Brake):
 
     def rim_balance(self, y: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Load of the band and preload less the centrifugal force (N)."""
-        rim, omega_b = self.bandage, 0.0 if self.mode == HELD else self.carrier(y)
+        rim = self.bandage
+        omega_b = 0.0 if self.mode == HELD else self.carrier(y)
         thrust = rim["mass"] * rim["mass_radius"] * omega_b**2 if "mass" in rim else 0.0
         return (along[1:] + along[:-1]) * self.sine + rim["preload"] - thrust
 
@@ -118,8 +126,10 @@ class Banded(Brake):
 
     def holding(self, t: float, y: np.ndarray, slides: int) -> float:
         """`T_n` with `R_b (T_n − T_0) = ± M_int(T_n)`: the root on the straight piece on which it lies."""
-        T_0, mu = self.lever(t), self.static_ratios(y)
-        up, down = T_0 * np.cumprod(mu), T_0 / np.cumprod(mu[::-1])
+        T_0 = self.lever(t)
+        mu = self.static_ratios(y)
+        up = T_0 * np.cumprod(mu)
+        down = T_0 / np.cumprod(mu[::-1])
         at = np.concatenate([down[::-1], [T_0], up])
 
         def excess(T_n: float) -> float:
@@ -136,8 +146,13 @@ class Banded(Brake):
     # --- all of it at one instant -----------------------------------------------------------------------------------
 
     def now(self, t: float, y: np.ndarray) -> Now:
-        mode, T_0, omega, omega_b = self.mode, self.lever(t), float(y[1]), self.carrier(y)
-        M, stuck, slopes = self.driving(t, omega), self.bandage is None or self.inner == 0, None
+        mode = self.mode
+        T_0 = self.lever(t)
+        omega = float(y[1])
+        omega_b = self.carrier(y)
+        M = self.driving(t, omega)
+        stuck = self.bandage is None or self.inner == 0
+        slopes = None
         if mode in SLIDES:
             along, *slopes = self.sliding(t, y, mode == BACK)
         else:
@@ -151,8 +166,11 @@ class Banded(Brake):
             if mode == TAKE_UP:
                 along = np.full(self.n + 1, T_n)
         torque = self.rims * self.R_b * (along[-1] - T_0)
-        J, J_b = self.J, (0.0 if self.bandage is None else self.rims * self.bandage["J"])
-        rim, F, capacity = None, np.zeros(self.n), np.inf
+        J = self.J
+        J_b = 0.0 if self.bandage is None else self.rims * self.bandage["J"]
+        rim = None
+        F = np.zeros(self.n)
+        capacity = np.inf
         if self.bandage is not None:
             F = self.rim_friction(y, along, self.inner)
             capacity = self.rims * self.p["R"] * float(np.sum(F))
@@ -161,12 +179,14 @@ class Banded(Brake):
             drive = M - J * alpha
         else:
             drive = self.inner * capacity
-            alpha, alpha_b = (M - drive) / J, (0.0 if mode == HELD else (drive - torque) / J_b)
+            alpha = (M - drive) / J
+            alpha_b = 0.0 if mode == HELD else (drive - torque) / J_b
         if self.bandage is not None:
             slip = 0.0 if stuck else self.p["R"] * (omega - omega_b)
             rim = Pair(self.rims * F * abs(slip), self.rim_load(y, along), slip)
         lead, slip_speed, band_speed = self._slip(t, y, omega_b, alpha_b, along, slopes, rim)
-        power, normal = self.rims * (along[1:] - along[:-1]) * slip_speed, (along[1:] + along[:-1]) * self.sine
+        power = self.rims * (along[1:] - along[:-1]) * slip_speed
+        normal = (along[1:] + along[:-1]) * self.sine
         outer = Pair(power, normal, slip_speed)
         pairs = [outer] if rim is None else [outer, rim]
         margin = np.ones(self.n)
@@ -218,8 +238,11 @@ class Banded(Brake):
 
     def bounds(self, t: float, y: np.ndarray) -> tuple[float, float, float, float]:
         """Of a band at rest: least torque and what drives it there, largest torque and what drives it there (N·m)."""
-        T_0, mu, M = self.lever(t), self.static_ratios(y), self.driving(t, 0.0)
-        low, high = T_0 / float(np.prod(mu)), T_0 * float(np.prod(mu))
+        T_0 = self.lever(t)
+        mu = self.static_ratios(y)
+        M = self.driving(t, 0.0)
+        low = T_0 / float(np.prod(mu))
+        high = T_0 * float(np.prod(mu))
         drives = [M, M]
         if self.bandage is not None and self.inner:
             drives = [self.inner * self.rim_torque(y, self.mobilised(T_0, T_n, mu), self.inner) for T_n in (low, high)]
@@ -227,7 +250,9 @@ class Banded(Brake):
         return arm * (low - T_0), drives[0], arm * (high - T_0), drives[1]
 
     def guards(self, t, y):
-        now, found, T_0 = self.now(t, y), {}, self.lever(t)
+        now = self.now(t, y)
+        found = {}
+        T_0 = self.lever(t)
         if self.mode == HELD:
             low, least, high, most = self.bounds(t, y)
             found |= {"above": (high - most) / self.torque, "below": (least - low) / self.torque}
@@ -236,11 +261,13 @@ class Banded(Brake):
         if self.mode in SLIDES and self.C is not None:
             found["stick"] = (1 if self.mode == SLIP else -1) * now.lead / (self.R_b * self.speed)
         if self.mode in (ELASTIC, TAKE_UP):
-            tension, mu = self.C * self.stretch(y), self.static_ratios(y)
+            tension = self.C * self.stretch(y)
+            mu = self.static_ratios(y)
             if self.mode == TAKE_UP:
                 found["upper"] = (T_0 - tension) / self.force
             else:
-                ahead, behind = T_0 * np.cumprod(mu), tension * np.cumprod(mu[::-1])[::-1]
+                ahead = T_0 * np.cumprod(mu)
+                behind = tension * np.cumprod(mu[::-1])[::-1]
                 found |= {"upper": (ahead[-1] - tension) / self.force, "lower": (behind[0] - T_0) / self.force}
                 if self.bandage is None:
                     found |= {f"limit {i + 1}": (ahead[i] - tension) / self.force for i in range(self.n - 1)}
@@ -266,7 +293,9 @@ class Banded(Brake):
         self._lift(t, lifted)
         if fired and len(passed) + len(lifted) == len(fired):
             return y
-        y, old, old_inner = y.copy(), self.mode, self.inner
+        y = y.copy()
+        old = self.mode
+        old_inner = self.inner
         old_limits = self.limits_passed(t, y) if fired or self.left is None else self.left
         if self.bandage is not None and "grip" in fired:
             self.inner = 1 if self.now(t, y).drive > 0 else -1
@@ -330,21 +359,27 @@ class Banded(Brake):
 
     def _taut(self, t: float, y: np.ndarray, old: str, fired: list[str], direction: int) -> str:
         """Mode of an elastic band on what moves, or starts to."""
-        T_0, pull, omega_b, tension = self.lever(t), self.lever.rate(t), self.carrier(y), self.C * self.stretch(y)
-        rounding, slack = ROUNDING * self.force, old in (OPEN, TAKE_UP)
+        T_0 = self.lever(t)
+        pull = self.lever.rate(t)
+        omega_b = self.carrier(y)
+        tension = self.C * self.stretch(y)
+        rounding = ROUNDING * self.force
+        slack = old in (OPEN, TAKE_UP)
         if slack and omega_b > 0 and not (old == TAKE_UP and "upper" in fired):
             from_nothing = not rounding < T_0
             if self.C * self.R_b * omega_b < pull if from_nothing else tension < T_0 - rounding:
                 return TAKE_UP
         ratio = float(np.prod(self.static_ratios(y)))
-        low, high = T_0 / ratio, T_0 * ratio
+        low = T_0 / ratio
+        high = T_0 * ratio
         if slack and omega_b <= 0:
             tension = max(tension, low)
         for mode, sign in ((SLIP, 1), (BACK, -1)):
             if old == mode and "stick" in fired:
                 continue
             self.mode = mode
-            lead, limit = sign * self.now(t, y).lead, self.sliding(t, y, mode == BACK)[0][-1]
+            lead = sign * self.now(t, y).lead
+            limit = self.sliding(t, y, mode == BACK)[0][-1]
             past = sign * (tension - limit)
             there = tension >= high - rounding if sign > 0 else tension <= low + rounding
             there = there or (old == mode and past >= -1e-8 * self.force)
@@ -357,8 +392,12 @@ class Banded(Brake):
         """Which limit an elastic band that has come to lie on one leaves at once, if any."""
         if self.mode != ELASTIC:
             return ""
-        T_0, tension, ratio = self.lever(t), self.C * self.stretch(y), float(np.prod(self.static_ratios(y)))
-        speed, pull, spare = self.C * self.R_b * self.carrier(y), self.lever.rate(t), 1e-9 * self.force
+        T_0 = self.lever(t)
+        tension = self.C * self.stretch(y)
+        ratio = float(np.prod(self.static_ratios(y)))
+        speed = self.C * self.R_b * self.carrier(y)
+        pull = self.lever.rate(t)
+        spare = 1e-9 * self.force
         if tension <= T_0 / ratio + spare and speed < pull / ratio - spare:
             return "lower"
         return "upper" if tension >= T_0 * ratio - spare and speed > pull * ratio + spare else ""
@@ -368,11 +407,17 @@ class Banded(Brake):
         self.clipped = False
         if self.C is None:
             return y
-        x, T_0, T = self.stretch(y), (0.0 if self.mode == OPEN else self.lever(t)), y[self.T].copy()
-        slack, heat, after, trial = old in (OPEN, TAKE_UP), 0.0, x, y.copy()
+        x = self.stretch(y)
+        T_0 = 0.0 if self.mode == OPEN else self.lever(t)
+        T = y[self.T].copy()
+        slack = old in (OPEN, TAKE_UP)
+        heat = 0.0
+        after = x
+        trial = y.copy()
         for _ in range(60):
             ratio = float(np.prod(self.static_ratios(trial)))
-            low, high = T_0 / ratio, T_0 * ratio
+            low = T_0 / ratio
+            high = T_0 * ratio
             tension = max(self.C * x, low) if slack else self.C * x
             if self.mode == OPEN:
                 tension = self.C * x if slack and old == OPEN else 0.0
@@ -390,7 +435,8 @@ class Banded(Brake):
             still = Pair(np.zeros(self.n), np.zeros(self.n), 0.0)
             pairs = [Pair(share, still.normal, 0.0)] + ([] if self.bandage is None else [still])
             trial[self.T] = T + self.friction_heat(pairs) / self.heat.capacity
-        y, self.clipped = trial, abs(after - x) * self.C > 1e-6 * self.force
+        y = trial
+        self.clipped = abs(after - x) * self.C > 1e-6 * self.force
         y[self.OWN.stop - 1] = after
         y[self.WORK.start + 1] += self.rims * T_0 * (after - x)
         y[self.WORK.start + 3] += heat
@@ -411,8 +457,12 @@ class Banded(Brake):
             return {*range(1, self.n + 1), *range(-self.n, 0)}
         if self.mode != ELASTIC:
             return set()
-        T_0, tension, mu = self.lever(t), self.C * self.stretch(y), self.static_ratios(y)
-        ahead, behind, spare = np.cumprod(mu), np.cumprod(mu[::-1])[::-1], 1e-12 * self.force
+        T_0 = self.lever(t)
+        tension = self.C * self.stretch(y)
+        mu = self.static_ratios(y)
+        ahead = np.cumprod(mu)
+        behind = np.cumprod(mu[::-1])[::-1]
+        spare = 1e-12 * self.force
         return {i + 1 for i in range(self.n) if tension > T_0 * ahead[i] + spare} | {
             -i - 1 for i in range(self.n) if tension * behind[i] < T_0 - spare
         }

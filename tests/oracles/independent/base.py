@@ -10,14 +10,21 @@ from oracles.independent.stepping import AbstractModel, Law, Lines, Logged, Lump
 
 #: sizes below this share of a typical one are rounding
 ROUNDING = 1e-11
-OPEN, TAKE_UP, ELASTIC, SLIP, BACK, HELD = "open", "take up", "elastic", "slip", "slip back", "held"
+OPEN = "open"
+TAKE_UP = "take up"
+ELASTIC = "elastic"
+SLIP = "slip"
+BACK = "slip back"
+HELD = "held"
 
 
 class Pair:
     """A friction pair at one instant: friction power (W) and load (N) of each lining, slip speed (m/s)."""
 
     def __init__(self, power: np.ndarray, normal: np.ndarray, slip: Any):
-        self.power, self.normal, self.slip = power, normal, np.abs(slip) + 0 * normal
+        self.power = power
+        self.normal = normal
+        self.slip = np.abs(slip) + 0 * normal
 
 
 class Brake(AbstractModel):
@@ -27,17 +34,29 @@ class Brake(AbstractModel):
     """
 
     def __init__(self, p: dict[str, Any], pairs: int, own: list[float]):
-        self.p, self.n, self.log, self.modes, self.slopes = p, p["n"], [], [], []
-        self.start, self.end = 0.0, p["end"]
-        self.lever, self.load, self.drag = copy.deepcopy(p["lever"]), copy.deepcopy(p["load"]), p["drag"]
-        self.J, self.law = p["J"] + p["hook_inertia"], law_of(p["law"], p.get("fade"))
+        self.p = p
+        self.n = p["n"]
+        self.log = []
+        self.modes = []
+        self.slopes = []
+        self.start = 0.0
+        self.end = p["end"]
+        self.lever = copy.deepcopy(p["lever"])
+        self.load = copy.deepcopy(p["load"])
+        self.drag = p["drag"]
+        self.J = p["J"] + p["hook_inertia"]
+        self.law = law_of(p["law"], p.get("fade"))
         self.heat = None if p["heat"] is None else Lumps(p["heat"], self.n)
-        self.pairs, self.wears = pairs, p["wear"]
+        self.pairs = pairs
+        self.wears = p["wear"]
         self.force = self.lever.largest()
         self.torque = max(self.J * abs(p["omega"]), self.load.largest() + abs(p["hook_torque"]), 1.0)
-        self.speed, self.mode, self.first = max(abs(p["omega"]), 1.0), OPEN, True
+        self.speed = max(abs(p["omega"]), 1.0)
+        self.mode = OPEN
+        self.first = True
         self.pulls = self.empties = False
-        nodes, worn = (0 if self.heat is None else self.n + 2), (0 if self.wears is None else self.n * pairs)
+        nodes = 0 if self.heat is None else self.n + 2
+        worn = 0 if self.wears is None else self.n * pairs
         work = 0.5 * self.J * self.speed**2 + 1.0
         parts = [[1.0, self.speed], own, [work] * (3 + pairs), [10.0] * nodes, [1e-7] * worn]
         self.sizes = np.concatenate(parts)
@@ -98,7 +117,8 @@ class Brake(AbstractModel):
         """Rates (K/s) of the nodes under the heat flows."""
         assert self.heat is not None
         speeds = abs(omega) * self.p["track"], np.abs(self.bandage_speeds(y)) * self.p["R_b"]
-        closed, staged = self.mode != OPEN, self.pairs > 1
+        closed = self.mode != OPEN
+        staged = self.pairs > 1
         on_rim = ~self.off if staged else np.full(self.n, closed)
         return self.heat.rates(y[self.T], speeds, on_rim, closed if staged else True, flows)
 
@@ -120,13 +140,16 @@ class Brake(AbstractModel):
         """Rates of all states; `omega`: the speed where it is known better than by the state."""
         omega = float(y[1]) if omega is None else omega
         rates = np.zeros_like(y)
-        rates[0], rates[1], rates[self.OWN] = omega, alpha, own
+        rates[0] = omega
+        rates[1] = alpha
+        rates[self.OWN] = own
         works = [self.driving(t, omega) * omega, lever_power, damping, *(float(np.sum(k.power)) for k in pairs)]
         rates[self.WORK] = works
         if self.heat is not None:
             rates[self.T] = self.warming(y, omega, self.friction_heat(pairs))
         if self.wears is not None:
-            T, worn = self.lining_temperatures(y), []
+            T = self.lining_temperatures(y)
+            worn = []
             for k, pair, area in zip(self.wears, pairs, self.p["areas"], strict=True):
                 rate = k["k"] * (1 if T is None else np.maximum(1 + k["slope"] * (T - k["at"]), 0.0))
                 worn.append(rate * pair.normal / area * pair.slip)
@@ -204,7 +227,8 @@ def names_with_a_bandage(names: list[str], before: tuple[str, int], after: tuple
 
     `before`, `after`: mode of the band, and 0 where the linings stick to the rim
     """
-    (old, slid), (new, slides) = before, after
+    (old, slid) = before
+    (new, slides) = after
     if old != HELD and new == HELD and slides:
         names = ["external_lock"]
     if old == HELD and new != HELD and slid:

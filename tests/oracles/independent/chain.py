@@ -26,31 +26,41 @@ class Chain(Brake):
     """`m_i ü_i = G_i + T_{i−1} − T_i`, `J ω̇ = M_load − R_b Σ G_i`; states `u_i`, `u̇_i`."""
 
     def __init__(self, p: dict[str, Any]):
-        q, n = p["segments"], p["n"]
+        q = p["segments"]
+        n = p["n"]
         self.K = np.append(q["stiffness"], p["C"])
         self.m = q["mass"]
         between = 2 * q["damping"] * np.sqrt(self.K[:-1] * 0.5 * (self.m[1:] + self.m[:-1]))
-        self.D, self.pre = np.append(between, q["anchor"]), p["C"] * p["x"]
+        self.D = np.append(between, q["anchor"])
+        self.pre = p["C"] * p["x"]
         speed = p["R_b"] * max(abs(p["omega"]), 1.0)
         super().__init__(p, 1, [p["lever"].largest() / float(np.min(self.K))] * n + [speed] * n)
-        self.R_b, self.sine, self.cosine = p["R_b"], np.sin(p["beta"] / 2), np.cos(p["beta"] / 2)
+        self.R_b = p["R_b"]
+        self.sine = np.sin(p["beta"] / 2)
+        self.cosine = np.cos(p["beta"] / 2)
         self.y[self.OWN][n:] = p["R_b"] * p["omega"]
-        self.linings, self.taut = np.zeros(n, int), np.ones(n, bool)
-        self.mode, self.sense = (HELD if p["omega"] == 0 else ELASTIC), (-1 if p["omega"] < 0 else 1)
+        self.linings = np.zeros(n, int)
+        self.taut = np.ones(n, bool)
+        self.mode = HELD if p["omega"] == 0 else ELASTIC
+        self.sense = -1 if p["omega"] < 0 else 1
 
     def label(self):
         return (self.mode, *map(int, self.linings))
 
     def now(self, t: float, y: np.ndarray) -> Now:
         u, v = np.split(y[self.OWN], 2)
-        T_0, omega, sticks = self.lever(t), float(y[1]), self.linings == 0
+        T_0 = self.lever(t)
+        omega = float(y[1])
+        sticks = self.linings == 0
         v = np.where(sticks, self.R_b * omega, v)
         elastic = self.pre + self.K * (u - np.append(u[1:], 0.0))
         stretching = v - np.append(v[1:], 0.0)
         total = elastic + self.D * stretching
         tension = np.where(self.taut, total, 0.0)
         before = np.append(T_0, tension[:-1])
-        slip, normal, T = self.R_b * omega - v, (tension + before) * self.sine, self.lining_temperatures(y)
+        slip = self.R_b * omega - v
+        normal = (tension + before) * self.sine
+        T = self.lining_temperatures(y)
         G = self.linings * self.law.kinetic(self.linings * slip, T) * normal / self.cosine
         carried = float(np.sum(np.where(sticks, tension - before, G)))
         inertia = self.J + self.R_b**2 * float(np.sum(self.m[sticks]))
@@ -62,7 +72,8 @@ class Chain(Brake):
         return Now(alpha, G, limit, slip, acceleration, total, damping, normal)
 
     def rates(self, t, y):
-        now, v = self.now(t, y), np.split(y[self.OWN], 2)[1]
+        now = self.now(t, y)
+        v = np.split(y[self.OWN], 2)[1]
         v = np.where(self.linings == 0, self.R_b * float(y[1]), v)
         pair = Pair(now.force * now.slip, now.normal, now.slip)
         power = self.lever(t) * float(v[0])
@@ -82,7 +93,9 @@ class Chain(Brake):
         return found
 
     def change(self, t, y, fired):
-        y, old, before = y.copy(), self.mode, self.linings.copy()
+        y = y.copy()
+        old = self.mode
+        before = self.linings.copy()
         if self.first:
             self.taut = self.now(t, y).total > 0
         for name in fired:
@@ -90,7 +103,8 @@ class Chain(Brake):
                 self.taut[int(name.split()[1])] ^= True
         marked = [int(name.split()[1]) for name in fired if name.startswith("lining")]
         for _ in range(2 * self.n + 2):
-            now, was = self.now(t, y), self.linings.copy()
+            now = self.now(t, y)
+            was = self.linings.copy()
             for i in range(self.n):
                 past = abs(now.force[i]) > now.limit[i] + (_AT if i not in marked else -1e-6) * self.force
                 if was[i] == 0 and past:
@@ -118,7 +132,8 @@ class Chain(Brake):
                 self.note(t, "lining_stick", i + 1)
 
     def _label(self, t: float, y: np.ndarray, old: str, before: np.ndarray, stops: bool) -> None:
-        ahead, back = bool(np.all(self.linings > 0)), bool(np.all(self.linings < 0))
+        ahead = bool(np.all(self.linings > 0))
+        back = bool(np.all(self.linings < 0))
         restarts = old == HELD and (ahead or back) and not np.array_equal(before, self.linings)
         self.mode = SLIP if ahead else BACK if back else ELASTIC
         if (old == HELD and not restarts) or stops:

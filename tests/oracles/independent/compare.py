@@ -81,9 +81,12 @@ def _lasting(changes: Modes, end: float) -> tuple[Modes, list[float]]:
 def ours(p: dict[str, Any]) -> Course:
     """simbrake's run."""
     result = sb.simulate(draws.scene(p), rtol=RTOL, max_steps=16384)
-    record, energy, y = result.record, {k: float(v) for k, v in result.energy.items()}, result.record.y_end
+    record = result.record
+    energy = {k: float(v) for k, v in result.energy.items()}
+    y = result.record.y_end
     n = int(record.count)
-    times, modes = np.asarray(record.rows.t)[: n + 1], record.modes
+    times = np.asarray(record.rows.t)[: n + 1]
+    modes = record.modes
     parts = [part for name in ("outer", "inner", "linings") if (part := getattr(modes.own, name, None)) is not None]
     columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
     if p["kind"] == "resolved bandage" and modes.lifted is not None:  # a lining off the rim neither sticks nor slides
@@ -146,24 +149,31 @@ def _ordered(events: list[Logged], passing: list[float]) -> list[Logged]:
 
 def compare(kind: str, flavour: str, seed: int) -> Comparison:
     """Run one scene both ways."""
-    name, p = f"{kind}, {flavour}, seed {seed}", draws.draw(kind, flavour, seed)
-    a, b = ours(p), theirs(p)
+    name = f"{kind}, {flavour}, seed {seed}"
+    p = draws.draw(kind, flavour, seed)
+    a = ours(p)
+    b = theirs(p)
     staged = p["bandage"] is not None
     passing = [*a.passing, *b.passing] if staged else []
-    events, others = _ordered(a.events, passing), _ordered(b.events, passing)
+    events = _ordered(a.events, passing)
+    others = _ordered(b.events, passing)
     pairs = [(x[0], y[0]) for x, y in zip(a.modes, b.modes, strict=False)]
     pairs += [(x.time, y.time) for x, y in zip(events, others, strict=False)]
     apart = [(abs(x - y), b.slopes.get(y, np.inf)) for x, y in pairs if x != y]
     works = ("load work", "kinetic change", "friction heat")
     energy = max(1.0, *(abs(b.end[k]) for k in works))
-    worst, which = 0.0, ""
+    worst = 0.0
+    which = ""
     for key, value in b.end.items():
         size = {"angle": 1.0, "speed": 1.0, "temperatures": 1.0}.get(key, energy)
         size = max(1e-15, float(np.max(np.abs(value)))) if key == "worn" else size
         gap = float(np.max(np.abs(np.asarray(a.end[key]) - value))) / size
         if not gap <= worst:
-            worst, which = gap, key
-    allowed, flat, differs = ALLOWED.get(kind, USUALLY), FLAT.get(kind, 0.0), ""
+            worst = gap
+            which = key
+    allowed = ALLOWED.get(kind, USUALLY)
+    flat = FLAT.get(kind, 0.0)
+    differs = ""
     if [mode for _, mode in a.modes] != [mode for _, mode in b.modes]:
         differs = "modes"
     elif [(e.name, e.lining) for e in events] != [(e.name, e.lining) for e in others]:

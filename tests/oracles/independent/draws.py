@@ -19,8 +19,11 @@ FLAVOURS = ("plain", "hot", "fill")
 _RESOLVED = {"plain": 4, "hot": 3, "fill": 6}
 #: linings of each of several bands, from and up to
 BANDS = ((0, 1), (1, 3))
-END, HOOK_ARM = 4.0, 0.05
-AIR, FADE_FROM, BLEND = 293.15, 305.0, 4.0
+END = 4.0
+HOOK_ARM = 0.05
+AIR = 293.15
+FADE_FROM = 305.0
+BLEND = 4.0
 
 
 def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
@@ -28,23 +31,38 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     rng = np.random.default_rng([KINDS.index(kind), FLAVOURS.index(flavour), seed])
     n = 2 if kind == "shoe" else _RESOLVED[flavour] if kind == "resolved bandage" else 3
     p: dict[str, Any] = {"kind": kind, "flavour": flavour, "seed": seed, "n": n, "end": END}
-    p["J"], p["drag"] = rng.uniform(50, 300), rng.uniform(0, 15)
+    p["J"] = rng.uniform(50, 300)
+    p["drag"] = rng.uniform(0, 15)
     p["omega"] = float(rng.choice([0.0, 20.0, 12.0, -15.0, 3.0]) * rng.uniform(0.9, 1.1))
-    t, pull = np.sort(rng.uniform(0, 3, 7)), rng.uniform(300, 6e3, 7) * (rng.random(7) > 0.3)
-    at, load = np.sort(rng.uniform(0, 3, 6)), rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
+    t = np.sort(rng.uniform(0, 3, 7))
+    pull = rng.uniform(300, 6e3, 7) * (rng.random(7) > 0.3)
+    at = np.sort(rng.uniform(0, 3, 6))
+    load = rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
     if seed % 3 == 0:
-        t[3], at[2] = t[2], at[1]  # jumps
-    p["lever_points"], p["load_points"], p["filling"] = (t, pull), (at, load), None
-    p["lever"], p["load"] = Lines(list(t), list(pull)), Lines(list(at), list(load))
+        # jumps
+        t[3] = t[2]
+        at[2] = at[1]
+    p["lever_points"] = (t, pull)
+    p["load_points"] = (at, load)
+    p["filling"] = None
+    p["lever"] = Lines(list(t), list(pull))
+    p["load"] = Lines(list(at), list(load))
     p["hook_inertia"] = p["hook_torque"] = p["mass"] = 0.0
     if flavour == "fill":
         p["filling"] = (rng.uniform(1e3, 6e3), rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8))
-        p["lever"], p["load"], p["mass"] = Filling(*p["filling"]), Lines([0.0], [0.0]), rng.uniform(500, 5e3)
+        p["lever"] = Filling(*p["filling"])
+        p["load"] = Lines([0.0], [0.0])
+        p["mass"] = rng.uniform(500, 5e3)
         p["hook_inertia"], p["hook_torque"] = p["mass"] * HOOK_ARM**2, p["mass"] * 9.80665 * HOOK_ARM
     p["beta"] = np.radians(rng.uniform(40, 62, n)) * min(1.0, 4 / n)
-    p["R"], p["R_b"], p["C"], p["x"], p["bandage"] = 0.59, 0.64, None, 0.0, None
+    p["R"] = 0.59
+    p["R_b"] = 0.64
+    p["C"] = None
+    p["x"] = 0.0
+    p["bandage"] = None
     p["rims"] = 2 if seed % 5 == 4 and kind in BANDED else 1
-    p["track"], p["areas"] = 0.59, [rng.uniform(0.02, 0.04, n)]
+    p["track"] = 0.59
+    p["areas"] = [rng.uniform(0.02, 0.04, n)]
     _friction(p, rng, kind, flavour, n)
     _mechanism(p, rng, kind, n)
     _heat(p, rng, flavour, n)
@@ -90,7 +108,8 @@ def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
             "anchor": rng.uniform(200, 2e3),
         }
     if kind == "several bands":  # shares by their stiffness, or given
-        p["stiffness"], p["given"] = 10 ** rng.uniform(4.0, 6.0, 2), rng.uniform(0.5, 2.0, 2)
+        p["stiffness"] = 10 ** rng.uniform(4.0, 6.0, 2)
+        p["given"] = rng.uniform(0.5, 2.0, 2)
         p["by_stiffness"] = rng.random() < 0.5
     if kind == "disc":
         p |= {"radii": (rng.uniform(0.4, 0.5), rng.uniform(0.55, 0.7)), "angle": 0.6, "worn_in": True}
@@ -138,7 +157,9 @@ def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.friction.Ab
 
 
 def _brake(p: dict[str, Any]) -> Any:
-    law, kind, n = _law(p, p["law"], p["ratios"][0]), p["kind"], p["n"]
+    law = _law(p, p["law"], p["ratios"][0])
+    kind = p["kind"]
+    n = p["n"]
     if kind == "disc":
         return sb.DiscBrake(p["J"], sb.Pads(law, *p["radii"], p["angle"], n))
     if kind == "shoe":
@@ -148,7 +169,8 @@ def _brake(p: dict[str, Any]) -> Any:
     segments = bandage = mass = None
     if kind == "chain":
         q = p["segments"]
-        segments, mass = sb.Segments(q["stiffness"], q["damping"], q["anchor"]), q["mass"]
+        segments = sb.Segments(q["stiffness"], q["damping"], q["anchor"])
+        mass = q["mass"]
     if p["bandage"] is not None:
         q = p["bandage"]
         more = {"spring": q["spring"], "spring_damping": q["damping"]} if kind == "resolved bandage" else {}
@@ -169,14 +191,13 @@ def _bands(p: dict[str, Any]) -> sb.brakes.MultiBandBrake:
 
 
 def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
-    q, n = p["heat"], p["n"]
+    q = p["heat"]
+    n = p["n"]
     if q is None:
         return None, None
-    rim, linings, band = (
-        sb.thermal.Lump("rim", q["rim"], q["start"][0]),
-        sb.thermal.Lump("linings", np.full(n, q["lining"]), q["start"][1:-1], count=n),
-        sb.thermal.Lump("band", q["band"], q["start"][-1]),
-    )
+    rim = sb.thermal.Lump("rim", q["rim"], q["start"][0])
+    linings = sb.thermal.Lump("linings", np.full(n, q["lining"]), q["start"][1:-1], count=n)
+    band = sb.thermal.Lump("band", q["band"], q["start"][-1])
     h = sb.thermal.SpeedCoefficient(q["h"], q["h_speed"])
     staged = p["bandage"] is not None
     heat = sb.Heat(

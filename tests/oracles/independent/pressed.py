@@ -20,7 +20,9 @@ def effective_radius(p: dict[str, Any]) -> float:
 
 def shoe_arms(p: dict[str, Any]) -> tuple[float, float]:
     """`M_N/N` and `M_F/(f N)` (m) of a shoe about its pin."""
-    (begin, end), a, r = p["angles"], p["pin"], p["radius"]
+    (begin, end) = p["angles"]
+    a = p["pin"]
+    r = p["radius"]
     normal = quad(np.sin, begin, end)[0]
     M_N = a * quad(lambda x: np.sin(x) ** 2, begin, end)[0]
     M_F = quad(lambda x: np.sin(x) * (r - a * np.cos(x)), begin, end)[0]
@@ -34,7 +36,8 @@ class Pressed(Brake):
         super().__init__(p, 1, [])
         self.shoes = p["kind"] == "shoe"
         if self.shoes:
-            self.radius, self.arms = p["radius"], shoe_arms(p)
+            self.radius = p["radius"]
+            self.arms = shoe_arms(p)
         elif p["kind"] == "disc":
             self.radius = effective_radius(p)
 
@@ -51,12 +54,14 @@ class Pressed(Brake):
 
     def limits(self, t: float, y: np.ndarray) -> tuple[float, float]:
         """Least and largest torque (N·m) of a brake at rest."""
-        f, F = np.broadcast_to(self.law.static(self.lining_temperatures(y)), (self.n,)), self.lever(t)
+        f = np.broadcast_to(self.law.static(self.lining_temperatures(y)), (self.n,))
+        F = self.lever(t)
         low, high = (float(np.sum(self.friction(F, f, back))) for back in (True, False))
         return -self.radius * low, self.radius * high
 
     def change(self, t, y, fired):
-        y, old = y.copy(), self.mode
+        y = y.copy()
+        old = self.mode
         if "motion" in fired:
             y[1] = 0.0
         if not self.pulls:
@@ -93,7 +98,8 @@ class Pressed(Brake):
 
     def guards(self, t, y):
         if self.mode == HELD:
-            (low, high), M = self.limits(t, y), self.driving(t, 0.0)
+            (low, high) = self.limits(t, y)
+            M = self.driving(t, 0.0)
             return {"above": (high - M) / self.torque, "below": (M - low) / self.torque}
         if self.mode == OPEN:
             return {}
@@ -105,7 +111,8 @@ class Bands(Pressed):
 
     def __init__(self, p: dict[str, Any]):
         super().__init__(p)
-        self.radius, self.shares = p["R_b"], p["given"] / np.sum(p["given"])
+        self.radius = p["R_b"]
+        self.shares = p["given"] / np.sum(p["given"])
         if p["by_stiffness"]:
             start = None if p["heat"] is None else p["heat"]["start"][1:-1]
             f = self.law.kinetic(np.zeros(self.n), start)
@@ -114,7 +121,9 @@ class Bands(Pressed):
 
     def tensions(self, force: float, f: np.ndarray, back: bool) -> tuple[np.ndarray, np.ndarray]:
         """Tensions (N) ahead of every lining and behind it."""
-        ahead, behind, z = np.zeros(self.n), np.zeros(self.n), np.tan(self.p["beta"] / 2)
+        ahead = np.zeros(self.n)
+        behind = np.zeros(self.n)
+        z = np.tan(self.p["beta"] / 2)
         for share, (first, last) in zip(self.shares, BANDS, strict=True):
             T = share * force
             for i in range(first, last):

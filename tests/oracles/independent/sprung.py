@@ -46,15 +46,25 @@ class Sprung(Brake):
     """
 
     def __init__(self, p: dict[str, Any]):
-        q, n = p["bandage"], p["n"]
+        q = p["bandage"]
+        n = p["n"]
         speed = max(abs(p["omega"]), 1.0)
         super().__init__(p, 2, [*(p["lever"].largest() / q["spring"]), *[speed] * n])
-        self.R, self.R_b, self.J_i, self.K, self.preload = p["R"], p["R_b"], q["J"], q["spring"], q["preload"]
+        self.R = p["R"]
+        self.R_b = p["R_b"]
+        self.J_i = q["J"]
+        self.K = q["spring"]
+        self.preload = q["preload"]
         reduced = 1 / (self.R_b**2 * (1 / self.J_i[:-1] + 1 / self.J_i[1:]))
         self.D = 2 * q["damping"] * np.sqrt(self.K * reduced)
-        self.thrust, self.off = q.get("mass", np.zeros(n)) * q.get("mass_radius", 0.0), np.zeros(n, bool)
-        self.z, self.sine, self.rim_law = np.tan(p["beta"] / 2), np.sin(p["beta"] / 2), law_of(q["law"], p.get("fade"))
-        self.outer, self.inner, self.sense = np.ones(n, int), np.zeros(n, int), (-1 if p["omega"] < 0 else 1)
+        self.thrust = q.get("mass", np.zeros(n)) * q.get("mass_radius", 0.0)
+        self.off = np.zeros(n, bool)
+        self.z = np.tan(p["beta"] / 2)
+        self.sine = np.sin(p["beta"] / 2)
+        self.rim_law = law_of(q["law"], p.get("fade"))
+        self.outer = np.ones(n, int)
+        self.inner = np.zeros(n, int)
+        self.sense = -1 if p["omega"] < 0 else 1
         self.y[self.OWN][n - 1 :] = p["omega"]
 
     def label(self):
@@ -78,7 +88,8 @@ class Sprung(Brake):
 
     def _coefficients(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """`f tan(β/2)` on the band, sticking and sliding, and the coefficients on the rim that count."""
-        T, w = self.lining_temperatures(y), self.own(y)[1]
+        T = self.lining_temperatures(y)
+        w = self.own(y)[1]
         sliding = self.law.kinetic(self.outer * w * self.R_b, T)
         on_rim = np.where(
             self.inner == 0, self.rim_law.static(T), self.rim_law.kinetic(self.inner * (y[1] - w) * self.R, T)
@@ -91,12 +102,16 @@ class Sprung(Brake):
 
     def _along(self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any) -> tuple[np.ndarray, np.ndarray]:
         """Tensions `T_0…T_n` for shares of the grip that fixed linings use; which linings the band bounds then."""
-        (still, moving, on_rim), seat = self._coefficients(y), self._seat(y)
+        (still, moving, on_rim) = self._coefficients(y)
+        seat = self._seat(y)
         before = np.full(np.shape(share), T_0)
-        tensions, bounded = [before], []
+        tensions = [before]
+        bounded = []
         for i in range(self.n):
-            by_load, by_preload = self.R * on_rim[i] * self.sine[i], self.R * on_rim[i] * seat[i]
-            low, high = before * (1 - still[i]) / (1 + still[i]), before * (1 + still[i]) / (1 - still[i])
+            by_load = self.R * on_rim[i] * self.sine[i]
+            by_preload = self.R * on_rim[i] * seat[i]
+            low = before * (1 - still[i]) / (1 + still[i])
+            high = before * (1 + still[i]) / (1 - still[i])
             used = share if self.fixed[i] else float(self.inner[i])
             # R_b (T − T') = used (by_load (T + T') + by_preload) + Q
             balanced = (before * (self.R_b + used * by_load) + used * by_preload + springs[i]) / (
@@ -135,7 +150,8 @@ class Sprung(Brake):
         taken = self._taken(T_0, y, springs, _SHARES)
         rises = np.flatnonzero((taken[:-1] < M) & (taken[1:] >= M))
         if rises.size:
-            a, b = _SHARES[rises[-1]], _SHARES[rises[-1] + 1]
+            a = _SHARES[rises[-1]]
+            b = _SHARES[rises[-1] + 1]
             root = brentq(
                 lambda x: float(self._taken(T_0, y, springs, np.float64(x))) - M,
                 a,
@@ -154,16 +170,22 @@ class Sprung(Brake):
         return self.R_b * (force[:-1] - force[1:]), float(np.sum(self.D * rate**2)), rate
 
     def now(self, t: float, y: np.ndarray) -> Now:
-        T_0, springs = (0.0 if self.mode == OPEN else self.lever(t)), self.forces_of_springs(y)[0]
-        rests, stuck, held = bool(np.any(self.fixed)), self.inner == 0, self.held
+        T_0 = 0.0 if self.mode == OPEN else self.lever(t)
+        springs = self.forces_of_springs(y)[0]
+        rests = bool(np.any(self.fixed))
+        stuck = self.inner == 0
+        held = self.held
         M = self.driving(t, 0.0 if rests else float(y[1]))
         share, least, most = self._share(T_0, y, springs, M) if rests else (0.0, 0.0, 0.0)
         tension, _ = self._along(T_0, y, springs, np.float64(share))
         still, _, on_rim = self._coefficients(y)
-        before, pull, both = tension[:-1], np.diff(tension), tension[1:] + tension[:-1]
+        before = tension[:-1]
+        pull = np.diff(tension)
+        both = tension[1:] + tension[:-1]
         balance = both * self.sine + self._seat(y)
         grip = self.R * on_rim * balance
-        needed, slid = self.R_b * pull - springs, self.inner * grip
+        needed = self.R_b * pull - springs
+        slid = self.inner * grip
         alpha = 0.0
         if not rests:
             alpha = (M - float(np.sum(np.where(stuck, needed, slid)))) / (self.J + float(np.sum(self.J_i[stuck])))
@@ -178,7 +200,9 @@ class Sprung(Brake):
         return Now(alpha, tension, pull, still * both, drive, grip, springs, spare, acceleration, least, most, margin)
 
     def rates(self, t, y):
-        now, (_, w), (_, damping, stretching) = self.now(t, y), self.own(y), self.forces_of_springs(y)
+        now = self.now(t, y)
+        (_, w) = self.own(y)
+        (_, damping, stretching) = self.forces_of_springs(y)
         omega = 0.0 if np.any(self.fixed) else float(y[1])
         N = (now.tension[1:] + now.tension[:-1]) * self.sine
         outer = Pair(now.pull * self.R_b * w, N, self.R_b * w)
@@ -187,7 +211,10 @@ class Sprung(Brake):
         return self.assembled(t, y, now.alpha, own, [outer, rim], damping=damping, omega=omega)
 
     def guards(self, t, y):
-        now, (_, w), omega, found = self.now(t, y), self.own(y), float(y[1]), {}
+        now = self.now(t, y)
+        (_, w) = self.own(y)
+        omega = float(y[1])
+        found = {}
         if np.any(self.fixed):
             M = self.driving(t, 0.0)
             found |= {"above": (now.most - M) / self.torque, "below": (M - now.least) / self.torque}
@@ -214,7 +241,8 @@ class Sprung(Brake):
     # --- changes of mode ----------------------------------------------------------------------------------------------
 
     def change(self, t, y, fired):
-        y, old = y.copy(), (self.mode, self.sense, self.outer.copy(), self.inner.copy())
+        y = y.copy()
+        old = (self.mode, self.sense, self.outer.copy(), self.inner.copy())
         e, w = self.own(y)
         y[self.OWN] = np.append(e, w)
         if np.any(self.fixed):
@@ -240,7 +268,8 @@ class Sprung(Brake):
             jumped = np.flatnonzero(~self.held & (self.now(t, y).margin < -ROUNDING * self.force))
             self._lift(t, y, [i for i in jumped if i not in lifted])
         if self.mode != OPEN:
-            rests, omega = bool(np.any(self.fixed)), y[1]
+            rests = bool(np.any(self.fixed))
+            omega = y[1]
             if not rests:
                 self.sense = int(np.sign(omega)) or self._sets_off(t, y)
             self.mode = HELD if np.all(self.outer == 0) else SLIP if self.sense > 0 else BACK
@@ -261,7 +290,9 @@ class Sprung(Brake):
 
     def _let_go_or_catch(self, t: float, y: np.ndarray, fired: list[str]) -> None:
         """What guards of single linings have told: what slid has caught on, what stuck lets go."""
-        now, rests, fixed = self.now(t, y), bool(np.any(self.fixed)), self.fixed
+        now = self.now(t, y)
+        rests = bool(np.any(self.fixed))
+        fixed = self.fixed
         slid = (self.outer != 0) & (self.inner != 0)
         ahead = int(np.sign(y[1]))
         for name in fired:
@@ -298,7 +329,8 @@ class Sprung(Brake):
 
     def _yields(self, t: float, y: np.ndarray, way: int) -> bool:
         """Let go of what is held by too great a force, and hold what would go the other way; whether anything was."""
-        now, spare = self.now(t, y), ROUNDING * self.torque
+        now = self.now(t, y)
+        spare = ROUNDING * self.torque
         if np.any(self.fixed):
             M = self.driving(t, 0.0)
             way = way or int(M - now.most > spare) - int(now.least - M > spare)
@@ -321,7 +353,8 @@ class Sprung(Brake):
     def _catches(self, y: np.ndarray, now: Now) -> bool:
         """Linings without speed on one of their faces that would slide there against their sense stay."""
         _, w = self.own(y)
-        slides, slight = (self.inner != 0) & ~self.held & ~self.off, 1e-9 * self.torque / self.J_i
+        slides = (self.inner != 0) & ~self.held & ~self.off
+        slight = 1e-9 * self.torque / self.J_i
         wrong = slides & (w == y[1]) & (self.inner * (now.alpha - now.acceleration) < -slight)
         self.inner[wrong] = 0
         if self.mode != OPEN and not np.any(wrong):
@@ -333,7 +366,8 @@ class Sprung(Brake):
         """The pulley starts, and every fixed lining lets go where it is held less."""
         springs = self.forces_of_springs(y)[0]
         _, bounded = self._along(self.lever(t), y, springs, np.float64(way))
-        fixed, self.sense = self.fixed, way
+        fixed = self.fixed
+        self.sense = way
         self.outer = np.where(fixed, np.where(bounded, way, 0), self.outer)
         self.inner = np.where(fixed, np.where(bounded, 0, way), self.inner)
 

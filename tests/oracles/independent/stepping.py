@@ -107,7 +107,8 @@ def _land(
         moved = min(max(root - gap / slope, low), high)
         if abs(moved - root) < 1e-15 * max(1.0, abs(root)):
             break
-        root, at = moved, _exactly(model, t, y, moved)
+        root = moved
+        at = _exactly(model, t, y, moved)
     return root, at, slope
 
 
@@ -118,13 +119,16 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
     solver = DOP853(model.rates, t, y, until, rtol=RTOL, atol=atol, max_step=longest)
     names = list(model.guards(t, y))
     last = np.array(list(model.guards(t, y).values()))
-    armed, at, first_step = last > _TOGETHER, t, True
+    armed = last > _TOGETHER
+    at = t
+    first_step = True
     holding = np.array([not name.startswith("limit") for name in names], bool)  # marks say nothing of the mode
     while solver.status == "running":
         solver.step()
         if solver.status == "failed" or solver.t_old is None:
             raise RuntimeError(f"DOP853 came to no end at {solver.t:.9g} s")
-        dense, before = solver.dense_output(), solver.t_old
+        dense = solver.dense_output()
+        before = solver.t_old
         y_before = dense(before)
         for share in _AFTER_EVENT if first_step else _INSIDE:
             s = before + share * (solver.t - before)
@@ -143,7 +147,9 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
                 values = np.array(list(model.guards(root, y_root).values()))
                 together = [i for i in range(len(names)) if i == first or (armed[i] and values[i] < _TOGETHER)]
                 return _Found(root, y_root, [names[i] for i in together], slope)
-            armed, last, at = armed | (here > _ARMED), here, s
+            armed = armed | (here > _ARMED)
+            last = here
+            at = s
         first_step = False
     return _Found(until, solver.y, [])
 
@@ -165,19 +171,22 @@ def _dip(
 
 def integrate(model: AbstractModel) -> np.ndarray:
     """Run a model to its end; its events are in `model.log`. Returns the states at the end."""
-    t, y = model.start, model.y
+    t = model.start
+    y = model.y
     inside = sorted({knot for knot in model.knots() if model.start < knot < model.end})
     for stop, after in zip([*inside, model.end], [*inside[1:], model.end, model.end], strict=False):
         if t == model.start:
             model.enter(t, stop)
             y = model.settle(t, y, [])
-        chain, last = 0, t
+        chain = 0
+        last = t
         while t < stop:
             t, y, fired, slope = _advance(model, t, y, stop)
             if fired:
                 model.slopes.append((t, abs(slope)))
                 y = model.settle(t, y, fired)
-                chain, last = (chain + 1 if t == last else 0), t
+                chain = chain + 1 if t == last else 0
+                last = t
                 if chain > _CHAIN:
                     raise RuntimeError(f"the mode changes again and again at {t:.9g} s")
         if stop < model.end:
@@ -194,8 +203,11 @@ class Lines:
     """Straight lines between points, constant outside of them; two points at one time are a jump."""
 
     def __init__(self, times: Sequence[float], values: Sequence[float]):
-        self.times, self.values = [float(t) for t in times], [float(v) for v in values]
-        self.at, self.level, self.slope = 0.0, 0.0, 0.0
+        self.times = [float(t) for t in times]
+        self.values = [float(v) for v in values]
+        self.at = 0.0
+        self.level = 0.0
+        self.slope = 0.0
 
     def knots(self) -> list[float]:
         return self.times
@@ -206,8 +218,11 @@ class Lines:
         if k == 0 or k == len(self.times):
             self.at, self.level, self.slope = begin, self.values[min(k, len(self.times) - 1)], 0.0
             return
-        (t_0, t_1), (v_0, v_1) = self.times[k - 1 : k + 1], self.values[k - 1 : k + 1]
-        self.at, self.level, self.slope = t_0, v_0, (v_1 - v_0) / (t_1 - t_0)
+        (t_0, t_1) = self.times[k - 1 : k + 1]
+        (v_0, v_1) = self.values[k - 1 : k + 1]
+        self.at = t_0
+        self.level = v_0
+        self.slope = (v_1 - v_0) / (t_1 - t_0)
 
     def __call__(self, t: float) -> float:
         return self.level + self.slope * (t - self.at)
@@ -228,7 +243,10 @@ class Filling(Lines):
 
     def __init__(self, level: float, time_constant: float, begin: float):
         super().__init__([begin], [level])
-        self.full, self.tau, self.begin, self.on = level, time_constant, begin, False
+        self.full = level
+        self.tau = time_constant
+        self.begin = begin
+        self.on = False
 
     def enter(self, begin: float, end: float) -> None:
         self.on = 0.5 * (begin + end) > self.begin
@@ -250,8 +268,10 @@ class Law:
     """`f_k`, or `f_k + (f_s − f_k) exp(−(v/v_s)²)`, times a fade `max(φ_min, 1 − s (T − T_p)₊)`, corners rounded."""
 
     def __init__(self, kinetic: Any, static: Any, speed: float | None = None, fade: dict[str, float] | None = None):
-        self.k, self.s = np.asarray(kinetic, float), np.asarray(static, float)
-        self.speed, self.fade_of = speed, fade
+        self.k = np.asarray(kinetic, float)
+        self.s = np.asarray(static, float)
+        self.speed = speed
+        self.fade_of = fade
 
     def _base(self, v: np.ndarray) -> np.ndarray:
         if self.speed is None:
@@ -305,7 +325,8 @@ class Lumps:
     """
 
     def __init__(self, p: dict[str, Any], n: int):
-        self.p, self.n = p, n
+        self.p = p
+        self.n = n
         self.capacity = np.concatenate([[p["rim"]], np.full(n, p["lining"]), [p["band"]]])
 
     def rates(self, T: np.ndarray, speeds: tuple[Any, Any], on_rim: np.ndarray, on_band: bool, friction: Any) -> Any:
@@ -313,7 +334,9 @@ class Lumps:
 
         - `on_rim` (n,): which linings touch it;  `on_band`: whether they touch the band
         """
-        p, air, flow = self.p, self.p["air"], np.array(friction, float)
+        p = self.p
+        air = self.p["air"]
+        flow = np.array(friction, float)
         open_share = 1 - p["covered"] * np.mean(on_rim)
         h, h_linings = (p["h"] * (1 + (v / p["h_speed"]) ** 2) ** (0.5 * 0.8) for v in speeds)
         exchanged = p["contact"] * on_rim * (T[0] - T[1:-1])
