@@ -1,8 +1,10 @@
-"""What must pass before a change is merged: `nox` runs it, `nox -s NAME` one session, `nox -l` lists them all.
+"""What must pass before a change is merged: `nox` runs it, `nox -s NAME` one session,
+`nox -l` lists them all.
 
-The sessions marked nightly take much longer and are not in the default: `.ci/run nightly` runs everything.
-An interpreter that is missing fails the run, unless `SIMBRAKE_CI_WITHOUT="3.12 3.13"` excludes it by name, and all
-its sessions with it. The first of each kind, as listed here, takes longest: `.ci/run` puts the others beside it.
+The sessions marked nightly take much longer and are not in the default:
+`.ci/run nightly` runs everything. An interpreter that is missing fails the run, unless
+`SIMBRAKE_CI_WITHOUT="3.12 3.13"` excludes it by name, and all its sessions with it. The
+first of each kind, as listed here, takes longest: `.ci/run` puts the others beside it.
 """
 
 import os
@@ -24,7 +26,9 @@ WHEEL = "3.13"
 
 excluded = os.environ.get("SIMBRAKE_CI_WITHOUT", "").split()
 if unknown := set(excluded) - set(PYTHONS):
-    sys.exit(f"SIMBRAKE_CI_WITHOUT names {', '.join(sorted(unknown))}; known are {', '.join(PYTHONS)}")
+    sys.exit(
+        f"SIMBRAKE_CI_WITHOUT names {', '.join(sorted(unknown))}; known are {', '.join(PYTHONS)}"
+    )
 
 nox.options.default_venv_backend = "venv"
 nox.options.error_on_missing_interpreters = True
@@ -32,7 +36,8 @@ nox.options.sessions = []  # those of a day
 
 
 def on(*pythons: str, nightly: bool = False):
-    """Makes a function a session on these Pythons, or none on those that are excluded."""
+    """Makes a function a session on these Pythons, or none on those that are
+    excluded."""
 
     def session(function):
         left = [python for python in pythons if python not in excluded]
@@ -54,7 +59,8 @@ def readme_line(session: nox.Session, find) -> None:
 
 
 def of_the_tests(session: nox.Session) -> dict[str, str]:
-    """Variables by which other processes compile as the tests do, and use the programs that these have compiled."""
+    """Variables by which other processes compile as the tests do, and use the programs
+    that these have compiled."""
     cache = ROOT / ".pytest_cache"
     flags = session.run("python", "tests/compile_flags.py", str(cache), silent=True)
     return {
@@ -83,7 +89,8 @@ def lint(session: nox.Session) -> None:
 
 @on(*(python for python in PYTHONS if python != MAIN))
 def smoke(session: nox.Session) -> None:
-    """What pip finds for each Python: the first line of README.md, and tests that touch every part."""
+    """What pip finds for each Python: the first line of README.md, and tests that touch
+    every part."""
     readme_line(session, install_and_run)
     session.install("-e", ".[test]")
     session.run("pytest", "-m", "smoke", "tests", env=NO_SKIPS)
@@ -91,21 +98,38 @@ def smoke(session: nox.Session) -> None:
 
 @on(MAIN, nightly=True)
 def slow(session: nox.Session) -> None:
-    """Nightly: the slow tests, with the peers of the benchmarks and the libraries of the recipes."""
+    """Nightly: the slow tests, with the peers of the benchmarks and the libraries of
+    the recipes."""
     session.install("-e", ".[test,bench,recipes]")
-    session.run("pytest", "-m", "slow", "tests", "--ignore", "tests/pages/test_examples.py", env=NO_SKIPS)
+    session.run(
+        "pytest",
+        "-m",
+        "slow",
+        "tests",
+        "--ignore",
+        "tests/pages/test_examples.py",
+        env=NO_SKIPS,
+    )
 
 
 @on(MAIN, nightly=True)
 def rest(session: nox.Session) -> None:
     """Nightly: files and commands, pages and figures, validation and benchmarks."""
     session.install("-e", ".[test,bench,live]")
-    session.run("pytest", "tests/files", "tests/pages", "tests/validation", "tests/internals", env=NO_SKIPS)
+    session.run(
+        "pytest",
+        "tests/files",
+        "tests/pages",
+        "tests/validation",
+        "tests/internals",
+        env=NO_SKIPS,
+    )
 
 
 @on(MAIN, nightly=True)
 def recipes(session: nox.Session) -> None:
-    """Nightly: the scripts of docs/recipes with other libraries, in a folder of their own."""
+    """Nightly: the scripts of docs/recipes with other libraries, in a folder of their
+    own."""
     session.install(".[recipes]")
     with tempfile.TemporaryDirectory() as folder:
         session.chdir(folder)
@@ -124,7 +148,8 @@ def oldest(session: nox.Session) -> None:
 
 @on(WHEEL, nightly=True)
 def wheel(session: nox.Session) -> None:
-    """Nightly: the wheel made from the sdist, in an environment and a folder of its own, with the options of users."""
+    """Nightly: the wheel made from the sdist, in an environment and a folder of its
+    own, with the options of users."""
     session.install("build")
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -132,10 +157,27 @@ def wheel(session: nox.Session) -> None:
         (file,) = folder.glob("*.whl")
         session.run("python", "-m", "venv", str(folder / "env"))
         python = str(folder / "env" / "bin" / "python")
-        session.run(python, "-m", "pip", "install", "-q", f"{file}[test]", external=True)
+        session.run(
+            python, "-m", "pip", "install", "-q", f"{file}[test]", external=True
+        )
         session.chdir(folder)
-        session.run(python, str(ROOT / ".ci" / "check_installed.py"), str(ROOT), external=True, env={"PYTHONPATH": ""})
-        tests = [python, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "-m", "smoke", str(ROOT / "tests")]
+        session.run(
+            python,
+            str(ROOT / ".ci" / "check_installed.py"),
+            str(ROOT),
+            external=True,
+            env={"PYTHONPATH": ""},
+        )
+        tests = [
+            python,
+            "-m",
+            "pytest",
+            "-c",
+            str(ROOT / "pyproject.toml"),
+            "-m",
+            "smoke",
+            str(ROOT / "tests"),
+        ]
         users = {"PYTHONPATH": "", "PYTHONSAFEPATH": "1", "SIMBRAKE_USER_OPTIONS": "1"}
         session.run(*tests, external=True, env=NO_SKIPS | users)
 
@@ -144,9 +186,26 @@ def wheel(session: nox.Session) -> None:
 def docs(session: nox.Session) -> None:
     """Nightly: the pages, their examples, the printed tables, the notebooks."""
     session.install("-e", ".[dev]")
-    session.run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs")
+    session.run(
+        "sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs"
+    )
     session.run("python", "papers/reproduce.py", silent=True)
-    # the examples of the docs call nearly everything between them: here shapes and types of every call are checked
+    # the examples of the docs call nearly everything between them: here shapes and
+    # types of every call are checked
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
-    session.run("pytest", "-m", "slow", "--dist", "load", "tests/pages/test_examples.py", env=checked)
-    session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks", env=of_the_tests(session))
+    session.run(
+        "pytest",
+        "-m",
+        "slow",
+        "--dist",
+        "load",
+        "tests/pages/test_examples.py",
+        env=checked,
+    )
+    session.run(
+        "pytest",
+        "--nbmake",
+        "--nbmake-timeout=600",
+        "notebooks",
+        env=of_the_tests(session),
+    )

@@ -1,7 +1,8 @@
-"""Check an installed simbrake from an empty folder: `python check_installed.py CHECKOUT`.
+"""Check an installed simbrake from an empty folder:
+`python check_installed.py CHECKOUT`.
 
-The package lies outside of the checkout, has every file of its source and twelve shipped scenes, and runs, with its
-templates and tables.
+The package lies outside of the checkout, has every file of its source and twelve
+shipped scenes, and runs, with its templates and tables.
 """
 
 import json
@@ -26,15 +27,21 @@ def command() -> str:
 
 def run(*arguments: str) -> str:
     """What the installed command prints; an exit code other than 0 is an error."""
-    return subprocess.run([command(), *arguments], capture_output=True, text=True, check=True).stdout
+    return subprocess.run(
+        [command(), *arguments], capture_output=True, text=True, check=True
+    ).stdout
 
 
 def main() -> None:
     checkout = pathlib.Path(sys.argv[1]).resolve()
     installed = pathlib.Path(sb.__file__).resolve().parent
     assert not installed.is_relative_to(checkout), installed
-    scenes = {file for file in files(checkout / "scenarios") if file.stem not in IN_CHECKOUT}
-    source = files(checkout / "simbrake") | {pathlib.Path("scenarios") / file for file in scenes}
+    scenes = {
+        file for file in files(checkout / "scenarios") if file.stem not in IN_CHECKOUT
+    }
+    source = files(checkout / "simbrake") | {
+        pathlib.Path("scenarios") / file for file in scenes
+    }
     assert files(installed) == source, sorted(map(str, files(installed) ^ source))
     assert pathlib.Path("py.typed") in source
     for name in sb.__all__:
@@ -48,7 +55,9 @@ def main() -> None:
     run("scene", "check", "drag_lowering")  # uses another one
     run("report", "u2_5_5_stop.toml")
     assert "<html" in pathlib.Path("u2_5_5_stop.html").read_text("utf-8")
-    missing = subprocess.run([command(), "run", "unequal_bands"], capture_output=True, text=True)
+    missing = subprocess.run(
+        [command(), "run", "unequal_bands"], capture_output=True, text=True
+    )
     assert missing.returncode == 2
     assert "scenarios/unequal_bands.py in a checkout" in missing.stderr
     away = subprocess.run([command(), "reproduce"], capture_output=True, text=True)

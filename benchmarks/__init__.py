@@ -1,1 +1,2 @@
-"""Measured comparisons of simbrake with other tools; each module is a program of its own."""
+"""Measured comparisons of simbrake with other tools; each module is a program of its
+own."""

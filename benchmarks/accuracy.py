@@ -1,17 +1,24 @@
-"""Estimated beside true errors of runs: `Result.accuracy()` over the benchmark's scenes and random ones.
+"""Estimated beside true errors of runs: `Result.accuracy()` over the benchmark's scenes
+and random ones.
 
-`python benchmarks/accuracy.py [--seed 1] [--count 60] [--rtol 1e-10,1e-3] [--scenes abcdef] [--verify 3] [--json F]`
+`python benchmarks/accuracy.py [--seed 1] [--count 60] [--rtol 1e-10,1e-3] [--scenes
+abcdef] [--verify 3] [--json F]`
 
-A case is one metric, energy, time of an event or kind of states of one run. Its true error is the difference to a run
-at rtol 1e-13 with shorter steps. That run is compared with references that share nothing with the integrator: closed
-forms and collocation of order 23 (benchmarks/reference.py) for the benchmark's scenes, the independent models
-(tests/oracles/independent) for the first `--verify` random ones. Random scenes are drawn by the seed from every kind of
-brake and flavour of tests/oracles/independent/draws.py.
+A case is one metric, energy, time of an event or kind of states of one run. Its true
+error is the difference to a run at rtol 1e-13 with shorter steps. That run is compared
+with references that share nothing with the integrator: closed forms and collocation of
+order 23 (benchmarks/reference.py) for the benchmark's scenes, the independent models
+(tests/oracles/independent) for the first `--verify` random ones. Random scenes are
+drawn by the seed from every kind of brake and flavour of
+tests/oracles/independent/draws.py.
 
-Printed are, of all cases at each tolerance, how many have `true ≤ 3 estimate + 1e-13 scale` (at least 95 % should) and
-`estimate ≤ 100 true + 1e-12 scale` (at least 80 %). The scale is the value; of times at least 1e-3 of the run, of
-energies the largest one, of states the largest value of their kind. A run whose sequence of events is not that of the
-tight one should have no estimate. Exit code 1 if a share is too low, or where an estimate is given and should not be.
+Printed are, of all cases at each tolerance, how many have
+`true ≤ 3 estimate + 1e-13 scale` (at least 95 % should) and
+`estimate ≤ 100 true + 1e-12 scale` (at least 80 %). The scale is the value; of times at
+least 1e-3 of the run, of energies the largest one, of states the largest value of their
+kind. A run whose sequence of events is not that of the tight one should have no
+estimate. Exit code 1 if a share is too low, or where an estimate is given and should
+not be.
 """
 
 import argparse
@@ -59,7 +66,8 @@ class Row(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """One scene at one tolerance: its cases, whether there is an estimate, and whether there should be one."""
+    """One scene at one tolerance: its cases, whether there is an estimate, and whether
+    there should be one."""
 
     name: str
     rtol: float
@@ -69,17 +77,23 @@ class Judged(NamedTuple):
 
 
 def tight(problem: sb.Scene) -> sb.results.Result:
-    """The run from which true errors are counted: the first of three tight ones whose events another one has too."""
+    """The run from which true errors are counted: the first of three tight ones whose
+    events another one has too."""
     first = sb.simulate(problem, rtol=1e-13, throw=False)
     longest = longest_step(first.record)
-    runs = [sb.simulate(problem, rtol=1e-13, max_step=share * longest, throw=False) for share in (1.3, 1.1, 0.9)]
+    runs = [
+        sb.simulate(problem, rtol=1e-13, max_step=share * longest, throw=False)
+        for share in (1.3, 1.1, 0.9)
+    ]
     for one, other in itertools.combinations([run for run in runs if run.ok], 2):
         if not difference(one, other).problem:
             return one
     return runs[0]
 
 
-def judged(name: str, problem: sb.Scene, truth: sb.results.Result, rtol: float) -> Judged:
+def judged(
+    name: str, problem: sb.Scene, truth: sb.results.Result, rtol: float
+) -> Judged:
     """The cases of a scene at one tolerance."""
     result = sb.simulate(problem, rtol=rtol, throw=False)
     if not (result.ok and truth.ok):
@@ -90,19 +104,27 @@ def judged(name: str, problem: sb.Scene, truth: sb.results.Result, rtol: float) 
         return Judged(name, rtol, [], not found.problem, not apart.problem)
     times = np.asarray(result.record.rows.t)
     instant = 1e-3 * float(times[int(result.record.count)] - times[0])
-    energy = max(abs(float(one.value or 0.0)) for one in found.metrics if one.unit == "J")
+    energy = max(
+        abs(float(one.value or 0.0)) for one in found.metrics if one.unit == "J"
+    )
     rows = []
     for one, other in zip(found.metrics, apart.metrics, strict=True):
         true = other.error
         if one.value is not None and one.error is not None and true is not None:
             size = abs(float(one.value))
             scale = {"s": max(size, instant), "J": energy}.get(one.unit, size)
-            rows.append(Row(one.name, scale, true, one.error - (one.layers or 0.0)))  # `truth` has the same layers
+            rows.append(
+                Row(one.name, scale, true, one.error - (one.layers or 0.0))
+            )  # `truth` has the same layers
     for event, other in zip(found.events, apart.events, strict=True):
         size = max(abs(event.value), instant)
-        rows.append(Row(f"event {event.name}", size, other.error, event.error - event.layers))
+        rows.append(
+            Row(f"event {event.name}", size, other.error, event.error - event.layers)
+        )
     for one, other in zip(found.states, apart.states, strict=True):
-        rows.append(Row(f"state {one.name}", other.value, other.error, one.error - one.layers))
+        rows.append(
+            Row(f"state {one.name}", other.value, other.error, one.error - one.layers)
+        )
     return Judged(name, rtol, rows, True, True)
 
 
@@ -112,16 +134,31 @@ def text(one: Judged) -> str:
     if not one.rows:
         if one.given:
             return f"{head}  WRONG: an estimate, although the events of the tight run are others"
-        return f"{head}  no estimate, {'although the events are the same' if one.due else 'as the events differ'}"
-    ratio = [row.estimate / row.true for row in one.rows if row.true > 1e-13 * row.scale]
-    shown = f"estimate/true {min(ratio):.2g}…{max(ratio):.2g}, median {np.median(ratio):.3g}" if ratio else "rounding"
-    unsafe, blunt = ([r for r in one.rows if not ok(r)] for ok in (lambda r: r.safe, lambda r: r.sharp))
+        return (
+            f"{head}  no estimate, "
+            f"{'although the events are the same' if one.due else 'as the events differ'}"
+        )
+    ratio = [
+        row.estimate / row.true for row in one.rows if row.true > 1e-13 * row.scale
+    ]
+    shown = (
+        f"estimate/true {min(ratio):.2g}…{max(ratio):.2g}, median {np.median(ratio):.3g}"
+        if ratio
+        else "rounding"
+    )
+    unsafe, blunt = (
+        [r for r in one.rows if not ok(r)]
+        for ok in (lambda r: r.safe, lambda r: r.sharp)
+    )
     named = "".join(
         f"\n    {what}: {r.name} true {r.true:.2e} estimate {r.estimate:.2e} scale {r.scale:.2e}"
         for what, rows in (("too small", unsafe), ("too large", blunt))
         for r in rows[:3]
     )
-    return f"{head}  {len(one.rows):4} cases, {len(unsafe)} too small, {len(blunt)} too large; {shown}{named}"
+    return (
+        f"{head}  {len(one.rows):4} cases, {len(unsafe)} too small, {len(blunt)} "
+        f"too large; {shown}{named}"
+    )
 
 
 def share(rows: list[Row], which: str) -> float:
@@ -130,28 +167,47 @@ def share(rows: list[Row], which: str) -> float:
 
 
 def drawn(seed: int, count: int) -> list[tuple[str, str, int]]:
-    """Kinds, flavours and seeds of random scenes: every pair as often, one after the other as they share a program."""
+    """Kinds, flavours and seeds of random scenes: every pair as often, one after the
+    other as they share a program."""
     rng = np.random.default_rng(seed)
     pairs = [(kind, flavour) for kind in KINDS for flavour in FLAVOURS]
     order = rng.permutation(len(pairs))
     seeds = rng.integers(10_000, 10**9, count)
     places = sorted(i % len(pairs) for i in range(count))
-    return [(*pairs[order[place]], int(one)) for place, one in zip(places, seeds, strict=True)]
+    return [
+        (*pairs[order[place]], int(one))
+        for place, one in zip(places, seeds, strict=True)
+    ]
 
 
 def distance_to_reference(name: str, truth: sb.results.Result) -> float:
     """Error of the tight run of a benchmark scene, in the measure of the benchmark."""
     times = np.asarray([float(t) for t in event_times(truth, CASES[name])])
-    return max(error(CASES[name], Answer(times, np.asarray(final_state(truth)), 0, 0), reference(name).answer))
+    return max(
+        error(
+            CASES[name],
+            Answer(times, np.asarray(final_state(truth)), 0, 0),
+            reference(name).answer,
+        )
+    )
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the random scenes")
     parser.add_argument("--count", type=int, default=60, help="random scenes")
-    parser.add_argument("--rtol", default="1e-10,1e-3", help="tolerances of the runs that are judged")
+    parser.add_argument(
+        "--rtol", default="1e-10,1e-3", help="tolerances of the runs that are judged"
+    )
     parser.add_argument("--scenes", default="abcdef", help="scenes of the benchmark")
-    parser.add_argument("--verify", type=int, default=3, help="random scenes that the independent models run as well")
+    parser.add_argument(
+        "--verify",
+        type=int,
+        default=3,
+        help="random scenes that the independent models run as well",
+    )
     parser.add_argument("--json", help="file for the numbers")
     options = parser.parse_args()
     tolerances = [float(x) for x in options.rtol.split(",")]
@@ -167,8 +223,13 @@ def main() -> int:
     wrong = False
     try:
         for name in options.scenes:
-            away = distance_to_reference(name, take(f"benchmark ({name})", CASES[name].simbrake()))
-            print(f"    its tight run is {away:.1e} from {reference(name).method}", flush=True)
+            away = distance_to_reference(
+                name, take(f"benchmark ({name})", CASES[name].simbrake())
+            )
+            print(
+                f"    its tight run is {away:.1e} from {reference(name).method}",
+                flush=True,
+            )
         for i, (kind, flavour, seed) in enumerate(drawn(options.seed, options.count)):
             take(f"{kind}, {flavour}, seed {seed}", scene(draw(kind, flavour, seed)))
             if i < options.verify:
@@ -176,7 +237,9 @@ def main() -> int:
                 wrong |= bool(other.differs)
                 agrees = other.differs or "agrees"
                 print(
-                    f"    independent model: {agrees}, times {other.times:.1e} s, ends {other.states:.1e}", flush=True
+                    f"    independent model: {agrees}, times {other.times:.1e} s, ends "
+                    f"{other.states:.1e}",
+                    flush=True,
                 )
     except KeyboardInterrupt:
         print("interrupted: totals so far")
@@ -190,12 +253,17 @@ def main() -> int:
         needless = sum(one.due and not one.given for one in here)
         wrong |= safe < LEAST_SAFE or sharp < LEAST_SHARP or false > 0
         print(
-            f"rtol {rtol:.0e}: {len(here)} scenes, {len(rows)} cases; true ≤ 3 estimate + 1e-13 scale in"
-            f" {100 * safe:.2f} %, estimate ≤ 100 true + 1e-12 scale in {100 * sharp:.2f} %; no estimate in {none}"
+            f"rtol {rtol:.0e}: {len(here)} scenes, {len(rows)} cases; true ≤ 3 "
+            "estimate + 1e-13 scale in"
+            f" {100 * safe:.2f} %, estimate ≤ 100 true + 1e-12 scale in "
+            f"{100 * sharp:.2f} %; no estimate in {none}"
             f" scenes, {needless} of them without need; {false} estimates of other events"
         )
     if options.json:
-        data = [{**one._asdict(), "rows": [row._asdict() for row in one.rows]} for one in found]
+        data = [
+            {**one._asdict(), "rows": [row._asdict() for row in one.rows]}
+            for one in found
+        ]
         pathlib.Path(options.json).write_text(json.dumps(data, indent=1), "utf-8")
     return 1 if wrong else 0
 

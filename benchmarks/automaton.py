@@ -7,7 +7,8 @@ import numpy as np
 
 
 class Guard(NamedTuple):
-    """Falls through 0 at an event: its name (or `None`), the mode that follows (or what tells it), the state there."""
+    """Falls through 0 at an event: its name (or `None`), the mode that follows (or what
+    tells it), the state there."""
 
     event: str | None
     value: Callable[[float, Any], float]
@@ -16,7 +17,8 @@ class Guard(NamedTuple):
 
 
 class Mode(NamedTuple):
-    """Right-hand side (`None`: nothing changes), Jacobian, what ends the mode, typical sizes of the states."""
+    """Right-hand side (`None`: nothing changes), Jacobian, what ends the mode, typical
+    sizes of the states."""
 
     rhs: Callable[[float, Any], Any] | None
     jacobian: Callable[[float, Any], np.ndarray] | None
@@ -29,8 +31,8 @@ class Mode(NamedTuple):
 class Automaton(NamedTuple):
     """Modes by name, where the run starts, and the final state from the last mode's.
 
-    `knots`: times at which the equations have a corner; integration restarts there. `fastest`: a time (s) in which the
-    fastest of its states hardly changes
+    `knots`: times at which the equations have a corner; integration restarts there.
+    `fastest`: a time (s) in which the fastest of its states hardly changes
     """
 
     modes: dict[str, Mode]

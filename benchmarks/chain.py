@@ -1,9 +1,11 @@
-"""The chain of linings mode by mode (model §3.1): in the mode `k slide` the `k` linings at the tight end slide.
+"""The chain of linings mode by mode (model §3.1): in the mode `k slide` the `k` linings
+at the tight end slide.
 
-States (ω, φ, elongations e_i, speeds v_i of the linings). The lever pulls evenly and friction is constant, so that
-every mode is linear: its matrix is built once from the equations. All linings that stick move alike and leave the
-tensions between them as they were: only the first of them, seen from the anchor, can let go. That none sticks again is
-looked at when the next one lets go, and at the end.
+States (ω, φ, elongations e_i, speeds v_i of the linings). The lever pulls evenly and
+friction is constant, so that every mode is linear: its matrix is built once from the
+equations. All linings that stick move alike and leave the tensions between them as they
+were: only the first of them, seen from the anchor, can let go. That none sticks again
+is looked at when the next one lets go, and at the end.
 """
 
 from typing import Any
@@ -15,7 +17,8 @@ from benchmarks.scenes import Chain
 
 
 class Linear:
-    """Modes as matrices: rates `A[k] y + b[k]`; what the next lining to slip can still hold (N), `g[k]·y + h[k]`."""
+    """Modes as matrices: rates `A[k] y + b[k]`; what the next lining to slip can still
+    hold (N), `g[k]·y + h[k]`."""
 
     def __init__(self, p: Chain):
         n = p.n
@@ -83,7 +86,14 @@ def chain(p: Chain) -> Automaton:
             def after(t: float, y: Any) -> np.ndarray:
                 return known.checked(y, k)
 
-            guards = (Guard(f"lining {n - k} slips", lambda t, y: h + float(g @ y), f"{k + 1} slide", after),)
+            guards = (
+                Guard(
+                    f"lining {n - k} slips",
+                    lambda t, y: h + float(g @ y),
+                    f"{k + 1} slide",
+                    after,
+                ),
+            )
         return Mode(lambda t, y: A @ y + b, lambda t, y: A, guards, sizes)
 
     def final(mode: str, y: Any) -> np.ndarray:

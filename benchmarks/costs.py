@@ -1,18 +1,24 @@
-"""What a user of simbrake waits for, each cost beside its limit and its error, and beside a peer of the same run.
+"""What a user of simbrake waits for, each cost beside its limit and its error, and
+beside a peer of the same run.
 
 `python benchmarks/costs.py [--quick] [--parts process,looking,…] [--json out.json]`
 
-- `process`: `import simbrake`, `simbrake run` cold and a second time, mistakes; in processes that import JAX alone
-- `waits`: what users do next in a later process: README's gradient, other metrics, a sweep, a report; 1000 layers
+- `process`: `import simbrake`, `simbrake run` cold and a second time, mistakes; in
+  processes that import JAX alone
+- `waits`: what users do next in a later process: README's gradient, other metrics, a
+  sweep, a report; 1000 layers
 - `looking`: a result printed, its metrics and its events, in the time of its run
-- `loops`: run after run from Python, beside heyoka; `simulate` and `jax.jit` beside prepared runs
+- `loops`: run after run from Python, beside heyoka; `simulate` and `jax.jit` beside
+  prepared runs
 - `gradient`: derivatives of the stopping time in warm runs
 - `ensemble`: many stops, beside SciPy one after the other and beside one worker
 - `maxima`: runs with one maximum and with five, beside the same runs without
-- `growth`: exponents of the time of a run, and of compiling it, with linings, layers, points, stops, maxima
+- `growth`: exponents of the time of a run, and of compiling it, with linings, layers,
+  points, stops, maxima
 
-Quote ratios: calls alternate round after round, so that other load on the machine affects all of them alike; times are
-processor time. `--write-docs` puts the numbers into docs/measured/costs.json, from which the pages are made.
+Quote ratios: calls alternate round after round, so that other load on the machine
+affects all of them alike; times are processor time. `--write-docs` puts the numbers
+into docs/measured/costs.json, from which the pages are made.
 """
 
 import argparse
@@ -52,7 +58,8 @@ TIGHT = 1e-12
 
 
 class Cost(NamedTuple):
-    """One cost: processor time (s), what it is compared with, and the ratio of both beside its limit."""
+    """One cost: processor time (s), what it is compared with, and the ratio of both
+    beside its limit."""
 
     what: str
     cpu: float
@@ -90,7 +97,8 @@ def _error(x: float | None) -> str:
 
 
 def table(part: Part, form: str) -> str:
-    """The costs as a table of text (`form="plain"`) or of Markdown (`form="github"`)."""
+    """The costs as a table of text (`form="plain"`) or of Markdown
+    (`form="github"`)."""
     rows = []
     for c in part.costs:
         limit = "" if c.limit is None else f"≤ {c.limit:.3g}"
@@ -104,12 +112,25 @@ def table(part: Part, form: str) -> str:
 def markdown(found: dict[str, Any], name: str) -> str:
     """A part for the pages, from what was written as JSON."""
     known = found["parts"][name]
-    part = Part(known["title"], [Cost(**cost) for cost in known["costs"]], tuple(known["notes"]))
-    about = measured_on(found["machine"], ("python", "jax", "diffrax", "scipy", "heyoka"))
-    return "\n\n".join([f"**{name}**: {part.title}", table(part, "github"), " ".join(part.notes), about])
+    part = Part(
+        known["title"], [Cost(**cost) for cost in known["costs"]], tuple(known["notes"])
+    )
+    about = measured_on(
+        found["machine"], ("python", "jax", "diffrax", "scipy", "heyoka")
+    )
+    return "\n\n".join(
+        [
+            f"**{name}**: {part.title}",
+            table(part, "github"),
+            " ".join(part.notes),
+            about,
+        ]
+    )
 
 
-def largest_difference(found: list[tuple[str, float]], truth: list[tuple[str, float]]) -> float:
+def largest_difference(
+    found: list[tuple[str, float]], truth: list[tuple[str, float]]
+) -> float:
     """Largest relative difference of an event's time; NaN if the events differ."""
     if [name for name, _ in found] != [name for name, _ in truth]:
         return math.nan
@@ -117,12 +138,17 @@ def largest_difference(found: list[tuple[str, float]], truth: list[tuple[str, fl
     return max((abs(a - b) / max(abs(b), 1e-300) for a, b in pairs), default=0.0)
 
 
-# --- fresh processes --------------------------------------------------------------------------------------------------
+# --- fresh processes ----------------------------------------------------------------
 
-#: limits of a cold process beyond its integration, and of one that finds what it kept, in imports of JAX
+#: limits of a cold process beyond its integration, and of one that finds what it kept,
+#: in imports of JAX
 COLD = {"u2_5_5_stop.toml": 4.0, "staged_vs_standard.py": 9.0, "disc_stop.py": 9.0}
 COLD |= {"tripping_30_stands.py": 16.0, "everything_coupled.py": 16.0}
-AGAIN = {"u2_5_5_stop.toml": 1.5, "tripping_30_stands.py": 3.0, "everything_coupled.py": 3.0}
+AGAIN = {
+    "u2_5_5_stop.toml": 1.5,
+    "tripping_30_stands.py": 3.0,
+    "everything_coupled.py": 3.0,
+}
 IMPORT = 1.2
 MISTAKE = 0.5
 MISTAKEN_SCENE = 1.5
@@ -149,14 +175,19 @@ print(sorted(found)[len(found) // 2])
 
 def _told(arguments: list[str], cache: str) -> list[tuple[str, float]]:
     """Events that `run --json` prints."""
-    return [(event["name"], event["time"]) for event in json.loads(fresh(arguments, cache).out)["events"]]
+    return [
+        (event["name"], event["time"])
+        for event in json.loads(fresh(arguments, cache).out)["events"]
+    ]
 
 
 def _mistakes(folder: str) -> dict[str, tuple[str, ...]]:
     """Command lines with one mistake each."""
     scene = ROOT / "scenarios" / "u2_5_5_stop.toml"
     misspelt = pathlib.Path(folder) / "stop.toml"
-    misspelt.write_text(scene.read_text("utf-8").replace("inertia =", "inertai ="), "utf-8")
+    misspelt.write_text(
+        scene.read_text("utf-8").replace("inertia =", "inertai ="), "utf-8"
+    )
     return {
         "unknown command": ("runn", str(scene)),
         "unknown option": ("run", str(scene), "--rtoll", "1e-8"),
@@ -176,24 +207,42 @@ def process(quick: bool) -> Part:
             found = {"import simbrake": fresh(["-c", _IMPORT]).cpu}
             for name in names:
                 with cache_folder() as cache:
-                    line = ["-m", "simbrake", "run", str(ROOT / "scenarios" / name), "--json"]
-                    found |= {f"run {name}, {what}": fresh(line, cache).cpu for what in ("cold", "again")}
-            return found | {what: fresh(["-m", "simbrake", *line], kept, code=2).cpu for what, line in wrong.items()}
+                    line = [
+                        "-m",
+                        "simbrake",
+                        "run",
+                        str(ROOT / "scenarios" / name),
+                        "--json",
+                    ]
+                    found |= {
+                        f"run {name}, {what}": fresh(line, cache).cpu
+                        for what in ("cold", "again")
+                    }
+            return found | {
+                what: fresh(["-m", "simbrake", *line], kept, code=2).cpu
+                for what, line in wrong.items()
+            }
 
         found = Rounds.of(rounds, turn)
         costs = []
 
-        def add(what: str, limit: float, less: float = 0.0, error: float | None = None) -> None:
+        def add(
+            what: str, limit: float, less: float = 0.0, error: float | None = None
+        ) -> None:
             unit = sorted(found.units)[len(found.units) // 2]
             over = found.in_units(what, less)
-            costs.append(Cost(what, found.seconds(what), "import jax", unit, over, limit, error))
+            costs.append(
+                Cost(what, found.seconds(what), "import jax", unit, over, limit, error)
+            )
 
         add("import simbrake", IMPORT)
         for name in names:
             file = str(ROOT / "scenarios" / name)
             itself = float(fresh(["-c", _WARM, file], kept).out.split()[-1])
             line = ["-m", "simbrake", "run", file, "--json"]
-            error = largest_difference(_told(line, kept), _told([*line, "--rtol", f"{TIGHT}"], kept))
+            error = largest_difference(
+                _told(line, kept), _told([*line, "--rtol", f"{TIGHT}"], kept)
+            )
             add(f"run {name}, cold", COLD[name], itself, error)
             add(f"run {name}, again", AGAIN.get(name, 2.5), itself, error)
         for what in wrong:
@@ -206,7 +255,7 @@ def process(quick: bool) -> Part:
     return Part("fresh processes, in processes that import JAX", costs, notes)
 
 
-# --- what users do next -----------------------------------------------------------------------------------------------
+# --- what users do next -------------------------------------------------------------
 
 _STOPS = """
 import sys, numpy as np
@@ -234,12 +283,18 @@ for call in (lambda: sb.simulate(scene), sb.prepare(scene, ["stopping_time"])):
 
 def waits(quick: bool) -> Part:
     """Fresh processes that do what others before them did not quite do."""
-    block = (ROOT / "README.md").read_text("utf-8").split("```python\n")[1].split("```")[0]
+    block = (
+        (ROOT / "README.md").read_text("utf-8").split("```python\n")[1].split("```")[0]
+    )
     scene, gradient = block.split("print(sb.simulate(scene))")
     lines = {  # what was done before, what is measured, its limit
         "jax.grad of README, again": (scene + gradient, scene + gradient, 2.5),
         "ensemble of 1000, other metrics": (scene + _STOPS, scene + _STOPS, 2.0),
-        "sweep of 25 after a run": (f"{scene}print(sb.simulate(scene))", scene + _SWEEP, 2.5),
+        "sweep of 25 after a run": (
+            f"{scene}print(sb.simulate(scene))",
+            scene + _SWEEP,
+            2.5,
+        ),
     }
     metrics = iter(("stopping_angle", "energy.friction_heat", "slip_onset_time"))
     with cache_folder() as kept, tempfile.TemporaryDirectory() as folder:
@@ -248,22 +303,56 @@ def waits(quick: bool) -> Part:
 
         def turn() -> dict[str, float]:
             metric = next(metrics)
-            return {what: fresh(["-c", script, metric], kept).cpu for what, (_, script, _) in lines.items()}
+            return {
+                what: fresh(["-c", script, metric], kept).cpu
+                for what, (_, script, _) in lines.items()
+            }
 
         found = Rounds.of(1 if quick else 3, turn)
         unit = sorted(found.units)[len(found.units) // 2]
         limits = {what: line[2] for what, line in lines.items()}
-        costs = [Cost(w, found.seconds(w), "import jax", unit, found.in_units(w), limits[w]) for w in lines]
+        costs = [
+            Cost(w, found.seconds(w), "import jax", unit, found.in_units(w), limits[w])
+            for w in lines
+        ]
         if not quick:
-            line = ["-m", "simbrake", "report", str(ROOT / "scenarios" / "tripping_30_stands.py"), "--out", folder]
-            cpu = [fresh([*line, "--sensitivity", "energy.friction_heat"], kept).cpu for _ in range(2)][1]
-            costs.append(Cost("report of 30 stands with a sensitivity, again", cpu, "a second", 1.0, cpu, 15.0))
+            line = [
+                "-m",
+                "simbrake",
+                "report",
+                str(ROOT / "scenarios" / "tripping_30_stands.py"),
+                "--out",
+                folder,
+            ]
+            cpu = [
+                fresh([*line, "--sensitivity", "energy.friction_heat"], kept).cpu
+                for _ in range(2)
+            ][1]
+            costs.append(
+                Cost(
+                    "report of 30 stands with a sensitivity, again",
+                    cpu,
+                    "a second",
+                    1.0,
+                    cpu,
+                    15.0,
+                )
+            )
             mine, theirs = map(float, fresh(["-c", _LAYERS], kept).out.split())
-            costs.append(Cost("simulate, 1000 layers, warm", mine, "prepared run", theirs, mine / theirs, 3.0))
+            costs.append(
+                Cost(
+                    "simulate, 1000 layers, warm",
+                    mine,
+                    "prepared run",
+                    theirs,
+                    mine / theirs,
+                    3.0,
+                )
+            )
     return Part("what users do next, in processes that import JAX", costs, ())
 
 
-# --- looking at a result ----------------------------------------------------------------------------------------------
+# --- looking at a result ------------------------------------------------------------
 
 #: processor seconds that any look may take, and the share of the run's own beyond them
 FREE = 0.05
@@ -281,7 +370,9 @@ def _timed(call: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - start, found
 
 
-def looks(name: str, scene: Any, kinds: dict[str, Callable[[Any], Any]], rounds: int) -> list[Cost]:
+def looks(
+    name: str, scene: Any, kinds: dict[str, Callable[[Any], Any]], rounds: int
+) -> list[Cost]:
     """Every look at a result that was not looked at before."""
     import simbrake as sb
 
@@ -304,7 +395,15 @@ def looks(name: str, scene: Any, kinds: dict[str, Callable[[Any], Any]], rounds:
     error = largest_difference(times(run()), times(run(TIGHT)))
     found = {what: float(np.median(seconds)) for what, seconds in cpu.items()}
     return [
-        Cost(f"{name}, {what}", seconds, "its run", own, max(0.0, seconds - FREE) / own, SHARE, error)
+        Cost(
+            f"{name}, {what}",
+            seconds,
+            "its run",
+            own,
+            max(0.0, seconds - FREE) / own,
+            SHARE,
+            error,
+        )
         for what, seconds in found.items()
     ]
 
@@ -318,12 +417,20 @@ def looking(quick: bool) -> Part:
     for name in names:
         costs += looks(name, sb.read_scene(ROOT / "scenarios" / name), LOOKS, rounds)
     for cycles in (22,) if quick else (220, 660):
-        costs += looks(f"(f), {cycles} cycles", cycles_case(cycles).simbrake(), {"events": LOOKS["events"]}, rounds)
-    notes = ("Looks are warm; the ratio is what they take beyond 50 ms.", "220 cycles have some 10,000 events.")
+        costs += looks(
+            f"(f), {cycles} cycles",
+            cycles_case(cycles).simbrake(),
+            {"events": LOOKS["events"]},
+            rounds,
+        )
+    notes = (
+        "Looks are warm; the ratio is what they take beyond 50 ms.",
+        "220 cycles have some 10,000 events.",
+    )
     return Part("looking at a result, in the time of its run", costs, notes)
 
 
-# --- run after run ----------------------------------------------------------------------------------------------------
+# --- run after run ------------------------------------------------------------------
 
 
 def _prepared(name: str, method: str, rtol: float) -> tuple[Any, float]:
@@ -336,34 +443,56 @@ def _prepared(name: str, method: str, rtol: float) -> tuple[Any, float]:
     def times(result: Any) -> Any:
         return jnp.stack(ours.event_times(result, CASES[name]))
 
-    run = sb.prepare(CASES[name].simbrake(), [times], solver=ours.solver_named(method), rtol=rtol)
+    run = sb.prepare(
+        CASES[name].simbrake(), [times], solver=ours.solver_named(method), rtol=rtol
+    )
     found = run().metrics["times"]
     return run, float(np.max(np.abs(found / reference(name).answer.times - 1)))
 
 
 def _cost(what: str, mine: Times, peer: str, theirs: Times, *rest: Any) -> Cost:
-    return Cost(what, mine.cpu_median, peer, theirs.cpu_median, ratio(mine, theirs), *rest)
+    return Cost(
+        what, mine.cpu_median, peer, theirs.cpu_median, ratio(mine, theirs), *rest
+    )
 
 
 def beside_heyoka(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
-    """A prepared run and heyoka's, from Python: by a loop written for the scene, and by the layer that all share."""
+    """A prepared run and heyoka's, from Python: by a loop written for the scene, and by
+    the layer that all share."""
     from benchmarks.peers import heyoka_taylor
     from benchmarks.reference import error, reference
 
     runs = {method: _prepared(name, method, rtol) for method in ("Tsit5", "Dopri8")}
-    theirs = {how: heyoka_taylor.prepare(CASES[name], how, rtol) for how in heyoka_taylor.methods(CASES[name])}
-    wrong = {how: error(CASES[name], call(), reference(name).answer)[0] for how, call in theirs.items()}
-    times = interleaved({method: run for method, (run, _) in runs.items()} | theirs, budget)
+    theirs = {
+        how: heyoka_taylor.prepare(CASES[name], how, rtol)
+        for how in heyoka_taylor.methods(CASES[name])
+    }
+    wrong = {
+        how: error(CASES[name], call(), reference(name).answer)[0]
+        for how, call in theirs.items()
+    }
+    times = interleaved(
+        {method: run for method, (run, _) in runs.items()} | theirs, budget
+    )
     best = min(runs, key=lambda method: times[method].cpu_median)
     limit = {"a": 3.0, "b": 4.0}[name]
     return [
-        _cost(f"({name}) prepared, {best}", times[best], how, times[how], limit, runs[best][1], wrong[how])
+        _cost(
+            f"({name}) prepared, {best}",
+            times[best],
+            how,
+            times[how],
+            limit,
+            runs[best][1],
+            wrong[how],
+        )
         for how in theirs
     ]
 
 
 def ways(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
-    """Runs with another speed each time: by `simulate`, in a jitted function of the user's, beside a prepared run."""
+    """Runs with another speed each time: by `simulate`, in a jitted function of the
+    user's, beside a prepared run."""
     import jax
 
     import simbrake as sb
@@ -374,10 +503,14 @@ def ways(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
     speeds = itertools.cycle(scene.initial.omega * np.linspace(0.99, 1.0, 16))
 
     def at(omega: Any) -> Any:
-        return dataclasses.replace(scene, initial=sb.Initial(omega, scene.initial.elongation))
+        return dataclasses.replace(
+            scene, initial=sb.Initial(omega, scene.initial.elongation)
+        )
 
     def stop(omega: Any) -> Any:
-        return sb.simulate(at(omega), solver=solver, rtol=rtol, max_steps=ready.max_steps).stopping_time
+        return sb.simulate(
+            at(omega), solver=solver, rtol=rtol, max_steps=ready.max_steps
+        ).stopping_time
 
     inside = jax.jit(stop)
     calls: dict[str, Callable[[], Any]] = {
@@ -390,12 +523,14 @@ def ways(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
         "simulate": sb.simulate(scene, solver=solver, rtol=rtol).stopping_time,
         "jax.jit": inside(scene.initial.omega),
     }
-    times = interleaved(calls, budget, batch=0.02)  # a loop of each, as its callers write it
+    times = interleaved(
+        calls, budget, batch=0.02
+    )  # a loop of each, as its callers write it
     limits = {"simulate": 8.0, "jax.jit": 4.0}
     return [
-        _cost(f"({name}) {way}", times[way], "prepared run", times["prepared"], limit)._replace(
-            error=abs(float(found[way]) / truth - 1), peer_error=error
-        )
+        _cost(
+            f"({name}) {way}", times[way], "prepared run", times["prepared"], limit
+        )._replace(error=abs(float(found[way]) / truth - 1), peer_error=error)
         for way, limit in limits.items()
     ]
 
@@ -403,27 +538,44 @@ def ways(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
 def loops(quick: bool) -> Part:
     """Run after run; heyoka where it is installed."""
     budget, costs = (0.3, []) if quick else (2.0, [])
-    notes = ["heyoka has modes written out by hand, no energy balance and no record of steps."]
+    notes = [
+        "heyoka has modes written out by hand, no energy balance and no record of steps."
+    ]
     if importlib.util.find_spec("heyoka") is None:
         notes = ["heyoka is not installed: `pip install -e '.[bench]'`."]
     else:
         for name in "a" if quick else "ab":
             costs += beside_heyoka(name, budget)
-    return Part("one stop after the other from Python, rtol 1e-8", [*costs, *ways("a", budget)], tuple(notes))
+    return Part(
+        "one stop after the other from Python, rtol 1e-8",
+        [*costs, *ways("a", budget)],
+        tuple(notes),
+    )
 
 
-# --- derivatives ------------------------------------------------------------------------------------------------------
+# --- derivatives --------------------------------------------------------------------
 
-_NUMBERS = ("initial.omega", "brake.pulley.inertia", "brake.linings.friction.coefficient", "duty.slack_tension.level")
-#: with heat the run starts at the onset of slip: another slack tension alone would move it to one side of a corner
-_HOT = (*_NUMBERS[:2], "brake.linings.friction.base.coefficient", "brake.linings.friction.factors[0].slope")
+_NUMBERS = (
+    "initial.omega",
+    "brake.pulley.inertia",
+    "brake.linings.friction.coefficient",
+    "duty.slack_tension.level",
+)
+#: with heat the run starts at the onset of slip: another slack tension alone would move
+#: it to one side of a corner
+_HOT = (
+    *_NUMBERS[:2],
+    "brake.linings.friction.base.coefficient",
+    "brake.linings.friction.factors[0].slope",
+)
 #: limits of a warm reverse pass and of a forward one, in runs
 _REVERSE = {"a": 5.0, "b": 5.0, "c": 8.0}
 _FORWARD = 1.6
 
 
 def exact(p: Any) -> dict[str, float]:
-    """Derivatives of the stopping time of a stop without heat, from the closed form (Z-15…Z-18) by JAX."""
+    """Derivatives of the stopping time of a stop without heat, from the closed form
+    (Z-15…Z-18) by JAX."""
     import jax
     import jax.numpy as jnp
 
@@ -432,7 +584,11 @@ def exact(p: Any) -> dict[str, float]:
         Pi = ((1 + fz) / (1 - fz)) ** p.n
         chi = jnp.sqrt(p.C * p.R**2 / J)
         reach = jnp.arcsin(chi * T_0 * (Pi - 1) / (p.C * p.R * w_0))
-        return T_0 / (p.C * p.R * w_0) + reach / chi + w_0 * jnp.cos(reach) * J / (p.R * T_0 * (Pi - 1))
+        return (
+            T_0 / (p.C * p.R * w_0)
+            + reach / chi
+            + w_0 * jnp.cos(reach) * J / (p.R * T_0 * (Pi - 1))
+        )
 
     found = jax.grad(stop, argnums=(0, 1, 2, 3))(p.w_0, p.J, p.f, p.T_0)
     return dict(zip(_NUMBERS, (float(x) for x in found), strict=True))
@@ -444,7 +600,10 @@ def differences(run: Any, paths: tuple[str, ...]) -> dict[str, float]:
     for path in paths:
         (x,) = run.numbers[run.places[path]]
         h = 1e-3 * x
-        values = [run({path: x + k * h}, rtol=TIGHT).metrics["stopping_time"] for k in (-2, -1, 1, 2)]
+        values = [
+            run({path: x + k * h}, rtol=TIGHT).metrics["stopping_time"]
+            for k in (-2, -1, 1, 2)
+        ]
         found[path] = float(np.dot([1, -8, 8, -1], values) / (12 * h))
     return found
 
@@ -477,15 +636,32 @@ def derivatives(name: str, method: str, budget: float) -> list[Cost]:
         "forward": lambda: jax.block_until_ready(along(at)),
     }
     times = interleaved(calls, budget)
-    # runs for the differences may need room for more steps, and then compile anew: they come last
+    # runs for the differences may need room for more steps, and then compile anew: they
+    # come last
     truth = exact(CASES[name].plain) if scene.heat is None else differences(run, paths)
-    error = max(abs(float(slopes[run.places[path]][0]) / truth[path] - 1) for path in paths)
+    error = max(
+        abs(float(slopes[run.places[path]][0]) / truth[path] - 1) for path in paths
+    )
     one = abs(float(along(at)[1]) / truth[paths[0]] - 1)
 
     words = f"({name}) {method}, all {run.numbers.size} numbers"
     return [
-        _cost(f"{words}, reverse", times["reverse"], "prepared run", times["run"], _REVERSE[name], error),
-        _cost(f"({name}) {method}, one, jvp", times["forward"], "jitted run", times["plain"], _FORWARD, one),
+        _cost(
+            f"{words}, reverse",
+            times["reverse"],
+            "prepared run",
+            times["run"],
+            _REVERSE[name],
+            error,
+        ),
+        _cost(
+            f"({name}) {method}, one, jvp",
+            times["forward"],
+            "jitted run",
+            times["plain"],
+            _FORWARD,
+            one,
+        ),
     ]
 
 
@@ -493,21 +669,29 @@ def gradient(quick: bool) -> Part:
     """Scenes without heat, with layers, and stiff."""
     cases = (("a", "Dopri8"), ("b", "Dopri8"), ("c", "Rodas5P"))
     chosen = cases[:1] if quick else cases
-    costs = [cost for case in chosen for cost in derivatives(*case, 0.3 if quick else 2.0)]
+    costs = [
+        cost for case in chosen for cost in derivatives(*case, 0.3 if quick else 2.0)
+    ]
     notes = (
-        "rtol 1e-8; error: of the derivatives by initial speed (jvp: that alone), inertia, friction, and slack tension"
-        " (a) or slope of the fade (b, c), against the closed form (a) or central differences of tight runs.",
+        "rtol 1e-8; error: of the derivatives by initial speed (jvp: that alone), "
+        "inertia, friction, and slack tension"
+        " (a) or slope of the fade (b, c), against the closed form (a) or central "
+        "differences of tight runs.",
     )
     return Part("derivatives of the stopping time", costs, notes)
 
 
-# --- ensembles --------------------------------------------------------------------------------------------------------
+# --- ensembles ----------------------------------------------------------------------
 
-_FRICTION = {"a": "brake.linings.friction.coefficient", "b": "brake.linings.friction.base.coefficient"}
+_FRICTION = {
+    "a": "brake.linings.friction.coefficient",
+    "b": "brake.linings.friction.base.coefficient",
+}
 
 
 def many(name: str, count: int, few: int, rounds: int) -> list[Cost]:
-    """An ensemble of different stops beside SciPy on some of them, and all workers beside one; for each run."""
+    """An ensemble of different stops beside SciPy on some of them, and all workers
+    beside one; for each run."""
     import simbrake as sb
     from benchmarks.peers import scipy_ivp
 
@@ -520,22 +704,48 @@ def many(name: str, count: int, few: int, rounds: int) -> list[Cost]:
     solver = ours.solver_named("Tsit5")
 
     def ours_on(workers: int | None) -> Any:
-        return sb.ensemble(scene, values, metrics, rtol=1e-6, solver=solver, workers=workers, progress=False)
+        return sb.ensemble(
+            scene,
+            values,
+            metrics,
+            rtol=1e-6,
+            solver=solver,
+            workers=workers,
+            progress=False,
+        )
 
     def single(row: Any, method: str, tolerance: float) -> Callable[[], Any]:
-        plain = dataclasses.replace(CASES[name].plain, **dict(zip(("w_0", "J", "f"), map(float, row), strict=True)))
-        return scipy_ivp.prepare(dataclasses.replace(CASES[name], plain=plain), method, tolerance)
+        plain = dataclasses.replace(
+            CASES[name].plain,
+            **dict(zip(("w_0", "J", "f"), map(float, row), strict=True)),
+        )
+        return scipy_ivp.prepare(
+            dataclasses.replace(CASES[name], plain=plain), method, tolerance
+        )
 
-    peers = {m: [single(row, m, 1e-6) for row in table[:few]] for m in ("SciPy RK45", "SciPy DOP853")}
-    truth = np.stack([single(row, "SciPy DOP853", 1e-12)().times[-2:] for row in table[:few]])
-    calls = {m: lambda runs=runs: [call() for call in runs] for m, runs in peers.items()}
-    times = interleaved(calls | {"one": lambda: ours_on(1), "all": lambda: ours_on(None)}, 0.0, rounds)
+    peers = {
+        m: [single(row, m, 1e-6) for row in table[:few]]
+        for m in ("SciPy RK45", "SciPy DOP853")
+    }
+    truth = np.stack(
+        [single(row, "SciPy DOP853", 1e-12)().times[-2:] for row in table[:few]]
+    )
+    calls = {
+        m: lambda runs=runs: [call() for call in runs] for m, runs in peers.items()
+    }
+    times = interleaved(
+        calls | {"one": lambda: ours_on(1), "all": lambda: ours_on(None)}, 0.0, rounds
+    )
     best = min(peers, key=lambda m: times[m].cpu_median)
-    theirs = np.max(np.abs(np.stack([call().times[-2:] for call in peers[best]]) / truth - 1))
+    theirs = np.max(
+        np.abs(np.stack([call().times[-2:] for call in peers[best]]) / truth - 1)
+    )
     data = ours_on(1)
     if np.any(data.code.values):
         raise RuntimeError("a run of the ensemble failed")
-    mine = np.max(np.abs(np.stack([data[m].values[:few] for m in metrics], axis=1) / truth - 1))
+    mine = np.max(
+        np.abs(np.stack([data[m].values[:few] for m in metrics], axis=1) / truth - 1)
+    )
     one = times["one"].cpu_median / count
     peer = times[best].cpu_median / few
     what = f"({name}) {count:,} runs"
@@ -545,20 +755,39 @@ def many(name: str, count: int, few: int, rounds: int) -> list[Cost]:
     both = (times["all"].median, "1 worker", times["one"].median)
     whole = 1 / (0.75 * workers)
     return [
-        Cost(f"{what}, one worker, each", one, best, peer, one / peer, limit, float(mine), float(theirs)),
+        Cost(
+            f"{what}, one worker, each",
+            one,
+            best,
+            peer,
+            one / peer,
+            limit,
+            float(mine),
+            float(theirs),
+        ),
         Cost(f"{what}, {workers} workers, elapsed", *both, elapsed, whole, float(mine)),
     ]
 
 
 def ensemble(quick: bool) -> Part:
     """Stops without heat and with a layered rim."""
-    sizes = (("a", 1_000, 10, 1),) if quick else (("a", 100_000, 40, 3), ("b", 10_000, 40, 3))
-    notes = ("Tsit5, rtol 1e-6; SciPy runs one stop after the other with its faster method.",)
+    sizes = (
+        (("a", 1_000, 10, 1),)
+        if quick
+        else (("a", 100_000, 40, 3), ("b", 10_000, 40, 3))
+    )
+    notes = (
+        "Tsit5, rtol 1e-6; SciPy runs one stop after the other with its faster method.",
+    )
     costs = [cost for size in sizes for cost in many(*size)]
-    return Part("many stops", costs, (*notes, "Error: of event times against tight single runs by SciPy."))
+    return Part(
+        "many stops",
+        costs,
+        (*notes, "Error: of event times against tight single runs by SciPy."),
+    )
 
 
-# --- maxima -----------------------------------------------------------------------------------------------------------
+# --- maxima -------------------------------------------------------------------------
 
 #: shipped scenes, with the maximum that is asked for alone
 _ASKED = {
@@ -567,43 +796,84 @@ _ASKED = {
     "staged_vs_standard": "peak_rim_temperature",
     "disc_stop": "peak_rim_temperature",
 }
-_FIVE = ("max_tension", "max_normal_load", "max_drum_speed", "max_hook_speed", "peak_rim_temperature")
+_FIVE = (
+    "max_tension",
+    "max_normal_load",
+    "max_drum_speed",
+    "max_hook_speed",
+    "peak_rim_temperature",
+)
 #: limits in runs without maxima: with one, and with up to five
 _MOST = {"prepared": (1.7, 2.0), "ensemble": (1.7, 2.2)}
 
 
 def with_maxima(name: str, budget: float, count: int) -> list[Cost]:
-    """A scene's runs with one maximum and with up to five, beside those with the stopping time alone; and those of an
-    ensemble of `count`, where it is not 0."""
+    """A scene's runs with one maximum and with up to five, beside those with the
+    stopping time alone; and those of an ensemble of `count`, where it is not 0."""
     import simbrake as sb
 
     scene = sb.read_scene(name)
     asked = "stopping_time"
     several = [metric for metric in _FIVE if metric in sb.results.metric_names(scene)]
-    wanted = {"none": [asked], "one": [asked, _ASKED[name]], f"{len(several)}": [asked, *several]}
-    prepared = {which: sb.prepare(scene, metrics, rtol=1e-6) for which, metrics in wanted.items()}
+    wanted = {
+        "none": [asked],
+        "one": [asked, _ASKED[name]],
+        f"{len(several)}": [asked, *several],
+    }
+    prepared = {
+        which: sb.prepare(scene, metrics, rtol=1e-6)
+        for which, metrics in wanted.items()
+    }
     speeds = float(scene.initial.omega) * np.linspace(0.95, 1.0, count)
     tight = sb.simulate(scene, rtol=TIGHT)
 
     def many(metrics: list[str]) -> Any:
-        return sb.ensemble(scene, {"initial.omega": speeds}, metrics, rtol=1e-6, workers=1, progress=False)
+        return sb.ensemble(
+            scene,
+            {"initial.omega": speeds},
+            metrics,
+            rtol=1e-6,
+            workers=1,
+            progress=False,
+        )
 
     ways: dict[str, dict[str, Callable[[], Any]]] = {
         "prepared": {which: lambda run=run: run() for which, run in prepared.items()},
     }
     if count:
-        ways["ensemble"] = {which: lambda metrics=metrics: many(metrics) for which, metrics in wanted.items()}
+        ways["ensemble"] = {
+            which: lambda metrics=metrics: many(metrics)
+            for which, metrics in wanted.items()
+        }
     costs = []
     for way, calls in ways.items():
         runs = count if way == "ensemble" else 1
-        times = {which: found.cpu_least / runs for which, found in interleaved(calls, budget).items()}
-        for (which, metrics), limit in zip(list(wanted.items())[1:], _MOST[way], strict=True):
+        times = {
+            which: found.cpu_least / runs
+            for which, found in interleaved(calls, budget).items()
+        }
+        for (which, metrics), limit in zip(
+            list(wanted.items())[1:], _MOST[way], strict=True
+        ):
             values = prepared[which]().metrics
-            wrong = max(abs(values[metric] / float(tight[metric]) - 1) for metric in metrics[1:])
+            wrong = max(
+                abs(values[metric] / float(tight[metric]) - 1) for metric in metrics[1:]
+            )
             own = abs(values[asked] / float(tight[asked]) - 1)
             label = f"{name}, {way}, {which}"
             ratio_ = times[which] / times["none"]
-            costs.append(Cost(label, times[which], "no maximum", times["none"], ratio_, limit, wrong, own))
+            costs.append(
+                Cost(
+                    label,
+                    times[which],
+                    "no maximum",
+                    times["none"],
+                    ratio_,
+                    limit,
+                    wrong,
+                    own,
+                )
+            )
     return costs
 
 
@@ -611,12 +881,19 @@ def maxima(quick: bool) -> Part:
     """Runs that are asked for maxima."""
     names, budget = (list(_ASKED)[:1], 0.3) if quick else (list(_ASKED), 2.0)
     # (runs of the others take milliseconds, and follow each other)
-    costs = [cost for k, name in enumerate(names) for cost in with_maxima(name, budget, 0 if k else 4096)]
-    notes = ("rtol 1e-6, one run of many; error: of the maxima, and of the stopping time, against a run at 1e-12.",)
+    costs = [
+        cost
+        for k, name in enumerate(names)
+        for cost in with_maxima(name, budget, 0 if k else 4096)
+    ]
+    notes = (
+        "rtol 1e-6, one run of many; error: of the maxima, and of the stopping time, "
+        "against a run at 1e-12.",
+    )
     return Part("maxima over a run, beside the same run without", costs, notes)
 
 
-# --- growth -----------------------------------------------------------------------------------------------------------
+# --- growth -------------------------------------------------------------------------
 
 
 def _stop(n: int = 20, lever: Any = None, heat: Any = None, end: float = 1.5) -> Any:
@@ -636,8 +913,17 @@ def _with_layers(n: int) -> Any:
     track = 2 * math.pi * 0.725 * 0.23
     rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, track, n)
     links = (sb.thermal.Convection("rim.back", track, 60.0),)
-    friction = sb.thermal.FrictionHeat("rim.front", None, sb.thermal.ConstantPartition(0.95))
-    return _stop(heat=sb.Heat((rim, sb.thermal.Reservoir("air")), links, friction=friction, rim="rim.front"))
+    friction = sb.thermal.FrictionHeat(
+        "rim.front", None, sb.thermal.ConstantPartition(0.95)
+    )
+    return _stop(
+        heat=sb.Heat(
+            (rim, sb.thermal.Reservoir("air")),
+            links,
+            friction=friction,
+            rim="rim.front",
+        )
+    )
 
 
 def _with_points(n: int) -> Any:
@@ -659,7 +945,8 @@ def _shipped_stop(n: int = 1) -> Any:
 
 
 class Growth(NamedTuple):
-    """A number that scenes or requests can have more of, in two sizes; `limit` of the exponent."""
+    """A number that scenes or requests can have more of, in two sizes; `limit` of the
+    exponent."""
 
     what: str
     sizes: tuple[int, int]
@@ -671,7 +958,8 @@ class Growth(NamedTuple):
 _SEVERAL = (*_FIVE[:4], "min_holding_reserve", "max_rope_tension")
 _GROWS = (
     Growth("linings on one band", (20, 320), _stop),
-    # (so many layers are followed by the implicit method, whose steps also resolve the heat that enters thinner ones)
+    # (so many layers are followed by the implicit method, whose steps also resolve the
+    # heat that enters thinner ones)
     Growth("layers of a rim", (20, 320), _with_layers, limit=1.5),
     Growth("points of a lever", (100, 6_400), _with_points),
     Growth("stops in a run", (5, 80), _with_stops),
@@ -685,11 +973,17 @@ _GROWS = (
 
 
 def grows(growth: Growth, budget: float) -> list[Cost]:
-    """Time of a warm run and of compiling it in both sizes, and the exponents of both."""
+    """Time of a warm run and of compiling it in both sizes, and the exponents of
+    both."""
     import simbrake as sb
 
     few, many = (
-        sb.prepare(growth.scene(n), growth.metrics(n), rtol=1e-8, max_steps=None if n < 1e3 else 4 * n)
+        sb.prepare(
+            growth.scene(n),
+            growth.metrics(n),
+            rtol=1e-8,
+            max_steps=None if n < 1e3 else 4 * n,
+        )
         for n in growth.sizes
     )
     times = interleaved({"few": few, "many": many}, budget)
@@ -702,7 +996,9 @@ def grows(growth: Growth, budget: float) -> list[Cost]:
     costs = []
     for what, (a, b) in rows.items():
         label = f"{growth.what}, {small} to {large}: {what}"
-        costs.append(Cost(label, b, f"{small}", a, math.log(b / a) / span, growth.limit))
+        costs.append(
+            Cost(label, b, f"{small}", a, math.log(b / a) / span, growth.limit)
+        )
     return costs
 
 
@@ -714,7 +1010,9 @@ def more_runs(few: int, many: int) -> Cost:
 
     def ensemble_of(count: int) -> Callable[[], Any]:
         values = {"initial.omega": np.linspace(15.0, 25.0, count)}
-        return lambda: sb.ensemble(scene, values, ["stopping_time"], rtol=1e-6, workers=1, progress=False)
+        return lambda: sb.ensemble(
+            scene, values, ["stopping_time"], rtol=1e-6, workers=1, progress=False
+        )
 
     times = interleaved({"few": ensemble_of(few), "many": ensemble_of(many)}, 0.0)
     a = times["few"].cpu_least
@@ -726,9 +1024,16 @@ def more_runs(few: int, many: int) -> Cost:
 def growth(quick: bool) -> Part:
     """How time grows with the size of a scene or request."""
     some = _GROWS[2:3] if quick else _GROWS
-    notes = ("The ratio is the exponent: 1 where twice as many take twice as long. rtol 1e-8, prepared runs.",)
+    notes = (
+        "The ratio is the exponent: 1 where twice as many take twice as long. rtol "
+        "1e-8, prepared runs.",
+    )
     costs = [cost for one in some for cost in grows(one, 0.5)]
-    return Part("exponents of growth", costs if quick else [*costs, more_runs(2_000, 64_000)], notes)
+    return Part(
+        "exponents of growth",
+        costs if quick else [*costs, more_runs(2_000, 64_000)],
+        notes,
+    )
 
 
 _ALL = (process, waits, looking, loops, gradient, ensemble, maxima, growth)
@@ -736,15 +1041,25 @@ PARTS = {part.__name__: part for part in _ALL}
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="few sizes, one scene, one round")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="few sizes, one scene, one round"
+    )
     parser.add_argument("--parts", default=",".join(PARTS), help="default: all")
     parser.add_argument("--json", help="file for the numbers")
-    parser.add_argument("--write-docs", action="store_true", help="put the parts into docs/measured/costs.json")
+    parser.add_argument(
+        "--write-docs",
+        action="store_true",
+        help="put the parts into docs/measured/costs.json",
+    )
     options = parser.parse_args()
     names = options.parts.split(",")
     if unknown := set(names) - set(PARTS):
-        parser.error(f"no part {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}")
+        parser.error(
+            f"no part {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}"
+        )
     warnings.filterwarnings("ignore", message=".*divide.*|.*overflow.*")
     ours.configure()
     found: dict[str, Any] = {"machine": machine(), "quick": options.quick, "parts": {}}
@@ -754,14 +1069,30 @@ def main() -> int:
         start = time.perf_counter()
         part = PARTS[name](options.quick)
         took = f"({time.perf_counter() - start:.0f} s)"
-        print("\n".join(["", f"{name}: {part.title}", table(part, "plain"), *part.notes, took]), flush=True)
-        found["parts"][name] = {"title": part.title, "costs": [c._asdict() for c in part.costs], "notes": part.notes}
+        print(
+            "\n".join(
+                ["", f"{name}: {part.title}", table(part, "plain"), *part.notes, took]
+            ),
+            flush=True,
+        )
+        found["parts"][name] = {
+            "title": part.title,
+            "costs": [c._asdict() for c in part.costs],
+            "notes": part.notes,
+        }
         missed += sum(cost.missed for cost in part.costs)
     print(f"\n{missed} limits missed")
     files = [pathlib.Path(options.json)] if options.json else []
     for file in files + ([NUMBERS] if options.write_docs else []):
-        old = json.loads(file.read_text("utf-8"))["parts"] if file == NUMBERS and file.is_file() else {}
-        file.write_text(json.dumps(found | {"parts": old | found["parts"]}, indent=1) + "\n", "utf-8")
+        old = (
+            json.loads(file.read_text("utf-8"))["parts"]
+            if file == NUMBERS and file.is_file()
+            else {}
+        )
+        file.write_text(
+            json.dumps(found | {"parts": old | found["parts"]}, indent=1) + "\n",
+            "utf-8",
+        )
     return 0
 
 

@@ -1,6 +1,8 @@
-"""Repeated stops mode by mode: held, letting go, moving; states (ω, φ, temperatures of rim, linings, band above room).
+"""Repeated stops mode by mode: held, letting go, moving; states (ω, φ, temperatures of
+rim, linings, band above room).
 
-A rigid band brakes with `R T_0 (Π − 1)` as long as the lever pulls. While the lever lets go no stop is looked for.
+A rigid band brakes with `R T_0 (Π − 1)` as long as the lever pulls. While the lever
+lets go no stop is looked for.
 """
 
 from collections.abc import Callable
@@ -35,7 +37,9 @@ def cycles(p: Cycles) -> Automaton:
         found[0] = 0.0
         return found
 
-    grips = Guard("restart", lambda t, y: torque(t, y[3])[0] - load, "letting go", lambda t, y: y)
+    grips = Guard(
+        "restart", lambda t, y: torque(t, y[3])[0] - load, "letting go", lambda t, y: y
+    )
     stop = Guard("stop", lambda t, y: y[0], "held", at_rest)
     modes = {
         "held": Mode(resting, lambda t, y: still, (grips,), _SIZES),
@@ -49,7 +53,9 @@ def cycles(p: Cycles) -> Automaton:
         return np.asarray(y)[1:]
 
     knots = tuple(i * p.period + t for i in range(p.count) for t in p.times)
-    return Automaton(modes, "held", np.zeros(5), p.count * p.period, final, knots, fastest=0.05)
+    return Automaton(
+        modes, "held", np.zeros(5), p.count * p.period, final, knots, fastest=0.05
+    )
 
 
 def _cooling(p: Cycles) -> np.ndarray:
@@ -96,7 +102,9 @@ def _torque(p: Cycles) -> Torque:
     return torque
 
 
-def _moving(p: Cycles, torque: Torque) -> tuple[Callable[[float, Any], Any], Callable[[float, Any], np.ndarray]]:
+def _moving(
+    p: Cycles, torque: Torque
+) -> tuple[Callable[[float, Any], Any], Callable[[float, Any], np.ndarray]]:
     """Right-hand side and Jacobian of the pulley that turns."""
     (C_r, C_l, C_b) = p.capacities
     (out_r, out_b) = p.cooling

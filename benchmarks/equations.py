@@ -1,6 +1,8 @@
-"""The equations mode by mode in plain floats and small NumPy, as a careful user of a general solver writes them.
+"""The equations mode by mode in plain floats and small NumPy, as a careful user of a
+general solver writes them.
 
-Products that stay the same are hoisted, matrices are built once, and Jacobians are given.
+Products that stay the same are hoisted, matrices are built once, and Jacobians are
+given.
 """
 
 from collections.abc import Callable
@@ -17,9 +19,12 @@ from benchmarks.staged import staged
 Segment = Callable[[str, float, Any, float], tuple[float, Any, int | None]]
 
 
-def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarray, np.ndarray]:
-    """Runs the modes one after the other: `segment(mode, t, y, stop)` gives the time and state where it ended, and the
-    index of the guard that ended it (`None`: it came to `stop`). Returns the times of the events and the final state.
+def drive(
+    automaton: Automaton, case: Case, segment: Segment
+) -> tuple[np.ndarray, np.ndarray]:
+    """Runs the modes one after the other: `segment(mode, t, y, stop)` gives the time
+    and state where it ended, and the index of the guard that ended it (`None`: it came
+    to `stop`). Returns the times of the events and the final state.
     """
     t = 0.0
     name = automaton.mode
@@ -51,11 +56,16 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
     return _in_order(case.events, names, times), automaton.final(last, y)
 
 
-def _in_order(events: tuple[str, ...], names: list[str], times: list[float]) -> np.ndarray:
+def _in_order(
+    events: tuple[str, ...], names: list[str], times: list[float]
+) -> np.ndarray:
     """Times of the scene's events; NaN for one that did not come, or not as often."""
     if tuple(names) == events:
         return np.array(times)
-    logged = {event: iter([t for name, t in zip(names, times, strict=True) if name == event]) for event in events}
+    logged = {
+        event: iter([t for name, t in zip(names, times, strict=True) if name == event])
+        for event in events
+    }
     return np.array([next(logged[event], np.nan) for event in events])
 
 
@@ -71,10 +81,12 @@ def automaton_of(case: Case) -> Automaton:
 
 
 def _stop(p: Stop) -> Automaton:
-    """Take-up, elastic, full slip, held; states (ω, φ, x), in full slip (ω, φ, T…), held (φ, T…, x) with x frozen.
+    """Take-up, elastic, full slip, held; states (ω, φ, x), in full slip (ω, φ, T…),
+    held (φ, T…, x) with x frozen.
 
-    With heat the band sticks again shortly before the stop: the rim's surface cools, friction recovers, `v_s = 0` comes
-    before `ω = 0`; then the states are (ω, φ, x, T…).
+    With heat the band sticks again shortly before the stop: the rim's surface cools,
+    friction recovers, `v_s = 0` comes before `ω = 0`; then the states are (ω, φ, x,
+    T…).
     """
     R = p.R
     C = p.C
@@ -94,7 +106,14 @@ def _stop(p: Stop) -> Automaton:
     elastic = Mode(
         lambda t, y: (swing - k * y[2], y[0], R * y[0]),
         lambda t, y: np.array([[0.0, 0.0, -k], [1.0, 0.0, 0.0], [R, 0.0, 0.0]]),
-        (Guard("full slip", lambda t, y: T_full - C * y[2], "slip", lambda t, y: np.concatenate([y[:2], cold])),),
+        (
+            Guard(
+                "full slip",
+                lambda t, y: T_full - C * y[2],
+                "slip",
+                lambda t, y: np.concatenate([y[:2], cold]),
+            ),
+        ),
         sizes,
     )
     modes = _dry_slip(p) if p.rates is None else _hot_slip(p)
@@ -107,7 +126,9 @@ def _stop(p: Stop) -> Automaton:
     fastest = 1e-2 if p.rates is None else 0.03 / float(np.max(-np.diag(p.rates)))
     modes |= {"take_up": take_up, "elastic": elastic}
     start = np.array([p.w_0, 0.0, p.x_0])
-    return Automaton(modes, "elastic" if p.x_0 else "take_up", start, p.end, final, fastest=fastest)
+    return Automaton(
+        modes, "elastic" if p.x_0 else "take_up", start, p.end, final, fastest=fastest
+    )
 
 
 def _dry_slip(p: Stop) -> dict[str, Mode]:
@@ -115,12 +136,18 @@ def _dry_slip(p: Stop) -> dict[str, Mode]:
     x = p.T_0 * p.Pi / p.C
     jacobian = np.array([[0.0, 0.0], [1.0, 0.0]])
     stop = Guard("stop", lambda t, y: y[0], "held", lambda t, y: np.array([y[1], x]))
-    slip = Mode(lambda t, y: (slowing, y[0]), lambda t, y: jacobian, (stop,), np.array([20.0, 10.0]))
+    slip = Mode(
+        lambda t, y: (slowing, y[0]),
+        lambda t, y: jacobian,
+        (stop,),
+        np.array([20.0, 10.0]),
+    )
     return {"slip": slip, "held": Mode(None, None, (), np.array([10.0, 0.3]))}
 
 
 def _slipping(p: Stop) -> Mode:
-    """Full slip with `v_s = (R ω − ẋ_0)/(1 + γ)`: the sliding band follows the fading friction (model §3)."""
+    """Full slip with `v_s = (R ω − ẋ_0)/(1 + γ)`: the sliding band follows the fading
+    friction (model §3)."""
     assert p.rates is not None
     assert p.into is not None
     R = p.R
@@ -186,7 +213,8 @@ def _slipping(p: Stop) -> Mode:
 
 
 def _hot_slip(p: Stop) -> dict[str, Mode]:
-    """Full slip, sticking shortly before the stop, and rest, in which only the temperatures change."""
+    """Full slip, sticking shortly before the stop, and rest, in which only the
+    temperatures change."""
     assert p.rates is not None
     R = p.R
     C = p.C
@@ -202,9 +230,21 @@ def _hot_slip(p: Stop) -> dict[str, Mode]:
     joined[2, 0] = R
     joined[3:, 3:] = rates
     push[0] = arm * T_0
-    stop = Guard("stop", lambda t, y: y[0], "held", lambda t, y: np.concatenate([y[1:2], y[3:], y[2:3]]))
-    stick = Mode(lambda t, y: joined @ y + push, lambda t, y: joined, (stop,), np.array([20.0, 10.0, 0.3, *hot]))
+    stop = Guard(
+        "stop",
+        lambda t, y: y[0],
+        "held",
+        lambda t, y: np.concatenate([y[1:2], y[3:], y[2:3]]),
+    )
+    stick = Mode(
+        lambda t, y: joined @ y + push,
+        lambda t, y: joined,
+        (stop,),
+        np.array([20.0, 10.0, 0.3, *hot]),
+    )
     cooling = np.zeros((k + 2, k + 2))
     cooling[1:-1, 1:-1] = rates
-    held = Mode(lambda t, y: cooling @ y, lambda t, y: cooling, (), np.array([10.0, *hot, 0.3]))
+    held = Mode(
+        lambda t, y: cooling @ y, lambda t, y: cooling, (), np.array([10.0, *hot, 0.3])
+    )
     return {"slip": _slipping(p), "stick": stick, "held": held}

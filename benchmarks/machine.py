@@ -25,7 +25,14 @@ def machine() -> dict[str, Any]:
     cpu = platform.processor() or platform.machine()
     info = pathlib.Path("/proc/cpuinfo")
     if info.exists():
-        cpu = next((x.split(":")[1].strip() for x in info.read_text().splitlines() if x.startswith("model name")), cpu)
+        cpu = next(
+            (
+                x.split(":")[1].strip()
+                for x in info.read_text().splitlines()
+                if x.startswith("model name")
+            ),
+            cpu,
+        )
     versions = {"python": platform.python_version()}
     for package in (*PACKAGES, "pathsim"):
         try:
@@ -33,10 +40,19 @@ def machine() -> dict[str, Any]:
         except PackageNotFoundError:
             versions[package] = "not installed"
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.system(), "load": load, "versions": versions}
+    return {
+        "cpu": cpu,
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "load": load,
+        "versions": versions,
+    }
 
 
 def measured_on(about: dict[str, Any], packages: tuple[str, ...]) -> str:
     """The machine in one sentence."""
     versions = ", ".join(f"{name} {about['versions'][name]}" for name in packages)
-    return f"Measured on {about['cpu']}, {about['cores']} cores (load {about['load']:.1f}); {versions}."
+    return (
+        f"Measured on {about['cpu']}, {about['cores']} cores (load "
+        f"{about['load']:.1f}); {versions}."
+    )

@@ -1,4 +1,5 @@
-"""simbrake on the scenes of the benchmark: `simbrake_runner` gives the call that is timed."""
+"""simbrake on the scenes of the benchmark: `simbrake_runner` gives the call that is
+timed."""
 
 import functools
 from collections.abc import Callable
@@ -13,7 +14,9 @@ _ROOM = 256
 def methods(case: Case) -> dict[str, str | None]:
     stability = "explicit on a stiff scene: stability asks for millions of steps"
     hot = case.simbrake().heat is not None
-    found: dict[str, str | None] = {f"simbrake {m}": stability if case.stiff else None for m in ("Tsit5", "Dopri8")}
+    found: dict[str, str | None] = {
+        f"simbrake {m}": stability if case.stiff else None for m in ("Tsit5", "Dopri8")
+    }
     found["simbrake Rodas5P"] = None if hot else "for scenes with heat"
     return found
 
@@ -31,7 +34,11 @@ def solver_named(name: str) -> Any:
 
     import simbrake as sb
 
-    return {"Tsit5": diffrax.Tsit5, "Dopri8": diffrax.Dopri8, "Rodas5P": sb.hybrid.Rodas5P}[name]()
+    return {
+        "Tsit5": diffrax.Tsit5,
+        "Dopri8": diffrax.Dopri8,
+        "Rodas5P": sb.hybrid.Rodas5P,
+    }[name]()
 
 
 @functools.cache
@@ -46,7 +53,12 @@ def _prepared(name: str, solver: str, room: int) -> Any:
     def times(result: Any) -> Any:
         return jnp.stack(event_times(result, case))
 
-    return sb.prepare(case.simbrake(), [times, final_state], solver=solver_named(solver), max_steps=room)
+    return sb.prepare(
+        case.simbrake(),
+        [times, final_state],
+        solver=solver_named(solver),
+        max_steps=room,
+    )
 
 
 def final_state(result: Any) -> Any:
@@ -80,7 +92,8 @@ def event_times(result: Any, case: Case) -> list[Any]:
 
 
 def _all_of(result: Any, case: Case) -> list[Any]:
-    """Times of all stops and restarts, in turn: where the pulley came to rest, and where it left it."""
+    """Times of all stops and restarts, in turn: where the pulley came to rest, and
+    where it left it."""
     import jax.numpy as jnp
 
     from simbrake.physics.mechanism import BandMode
@@ -90,11 +103,18 @@ def _all_of(result: Any, case: Case) -> list[Any]:
     used = jnp.arange(1, rest.shape[0], dtype=jnp.int32) <= record.count
     # the mode in which it stands at the start is found at the start, and is no event
     changed = used & (rest[1:] != rest[:-1]) & (record.rows.t[1:] > record.rows.t[0])
-    # rows are in the order of time (a sort would be a call of a library, and break the program up)
+    # rows are in the order of time (a sort would be a call of a library, and break the
+    # program up)
     count = jnp.cumsum(changed, dtype=jnp.int32)
     wanted = jnp.arange(1, len(case.events) + 1, dtype=jnp.int32)
     row = jnp.searchsorted(count, wanted)
-    return list(jnp.where(wanted <= count[-1], record.rows.t[1:][jnp.minimum(row, count.size - 1)], jnp.nan))
+    return list(
+        jnp.where(
+            wanted <= count[-1],
+            record.rows.t[1:][jnp.minimum(row, count.size - 1)],
+            jnp.nan,
+        )
+    )
 
 
 def _first_slips(result: Any) -> list[Any]:
@@ -102,9 +122,13 @@ def _first_slips(result: Any) -> list[Any]:
     import jax.numpy as jnp
 
     record = result.record
-    used = jnp.arange(record.modes.own.linings.shape[0], dtype=jnp.int32) <= record.count
+    used = (
+        jnp.arange(record.modes.own.linings.shape[0], dtype=jnp.int32) <= record.count
+    )
     slides = used[:, None] & (record.modes.own.linings != 0)
-    return list(jnp.min(jnp.where(slides, record.rows.t[:, None], jnp.inf), axis=0)[::-1])
+    return list(
+        jnp.min(jnp.where(slides, record.rows.t[:, None], jnp.inf), axis=0)[::-1]
+    )
 
 
 def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
@@ -112,7 +136,8 @@ def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], A
     import simbrake as sb
 
     solver = method.removeprefix("simbrake ")
-    # of one step attempt; Rodas5P: eight stages and the columns of its Jacobian, counted as one each
+    # of one step attempt; Rodas5P: eight stages and the columns of its Jacobian,
+    # counted as one each
     stages = {"Tsit5": 6, "Dopri8": 13, "Rodas5P": 8}[solver]
     run = _prepared(case.name, solver, _ROOM)
     run(rtol=tolerance)  # makes room for all the steps it needs
@@ -120,8 +145,18 @@ def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], A
     def call() -> Answer:
         answer = run(rtol=tolerance)
         if answer.code:
-            raise RuntimeError(f"{method} ends with {sb.results.FAILURES[answer.code][0]}")
-        evaluations = stages * (answer.accepted + answer.rejected + answer.retaken) + answer.segments
-        return Answer(answer.metrics["times"], answer.metrics["final_state"], evaluations, answer.accepted)
+            raise RuntimeError(
+                f"{method} ends with {sb.results.FAILURES[answer.code][0]}"
+            )
+        evaluations = (
+            stages * (answer.accepted + answer.rejected + answer.retaken)
+            + answer.segments
+        )
+        return Answer(
+            answer.metrics["times"],
+            answer.metrics["final_state"],
+            evaluations,
+            answer.accepted,
+        )
 
     return call

@@ -26,7 +26,9 @@ _ROUNDING = 1e-16
 def _figure(columns: int, rows: int, size: tuple[float, float]) -> tuple[Any, Any]:
     from matplotlib.figure import Figure  # loaded when everything is measured
 
-    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # fonts for signs that are not used
+    logging.getLogger("matplotlib.font_manager").setLevel(
+        logging.ERROR
+    )  # fonts for signs that are not used
     figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False).ravel()
 
@@ -37,7 +39,8 @@ def _place(found: dict[str, Any]) -> str:
 
 
 def work_precision(found: dict[str, Any]) -> Any:
-    """A panel for each scene, a line for each method; the legend below is in columns, one for each tool."""
+    """A panel for each scene, a line for each method; the legend below is in columns,
+    one for each tool."""
     scenes = list(found["scenes"].values())
     columns = min(2, len(scenes))
     rows = math.ceil(len(scenes) / columns)
@@ -48,7 +51,8 @@ def work_precision(found: dict[str, Any]) -> Any:
     for ax in axes[len(scenes) :]:
         ax.set_axis_off()
     figure.suptitle(
-        "Error (of event times, relative, and of the final state in its typical sizes) against time of one warm run:"
+        "Error (of event times, relative, and of the final state in its typical sizes) "
+        "against time of one warm run:"
         " left and low is better\n"
         "C: compiled by gcc;  tanh ε: friction smoothed with tanh(slip speed / (ε · initial speed))"
         f"\n{_place(found)}",
@@ -101,10 +105,19 @@ def _legend(figure: Any, marks: dict[str, dict[str, str]]) -> None:
     nothing = Line2D([], [], linestyle="none", label=" ")
     tools = []
     for tool, names in marks.items():
-        style = {"color": _COLOURS.get(tool, "0.5"), "linewidth": 2.4 if tool == "simbrake" else 1.3}
-        tools.append([Line2D([], [], marker=mark, label=name, **style) for name, mark in names.items()])
+        style = {
+            "color": _COLOURS.get(tool, "0.5"),
+            "linewidth": 2.4 if tool == "simbrake" else 1.3,
+        }
+        tools.append(
+            [
+                Line2D([], [], marker=mark, label=name, **style)
+                for name, mark in names.items()
+            ]
+        )
     tools[0].append(Patch(color="0.88", label="reference uncertain"))
-    # columns are filled from above: short tools share one, and all are as long as the longest
+    # columns are filled from above: short tools share one, and all are as long as the
+    # longest
     tall = max(8, *(len(entries) for entries in tools))
     stacks: list[list[Any]] = []
     for entries in tools:
@@ -112,5 +125,15 @@ def _legend(figure: Any, marks: dict[str, dict[str, str]]) -> None:
             stacks[-1] += entries
         else:
             stacks.append(list(entries))
-    handles = [handle for stack in stacks for handle in [*stack, *[nothing] * (tall - len(stack))]]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(stacks), fontsize=12, frameon=False)
+    handles = [
+        handle
+        for stack in stacks
+        for handle in [*stack, *[nothing] * (tall - len(stack))]
+    ]
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=len(stacks),
+        fontsize=12,
+        frameon=False,
+    )

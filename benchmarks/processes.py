@@ -1,4 +1,5 @@
-"""Fresh processes as a user starts them, in processor time of all that they started, and the unit: `import jax`."""
+"""Fresh processes as a user starts them, in processor time of all that they started,
+and the unit: `import jax`."""
 
 import contextlib
 import os
@@ -13,9 +14,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple, Self
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-#: set for the benchmark's own process, not for a user's, whose Python also keeps the bytecode of what it imports
+#: set for the benchmark's own process, not for a user's, whose Python also keeps the
+#: bytecode of what it imports
 _OURS = (
-    *("XLA_FLAGS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "JAX_COMPILATION_CACHE_DIR"),
+    *(
+        "XLA_FLAGS",
+        "OPENBLAS_NUM_THREADS",
+        "OMP_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "JAX_COMPILATION_CACHE_DIR",
+    ),
     *("PYTHONDONTWRITEBYTECODE", "PYTHONPYCACHEPREFIX"),
 )
 UNIT = "import jax"
@@ -41,22 +49,39 @@ def fresh(
     """Runs Python with these arguments in a fresh process.
 
     - `cache`: folder for whatever is kept between processes; `None`: one that is empty
-    - `code`: the exit code that it has to come to, any if `None`;  `more`: variables of its environment
+    - `code`: the exit code that it has to come to, any if `None`
+    - `more`: variables of its environment
     """
     if cache is None:
         with tempfile.TemporaryDirectory() as empty:
             return fresh(arguments, empty, code, more)
-    environment = {name: value for name, value in os.environ.items() if name not in _OURS}
-    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    environment |= {"XDG_CACHE_HOME": cache, "SIMBRAKE_CACHE_DIR": os.path.join(cache, "simbrake")}
+    environment = {
+        name: value for name, value in os.environ.items() if name not in _OURS
+    }
+    environment["PYTHONPATH"] = os.pathsep.join(
+        [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    )
+    environment |= {
+        "XDG_CACHE_HOME": cache,
+        "SIMBRAKE_CACHE_DIR": os.path.join(cache, "simbrake"),
+    }
     environment |= {"TF_CPP_MIN_LOG_LEVEL": "3", **(more or {})}
     began = time.time()
     before = _children()
-    done = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        env=environment,
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
     seconds = time.time() - began
     cpu = _children() - before
     if code is not None and done.returncode != code:
-        raise RuntimeError(f"python {' '.join(arguments)[:200]} ended with {done.returncode}:\n{done.stderr[-2000:]}")
+        raise RuntimeError(
+            f"python {' '.join(arguments)[:200]} ended with "
+            f"{done.returncode}:\n{done.stderr[-2000:]}"
+        )
     return Done(seconds, cpu, done.returncode, done.stdout, done.stderr, began)
 
 
@@ -79,7 +104,8 @@ def cache_folder() -> Iterator[str]:
 
 
 class Rounds(NamedTuple):
-    """Processor time of several processes, once per round, and the unit of that round: other work meets all alike."""
+    """Processor time of several processes, once per round, and the unit of that round:
+    other work meets all alike."""
 
     units: list[float]
     cpu: dict[str, list[float]]
@@ -100,5 +126,8 @@ class Rounds(NamedTuple):
         return statistics.median(self.cpu[name])
 
     def in_units(self, name: str, less: float = 0.0) -> float:
-        """Median over the rounds of processor time, `less` taken off, in units of its round."""
-        return statistics.median((x - less) / u for x, u in zip(self.cpu[name], self.units, strict=True))
+        """Median over the rounds of processor time, `less` taken off, in units of its
+        round."""
+        return statistics.median(
+            (x - less) / u for x, u in zip(self.cpu[name], self.units, strict=True)
+        )

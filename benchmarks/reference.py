@@ -1,7 +1,9 @@
-"""Reference solutions by an independent method: collocation of order 23 at Radau's points on a graded mesh.
+"""Reference solutions by an independent method: collocation of order 23 at Radau's
+points on a graded mesh.
 
-No step-size control, no interpolant: elements that grow from the fastest time of the scene on, Newton's method in each,
-and the length of the last one solved for the guard. How far two meshes differ is returned as its uncertainty.
+No step-size control, no interpolant: elements that grow from the fastest time of the
+scene on, Newton's method in each, and the length of the last one solved for the guard.
+How far two meshes differ is returned as its uncertainty.
 """
 
 import functools
@@ -19,18 +21,25 @@ _STAGES = 12
 
 @functools.cache
 def radau(s: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points and matrix of the Radau IIA method of `s` stages (order 2s − 1; Hairer & Wanner II, IV.5)."""
-    points = np.sort(legendre.legroots([0.0] * (s - 1) + [-1.0, 1.0]).real)  # (complex numbers from NumPy 2.5 on)
+    """Points and matrix of the Radau IIA method of `s` stages (order 2s − 1; Hairer &
+    Wanner II, IV.5)."""
+    points = np.sort(
+        legendre.legroots([0.0] * (s - 1) + [-1.0, 1.0]).real
+    )  # (complex numbers from NumPy 2.5 on)
     points[-1] = 1.0
     series = np.eye(s)
-    integrals = np.stack([legendre.legval(points, legendre.legint(row, lbnd=-1)) for row in series], axis=1)
+    integrals = np.stack(
+        [legendre.legval(points, legendre.legint(row, lbnd=-1)) for row in series],
+        axis=1,
+    )
     matrix = np.linalg.solve(legendre.legvander(points, s - 1).T, integrals.T).T
     return (1 + points) / 2, matrix / 2
 
 
 @functools.cache
 def _split(s: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Eigenvalues, eigenvectors and their inverse of Radau's matrix: they split its Newton system (ibid. IV.8)."""
+    """Eigenvalues, eigenvectors and their inverse of Radau's matrix: they split its
+    Newton system (ibid. IV.8)."""
     values, vectors = np.linalg.eig(radau(s)[1])
     return values, vectors, np.linalg.inv(vectors)
 
@@ -45,7 +54,10 @@ def _element(mode: Mode, t: float, y: np.ndarray, h: float) -> np.ndarray:
     else:
         f = np.asarray(mode.rhs(t, y))
         steps = 1e-7 * mode.scales
-        columns = [(np.asarray(mode.rhs(t, y + d * e)) - f) / d for d, e in zip(steps, np.eye(n), strict=True)]
+        columns = [
+            (np.asarray(mode.rhs(t, y + d * e)) - f) / d
+            for d, e in zip(steps, np.eye(n), strict=True)
+        ]
         J = np.stack(columns, axis=1)
     values, vectors, back = _split(_STAGES)
     # what rounding does to these is made up for by the next change
@@ -53,7 +65,12 @@ def _element(mode: Mode, t: float, y: np.ndarray, h: float) -> np.ndarray:
     Z = np.zeros((_STAGES, n))
     last = np.inf
     for _ in range(60):
-        F = np.stack([np.asarray(mode.rhs(t + ci * h, y + z), dtype=float) for ci, z in zip(c, Z, strict=True)])
+        F = np.stack(
+            [
+                np.asarray(mode.rhs(t + ci * h, y + z), dtype=float)
+                for ci, z in zip(c, Z, strict=True)
+            ]
+        )
         split = back @ (h * A @ F - Z)
         change = (vectors @ (inverses @ split[:, :, None])[:, :, 0]).real
         Z = Z + change
@@ -76,7 +93,11 @@ def _segment(automaton: Automaton, refinement: float):
         while True:
             step = min(h, stop - t)
             end = _element(mode, t, y, step)
-            past = [i for i, guard in enumerate(mode.guards) if guard.value(t + step, end) < 0]
+            past = [
+                i
+                for i, guard in enumerate(mode.guards)
+                if guard.value(t + step, end) < 0
+            ]
             if past:
                 lengths = [_length(mode, i, t, y, step) for i in past]
                 first = int(np.argmin(lengths))
@@ -96,11 +117,18 @@ def _length(mode: Mode, index: int, t: float, y: np.ndarray, h: float) -> float:
     from scipy.optimize import brentq
 
     value = mode.guards[index].value
-    return brentq(lambda s: float(value(t + s, _element(mode, t, y, s) if s else y)), 0.0, h, xtol=1e-300, rtol=1e-15)
+    return brentq(
+        lambda s: float(value(t + s, _element(mode, t, y, s) if s else y)),
+        0.0,
+        h,
+        xtol=1e-300,
+        rtol=1e-15,
+    )
 
 
 class Reference(NamedTuple):
-    """The answer, by what method, and its uncertainty in the benchmark's measure of error."""
+    """The answer, by what method, and its uncertainty in the benchmark's measure of
+    error."""
 
     answer: Answer
     method: str
@@ -108,7 +136,8 @@ class Reference(NamedTuple):
 
 
 def error(case: Case, answer: Answer, reference: Answer) -> tuple[float, float]:
-    """Largest relative error of an event time, and largest error of the final state in its typical sizes."""
+    """Largest relative error of an event time, and largest error of the final state in
+    its typical sizes."""
     times = float(np.max(np.abs(answer.times / reference.times - 1)))
     return times, float(np.max(np.abs(answer.state - reference.state) / case.scales))
 
@@ -126,4 +155,8 @@ def reference(name: str) -> Reference:
     if name == "a":
         exact = closed_form(case.plain)
         return Reference(exact, "closed form", max(error(case, fine, exact)))
-    return Reference(fine, f"Radau collocation of order {2 * _STAGES - 1}", max(error(case, coarse, fine)))
+    return Reference(
+        fine,
+        f"Radau collocation of order {2 * _STAGES - 1}",
+        max(error(case, coarse, fine)),
+    )

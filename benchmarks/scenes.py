@@ -1,6 +1,8 @@
-"""Scenes of the work–precision benchmark: plain numbers for other tools, and the same as a scene of simbrake.
+"""Scenes of the work–precision benchmark: plain numbers for other tools, and the same
+as a scene of simbrake.
 
-Every scene names its events and the state that is compared at its end; both lie in `Answer` in the scene's order.
+Every scene names its events and the state that is compared at its end; both lie in
+`Answer` in the scene's order.
 """
 
 import dataclasses
@@ -10,13 +12,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.walls import INSIDE, LINING, OPEN, OUTSIDE, OVERLAP, RIM, SHARE, TRACK, layers, lining_wall, rim_wall
+from benchmarks.walls import (
+    INSIDE,
+    LINING,
+    OPEN,
+    OUTSIDE,
+    OVERLAP,
+    RIM,
+    SHARE,
+    TRACK,
+    layers,
+    lining_wall,
+    rim_wall,
+)
 
 ROOM = 293.15  # K
 
 
 class Answer(NamedTuple):
-    """What a run gives: times of the scene's events (s), its final state, and the work it took."""
+    """What a run gives: times of the scene's events (s), its final state, and the work
+    it took."""
 
     times: np.ndarray
     state: np.ndarray
@@ -26,10 +41,12 @@ class Answer(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Stop:
-    """A stop of one band under a constant lever, from `x_0` on; with heat where `rates` is given.
+    """A stop of one band under a constant lever, from `x_0` on; with heat where `rates`
+    is given.
 
-    - `rates` (k, k) in 1/s: how temperatures above room change by conduction and cooling; `into` (k,) in K/J: what
-      friction heat does to them. Friction sees node 0: `f = f_0 (1 − s T_0)`
+    - `rates` (k, k) in 1/s: how temperatures above room change by conduction and
+      cooling; `into` (k,) in K/J: what friction heat does to them. Friction sees node
+      0: `f = f_0 (1 − s T_0)`
     """
 
     R: float = 0.725
@@ -54,7 +71,8 @@ class Stop:
 
 @dataclasses.dataclass(frozen=True)
 class Staged:
-    """A stop of a staged brake on a rigid band as its actuator fills, `T_0 = p (1 − exp(−(t + t_a)/τ))` (model §4)."""
+    """A stop of a staged brake on a rigid band as its actuator fills,
+    `T_0 = p (1 − exp(−(t + t_a)/τ))` (model §4)."""
 
     R: float = 0.59
     R_b: float = 0.638
@@ -75,10 +93,12 @@ class Staged:
 
 @dataclasses.dataclass(frozen=True)
 class Chain:
-    """The onset of slip lining by lining: a chain on segments of the band (model §3.1), from the onset `T_i = T_0` on.
+    """The onset of slip lining by lining: a chain on segments of the band (model §3.1),
+    from the onset `T_i = T_0` on.
 
-    - `K`, `C` (N/m) of the segments between linings and to the anchor; `m` (kg) of a lining; `zeta`: damping ratio of
-      the segments between linings, that to the anchor has no damper
+    - `K`, `C` (N/m) of the segments between linings and to the anchor; `m` (kg) of a
+      lining; `zeta`: damping ratio of the segments between linings, that to the anchor
+      has no damper
     """
 
     R: float = 0.623
@@ -108,9 +128,11 @@ class Chain:
 
 @dataclasses.dataclass(frozen=True)
 class Cycles:
-    """Load lowered and stopped again and again: rigid band, lever in straight lines, rim, linings and band as lumps.
+    """Load lowered and stopped again and again: rigid band, lever in straight lines,
+    rim, linings and band as lumps.
 
-    - `times`, `tensions`: of the lever in one cycle; at the third point it has let go, at the fourth it takes hold
+    - `times`, `tensions`: of the lever in one cycle; at the third point it has let go,
+      at the fourth it takes hold
     """
 
     R: float = 0.725
@@ -126,14 +148,19 @@ class Cycles:
     period: float = 60.0
     count: int = 20
     share: float = 0.8
-    capacities: tuple[float, float, float] = (1.5e5, 4e4, 2e4)  # J/K: rim, linings, band
+    capacities: tuple[float, float, float] = (
+        1.5e5,
+        4e4,
+        2e4,
+    )  # J/K: rim, linings, band
     cooling: tuple[float, float] = (150.0, 40.0)  # W/K: rim, band
     between: float = 60.0  # W/K: linings to band
 
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """One scene: `plain` its numbers, `simbrake()` the same for simbrake, `events` and `scales` of the final state."""
+    """One scene: `plain` its numbers, `simbrake()` the same for simbrake, `events` and
+    `scales` of the final state."""
 
     name: str
     title: str
@@ -160,7 +187,12 @@ def _stiff() -> Stop:
     rates = np.zeros((32, 32))
     rates[:20, :20] = track
     rates[20:, 20:] = faces
-    return Stop(fade=3e-4, x_0=8e3 / 2e5, rates=rates, into=np.concatenate([track_into, faces_into]))
+    return Stop(
+        fade=3e-4,
+        x_0=8e3 / 2e5,
+        rates=rates,
+        into=np.concatenate([track_into, faces_into]),
+    )
 
 
 def _simbrake_stop(p: Stop, kind: str) -> Any:
@@ -180,15 +212,35 @@ def _simbrake_stop(p: Stop, kind: str) -> Any:
 def _simbrake_heat(kind: str) -> Any:
     import simbrake as sb
 
-    def wall(name: str, numbers: dict[str, float], area: float, steps: np.ndarray) -> Any:
-        material = sb.Material(numbers["conductivity"], numbers["density"], numbers["specific_heat"])
+    def wall(
+        name: str, numbers: dict[str, float], area: float, steps: np.ndarray
+    ) -> Any:
+        material = sb.Material(
+            numbers["conductivity"], numbers["density"], numbers["specific_heat"]
+        )
         growth = float(steps[1] / steps[0])
-        return sb.thermal.Wall(name, material, numbers["thickness"], area, len(steps), growth)
+        return sb.thermal.Wall(
+            name, material, numbers["thickness"], area, len(steps), growth
+        )
 
-    rim = wall("rim", RIM, TRACK, layers(1e-6 if kind == "stiff" else None, RIM["thickness"], 20))
+    rim = wall(
+        "rim",
+        RIM,
+        TRACK,
+        layers(1e-6 if kind == "stiff" else None, RIM["thickness"], 20),
+    )
     bodies: tuple[Any, ...] = (rim, sb.thermal.Reservoir("air"))
     if kind == "stiff":
-        bodies = (rim, wall("lining", LINING, OVERLAP * TRACK, layers(10e-6, LINING["thickness"], 12)), bodies[1])
+        bodies = (
+            rim,
+            wall(
+                "lining",
+                LINING,
+                OVERLAP * TRACK,
+                layers(10e-6, LINING["thickness"], 12),
+            ),
+            bodies[1],
+        )
     lining = "lining.front" if kind == "stiff" else None
     return sb.Heat(
         bodies=bodies,
@@ -196,17 +248,30 @@ def _simbrake_heat(kind: str) -> Any:
             sb.thermal.Convection("rim.back", TRACK, INSIDE),
             sb.thermal.Convection("rim.front", OPEN * TRACK, OUTSIDE),
         ),
-        friction=sb.thermal.FrictionHeat("rim.front", lining, sb.thermal.ConstantPartition(SHARE), sensed="rim.front"),
+        friction=sb.thermal.FrictionHeat(
+            "rim.front", lining, sb.thermal.ConstantPartition(SHARE), sensed="rim.front"
+        ),
         rim="rim.front",
     )
 
 
-def _stop_case(name: str, kind: str, title: str, plain: Stop, stiff: bool = False) -> Case:
+def _stop_case(
+    name: str, kind: str, title: str, plain: Stop, stiff: bool = False
+) -> Case:
     nodes = 0 if plain.rates is None else len(plain.rates)
     events = ("full slip", "stop") if plain.x_0 else ("slip onset", "full slip", "stop")
     state = ("angle, rad", "elongation, m", *(f"node {i}, K" for i in range(nodes)))
     scales = np.array([10.0, 0.3] + [10.0] * nodes)
-    return Case(name, title, plain, events, state, scales, lambda: _simbrake_stop(plain, kind), stiff)
+    return Case(
+        name,
+        title,
+        plain,
+        events,
+        state,
+        scales,
+        lambda: _simbrake_stop(plain, kind),
+        stiff,
+    )
 
 
 def _simbrake_staged(p: Staged) -> Any:
@@ -219,7 +284,12 @@ def _simbrake_staged(p: Staged) -> Any:
         sb.Bandage(p.J_b, sb.ConstantFriction(p.f_int), p.preload),
     )
     lever = sb.profiles.ExponentialRise(p.level, p.tau, -p.ahead)
-    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(p.load))), sb.Initial(p.w_0), p.end)
+    return sb.Scene(
+        brake,
+        sb.Duty(lever, sb.TorqueLoad(sb.Constant(p.load))),
+        sb.Initial(p.w_0),
+        p.end,
+    )
 
 
 def _staged_case() -> Case:
@@ -250,8 +320,14 @@ def _simbrake_cycles(p: Cycles) -> Any:
         temperature=ROOM,
         ambient=ROOM,
     )
-    law = sb.friction.ProductFriction(sb.ConstantFriction(p.f), (sb.LinearFade(p.fade, ROOM),))
-    brake = sb.Brake(sb.Pulley(p.R, p.J), sb.Band(p.R), sb.Lining(law, np.full(p.n, 2 * math.atan(p.z))))
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(p.f), (sb.LinearFade(p.fade, ROOM),)
+    )
+    brake = sb.Brake(
+        sb.Pulley(p.R, p.J),
+        sb.Band(p.R),
+        sb.Lining(law, np.full(p.n, 2 * math.atan(p.z))),
+    )
     lever = sb.Repeated(list(p.times), list(p.tensions), p.period, p.count)
     duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(p.load), p.drag))
     return sb.Scene(brake, duty, sb.Initial(0.0), p.period * p.count, heat)
@@ -261,25 +337,47 @@ def cycles_case(count: int = Cycles.count) -> Case:
     """Scene (f) with so many cycles."""
     p = Cycles(count=count)
     state = ("angle, rad", "rim, K", "linings, K", "band, K")
-    title = f"{p.count} stops with cooling in between, fade: 5 states, {2 * p.count} events, {4 * p.count} corners"
+    title = (
+        f"{p.count} stops with cooling in between, fade: 5 states, {2 * p.count} "
+        f"events, {4 * p.count} corners"
+    )
     scales = np.array([1e3, 50.0, 50.0, 50.0])
-    return Case("f", title, p, ("restart", "stop") * p.count, state, scales, lambda: _simbrake_cycles(p))
+    return Case(
+        "f",
+        title,
+        p,
+        ("restart", "stop") * p.count,
+        state,
+        scales,
+        lambda: _simbrake_cycles(p),
+    )
 
 
 def _simbrake_chain(p: Chain) -> Any:
     import simbrake as sb
 
     band = sb.Band(p.R, p.C, sb.Segments(p.K, p.zeta))
-    linings = sb.Lining(sb.ConstantFriction(p.f), np.full(p.n, 2 * math.atan(p.z)), mass=p.m)
+    linings = sb.Lining(
+        sb.ConstantFriction(p.f), np.full(p.n, 2 * math.atan(p.z)), mass=p.m
+    )
     duty = sb.Duty(sb.Constant(p.T_0), sb.TorqueLoad())
-    return sb.Scene(sb.Brake(sb.Pulley(p.R, p.J), band, linings), duty, sb.Initial(p.w_0, p.T_0 / p.C), p.end)
+    return sb.Scene(
+        sb.Brake(sb.Pulley(p.R, p.J), band, linings),
+        duty,
+        sb.Initial(p.w_0, p.T_0 / p.C),
+        p.end,
+    )
 
 
 def _chain_case() -> Case:
     p = Chain()
     order = range(p.n, 0, -1)
     state = ("angle, rad", "speed, rad/s")
-    state += tuple(f"{what} {i + 1}" for what in ("elongation, m,", "speed, m/s, of lining") for i in range(p.n))
+    state += tuple(
+        f"{what} {i + 1}"
+        for what in ("elongation, m,", "speed, m/s, of lining")
+        for i in range(p.n)
+    )
     scales = np.concatenate([[0.1, 6.0], p.stretch, np.full(p.n, p.R * p.w_0)])
     title = f"{p.n} linings on segments of the band let go: {2 * p.n + 2} states, {p.n} events"
     events = tuple(f"lining {i} slips" for i in order)
@@ -290,9 +388,18 @@ CASES: dict[str, Case] = {
     case.name: case
     for case in (
         _stop_case("a", "dry", "stop without heat: 3 states, 3 events", _dry()),
-        _stop_case("b", "layered", "stop with a rim of 20 layers and fade: 23 states, 2 events", _layered()),
         _stop_case(
-            "c", "stiff", "stop with a rim in layers from 1 µm on, and linings: 35 states, stiff", _stiff(), stiff=True
+            "b",
+            "layered",
+            "stop with a rim of 20 layers and fade: 23 states, 2 events",
+            _layered(),
+        ),
+        _stop_case(
+            "c",
+            "stiff",
+            "stop with a rim in layers from 1 µm on, and linings: 35 states, stiff",
+            _stiff(),
+            stiff=True,
         ),
         _staged_case(),
         _chain_case(),
@@ -302,7 +409,8 @@ CASES: dict[str, Case] = {
 
 
 def closed_form(p: Stop) -> Answer:
-    """Events and end of a stop without heat (Z-15…Z-18, and the angle by integration of the same)."""
+    """Events and end of a stop without heat (Z-15…Z-18, and the angle by integration of
+    the same)."""
     chi = math.sqrt(p.C * p.R**2 / p.J)
     t_0 = p.T_0 / (p.C * p.R * p.w_0)
     t_1 = t_0 + math.asin(chi * p.T_0 * (p.Pi - 1) / (p.C * p.R * p.w_0)) / chi
@@ -310,4 +418,6 @@ def closed_form(p: Stop) -> Answer:
     slowing = p.R * p.T_0 * (p.Pi - 1) / p.J
     stop = t_1 + w_1 / slowing
     angle = p.T_0 * p.Pi / (p.C * p.R) + w_1**2 / (2 * slowing)
-    return Answer(np.array([t_0, t_1, stop]), np.array([angle, p.T_0 * p.Pi / p.C]), 0, 0)
+    return Answer(
+        np.array([t_0, t_1, stop]), np.array([angle, p.T_0 * p.Pi / p.C]), 0, 0
+    )

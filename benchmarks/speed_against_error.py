@@ -1,12 +1,16 @@
-"""Work against precision of whole runs with all their events: simbrake beside other tools, on the same equations.
+"""Work against precision of whole runs with all their events: simbrake beside other
+tools, on the same equations.
 
-`python benchmarks/speed_against_error.py [--quick] [--scenes a,b] [--json out.json] [--png out.png]`
+`python benchmarks/speed_against_error.py [--quick] [--scenes a,b] [--json out.json]
+[--png out.png]`
 
-For every tolerance: the largest error of event times and final state against an independent reference, the median
-processor time of a warm run, steps, right-hand sides. Times at equal error are given as ratios to simbrake; quote
-these, absolute times depend on the machine. simbrake also integrates its energy balance, which the others do not. The
-command fails if a tool does not come to the reference at its tightest tolerances. `pip install -e '.[bench]'` installs
-the other tools. Of the numbers in `docs/pictures/precision.json` (`--json`) the pages and their figure are made.
+For every tolerance: the largest error of event times and final state against an
+independent reference, the median processor time of a warm run, steps, right-hand sides.
+Times at equal error are given as ratios to simbrake; quote these, absolute times depend
+on the machine. simbrake also integrates its energy balance, which the others do not.
+The command fails if a tool does not come to the reference at its tightest tolerances.
+`pip install -e '.[bench]'` installs the other tools. Of the numbers in
+`docs/pictures/precision.json` (`--json`) the pages and their figure are made.
 """
 
 import argparse
@@ -76,10 +80,16 @@ def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, dict[str, 
     if wall > 1.0:
         return answer, {"seconds": cpu, "elapsed_seconds": wall, "least_seconds": wall}
     found = interleaved({"run": call}, budget)["run"]
-    return answer, {"seconds": found.cpu_median, "elapsed_seconds": found.median, "least_seconds": found.least}
+    return answer, {
+        "seconds": found.cpu_median,
+        "elapsed_seconds": found.median,
+        "least_seconds": found.least,
+    }
 
 
-def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], budget: float) -> list[dict[str, Any]]:
+def curve(
+    case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], budget: float
+) -> list[dict[str, Any]]:
     """Points of one method."""
     truth = reference(case.name).answer
     rows = []
@@ -94,16 +104,25 @@ def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], 
                 answer, times = timed(call, budget)
                 row |= times
         except TimeoutError as late:
-            print(f"({case.name}) {method} at {tolerance:.0e} broken off: {late}", file=sys.stderr)
+            print(
+                f"({case.name}) {method} at {tolerance:.0e} broken off: {late}",
+                file=sys.stderr,
+            )
             break
         except (RuntimeError, ValueError, ArithmeticError, StopIteration) as failure:
-            print(f"({case.name}) {method} at {tolerance:.0e} failed: {failure}", file=sys.stderr)
+            print(
+                f"({case.name}) {method} at {tolerance:.0e} failed: {failure}",
+                file=sys.stderr,
+            )
             continue
         row["error_times"], row["error_state"] = error(case, answer, truth)
         row |= {"error": max(row["error_times"], row["error_state"])}
         row |= {"steps": int(answer.steps), "evaluations": int(answer.evaluations)}
         if not np.isfinite(row["error"]):
-            print(f"({case.name}) {method} at {tolerance:.0e} missed an event", file=sys.stderr)
+            print(
+                f"({case.name}) {method} at {tolerance:.0e} missed an event",
+                file=sys.stderr,
+            )
             continue
         rows.append(row)
         if row["seconds"] > SLOW:
@@ -111,14 +130,18 @@ def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], 
     return rows
 
 
-def measure(case: Case, modules: list[Any], tolerances: tuple[float, ...], budget: float) -> dict[str, Any]:
+def measure(
+    case: Case, modules: list[Any], tolerances: tuple[float, ...], budget: float
+) -> dict[str, Any]:
     """One scene with all methods."""
     known = reference(case.name)
     rows: list[dict[str, Any]] = []
     left_out: dict[str, str] = {}
     faults: list[str] = []
     contenders = [("simbrake", ours.methods(case), ours.simbrake_runner, AGREES)]
-    contenders += [(peer.NAME, peer.methods(case), peer.prepare, peer.AGREES) for peer in modules]
+    contenders += [
+        (peer.NAME, peer.methods(case), peer.prepare, peer.AGREES) for peer in modules
+    ]
     for _, methods, prepare, agrees in contenders:
         for method, why in methods.items():
             if why is not None:
@@ -127,10 +150,13 @@ def measure(case: Case, modules: list[Any], tolerances: tuple[float, ...], budge
             points = curve(case, method, prepare, tolerances, budget)
             best = min((p["error"] for p in points), default=np.inf)
             tightest = min((p["tolerance"] for p in points), default=0.0)
-            # a run with few tolerances does not come as far; errors of many steps and events add up
+            # a run with few tolerances does not come as far; errors of many steps and
+            # events add up
             allowed = max(agrees, 1e3 * tightest * max(1.0, len(case.events) / 3))
             if best > allowed:
-                faults.append(f"({case.name}) {method}: error {best:.1e} at best, {allowed:.0e} was expected")
+                faults.append(
+                    f"({case.name}) {method}: error {best:.1e} at best, {allowed:.0e} was expected"
+                )
             rows += points
     scene = {
         "name": case.name,
@@ -151,7 +177,8 @@ def measure(case: Case, modules: list[Any], tolerances: tuple[float, ...], budge
 
 
 def of_scenes(names: list[str], options: argparse.Namespace) -> dict[str, Any]:
-    """All tools on the scenes of the benchmark, printed; drawn and written into the documentation if asked for."""
+    """All tools on the scenes of the benchmark, printed; drawn and written into the
+    documentation if asked for."""
     modules, missing = peers.available()
     found: dict[str, Any] = {"machine": machine(), "missing": missing, "scenes": {}}
     print("\n".join(f"missing: {line}" for line in missing))
@@ -165,15 +192,25 @@ def of_scenes(names: list[str], options: argparse.Namespace) -> dict[str, Any]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="few tolerances and short timings")
-    parser.add_argument("--scenes", default=None, help=f"of {','.join(CASES)}; default: all, with --quick a,b")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="few tolerances and short timings"
+    )
+    parser.add_argument(
+        "--scenes",
+        default=None,
+        help=f"of {','.join(CASES)}; default: all, with --quick a,b",
+    )
     parser.add_argument("--json", help="file for the numbers")
     parser.add_argument("--png", help="file for the chart")
     options = parser.parse_args()
     names = (options.scenes or ("a,b" if options.quick else ",".join(CASES))).split(",")
     if unknown := set(names) - set(CASES):
-        parser.error(f"no scene {', '.join(sorted(unknown))}; there are {', '.join(CASES)}")
+        parser.error(
+            f"no scene {', '.join(sorted(unknown))}; there are {', '.join(CASES)}"
+        )
     warnings.filterwarnings("ignore", message=".*divide.*|.*overflow.*")
     ours.configure()
     about = machine()
@@ -181,9 +218,13 @@ def main() -> int:
     print(", ".join(f"{name} {number}" for name, number in about["versions"].items()))
     found = of_scenes(names, options)
     if options.json:
-        pathlib.Path(options.json).write_text(json.dumps(found, separators=(",", ":")), "utf-8")
+        pathlib.Path(options.json).write_text(
+            json.dumps(found, separators=(",", ":")), "utf-8"
+        )
     faults = [fault for scene in found["scenes"].values() for fault in scene["faults"]]
-    print("\n".join(["", *faults] if faults else ["", "all agree with their references"]))
+    print(
+        "\n".join(["", *faults] if faults else ["", "all agree with their references"])
+    )
     return bool(faults)
 
 

@@ -1,7 +1,9 @@
-"""The staged brake mode by mode (model §4): riding, both pairs sliding, bandage held on the band, rest.
+"""The staged brake mode by mode (model §4): riding, both pairs sliding, bandage held on
+the band, rest.
 
-States (ω, ω_b, φ, heat of the band's pair, heat of the rim's pair). While the bandage is held the split of the tension
-is linear on pieces: `k` linings at their limit; a piece is a mode, as its end is a corner of the torque.
+States (ω, ω_b, φ, heat of the band's pair, heat of the rim's pair). While the bandage
+is held the split of the tension is linear on pieces: `k` linings at their limit; a
+piece is a mode, as its end is a corner of the torque.
 """
 
 import math
@@ -44,7 +46,11 @@ def staged(p: Staged) -> Automaton:
     def lever(t: float) -> float:
         return level * (1 - first * math.exp(-t * decay))
 
-    modes = {"ride": _ride(p, known, lever), "both": _both(p, known, lever), "rest": Mode(None, None, (), _SIZES)}
+    modes = {
+        "ride": _ride(p, known, lever),
+        "both": _both(p, known, lever),
+        "rest": Mode(None, None, (), _SIZES),
+    }
     modes |= {f"locked {k}": _locked(p, known, lever, k) for k in range(p.n)}
 
     def final(mode: str, y: Any) -> np.ndarray:
@@ -57,7 +63,8 @@ def staged(p: Staged) -> Automaton:
 
 
 def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
-    """The bandage turns with the pulley, until what drives it is more than the inner pair holds."""
+    """The bandage turns with the pulley, until what drives it is more than the inner
+    pair holds."""
     grip, full, preload = pairs(p, known)
     load = p.load
     J_b = p.J_b
@@ -79,7 +86,9 @@ def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
         M = grip * T_0
         return preload + full * T_0 - M - J_b * (load - M) / together
 
-    return Mode(rhs, jacobian, (Guard("internal slip", margin, "both", lambda t, y: y),), _SIZES)
+    return Mode(
+        rhs, jacobian, (Guard("internal slip", margin, "both", lambda t, y: y),), _SIZES
+    )
 
 
 def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
@@ -93,7 +102,13 @@ def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
         T_0 = lever(t)
         M_int = preload + full * T_0
         M_ext = grip * T_0
-        return (load - M_int) / J, (M_int - M_ext) / J_b, y[0], M_ext * y[1], M_int * (y[0] - y[1])
+        return (
+            (load - M_int) / J,
+            (M_int - M_ext) / J_b,
+            y[0],
+            M_ext * y[1],
+            M_int * (y[0] - y[1]),
+        )
 
     def jacobian(t: float, y: Any) -> np.ndarray:
         T_0 = lever(t)
@@ -112,7 +127,12 @@ def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
     def piece(t: float, y: Any) -> str:
         return f"locked {_piece(p, known, lever(t))}"
 
-    return Mode(rhs, jacobian, (Guard("external lock", lambda t, y: y[1], piece, resting),), _SIZES)
+    return Mode(
+        rhs,
+        jacobian,
+        (Guard("external lock", lambda t, y: y[1], piece, resting),),
+        _SIZES,
+    )
 
 
 def _locked(p: Staged, known: Tensions, lever: Lever, k: int) -> Mode:
@@ -137,19 +157,26 @@ def _locked(p: Staged, known: Tensions, lever: Lever, k: int) -> Mode:
     guards = [Guard("stop", lambda t, y: y[0], "rest", lambda t, y: y)]
     if k:
         # the lever grows, so that the ratio of the tensions falls
-        less = Guard(None, lambda t, y: a + (b - low) * lever(t), f"locked {k - 1}", lambda t, y: y)
+        less = Guard(
+            None,
+            lambda t, y: a + (b - low) * lever(t),
+            f"locked {k - 1}",
+            lambda t, y: y,
+        )
         guards.append(less)
     return Mode(rhs, jacobian, tuple(guards), _SIZES)
 
 
 def pairs(p: Staged, known: Tensions) -> tuple[float, float, float]:
-    """`M_ext/T_0`; `M_int/T_0` in full slip of the band; what the preload adds to `M_int`."""
+    """`M_ext/T_0`; `M_int/T_0` in full slip of the band; what the preload adds to
+    `M_int`."""
     rim = p.R * p.f_int
     return p.R_b * (known.top - 1), rim * float(known.slack[-1]), rim * p.n * p.preload
 
 
 def line(p: Staged, known: Tensions, k: int) -> tuple[float, float]:
-    """`a`, `b` of the root `T_n = a + b T_0` of `R_b (T_n − T_0) = M_int(T_n)` on the piece `k`."""
+    """`a`, `b` of the root `T_n = a + b T_0` of `R_b (T_n − T_0) = M_int(T_n)` on the
+    piece `k`."""
     rim = p.R * p.f_int
     below = p.R_b - rim * float(known.tight[k])
     return rim * p.n * p.preload / below, (p.R_b + rim * float(known.slack[k])) / below

@@ -1,4 +1,5 @@
-"""Times of several calls that are measured in turn, so that other work on the machine meets all of them alike."""
+"""Times of several calls that are measured in turn, so that other work on the machine
+meets all of them alike."""
 
 import statistics
 import time
@@ -10,7 +11,8 @@ _BATCH = 1e-3
 
 
 class Times(NamedTuple):
-    """Seconds of one call in every round: elapsed, and of the processor (all threads of this process)."""
+    """Seconds of one call in every round: elapsed, and of the processor (all threads of
+    this process)."""
 
     wall: list[float]
     cpu: list[float]
@@ -33,11 +35,16 @@ class Times(NamedTuple):
 
 
 def interleaved(
-    calls: Mapping[str, Callable[[], Any]], budget: float, least: int = 5, batch: float = _BATCH
+    calls: Mapping[str, Callable[[], Any]],
+    budget: float,
+    least: int = 5,
+    batch: float = _BATCH,
 ) -> dict[str, Times]:
-    """Rounds through all calls for `budget` seconds, at least `least` rounds; a short call is repeated in its turn.
+    """Rounds through all calls for `budget` seconds, at least `least` rounds; a short
+    call is repeated in its turn.
 
-    Every call is made once or twice before, to warm up; `batch`: shortest time of one turn (s).
+    Every call is made once or twice before, to warm up; `batch`: shortest time of one
+    turn (s).
     """
     counts = {}
     for name, call in calls.items():
@@ -66,6 +73,13 @@ def _once(call: Callable[[], Any], count: int) -> tuple[float, float]:
 
 
 def ratio(a: Times, b: Times, less: Times | None = None) -> float:
-    """Median over the rounds of processor time of `a` over that of `b`, `less` taken off both."""
-    off = [0.0] * len(a.cpu) if less is None else [statistics.median(less.cpu)] * len(a.cpu)
-    return statistics.median((x - z) / (y - z) for x, y, z in zip(a.cpu, b.cpu, off, strict=True))
+    """Median over the rounds of processor time of `a` over that of `b`, `less` taken
+    off both."""
+    off = (
+        [0.0] * len(a.cpu)
+        if less is None
+        else [statistics.median(less.cpu)] * len(a.cpu)
+    )
+    return statistics.median(
+        (x - z) / (y - z) for x, y, z in zip(a.cpu, b.cpu, off, strict=True)
+    )

@@ -1,4 +1,5 @@
-"""Walls of the heated scenes as plain matrices: layers, their rates, and what friction heat does to them."""
+"""Walls of the heated scenes as plain matrices: layers, their rates, and what friction
+heat does to them."""
 
 import math
 
@@ -6,19 +7,29 @@ import numpy as np
 
 
 def layers(first: float | None, thickness: float, count: int) -> np.ndarray:
-    """Thicknesses of the layers of a wall: equal, or growing by one ratio from the first."""
+    """Thicknesses of the layers of a wall: equal, or growing by one ratio from the
+    first."""
     if first is None:
         return np.full(count, thickness / count)
     from scipy.optimize import brentq
 
     total = thickness / first
-    q = brentq(lambda q: math.fsum(q**i for i in range(count)) - total, 1.0, 100.0, xtol=1e-15, rtol=1e-15)
+    q = brentq(
+        lambda q: math.fsum(q**i for i in range(count)) - total,
+        1.0,
+        100.0,
+        xtol=1e-15,
+        rtol=1e-15,
+    )
     steps = q ** np.arange(count)
     return thickness * steps / steps.sum()
 
 
-def wall_rates(steps: np.ndarray, conductivity: float, heat: float, front: float, back: float) -> np.ndarray:
-    """`dT/dt = rates @ T` of a wall of unit area: volumetric `heat` (J/(m³·K)), `front` and `back` W/(m²·K)."""
+def wall_rates(
+    steps: np.ndarray, conductivity: float, heat: float, front: float, back: float
+) -> np.ndarray:
+    """`dT/dt = rates @ T` of a wall of unit area: volumetric `heat` (J/(m³·K)), `front`
+    and `back` W/(m²·K)."""
     k = len(steps)
     rates = np.zeros((k, k))
     half = steps / (2 * conductivity)
@@ -34,8 +45,18 @@ def wall_rates(steps: np.ndarray, conductivity: float, heat: float, front: float
 
 
 TRACK = 2 * math.pi * 0.725 * 0.23
-RIM = {"thickness": 0.028, "conductivity": 48.0, "density": 7800.0, "specific_heat": 500.0}
-LINING = {"thickness": 0.030, "conductivity": 0.8, "density": 2000.0, "specific_heat": 1100.0}
+RIM = {
+    "thickness": 0.028,
+    "conductivity": 48.0,
+    "density": 7800.0,
+    "specific_heat": 500.0,
+}
+LINING = {
+    "thickness": 0.030,
+    "conductivity": 0.8,
+    "density": 2000.0,
+    "specific_heat": 1100.0,
+}
 SHARE = 0.95
 INSIDE = 60.0
 OUTSIDE = 60.0
@@ -44,7 +65,8 @@ OVERLAP = 0.75
 
 
 def rim_wall(first: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """Rates and heat of a rim of 20 layers that is cooled on the inside and on the open quarter of its track."""
+    """Rates and heat of a rim of 20 layers that is cooled on the inside and on the open
+    quarter of its track."""
     steps = layers(first, RIM["thickness"], 20)
     heat = RIM["density"] * RIM["specific_heat"]
     half = steps[0] / (2 * RIM["conductivity"])

@@ -18,7 +18,12 @@ copyright = "the simbrake authors, Apache-2.0"
 version = release = simbrake.__version__
 
 extensions = [
-    *("myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.linkcode"),
+    *(
+        "myst_parser",
+        "sphinx.ext.autodoc",
+        "sphinx.ext.autosummary",
+        "sphinx.ext.linkcode",
+    ),
     *("math_ml", "source_links", "reference", "from_code"),
 ]
 autodoc_default_options = {"members": True}
@@ -47,7 +52,8 @@ pygments_style = "default"
 
 
 def add_table_of_contents(app: Sphinx, page: str, source: list[str]) -> None:
-    """Add a hidden table of contents per section to pages that list others: Sphinx builds its navigation from it."""
+    """Add a hidden table of contents per section to pages that list others: Sphinx
+    builds its navigation from it."""
     if page not in ("index", "api/index", "theory/index"):
         return
     for section in re.split(r"^## ", source[0], flags=re.M)[1:]:
@@ -55,7 +61,18 @@ def add_table_of_contents(app: Sphinx, page: str, source: list[str]) -> None:
         names = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.md[)#]", items))
         caption = section.partition("\n")[0]
         if names:
-            source[0] += "\n".join(["", "```{toctree}", ":hidden:", f":caption: {caption}", "", *names, "```", ""])
+            source[0] += "\n".join(
+                [
+                    "",
+                    "```{toctree}",
+                    ":hidden:",
+                    f":caption: {caption}",
+                    "",
+                    *names,
+                    "```",
+                    "",
+                ]
+            )
 
 
 def setup(app: Sphinx) -> None:

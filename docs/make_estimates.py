@@ -1,6 +1,8 @@
-"""Writes `measured/estimates.json` for `estimates.md`: `python docs/make_estimates.py [order] [parts] [staged]`.
+"""Writes `measured/estimates.json` for `estimates.md`:
+`python docs/make_estimates.py [order] [parts] [staged]`.
 
-Without names all of them; `parts` simulates thirty stands, some two minutes, the others take half a minute each.
+Without names all of them; `parts` simulates thirty stands, some two minutes, the others
+take half a minute each.
 """
 
 import dataclasses
@@ -31,11 +33,12 @@ class Table(TypedDict):
     rows: list[list[str]]
 
 
-# --- Schmidt's scheme -------------------------------------------------------------------------------------------------
+# --- Schmidt's scheme ---------------------------------------------------------------
 
 
 def schmidt_errors(layers: int) -> tuple[float, float, float]:
-    """Maximum errors over the depth at `Fo = 0.5`, over the rise of the face: scheme and network against the slab
+    """Maximum errors over the depth at `Fo = 0.5`, over the rise of the face: scheme
+    and network against the slab
 
     (adiabatic back), and their distance with a back that is cooled.
     """
@@ -51,13 +54,27 @@ def schmidt_errors(layers: int) -> tuple[float, float, float]:
     source = sb.thermal.Source("rim.front", q)
 
     def network(coefficient: float) -> np.ndarray:
-        heat = sb.Heat((wall, air), (sb.thermal.Convection("rim.back", 1.0, coefficient),), None, (source,))
-        return np.asarray(sb.simulate_heat(heat, np.array([0.0, end])).temperature[-1]) - 300.0
+        heat = sb.Heat(
+            (wall, air),
+            (sb.thermal.Convection("rim.back", 1.0, coefficient),),
+            None,
+            (source,),
+        )
+        return (
+            np.asarray(sb.simulate_heat(heat, np.array([0.0, end])).temperature[-1])
+            - 300.0
+        )
 
     course = sb.formulas.schmidt(steel, thickness, layers, end, q)
     truth = sb.formulas.slab_rise(q, end, thickness, steel, course.depth[1:-1])
-    cooled = sb.formulas.schmidt(steel, thickness, layers, end, q, back_coefficient=40.0).temperature[-1, 1:-1]
-    found = (course.temperature[-1, 1:-1] - truth, network(0.0) - truth, cooled - network(40.0))
+    cooled = sb.formulas.schmidt(
+        steel, thickness, layers, end, q, back_coefficient=40.0
+    ).temperature[-1, 1:-1]
+    found = (
+        course.temperature[-1, 1:-1] - truth,
+        network(0.0) - truth,
+        cooled - network(40.0),
+    )
     return tuple(float(np.max(np.abs(x))) / face for x in found)  # pyright: ignore
 
 
@@ -69,17 +86,29 @@ def order() -> list[Table]:
         errors = schmidt_errors(layers)
         cells = [f"{layers}"]
         for i, error in enumerate(errors):
-            cells += [f"{error:.2e}", "" if last is None else f"{math.log2(last[i] / error):.2f}"]
+            cells += [
+                f"{error:.2e}",
+                "" if last is None else f"{math.log2(last[i] / error):.2f}",
+            ]
         rows.append(cells)
         last = errors
-    head = ["layers", "scheme − slab", "order", "network − slab", "order", "scheme − network", "order"]
+    head = [
+        "layers",
+        "scheme − slab",
+        "order",
+        "network − slab",
+        "order",
+        "scheme − network",
+        "order",
+    ]
     return [{"head": head, "rows": rows}]
 
 
-# --- estimates beside simulations -------------------------------------------------------------------------------------
+# --- estimates beside simulations ---------------------------------------------------
 
 KELVIN = "K"
-#: words, row of the estimates, unit shown, factor (or KELVIN: shown in °C), and why they differ
+#: words, row of the estimates, unit shown, factor (or KELVIN: shown in °C), and why
+#: they differ
 PARTS: list[tuple[str, str, str, Any, str]] = [
     ("stopping time", "stopping time", "s", 1.0, "see the steps below"),
     ("friction work", "friction work", "kJ", 1e-3, "see the steps below"),
@@ -90,7 +119,13 @@ PARTS: list[tuple[str, str, str, Any, str]] = [
         KELVIN,
         "the power does not fall linearly; the depth grows meanwhile",
     ),
-    ("bulk, end", "bulk temperature, end", "°C", KELVIN, "energy alone: they must agree"),
+    (
+        "bulk, end",
+        "bulk temperature, end",
+        "°C",
+        KELVIN,
+        "energy alone: they must agree",
+    ),
     (
         "surface at the end, constant flux",
         "surface temperature, constant flux",
@@ -98,7 +133,13 @@ PARTS: list[tuple[str, str, str, Any, str]] = [
         KELVIN,
         "the power has fallen by then",
     ),
-    ("surface, falling flux", "surface temperature, falling flux", "°C", KELVIN, "the power falls later than linearly"),
+    (
+        "surface, falling flux",
+        "surface temperature, falling flux",
+        "°C",
+        KELVIN,
+        "the power falls later than linearly",
+    ),
     (
         "surface, Schmidt",
         "surface temperature, Schmidt",
@@ -142,14 +183,38 @@ PARTS: list[tuple[str, str, str, Any, str]] = [
         1.0,
         "a steady flux, which a brake application never reaches",
     ),
-    ("thermal stress", "thermal stress, surface", "MPa", 1e-6, "largest about half-way, when the power is high"),
+    (
+        "thermal stress",
+        "thermal stress, surface",
+        "MPa",
+        1e-6,
+        "largest about half-way, when the power is high",
+    ),
 ]
 STAGED: list[tuple[str, str, str, Any, str]] = [
-    ("slack tension of internal slip", "slack tension of internal slip", "kN", 1e-3, "the same law: they must agree"),
-    ("stage 1", "stage 1", "s", 1.0, "the lever takes that long to this tension; the formula has it at once"),
+    (
+        "slack tension of internal slip",
+        "slack tension of internal slip",
+        "kN",
+        1e-3,
+        "the same law: they must agree",
+    ),
+    (
+        "stage 1",
+        "stage 1",
+        "s",
+        1.0,
+        "the lever takes that long to this tension; the formula has it at once",
+    ),
     ("stage 2", "stage 2", "s", 1.0, "the lever force still rises meanwhile"),
     ("stage 3", "stage 3", "s", 1.0, "at its maximum tension for most of it"),
-    ("work of the external pair", "friction work, external pair", "kJ", 1e-3, "stage 1 is missing in the formula"),
+    (
+        "work of the external pair",
+        "friction work, external pair",
+        "kJ",
+        1e-3,
+        "stage 1 is missing in the formula",
+    ),
     (
         "work of the internal pair",
         "friction work, internal pair",
@@ -157,9 +222,27 @@ STAGED: list[tuple[str, str, str, Any, str]] = [
         1e-3,
         "what stages 1 and 2 leave, and the load",
     ),
-    ("share of the external pair", "share of the external pair", "", 1.0, "as the works"),
-    ("band, bulk at the end", "bulk temperature, end, external pair", "°C", KELVIN, "the hot linings warm it too"),
-    ("rim, bulk at the end", "bulk temperature, end, internal pair", "°C", KELVIN, "energy alone: they must agree"),
+    (
+        "share of the external pair",
+        "share of the external pair",
+        "",
+        1.0,
+        "as the works",
+    ),
+    (
+        "band, bulk at the end",
+        "bulk temperature, end, external pair",
+        "°C",
+        KELVIN,
+        "the hot linings warm it too",
+    ),
+    (
+        "rim, bulk at the end",
+        "bulk temperature, end, internal pair",
+        "°C",
+        KELVIN,
+        "energy alone: they must agree",
+    ),
     (
         "rim, surface, falling flux",
         "surface temperature, falling flux, internal pair",
@@ -190,14 +273,20 @@ def shown(value: float | None, factor: Any) -> str:
     return f"{value - ZERO:.1f}" if factor == KELVIN else f"{value * factor:.4g}"
 
 
-def compared(rows: list[tuple[str, str, str, Any, str]], tables: list[Any]) -> list[list[str]]:
+def compared(
+    rows: list[tuple[str, str, str, Any, str]], tables: list[Any]
+) -> list[list[str]]:
     """Estimate and simulated value of every table, row by row, with the reason."""
     found = []
     for words, name, unit, factor, why in rows:
         cells = [f"{words}, {unit}" if unit else words]
         for one in tables:
             row = next((row for row in one if row.name == name), None)
-            cells += ["–", "–"] if row is None else [shown(row.value, factor), shown(row.simulated, factor)]
+            cells += (
+                ["–", "–"]
+                if row is None
+                else [shown(row.value, factor), shown(row.simulated, factor)]
+            )
         found.append([*cells, why])
     return found
 
@@ -209,43 +298,80 @@ def stop_of_the_page() -> Any:
 
 
 def steps(scene: Any, table_of_stop: Any) -> Table:
-    """From the classical stop to the run, whose friction is constant: what each assumption costs."""
+    """From the classical stop to the run, whose friction is constant: what each
+    assumption costs."""
     import simbrake as sb
 
-    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
+    rigid = dataclasses.replace(
+        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
+    )
     bare = dataclasses.replace(scene, heat=None)
     rows = []
     time, work = (table_of_stop[name] for name in ("stopping time", "friction work"))
-    rows.append(["classical: the lever's maximum tension at once", f"{time.value:.4f}", f"{work.value / 1e3:.1f}"])
+    rows.append(
+        [
+            "classical: the lever's maximum tension at once",
+            f"{time.value:.4f}",
+            f"{work.value / 1e3:.1f}",
+        ]
+    )
     for words, one in (
         ("the lever takes its time", dataclasses.replace(bare, brake=rigid)),
         ("and the band stretches: the run", bare),
     ):
         run = sb.simulate(one)
-        rows.append([words, f"{run.metrics['stopping_time']:.4f}", f"{float(run.energy['friction_heat']) / 1e3:.1f}"])
-    return {"head": ["step by step", "stopping time, s", "friction work, kJ"], "rows": rows}
+        rows.append(
+            [
+                words,
+                f"{run.metrics['stopping_time']:.4f}",
+                f"{float(run.energy['friction_heat']) / 1e3:.1f}",
+            ]
+        )
+    return {
+        "head": ["step by step", "stopping time, s", "friction work, kJ"],
+        "rows": rows,
+    }
 
 
 def parts() -> list[Table | str]:
-    """The stop and the thirty stands: estimate, simulation, reason; and the steps between them."""
+    """The stop and the thirty stands: estimate, simulation, reason; and the steps
+    between them."""
     import simbrake as sb
 
     scene = stop_of_the_page()
     stop = sb.estimates(sb.simulate(scene))
     stands = sb.estimates(sb.simulate(scenario("tripping_30_stands")["scene"]()))
-    head = ["estimate", "stop: formula", "simulated", "30 stands: formula", "simulated", "why they differ"]
+    head = [
+        "estimate",
+        "stop: formula",
+        "simulated",
+        "30 stands: formula",
+        "simulated",
+        "why they differ",
+    ]
     words = []
-    for name, one in (("the stop", stop), ("the last brake application of thirty stands", stands)):
-        falling, own = (one[f"surface temperature, {x}"] for x in ("falling flux", "Schmidt"))
+    for name, one in (
+        ("the stop", stop),
+        ("the last brake application of thirty stands", stands),
+    ):
+        falling, own = (
+            one[f"surface temperature, {x}"] for x in ("falling flux", "Schmidt")
+        )
         apart = own.value - falling.value
         left = own.simulated - own.value
         words.append(
-            f"Surface of {name}: simulated less falling flux {own.simulated - falling.value:.1f} K. {apart:.1f} K of "
+            f"Surface of {name}: simulated less falling flux "
+            f"{own.simulated - falling.value:.1f} K. {apart:.1f} K of "
             "it are the course of the power, as Schmidt's scheme with the run's own heat shows; "
-            f"{left:.1f} K are left for exchange with linings and air, layers, and properties that change with "
+            f"{left:.1f} K are left for exchange with linings and air, layers, and "
+            "properties that change with "
             "temperature."
         )
-    return [{"head": head, "rows": compared(PARTS, [stop, stands])}, steps(scene, stop), *words]
+    return [
+        {"head": head, "rows": compared(PARTS, [stop, stands])},
+        steps(scene, stop),
+        *words,
+    ]
 
 
 def staged() -> list[Table]:
@@ -253,7 +379,12 @@ def staged() -> list[Table]:
     import simbrake as sb
 
     found = sb.estimates(sb.simulate(scenario("staged_vs_standard")["scene"]()))
-    return [{"head": ["estimate", "formula", "simulated", "why they differ"], "rows": compared(STAGED, [found])}]
+    return [
+        {
+            "head": ["estimate", "formula", "simulated", "why they differ"],
+            "rows": compared(STAGED, [found]),
+        }
+    ]
 
 
 BLOCKS = {"order": order, "parts": parts, "staged": staged}

@@ -1,6 +1,8 @@
-"""Writes `measured/hard_cases.json` for `claims_and_evidence.md` from the cases that the tests check.
+"""Writes `measured/hard_cases.json` for `claims_and_evidence.md` from the cases that
+the tests check.
 
-Errors are rounded up to powers of ten, so that the table is the same on every machine. Takes about six minutes.
+Errors are rounded up to powers of ten, so that the table is the same on every machine.
+Takes about six minutes.
 """
 
 import importlib

@@ -1,6 +1,8 @@
-"""Executes the notebooks and stores their outputs: `python docs/make_notebooks.py [NUMBER …]`, by default all seven.
+"""Executes the notebooks and stores their outputs:
+`python docs/make_notebooks.py [NUMBER …]`, by default all seven.
 
-Needs `pip install -e '.[notebooks]'`. Cells get no metadata and no timing, so that outputs change with results only.
+Needs `pip install -e '.[notebooks]'`. Cells get no metadata and no timing, so that
+outputs change with results only.
 """
 
 import base64
@@ -16,7 +18,8 @@ FOLDER = pathlib.Path(__file__).parents[1] / "notebooks"
 
 
 def smaller(picture: str) -> str:
-    """A PNG in base64 with a palette of 256 colours: half of the size; fewer give thin lines the colour of others."""
+    """A PNG in base64 with a palette of 256 colours: half of the size; fewer give thin
+    lines the colour of others."""
     image = Image.open(io.BytesIO(base64.b64decode(picture))).convert("RGB")
     file = io.BytesIO()
     image.quantize(256, dither=Image.Dither.NONE).save(file, "PNG", optimize=True)
@@ -35,19 +38,31 @@ def joined(outputs: list[nbformat.NotebookNode]) -> list[nbformat.NotebookNode]:
 
 
 def execute(file: pathlib.Path) -> None:
-    """Run one notebook and write it with its outputs; an exception in a cell leaves the file as it was."""
+    """Run one notebook and write it with its outputs; an exception in a cell leaves the
+    file as it was."""
     book = nbformat.read(file, as_version=4)
-    NotebookClient(book, timeout=1200, record_timing=False, resources={"metadata": {"path": str(FOLDER)}}).execute()
+    NotebookClient(
+        book,
+        timeout=1200,
+        record_timing=False,
+        resources={"metadata": {"path": str(FOLDER)}},
+    ).execute()
     for cell in book.cells:
         cell.metadata = {}
         if cell.cell_type == "code":
-            cell.outputs = joined([output for output in cell.outputs if output.get("name") != "stderr"])
+            cell.outputs = joined(
+                [output for output in cell.outputs if output.get("name") != "stderr"]
+            )
             for output in cell.outputs:
                 output.get("metadata", {}).clear()
                 if "image/png" in output.get("data", {}):
                     output.data["image/png"] = smaller(output.data["image/png"])
     book.metadata = {
-        "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
+        "kernelspec": {
+            "display_name": "Python 3",
+            "language": "python",
+            "name": "python3",
+        },
         "language_info": {"name": "python"},
     }
     nbformat.validate(book)

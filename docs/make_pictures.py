@@ -1,4 +1,5 @@
-"""Draws the figures of `pictures.md`, and small copies for the gallery, from the shipped scenarios: some minutes."""
+"""Draws the figures of `pictures.md`, and small copies for the gallery, from the
+shipped scenarios: some minutes."""
 
 import dataclasses
 import importlib.util
@@ -27,7 +28,9 @@ COLOURS = 200  # fewer, and those that carry a meaning melt into one
 
 def scenario(name: str) -> Any:
     """A scenario as a module."""
-    spec = importlib.util.spec_from_file_location(name, HERE.parent / "scenarios" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(
+        name, HERE.parent / "scenarios" / f"{name}.py"
+    )
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -36,16 +39,27 @@ def scenario(name: str) -> Any:
 
 
 def few_colours(image: Image.Image, colours: int = COLOURS) -> Image.Image:
-    """The image with a palette that has the colours of thin lines as they are, though few points have them."""
+    """The image with a palette that has the colours of thin lines as they are, though
+    few points have them."""
     full = image.convert("RGB")
-    paler = [1 - share + share * np.asarray(to_rgb(colour)) for colour in CYCLE for share in (0.25, 0.5, 0.75, 1.0)]
+    paler = [
+        1 - share + share * np.asarray(to_rgb(colour))
+        for colour in CYCLE
+        for share in (0.25, 0.5, 0.75, 1.0)
+    ]
     thin = ["white", *paler, *colormaps["viridis"](np.linspace(0, 0.92, 9))]
     kept = np.rint(255 * np.asarray([to_rgb(colour) for colour in thin]))
     rest = np.asarray(full.quantize(colours - len(thin)).getpalette()).reshape(-1, 3)
     palette = np.concatenate([kept, rest])[:colours]
-    seen, which = np.unique(np.asarray(full).reshape(-1, 3), axis=0, return_inverse=True)
-    nearest = [int(np.argmin(np.sum((palette - colour) ** 2, axis=1))) for colour in seen]
-    small = Image.fromarray(np.asarray(nearest, np.uint8)[which].reshape(full.height, full.width), "P")
+    seen, which = np.unique(
+        np.asarray(full).reshape(-1, 3), axis=0, return_inverse=True
+    )
+    nearest = [
+        int(np.argmin(np.sum((palette - colour) ** 2, axis=1))) for colour in seen
+    ]
+    small = Image.fromarray(
+        np.asarray(nearest, np.uint8)[which].reshape(full.height, full.width), "P"
+    )
     small.putpalette(palette.astype(np.uint8).ravel().tolist())
     return small
 
@@ -83,7 +97,9 @@ def main() -> None:
     with titled("u2_5_5_stop"):
         stops(sb.simulate(scenario("u2_5_5_stop").scene()))
     layouts = {
-        "equal increments": sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0)),
+        "equal increments": sb.layouts.equal_increment_angles(
+            0.3, 10, 10, math.radians(270.0)
+        ),
         "equal loads": sb.layouts.equal_load_angles(0.3, 10, math.radians(270.0)),
     }
     save(sb.layouts.figures.angles(layouts), "angles")
@@ -104,14 +120,19 @@ def main() -> None:
         save(plot.stops(heated), "stops")
         save(plot.temperatures(heated), "temperatures")
         save(plot.depth(heated), "depth")
-    save(plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())), "wear")
+    save(
+        plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())),
+        "wear",
+    )
     decision()
     benchmark()
 
 
 def decision() -> None:
     """The figure of `decision.md`, by the page's own blocks."""
-    blocks = re.findall(r"^```python\n(.*?)^```", (HERE / "decision.md").read_text("utf-8"), re.S | re.M)
+    blocks = re.findall(
+        r"^```python\n(.*?)^```", (HERE / "decision.md").read_text("utf-8"), re.S | re.M
+    )
     space: dict[str, Any] = {}
     for block in (blocks[0], blocks[2]):  # the scene, the runs
         exec(block, space)
@@ -124,7 +145,9 @@ def stops(stop: sb.Result) -> None:
     save(plot.stop(stop), "stop")
     save(plot.pulley(stop, 0.005), "pulley", 96)
     save(plot.lining_map(stop, "normal_load"), "lining_map")
-    save(plot.tornado(sb.sensitivity(scene, ["stopping_time"], span=0.05)[0]), "tornado")
+    save(
+        plot.tornado(sb.sensitivity(scene, ["stopping_time"], span=0.05)[0]), "tornado"
+    )
     film = HERE / "pictures" / "stop.gif"
     plot.animate(stop, film, duration=0.5, fps=20, end=0.4)
     with Image.open(film) as frames:
@@ -134,16 +157,31 @@ def stops(stop: sb.Result) -> None:
     thumbnail(HERE / "pictures" / "animation.png")
     film.unlink()
     friction = "brake.linings.friction.coefficient"
-    runs = {f"friction {f:.2f}": sb.simulate(sb.with_values(scene, {friction: f})) for f in (0.30, 0.35, 0.40)}
+    runs = {
+        f"friction {f:.2f}": sb.simulate(sb.with_values(scene, {friction: f}))
+        for f in (0.30, 0.35, 0.40)
+    }
     save(plot.compare(runs), "compare")
     mass = np.linspace(20e3, 160e3, 29)
     speed = np.linspace(2.0, 36.0, 18)
-    save(plot.sweep(sb.sweep(scene, {"duty.load.mass": mass}), ["stopping_time", "energy.friction_heat"]), "sweep")
-    grid = sb.sweep(scene, {"duty.load.mass": mass, "initial.omega": speed}, ["stopping_time", "energy.friction_heat"])
+    save(
+        plot.sweep(
+            sb.sweep(scene, {"duty.load.mass": mass}),
+            ["stopping_time", "energy.friction_heat"],
+        ),
+        "sweep",
+    )
+    grid = sb.sweep(
+        scene,
+        {"duty.load.mass": mass, "initial.omega": speed},
+        ["stopping_time", "energy.friction_heat"],
+    )
     save(plot.sweep(grid), "sweep_grid")
     hot_stop = dataclasses.replace(scene, heat=scenario("tripping_30_stands").heat())
     save(
-        sb.formulas.figures.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})),
+        sb.formulas.figures.materials(
+            sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})
+        ),
         "materials",
     )
 

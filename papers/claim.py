@@ -1,4 +1,5 @@
-"""A claim of a paper, what is found of it, and the scenes and runs that several claims use."""
+"""A claim of a paper, what is found of it, and the scenes and runs that several claims
+use."""
 
 import dataclasses
 import functools
@@ -25,7 +26,8 @@ FRICTIONS = np.asarray([0.1, 0.2, 0.3, 0.4, 0.5])  # Z: f 0.1…0.5
 
 
 class Found(NamedTuple):
-    """What was found of a claim: a number, a sentence around it, and the verdict that follows from it."""
+    """What was found of a claim: a number, a sentence around it, and the verdict that
+    follows from it."""
 
     value: float
     text: str
@@ -34,7 +36,8 @@ class Found(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Claim:
-    """A claim of a `paper` at a `place` in it, in our words; `find` examines it; `like`: what is kept equal."""
+    """A claim of a `paper` at a `place` in it, in our words; `find` examines it;
+    `like`: what is kept equal."""
 
     paper: str
     place: str
@@ -47,7 +50,9 @@ class Claim:
 CLAIMS: list[Claim] = []
 
 
-def claim(paper: str, place: str, words: str, like: str = "", *, fast: bool = False) -> Callable[..., Any]:
+def claim(
+    paper: str, place: str, words: str, like: str = "", *, fast: bool = False
+) -> Callable[..., Any]:
     """Enter a claim that the decorated function examines."""
 
     def enter(find: Callable[["Runs"], Found]) -> Callable[["Runs"], Found]:
@@ -62,7 +67,7 @@ def judged(whole: Any, part: Any = False) -> str:
     return CONFIRMED if np.all(whole) else LIMITED if np.any(part) else CONTRADICTED
 
 
-# --- scenes and runs that several claims use --------------------------------------------------------------------------
+# --- scenes and runs that several claims use ----------------------------------------
 
 
 def scenario(name: str) -> ModuleType:
@@ -74,8 +79,14 @@ def scenario(name: str) -> ModuleType:
     return module
 
 
-def stop(friction: Any = 0.35, angle: Any = None, stiffness: float | None = 1e5, bandage: Any = None) -> sb.Scene:
-    """The stop of `u2_5_5_stop`, without heat; linings over a quarter less than their sections, 0.220 m wide."""
+def stop(
+    friction: Any = 0.35,
+    angle: Any = None,
+    stiffness: float | None = 1e5,
+    bandage: Any = None,
+) -> sb.Scene:
+    """The stop of `u2_5_5_stop`, without heat; linings over a quarter less than their
+    sections, 0.220 m wide."""
     plain = scenario("u2_5_5_stop").scene()
     angle = np.full(LININGS, WRAP / LININGS) if angle is None else angle
     area = 0.75 * WRAP * 0.590 * 0.220 / LININGS
@@ -90,7 +101,12 @@ def stop(friction: Any = 0.35, angle: Any = None, stiffness: float | None = 1e5,
 
 def floating(internal: float = 0.30, preload: float = 8e3) -> sb.Bandage:
     """The bandage of `staged_vs_standard`, for ten linings."""
-    return sb.Bandage(22.0, sb.ConstantFriction(internal), preload, area=0.75 * WRAP * 0.590 * 0.220 / LININGS)
+    return sb.Bandage(
+        22.0,
+        sb.ConstantFriction(internal),
+        preload,
+        area=0.75 * WRAP * 0.590 * 0.220 / LININGS,
+    )
 
 
 def levered(of: sb.Scene, factor: float) -> sb.Scene:
@@ -100,12 +116,15 @@ def levered(of: sb.Scene, factor: float) -> sb.Scene:
 
 
 def stopping_in(time: float, of: sb.Scene) -> tuple[sb.Result, float]:
-    """The run that stops after the time (s), by the factor of its lever force, and that factor."""
+    """The run that stops after the time (s), by the factor of its lever force, and that
+    factor."""
     from scipy.optimize import brentq
 
     def late(factor: float) -> float:
         taken = sb.simulate(levered(of, factor)).metrics.get("stopping_time")
-        return (float(of.end_time) if taken is None or not np.isfinite(taken) else taken) - time
+        return (
+            float(of.end_time) if taken is None or not np.isfinite(taken) else taken
+        ) - time
 
     factor = brentq(late, 0.3, 2.0, xtol=1e-6)
     return sb.simulate(levered(of, factor)), factor
@@ -122,11 +141,17 @@ def even(f: float) -> np.ndarray:
 
 def loads(f: float, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Tensions behind and loads on sliding linings over the slack tension."""
-    tension = np.cumprod(np.asarray(sb.brakes.tension_ratio(sb.brakes.grip(np.full(angle.size, f), angle))[0]))
+    tension = np.cumprod(
+        np.asarray(
+            sb.brakes.tension_ratio(sb.brakes.grip(np.full(angle.size, f), angle))[0]
+        )
+    )
     return tension, (tension + np.append(1.0, tension[:-1])) * np.sin(angle / 2)
 
 
-def layers_of(result: sb.Result, t: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
+def layers_of(
+    result: sb.Result, t: np.ndarray, name: str
+) -> tuple[np.ndarray, np.ndarray]:
     """Temperatures (m, k) of a wall's layers and their depths (k,)."""
     (wall,) = (body for body in result.scene.heat.bodies if body.name == name)
     at = [i for i, node in enumerate(result.nodes) if node.split("[")[0] == name]
@@ -151,10 +176,16 @@ class Runs:
 
     @functools.cached_property
     def staged(self) -> tuple[sb.Result, float]:
-        """The staged brake at the stopping time of the standard one, its internal pair with the same friction."""
+        """The staged brake at the stopping time of the standard one, its internal pair
+        with the same friction."""
         of = self.pair.scene()
-        same = {"brake.bandage.friction.base.coefficient": 0.35, "brake.linings.friction.base.coefficient": 0.49}
-        return stopping_in(self.standard.metrics["stopping_time"], sb.with_values(of, same))
+        same = {
+            "brake.bandage.friction.base.coefficient": 0.35,
+            "brake.linings.friction.base.coefficient": 0.49,
+        }
+        return stopping_in(
+            self.standard.metrics["stopping_time"], sb.with_values(of, same)
+        )
 
     @functools.cached_property
     def cold_staged(self) -> sb.Result:
@@ -164,26 +195,44 @@ class Runs:
     @functools.cached_property
     def fading(self) -> sb.Result:
         """A long stop of hot linings that fade, each with its own temperature."""
-        law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(8e-4, 423.15, 0.3, 5.0),))
+        law = sb.friction.ProductFriction(
+            sb.ConstantFriction(0.35), (sb.LinearFade(8e-4, 423.15, 0.3, 5.0),)
+        )
         cold = stop(stiffness=None)
         linings = dataclasses.replace(cold.brake.linings, friction=law)
         heat = sb.Heat(
-            (sb.thermal.Lump("rim", 8e4), sb.thermal.Lump("linings", 120.0, count=LININGS, temperature=423.15)),
-            friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.9)),
+            (
+                sb.thermal.Lump("rim", 8e4),
+                sb.thermal.Lump("linings", 120.0, count=LININGS, temperature=423.15),
+            ),
+            friction=sb.thermal.FrictionHeat(
+                "rim", "linings", sb.thermal.ConstantPartition(0.9)
+            ),
             linings="linings",
         )
-        return sb.simulate(dataclasses.replace(cold, brake=dataclasses.replace(cold.brake, linings=linings), heat=heat))
+        return sb.simulate(
+            dataclasses.replace(
+                cold, brake=dataclasses.replace(cold.brake, linings=linings), heat=heat
+            )
+        )
 
     @functools.cached_property
     def heavy(self) -> sb.Result:
-        """A stop of 80 t and the minute after it: thin layers of the rim, a resistance between rim and linings."""
+        """A stop of 80 t and the minute after it: thin layers of the rim, a resistance
+        between rim and linings."""
         of = sb.with_values(self.pair.standard(), {"duty.load.mass": 80e3})
-        touching = sb.thermal.ThermalContact("rim.front", "lining.front", WRAP * 0.590 * 0.220, 1e-3)  # assumption
+        touching = sb.thermal.ThermalContact(
+            "rim.front", "lining.front", WRAP * 0.590 * 0.220, 1e-3
+        )  # assumption
         bodies = tuple(
-            dataclasses.replace(body, growth=sb.thermal.layer_growth(3e-4, body.thickness, body.layers))
+            dataclasses.replace(
+                body, growth=sb.thermal.layer_growth(3e-4, body.thickness, body.layers)
+            )
             if body.name == "rim"
             else body
             for body in of.heat.bodies
         )
-        heat = dataclasses.replace(of.heat, bodies=bodies, links=(*of.heat.links, touching))
+        heat = dataclasses.replace(
+            of.heat, bodies=bodies, links=(*of.heat.links, touching)
+        )
         return sb.simulate(dataclasses.replace(of, heat=heat, end_time=60.0))

@@ -1,11 +1,15 @@
-"""The papers' tables, recomputed cell by cell, and their figures that a formula gives, as numbers.
+"""The papers' tables, recomputed cell by cell, and their figures that a formula gives,
+as numbers.
 
-Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*; V1, V2 tables 1, 2 of
-Volchenko et al., *Thermal transmission through metal friction elements*; S1 table 1 of Skrypnyk, *Assessment of energy
-loading of friction units*. The printed values and the known misprints with their reasons are beside this file.
+Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe
+brake*; V1, V2 tables 1, 2 of Volchenko et al., *Thermal transmission through metal
+friction elements*; S1 table 1 of Skrypnyk, *Assessment of energy loading of friction
+units*. The printed values and the known misprints with their reasons are beside this
+file.
 
-The figures themselves are not in the available sources, so no point could be read off them. Their
-formulas are checked against the printed tables instead, which give the same formulas at single points.
+The figures themselves are not in the available sources, so no point could be read off
+them. Their formulas are checked against the printed tables instead, which give the same
+formulas at single points.
 """
 
 import csv
@@ -31,18 +35,35 @@ from simbrake.design.formulas import (
     stopping_rise,
     transmission_table,
 )
-from simbrake.design.layouts import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
-from simbrake.thermal import FlashTemperature, axial_resistance, effusivity_share, radial_resistance
+from simbrake.design.layouts import (
+    InfeasibleLayout,
+    chord_equal_load_angles,
+    equal_increment_angles,
+)
+from simbrake.thermal import (
+    FlashTemperature,
+    axial_resistance,
+    effusivity_share,
+    radial_resistance,
+)
 
 AGREES = "agrees"
 MISPRINT = "known misprint"
 DISAGREES = "disagrees"
-#: what a cell says of the formulas: it is compared with them, went into them, or cannot differ
+#: what a cell says of the formulas: it is compared with them, went into them, or cannot
+#: differ
 COMPARED = "compared"
 GIVEN = "given"
 TRIVIAL = "trivial"
-#: columns of inputs, printed with the results, and of numbers that follow from a printed one beside them
-_KINDS = {"f": GIVEN, "k": GIVEN, "T0": TRIVIAL, "K": TRIVIAL, "tau_m_consistent": TRIVIAL}
+#: columns of inputs, printed with the results, and of numbers that follow from a
+#: printed one beside them
+_KINDS = {
+    "f": GIVEN,
+    "k": GIVEN,
+    "T0": TRIVIAL,
+    "K": TRIVIAL,
+    "tau_m_consistent": TRIVIAL,
+}
 _CONSISTENT = "printed as λ + π/(2 w_0); the equations of motion give 1/λ + π/(2 w_0)"
 #: table → its file, beside this one or among the data of `simbrake.design.formulas`
 FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
@@ -53,10 +74,12 @@ FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
 
 
 class Cell(NamedTuple):
-    """One printed number beside the computed one; `row` counts the data rows of the table from 0.
+    """One printed number beside the computed one; `row` counts the data rows of the
+    table from 0.
 
-    `kind`: `compared`, or one that must agree: `given` (the friction and the number of sliding linings of a row go into
-    its formulas), `trivial` (`T_0` in parts of itself, a reciprocal of the number beside it, a second look at one).
+    `kind`: `compared`, or one that must agree: `given` (the friction and the number of
+    sliding linings of a row go into its formulas), `trivial` (`T_0` in parts of itself,
+    a reciprocal of the number beside it, a second look at one).
     """
 
     table: str
@@ -89,17 +112,22 @@ def _rows(name: str) -> list[Printed]:
 
 
 def published_rows(table: str) -> list[Printed]:
-    """Rows of a table (`"Z1"` … `"S1"`) as printed, words unchanged: every column, inputs included."""
+    """Rows of a table (`"Z1"` … `"S1"`) as printed, words unchanged: every column,
+    inputs included."""
     return _rows(FILES[table])
 
 
 @functools.cache
 def _misprints() -> dict[tuple[str, int, str], str]:
-    return {(m["table"], int(m["row"]), m["column"]): m["reason"] for m in _rows("misprints.csv")}
+    return {
+        (m["table"], int(m["row"]), m["column"]): m["reason"]
+        for m in _rows("misprints.csv")
+    }
 
 
 def allowed(printed: str) -> float:
-    """The difference within which a number agrees: 1.5 units of its last place or 0.5 %; whole numbers: half a unit."""
+    """The difference within which a number agrees: 1.5 units of its last place or 0.5
+    %; whole numbers: half a unit."""
     places = len(printed.partition(".")[2])
     return max(1.5 * 10.0**-places, 0.005 * abs(float(printed))) if places else 0.5
 
@@ -113,8 +141,20 @@ def _cell(table: str, row: int, column: str, printed: str, computed: float) -> C
     # a count is not rounded
     if float(printed) == computed if column == "k" else agrees(printed, computed):
         return Cell(table, row, column, float(printed), float(computed), AGREES)
-    reason = _CONSISTENT if column == "tau_m_consistent" else _misprints().get((table, row, column), "")
-    return Cell(table, row, column, float(printed), float(computed), MISPRINT if reason else DISAGREES, reason)
+    reason = (
+        _CONSISTENT
+        if column == "tau_m_consistent"
+        else _misprints().get((table, row, column), "")
+    )
+    return Cell(
+        table,
+        row,
+        column,
+        float(printed),
+        float(computed),
+        MISPRINT if reason else DISAGREES,
+        reason,
+    )
 
 
 def _numbered(name: str, values: Iterable[float], first: int = 1) -> Computed:
@@ -123,28 +163,37 @@ def _numbered(name: str, values: Iterable[float], first: int = 1) -> Computed:
 
 @functools.cache
 def _chords(f: float) -> dict[str, Computed]:
-    """Z1, Z2: k = 7 point linings under equal load, β_6 = β_7 = 20°. Z3, Z4: equal chords of the same ratio γ."""
+    """Z1, Z2: k = 7 point linings under equal load, β_6 = β_7 = 20°. Z3, Z4: equal
+    chords of the same ratio γ."""
     from scipy.optimize import brentq
 
-    def forces(beta: Float[np.ndarray, "7"]) -> tuple[Float[np.ndarray, "8"], Float[np.ndarray, "7"]]:
-        """Tensions `T_0…T_7` and loads of the chord model for `T_0 = 1`, `β_0 = 0` (Z-1…Z-4)."""
+    def forces(
+        beta: Float[np.ndarray, "7"],
+    ) -> tuple[Float[np.ndarray, "8"], Float[np.ndarray, "7"]]:
+        """Tensions `T_0…T_7` and loads of the chord model for `T_0 = 1`, `β_0 = 0`
+        (Z-1…Z-4)."""
         half = np.append(0.0, beta) / 2
         c = np.cos(half)
         s = np.sin(half)
-        tension = np.append(1.0, np.cumprod((c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:])))
+        tension = np.append(
+            1.0, np.cumprod((c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:]))
+        )
         return tension, tension[1:] * s[1:] + tension[:-1] * s[:-1]
 
     beta = chord_equal_load_angles(f, 7, math.radians(20.0), math.radians(20.0))
     tension, normal = forces(beta)
     high = 2 * math.atan(0.9 / f)
-    equal = float(brentq(lambda b: forces(np.full(7, b))[0][-1] - tension[-1], 1e-3, high))  # pyright: ignore
+    equal = float(
+        brentq(lambda b: forces(np.full(7, b))[0][-1] - tension[-1], 1e-3, high)
+    )  # pyright: ignore
     tension_equal, normal_equal = forces(np.full(7, equal))
     degrees = np.degrees(beta)
     of_z1 = {"alpha_deg": float(np.sum(degrees[:6])), "gamma": float(tension[-1])}
     of_z3 = {"beta_deg": math.degrees(equal), "alpha_deg": 6 * math.degrees(equal)}
     found = {
         "Z1": _numbered("beta{}_deg", degrees[:5]) | of_z1,
-        "Z2": _numbered("T{}", tension, 0) | {"N1": float(normal[0]), "N": float(normal[1])},
+        "Z2": _numbered("T{}", tension, 0)
+        | {"N1": float(normal[0]), "N": float(normal[1])},
         "Z3": _numbered("T{}", tension_equal, 0) | of_z3,
         "Z4": _numbered("N{}", normal_equal),
     }
@@ -161,8 +210,11 @@ class BandDiagram(NamedTuple):
     w_0: float  # λ/(Π − 1): at this and smaller ones all linings slide in the end
 
 
-def _diagram(name: str, f: float, beta: Float[np.ndarray, " n"], k: int, lam: float) -> BandDiagram:
-    """The band with the first `k` linings sliding and the others without load; `lam`: `λ = C R/T_0`."""
+def _diagram(
+    name: str, f: float, beta: Float[np.ndarray, " n"], k: int, lam: float
+) -> BandDiagram:
+    """The band with the first `k` linings sliding and the others without load; `lam`:
+    `λ = C R/T_0`."""
     fz = f * np.tan(beta / 2)
     Pi = np.cumprod((1 + fz) / (1 - fz))
     tension = np.append(1.0, np.minimum(Pi, Pi[k - 1]))
@@ -183,7 +235,9 @@ def stopped_band(table: str, printed: Printed) -> BandDiagram:
     k = int(printed["k"])
     if printed["scheme"] == "variable":
         k = min(k, 9)  # the rows headed k = 10 hold the numbers of k = 9
-        return _diagram("variable", f, equal_increment_angles(f, n, k, wrap).angle, k, LAMBDA)
+        return _diagram(
+            "variable", f, equal_increment_angles(f, n, k, wrap).angle, k, LAMBDA
+        )
     return _diagram("uniform", f, np.full(n, wrap / n), k, LAMBDA)
 
 
@@ -201,7 +255,8 @@ def _stop(table: str, printed: Printed) -> Computed:
 
 
 def _resistances(rows: list[Printed]) -> list[Computed]:
-    """V1: resistances of the pulley's parts, and their reciprocals (of the rounded resistance, as printed)."""
+    """V1: resistances of the pulley's parts, and their reciprocals (of the rounded
+    resistance, as printed)."""
     found: list[Computed] = []
     total: dict[float, float] = {}
     for printed in rows:
@@ -210,7 +265,11 @@ def _resistances(rows: list[Printed]) -> list[Computed]:
             resistance = total[conductivity]
         else:
             r, R, L = (float(printed[column]) for column in ("r_m", "R_m", "L_m"))
-            ring = axial_resistance if printed["direction"] == "axial" else radial_resistance
+            ring = (
+                axial_resistance
+                if printed["direction"] == "axial"
+                else radial_resistance
+            )
             resistance = float(ring(L, conductivity, r, R))
             total[conductivity] = total.get(conductivity, 0.0) + resistance
         found.append({"resistance": resistance, "K": 1 / float(printed["resistance"])})
@@ -218,12 +277,23 @@ def _resistances(rows: list[Printed]) -> list[Computed]:
 
 
 def _transmissions(rows: list[Printed]) -> list[Computed]:
-    """V2: heat transmission to both sides of the friction surface, and the shares of the heat."""
+    """V2: heat transmission to both sides of the friction surface, and the shares of
+    the heat."""
     law = transmission_table()
     K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(law.temperature)))
     share = K_1 / (K_1 + K_2)
-    columns = {"K1": K_1, "K2": K_2, "R1": 1 / K_1, "R2": 1 / K_2, "share_metal": share, "share_lining": 1 - share}
-    return [{name: float(column[row]) for name, column in columns.items()} for row in range(len(rows))]
+    columns = {
+        "K1": K_1,
+        "K2": K_2,
+        "R1": 1 / K_1,
+        "R2": 1 / K_2,
+        "share_metal": share,
+        "share_lining": 1 - share,
+    }
+    return [
+        {name: float(column[row]) for name, column in columns.items()}
+        for row in range(len(rows))
+    ]
 
 
 def _fourier(rows: list[Printed]) -> list[Computed]:
@@ -232,7 +302,11 @@ def _fourier(rows: list[Printed]) -> list[Computed]:
     scale = {"rim": 1000.0}
 
     def found(row: Printed) -> Computed:
-        B = float(fourier_parameter(diffusivity[row["material"]], 1e-3 * float(row["delta_mm"])))
+        B = float(
+            fourier_parameter(
+                diffusivity[row["material"]], 1e-3 * float(row["delta_mm"])
+            )
+        )
         return {"B": scale.get(row["part"], 1.0) * B}
 
     return [found(row) for row in rows]
@@ -243,7 +317,10 @@ def _computed(table: str, rows: list[Printed]) -> list[Computed]:
     whole = {"V1": _resistances, "V2": _transmissions, "S1": _fourier}
     if table in whole:
         return whole[table](rows)
-    return [_stop(table, row) if table in FRICTION else _chords(float(row["f"]))[table] for row in rows]
+    return [
+        _stop(table, row) if table in FRICTION else _chords(float(row["f"]))[table]
+        for row in rows
+    ]
 
 
 def cells() -> list[Cell]:
@@ -252,7 +329,9 @@ def cells() -> list[Cell]:
     return [
         _cell(table, row, column, printed[column.removesuffix("_consistent")], value)
         for table, rows in tables.items()
-        for row, (printed, values) in enumerate(zip(rows, _computed(table, rows), strict=True))
+        for row, (printed, values) in enumerate(
+            zip(rows, _computed(table, rows), strict=True)
+        )
         for column, value in values.items()
     ]
 
@@ -262,7 +341,11 @@ def counted(rows: list[Cell]) -> str:
     kinds = [c.kind for c in rows]
     of = [c.verdict for c in rows if c.kind == COMPARED]
     words = {AGREES: "agree", MISPRINT: "are known misprints", DISAGREES: "disagree"}
-    told = ", ".join(f"{of.count(verdict)} {word}" for verdict, word in words.items() if verdict in of)
+    told = ", ".join(
+        f"{of.count(verdict)} {word}"
+        for verdict, word in words.items()
+        if verdict in of
+    )
     rest = [f"{kinds.count(kind)} {kind}" for kind in (GIVEN, TRIVIAL) if kind in kinds]
     return "; ".join([f"{len(rows)} cells, {len(of)} compared: {told}", *rest])
 
@@ -275,21 +358,32 @@ def report(rows: list[Cell]) -> str:
         return f"{said} ({c.reason})" if c.reason else said
 
     heads = ("table", "row", "column", "printed", "computed", "difference", "verdict")
-    lines = [(*c[:3], f"{c.printed:g}", f"{c.computed:.5g}", f"{c.computed - c.printed:.2g}", shown(c)) for c in rows]
+    lines = [
+        (
+            *c[:3],
+            f"{c.printed:g}",
+            f"{c.computed:.5g}",
+            f"{c.computed - c.printed:.2g}",
+            shown(c),
+        )
+        for c in rows
+    ]
     aligned = ("left", "right", "left", "right", "right", "right", "left")
     text = tabulate(lines, heads, "plain", disable_numparse=True, colalign=aligned)
     counts = [
-        f"{table}: {counted([c for c in rows if c.table == table])}" for table in dict.fromkeys(c.table for c in rows)
+        f"{table}: {counted([c for c in rows if c.table == table])}"
+        for table in dict.fromkeys(c.table for c in rows)
     ]
     counts.append(f"all: {counted(rows)}")
     return "\n".join([text, "", *counts])
 
 
-# --- figures ----------------------------------------------------------------------------------------------------------
+# --- figures ------------------------------------------------------------------------
 
 
 class ChordCurves(NamedTuple):
-    """Z, Fig. 4: chord angles (m, k) of equal loads over the last angle (m,), both in rad, and where they end."""
+    """Z, Fig. 4: chord angles (m, k) of equal loads over the last angle (m,), both in
+    rad, and where they end."""
 
     f: float
     last: Float[np.ndarray, " m"]
@@ -298,7 +392,8 @@ class ChordCurves(NamedTuple):
 
 
 def chord_curves(f: float, k: int = 7, step: float = math.radians(0.1)) -> ChordCurves:
-    """Z-11 with `β_{k−1} = β_k`, from one `step` (rad) up to 90° or to where no such layout exists."""
+    """Z-11 with `β_{k−1} = β_k`, from one `step` (rad) up to 90° or to where no such
+    layout exists."""
     found = []
     last = np.arange(step, 0.5 * math.pi, step)
     why = ""
@@ -320,13 +415,17 @@ Z5_W_0 = 1.5
 
 
 def band_diagrams() -> tuple[BandDiagram, BandDiagram]:
-    """Tension and load along the band in full slip, equal tension increments beside uniform pitch.
+    """Tension and load along the band in full slip, equal tension increments beside
+    uniform pitch.
 
-    With the figure's `λ` and `w_0` the tension would grow to `1 + λ/w_0 = 4.39 T_0` before the pulley rests; both
-    layouts hold less, so that all ten linings slide and the maximum tension is `Π T_0` (Z-14).
+    With the figure's `λ` and `w_0` the tension would grow to `1 + λ/w_0 = 4.39 T_0`
+    before the pulley rests; both layouts hold less, so that all ten linings slide and
+    the maximum tension is `Π T_0` (Z-14).
     """
     n = Z5_LININGS
-    increments = equal_increment_angles(Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP).angle
+    increments = equal_increment_angles(
+        Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP
+    ).angle
     return (
         _diagram("equal tension increments", Z5_FRICTION, increments, n, Z5_LAMBDA),
         _diagram("uniform pitch", Z5_FRICTION, np.full(n, Z5_WRAP / n), n, Z5_LAMBDA),
@@ -334,7 +433,8 @@ def band_diagrams() -> tuple[BandDiagram, BandDiagram]:
 
 
 class EnergyLevels(NamedTuple):
-    """S, Fig. 1: levels over the time (m,), relative (a stop) or in s (a drag); temperatures are rises (K)."""
+    """S, Fig. 1: levels over the time (m,), relative (a stop) or in s (a drag);
+    temperatures are rises (K)."""
 
     time: Float[np.ndarray, " m"]
     power: Float[np.ndarray, " m"]  # over the mean power
@@ -344,7 +444,8 @@ class EnergyLevels(NamedTuple):
     maximum: Float[np.ndarray, " m"]  # by S-26
 
 
-#: parameters of the two panels of S, Fig. 1; the rim is V's, the rest assumed: f_0, V_0 (m/s), p_c (Pa), A_c (m²)
+#: parameters of the two panels of S, Fig. 1; the rim is V's, the rest assumed: f_0, V_0
+#: (m/s), p_c (Pa), A_c (m²)
 S1_PAIR = {"f_0": 0.35, "V_0": 14.2, "p_c": 0.25e6, "A_c": 1.22}
 # s, s, m, m²
 S1_STOP = 1.0
@@ -360,9 +461,11 @@ _HARDNESS = 300e6
 def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
     """A stop over the relative time, and a drag over time (S, Fig. 1, in our reading).
 
-        P_0 = f_0 p_c A_c V_0;   stop: N/N_m = 2 (1 − s), W/W_T = 2 s − s², s = τ/τ_T;   drag: both even
+        P_0 = f_0 p_c A_c V_0;   stop: N/N_m = 2 (1 − s), W/W_T = 2 s − s², s = τ/τ_T;
+        drag: both even
 
-    Bulk by energy over the depth of step 1, surface by the falling flux (stop) or the slab (drag), the maximum by S-26.
+    Bulk by energy over the depth of step 1, surface by the falling flux (stop) or the
+    slab (drag), the maximum by S-26.
     """
     steel = sb.material("steel_20L")
     s = np.linspace(0.0, 1.0, points)
@@ -383,24 +486,37 @@ def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
     work = first * S1_STOP / 2
     # S-25 is the mean over the brake application, 2/3 of the rise at its end
     rise = 1.5 * float(mean_bulk_rise(share, work, float(steel.specific_heat), mass))
-    surface = np.asarray(stopping_rise(q, s * S1_STOP, S1_STOP, float(steel.effusivity)))
-    top = maximum_temperatures(0.0, surface, flash(S1_PAIR["V_0"] * (1 - s))).surface_and_third_flash
-    stop = EnergyLevels(s, 2 * (1 - s), relative, rise * relative, surface, np.asarray(top))
+    surface = np.asarray(
+        stopping_rise(q, s * S1_STOP, S1_STOP, float(steel.effusivity))
+    )
+    top = maximum_temperatures(
+        0.0, surface, flash(S1_PAIR["V_0"] * (1 - s))
+    ).surface_and_third_flash
+    stop = EnergyLevels(
+        s, 2 * (1 - s), relative, rise * relative, surface, np.asarray(top)
+    )
     t = s * S1_DRAG
     drag_q = _DRAG_POWER * q
     surface = np.asarray(slab_rise(drag_q, t, S1_RIM, steel))
-    top = maximum_temperatures(0.0, surface, flash(np.full(points, _DRAG_POWER * S1_PAIR["V_0"])))
+    top = maximum_temperatures(
+        0.0, surface, flash(np.full(points, _DRAG_POWER * S1_PAIR["V_0"]))
+    )
     bulk = drag_q * t / (S1_RIM * heat)
-    return stop, EnergyLevels(t, np.ones(points), s, bulk, surface, np.asarray(top.surface_and_third_flash))
+    return stop, EnergyLevels(
+        t, np.ones(points), s, bulk, surface, np.asarray(top.surface_and_third_flash)
+    )
 
 
 def overlap_stop(external: float, internal: float) -> sb.Scene:
-    """A stop of a staged brake with these coefficients of friction, for K, Fig. 5; the numbers are assumed."""
+    """A stop of a staged brake with these coefficients of friction, for K, Fig. 5; the
+    numbers are assumed."""
     brake = sb.Brake(
         sb.Pulley(0.590, 1200.0, width=0.220),
         sb.Band(0.638),
         sb.uniform_linings(20, math.radians(270.0), sb.ConstantFriction(external)),
         sb.Bandage(22.0, sb.ConstantFriction(internal), 4e3),
     )
-    duty = sb.Duty(sb.PiecewiseLinear([0.0, 2.0], [0.5e3, 20e3]), sb.TorqueLoad(sb.Constant(8e3)))
+    duty = sb.Duty(
+        sb.PiecewiseLinear([0.0, 2.0], [0.5e3, 20e3]), sb.TorqueLoad(sb.Constant(8e3))
+    )
     return sb.Scene(brake, duty, sb.Initial(24.0), 8.0)

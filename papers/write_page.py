@@ -11,7 +11,15 @@ import printed_tables as tables
 from printed_tables import AGREES, published_rows
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"
-NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "T_max": "T_max", "N_max": "N_max"} | {
+NAMES = {
+    "k": "k",
+    "f": "f",
+    "scheme": "pitch",
+    "w0": "w₀",
+    "tau_m": "τ_m",
+    "T_max": "T_max",
+    "N_max": "N_max",
+} | {
     "gamma": "γ",
     "alpha_deg": "α, °",
     "beta_deg": "β, °",
@@ -32,7 +40,15 @@ NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "
     "tau_m_consistent": "τ_m*",
 }
 #: columns that identify a row
-LABELS = {"Z1": "f", "Z2": "f", "Z3": "f", "Z4": "f", "Z5": "k scheme", "Z6": "k scheme", "V1": "element lambda_W_mK"}
+LABELS = {
+    "Z1": "f",
+    "Z2": "f",
+    "Z3": "f",
+    "Z4": "f",
+    "Z5": "k scheme",
+    "Z6": "k scheme",
+    "V1": "element lambda_W_mK",
+}
 LABELS |= {"V2": "T_polished_C", "S1": "part material delta_mm"}
 
 
@@ -55,9 +71,16 @@ def section(name: str, of: list) -> list[str]:
     """One table: printed above computed, misprints in bold, and the reason of each."""
     rows = published_rows(name)
     found = {(c.row, c.column): c for c in of}
-    extra = [column for column in dict.fromkeys(c.column for c in of) if column not in rows[0]]
+    extra = [
+        column
+        for column in dict.fromkeys(c.column for c in of)
+        if column not in rows[0]
+    ]
     head = [*rows[0], *extra]
-    lines = ["| " + " | ".join(named(column) for column in head) + " |", "|---" * len(head) + "|"]
+    lines = [
+        "| " + " | ".join(named(column) for column in head) + " |",
+        "|---" * len(head) + "|",
+    ]
     for i, row in enumerate(rows):
         cells = []
         for column in head:
@@ -68,7 +91,11 @@ def section(name: str, of: list) -> list[str]:
             elif column in extra:
                 cells.append(shown("0.00", cell.computed))
             elif column in ("k", "f"):
-                cells.append(printed if cell.verdict == AGREES else f"**{printed}**<br>{cell.computed:g}")
+                cells.append(
+                    printed
+                    if cell.verdict == AGREES
+                    else f"**{printed}**<br>{cell.computed:g}"
+                )
             elif cell.verdict == AGREES:
                 cells.append(f"{printed}<br>{shown(printed, cell.computed)}")
             else:
@@ -78,7 +105,9 @@ def section(name: str, of: list) -> list[str]:
     if wrong:
         lines.append("")
     for (row, reason), group in itertools.groupby(wrong, lambda c: (c.row, c.reason)):
-        label = ", ".join(f"{named(column)} {rows[row][column]}" for column in LABELS[name].split())
+        label = ", ".join(
+            f"{named(column)} {rows[row][column]}" for column in LABELS[name].split()
+        )
         columns = ", ".join(named(c.column).removesuffix(", °") for c in group)
         lines.append(f"- {label.replace('_', ' ')}: {columns}: {reason}")
     lines.append("")

@@ -1,9 +1,11 @@
-"""Lining angles for equal wear over a heated stop with fade, beside the uniform pitch and the layouts of Z.
+"""Lining angles for equal wear over a heated stop with fade, beside the uniform pitch
+and the layouts of Z.
 
-Z (Zhuravlov et al.) level the tension increments of linings at full slip with one coefficient of friction. In a stop
-each lining heats individually: those with more friction work fade more, and hot linings wear faster. Equal wear of
-equal linings then needs other angles, which the simulation finds with its own derivatives. Geometry from V (Volchenko
-et al.); other values are marked as assumptions.
+Z (Zhuravlov et al.) level the tension increments of linings at full slip with one
+coefficient of friction. In a stop each lining heats individually: those with more
+friction work fade more, and hot linings wear faster. Equal wear of equal linings then
+needs other angles, which the simulation finds with its own derivatives. Geometry from V
+(Volchenko et al.); other values are marked as assumptions.
 """
 
 import argparse
@@ -26,7 +28,8 @@ BAND = 0.006
 # Z: tables 5 and 6
 LININGS = 10
 WRAP = math.radians(270.0)
-COVERED = 0.75  # share of the wrap that linings cover (S); they are equal, so that angles are pitches
+# share of the wrap that linings cover (S); they are equal, so that angles are pitches
+COVERED = 0.75
 AREA = COVERED * WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS  # m² of one lining
 FRICTION = 0.3  # Z, table 6
 STEEL = sb.material("steel_20L")
@@ -34,7 +37,8 @@ LINING = sb.material("FK-24A")
 
 
 class HotWear(eqx.Module):
-    """Wear rate that grows with the surface temperature, `I = I_0 (1 + s max(T − T_w, 0))`."""
+    """Wear rate that grows with the surface temperature,
+    `I = I_0 (1 + s max(T − T_w, 0))`."""
 
     rate: jax.Array
     slope: jax.Array
@@ -45,7 +49,8 @@ class HotWear(eqx.Module):
 
 
 def wear_rate(slope: float = 6e-3) -> HotWear:
-    """1e-14 m³/(N·m) cold, 60 % more for every 100 K above 150 °C; both are assumptions for FK-24A."""
+    """1e-14 m³/(N·m) cold, 60 % more for every 100 K above 150 °C; both are assumptions
+    for FK-24A."""
     return HotWear(jnp.asarray(1e-14), jnp.asarray(slope), jnp.asarray(423.15))
 
 
@@ -57,8 +62,12 @@ def scene() -> sb.Scene:
         (sb.LinearFade(slope=8e-4, above=423.15, floor=0.33),),
     )
     brake = sb.Brake(
-        sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption, as in u2_5_5_stop
-        sb.Band(TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage dominates
+        sb.Pulley(
+            TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH
+        ),  # kg·m²; assumption, as in u2_5_5_stop
+        sb.Band(
+            TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5
+        ),  # N/m; assumption: the linkage dominates
         sb.uniform_linings(LININGS, WRAP, friction, area=AREA),
     )
     heat = sb.layered_heat(
@@ -79,16 +88,22 @@ def scene() -> sb.Scene:
         temperature=433.15,  # K; assumption: warm from the brake applications before
     )
     duty = sb.Duty(
-        slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 30.0e3]),  # s, N; assumptions
-        load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),  # assumptions, as in u2_5_5_stop
+        slack_tension=sb.PiecewiseLinear(
+            [0.0, 0.35], [2.0e3, 30.0e3]
+        ),  # s, N; assumptions
+        load=sb.HookLoad(
+            mass=60.0e3, drum_radius=0.40, line_count=8
+        ),  # assumptions, as in u2_5_5_stop
     )
     return sb.Scene(brake, duty, sb.Initial(omega=24.0), end_time=3.0, heat=heat)
 
 
 def load_ratio(f, wrap: float, n: int):
-    """Uniform pitch at full slip: load of the running-on lining over that of the running-off one, and of the halves.
+    """Uniform pitch at full slip: load of the running-on lining over that of the
+    running-off one, and of the halves.
 
-    N_n/N_1 = μ^(n−1),   (N_{n/2+1} + … + N_n)/(N_1 + … + N_{n/2}) = μ^(n/2),   μ = (1 + f z)/(1 − f z)
+    N_n/N_1 = μ^(n−1),   (N_{n/2+1} + … + N_n)/(N_1 + … + N_{n/2}) = μ^(n/2),   μ = (1 +
+    f z)/(1 − f z)
     """
     fz = np.asarray(f) * math.tan(wrap / n / 2)
     mu = np.where(fz < 1, (1 + fz) / (1 - fz), np.inf)
@@ -103,18 +118,29 @@ def claim_holds(wrap: float, n: int, power: int) -> tuple[float, float]:
 
 
 def print_claim() -> None:
-    """For which `f` Z's claim holds: uniform pitch loads the running-on side 1.5 to 3 times more."""
-    print("Uniform pitch at full slip: load of the running-on lining over that of the running-off one, N_n/N_1,")
-    print("and of the running-on half over the other half; * where Z's claim of 1.5 to 3 times holds")
+    """For which `f` Z's claim holds: uniform pitch loads the running-on side 1.5 to 3
+    times more."""
     print(
-        f"{'n':>3} {'wrap':>5}  " + "".join(f"{f'f = {f}':>15}" for f in (0.1, 0.2, 0.3, 0.4, 0.5)) + "   holds for f"
+        "Uniform pitch at full slip: load of the running-on lining over that of the "
+        "running-off one, N_n/N_1,"
+    )
+    print(
+        "and of the running-on half over the other half; * where Z's claim of 1.5 to 3 times holds"
+    )
+    print(
+        f"{'n':>3} {'wrap':>5}  "
+        + "".join(f"{f'f = {f}':>15}" for f in (0.1, 0.2, 0.3, 0.4, 0.5))
+        + "   holds for f"
     )
     for n in (10, 20):
         for degrees in (180, 225, 270, 315):
             wrap = math.radians(degrees)
             cells = ""
             for f in (0.1, 0.2, 0.3, 0.4, 0.5):
-                marked = [f"{x:.2f}{'*' if 1.5 <= x <= 3 else ' '}" for x in map(float, load_ratio(f, wrap, n))]
+                marked = [
+                    f"{x:.2f}{'*' if 1.5 <= x <= 3 else ' '}"
+                    for x in map(float, load_ratio(f, wrap, n))
+                ]
                 cells += f"{' '.join(marked):>15}"
             ends = claim_holds(wrap, n, n - 1)
             halves = claim_holds(wrap, n, n // 2)
@@ -124,20 +150,29 @@ def print_claim() -> None:
             )
 
 
-def rows_of(layouts: dict[str, np.ndarray], rate: HotWear) -> list[sb.layouts.LayoutRow]:
+def rows_of(
+    layouts: dict[str, np.ndarray], rate: HotWear
+) -> list[sb.layouts.LayoutRow]:
     """Every layout with its wear over the stop."""
     rows = []
     for name, angle in layouts.items():
         result = sb.simulate(sb.with_values(scene(), {"brake.linings.angle": angle}))
         worn = np.asarray(sb.results.lining_wear(result, rate))
         rows.append(
-            sb.layouts.LayoutRow(name, np.asarray(angle), np.full(LININGS, AREA), {"wear": worn}, {"wear": "m"})
+            sb.layouts.LayoutRow(
+                name,
+                np.asarray(angle),
+                np.full(LININGS, AREA),
+                {"wear": worn},
+                {"wear": "m"},
+            )
         )
         hot = np.asarray(sb.results.lining_peak(result, "normal_load")) / 1e3
         print(
             f"{name:26} stops after {result.metrics['stopping_time']:.4f} s, maximum tension "
             f"{result.metrics['max_tension'] / 1e3:6.2f} kN, hottest lining "
-            f"{result.metrics['peak_lining_temperature'] - 273.15:5.1f} °C, maximum load {hot.max():.2f} kN"
+            f"{result.metrics['peak_lining_temperature'] - 273.15:5.1f} °C, maximum "
+            f"load {hot.max():.2f} kN"
         )
     return rows
 
@@ -150,42 +185,71 @@ def main() -> None:
     print_claim()
     print()
     design = sb.equal_layout(scene(), "wear", over="braking", rate=wear_rate())
-    fade_only = sb.equal_layout(scene(), "wear", over="braking", rate=wear_rate(slope=0.0))
+    fade_only = sb.equal_layout(
+        scene(), "wear", over="braking", rate=wear_rate(slope=0.0)
+    )
     work = sb.equal_layout(scene(), "friction_work", over="braking")
     layouts = {
         "uniform pitch": np.asarray(scene().brake.linings.angle),
-        "Z, equal increments": sb.layouts.equal_increment_angles(FRICTION, LININGS, LININGS, WRAP).angle,
-        "equal loads at full slip": sb.layouts.equal_load_angles(FRICTION, LININGS, WRAP).angle,
+        "Z, equal increments": sb.layouts.equal_increment_angles(
+            FRICTION, LININGS, LININGS, WRAP
+        ).angle,
+        "equal loads at full slip": sb.layouts.equal_load_angles(
+            FRICTION, LININGS, WRAP
+        ).angle,
         "equal work over the stop": work.angle,
         "equal wear, constant rate": fade_only.angle,
         "equal wear over the stop": design.angle,
     }
     rows = rows_of(layouts, wear_rate())
-    print(f"\n{'lining':8}" + "".join(f"{i:>8}" for i in range(1, LININGS + 1)) + "   max/min")
+    print(
+        f"\n{'lining':8}"
+        + "".join(f"{i:>8}" for i in range(1, LININGS + 1))
+        + "   max/min"
+    )
     for row in rows:
         print(f"{row.name}")
         print(f"{'  β, °':8}" + "".join(f"{x:8.2f}" for x in np.degrees(row.angle)))
-        print(f"{'  h, µm':8}" + "".join(f"{1e6 * x:8.4f}" for x in row.values["wear"]) + f"{row.non_uniformity:10.6f}")
+        print(
+            f"{'  h, µm':8}"
+            + "".join(f"{1e6 * x:8.4f}" for x in row.values["wear"])
+            + f"{row.non_uniformity:10.6f}"
+        )
     z = rows[1].angle
     best = rows[-1].angle
     first = rows[2].angle
-    print(f"\nequal wear differs from Z's angles by up to {np.degrees(np.abs(best - z).max()):.2f}°,")
-    print(f"from those of equal loads at full slip by up to {np.degrees(np.abs(best - first).max()):.2f}°")
     print(
-        f"equal work over the stop differs from Z's by up to {np.degrees(np.abs(work.angle - z).max()):.2f}°; "
-        f"Z's layout leaves a maximum over minimum work of {work.row('closed form').non_uniformity:.4f}"
+        f"\nequal wear differs from Z's angles by up to {np.degrees(np.abs(best - z).max()):.2f}°,"
     )
-    loads = [np.asarray(sb.results.lining_mean(sb.simulate(one), "normal_load")) for one in (scene(), design.scene)]
     print(
-        f"running-on over running-off load, mean over the sliding distance: uniform {loads[0][-1] / loads[0][0]:.3f} "
+        "from those of equal loads at full slip by up to "
+        f"{np.degrees(np.abs(best - first).max()):.2f}°"
+    )
+    print(
+        "equal work over the stop differs from Z's by up to "
+        f"{np.degrees(np.abs(work.angle - z).max()):.2f}°; "
+        "Z's layout leaves a maximum over minimum work of "
+        f"{work.row('closed form').non_uniformity:.4f}"
+    )
+    loads = [
+        np.asarray(sb.results.lining_mean(sb.simulate(one), "normal_load"))
+        for one in (scene(), design.scene)
+    ]
+    print(
+        "running-on over running-off load, mean over the sliding distance: uniform "
+        f"{loads[0][-1] / loads[0][0]:.3f} "
         f"(at cold full slip {float(load_ratio(FRICTION, WRAP, LININGS)[0]):.3f}), "
         f"equal wear {loads[1][-1] / loads[1][0]:.3f}"
     )
     print(f"\n{design}")
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        sb.layouts.figures.layouts([rows[i] for i in (0, 1, 2, 5)]).savefig(out / "layouts.png", dpi=130)
-        sb.layouts.figures.chord_angles(7, (0.1, 0.3, 0.5)).savefig(out / "chord_angles.png", dpi=130)
+        sb.layouts.figures.layouts([rows[i] for i in (0, 1, 2, 5)]).savefig(
+            out / "layouts.png", dpi=130
+        )
+        sb.layouts.figures.chord_angles(7, (0.1, 0.3, 0.5)).savefig(
+            out / "chord_angles.png", dpi=130
+        )
         print(f"figures in {out}")
 
 

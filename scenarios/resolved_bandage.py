@@ -1,8 +1,10 @@
-"""A staged stop lining by lining: 26 linings between band and pulley, each with its own speed and two contacts.
+"""A staged stop lining by lining: 26 linings between band and pulley, each with its own
+speed and two contacts.
 
-The bandage of K (Kryshtopa, part III): linings on rods with an interference, springs between neighbours. The order
-of slip on the rim and of rest on the band, beside a rigid bandage. Geometry from V (Volchenko
-et al.) and K; other values are marked as assumptions.
+The bandage of K (Kryshtopa, part III): linings on rods with an interference, springs
+between neighbours. The order of slip on the rim and of rest on the band, beside a rigid
+bandage. Geometry from V (Volchenko et al.) and K; other values are marked as
+assumptions.
 """
 
 import dataclasses
@@ -22,8 +24,12 @@ def scene() -> sb.Scene:
     band = 0.006
     return sb.Scene(
         sb.Brake(
-            sb.Pulley(track_radius, inertia=1200.0),  # kg·m²; assumption: drum, pulleys, fast line
-            sb.Band(track_radius + lining + band / 2),  # rigid: the speeds of the linings matter, not its elasticity
+            sb.Pulley(
+                track_radius, inertia=1200.0
+            ),  # kg·m²; assumption: drum, pulleys, fast line
+            sb.Band(
+                track_radius + lining + band / 2
+            ),  # rigid: the speeds of the linings matter, not its elasticity
             sb.uniform_linings(count, wrap, sb.ConstantFriction(0.42)),  # assumption
             sb.Bandage(
                 inertia=22.0,  # kg·m², all linings; assumption: FK-24A at 2000 kg/m³
@@ -36,8 +42,12 @@ def scene() -> sb.Scene:
             ),
         ),
         sb.Duty(
-            sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),  # s, N; assumptions, as in u2_5_5_stop
-            sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),  # assumptions, as in u2_5_5_stop
+            sb.PiecewiseLinear(
+                [0.0, 0.35], [2.0e3, 24.0e3]
+            ),  # s, N; assumptions, as in u2_5_5_stop
+            sb.HookLoad(
+                mass=60.0e3, drum_radius=0.40, line_count=8
+            ),  # assumptions, as in u2_5_5_stop
         ),
         sb.Initial(omega=24.0),  # rad/s: hook at 1.2 m/s; assumption
         end_time=2.0,
@@ -47,7 +57,9 @@ def scene() -> sb.Scene:
 def as_one(scene: sb.Scene) -> sb.Scene:
     """The same scene with a rigid bandage."""
     bandage = dataclasses.replace(scene.brake.bandage, spring=None, spring_damping=0.05)
-    return dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
+    return dataclasses.replace(
+        scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
+    )
 
 
 def main() -> None:
@@ -60,10 +72,16 @@ def main() -> None:
     n = scene().brake.linings.count
     print("lining   slips on the rim     comes to rest on the band")
     for i in range(1, n + 1):
-        cells = [first.get((name, i)) for name in ("lining_internal_slip", "lining_external_stick")]
+        cells = [
+            first.get((name, i))
+            for name in ("lining_internal_slip", "lining_external_stick")
+        ]
         slip, rest = ("never" if time is None else f"{time:.6f} s" for time in cells)
         print(f"{i:6d} {slip:>20} {rest:>27}")
-    print(f"rigid  {float(rigid.internal_slip_time):.6f} s            {float(rigid.external_lock_time):.6f} s")
+    print(
+        f"rigid  {float(rigid.internal_slip_time):.6f} s            "
+        f"{float(rigid.external_lock_time):.6f} s"
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
-"""Sensitivities of a stop of a U2-5-5 drawworks: stopping time, maximum tension, hottest lining, by every parameter.
+"""Sensitivities of a stop of a U2-5-5 drawworks: stopping time, maximum tension,
+hottest lining, by every parameter.
 
-The brake of `u2_5_5_stop.py` with three thermal lumps and friction that fades; values not in the papers are marked
-as assumptions. `python scenarios/sensitivity_u2_5_5.py --out DIR` also draws.
+The brake of `u2_5_5_stop.py` with three thermal lumps and friction that fades; values
+not in the papers are marked as assumptions.
+`python scenarios/sensitivity_u2_5_5.py --out DIR` also draws.
 """
 
 import argparse
@@ -20,7 +22,9 @@ def scene() -> sb.Scene:
     track_radius = 0.590  # m, V table 1
     friction = sb.friction.ProductFriction(
         sb.ConstantFriction(0.35),  # assumption: FK-24A on steel, within Z's 0.1…0.5
-        (sb.LinearFade(slope=4e-4, above=423.15, floor=0.1, blend=5.0),),  # 4 % per 100 K above 150 °C; assumption
+        (
+            sb.LinearFade(slope=4e-4, above=423.15, floor=0.1, blend=5.0),
+        ),  # 4 % per 100 K above 150 °C; assumption
     )
     heat = sb.lumped_heat(
         rim=6.0e3,  # J/K; assumption: heated depth in a stop, 1.5 mm of the rim
@@ -36,12 +40,18 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=track_radius, inertia=1200.0),  # kg·m²; assumption
-            band=sb.Band(radius=0.623, stiffness=1.0e5),  # m; N/m at the tight end, assumption
+            band=sb.Band(
+                radius=0.623, stiffness=1.0e5
+            ),  # m; N/m at the tight end, assumption
             linings=sb.uniform_linings(20, math.radians(270.0), friction),  # Z
         ),
         duty=sb.Duty(
-            slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),  # s, N; assumptions
-            load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),  # assumptions, as in u2_5_5_stop
+            slack_tension=sb.PiecewiseLinear(
+                [0.0, 0.35], [2.0e3, 24.0e3]
+            ),  # s, N; assumptions
+            load=sb.HookLoad(
+                mass=60.0e3, drum_radius=0.40, line_count=8
+            ),  # assumptions, as in u2_5_5_stop
         ),
         initial=sb.Initial(omega=24.0),
         end_time=3.0,
@@ -51,7 +61,9 @@ def scene() -> sb.Scene:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=pathlib.Path, help="folder for the tornado charts")
+    parser.add_argument(
+        "--out", type=pathlib.Path, help="folder for the tornado charts"
+    )
     folder = parser.parse_args().out
 
     base = scene()
@@ -63,13 +75,20 @@ def main() -> None:
     for table in tables:
         for row in table.matters[:3]:
             path = row.path.removesuffix("[:]")
-            p = np.asarray(next(leaf.value for leaf in sb.files.leaves(base) if leaf.path == path))
-            ends = [sb.simulate(sb.with_values(base, {path: p * (1 + s)}), rtol=1e-12) for s in (1e-4, -1e-4)]
+            p = np.asarray(
+                next(leaf.value for leaf in sb.files.leaves(base) if leaf.path == path)
+            )
+            ends = [
+                sb.simulate(sb.with_values(base, {path: p * (1 + s)}), rtol=1e-12)
+                for s in (1e-4, -1e-4)
+            ]
             high, low = (end.metrics[table.metric] for end in ends)
             assert high is not None
             assert low is not None
             difference = (high - low) / 2e-4 / table.value
-            print(f"{table.metric:24} {row.path:42} {row.elasticity:12.8f} {difference:12.8f}")
+            print(
+                f"{table.metric:24} {row.path:42} {row.elasticity:12.8f} {difference:12.8f}"
+            )
     if folder is not None:
         from simbrake import plot
 

@@ -1,8 +1,9 @@
-"""The onset of slip and a stop of a U2-5-5 drawworks, lining by lining: a resolved chain of 20 linings.
+"""The onset of slip and a stop of a U2-5-5 drawworks, lining by lining: a resolved
+chain of 20 linings.
 
-The brake of `u2_5_5_stop.py` (V: Volchenko et al.; Z: Zhuravlov et al.) under a constant slack tension from the onset
-of slip on, with each lining on its own segment of the band (model §3.1). Values not in the papers are marked as
-assumptions.
+The brake of `u2_5_5_stop.py` (V: Volchenko et al.; Z: Zhuravlov et al.) under a
+constant slack tension from the onset of slip on, with each lining on its own segment of
+the band (model §3.1). Values not in the papers are marked as assumptions.
 """
 
 import dataclasses
@@ -27,30 +28,42 @@ def scene() -> sb.Scene:
         20,  # Z: even, 8…26
         math.radians(270.0),  # Z: wrap
         sb.ConstantFriction(0.35),  # assumption: FK-24A on steel, within Z's 0.1…0.5
-        mass=3.5,  # kg; assumption: 1.9 kg of FK-24A and 1.5 kg of band over 0.147 × 0.22 m
+        # kg; assumption: 1.9 kg of FK-24A and 1.5 kg of band over 0.147 × 0.22 m
+        mass=3.5,
     )
     segments = sb.Segments(
-        stiffness=1.0e8,  # N/m; assumption: bolted joints take up most of it; the bare steel band has 1.8e9
+        # N/m; assumption: bolted joints take up most of it; the bare steel band has
+        # 1.8e9
+        stiffness=1.0e8,
         damping_ratio=0.05,  # assumption
     )
     return sb.Scene(
         brake=sb.Brake(
-            pulley=sb.Pulley(radius=track_radius, inertia=1200.0),  # kg·m²; assumption: drum, pulleys, fast line
-            band=sb.Band(track_radius + lining_thickness + band_thickness / 2, ANCHOR, segments),
+            pulley=sb.Pulley(
+                radius=track_radius, inertia=1200.0
+            ),  # kg·m²; assumption: drum, pulleys, fast line
+            band=sb.Band(
+                track_radius + lining_thickness + band_thickness / 2, ANCHOR, segments
+            ),
             linings=linings,
         ),
         duty=sb.Duty(
             slack_tension=sb.Constant(SLACK_TENSION),
-            load=sb.HookLoad(mass=5.0e3, drum_radius=drum_radius, line_count=line_count),  # kg; assumption: empty hook
+            load=sb.HookLoad(
+                mass=5.0e3, drum_radius=drum_radius, line_count=line_count
+            ),  # kg; assumption: empty hook
         ),
         # at the onset of slip: the band is stretched by the slack tension all along
-        initial=sb.Initial(omega=6.0, elongation=SLACK_TENSION / ANCHOR),  # rad/s, hook at 0.3 m/s; assumption
+        initial=sb.Initial(
+            omega=6.0, elongation=SLACK_TENSION / ANCHOR
+        ),  # rad/s, hook at 0.3 m/s; assumption
         end_time=3.0,  # s: well past the stop
     )
 
 
 def as_a_whole(scene: sb.Scene) -> sb.Scene:
-    """The same scene with the band as one spring and linings without mass (model §3)."""
+    """The same scene with the band as one spring and linings without mass (model
+    §3)."""
     brake = scene.brake
     brake = dataclasses.replace(
         brake,
@@ -85,8 +98,13 @@ def main() -> None:
         mine = f"lining {last + 1:2d} {slips[last] * 1e3:9.4f} ms"
         theirs = f"lining {k + 1:2d} {limits[k] * 1e3:9.4f} ms"
         print(f"{k + 1:12d}   {mine}   {theirs}")
-    print(f"full slip      chain {full * 1e3:.4f} ms   whole band {log['full_slip', None] * 1e3:.4f} ms")
-    print(f"stop           chain {stop:.5f} s    whole band {float(whole.stopping_time):.5f} s")
+    print(
+        f"full slip      chain {full * 1e3:.4f} ms   whole band "
+        f"{log['full_slip', None] * 1e3:.4f} ms"
+    )
+    print(
+        f"stop           chain {stop:.5f} s    whole band {float(whole.stopping_time):.5f} s"
+    )
 
 
 EXPLANATION = """

@@ -1,11 +1,13 @@
-"""Uncertainty of an emergency stop: a U2-5-5 with uncertain friction, load, lever, speed and temperature at the start.
+"""Uncertainty of an emergency stop: a U2-5-5 with uncertain friction, load, lever,
+speed and temperature at the start.
 
-The brake of `u2_5_5_stop.py` with heat and fade. `python scenarios/stopping_time_uncertainty.py` samples the
-uncertain parameters, prints quantiles of stopping time, travel and temperature, the probabilities that the brake does
-not stop in time, travels too far or exceeds the permissible temperature, and the most influential parameters. `--out
-DIR` writes charts, the runs and the numbers as JSON. Values not in the papers are marked as
-assumptions. A brake that grips hard stops on the elastic band before all linings slide: it makes no friction heat at
-all.
+The brake of `u2_5_5_stop.py` with heat and fade.
+`python scenarios/stopping_time_uncertainty.py` samples the uncertain parameters, prints
+quantiles of stopping time, travel and temperature, the probabilities that the brake
+does not stop in time, travels too far or exceeds the permissible temperature, and the
+most influential parameters. `--out DIR` writes charts, the runs and the numbers as
+JSON. Values not in the papers are marked as assumptions. A brake that grips hard stops
+on the elastic band before all linings slide: it makes no friction heat at all.
 """
 
 import argparse
@@ -26,7 +28,8 @@ WRAP = math.radians(270.0)
 # lines strung, m to the rope; assumptions, as in u2_5_5_stop
 LINES = 8
 DRUM_RADIUS = 0.40
-BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
+# both bands of the drawworks act as one: areas and tensions are sums over the two
+BANDS = 2
 
 
 def _heat() -> sb.Heat:
@@ -53,16 +56,26 @@ def _heat() -> sb.Heat:
 def scene() -> sb.Scene:
     """The scene with the central values of the uncertain parameters."""
     # fades by 4 % every 100 K above 150 °C (assumption)
-    friction = sb.friction.ProductFriction(sb.ConstantFriction(0.50), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
+    friction = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.50), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),)
+    )
     return sb.Scene(
         brake=sb.Brake(
-            pulley=sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
-            band=sb.Band(TRACK_RADIUS + LINING_THICKNESS + BAND_THICKNESS / 2, stiffness=3.0e5),  # N/m; assumption
+            pulley=sb.Pulley(
+                TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH
+            ),  # kg·m²; assumption
+            band=sb.Band(
+                TRACK_RADIUS + LINING_THICKNESS + BAND_THICKNESS / 2, stiffness=3.0e5
+            ),  # N/m; assumption
             linings=sb.uniform_linings(LININGS, WRAP, friction),
         ),
         duty=sb.Duty(
-            slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),  # s, N; assumptions, as in u2_5_5_stop
-            load=sb.HookLoad(mass=60.0e3, drum_radius=DRUM_RADIUS, line_count=LINES),  # kg; assumption
+            slack_tension=sb.PiecewiseLinear(
+                [0.0, 0.35], [2.0e3, 24.0e3]
+            ),  # s, N; assumptions, as in u2_5_5_stop
+            load=sb.HookLoad(
+                mass=60.0e3, drum_radius=DRUM_RADIUS, line_count=LINES
+            ),  # kg; assumption
         ),
         initial=sb.Initial(omega=24.0),  # rad/s: the hook at 1.2 m/s; assumption
         end_time=6.0,  # s: without a stop by then the string is lost
@@ -71,23 +84,41 @@ def scene() -> sb.Scene:
 
 
 def distributions() -> dict:
-    """Independent distributions of the uncertain parameters (an assumption: heavy strings are lowered slower)."""
+    """Independent distributions of the uncertain parameters (an assumption: heavy
+    strings are lowered slower)."""
     from scipy import stats
 
     return {
-        # Drumeanu & Antonescu 2003: 0.35…0.65 on brakes of drawworks; equal probability of all values is an assumption
+        # Drumeanu & Antonescu 2003: 0.35…0.65 on brakes of drawworks; equal probability
+        # of all values is an assumption
         "brake.linings.friction.base.coefficient": (0.35, 0.65),
-        "brake.linings.friction.factors[0].slope": (2e-4, 6e-4),  # 1/K; assumption: lining lots differ in fade
-        "duty.load.mass": stats.triang(0.25, 40e3, 80e3),  # kg; assumption: 40…120 t, most often 60 t
-        "duty.slack_tension.values[1]": stats.truncnorm(-3, 3, 24e3, 3e3),  # N; assumption: lever force of the driller
-        "duty.slack_tension.times[1]": (0.25, 0.70),  # s; assumption: time to apply the lever
+        "brake.linings.friction.factors[0].slope": (
+            2e-4,
+            6e-4,
+        ),  # 1/K; assumption: lining lots differ in fade
+        "duty.load.mass": stats.triang(
+            0.25, 40e3, 80e3
+        ),  # kg; assumption: 40…120 t, most often 60 t
+        "duty.slack_tension.values[1]": stats.truncnorm(
+            -3, 3, 24e3, 3e3
+        ),  # N; assumption: lever force of the driller
+        "duty.slack_tension.times[1]": (
+            0.25,
+            0.70,
+        ),  # s; assumption: time to apply the lever
         "initial.omega": (12.0, 32.0),  # rad/s; assumption: the hook at 0.6…1.6 m/s
-        "heat.bodies[2].temperature": (293.15, 523.15),  # K; assumption: linings, cold or after some stands
+        "heat.bodies[2].temperature": (
+            293.15,
+            523.15,
+        ),  # K; assumption: linings, cold or after some stands
     }
 
 
-def sobol_indices(given: sb.Scene, metrics: tuple, points: int) -> dict[tuple[str, str], dict[str, float]]:
-    """First-order and total indices of each metric by SALib, which `pip install 'simbrake[recipes]'` brings."""
+def sobol_indices(
+    given: sb.Scene, metrics: tuple, points: int
+) -> dict[tuple[str, str], dict[str, float]]:
+    """First-order and total indices of each metric by SALib, which
+    `pip install 'simbrake[recipes]'` brings."""
     import numpy as np
     from SALib.analyze import sobol
     from SALib.sample import sobol as saltelli
@@ -95,24 +126,45 @@ def sobol_indices(given: sb.Scene, metrics: tuple, points: int) -> dict[tuple[st
 
     drawn = distributions()
     run = sb.studies.evaluator(given, list(drawn), metrics)
-    problem = {"num_vars": len(drawn), "names": run.names, "bounds": [(0.0, 1.0)] * len(drawn)}
+    problem = {
+        "num_vars": len(drawn),
+        "names": run.names,
+        "bounds": [(0.0, 1.0)] * len(drawn),
+    }
     # SALib samples shares of the distributions: the numbers are their quantiles
     columns = saltelli.sample(problem, points, calc_second_order=False, seed=1).T
-    frozen = [stats.uniform(d[0], d[1] - d[0]) if isinstance(d, tuple) else d for d in drawn.values()]
-    values = run.evaluate(np.stack([d.ppf(column) for d, column in zip(frozen, columns, strict=True)], axis=1))
+    frozen = [
+        stats.uniform(d[0], d[1] - d[0]) if isinstance(d, tuple) else d
+        for d in drawn.values()
+    ]
+    values = run.evaluate(
+        np.stack(
+            [d.ppf(column) for d, column in zip(frozen, columns, strict=True)], axis=1
+        )
+    )
     found = {}
     for name, y in zip(run.metrics, values.T, strict=True):
         analysis = sobol.analyze(problem, y, calc_second_order=False, seed=3)
         for kind in ("S1", "ST"):
-            found[name, kind] = dict(zip(run.names, analysis[kind].tolist(), strict=True))
+            found[name, kind] = dict(
+                zip(run.names, analysis[kind].tolist(), strict=True)
+            )
     return found
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, help="folder for charts, runs (CSV) and numbers (JSON)")
-    parser.add_argument("--runs", type=int, default=1024, help="runs of the uncertainty")
-    parser.add_argument("--points", type=int, default=128, help="base points of the Sobol indices")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--out", type=Path, help="folder for charts, runs (CSV) and numbers (JSON)"
+    )
+    parser.add_argument(
+        "--runs", type=int, default=1024, help="runs of the uncertainty"
+    )
+    parser.add_argument(
+        "--points", type=int, default=128, help="base points of the Sobol indices"
+    )
     asked = parser.parse_args()
     import jax.numpy as jnp
     import pandas as pd
@@ -124,17 +176,22 @@ def main() -> None:
         distributions(),
         metrics,
         asked.runs,
-        limits={"hook_travel": 1.5},  # m; assumption: free height above the rotary table
+        limits={
+            "hook_travel": 1.5
+        },  # m; assumption: free height above the rotary table
         quantiles=(0.05, 0.5, 0.95, 0.99),
         max_steps=512,
     )
     print(found)
 
-    # indices need a number from every run: one that does not stop counts with the end of the run
+    # indices need a number from every run: one that does not stop counts with the end
+    # of the run
     def time_to_stop(result: sb.Result) -> "jnp.ndarray":
         return jnp.minimum(result.stopping_time, result.scene.end_time)
 
-    shares = sobol_indices(given, (time_to_stop, "peak_lining_temperature"), asked.points)
+    shares = sobol_indices(
+        given, (time_to_stop, "peak_lining_temperature"), asked.points
+    )
     print("\nshares of the variance (Sobol), alone S1 and with interactions ST")
     print(pd.DataFrame(shares).to_string(float_format="{:.3f}".format))
 
@@ -145,9 +202,17 @@ def main() -> None:
         for name in metrics:
             plot.distribution(found, name).savefig(asked.out / f"{name}.png", dpi=120)
         found.data.to_dataframe().to_csv(asked.out / "runs.csv")
-        both = {"uncertainty": found.as_dict(), "sobol": {" ".join(key): value for key, value in shares.items()}}
-        (asked.out / "uncertainty.json").write_text(json.dumps(both, indent=2, allow_nan=False), "utf-8")
-        print(f"\nwritten to {asked.out}: " + ", ".join(sorted(file.name for file in asked.out.iterdir())))
+        both = {
+            "uncertainty": found.as_dict(),
+            "sobol": {" ".join(key): value for key, value in shares.items()},
+        }
+        (asked.out / "uncertainty.json").write_text(
+            json.dumps(both, indent=2, allow_nan=False), "utf-8"
+        )
+        print(
+            f"\nwritten to {asked.out}: "
+            + ", ".join(sorted(file.name for file in asked.out.iterdir()))
+        )
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
-"""Tripping in 30 stands with a U2-5-5 drawworks: rim and linings heat up with each stop, and friction fades.
+"""Tripping in 30 stands with a U2-5-5 drawworks: rim and linings heat up with each
+stop, and friction fades.
 
-Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the string in the slips, wait for the
-next stand. Lowering ends with the travel and braking with the rest, so that a hot brake takes longer and every stand
-comes as far. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); other values
-are marked as assumptions.
+Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the
+string in the slips, wait for the next stand. Lowering ends with the travel and braking
+with the rest, so that a hot brake takes longer and every stand comes as far. Geometry
+from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.);
+other values are marked as assumptions.
 """
 
 import math
@@ -11,11 +13,13 @@ import math
 import simbrake as sb
 
 STANDS = 30
-BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
+# both bands of the drawworks act as one: areas and tensions are sums over the two
+BANDS = 2
 
 
 def heat() -> sb.Heat:
-    """Layered rims, one wall for all linings, bands, and the structure of the pulleys behind the rims."""
+    """Layered rims, one wall for all linings, bands, and the structure of the pulleys
+    behind the rims."""
     # m, V table 1
     track_radius = 0.590
     width = 0.220
@@ -40,7 +44,8 @@ def heat() -> sb.Heat:
         band=sb.material("band_steel"),
         band_thickness=0.006,  # m, V
         partition=sb.thermal.EffusivityPartition(steel, lining),  # Charron
-        contact_resistance=2e-3,  # m²·K/W; assumption: worn surfaces, averaged over one revolution
+        # m²·K/W; assumption: worn surfaces, averaged over one revolution
+        contact_resistance=2e-3,
         outside=air,
         inside=air,
         band_coefficient=10.0,  # W/(m²·K); assumption
@@ -66,16 +71,25 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),  # m, V; kg·m², assumption
-            band=sb.Band(radius=0.623, stiffness=1.0e5),  # m; N/m, assumption: linkage and anchor dominate
+            band=sb.Band(
+                radius=0.623, stiffness=1.0e5
+            ),  # m; N/m, assumption: linkage and anchor dominate
             linings=sb.uniform_linings(
-                20, math.radians(270.0), sb.friction.ProductFriction(sb.ConstantFriction(0.35), (fade,))
+                20,
+                math.radians(270.0),
+                sb.friction.ProductFriction(sb.ConstantFriction(0.35), (fade,)),
             ),
         ),
         duty=sb.Duty(
             slack_tension=sb.loads.Phases(
                 (
-                    # take the string, release in 1 s, lower; braking takes the rest of the 27 m
-                    sb.loads.Phase(sb.PiecewiseLinear([0.5, 1.5], [hold, 0.0]), "travel 26 m", "lower"),
+                    # take the string, release in 1 s, lower; braking takes the rest of
+                    # the 27 m
+                    sb.loads.Phase(
+                        sb.PiecewiseLinear([0.5, 1.5], [hold, 0.0]),
+                        "travel 26 m",
+                        "lower",
+                    ),
                     sb.loads.Phase(sb.ramp(0.0, hold, 0.0, 0.35), "rest", "brake"),
                     sb.loads.Phase(hold, "18 s", "hold"),
                     sb.loads.Phase(hold, "10 s", "next stand", string_on_hook=False),
@@ -88,7 +102,8 @@ def scene() -> sb.Scene:
                 stand=0.8e3,  # kg in mud; assumption: 27 m of 127 mm drill pipe
                 drum_radius=drum_radius,
                 line_count=line_count,
-                drag=1.5e3,  # N·m·s; assumption: auxiliary brake, about 1.5 m/s at the hook
+                # N·m·s; assumption: auxiliary brake, about 1.5 m/s at the hook
+                drag=1.5e3,
             ),
         ),
         initial=sb.Initial(omega=0.0),

@@ -1,7 +1,7 @@
 """Emergency stop of a hook being lowered by a U2-5-5 drawworks.
 
-Geometry from the published description of the drawworks (V: Volchenko et al., table 1; Z: Zhuravlov et al.).
-Values not in the papers are marked as assumptions.
+Geometry from the published description of the drawworks (V: Volchenko et al., table 1;
+Z: Zhuravlov et al.). Values not in the papers are marked as assumptions.
 """
 
 import math
@@ -25,19 +25,26 @@ def scene() -> sb.Scene:
             ),
             band=sb.Band(
                 radius=track_radius + lining_thickness + band_thickness / 2,
-                stiffness=1.0e5,  # N/m at the tight end; assumption: linkage and anchor dominate, not the steel band
+                # N/m at the tight end; assumption: linkage and anchor dominate, not the
+                # steel band
+                stiffness=1.0e5,
             ),
             linings=sb.uniform_linings(
                 20,  # Z: even, 8…26
                 math.radians(270.0),  # Z: wrap
-                sb.ConstantFriction(0.35),  # assumption: FK-24A on steel, within Z's 0.1…0.5
+                sb.ConstantFriction(
+                    0.35
+                ),  # assumption: FK-24A on steel, within Z's 0.1…0.5
             ),
         ),
         duty=sb.Duty(
             # both bands of the drawworks act as one: tensions are sums over the two
             slack_tension=sb.PiecewiseLinear(
                 times=[0.0, 0.35],  # s; assumption: the driller applies the lever
-                values=[2.0e3, 24.0e3],  # N; assumptions: pretension and final slack tension
+                values=[
+                    2.0e3,
+                    24.0e3,
+                ],  # N; assumptions: pretension and final slack tension
             ),
             load=sb.HookLoad(
                 mass=60.0e3,  # kg; assumption: string in mud, hook and travelling block

@@ -1,9 +1,11 @@
-"""Emergency stop of a drawworks with two bands of different linings under one lever: torque, heat and wear of each.
+"""Emergency stop of a drawworks with two bands of different linings under one lever:
+torque, heat and wear of each.
 
-The stop of `u2_5_5_stop.py`; each rim of the drum has its band. The second band was relined with a new material and has
-two linings fewer. The lever pulls both bands through a stiff shaft (equal stretch, K: Kryshtopa, compliance of friction
-units), or through a balance beam (equal tensions). Geometry from V: Volchenko et al., table 1, and Z: Zhuravlov et al.;
-other values are marked as assumptions.
+The stop of `u2_5_5_stop.py`; each rim of the drum has its band. The second band was
+relined with a new material and has two linings fewer. The lever pulls both bands
+through a stiff shaft (equal stretch, K: Kryshtopa, compliance of friction units), or
+through a balance beam (equal tensions). Geometry from V: Volchenko et al., table 1, and
+Z: Zhuravlov et al.; other values are marked as assumptions.
 """
 
 import math
@@ -27,12 +29,23 @@ def fading(coefficient: float, slope: float) -> sb.friction.ProductFriction:
 
 def bands(*, beam: bool) -> tuple[sb.brakes.LinedBand, ...]:
     """Both bands; with a balance `beam` their tensions are equal."""
-    laws = fading(0.35, 1.0e-3), fading(0.42, 2.5e-3)  # assumptions: worn FK-24A, and a new organic lining
+    laws = (
+        fading(0.35, 1.0e-3),
+        fading(0.42, 2.5e-3),
+    )  # assumptions: worn FK-24A, and a new organic lining
     made = []
-    for law, count, tight_end in zip(laws, COUNTS, (0.60, 0.90), strict=True):  # m to the anchor; assumption
+    for law, count, tight_end in zip(
+        laws, COUNTS, (0.60, 0.90), strict=True
+    ):  # m to the anchor; assumption
         linings = sb.uniform_linings(count, count * PITCH, law, area=AREA)
-        steel = sb.brakes.LiningsOnPlates(modulus=2.06e11, area=WIDTH * BAND, slack_end=0.35, tight_end=tight_end)
-        made.append(sb.brakes.LinedBand(linings, share=1.0) if beam else sb.brakes.LinedBand(linings, steel))
+        steel = sb.brakes.LiningsOnPlates(
+            modulus=2.06e11, area=WIDTH * BAND, slack_end=0.35, tight_end=tight_end
+        )
+        made.append(
+            sb.brakes.LinedBand(linings, share=1.0)
+            if beam
+            else sb.brakes.LinedBand(linings, steel)
+        )
     return tuple(made)
 
 
@@ -44,15 +57,31 @@ def heat() -> sb.Heat:
     track = 2 * math.pi * TRACK_RADIUS * WIDTH
     return sb.Heat(
         bodies=(
-            sb.thermal.Wall("rims", rim, thickness=0.025, area=track, layers=10, growth=1.4, copies=2),  # V table 1
-            sb.thermal.Wall("linings", lining, LINING, AREA, layers=14, growth=1.4, copies=n),
+            sb.thermal.Wall(
+                "rims",
+                rim,
+                thickness=0.025,
+                area=track,
+                layers=10,
+                growth=1.4,
+                copies=2,
+            ),  # V table 1
+            sb.thermal.Wall(
+                "linings", lining, LINING, AREA, layers=14, growth=1.4, copies=n
+            ),
             sb.thermal.Reservoir("air"),
         ),
         links=(
-            sb.thermal.Conductance("rims.back", "air", 25.0 * track),  # W/(m²·K); assumption
-            sb.thermal.Conductance("linings.back", "air", 10.0 * AREA),  # W/(m²·K); assumption
+            sb.thermal.Conductance(
+                "rims.back", "air", 25.0 * track
+            ),  # W/(m²·K); assumption
+            sb.thermal.Conductance(
+                "linings.back", "air", 10.0 * AREA
+            ),  # W/(m²·K); assumption
         ),
-        friction=sb.thermal.FrictionHeat("rims.front", "linings.front", sb.thermal.EffusivityPartition(rim, lining)),
+        friction=sb.thermal.FrictionHeat(
+            "rims.front", "linings.front", sb.thermal.EffusivityPartition(rim, lining)
+        ),
         rim="rims.front",
         linings="linings.front",
     )
@@ -60,12 +89,20 @@ def heat() -> sb.Heat:
 
 def scene(*, beam: bool = False) -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    pulley = sb.Pulley(TRACK_RADIUS, inertia=1200.0)  # kg·m²; assumption: drum, both rims and fast line
+    pulley = sb.Pulley(
+        TRACK_RADIUS, inertia=1200.0
+    )  # kg·m²; assumption: drum, both rims and fast line
     return sb.Scene(
-        brake=sb.brakes.MultiBandBrake(pulley, TRACK_RADIUS + LINING + BAND / 2, bands(beam=beam)),
+        brake=sb.brakes.MultiBandBrake(
+            pulley, TRACK_RADIUS + LINING + BAND / 2, bands(beam=beam)
+        ),
         duty=sb.Duty(
-            slack_tension=sb.ramp(2.0e3, 24.0e3, 0.0, 0.35),  # N of both bands; assumption
-            load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),  # assumptions: a heavy string
+            slack_tension=sb.ramp(
+                2.0e3, 24.0e3, 0.0, 0.35
+            ),  # N of both bands; assumption
+            load=sb.HookLoad(
+                mass=60.0e3, drum_radius=0.40, line_count=8
+            ),  # assumptions: a heavy string
         ),
         initial=sb.Initial(omega=24.0),  # 1.2 m/s at the hook; assumption
         end_time=4.0,
@@ -82,8 +119,13 @@ def main() -> None:
         brake = result.scene.brake
         series = result.series([0.35])
         shares = np.asarray(sb.brakes.tension_shares(brake, 293.15))
-        print(f"{'equal tensions (balance beam)' if beam else 'equal stretch (K-8)'}: {result.message}")
-        print(f"stop after {float(result.stopping_time):.4f} s; with the lever fully on:")
+        print(
+            f"{'equal tensions (balance beam)' if beam else 'equal stretch (K-8)'}: "
+            f"{result.message}"
+        )
+        print(
+            f"stop after {float(result.stopping_time):.4f} s; with the lever fully on:"
+        )
         per_lining = {
             "tight": np.asarray(series.tension)[0],
             "work": np.asarray(sb.results.friction_work(result)),
@@ -91,7 +133,9 @@ def main() -> None:
             "wear": np.asarray(result.worn_thickness),
         }
         each = {name: brake.of_bands(values) for name, values in per_lining.items()}
-        rims = np.asarray(result.series(np.linspace(0.0, 4.0, 401)).rim_temperature).max(axis=0)
+        rims = np.asarray(
+            result.series(np.linspace(0.0, 4.0, 401)).rim_temperature
+        ).max(axis=0)
         heads = (
             "band",
             "share, %",
@@ -107,7 +151,13 @@ def main() -> None:
             slack = share * float(series.slack_tension[0])
             tight = each["tight"][j][-1]
             torque = float(brake.band_radius) * (tight - slack)
-            row = (100 * share, tight / 1e3, torque / 1e3, each["work"][j].sum() / 1e3, rims[j] - 273.15)
+            row = (
+                100 * share,
+                tight / 1e3,
+                torque / 1e3,
+                each["work"][j].sum() / 1e3,
+                rims[j] - 273.15,
+            )
             row += (each["load"][j].max() / 1e3, each["wear"][j].max() * 1e6)
             print(f"{j + 1:>16}" + "".join(f"{value:>16.2f}" for value in row))
         print()

@@ -9,15 +9,20 @@ import threading
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point of the `simbrake` command. While it loads, Ctrl-C ends it at once and without a traceback."""
+    """Entry point of the `simbrake` command. While it loads, Ctrl-C ends it at once and
+    without a traceback."""
     main_thread = threading.current_thread() is threading.main_thread()
-    usual = main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    usual = (
+        main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )
     hook = sys.unraisablehook
     if arguments is None:
-        # nearly all that a command makes stays: the collector would walk over all of JAX's objects again and again
+        # nearly all that a command makes stays: the collector would walk over all of
+        # JAX's objects again and again
         gc.set_threshold(100_000, 20, 50)
         atexit.register(gc.freeze)
-        # matrices are small: NumPy's threads would only wait for work, which takes a processor
+        # matrices are small: NumPy's threads would only wait for work, which takes a
+        # processor
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         if usual:
@@ -30,7 +35,9 @@ def main(arguments: list[str] | None = None) -> None:
         if arguments is None and ended.code == 130:
             sys.stdout.flush()
             sys.stderr.flush()
-            os._exit(130)  # a compilation that was interrupted may crash the end of the interpreter
+            os._exit(
+                130
+            )  # a compilation that was interrupted may crash the end of the interpreter
         raise
     finally:
         if usual:
@@ -39,7 +46,8 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
-    """A Ctrl-C that came in a callback of the garbage collector (JAX has one), where Python drops it, comes again."""
+    """A Ctrl-C that came in a callback of the garbage collector (JAX has one), where
+    Python drops it, comes again."""
     if lost.exc_type is KeyboardInterrupt:
         # (raised here it would be lost as well)
         threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGINT)).start()
@@ -49,7 +57,9 @@ def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
 
 def _quit(*_: object) -> None:
     sys.stderr.write("simbrake: interrupted\n")
-    os._exit(130)  # an extension that is interrupted while it loads leaves others broken
+    os._exit(
+        130
+    )  # an extension that is interrupted while it loads leaves others broken
 
 
 if __name__ == "__main__":

@@ -10,11 +10,29 @@ import numpy as np
 
 from ._base._arguments import explained
 from ._base._faults import DRUM_RADIUS, Fault, Faults, Issues
-from ._base._part import Part, part, parts_below, positive_quantity, quantity, short_for, whole
+from ._base._part import (
+    Part,
+    part,
+    parts_below,
+    positive_quantity,
+    quantity,
+    short_for,
+    whole,
+)
 from ._base._quantity import Over, Quantity, Scalar, Values, in_si
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, TwoArrays
 from .hybrid.struct import AbstractClassVar, AbstractVar, with_fields
-from .phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
+from .phases import (
+    AfterTime,
+    AfterTravel,
+    AtHeight,
+    AtRest,
+    AtStop,
+    AtTemperature,
+    Phase,
+    Phases,
+    held_within,
+)
 from .profiles import (
     AbstractHistory,
     AbstractPoints,
@@ -75,7 +93,8 @@ GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 
 
 class AbstractLoad(Part):
-    """Load on the pulley: a torque on its shaft, positive in the braking direction of rotation, and an inertia."""
+    """Load on the pulley: a torque on its shaft, positive in the braking direction of
+    rotation, and an inertia."""
 
     #: the profile whose time breakpoints the load has
     profile: AbstractVar[AbstractProfile]
@@ -91,15 +110,20 @@ class AbstractLoad(Part):
         return 0.0
 
     def piece_in_phase(self, place: Array, stands: Array, hanging: Array) -> Array:
-        """Piece of the load in a phase of the duty (see `Phases.string_at`), of one `by_phases`."""
+        """Piece of the load in a phase of the duty (see `Phases.string_at`), of one
+        `by_phases`."""
         return 0 * place
 
-    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> Faults:
-        """Errors in a duty of `count` different phases that adds so many stands at least and at most."""
+    def faults_in_phases(
+        self, path: str, count: int, stands: tuple[int, int]
+    ) -> Faults:
+        """Errors in a duty of `count` different phases that adds so many stands at
+        least and at most."""
         return []
 
     def added_inertia(self, piece: Piece) -> Array | None:
-        """Inertia beyond that of the start, where the load changes in a run; `None`: it never does."""
+        """Inertia beyond that of the start, where the load changes in a run; `None`: it
+        never does."""
         return None
 
     def travel(self) -> Scalar | None:
@@ -111,7 +135,8 @@ class AbstractLoad(Part):
         return None
 
     def travelled(self, phi: Array | float) -> Array | float | None:
-        """Travel of the hook (m) since the start at the angle `phi` (rad) of the pulley, or `None`."""
+        """Travel of the hook (m) since the start at the angle `phi` (rad) of the
+        pulley, or `None`."""
         per_radian = self.travel()
         return None if per_radian is None else phi * per_radian
 
@@ -122,7 +147,8 @@ class AbstractLoad(Part):
 
     @property
     def layers(self) -> RopeLayers | None:
-        """Layers of the rope on the drum; `None`: its effective radius stays the same."""
+        """Layers of the rope on the drum; `None`: its effective radius stays the
+        same."""
         return None
 
     @property
@@ -149,8 +175,12 @@ class TorqueLoad(AbstractLoad):
         TorqueLoad(profile=Constant(level=12 kN·m), drag=0 N·m·s)
     """
 
-    profile: AbstractProfile = part(AbstractProfile, "N*m", default_factory=lambda: Constant(0.0))
-    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    profile: AbstractProfile = part(
+        AbstractProfile, "N*m", default_factory=lambda: Constant(0.0)
+    )
+    drag: Scalar = quantity(
+        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
+    )
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self.profile.value(t, piece) - self.drag * omega
@@ -184,7 +214,10 @@ class AbstractHookLoad(AbstractLoad):
             return words
         length = Quantity("m", "diameter")
         other = rope.get("diameter") if isinstance(rope, Mapping) else None
-        diameters = in_si(given.get(name), length), in_si(getattr(rope, "diameter", other), length)
+        diameters = (
+            in_si(given.get(name), length),
+            in_si(getattr(rope, "diameter", other), length),
+        )
         known = all(isinstance(x, np.ndarray) and x.ndim == 0 for x in diameters)
         return f"{words} = {float(sum(diameters)) / 2:g} m" if known else words
 
@@ -216,14 +249,18 @@ class AbstractHookLoad(AbstractLoad):
 
 
 class HookLoad(AbstractHookLoad):
-    """A load on the hook, lowered through the tackle: `M_load = m g r_d/n`, `J_load = m (r_d/n)²`, travel `r_d φ/n`.
+    """A load on the hook, lowered through the tackle: `M_load = m g r_d/n`,
+    `J_load = m (r_d/n)²`, travel `r_d φ/n`.
 
-    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m), effective; `line_count` `n`: lines strung
+    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m), effective;
+      `line_count` `n`: lines strung
     - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
-    - `rope`: its layers on the drum, of which `drum_radius` is the radius of the first; `None`: `r_d` stays the same
+    - `rope`: its layers on the drum, of which `drum_radius` is the radius of the first;
+      `None`: `r_d` stays the same
     - `elasticity` of the rope between drum and hook, `None`: it is rigid
 
-    Ropes are without weight; the loss of the tackle is a part of the shaft (`TackleLoss`).
+    Ropes are without weight; the loss of the tackle is a part of the shaft
+    (`TackleLoss`).
 
     Example:
         >>> sb.HookLoad("60 t", drum_radius="400 mm", line_count=8).mass
@@ -234,12 +271,17 @@ class HookLoad(AbstractHookLoad):
         "kg",
         "mass on the hook",
         low=0.0,
-        instead="a counterweight pulls the other way: give its torque, of either sign, as a `TorqueLoad`",
+        instead="a counterweight pulls the other way: give its torque, of either sign, "
+        "as a `TorqueLoad`",
     )
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
-    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
-    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    gravity: Scalar = positive_quantity(
+        "m/s^2", "acceleration of free fall", default=GRAVITY
+    )
+    drag: Scalar = quantity(
+        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
+    )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
 
@@ -251,7 +293,11 @@ class HookLoad(AbstractHookLoad):
 
     def faults(self, path: str) -> Faults:
         bare = self.elasticity is not None and float(self.mass) == 0.0
-        why = Fault(f"{path}.mass", "is 0, and moves by itself on an elastic rope", "give the mass of hook and block")
+        why = Fault(
+            f"{path}.mass",
+            "is 0, and moves by itself on an elastic rope",
+            "give the mass of hook and block",
+        )
         return [why] if bare else []
 
     @property
@@ -260,10 +306,12 @@ class HookLoad(AbstractHookLoad):
 
 
 class AbstractString(AbstractHookLoad):
-    """A string that becomes longer by a stand in each cycle, on the hook or in the slips: `M_load = m g r_d/n − c ω`.
+    """A string that becomes longer by a stand in each cycle, on the hook or in the
+    slips: `M_load = m g r_d/n − c ω`.
 
-    At a change of mass in motion the speed stays: added mass brings its energy (counted as load work). An elastic rope
-    takes the weight on slowly: its stretch follows at once, without a swing, and its energy counts as load work too.
+    At a change of mass in motion the speed stays: added mass brings its energy (counted
+    as load work). An elastic rope takes the weight on slowly: its stretch follows at
+    once, without a swing, and its energy counts as load work too.
     """
 
     empty: AbstractVar[Scalar]
@@ -272,7 +320,8 @@ class AbstractString(AbstractHookLoad):
 
     @abc.abstractmethod
     def hangs(self, piece: Piece) -> TwoArrays:
-        """Whether it hangs on the hook on a piece, and how many stands it has more than at first."""
+        """Whether it hangs on the hook on a piece, and how many stands it has more than
+        at first."""
 
     def string_on(self, piece: Piece) -> Scalar:
         """Mass of the string on a piece without the stands that came to it."""
@@ -280,7 +329,9 @@ class AbstractString(AbstractHookLoad):
 
     def mass_on(self, piece: Piece) -> Array:
         hangs, stands = self.hangs(piece)
-        return self.empty + jnp.where(hangs, self.string_on(piece) + stands.astype(jnp.float64) * self.stand, 0.0)
+        return self.empty + jnp.where(
+            hangs, self.string_on(piece) + stands.astype(jnp.float64) * self.stand, 0.0
+        )
 
     def inertia(self) -> Scalar:
         return self.empty * self.travel() ** 2
@@ -290,13 +341,18 @@ class AbstractString(AbstractHookLoad):
 
 
 class StringLoad(AbstractString):
-    """A string on the hook or in the slips as the phases of the duty say, longer or shorter in each cycle.
+    """A string on the hook or in the slips as the phases of the duty say, longer or
+    shorter in each cycle.
 
-        m = m_e + (m_s + k Δm) while it hangs with k stands more than at first, else m_e;   M_load = m g r_d/n − c ω
+        m = m_e + (m_s + k Δm) while it hangs with k stands more than at first, else
+        m_e;   M_load = m g r_d/n − c ω
 
-    - `empty` `m_e`: hook and travelling block (kg); `stand` `Δm` (kg), of which `Phases.stands` come in each cycle
-    - `string` `m_s`: string of the first cycle (kg), or a list with that of each phase (`Phases.each`)
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
+    - `empty` `m_e`: hook and travelling block (kg); `stand` `Δm` (kg), of which
+      `Phases.stands` come in each cycle
+    - `string` `m_s`: string of the first cycle (kg), or a list with that of each phase
+      (`Phases.each`)
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in
+      `HookLoad`
 
     Example:
         >>> sb.loads.StringLoad("8 t", "80 t", "400 mm", 8, stand=800.0).stand
@@ -304,12 +360,18 @@ class StringLoad(AbstractString):
     """
 
     empty: Scalar = positive_quantity("kg", "mass of hook and block")
-    string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0, many=Over.ROWS)
+    string: Scalar = quantity(
+        "kg", "mass of the string in the first cycle", low=0.0, many=Over.ROWS
+    )
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0, default=0.0)
-    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
-    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    gravity: Scalar = positive_quantity(
+        "m/s^2", "acceleration of free fall", default=GRAVITY
+    )
+    drag: Scalar = quantity(
+        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
+    )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
     by_phases: ClassVar[bool] = True
@@ -329,16 +391,29 @@ class StringLoad(AbstractString):
         piece = piece // np.size(self.string) if np.ndim(self.string) else piece
         return piece % 2 == 1, piece // 2
 
-    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> Faults:
+    def faults_in_phases(
+        self, path: str, count: int, stands: tuple[int, int]
+    ) -> Faults:
         strings = np.asarray(self.string)
         errors = Issues()
         if strings.ndim and strings.size != count:
             what = f"has {strings.size} masses for {count} phases"
-            errors.add(f"{path}.string", what, "one number, or one for each phase, those of `then` included")
+            errors.add(
+                f"{path}.string",
+                what,
+                "one number, or one for each phase, those of `then` included",
+            )
         least = float(np.min(strings)) + min(stands) * float(self.stand)
         if least < 0 and not errors:
-            what = f"{float(np.min(strings)):g} kg is less than the {-min(stands)} stands that are laid down"
-            errors.add(f"{path}.string", what, "a heavier string, lighter stands, or fewer cycles")
+            what = (
+                f"{float(np.min(strings)):g} kg is less than the {-min(stands)} "
+                "stands that are laid down"
+            )
+            errors.add(
+                f"{path}.string",
+                what,
+                "a heavier string, lighter stands, or fewer cycles",
+            )
         return errors
 
     def string_on(self, piece: Piece) -> Scalar:
@@ -350,15 +425,21 @@ class StringLoad(AbstractString):
 
 
 class TrippingLoad(AbstractString):
-    """Tripping a string in stand by stand: in each cycle it hangs on the hook for some time, then in the slips.
+    """Tripping a string in stand by stand: in each cycle it hangs on the hook for some
+    time, then in the slips.
 
-        m(t) = m_e + (m_s + k Δm) while it hangs in cycle k = 0…count − 1, else m_e;   M_load = m g r_d/n − c ω
+        m(t) = m_e + (m_s + k Δm) while it hangs in cycle k = 0…count − 1, else m_e;
+        M_load = m g r_d/n − c ω
 
-    - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
-    - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and is set in the slips
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
+    - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first
+      cycle (kg); `stand` `Δm` (kg)
+    - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the
+      string, and is set in the slips
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in
+      `HookLoad`
 
-    In a run whose cycles take as long as they take, a `StringLoad` follows the phases instead.
+    In a run whose cycles take as long as they take, a `StringLoad` follows the phases
+    instead.
 
     Example:
         >>> load = sb.TrippingLoad("8 t", "80 t", 800.0, 5.0, 55.0, 60.0, 0.4, 8, count=30)
@@ -369,22 +450,36 @@ class TrippingLoad(AbstractString):
     empty: Scalar = positive_quantity("kg", "mass of hook and block")
     string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0)
-    taken: Scalar = quantity("s", "time in the cycle at which the hook takes the string", low=0.0)
-    set: Scalar = positive_quantity("s", "time in the cycle at which the string is set in the slips")
+    taken: Scalar = quantity(
+        "s", "time in the cycle at which the hook takes the string", low=0.0
+    )
+    set: Scalar = positive_quantity(
+        "s", "time in the cycle at which the string is set in the slips"
+    )
     period: Scalar = positive_quantity("s", "length of a cycle")
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
     count: int = whole("number of cycles", high=1_000_000)
-    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
-    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    gravity: Scalar = positive_quantity(
+        "m/s^2", "acceleration of free fall", default=GRAVITY
+    )
+    drag: Scalar = quantity(
+        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
+    )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
 
     @property
     def profile(self) -> Repeated:
         # its values bear the scale of the maximum torque
-        most = (self.empty + self.string + (self.count - 1) * self.stand) * self.gravity * self.travel()
-        times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
+        most = (
+            (self.empty + self.string + (self.count - 1) * self.stand)
+            * self.gravity
+            * self.travel()
+        )
+        times = jnp.stack(
+            [jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)]
+        )
         return Repeated(times, jnp.stack([most, most]), self.period, self.count)
 
     def hangs(self, piece: Piece) -> TwoArrays:
@@ -393,13 +488,17 @@ class TrippingLoad(AbstractString):
 
 
 class RecordedLoad(AbstractHookLoad, AbstractHistory):
-    """A load on the hook that changes at given times: `M_load = m_i g r_d/n − c ω` from the time `t_i` on.
+    """A load on the hook that changes at given times: `M_load = m_i g r_d/n − c ω` from
+    the time `t_i` on.
 
-    - `times` (k,) in s, not decreasing;  `masses` (k,): `m_i` of all that hangs on the hook (kg), the first one before
+    - `times` (k,) in s, not decreasing
+    - `masses` (k,): `m_i` of all that hangs on the hook (kg), the first one before
       its time too
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in
+      `HookLoad`
 
-    At a change of mass in motion the speed stays: added mass brings its energy. Many masses cost no more than few.
+    At a change of mass in motion the speed stays: added mass brings its energy. Many
+    masses cost no more than few.
 
     Example:
         >>> sb.loads.RecordedLoad([0, 60], ["80 t", "12 t"], "400 mm", 8).masses
@@ -410,15 +509,24 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
     masses: Scalar = quantity("kg", "masses on the hook", low=0.0, many=Over.ROWS)
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
-    gravity: Scalar = positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
-    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    gravity: Scalar = positive_quantity(
+        "m/s^2", "acceleration of free fall", default=GRAVITY
+    )
+    drag: Scalar = quantity(
+        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
+    )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
     by_piece: ClassVar[tuple[str, ...]] = ("times", "masses")
 
     @property
     def profile(self) -> "_Steps":
-        return with_fields(_STEPS, times=self.times, values=self.masses, factor=self.gravity * self.travel())
+        return with_fields(
+            _STEPS,
+            times=self.times,
+            values=self.masses,
+            factor=self.gravity * self.travel(),
+        )
 
     def mass_on(self, piece: Piece) -> Array:
         return point(self.masses, jnp.asarray(piece) - 1)
@@ -440,7 +548,8 @@ def _knot(times: Scalar, piece: Piece) -> Array:
 
 
 class _Steps(PiecewiseLinear):
-    """Breakpoints of many values of which each is constant up to the next, times a factor."""
+    """Breakpoints of many values of which each is constant up to the next, times a
+    factor."""
 
     factor: Any = 1.0
 
@@ -457,12 +566,13 @@ class _Steps(PiecewiseLinear):
 _STEPS = _Steps(times=np.zeros(1), values=np.zeros(1))
 
 
-# --- levers that follow the speed -------------------------------------------------------------------------------------
+# --- levers that follow the speed ---------------------------------------------------
 
 
 class AbstractSpeedLever(AbstractProfile):
-    """A lever whose tension depends on the speed, up to its `limit` (N). For rigid bands, and laws without pressure and
-    flash temperature: the torque is then known from the tension."""
+    """A lever whose tension depends on the speed, up to its `limit` (N). For rigid
+    bands, and laws without pressure and flash temperature: the torque is then known
+    from the tension."""
 
     @property
     def controls_speed(self) -> bool:
@@ -477,9 +587,16 @@ class AbstractSpeedLever(AbstractProfile):
 
     @abc.abstractmethod
     def wanted_torque(
-        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+        self,
+        t: Real,
+        omega: Real,
+        piece: Piece,
+        load: Real,
+        inertia: Real,
+        turned: Real | None = None,
     ) -> Real:
-        """Brake torque (N·m) demanded by the driller for a load torque and an inertia of the shaft.
+        """Brake torque (N·m) demanded by the driller for a load torque and an inertia
+        of the shaft.
 
         - `turned` (rad): angle since the begin of the phase, or of the run
         """
@@ -500,14 +617,17 @@ class AbstractSpeedLever(AbstractProfile):
 
 
 class SpeedHold(AbstractSpeedLever):
-    """A lever that holds the speed: it pulls so that the brake torque equals the load torque (drag).
+    """A lever that holds the speed: it pulls so that the brake torque equals the load
+    torque (drag).
 
         T_0 = min(M_load/(R_b (Π − 1)), limit)
 
-    - `limit` (N): maximum slack tension; where fade requires more the load runs away (event `grip_lost`)
+    - `limit` (N): maximum slack tension; where fade requires more the load runs away
+      (event `grip_lost`)
 
-    The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat at any fade.
-    For rigid bands, and laws without pressure and flash temperature.
+    The tension follows the friction of the hot linings, so that the power `M_load ω`
+    goes into heat at any fade. For rigid bands, and laws without pressure and flash
+    temperature.
 
     Example:
         >>> sb.SpeedHold("30 kN")
@@ -517,13 +637,20 @@ class SpeedHold(AbstractSpeedLever):
     limit: Scalar = positive_quantity("N", "maximum slack tension")
 
     def wanted_torque(
-        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+        self,
+        t: Real,
+        omega: Real,
+        piece: Piece,
+        load: Real,
+        inertia: Real,
+        turned: Real | None = None,
     ) -> Real:
         return load
 
 
 class AbstractFollower(AbstractSpeedLever):
-    """A lever that keeps the pulley on a given speed, and on the angle that belongs to it."""
+    """A lever that keeps the pulley on a given speed, and on the angle that belongs to
+    it."""
 
     speed: AbstractVar[PiecewiseLinear]
     gain: AbstractVar[Scalar]
@@ -540,7 +667,13 @@ class AbstractFollower(AbstractSpeedLever):
         return own and self.corrects_position  # (the angle is a parabola of the time)
 
     def wanted_torque(
-        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+        self,
+        t: Real,
+        omega: Real,
+        piece: Piece,
+        load: Real,
+        inertia: Real,
+        turned: Real | None = None,
     ) -> Real:
         away = omega - self.speed.value(t, piece)
         slower = self.gain * away
@@ -557,17 +690,23 @@ class AbstractFollower(AbstractSpeedLever):
 
 
 class Driller(AbstractFollower):
-    """A lever that keeps the pulley on a given speed `ω_r(t)`, with a correction of the deviation:
+    """A lever that keeps the pulley on a given speed `ω_r(t)`, with a correction of the
+    deviation:
 
-        M_b = M_load − J [ω̇_r − g (ω − ω_r) − h (φ − ∫ω_r dt)],   T_0 = min(M_b/(R_b (Π − 1)), limit)
+        M_b = M_load − J [ω̇_r − g (ω − ω_r) − h (φ − ∫ω_r dt)],   T_0 = min(M_b/(R_b (Π
+        − 1)), limit)
 
     - `speed`: `ω_r(t)` (rad/s), straight lines
-    - `limit` (N): maximum slack tension; where fade requires more the load runs away (event `grip_lost`)
-    - `gain` `g` (1/s) of the correction;  `position_gain` `h` (1/s²) of that of the angle `φ` turned since the begin of
-      the run (at the time 0) or the phase, `None`: without; `h = g²/4` brings it back without overshoot
+    - `limit` (N): maximum slack tension; where fade requires more the load runs away
+      (event `grip_lost`)
+    - `gain` `g` (1/s) of the correction
+    - `position_gain` `h` (1/s²) of that of the angle `φ` turned since the begin of the
+      run (at the time 0) or the phase, `None`: without; `h = g²/4` brings it back
+      without overshoot
 
-    In a phase of `Phases` its time is that of the phase; `simbrake.programme_scene` makes such phases from words.
-    A brake can only slow down: a speed that the load does not reach is not followed.
+    In a phase of `Phases` its time is that of the phase; `simbrake.programme_scene`
+    makes such phases from words. A brake can only slow down: a speed that the load does
+    not reach is not followed.
 
     Example:
         >>> sb.Driller(sb.ramp(0.0, 6.0, 0.0, 2.0), "30 kN").gain
@@ -577,22 +716,28 @@ class Driller(AbstractFollower):
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
     limit: Scalar = positive_quantity("N", "maximum slack tension")
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
-    position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
+    position_gain: Scalar | None = quantity(
+        "1/s^2", "correction of the angle", low=0.0, default=None
+    )
 
 
 class RecordedMotion(AbstractFollower, AbstractHistory):
-    """A lever, and the motor beside it, that keep the pulley on a recorded motion: it is lowered, hoisted, and at rest.
+    """A lever, and the motor beside it, that keep the pulley on a recorded motion: it
+    is lowered, hoisted, and at rest.
 
         M_b = (1 − s) M_w   where it is lowered,   M_w = M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − φ_r)]
 
-    - `speed`: `ω_r(t)` (rad/s), straight lines between points, 0 at rest; on a line it does not change its sign
+    - `speed`: `ω_r(t)` (rad/s), straight lines between points, 0 at rest; on a line it
+      does not change its sign
     - `angles` (n,): `φ_r` (rad) at the points, the integral of the speed
     - `limit` (N): maximum slack tension in lowering;  `pull` (N): slack tension at rest
-    - `motor_share` (n,): `s` from each point on, the share that the motor takes of a load that is lowered
+    - `motor_share` (n,): `s` from each point on, the share that the motor takes of a
+      load that is lowered
     - `gain` `g` (1/s), `position_gain` `h` (1/s²): as of a `Driller`
 
-    Where the drum is hoisted the band is open, and the scene's `Motor` follows the speed. It drives a load down that is
-    too light to reach the speed by itself (`M_w < 0`). Many points cost no more than few.
+    Where the drum is hoisted the band is open, and the scene's `Motor` follows the
+    speed. It drives a load down that is too light to reach the speed by itself
+    (`M_w < 0`). Many points cost no more than few.
 
     Example:
         >>> speed = sb.PiecewiseLinear([0, 4, 24, 28, 60, 64, 84, 88], [0, 20, 20, 0, 0, -20, -20, 0])
@@ -602,16 +747,24 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
     """
 
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
-    angles: Scalar = quantity("rad", "angle turned at the points of the speed", many=Over.ROWS)
+    angles: Scalar = quantity(
+        "rad", "angle turned at the points of the speed", many=Over.ROWS
+    )
     limit: Scalar = positive_quantity("N", "maximum slack tension")
     pull: Scalar = positive_quantity("N", "slack tension at rest")
-    motor_share: Scalar = quantity("1", "share of the motor in lowering", 0.0, 1.0, many=Over.ROWS)
+    motor_share: Scalar = quantity(
+        "1", "share of the motor in lowering", 0.0, 1.0, many=Over.ROWS
+    )
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
-    position_gain: Scalar = quantity("1/s^2", "correction of the angle", low=0.0, default=1.0)
+    position_gain: Scalar = quantity(
+        "1/s^2", "correction of the angle", low=0.0, default=1.0
+    )
     by_piece: ClassVar[tuple[str, ...]] = ("angles", "motor_share")
 
     def near(self, before: Piece, after: Piece) -> Self:
-        return with_fields(super().near(before, after), speed=self.speed.near(before, after))
+        return with_fields(
+            super().near(before, after), speed=self.speed.near(before, after)
+        )
 
     @property
     def knot_count(self) -> int:
@@ -626,26 +779,45 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
         piece = jnp.asarray(piece)
         speeds = self.speed.values
         inside = (piece > 0) & (piece < np.shape(speeds)[0])
-        return jnp.where(inside, jnp.sign(point(speeds, piece - 1) + point(speeds, piece)), 0.0)
+        return jnp.where(
+            inside, jnp.sign(point(speeds, piece - 1) + point(speeds, piece)), 0.0
+        )
 
     def follows(self, piece: Piece) -> Mark:
         return self.way(piece) > 0
 
     def value(self, t: Real, piece: Piece) -> Real:
-        return jnp.broadcast_to(jnp.where(self.way(piece) == 0, jnp.asarray(self.pull, jnp.float64), 0.0), np.shape(t))
+        return jnp.broadcast_to(
+            jnp.where(self.way(piece) == 0, jnp.asarray(self.pull, jnp.float64), 0.0),
+            np.shape(t),
+        )
 
     def wanted_torque(
-        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+        self,
+        t: Real,
+        omega: Real,
+        piece: Piece,
+        load: Real,
+        inertia: Real,
+        turned: Real | None = None,
     ) -> Real:
         piece = jnp.asarray(piece)
         (times, speeds) = (self.speed.times, self.speed.values)
-        begin, speed, angle = (point(x, piece - 1) for x in (times, speeds, self.angles))
+        begin, speed, angle = (
+            point(x, piece - 1) for x in (times, speeds, self.angles)
+        )
         span = point(times, piece) - begin
         since = t - begin
-        slope = jnp.where(span > 0, (point(speeds, piece) - speed) / jnp.where(span > 0, span, 1.0), 0.0)
+        slope = jnp.where(
+            span > 0,
+            (point(speeds, piece) - speed) / jnp.where(span > 0, span, 1.0),
+            0.0,
+        )
         assert turned is not None
         away = turned - (angle + (speed + 0.5 * slope * since) * since)
-        slower = self.gain * (omega - (speed + slope * since)) + self.position_gain * away
+        slower = (
+            self.gain * (omega - (speed + slope * since)) + self.position_gain * away
+        )
         return load - inertia * (slope - slower)
 
     def next_knot(self, piece: Piece) -> Array | float:
@@ -661,14 +833,23 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
         speeds = np.asarray(self.speed.values)
         n = np.size(self.speed.times)
         faults = [
-            Fault(f"{path}.{name}", f"has {np.size(x)} values for {n} points of the speed", "one for each point")
+            Fault(
+                f"{path}.{name}",
+                f"has {np.size(x)} values for {n} points of the speed",
+                "one for each point",
+            )
             for name, x in (("angles", self.angles), ("motor_share", self.motor_share))
             if np.shape(x) != (n,)
         ]
         turns = np.flatnonzero(speeds[1:] * speeds[:-1] < 0)
         if turns.size:
-            what = f"changes its sign between {float(speeds[turns[0]]):g} and {float(speeds[turns[0] + 1]):g} rad/s"
-            faults.append(Fault(f"{path}.speed.values", what, "give the point at 0 between them"))
+            what = (
+                f"changes its sign between {float(speeds[turns[0]]):g} and "
+                f"{float(speeds[turns[0] + 1]):g} rad/s"
+            )
+            faults.append(
+                Fault(f"{path}.speed.values", what, "give the point at 0 between them")
+            )
         return faults
 
 
@@ -679,9 +860,17 @@ class _RecordedDrive(RecordedMotion):
         return self.way(piece) != 0
 
     def wanted_torque(
-        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+        self,
+        t: Real,
+        omega: Real,
+        piece: Piece,
+        load: Real,
+        inertia: Real,
+        turned: Real | None = None,
     ) -> Real:
-        whole = jnp.asarray(RecordedMotion.wanted_torque(self, t, omega, piece, load, inertia, turned))
+        whole = jnp.asarray(
+            RecordedMotion.wanted_torque(self, t, omega, piece, load, inertia, turned)
+        )
         share = point(self.motor_share, jnp.asarray(piece) - 1)
         return jnp.where((whole > 0) & (self.way(piece) > 0), share * whole, whole)
 
@@ -689,7 +878,7 @@ class _RecordedDrive(RecordedMotion):
         return jnp.inf
 
 
-# --- the motor --------------------------------------------------------------------------------------------------------
+# --- the motor ----------------------------------------------------------------------
 
 
 class _Course(AbstractFollower):
@@ -697,27 +886,34 @@ class _Course(AbstractFollower):
 
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0)
-    position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
+    position_gain: Scalar | None = quantity(
+        "1/s^2", "correction of the angle", low=0.0, default=None
+    )
 
     def greatest(self) -> ScalarArray:
         return jnp.zeros(())
 
 
 class Motor(Part):
-    """A motor on the shaft of the drum that follows a speed `ω_r(t)`: it hoists, and holds back what is lowered.
+    """A motor on the shaft of the drum that follows a speed `ω_r(t)`: it hoists, and
+    holds back what is lowered.
 
-        M = clip(M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − ∫ω_r dt)], ±M_a),   M_a = min(M_m, P/|ω|)
+        M = clip(M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − ∫ω_r dt)], ±M_a),
+        M_a = min(M_m, P/|ω|)
 
-    `M` is against the braking direction: positive while it hoists (`ω < 0`, its power `−M ω` is taken from the supply)
-    and while it holds a load back (`ω > 0`, it feeds that power back).
+    `M` is against the braking direction: positive while it hoists (`ω < 0`, its power
+    `−M ω` is taken from the supply) and while it holds a load back (`ω > 0`, it feeds
+    that power back).
 
-    - `max_torque` `M_m` (N·m), `max_power` `P` (W) and `max_speed` (rad/s): limits of the motor, at the drum
-    - `speed`: `ω_r(t)` (rad/s), negative to hoist; of a duty in phases `None`: each says it (`Phase.motor`); so does a
-      `RecordedMotion`
+    - `max_torque` `M_m` (N·m), `max_power` `P` (W) and `max_speed` (rad/s): limits of
+      the motor, at the drum
+    - `speed`: `ω_r(t)` (rad/s), negative to hoist; of a duty in phases `None`: each
+      says it (`Phase.motor`); so does a `RecordedMotion`
     - `gain` `g` (1/s), `position_gain` `h` (1/s²): as of a `Driller`
 
-    A lever that follows a speed sees what the motor leaves. The inertia of the rotor is a part of the pulley's.
-    Field weakening as usual: constant torque up to `P/M_m`, then constant power.
+    A lever that follows a speed sees what the motor leaves. The inertia of the rotor is
+    a part of the pulley's. Field weakening as usual: constant torque up to `P/M_m`,
+    then constant power.
 
     Example:
         >>> motor = sb.loads.Motor("40 kN*m", "1100 kW", "30 rad/s")
@@ -725,48 +921,65 @@ class Motor(Part):
         [40000.0, 40000.0, 20000.0]
     """
 
-    max_torque: Scalar = positive_quantity("N*m", "maximum torque of the motor at the drum")
+    max_torque: Scalar = positive_quantity(
+        "N*m", "maximum torque of the motor at the drum"
+    )
     max_power: Scalar = positive_quantity("W", "maximum power of the motor")
-    max_speed: Scalar = positive_quantity("rad/s", "maximum speed of the drum under the motor")
+    max_speed: Scalar = positive_quantity(
+        "rad/s", "maximum speed of the drum under the motor"
+    )
     speed: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
-    position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
+    position_gain: Scalar | None = quantity(
+        "1/s^2", "correction of the angle", low=0.0, default=None
+    )
 
     def available(self, omega: Real) -> Real:
         """`M_a` (N·m) at the speed `omega` (rad/s)."""
         speed = jnp.abs(jnp.asarray(omega))
         weak = speed * self.max_torque > self.max_power
-        return jnp.where(weak, self.max_power / jnp.where(weak, speed, 1.0), self.max_torque)
+        return jnp.where(
+            weak, self.max_power / jnp.where(weak, speed, 1.0), self.max_torque
+        )
 
     def course(self, duty: AbstractProfile | Phases) -> AbstractFollower | Phases:
-        """The speed that it follows, as a lever would; in phases in which it is off, 0 without correction."""
+        """The speed that it follows, as a lever would; in phases in which it is off, 0
+        without correction."""
 
         def follows(speed: PiecewiseLinear) -> _Course:
             return _Course(speed, self.gain, self.position_gain)
 
         if isinstance(duty, Phases):
-            return duty.with_levers(lambda phase: Constant(0.0) if phase.motor is None else follows(phase.motor))
+            return duty.with_levers(
+                lambda phase: (
+                    Constant(0.0) if phase.motor is None else follows(phase.motor)
+                )
+            )
         if isinstance(duty, RecordedMotion):
             return _RecordedDrive(**vars(duty))
         assert self.speed is not None
         return follows(self.speed)
 
 
-# --- the brake lever --------------------------------------------------------------------------------------------------
+# --- the brake lever ----------------------------------------------------------------
 
 
 class Lever(AbstractProfile):
-    """Slack tension of a simple band brake, whose tight end is held by a fixed anchor: moments about the fulcrum.
+    """Slack tension of a simple band brake, whose tight end is held by a fixed anchor:
+    moments about the fulcrum.
 
         T_0(t) = η F(t) l/a,   on `n` alike rims (`Brake.rims`)  η F(t) l/(n a)
 
-    - `force`: `F(t) ≥ 0` in N, any profile;  `arm` `l` (m) of the force, `slack_arm` `a` (m) of the slack end
-    - `efficiency` `η` of the linkage;  `clearance` (m) between the linings of the released band and the rim
-    - `greatest_force` (N), `greatest_travel` (m) of the lever's end: allowable values, to be compared with a run's
+    - `force`: `F(t) ≥ 0` in N, any profile
+    - `arm` `l` (m) of the force, `slack_arm` `a` (m) of the slack end
+    - `efficiency` `η` of the linkage
+    - `clearance` (m) between the linings of the released band and the rim
+    - `greatest_force` (N), `greatest_travel` (m) of the lever's end: allowable values,
+      to be compared with a run's
 
-    Knots and pieces are those of the force. Lever and linkage have no mass and are rigid; their
-    elasticity is part of the band's stiffness. Reference: R. S. Khurmi, J. K. Gupta, *Theory of Machines*, simple band
-    brake.
+    Knots and pieces are those of the force. Lever and linkage have no mass and are
+    rigid; their elasticity is part of the band's stiffness. Reference: R. S. Khurmi, J.
+    K. Gupta, *Theory of Machines*, simple band brake.
 
     Example:
         >>> sb.Lever("400 N", arm="1.5 m", slack_arm="0.1 m").force
@@ -780,10 +993,18 @@ class Lever(AbstractProfile):
     force: AbstractProfile = part(AbstractProfile, "N")
     arm: Scalar = positive_quantity("m", "arm of the force")
     slack_arm: Scalar = positive_quantity("m", "arm of the slack end")
-    efficiency: Scalar = positive_quantity("1", "efficiency of the linkage", high=1.0, default=1.0)
-    clearance: Scalar = quantity("m", "clearance of the released linings", low=0.0, typical=1e-3, default=0.0)
-    greatest_force: Scalar | None = positive_quantity("N", "allowable force on the lever", default=None)
-    greatest_travel: Scalar | None = positive_quantity("m", "allowable travel of the lever", default=None)
+    efficiency: Scalar = positive_quantity(
+        "1", "efficiency of the linkage", high=1.0, default=1.0
+    )
+    clearance: Scalar = quantity(
+        "m", "clearance of the released linings", low=0.0, typical=1e-3, default=0.0
+    )
+    greatest_force: Scalar | None = positive_quantity(
+        "N", "allowable force on the lever", default=None
+    )
+    greatest_travel: Scalar | None = positive_quantity(
+        "m", "allowable travel of the lever", default=None
+    )
 
     @property
     def knot_count(self) -> int:
@@ -819,7 +1040,8 @@ class Lever(AbstractProfile):
 
 
 class AbstractActuator(AbstractProfile):
-    """What follows a command with a dead time and a first-order lag: `τ ẋ + x = u(t − t_d)`."""
+    """What follows a command with a dead time and a first-order lag:
+    `τ ẋ + x = u(t − t_d)`."""
 
     lag: AbstractVar[Scalar | None]
     dead_time: AbstractVar[Scalar]
@@ -837,7 +1059,11 @@ class AbstractActuator(AbstractProfile):
         t = t - self.dead_time
         x = command.value(t, piece)
         if self.lag is not None and isinstance(command, AbstractPoints):
-            x = x - self.lag * command.slope(piece) + command.decayed(t, piece, self.lag)
+            x = (
+                x
+                - self.lag * command.slope(piece)
+                + command.decayed(t, piece, self.lag)
+            )
         return x
 
     def with_sums(self) -> AbstractProfile:
@@ -853,15 +1079,24 @@ class AbstractActuator(AbstractProfile):
         return self.force(self.followed(t, piece))
 
     def greatest_from(self, begin: Array, end: Array) -> Array:
-        """Of a lagged course of points its greatest value at the points, or the last one, which it tends to."""
+        """Of a lagged course of points its greatest value at the points, or the last
+        one, which it tends to."""
         command = self.input
         begin = begin - self.dead_time
         if self.lag is None or not isinstance(command, PiecewiseLinear):
-            return jnp.asarray(self.force(command.greatest_from(begin, end - self.dead_time)))
+            return jnp.asarray(
+                self.force(command.greatest_from(begin, end - self.dead_time))
+            )
         times = jnp.append(jnp.asarray(command.times), begin)
-        reached = jax.vmap(lambda t: jnp.asarray(self.followed(t + self.dead_time, command.first_piece(t))))(times)
+        reached = jax.vmap(
+            lambda t: jnp.asarray(
+                self.followed(t + self.dead_time, command.first_piece(t))
+            )
+        )(times)
         most = jnp.max(jnp.where(times >= begin, reached, -jnp.inf))
-        return jnp.asarray(self.force(jnp.maximum(most, jnp.asarray(command.values)[-1])))
+        return jnp.asarray(
+            self.force(jnp.maximum(most, jnp.asarray(command.values)[-1]))
+        )
 
     @property
     def knot_count(self) -> int:
@@ -869,7 +1104,9 @@ class AbstractActuator(AbstractProfile):
 
     @property
     def rises(self) -> bool:
-        plain = isinstance(self.input, AbstractPoints | Constant) or (self.lag is None and self.input.rises)
+        plain = isinstance(self.input, AbstractPoints | Constant) or (
+            self.lag is None and self.input.rises
+        )
         return type(self) in (Actuator, Cylinder) and plain
 
     def next_knot(self, piece: Piece) -> Floats | float:
@@ -883,31 +1120,45 @@ class AbstractActuator(AbstractProfile):
         return self.input.no_more_turns(t - self.dead_time)
 
     def faults(self, path: str) -> Faults:
-        if isinstance(self.input, AbstractPoints | Constant) or (self.lag is None and not self.input.controls_speed):
+        if isinstance(self.input, AbstractPoints | Constant) or (
+            self.lag is None and not self.input.controls_speed
+        ):
             return []
         what = f"a lagged `{type(self.input).__name__}` has no closed form"
-        return [Fault(f"{path}.{self.command_field}", what, "give points, cycles of points, or a constant")]
+        return [
+            Fault(
+                f"{path}.{self.command_field}",
+                what,
+                "give points, cycles of points, or a constant",
+            )
+        ]
 
 
 class Actuator(AbstractActuator):
-    """The force of an actuator that follows its command with a dead time and a first-order lag, less a return spring.
+    """The force of an actuator that follows its command with a dead time and a
+    first-order lag, less a return spring.
 
         τ dF/dt + F = u(t − t_d),   T_0 = F − F_s
 
-    - `command`: `u(t) ≥ 0` in N: a constant, straight lines between points, or repeated cycles of them; without a lag
-      any profile
-    - `lag` `τ` (s), `None`: no lag;  `dead_time` `t_d` (s);  `spring` `F_s` (N): preload of the return spring
+    - `command`: `u(t) ≥ 0` in N: a constant, straight lines between points, or repeated
+      cycles of them; without a lag any profile
+    - `lag` `τ` (s), `None`: no lag
+    - `dead_time` `t_d` (s)
+    - `spring` `F_s` (N): preload of the return spring
 
-    On every piece of the command the force is known in closed form, from the equilibrium before the first point on:
+    On every piece of the command the force is known in closed form, from the
+    equilibrium before the first point on:
 
         F = u − τ m + Σ_j (τ Δm_j − Δu_j) e^{−(t − t_d − t_j)/τ}
 
-    with the slope `m`, its change `Δm_j` and the jump `Δu_j` at each point `t_j` passed: no state, and the knots are
-    those of the command, later by `t_d`. A released force only tends to 0 and never reaches it: without a return
-    spring the band stays closed under a tension that fades away. With one the band opens when the force falls to
-    `F_s`, and closes when it rises above it.
+    with the slope `m`, its change `Δm_j` and the jump `Δu_j` at each point `t_j`
+    passed: no state, and the knots are those of the command, later by `t_d`. A released
+    force only tends to 0 and never reaches it: without a return spring the band stays
+    closed under a tension that fades away. With one the band opens when the force falls
+    to `F_s`, and closes when it rises above it.
 
-    Stands for the slack tension of a `Duty`, the force of a `ForceDuty`, or the force of a `Lever`.
+    Stands for the slack tension of a `Duty`, the force of a `ForceDuty`, or the force
+    of a `Lever`.
 
     Example:
         >>> sb.loads.Actuator("24 kN", lag="50 ms", dead_time="100 ms").dead_time
@@ -915,7 +1166,9 @@ class Actuator(AbstractActuator):
     """
 
     command: AbstractProfile = part(AbstractProfile, "N")
-    lag: Scalar | None = positive_quantity("s", "time constant of the lag", default=None)
+    lag: Scalar | None = positive_quantity(
+        "s", "time constant of the lag", default=None
+    )
     dead_time: Scalar = quantity("s", "dead time", low=0.0, default=0.0)
     spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
     command_field: ClassVar[str] = "command"
@@ -928,20 +1181,25 @@ class Actuator(AbstractActuator):
 
 
 class Cylinder(AbstractActuator):
-    """The force of a cylinder of air or oil through its linkage, from the gauge pressure that its valve gives.
+    """The force of a cylinder of air or oil through its linkage, from the gauge
+    pressure that its valve gives.
 
         τ dp/dt + p = u(t − t_d),   T_0 = η i (p A − F_s)
 
-    - `pressure`: `u(t) ≥ 0`, the commanded gauge pressure (Pa, "8 bar", "120 psi"): any profile without a lag, else as
-      the command of an `Actuator`, whose closed form it shares
+    - `pressure`: `u(t) ≥ 0`, the commanded gauge pressure (Pa, "8 bar", "120 psi"): any
+      profile without a lag, else as the command of an `Actuator`, whose closed form it
+      shares
     - `area` `A` (m²) of the piston, or its `diameter` `d` (m), `A = π d²/4`
-    - `ratio` `i` of the linkage: force at the end of the band over that of the piston;  `efficiency` `η` of both
-    - `spring` `F_s` (N): preload of the return spring at the piston, which opens the brake below `p = F_s/A`
+    - `ratio` `i` of the linkage: force at the end of the band over that of the piston
+    - `efficiency` `η` of both
+    - `spring` `F_s` (N): preload of the return spring at the piston, which opens the
+      brake below `p = F_s/A`
     - `lag` `τ` (s) of valve and line, `None`: no lag;  `dead_time` `t_d` (s)
     - `permissible_pressure` (Pa) of the cylinder, for the verdict
 
-    Stands for the slack tension of a `Duty` (of each band on alike rims), the force of a `ForceDuty`, or the force of a
-    `Lever`, which all bands share. The gauge pressure behind the lag is the column `actuator_pressure`.
+    Stands for the slack tension of a `Duty` (of each band on alike rims), the force of
+    a `ForceDuty`, or the force of a `Lever`, which all bands share. The gauge pressure
+    behind the lag is the column `actuator_pressure`.
 
     Example:
         >>> cylinder = sb.loads.Cylinder("8 bar", diameter="200 mm", ratio=1.5, efficiency=0.9, spring="600 N")
@@ -951,20 +1209,38 @@ class Cylinder(AbstractActuator):
 
     pressure: AbstractProfile = part(AbstractProfile, "Pa")
     area: Scalar | None = positive_quantity("m^2", "area of the piston", default=None)
-    diameter: Scalar | None = positive_quantity("m", "diameter of the piston", default=None)
-    ratio: Scalar = positive_quantity("1", "force at the band over that of the piston", default=1.0)
-    efficiency: Scalar = positive_quantity("1", "efficiency of piston and linkage", high=1.0, default=1.0)
+    diameter: Scalar | None = positive_quantity(
+        "m", "diameter of the piston", default=None
+    )
+    ratio: Scalar = positive_quantity(
+        "1", "force at the band over that of the piston", default=1.0
+    )
+    efficiency: Scalar = positive_quantity(
+        "1", "efficiency of piston and linkage", high=1.0, default=1.0
+    )
     spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
-    lag: Scalar | None = positive_quantity("s", "time constant of the lag", default=None)
+    lag: Scalar | None = positive_quantity(
+        "s", "time constant of the lag", default=None
+    )
     dead_time: Scalar = quantity("s", "dead time", low=0.0, default=0.0)
-    permissible_pressure: Scalar | None = positive_quantity("Pa", "permissible gauge pressure", default=None)
+    permissible_pressure: Scalar | None = positive_quantity(
+        "Pa", "permissible gauge pressure", default=None
+    )
     command_field: ClassVar[str] = "pressure"
 
     def faults_of_presence(self, path: str) -> Faults:
         if (self.area is None) != (self.diameter is None):
             return []
-        what = "is missing" if self.area is None else "stands beside the area of the piston"
-        return [Fault(f"{path}.diameter", what, "give the diameter of the piston, or its area")]
+        what = (
+            "is missing"
+            if self.area is None
+            else "stands beside the area of the piston"
+        )
+        return [
+            Fault(
+                f"{path}.diameter", what, "give the diameter of the piston, or its area"
+            )
+        ]
 
     @property
     def piston_area(self) -> ScalarArray:
@@ -986,28 +1262,42 @@ class Cylinder(AbstractActuator):
         return self.gain * self.piston_area * self.pressure.scale()
 
     def faults(self, path: str) -> Faults:
-        below = faults_of_sign(self.pressure, f"{path}.pressure", "Pa", "a gauge pressure presses from 0 upwards")
+        below = faults_of_sign(
+            self.pressure,
+            f"{path}.pressure",
+            "Pa",
+            "a gauge pressure presses from 0 upwards",
+        )
         return super().faults(path) + below
 
 
 def cylinders(lever: AbstractProfile | Phases) -> list[Cylinder | None]:
-    """The cylinder behind a lever, or behind that of each phase; `None`: there is none."""
-    levers = [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
-    return [next((x for _, x, _ in parts_below(own) if isinstance(x, Cylinder)), None) for own in levers]
+    """The cylinder behind a lever, or behind that of each phase; `None`: there is
+    none."""
+    levers = (
+        [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    )
+    return [
+        next((x for _, x, _ in parts_below(own) if isinstance(x, Cylinder)), None)
+        for own in levers
+    ]
 
 
 @explained
 def differential_lever_tension(
     force: Values, arm: Values, slack_arm: Values, tight_arm: Values, ratio: Values
 ) -> Floats:
-    """Slack tension (N) in full slip of a differential brake: both band ends on the lever, the tight one assists.
+    """Slack tension (N) in full slip of a differential brake: both band ends on the
+    lever, the tight one assists.
 
         T_0 a − T_n b = F l,   T_n = Π T_0   →   T_0 = F l/(a − b Π)
 
-    - `force` `F` (N), its `arm` `l`, `slack_arm` `a`, `tight_arm` `b` (m); `ratio` `Π = T_n/T_0`
+    - `force` `F` (N), its `arm` `l`, `slack_arm` `a`, `tight_arm` `b` (m); `ratio`
+      `Π = T_n/T_0`
 
-    With `a ≤ b Π` the brake is self-locking: no force is needed, and the tension is `inf`. Statics only: in a scene the
-    lever of `Lever` has its tight end on a fixed anchor. Reference: Khurmi & Gupta, differential band brake.
+    With `a ≤ b Π` the brake is self-locking: no force is needed, and the tension is
+    `inf`. Statics only: in a scene the lever of `Lever` has its tight end on a fixed
+    anchor. Reference: Khurmi & Gupta, differential band brake.
 
     Example:
         >>> sb.loads.differential_lever_tension(400.0, 1.5, 0.1, 0.02, np.array([3.0, 6.0])).round().tolist()
@@ -1015,4 +1305,6 @@ def differential_lever_tension(
     """
     left = jnp.asarray(slack_arm) - jnp.asarray(tight_arm) * jnp.asarray(ratio)
     holds = left > 0
-    return jnp.where(holds, jnp.asarray(force) * arm / jnp.where(holds, left, 1.0), jnp.inf)
+    return jnp.where(
+        holds, jnp.asarray(force) * arm / jnp.where(holds, left, 1.0), jnp.inf
+    )

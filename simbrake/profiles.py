@@ -1,4 +1,5 @@
-"""Profiles, the given functions of time: constant, piecewise linear, repeated cycles, custom functions."""
+"""Profiles, the given functions of time: constant, piecewise linear, repeated cycles,
+custom functions."""
 
 import abc
 import dataclasses
@@ -13,7 +14,16 @@ from jaxtyping import Float, Int, PyTree
 
 from ._base._compiling import per_structure
 from ._base._faults import Fault, Faults, Issues
-from ._base._part import Part, parts_below, positive_quantity, quantity, short_for, structural, takes_values, whole
+from ._base._part import (
+    Part,
+    parts_below,
+    positive_quantity,
+    quantity,
+    short_for,
+    structural,
+    takes_values,
+    whole,
+)
 from ._base._quantity import Over, Quantity, Scalar
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
 from .hybrid.struct import AbstractVar, Struct, with_fields
@@ -34,7 +44,8 @@ _ROUNDING = 8 * float(np.finfo(np.float64).eps)
 
 
 class _Time:
-    """Symbolic time in a calculation: its operations keep straight lines straight, all others raise."""
+    """Symbolic time in a calculation: its operations keep straight lines straight, all
+    others raise."""
 
     __array_ufunc__ = None  # NumPy defers arithmetic to these methods
 
@@ -60,7 +71,8 @@ class _Time:
 if TYPE_CHECKING:
     Real: TypeAlias = Array | float
 else:
-    #: a time, or a value at it; or their symbols while a profile is examined (`hides_nothing`)
+    #: a time, or a value at it; or their symbols while a profile is examined
+    #: (`hides_nothing`)
     Real = Floats | float | int | _Time
 #: how many time breakpoints have passed
 Piece: TypeAlias = Int[Array, "..."] | int
@@ -68,16 +80,19 @@ Name = TypeVar("Name")
 Tree = TypeVar("Tree")
 
 
-#: samples among which the greatest value of a function without known points is looked for
+#: samples among which the greatest value of a function without known points is looked
+#: for
 _SAMPLES = 257
 
 
 class AbstractProfile(Part):
-    """A given function of time. Corners and jumps are time breakpoints: between two of them it is smooth.
+    """A given function of time. Corners and jumps are time breakpoints: between two of
+    them it is smooth.
 
-    `piece` counts the time breakpoints passed; `value(t, piece)` extends its piece smoothly beyond both ends. A
-    straight line between two time breakpoints, or an `ExponentialRise`, has no short features; with any other profile a
-    run takes shorter steps and evaluates its guards inside them as well.
+    `piece` counts the time breakpoints passed; `value(t, piece)` extends its piece
+    smoothly beyond both ends. A straight line between two time breakpoints, or an
+    `ExponentialRise`, has no short features; with any other profile a run takes shorter
+    steps and evaluates its guards inside them as well.
     """
 
     @abc.abstractmethod
@@ -85,7 +100,8 @@ class AbstractProfile(Part):
         """Value at `t` on the given piece."""
 
     def next_knot(self, piece: Piece) -> Floats | float:
-        """The time breakpoint that ends the piece, `inf` after the last (also where there is none, as by default)."""
+        """The time breakpoint that ends the piece, `inf` after the last (also where
+        there is none, as by default)."""
         return jnp.inf
 
     def first_piece(self, t: Real) -> Piece:
@@ -99,7 +115,8 @@ class AbstractProfile(Part):
 
     @property
     def rises(self) -> bool:
-        """Whether on every piece it is a straight line, a parabola or one exponential of time, whatever its program."""
+        """Whether on every piece it is a straight line, a parabola or one exponential
+        of time, whatever its program."""
         return False
 
     @property
@@ -109,13 +126,21 @@ class AbstractProfile(Part):
 
     @property
     def corrects_position(self) -> bool:
-        """Whether its value depends on the angle that the pulley has turned (of a lever)."""
+        """Whether its value depends on the angle that the pulley has turned (of a
+        lever)."""
         return False
 
     def with_sums(self) -> "AbstractProfile":
-        """The same for a run: sums over long lists of points, up to each of them, are formed once."""
-        inside = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        summed = {name: x.with_sums() for name, x in inside.items() if isinstance(x, AbstractProfile)}
+        """The same for a run: sums over long lists of points, up to each of them, are
+        formed once."""
+        inside = {
+            field.name: getattr(self, field.name) for field in dataclasses.fields(self)
+        }
+        summed = {
+            name: x.with_sums()
+            for name, x in inside.items()
+            if isinstance(x, AbstractProfile)
+        }
         return with_fields(self, **summed) if summed else self
 
     def no_more_turns(self, t: Real) -> Mark:
@@ -123,45 +148,78 @@ class AbstractProfile(Part):
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
 
     def greatest_from(self, begin: Array, end: Array) -> Array:
-        """Greatest value from the time `begin` (s) on, whenever that is; of a function that is known by its values
-        alone that of samples up to `end` (s)."""
+        """Greatest value from the time `begin` (s) on, whenever that is; of a function
+        that is known by its values alone that of samples up to `end` (s)."""
         times = jnp.linspace(begin, jnp.maximum(begin, end), _SAMPLES)
-        return jnp.max(jax.vmap(lambda t: jnp.asarray(self.value(t, self.first_piece(t)), jnp.float64))(times))
+        return jnp.max(
+            jax.vmap(
+                lambda t: jnp.asarray(self.value(t, self.first_piece(t)), jnp.float64)
+            )(times)
+        )
 
     @abc.abstractmethod
     def scale(self) -> ScalarArray:
-        """Largest magnitude, at least roughly: the reference of dimensionless guards."""
+        """Largest magnitude, at least roughly: the reference of dimensionless
+        guards."""
 
 
-def faults_of_sign(course: Part, path: str, unit: str, hint: str = "a band cannot push") -> Faults:
-    """Errors of negative values in a profile, and in those that it is made of: of numbers in its own `unit`."""
+def faults_of_sign(
+    course: Part, path: str, unit: str, hint: str = "a band cannot push"
+) -> Faults:
+    """Errors of negative values in a profile, and in those that it is made of: of
+    numbers in its own `unit`."""
     faults = Issues()
     for where, profile, own_unit in parts_below(course, path, unit):
-        for field in dataclasses.fields(profile) if isinstance(profile, AbstractProfile) and own_unit == unit else ():
+        for field in (
+            dataclasses.fields(profile)
+            if isinstance(profile, AbstractProfile) and own_unit == unit
+            else ()
+        ):
             about = field.metadata.get("quantity")
             values = getattr(profile, field.name)
-            if about is not None and about.unit == "SI" and np.any(np.asarray(values) < 0):
-                faults.add(f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint)
+            if (
+                about is not None
+                and about.unit == "SI"
+                and np.any(np.asarray(values) < 0)
+            ):
+                faults.add(
+                    f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint
+                )
     return faults
 
 
 def first_piece(profile: Any, t: Real) -> Piece | None:
-    """The piece of a profile at the start of a run; `None` if it has no time breakpoints (not part of the mode)."""
-    return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
+    """The piece of a profile at the start of a run; `None` if it has no time
+    breakpoints (not part of the mode)."""
+    return (
+        None
+        if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float)
+        else profile.first_piece(t)
+    )
 
 
 def next_known_time(
-    profiles: Mapping[Name, Any], pieces: Any, waits: Callable[[Array], Array] | None = None
+    profiles: Mapping[Name, Any],
+    pieces: Any,
+    waits: Callable[[Array], Array] | None = None,
 ) -> tuple[ScalarArray | float, dict[Name, Any]]:
-    """The next time breakpoint of several profiles (`inf`: none), and for each profile whether it belongs to it.
+    """The next time breakpoint of several profiles (`inf`: none), and for each profile
+    whether it belongs to it.
 
-    It belongs to one profile only, also where knots of several coincide (within rounding): they are passed one after
-    the other, with steps of length 0 in between, and each keeps its own derivative. The order is that of `profiles`,
-    but the first one comes last where `waits(time)`.
+    It belongs to one profile only, also where knots of several coincide (within
+    rounding): they are passed one after the other, with steps of length 0 in between,
+    and each keeps its own derivative. The order is that of `profiles`, but the first
+    one comes last where `waits(time)`.
     """
-    knots = {name: profile.next_knot(pieces[name]) for name, profile in profiles.items()}
+    knots = {
+        name: profile.next_knot(pieces[name]) for name, profile in profiles.items()
+    }
     # a plain number is that of a profile without knots: it takes no part
-    varying = {name: jnp.asarray(knot) for name, knot in knots.items() if not isinstance(knot, float)}
+    varying = {
+        name: jnp.asarray(knot)
+        for name, knot in knots.items()
+        if not isinstance(knot, float)
+    }
     turns: dict[Name, Any] = dict.fromkeys(profiles, False)
     if not varying:
         return jnp.inf, turns
@@ -169,11 +227,16 @@ def next_known_time(
         ((only, knot),) = varying.items()
         return knot, turns | {only: True}
     first = jax.lax.stop_gradient(functools.reduce(jnp.minimum, varying.values()))
-    due = {i: jax.lax.stop_gradient(knot) <= first + _ROUNDING * jnp.abs(first) for i, knot in varying.items()}
+    due = {
+        i: jax.lax.stop_gradient(knot) <= first + _ROUNDING * jnp.abs(first)
+        for i, knot in varying.items()
+    }
     order = list(varying)
     assigned = jnp.asarray(False)
     if order[0] == next(iter(profiles)) and waits is not None:
-        assigned = due[order[0]] & ~(waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]]))
+        assigned = due[order[0]] & ~(
+            waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]])
+        )
         turns[order[0]] = assigned
         order = order[1:]
     for i in order:
@@ -202,7 +265,8 @@ class Entries(Struct):
 
 
 def point(x: Any, i: Piece) -> Array:
-    """The entry `i` of a list, of the nearest end beyond it; its cost does not depend on how long it is."""
+    """The entry `i` of a list, of the nearest end beyond it; its cost does not depend
+    on how long it is."""
     i = jnp.clip(jnp.asarray(i, jnp.int32), 0, np.shape(x)[0] - 1)
     if isinstance(x, Entries):
         x, i = x.values, jnp.argmax(x.numbers == i).astype(jnp.int32)
@@ -210,7 +274,8 @@ def point(x: Any, i: Piece) -> Array:
 
 
 class AbstractHistory(Part):
-    """A part with lists of which each piece reads a few entries: those of its points."""
+    """A part with lists of which each piece reads a few entries: those of its
+    points."""
 
     #: names of these lists, all of one length
     by_piece: ClassVar[tuple[str, ...]]
@@ -220,30 +285,49 @@ class AbstractHistory(Part):
         return jnp.clip(i, 0, size - 1)
 
     def near(self, before: Piece, after: Piece) -> Self:
-        """The part with long lists cut down to what it reads on a piece, and on the one that follows."""
-        lists = {name: x for name in self.by_piece if (x := getattr(self, name)) is not None and np.size(x) > FEW}
+        """The part with long lists cut down to what it reads on a piece, and on the one
+        that follows."""
+        lists = {
+            name: x
+            for name in self.by_piece
+            if (x := getattr(self, name)) is not None and np.size(x) > FEW
+        }
         if not lists:
             return self
         size = np.size(next(iter(lists.values())))
         places = [before - 1, before, before + 1, after - 1, after, 0, size - 1]
-        numbers = self.number(jnp.stack([jnp.asarray(i, jnp.int32) for i in places]), size)
-        return with_fields(self, **{name: Entries(numbers, jnp.asarray(x)[numbers], size) for name, x in lists.items()})
+        numbers = self.number(
+            jnp.stack([jnp.asarray(i, jnp.int32) for i in places]), size
+        )
+        return with_fields(
+            self,
+            **{
+                name: Entries(numbers, jnp.asarray(x)[numbers], size)
+                for name, x in lists.items()
+            },
+        )
 
 
 def near(tree: Tree, before: Piece, after: Piece) -> Tree:
-    """A tree of parts in which all histories are cut down to what they read on two pieces (`AbstractHistory.near`)."""
+    """A tree of parts in which all histories are cut down to what they read on two
+    pieces (`AbstractHistory.near`)."""
 
     def is_history(x: object) -> bool:
         return isinstance(x, AbstractHistory)
 
-    return jax.tree.map(lambda x: x.near(before, after) if is_history(x) else x, tree, is_leaf=is_history)
+    return jax.tree.map(
+        lambda x: x.near(before, after) if is_history(x) else x,
+        tree,
+        is_leaf=is_history,
+    )
 
 
 def jump_time(before: Array, time: Array) -> Array:
-    """The time of a point, where the second of two at one time has the derivative of their mean.
+    """The time of a point, where the second of two at one time has the derivative of
+    their mean.
 
-    The values between the two points of a jump are those of a line, however steep: moving one of the points moves the
-    mean by half.
+    The values between the two points of a jump are those of a line, however steep:
+    moving one of the points moves the mean by half.
     """
     return jnp.where(time > before, time, 0.5 * (before + time))
 
@@ -253,7 +337,9 @@ def _next_of(times: Scalar, piece: Piece) -> Floats | float:
     n = np.shape(times)[0]
     if not n:
         return jnp.inf
-    return jnp.where(piece < n, jump_time(point(times, piece - 1), point(times, piece)), jnp.inf)
+    return jnp.where(
+        piece < n, jump_time(point(times, piece - 1), point(times, piece)), jnp.inf
+    )
 
 
 @short_for(AbstractProfile)
@@ -281,13 +367,20 @@ def _slopes(rise: Array, span: Array) -> Array:
     return jnp.where(span > 0, rise / jnp.where(span > 0, span, 1.0), 0.0)
 
 
-def _decaying(lag: Scalar, since: Vector, turn: Vector, jump: Vector, late: Vector) -> Vector:
-    """`D_j = D_{j−1} e^{−s_j/τ} + τ Δm_j − Δv_j e^{−l_j/τ}` at all points, `l_j` (0) being how late a jump is seen."""
+def _decaying(
+    lag: Scalar, since: Vector, turn: Vector, jump: Vector, late: Vector
+) -> Vector:
+    """`D_j = D_{j−1} e^{−s_j/τ} + τ Δm_j − Δv_j e^{−l_j/τ}` at all points, `l_j` (0)
+    being how late a jump is seen."""
 
-    def joined(a: tuple[Vector, Vector], b: tuple[Vector, Vector]) -> tuple[Vector, Vector]:
+    def joined(
+        a: tuple[Vector, Vector], b: tuple[Vector, Vector]
+    ) -> tuple[Vector, Vector]:
         return a[0] * b[0], a[1] * b[0] + b[1]
 
-    return jax.lax.associative_scan(joined, (jnp.exp(-since / lag), lag * turn - jump * jnp.exp(-late / lag)))[1]
+    return jax.lax.associative_scan(
+        joined, (jnp.exp(-since / lag), lag * turn - jump * jnp.exp(-late / lag))
+    )[1]
 
 
 class AbstractPoints(AbstractProfile, AbstractHistory):
@@ -299,11 +392,14 @@ class AbstractPoints(AbstractProfile, AbstractHistory):
 
     def slope(self, piece: Piece) -> ScalarArray:
         """Rate of the value on the given piece."""
-        return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
+        return jax.jvp(
+            lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),)
+        )[1]
 
     @abc.abstractmethod
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
-        """Remaining effect of past corners and jumps on a first-order lag of the time constant `τ`:
+        """Remaining effect of past corners and jumps on a first-order lag of the time
+        constant `τ`:
 
             Σ_j (τ Δm_j − Δv_j) e^{−(t − t_j)/τ}
 
@@ -324,15 +420,29 @@ class AbstractPoints(AbstractProfile, AbstractHistory):
     def faults(self, path: str) -> Faults:
         times = np.asarray(self.times)
         if times.ndim != 1 or times.shape != np.shape(self.values):
-            return [Fault(path, "times and values must be lists of one length, at least 1")]
+            return [
+                Fault(path, "times and values must be lists of one length, at least 1")
+            ]
         falls = np.any(np.diff(times) < 0)
-        return [Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump")] if falls else []
+        return (
+            [
+                Fault(
+                    f"{path}.times",
+                    "the times must not decrease",
+                    "two equal times make a jump",
+                )
+            ]
+            if falls
+            else []
+        )
 
 
 class PiecewiseLinear(AbstractPoints):
-    """Straight lines between points `(times, values)`, constant before the first and after the last.
+    """Straight lines between points `(times, values)`, constant before the first and
+    after the last.
 
-    Two points at one time are a jump. Every point is a time breakpoint at which a step of the integrator ends.
+    Two points at one time are a jump. Every point is a time breakpoint at which a step
+    of the integrator ends.
 
     Example:
         >>> sb.PiecewiseLinear([0.0, 0.35], [2e3, 24e3])
@@ -377,11 +487,17 @@ class PiecewiseLinear(AbstractPoints):
         turn = jnp.diff(jnp.concatenate([zero, _slopes(rise, span), zero]))
         jump = jnp.concatenate([zero, jnp.where(span > 0, 0.0, rise)])
         before = jnp.concatenate([times[:1], times[:-1]])
-        return _decaying(lag, times - before, turn, jump, times - jump_time(before, times))
+        return _decaying(
+            lag, times - before, turn, jump, times - jump_time(before, times)
+        )
 
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
         since = jnp.where(piece > 0, t - point(self.times, piece - 1), 0.0)
-        return jnp.where(piece > 0, point(self.left_at_points(lag), piece - 1) * jnp.exp(-since / lag), 0.0)
+        return jnp.where(
+            piece > 0,
+            point(self.left_at_points(lag), piece - 1) * jnp.exp(-since / lag),
+            0.0,
+        )
 
     def next_knot(self, piece: Piece) -> Floats | float:
         return _next_of(self.times, piece)
@@ -389,7 +505,12 @@ class PiecewiseLinear(AbstractPoints):
     def with_sums(self, lag: Scalar | None = None) -> AbstractPoints:
         if type(self) is not PiecewiseLinear or np.size(self.times) <= FEW:
             return self
-        return _Summed(self.times, self.values, self.areas(), None if lag is None else self.left_at_points(lag))
+        return _Summed(
+            self.times,
+            self.values,
+            self.areas(),
+            None if lag is None else self.left_at_points(lag),
+        )
 
     def first_piece(self, t: Real) -> Piece:
         return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
@@ -397,10 +518,14 @@ class PiecewiseLinear(AbstractPoints):
     def greatest_from(self, begin: Array, end: Array) -> Array:
         later = jnp.asarray(self.times) >= begin
         now = self.value(begin, self.first_piece(begin))
-        return jnp.maximum(now, jnp.max(jnp.where(later, jnp.asarray(self.values), -jnp.inf)))
+        return jnp.maximum(
+            now, jnp.max(jnp.where(later, jnp.asarray(self.values), -jnp.inf))
+        )
 
     def no_more_turns(self, t: Real) -> Mark:
-        values = jnp.asarray(self.values)  # points may follow that all have the last value
+        values = jnp.asarray(
+            self.values
+        )  # points may follow that all have the last value
         passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
         return jnp.all(passed | (values == values[-1]))
 
@@ -426,43 +551,59 @@ def ramp(
     begin: Annotated[float, Quantity("s", "time at which it begins")],
     duration: Annotated[float, Quantity("s", "duration", 0.0)],
 ) -> PiecewiseLinear:
-    """From `start` to `end` in a straight line over `duration` (s) from the time `begin` (s).
+    """From `start` to `end` in a straight line over `duration` (s) from the time
+    `begin` (s).
 
     Example:
         >>> sb.ramp(2e3, 24e3, 0.0, 0.35)
         PiecewiseLinear(times=[0, 0.35] s, values=[2000, 24000])
     """
-    return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
+    return PiecewiseLinear(
+        times=np.asarray([begin, begin + duration]), values=np.asarray([start, end])
+    )
 
 
 @takes_values
 def held(
-    times: Annotated[Sequence[float] | np.ndarray, Quantity("s", "times from which the values hold", many=Over.ROWS)],
-    values: Annotated[Sequence[float] | np.ndarray, Quantity("SI", "values", many=Over.ROWS)],
+    times: Annotated[
+        Sequence[float] | np.ndarray,
+        Quantity("s", "times from which the values hold", many=Over.ROWS),
+    ],
+    values: Annotated[
+        Sequence[float] | np.ndarray, Quantity("SI", "values", many=Over.ROWS)
+    ],
 ) -> PiecewiseLinear:
-    """Samples each of which holds up to the next (zero order): straight lines with a jump at each time.
+    """Samples each of which holds up to the next (zero order): straight lines with a
+    jump at each time.
 
     Example:
         >>> sb.profiles.held([0.0, 1.0, 3.0], [2.0, 5.0, 4.0]).values
         array([2., 2., 5., 5., 4.])
     """
-    return PiecewiseLinear(times=np.repeat(times, 2)[1:], values=np.repeat(values, 2)[:-1])
+    return PiecewiseLinear(
+        times=np.repeat(times, 2)[1:], values=np.repeat(values, 2)[:-1]
+    )
 
 
 class Repeated(AbstractPoints):
-    """A cycle of straight lines, repeated: `count` times the points `(times, values)`, every `period`, from `begin` on.
+    """A cycle of straight lines, repeated: `count` times the points `(times, values)`,
+    every `period`, from `begin` on.
 
-    - `times` (k,) in s from the start of a cycle, not decreasing, at most `period`;  `values` (k,)
+    - `times` (k,) in s from the start of a cycle, not decreasing, at most `period`
+    - `values` (k,)
 
-    Between the last point of a cycle and the first of the next it is a straight line too; before the first point and
-    after the last it is constant. The cost of a value does not depend on the number of cycles.
+    Between the last point of a cycle and the first of the next it is a straight line
+    too; before the first point and after the last it is constant. The cost of a value
+    does not depend on the number of cycles.
 
     Example:
         >>> sb.Repeated([0.0, 2.0], [30e3, 0.0], period="50 s", count=30).count
         30
     """
 
-    times: Scalar = quantity("s", "times of the points in one cycle", low=0.0, many=Over.ROWS)
+    times: Scalar = quantity(
+        "s", "times of the points in one cycle", low=0.0, many=Over.ROWS
+    )
     values: Scalar = quantity("SI", "values at the points", many=Over.ROWS)
     period: Scalar = positive_quantity("s", "length of a cycle")
     count: int = whole("number of cycles", high=1_000_000)
@@ -476,23 +617,30 @@ class Repeated(AbstractPoints):
         return i % size
 
     def _span(self, i: Array) -> Array:
-        """Time from the point `i` of a cycle to the next, which may be the first of the next cycle."""
+        """Time from the point `i` of a cycle to the next, which may be the first of the
+        next cycle."""
         k = np.shape(self.times)[0]
-        following = jnp.where(i < k - 1, point(self.times, i + 1), self.period + point(self.times, 0))
+        following = jnp.where(
+            i < k - 1, point(self.times, i + 1), self.period + point(self.times, 0)
+        )
         return following - point(self.times, i)
 
     def _rise(self, i: Array) -> Array:
-        return point(self.values, (i + 1) % np.shape(self.times)[0]) - point(self.values, i)
+        return point(self.values, (i + 1) % np.shape(self.times)[0]) - point(
+            self.values, i
+        )
 
     def _jump_time(self, i: Array) -> Array:
-        """`jump_time` of the point `i` in its cycle, the jump from one cycle to the next included."""
+        """`jump_time` of the point `i` in its cycle, the jump from one cycle to the
+        next included."""
         k = np.shape(self.times)[0]
         time = point(self.times, i)
         since = self._span((i + k - 1) % k)
         return jnp.where(since > 0, time, time - 0.5 * since)
 
     def _place(self, piece: Piece) -> tuple[Array, Array]:
-        """The cycle and the point in it after which a piece begins, of the first piece the first."""
+        """The cycle and the point in it after which a piece begins, of the first piece
+        the first."""
         passed = jnp.clip(jnp.asarray(piece, jnp.int32) - 1, 0, self.knot_count - 1)
         k = np.shape(self.times)[0]
         return passed // k, passed % k
@@ -504,10 +652,13 @@ class Repeated(AbstractPoints):
         cycle, i = self._place(piece)
         inside = (piece > 0) & (piece < self.knot_count)
         slope = jnp.where(inside, _slopes(self._rise(i), self._span(i)), 0.0)
-        return point(self.values, i) + slope * (t - (self._begun(cycle) + point(self.times, i)))
+        return point(self.values, i) + slope * (
+            t - (self._begun(cycle) + point(self.times, i))
+        )
 
     def left_at_points(self, lag: Scalar) -> Vector:
-        """What is left just after each point of the corners and jumps before it in its cycle, one amid others."""
+        """What is left just after each point of the corners and jumps before it in its
+        cycle, one amid others."""
         times = jnp.asarray(self.times)
         values = jnp.asarray(self.values)
         span = jnp.diff(times, append=self.period + times[:1])
@@ -519,7 +670,8 @@ class Repeated(AbstractPoints):
         return _decaying(lag, since, slope - jnp.roll(slope, 1), jump, late)
 
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
-        # the cycles before leave a geometric series at the last point of the last of them
+        # the cycles before leave a geometric series at the last point of the last of
+        # them
         last = np.shape(self.times)[0] - 1
         piece, (cycle, i) = jnp.asarray(piece, jnp.int32), self._place(piece)
         each = self.left_at_points(lag)
@@ -539,9 +691,13 @@ class Repeated(AbstractPoints):
         jump = jnp.where(sudden, self._rise(last), 0.0)
         left = left * since(begun, self._begun(cycle) + point(self.times, i))
         left += lag * slope * since(begun, self.begin + point(self.times, 0))
-        left += jump * since(begun, self.begin + self._jump_time(jnp.asarray(0, jnp.int32)))
+        left += jump * since(
+            begun, self.begin + self._jump_time(jnp.asarray(0, jnp.int32))
+        )
         end = self.begin + (self.count - 1.0) * self.period + point(self.times, last)
-        return jnp.where(begun, left - jnp.where(over, lag * slope * since(over, end), 0.0), 0.0)
+        return jnp.where(
+            begun, left - jnp.where(over, lag * slope * since(over, end), 0.0), 0.0
+        )
 
     def with_sums(self, lag: Scalar | None = None) -> AbstractPoints:
         if type(self) is not Repeated or np.size(self.times) <= FEW or lag is None:
@@ -554,7 +710,9 @@ class Repeated(AbstractPoints):
         i = piece % k
         # (no jump leads to the first point of all)
         time = jnp.where(piece > 0, self._jump_time(i), point(self.times, i))
-        return jnp.where(piece < self.knot_count, self._begun(piece // k) + time, jnp.inf)
+        return jnp.where(
+            piece < self.knot_count, self._begun(piece // k) + time, jnp.inf
+        )
 
     def first_piece(self, t: Real) -> Piece:
         cycles = np.arange(self.count, dtype=np.float64)[:, None]
@@ -569,7 +727,13 @@ class Repeated(AbstractPoints):
     def faults(self, path: str) -> Faults:
         faults = super().faults(path)
         if np.max(self.times, initial=0.0) > np.asarray(self.period):
-            faults.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
+            faults.append(
+                Fault(
+                    f"{path}.times",
+                    "a time lies beyond the period",
+                    "make the period longer",
+                )
+            )
         return faults
 
 
@@ -584,7 +748,8 @@ class _SummedCycle(Repeated):
 
 
 class ExponentialRise(AbstractProfile):
-    """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: the filling of brake actuators.
+    """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: the filling of
+    brake actuators.
 
     - `level` `p_1`; `time_constant` `t_i` (s); `begin` `t_0` (s)
 
@@ -602,7 +767,11 @@ class ExponentialRise(AbstractProfile):
         return type(self) is ExponentialRise  # a subclass may have another value
 
     def value(self, t: Real, piece: Piece) -> Real:
-        return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)
+        return jnp.where(
+            piece > 0,
+            -self.level * jnp.expm1(-(t - self.begin) / self.time_constant),
+            0.0 * t,
+        )
 
     def next_knot(self, piece: Piece) -> Floats | float:
         return jnp.where(piece > 0, jnp.inf, self.begin)
@@ -620,8 +789,9 @@ class ExponentialRise(AbstractProfile):
 class FunctionProfile(AbstractProfile, AbstractHistory):
     """A custom function of time, smooth between the `knots` given (corners and jumps).
 
-    `function(t, parameters)` must accept traced values; `parameters` is a PyTree of arrays whose numbers can be
-    differentiated. `typical` is its typical magnitude. At a jump the piece before the knot is continued by its value.
+    `function(t, parameters)` must accept traced values; `parameters` is a PyTree of
+    arrays whose numbers can be differentiated. `typical` is its typical magnitude. At a
+    jump the piece before the knot is continued by its value.
 
     Example:
         >>> lever = sb.profiles.FunctionProfile(lambda t, force: force * t**2, 500.0, typical=2000.0)
@@ -631,8 +801,12 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
 
     function: Callable[[Any, Any], Any] = structural()
     parameters: Any = None
-    typical: Scalar = positive_quantity("SI", "typical magnitude of the profile", default=1.0)
-    knots: Scalar = quantity("s", "times of corners and jumps", many=Over.ROWS, default=())
+    typical: Scalar = positive_quantity(
+        "SI", "typical magnitude of the profile", default=1.0
+    )
+    knots: Scalar = quantity(
+        "s", "times of corners and jumps", many=Over.ROWS, default=()
+    )
     by_piece: ClassVar[tuple[str, ...]] = ("knots",)
 
     def value(self, t: Real, piece: Piece) -> Real:
@@ -640,7 +814,13 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
             # stay on this side of a jump: the piece ends just before its knot
             end = jnp.where(piece < n, point(self.knots, piece), jnp.inf)
             start = jnp.where(piece > 0, point(self.knots, piece - 1), -jnp.inf)
-            inside = jnp.clip(t, start, jnp.where(jnp.isfinite(end), end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0), end))
+            inside = jnp.clip(
+                t,
+                start,
+                jnp.where(
+                    jnp.isfinite(end), end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0), end
+                ),
+            )
             t = jax.lax.stop_gradient(inside - t) + t
         return jnp.asarray(self.function(t, self.parameters), jnp.float64)
 
@@ -655,22 +835,31 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
 
     def faults(self, path: str) -> Faults:
         knots = np.asarray(self.knots)
-        return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
+        return (
+            [Fault(f"{path}.knots", "the knots must increase")]
+            if np.any(np.diff(knots) < 0)
+            else []
+        )
 
 
 def hides_nothing(part: PyTree, course: Callable) -> bool:
-    """Whether the function of time `course(part, t, piece)` has no short features between two time breakpoints.
+    """Whether the function of time `course(part, t, piece)` has no short features
+    between two time breakpoints.
 
-    That holds where the function is a straight line on every piece, or a sum of straight lines and exponential rises.
-    The straight line is proved by a calculation with `_Time` as the time, with addition and scaling only;
-    any other operation on the time (a comparison, any function of JAX) counts as a short feature. Derivatives cannot
-    prove it: they are zero on both sides of a jump. Found once for each structure of a part.
+    That holds where the function is a straight line on every piece, or a sum of
+    straight lines and exponential rises. The straight line is proved by a calculation
+    with `_Time` as the time, with addition and scaling only; any other operation on the
+    time (a comparison, any function of JAX) counts as a short feature. Derivatives
+    cannot prove it: they are zero on both sides of a jump. Found once for each
+    structure of a part.
     """
 
     def rises(x: object) -> bool:
         return isinstance(x, AbstractProfile) and x.rises
 
-    straight = jax.tree.map(lambda x: Constant(0.0) if rises(x) else x, part, is_leaf=rises)
+    straight = jax.tree.map(
+        lambda x: Constant(0.0) if rises(x) else x, part, is_leaf=rises
+    )
     return _is_straight(straight, course)
 
 

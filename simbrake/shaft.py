@@ -1,4 +1,5 @@
-"""Torques on the shaft beside the brake: auxiliary brakes, drag, and dry friction of bearings and tackle."""
+"""Torques on the shaft beside the brake: auxiliary brakes, drag, and dry friction of
+bearings and tackle."""
 
 import abc
 import re
@@ -28,7 +29,8 @@ __all__ = [
 class AbstractShaftTorque(Part):
     """A torque on the shaft against its rotation; its work is heat.
 
-    - `place`: body of the thermal network, or face of a wall, that the heat enters; `None`: it enters no body (lost)
+    - `place`: body of the thermal network, or face of a wall, that the heat enters;
+      `None`: it enters no body (lost)
     """
 
     place: AbstractVar[str | None]
@@ -45,8 +47,11 @@ class AbstractShaftTorque(Part):
         - `piece` of its `profile`;  `load` (N·m): torque of the load on a shaft at rest
         """
 
-    def turning(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
-        """The torque (N·m) on a shaft that turns in the sense `way`, ±1, also as it begins to."""
+    def turning(
+        self, t: Real, omega: Real, piece: Piece, load: Real, way: Real
+    ) -> Real:
+        """The torque (N·m) on a shaft that turns in the sense `way`, ±1, also as it
+        begins to."""
         return self.torque(t, omega, piece, load)
 
     def strung(self, lines: Scalar | None) -> "AbstractShaftTorque":
@@ -55,7 +60,8 @@ class AbstractShaftTorque(Part):
 
 
 class AbstractAuxiliaryBrake(AbstractShaftTorque):
-    """A brake beside the friction brake that the driller engages, by phases too (`Phase.auxiliary`)."""
+    """A brake beside the friction brake that the driller engages, by phases too
+    (`Phase.auxiliary`)."""
 
     @abc.abstractmethod
     def engaged(self, share: Scalar) -> "AbstractAuxiliaryBrake":
@@ -63,13 +69,19 @@ class AbstractAuxiliaryBrake(AbstractShaftTorque):
 
 
 class AbstractDryTorque(AbstractShaftTorque):
-    """Dry friction: `torque` is its limit (N·m, ≥ 0), against the rotation; at rest it is any torque up to that."""
+    """Dry friction: `torque` is its limit (N·m, ≥ 0), against the rotation; at rest it
+    is any torque up to that."""
 
-    def limit_against(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
-        """The limit (N·m, ≥ 0) against a rotation in the sense `way`, ±1, also of a shaft at rest."""
+    def limit_against(
+        self, t: Real, omega: Real, piece: Piece, load: Real, way: Real
+    ) -> Real:
+        """The limit (N·m, ≥ 0) against a rotation in the sense `way`, ±1, also of a
+        shaft at rest."""
         return self.torque(t, omega, piece, load)
 
-    def turning(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
+    def turning(
+        self, t: Real, omega: Real, piece: Piece, load: Real, way: Real
+    ) -> Real:
         return way * self.limit_against(t, omega, piece, load, way)
 
 
@@ -85,20 +97,27 @@ def _faults_of_share(profile: AbstractProfile, path: str) -> Faults:
 class EddyCurrentBrake(AbstractAuxiliaryBrake):
     """Eddy-current brake, after Kloss: `M = 2 e² M_m ω ω_m/(ω² + ω_m²)`.
 
-    - `max_torque` `M_m` (N·m) at the speed `critical_speed` `ω_m` (rad/s) under full excitation
-    - `excitation` `e(t)`: current over its rated value, 0…1, a number or a profile;  `place`: body that takes its heat
+    - `max_torque` `M_m` (N·m) at the speed `critical_speed` `ω_m` (rad/s) under full
+      excitation
+    - `excitation` `e(t)`: current over its rated value, 0…1, a number or a profile
+    - `place`: body that takes its heat
 
-    The torque vanishes with the speed: it holds no load. Up to `ω_m` it rises with the speed, and a load is lowered at
-    a steady speed; past `ω_m` it falls, and a load above it runs away.
+    The torque vanishes with the speed: it holds no load. Up to `ω_m` it rises with the
+    speed, and a load is lowered at a steady speed; past `ω_m` it falls, and a load
+    above it runs away.
 
     Example:
         >>> sb.loads.EddyCurrentBrake("40 kN*m", "12 rad/s").critical_speed
         array(12.)
     """
 
-    max_torque: Scalar = quantity("N*m", "maximum torque under full excitation", low=0.0)
+    max_torque: Scalar = quantity(
+        "N*m", "maximum torque under full excitation", low=0.0
+    )
     critical_speed: Scalar = positive_quantity("rad/s", "speed of the maximum torque")
-    excitation: AbstractProfile = part(AbstractProfile, "1", default_factory=lambda: Constant(1.0))
+    excitation: AbstractProfile = part(
+        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
+    )
     place: str | None = structural(default=None)
 
     @property
@@ -120,7 +139,9 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
 class HydrodynamicBrake(AbstractAuxiliaryBrake):
     """Hydrodynamic brake: `M = κ k ω |ω|`.
 
-    - `coefficient` `k` (N·m·s²) of the full brake;  `fill` `κ(t)`: 0…1, a number or a profile;  `place`: body that
+    - `coefficient` `k` (N·m·s²) of the full brake
+    - `fill` `κ(t)`: 0…1, a number or a profile
+    - `place`: body that
       takes its heat
 
     Example:
@@ -128,8 +149,12 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
         array(12.)
     """
 
-    coefficient: Scalar = quantity("N*m*s^2", "torque per square of the speed, full brake", low=0.0)
-    fill: AbstractProfile = part(AbstractProfile, "1", default_factory=lambda: Constant(1.0))
+    coefficient: Scalar = quantity(
+        "N*m*s^2", "torque per square of the speed, full brake", low=0.0
+    )
+    fill: AbstractProfile = part(
+        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
+    )
     place: str | None = structural(default=None)
 
     @property
@@ -147,7 +172,8 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
 
 
 class ViscousDrag(AbstractShaftTorque):
-    """Viscous drag: `M = c ω`, with `coefficient` `c` (N·m·s); `place`: body that takes its heat.
+    """Viscous drag: `M = c ω`, with `coefficient` `c` (N·m·s); `place`: body that takes
+    its heat.
 
     Example:
         >>> sb.loads.ViscousDrag(600.0)
@@ -162,7 +188,8 @@ class ViscousDrag(AbstractShaftTorque):
 
 
 class BearingFriction(AbstractDryTorque):
-    """Dry friction of bearings: `|M| = M_c` in motion, `|M| ≤ M_c` at rest. The shaft can stick on it alone.
+    """Dry friction of bearings: `|M| = M_c` in motion, `|M| ≤ M_c` at rest. The shaft
+    can stick on it alone.
 
     - `friction_torque` `M_c` (N·m);  `place`: body that takes its heat
 
@@ -171,7 +198,9 @@ class BearingFriction(AbstractDryTorque):
         BearingFriction(friction_torque=150 N·m)
     """
 
-    friction_torque: Scalar = quantity("N*m", "friction torque of the bearings", low=0.0)
+    friction_torque: Scalar = quantity(
+        "N*m", "friction torque of the bearings", low=0.0
+    )
     place: str | None = structural(default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
@@ -180,7 +209,8 @@ class BearingFriction(AbstractDryTorque):
 
 #: how a loss of the tackle is given, in place of an efficiency without its direction
 _TACKLE = (
-    "give `sheave_factor = 1.04` (roller bearings), or an efficiency with its direction: `hoisting_efficiency` (that "
+    "give `sheave_factor = 1.04` (roller bearings), or an efficiency with its "
+    "direction: `hoisting_efficiency` (that "
     "of a data sheet) or `lowering_efficiency`"
 )
 #: error of a loss of the tackle under a load on no hook
@@ -190,27 +220,31 @@ NO_TACKLE = (
 )
 #: below it a function of `x²` is taken by its series
 _SMALL = 0.1
-#: Newton steps that find a sheave factor: six at most for 1 to 100 lines and efficiencies down to 1e-8, two for the
-#: derivatives of the last
+#: Newton steps that find a sheave factor: six at most for 1 to 100 lines and
+#: efficiencies down to 1e-8, two for the derivatives of the last
 _STEPS = 8
 
 
 class TackleLoss(AbstractDryTorque):
-    """Loss of the tackle, whose `n` lines turn `n` sheaves: dry friction in proportion to the load.
+    """Loss of the tackle, whose `n` lines turn `n` sheaves: dry friction in proportion
+    to the load.
 
-        T_{i+1} = K T_i,   Σ T_i = W,   T_fast = W/(n η_h) in hoisting,   η_l W/n in lowering
-        1/η_l = (K + K² + … + K^n)/n,   η_h = 1/(η_l K^(n+1))
-        hoisting: M = (1/η_h − 1) M_load,   lowering: M = (1 − η_l) M_load,   at rest anything between
+        T_{i+1} = K T_i,   Σ T_i = W,   T_fast = W/(n η_h) in hoisting,   η_l W/n in
+        lowering 1/η_l = (K + K² + … + K^n)/n,   η_h = 1/(η_l K^(n+1)) hoisting: M =
+        (1/η_h − 1) M_load,   lowering: M = (1 − η_l) M_load,   at rest anything between
 
-    - `sheave_factor` `K`: tension of a line over that of its neighbour as both move, 1.04 with roller bearings, 1.09
-      with plain ones; the fast line turns a sheave of the crown, the dead-line sheave stands
-    - or `hoisting_efficiency` `η_h`, that of data sheets and of API RP 9B; or `lowering_efficiency` `η_l`. The other
-      one follows from it by the `K` of the lines strung
+    - `sheave_factor` `K`: tension of a line over that of its neighbour as both move,
+      1.04 with roller bearings, 1.09 with plain ones; the fast line turns a sheave of
+      the crown, the dead-line sheave stands
+    - or `hoisting_efficiency` `η_h`, that of data sheets and of API RP 9B; or
+      `lowering_efficiency` `η_l`. The other one follows from it by the `K` of the lines
+      strung
     - `place`: body that takes its heat
 
-    The load must hang on a hook, whose `line_count` is `n`. The torque is that of the weight, of an elastic rope that
-    of its pull. Tensions of the lines are those of the pull on the hook: columns `fast_line_tension` and
-    `dead_line_tension`. `strung(n)` has all three numbers.
+    The load must hang on a hook, whose `line_count` is `n`. The torque is that of the
+    weight, of an elastic rope that of its pull. Tensions of the lines are those of the
+    pull on the hook: columns `fast_line_tension` and `dead_line_tension`. `strung(n)`
+    has all three numbers.
 
     Raises `InputError` unless one of the three is given.
 
@@ -224,13 +258,26 @@ class TackleLoss(AbstractDryTorque):
     """
 
     sheave_factor: Scalar | None = quantity(
-        "1", "tension of a line over that of its neighbour", 1.0, 2.0, default=None, instead=_TACKLE
+        "1",
+        "tension of a line over that of its neighbour",
+        1.0,
+        2.0,
+        default=None,
+        instead=_TACKLE,
     )
     hoisting_efficiency: Scalar | None = positive_quantity(
-        "1", "efficiency of the tackle in hoisting", high=1.0, default=None, kw_only=True
+        "1",
+        "efficiency of the tackle in hoisting",
+        high=1.0,
+        default=None,
+        kw_only=True,
     )
     lowering_efficiency: Scalar | None = positive_quantity(
-        "1", "efficiency of the tackle in lowering", high=1.0, default=None, kw_only=True
+        "1",
+        "efficiency of the tackle in lowering",
+        high=1.0,
+        default=None,
+        kw_only=True,
     )
     place: str | None = structural(default=None, kw_only=True)
     instead: ClassVar[dict[str, str]] = {"efficiency": _TACKLE}
@@ -240,11 +287,16 @@ class TackleLoss(AbstractDryTorque):
         count = sum(number is not None for number in given)
         if count == 1:
             return []
-        what = "is missing" if count == 0 else "is given beside an efficiency, or both efficiencies are"
+        what = (
+            "is missing"
+            if count == 0
+            else "is given beside an efficiency, or both efficiencies are"
+        )
         return [Fault(f"{path}.sheave_factor", what, _TACKLE)]
 
     def strung(self, lines: Scalar | None) -> "TackleLoss":
-        """The loss with all of its three numbers, as so many lines have them. Raises `InputError` without a hook."""
+        """The loss with all of its three numbers, as so many lines have them. Raises
+        `InputError` without a hook."""
         if lines is None:
             raise InputError([Fault("TackleLoss", *NO_TACKLE)])
         n = jnp.asarray(lines)
@@ -262,12 +314,19 @@ class TackleLoss(AbstractDryTorque):
             k = _log_of_factor(n, hoisting, hoisting=True)
             factor = jnp.exp(k)
             lowering = jnp.exp(-(n + 1) * k) / hoisting
-        return with_fields(self, sheave_factor=factor, hoisting_efficiency=hoisting, lowering_efficiency=lowering)
+        return with_fields(
+            self,
+            sheave_factor=factor,
+            hoisting_efficiency=hoisting,
+            lowering_efficiency=lowering,
+        )
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
         return self.limit_against(t, omega, piece, load, jnp.sign(omega))
 
-    def limit_against(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
+    def limit_against(
+        self, t: Real, omega: Real, piece: Piece, load: Real, way: Real
+    ) -> Real:
         hoisting: Any = self.hoisting_efficiency
         lowering: Any = self.lowering_efficiency
         share = jnp.where(way < 0, 1 / hoisting - 1, 1 - lowering)
@@ -276,20 +335,24 @@ class TackleLoss(AbstractDryTorque):
     def tensions(self, pull: Array, lines: Scalar, way: Array) -> TwoArrays:
         """Tensions (N) of the fast and of the dead line under a pull (N) on the hook.
 
-        - `way`: above 0 in lowering, below 0 in hoisting, 0 at rest, where each is the largest that it can be
+        - `way`: above 0 in lowering, below 0 in hoisting, 0 at rest, where each is the
+          largest that it can be
         """
         each = pull / lines
         last_over_first = jnp.asarray(self.sheave_factor) ** lines
         hoisting = each / self.hoisting_efficiency
         lowering = each * self.lowering_efficiency
         fast = jnp.where(way > 0, lowering, hoisting)
-        dead = jnp.where(way < 0, hoisting / last_over_first, lowering * last_over_first)
+        dead = jnp.where(
+            way < 0, hoisting / last_over_first, lowering * last_over_first
+        )
         return fast, dead
 
 
 def _logs_of_loss(lines: Array, k: Array) -> TwoArrays:
-    """`−ln η` in hoisting and in lowering, `k = ln K`: `(n + 1) k/2` less and plus `ln S`, `S = mean(K^i)/K^((n+1)/2)`
-    over the lines, `S = sinh(n k/2)/(n sinh(k/2))`."""
+    """`−ln η` in hoisting and in lowering, `k = ln K`: `(n + 1) k/2` less and plus
+    `ln S`, `S = mean(K^i)/K^((n+1)/2)` over the lines,
+    `S = sinh(n k/2)/(n sinh(k/2))`."""
     middle = 0.5 * (lines + 1) * k
     spread = _log_sinhc(0.5 * lines * k) - _log_sinhc(0.5 * k)
     return middle - spread, middle + spread
@@ -298,7 +361,8 @@ def _logs_of_loss(lines: Array, k: Array) -> TwoArrays:
 def _log_of_factor(lines: Array, efficiency: Array, *, hoisting: bool) -> Array:
     """`ln K` of lines with an efficiency in one direction, by Newton's method.
 
-    `−ln η` is concave in it in hoisting and convex in lowering, so that no step goes beyond the solution.
+    `−ln η` is concave in it in hoisting and convex in lowering, so that no step goes
+    beyond the solution.
     """
     wanted = -jnp.log(efficiency)
 
@@ -314,16 +378,25 @@ def _log_of_factor(lines: Array, efficiency: Array, *, hoisting: bool) -> Array:
 
 
 def _log_sinhc(x: Array) -> Array:
-    """`ln(sinh(x)/x)`, `x ≥ 0`; where `x` is small by its series, whose derivatives are exact at 0 too."""
+    """`ln(sinh(x)/x)`, `x ≥ 0`; where `x` is small by its series, whose derivatives are
+    exact at 0 too."""
     is_small = x < _SMALL
     y = jnp.where(is_small, x, 0.0) ** 2
-    series = y * (1 / 6 + y * (-1 / 180 + y * (1 / 2835 + y * (-1 / 37800 + y / 467775))))
+    series = y * (
+        1 / 6 + y * (-1 / 180 + y * (1 / 2835 + y * (-1 / 37800 + y / 467775)))
+    )
     big = jnp.where(is_small, 1.0, x)
     return jnp.where(is_small, series, big + jnp.log(-jnp.expm1(-2 * big) / (2 * big)))
 
 
 def names_of(torques: tuple[AbstractShaftTorque, ...]) -> list[str]:
-    """Names of torques in results, after their classes: `eddy_current_brake`; of several of one class with a number."""
-    kinds = [re.sub(r"(?<=.)(?=[A-Z])", "_", type(law).__name__).lower() for law in torques]
+    """Names of torques in results, after their classes: `eddy_current_brake`; of
+    several of one class with a number."""
+    kinds = [
+        re.sub(r"(?<=.)(?=[A-Z])", "_", type(law).__name__).lower() for law in torques
+    ]
     counts = [kinds[: i + 1].count(kind) for i, kind in enumerate(kinds)]
-    return [kind if kinds.count(kind) == 1 else f"{kind}_{number}" for kind, number in zip(kinds, counts, strict=True)]
+    return [
+        kind if kinds.count(kind) == 1 else f"{kind}_{number}"
+        for kind, number in zip(kinds, counts, strict=True)
+    ]

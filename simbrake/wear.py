@@ -1,4 +1,5 @@
-"""Wear of the linings: its rate, and the profile of a lever that first takes up a worn band."""
+"""Wear of the linings: its rate, and the profile of a lever that first takes up a worn
+band."""
 
 import abc
 from typing import Any, TypeAlias
@@ -9,7 +10,16 @@ from jaxtyping import Bool, Float
 
 from ._base._corners import greater
 from ._base._faults import Fault, Faults, Issues
-from ._base._part import Part, faults_of_sizes, leaves, part, positive_quantity, quantity, short_for, structural
+from ._base._part import (
+    Part,
+    faults_of_sizes,
+    leaves,
+    part,
+    positive_quantity,
+    quantity,
+    short_for,
+    structural,
+)
 from ._base._quantity import Over, Scalar
 from .brakes.design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
@@ -36,10 +46,12 @@ Temperature: TypeAlias = Floats | float | None
 
 
 class AbstractWearRate(Part):
-    """Wear rate `I(T)` in m³/(N·m) = 1/Pa: volume worn off per newton of load and metre of slip (Archard).
+    """Wear rate `I(T)` in m³/(N·m) = 1/Pa: volume worn off per newton of load and metre
+    of slip (Archard).
 
-    Called as `rate(p, v, T)` like the functions that `lining_wear` takes: pressure (Pa), slip speed (m/s), and the
-    temperature (K) of the friction face, `None` where the scene has none: then the law is at its reference temperature.
+    Called as `rate(p, v, T)` like the functions that `lining_wear` takes: pressure
+    (Pa), slip speed (m/s), and the temperature (K) of the friction face, `None` where
+    the scene has none: then the law is at its reference temperature.
     """
 
     def __call__(self, p: Scalar, v: Scalar, T: Temperature) -> Floats:
@@ -47,11 +59,14 @@ class AbstractWearRate(Part):
 
     @abc.abstractmethod
     def at(self, T: Temperature) -> Floats:
-        """The rate at the temperature `T` (K), or at the reference temperature for `None`."""
+        """The rate at the temperature `T` (K), or at the reference temperature for
+        `None`."""
 
 
 def _rate_at(words: str) -> Any:
-    return quantity("m^3/(N*m)", f"wear rate {words}".rstrip(), low=0.0, many=True, typical=1e-14)
+    return quantity(
+        "m^3/(N*m)", f"wear rate {words}".rstrip(), low=0.0, many=True, typical=1e-14
+    )
 
 
 @short_for(AbstractWearRate)
@@ -74,7 +89,8 @@ class ConstantWear(AbstractWearRate):
 
 
 class LinearWear(AbstractWearRate):
-    """`I = k max(0, 1 + s (T − T_r))`: the first term of any dependence on the temperature.
+    """`I = k max(0, 1 + s (T − T_r))`: the first term of any dependence on the
+    temperature.
 
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `slope` `s` (1/K)
 
@@ -84,12 +100,18 @@ class LinearWear(AbstractWearRate):
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
-    slope: Scalar = quantity("1/K", "relative rise of the wear rate per kelvin", many=True)
-    reference: Scalar = positive_quantity("K", "temperature at which the coefficient holds", default=ROOM)
+    slope: Scalar = quantity(
+        "1/K", "relative rise of the wear rate per kelvin", many=True
+    )
+    reference: Scalar = positive_quantity(
+        "K", "temperature at which the coefficient holds", default=ROOM
+    )
 
     def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
-        return k if T is None else k * greater(1 + self.slope * (T - self.reference), 0.0)
+        return (
+            k if T is None else k * greater(1 + self.slope * (T - self.reference), 0.0)
+        )
 
 
 class ExponentialWear(AbstractWearRate):
@@ -97,7 +119,8 @@ class ExponentialWear(AbstractWearRate):
 
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `rise` `ΔT` (K)
 
-    Reference: S. K. Rhee, *Wear* 29 (1974) 391: above some 230 °C the wear of organic linings grows exponentially.
+    Reference: S. K. Rhee, *Wear* 29 (1974) 391: above some 230 °C the wear of organic
+    linings grows exponentially.
 
     Example:
         >>> sb.wear.ExponentialWear(3e-14, rise=120.0).rise
@@ -106,9 +129,14 @@ class ExponentialWear(AbstractWearRate):
 
     coefficient: Scalar = _rate_at("at the reference temperature")
     rise: Scalar = positive_quantity(
-        "K", "difference of temperature over which the wear rate grows e-fold", difference=True, many=True
+        "K",
+        "difference of temperature over which the wear rate grows e-fold",
+        difference=True,
+        many=True,
     )
-    reference: Scalar = positive_quantity("K", "temperature at which the coefficient holds", default=ROOM)
+    reference: Scalar = positive_quantity(
+        "K", "temperature at which the coefficient holds", default=ROOM
+    )
 
     def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
@@ -118,7 +146,8 @@ class ExponentialWear(AbstractWearRate):
 class ArrheniusWear(AbstractWearRate):
     """`I = k exp[(E/R)(1/T_r − 1/T)]`: the binder of the lining is decomposed by heat.
 
-    - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `energy` `E` (J/mol): activation energy
+    - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K)
+    - `energy` `E` (J/mol): activation energy
 
     Reference: S. K. Rhee, *Wear* 29 (1974) 391, for resin-bonded linings.
 
@@ -128,20 +157,30 @@ class ArrheniusWear(AbstractWearRate):
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
-    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4)
-    reference: Scalar = positive_quantity("K", "temperature at which the coefficient holds", default=ROOM)
+    energy: Scalar = quantity(
+        "J/mol", "activation energy", low=0.0, many=True, typical=2e4
+    )
+    reference: Scalar = positive_quantity(
+        "K", "temperature at which the coefficient holds", default=ROOM
+    )
 
     def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
-        return k if T is None else k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.reference - 1 / T))
+        return (
+            k
+            if T is None
+            else k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.reference - 1 / T))
+        )
 
 
 class ThresholdWear(AbstractWearRate):
-    """Resin-bonded linings: constant up to a threshold, above it the decay of the resin after Arrhenius.
+    """Resin-bonded linings: constant up to a threshold, above it the decay of the resin
+    after Arrhenius.
 
         I = k for T ≤ T_t,   I = k exp[(E/R)(1/T_t − 1/T)] above
 
-    - `coefficient` `k` (m³/(N·m)) below the `threshold` `T_t` (K);  `energy` `E` (J/mol): activation energy
+    - `coefficient` `k` (m³/(N·m)) below the `threshold` `T_t` (K)
+    - `energy` `E` (J/mol): activation energy
 
     Reference: T. Liu, S. K. Rhee, *Wear* 37 (1976) 291; threshold about 230 °C.
 
@@ -151,8 +190,12 @@ class ThresholdWear(AbstractWearRate):
     """
 
     coefficient: Scalar = _rate_at("below the threshold")
-    threshold: Scalar = positive_quantity("K", "temperature above which wear grows", default=503.15)
-    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4, default=40e3)
+    threshold: Scalar = positive_quantity(
+        "K", "temperature above which wear grows", default=503.15
+    )
+    energy: Scalar = quantity(
+        "J/mol", "activation energy", low=0.0, many=True, typical=2e4, default=40e3
+    )
 
     def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
@@ -161,44 +204,69 @@ class ThresholdWear(AbstractWearRate):
 
 
 class Wear(Part):
-    """Wear of the linings as a part of a scene; without it a scene has no wear states, equations or cost.
+    """Wear of the linings as a part of a scene; without it a scene has no wear states,
+    equations or cost.
 
         ḣ_i = I(T_i) p_i |v_i|,   p_i = N_i/A_i                                                      (model §7; Archard)
 
-    - `rate` `I`: law of the linings, or a number; `T_i` is the temperature that their friction law sees (the scene's
-      heat part), else the law's reference temperature. On a staged brake the faces that rub on the band
-    - `internal`: the same for the faces of a staged brake's linings that rub on the rim; `None`: they do not wear
-    - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): maximum wear
+    - `rate` `I`: law of the linings, or a number; `T_i` is the temperature that their
+      friction law sees (the scene's heat part), else the law's reference temperature.
+      On a staged brake the faces that rub on the band
+    - `internal`: the same for the faces of a staged brake's linings that rub on the
+      rim; `None`: they do not wear
+    - `worn` (m), a number or (n,): thickness that had been worn off before the run
+    - `permissible` (m): maximum wear
     - `thickness` (m): of a new lining
-    - `geometry`, `heat`: whether the thickness worn before the run lowers the band circle, and the lining in the heat
-      part; `take_up_speed` (m/s): speed at which the lever takes up the slack left by wear (`worn_scene`
-      has the formulas)
-    - `turned_at` (s), one time or a list: the band is turned end for end, so that the lining of the tight end comes to
-      the slack end; for equal linings, on a brake at rest. Of a duty in phases `turned_after`: the numbers of phases
-      that have ended by then, over all cycles
+    - `geometry`, `heat`: whether the thickness worn before the run lowers the band
+      circle, and the lining in the heat part; `take_up_speed` (m/s): speed at which the
+      lever takes up the slack left by wear (`worn_scene` has the formulas)
+    - `turned_at` (s), one time or a list: the band is turned end for end, so that the
+      lining of the tight end comes to the slack end; for equal linings, on a brake at
+      rest. Of a duty in phases `turned_after`: the numbers of phases that have ended by
+      then, over all cycles
 
-    Wear during a run does not act back on it: a brake application wears micrometres of some ten millimetres.
+    Wear during a run does not act back on it: a brake application wears micrometres of
+    some ten millimetres.
 
     Example:
         >>> sb.Wear(5e-14, permissible="12 mm")
-        Wear(rate=ConstantWear(coefficient=5·10⁻¹⁴ m³/(N·m)), worn=0 m, permissible=12 mm)
+        Wear(rate=ConstantWear(coefficient=5·10⁻¹⁴ m³/(N·m)), worn=0 m, permissible=12
+        mm)
     """
 
     rate: AbstractWearRate = part(AbstractWearRate)
     internal: AbstractWearRate | None = part(AbstractWearRate, default=None)
-    worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, typical=1e-3, default=0.0)
-    permissible: Scalar | None = positive_quantity("m", "permissible wear", many=True, default=None)
-    thickness: Scalar | None = positive_quantity("m", "thickness of a new lining", default=None)
+    worn: Scalar = quantity(
+        "m",
+        "thickness worn off before the run",
+        low=0.0,
+        many=True,
+        typical=1e-3,
+        default=0.0,
+    )
+    permissible: Scalar | None = positive_quantity(
+        "m", "permissible wear", many=True, default=None
+    )
+    thickness: Scalar | None = positive_quantity(
+        "m", "thickness of a new lining", default=None
+    )
     geometry: bool = structural(default=False)
     heat: bool = structural(default=False)
     take_up_speed: Scalar | None = positive_quantity(
         "m/s", "speed at which the lever takes up slack of the band", default=None
     )
     turned_at: Scalar | None = quantity(
-        "s", "times at which the band is turned end for end", many=Over.ROWS, default=None
+        "s",
+        "times at which the band is turned end for end",
+        many=Over.ROWS,
+        default=None,
     )
     turned_after: Scalar | None = quantity(
-        "1", "numbers of phases after which the band is turned end for end", low=0.0, many=Over.ROWS, default=None
+        "1",
+        "numbers of phases after which the band is turned end for end",
+        low=0.0,
+        many=Over.ROWS,
+        default=None,
     )
 
     def faults(self, path: str) -> Faults:
@@ -211,11 +279,12 @@ class Wear(Part):
         return [Fault(f"{path}.worn", what)] if worn[i] >= whole else []
 
 
-# --- effects of wear on a brake before a run --------------------------------------------------------------------------
+# --- effects of wear on a brake before a run ----------------------------------------
 
 
 class Delayed(AbstractProfile):
-    """A profile that comes later, `p(t − delay)`; until then it is as before its beginning.
+    """A profile that comes later, `p(t − delay)`; until then it is as before its
+    beginning.
 
     - `profile`: any profile;  `delay` (s)
 
@@ -252,22 +321,31 @@ class Delayed(AbstractProfile):
         return [Fault(f"{path}.profile", why)] if self.profile.controls_speed else []
 
 
-# --- errors between the wear and other parts of a scene ---------------------------------------------------------------
+# --- errors between the wear and other parts of a scene -----------------------------
 
 
 def lining_bodies(heat: Heat) -> set[str]:
     """Names of the bodies that are linings."""
     inner = heat.friction
     outer = heat.external
-    places = (heat.linings, None if inner is None else inner.lining, None if outer is None else outer.lining)
+    places = (
+        heat.linings,
+        None if inner is None else inner.lining,
+        None if outer is None else outer.lining,
+    )
     return {place_of(place)[0] for place in places if place is not None}
 
 
-def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> Faults:
+def faults_of_wear(
+    wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat
+) -> Faults:
     """Errors between the wear of a scene and its other parts (concrete values only)."""
     faults = Issues(_faults_of_thickness(wear, heat) if wear.heat else ())
     has = {"internal": wear.internal is not None, "geometry": wear.geometry}
-    has |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
+    has |= {
+        "take_up_speed": wear.take_up_speed is not None,
+        "turned_at": wear.turned_at is not None,
+    }
     has["turned_after"] = wear.turned_after is not None
     one_band = isinstance(brake, Brake)
     if not one_band:
@@ -279,13 +357,23 @@ def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Ph
         faults.add(where, "is missing", "wear depends on the pressure")
     if has["internal"] and one_band:
         if brake.bandage is None:
-            faults.add("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
+            faults.add(
+                "wear.internal",
+                "has no effect",
+                "only a staged brake (`brake.bandage`) has inner faces",
+            )
         elif brake.bandage.area is None:
-            faults.add("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure")
+            faults.add(
+                "brake.bandage.area",
+                "is missing",
+                "wear of the inner faces depends on the pressure",
+            )
     phased = isinstance(lever, Phases)
     if has["take_up_speed"] and (phased or lever.controls_speed):
         why = "in phases" if phased else "that depends on the speed"
-        faults.add("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out")
+        faults.add(
+            "wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"
+        )
     which = ("turned_at", "turned_after") if phased else ("turned_after", "turned_at")
     if has[which[0]] and one_band:
         what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
@@ -296,33 +384,67 @@ def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Ph
 
 
 def faults_of_turning(brake: Brake) -> Faults:
-    """Errors of a band that cannot be turned within a run: the brake is integrated as it was built."""
+    """Errors of a band that cannot be turned within a run: the brake is integrated as
+    it was built."""
     where = "wear.turned_at"
     if brake.bandage is not None:
-        return [Fault(where, "the linings of a staged brake ride on the pulley", "turning its band does not move them")]
+        return [
+            Fault(
+                where,
+                "the linings of a staged brake ride on the pulley",
+                "turning its band does not move them",
+            )
+        ]
     if remembers(brake.linings.friction):
-        hint = "leave out one of them, or `lining_life(turn_at=…)`, which turns the band between stops"
-        return [Fault(where, "the friction law has states, which would not turn with the band", hint)]
+        hint = (
+            "leave out one of them, or `lining_life(turn_at=…)`, which turns the "
+            "band between stops"
+        )
+        return [
+            Fault(
+                where,
+                "the friction law has states, which would not turn with the band",
+                hint,
+            )
+        ]
     parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
-    listed = [leaf for leaf in parts if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS]
+    listed = [
+        leaf
+        for leaf in parts
+        if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS
+    ]
     unlike = [leaf.path for leaf in listed if np.ptp(np.asarray(leaf.value)) > 0]
     changes = brake.linings.friction.over_time
-    unlike += ["brake.linings.friction.changes" for change in changes if change.linings is not None]
+    unlike += [
+        "brake.linings.friction.changes"
+        for change in changes
+        if change.linings is not None
+    ]
     hint = "equal linings; else `lining_life(turn_at=…)`, which turns the band between stops"
-    return [Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike]
+    return [
+        Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike
+    ]
 
 
 def _faults_of_thickness(wear: Wear, heat: Heat) -> Faults:
     names = lining_bodies(heat)
     if not names:
-        return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
+        return [
+            Fault(
+                "wear.heat", "has no effect", "the scene has no heat part with linings"
+            )
+        ]
     faults = Issues()
     worn = float(np.max(np.asarray(wear.worn)))
     for i, body in enumerate(heat.bodies):
         if body.name not in names:
             continue
         if isinstance(body, Lump) and wear.thickness is None:
-            faults.add("wear.thickness", "is missing", f"the lump {body.name!r} has no thickness")
+            faults.add(
+                "wear.thickness",
+                "is missing",
+                f"the lump {body.name!r} has no thickness",
+            )
         elif isinstance(body, Wall) and worn >= float(body.thickness):
             what = f"{worn:g} m worn off must be below the thickness of the wall {body.name!r}"
             faults.add(f"heat.bodies[{i}].thickness", what)

@@ -15,9 +15,12 @@ HALF = math.radians(25)  # of each of three linings
 
 
 def profile(times, values, size):
-    """Straight lines with a fixed number of points, so that all scenes share one program."""
+    """Straight lines with a fixed number of points, so that all scenes share one
+    program."""
     more = size - len(times)
-    return sb.PiecewiseLinear([*times, *[times[-1] + 1e3] * more], [*values, *[values[-1]] * more])
+    return sb.PiecewiseLinear(
+        [*times, *[times[-1] + 1e3] * more], [*values, *[values[-1]] * more]
+    )
 
 
 def scene(
@@ -47,9 +50,16 @@ def scene(
         spring=each(spring, n - 1),
         spring_damping=each(damping, n - 1),
     )
-    linings = sb.Lining(sb.ConstantFriction(each(f, n), ratio[0]), np.full(n, math.radians(wrap / n)))
+    linings = sb.Lining(
+        sb.ConstantFriction(each(f, n), ratio[0]), np.full(n, math.radians(wrap / n))
+    )
     duty = sb.Duty(profile(*lever, 7), sb.TorqueLoad(profile(*load, 6)))
-    return sb.Scene(sb.Brake(sb.Pulley(R, J), sb.Band(R_B), linings, bandage), duty, sb.Initial(omega), end)
+    return sb.Scene(
+        sb.Brake(sb.Pulley(R, J), sb.Band(R_B), linings, bandage),
+        duty,
+        sb.Initial(omega),
+        end,
+    )
 
 
 def run(scene, rtol=1e-11, solver=None):
@@ -57,11 +67,14 @@ def run(scene, rtol=1e-11, solver=None):
 
 
 def changes(record):
-    """Modes in order, each with the time from which it holds; those that last no time are left out."""
+    """Modes in order, each with the time from which it holds; those that last no time
+    are left out."""
     n = int(record.count)
     m = record.modes
     t = np.asarray(record.rows.t)[: n + 1]
-    keys = np.column_stack([np.asarray(x)[: n + 1] for x in (m.band, m.own.outer, m.own.inner)])
+    keys = np.column_stack(
+        [np.asarray(x)[: n + 1] for x in (m.band, m.own.outer, m.own.inner)]
+    )
     found = []
     for i in range(n):
         if t[i + 1] > t[i] and not (found and np.array_equal(found[-1][1], keys[i])):
@@ -77,7 +90,8 @@ def sampled(static, record, ts):
 
 
 def check_conditions(record, count=300):
-    """What every mode promises, at many times: capacities, directions, no push, no heat taken out."""
+    """What every mode promises, at many times: capacities, directions, no push, no heat
+    taken out."""
     ts = jnp.linspace(record.rows.t[0], record.t_end, count)
     y, m, q = sampled(0, record, ts)
     outer = np.asarray(m.own.outer)
@@ -89,16 +103,26 @@ def check_conditions(record, count=300):
     T_scale = float(record.system.sizes.tension)
     w_scale = float(record.system.sizes.speed)
     torque_scale = float(record.system.sizes.torque)
-    assert np.all(np.where(inner == 0, np.abs(lam) <= M + 1e-9 * torque_scale, np.isclose(lam, inner * M)))
+    assert np.all(
+        np.where(
+            inner == 0,
+            np.abs(lam) <= M + 1e-9 * torque_scale,
+            np.isclose(lam, inner * M),
+        )
+    )
     assert np.all(np.where(inner == 0, np.abs(slip), -inner * slip) <= 1e-9 * w_scale)
     G = np.asarray(q.outer_force)
     limit = np.asarray(q.outer_limit)
     assert np.all(np.abs(G) <= limit * (1 + 1e-9) + 1e-9 * T_scale)
-    travel = np.where(outer == 0, np.abs(y.own.speeds), -outer * np.asarray(y.own.speeds))
+    travel = np.where(
+        outer == 0, np.abs(y.own.speeds), -outer * np.asarray(y.own.speeds)
+    )
     assert np.all(np.where(pulls, travel, 0.0) <= 1e-9 * w_scale)
     assert np.min(q.tension) >= 0
     for heat in (*y.ledger.friction, y.ledger.damper_heat):
-        assert np.min(np.diff(np.asarray(heat))) >= -1e-12 * max(1.0, float(np.max(heat)))
+        assert np.min(np.diff(np.asarray(heat))) >= -1e-12 * max(
+            1.0, float(np.max(heat))
+        )
 
 
 def random_duty(seed):
@@ -112,7 +136,10 @@ def random_duty(seed):
         # jumps
         t[3] = t[2]
         at[2] = at[1]
-    ratio = rng.choice([1.0, rng.uniform(1, 1.4)]), rng.choice([1.0, rng.uniform(1, 1.4)])
+    ratio = (
+        rng.choice([1.0, rng.uniform(1, 1.4)]),
+        rng.choice([1.0, rng.uniform(1, 1.4)]),
+    )
     return scene(
         f=rng.uniform(0.2, 0.4, n),
         f_int=rng.uniform(0.1, 0.4, n),

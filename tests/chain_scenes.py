@@ -1,4 +1,5 @@
-"""Scenes of resolved chains that several tests share, their runs, and what one looks at in them."""
+"""Scenes of resolved chains that several tests share, their runs, and what one looks at
+in them."""
 
 import functools
 import math
@@ -35,9 +36,11 @@ def chain(
     heat=None,
     ratio=0.05,
 ):
-    """Four equal linings as in the checked figures of model §3.1 ("arms as Z": R_b := R c, C := C_Z/c).
+    """Four equal linings as in the checked figures of model §3.1 ("arms as Z": R_b := R
+    c, C := C_Z/c).
 
-    Lever and load are points `(times, values)`, so that all runs share one program, or parts of their own.
+    Lever and load are points `(times, values)`, so that all runs share one program, or
+    parts of their own.
     """
     lever = profile(*lever, 7) if isinstance(lever, tuple) else lever
     load = sb.TorqueLoad(profile(*load, 6)) if isinstance(load, tuple) else load
@@ -45,9 +48,14 @@ def chain(
         sb.Brake(
             sb.Pulley(R_b, J),
             sb.Band(R_b, C, sb.Segments(K, ratio, damping)),
-            sb.Lining(law or sb.ConstantFriction(f), np.full(n, math.radians(beta)), mass=m),
+            sb.Lining(
+                law or sb.ConstantFriction(f), np.full(n, math.radians(beta)), mass=m
+            ),
         ),
-        sb.Duty(lever or profile((0.0,), (T0,), 7), load or sb.TorqueLoad(profile((0.0,), (0.0,), 6))),
+        sb.Duty(
+            lever or profile((0.0,), (T0,), 7),
+            load or sb.TorqueLoad(profile((0.0,), (0.0,), 6)),
+        ),
         sb.Initial(w0, T0 / C if x0 is None else x0),
         end,
         heat,
@@ -56,10 +64,14 @@ def chain(
 
 def drawworks(n, K=1e7, m=3.5, end=1.5, law=None):
     """A stop like that of the main scenario, with softer segments."""
-    linings = sb.uniform_linings(n, math.radians(270.0), law or sb.ConstantFriction(0.35), mass=m)
+    linings = sb.uniform_linings(
+        n, math.radians(270.0), law or sb.ConstantFriction(0.35), mass=m
+    )
     return sb.Scene(
         sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623, 1e5, sb.Segments(K)), linings),
-        sb.Duty(sb.PiecewiseLinear([0.0, 0.35], [2e3, 24e3]), sb.HookLoad(60e3, 0.4, 8)),
+        sb.Duty(
+            sb.PiecewiseLinear([0.0, 0.35], [2e3, 24e3]), sb.HookLoad(60e3, 0.4, 8)
+        ),
         sb.Initial(24.0, 2e3 / 1e5),
         end,
     )
@@ -70,17 +82,25 @@ def run(scene, rtol=1e-10, max_steps=None):
 
 
 def changes(record):
-    """Every change of mode: time, the mode before and the mode after, as NumPy arrays."""
+    """Every change of mode: time, the mode before and the mode after, as NumPy
+    arrays."""
     rows = record.rows
     t = np.asarray(record.rows.t)
     modes = jax.tree.map(np.asarray, jax.vmap(record.flat.unpack_mode)(rows.mode))
     found = np.flatnonzero(np.asarray(rows.kind)[: int(record.count)] >= LANDED)
-    return [(t[i + 1], *(jax.tree.map(lambda x, j=j: x[j], modes) for j in (i, i + 1))) for i in found]
+    return [
+        (t[i + 1], *(jax.tree.map(lambda x, j=j: x[j], modes) for j in (i, i + 1)))
+        for i in found
+    ]
 
 
 def stop_of(record) -> float:
     """The first time at which the pulley came to rest."""
-    return next(t for t, before, after in changes(record) if after.band == sb.results.BandMode.HELD != before.band)
+    return next(
+        t
+        for t, before, after in changes(record)
+        if after.band == sb.results.BandMode.HELD != before.band
+    )
 
 
 def full_slip_of(record) -> float:
@@ -91,7 +111,12 @@ def first_slips(record) -> np.ndarray:
     """When each lining first let go."""
     found = changes(record)
     n = found[0][1].own.linings.shape[0]
-    return np.asarray([next((t for t, _, after in found if after.own.linings[i] != 0), np.nan) for i in range(n)])
+    return np.asarray(
+        [
+            next((t for t, _, after in found if after.own.linings[i] != 0), np.nan)
+            for i in range(n)
+        ]
+    )
 
 
 @functools.partial(eqx.filter_jit)
@@ -114,7 +139,9 @@ def closure(record) -> float:
     _, _, stored, y, _ = looked(record)
     work = y.ledger
     stored = np.asarray(stored)[:k]
-    given = np.asarray(work.load_work + work.lever_work - work.friction[0] - work.damper_heat)[:k]
+    given = np.asarray(
+        work.load_work + work.lever_work - work.friction[0] - work.damper_heat
+    )[:k]
     parts = (work.load_work, work.lever_work, *work.friction, work.damper_heat)
     largest = max(np.max(np.abs(np.asarray(leaf)[:k])) for leaf in (*parts, stored))
     return float(np.max(np.abs(stored - stored[0] - given)) / largest)
@@ -126,4 +153,6 @@ def first_and_stop(scene, rtol=1e-13, max_steps=8192):
     n = scene.brake.linings.count
     landed = rows.kind == LANDED
     first = jnp.argmax(landed & (rows.guard < n))
-    return jnp.stack([rows.t[first + 1], rows.t[jnp.argmax(landed & (rows.guard == 3 * n)) + 1]])
+    return jnp.stack(
+        [rows.t[first + 1], rows.t[jnp.argmax(landed & (rows.guard == 3 * n)) + 1]]
+    )

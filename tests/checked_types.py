@@ -1,4 +1,5 @@
-"""Types checked at run time as pyright reads them: a whole number is a float, too (PEP 484's numeric tower)."""
+"""Types checked at run time as pyright reads them: a whole number is a float, too (PEP
+484's numeric tower)."""
 
 from beartype import BeartypeConf, beartype
 

@@ -1,4 +1,5 @@
-"""A program: reads lists of arguments of pytest as JSON, prints the tests that each of them collects."""
+"""A program: reads lists of arguments of pytest as JSON, prints the tests that each of
+them collects."""
 
 import json
 import sys
@@ -17,11 +18,15 @@ class _Collected:
 
 
 def main() -> None:
-    """Collect for every list on stdin in one process, which imports the test files once."""
+    """Collect for every list on stdin in one process, which imports the test files
+    once."""
     answers = []
     for arguments in json.load(sys.stdin):
         plugin = _Collected()
-        pytest.main(["--collect-only", "-qq", "-n", "0", "-p", "no:cacheprovider", *arguments], plugins=[plugin])
+        pytest.main(
+            ["--collect-only", "-qq", "-n", "0", "-p", "no:cacheprovider", *arguments],
+            plugins=[plugin],
+        )
         answers.append(plugin.names)
     print("\n" + json.dumps(answers))
 

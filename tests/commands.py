@@ -22,14 +22,24 @@ def python(program, *arguments, **environment):
     """A process that runs a program with some more variables in its environment."""
     command = [sys.executable, "-c", program, *map(str, arguments)]
     environment = os.environ | environment
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=environment,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return done
 
 
 def output(*arguments):
     """What a command prints, outside of a test."""
-    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.suppress(SystemExit):
+    with (
+        contextlib.redirect_stdout(io.StringIO()) as printed,
+        contextlib.suppress(SystemExit),
+    ):
         main(list(arguments))
     return printed.getvalue()
 

@@ -1,8 +1,10 @@
-"""XLA flags that let the tests compile faster, each used only if the installed JAX accepts it.
+"""XLA flags that let the tests compile faster, each used only if the installed JAX
+accepts it.
 
-XLA ends the process at an unknown flag, and flags come and go between releases: so each is tried once per release in a
-process that may die. Without optimisation by LLVM programs compile in three quarters of the time; those of simbrake
-itself take their level as an option (`conftest.py`).
+XLA ends the process at an unknown flag, and flags come and go between releases: so each
+is tried once per release in a process that may die. Without optimisation by LLVM
+programs compile in three quarters of the time; those of simbrake itself take their
+level as an option (`conftest.py`).
 """
 
 import importlib.metadata
@@ -13,21 +15,31 @@ import subprocess
 import sys
 from collections.abc import Sequence
 
-#: the older fusion emitters and no optimisation by LLVM: hardly any program of the tests runs for long
+#: the older fusion emitters and no optimisation by LLVM: hardly any program of the
+#: tests runs for long
 FLAGS = ("--xla_cpu_use_fusion_emitters=false", "--xla_backend_optimization_level=0")
 _PROBE = "import jax; jax.numpy.zeros(1).block_until_ready()"
 
 
 def accepted(flag: str) -> bool:
-    """Whether a process with this flag in `XLA_FLAGS` survives its first computation."""
+    """Whether a process with this flag in `XLA_FLAGS` survives its first
+    computation."""
     environment = os.environ | {"XLA_FLAGS": flag, "JAX_PLATFORMS": "cpu"}
-    probe = subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False)
+    probe = subprocess.run(
+        [sys.executable, "-c", _PROBE],
+        env=environment,
+        capture_output=True,
+        check=False,
+    )
     return probe.returncode == 0
 
 
 def accepted_flags(folder: pathlib.Path, flags: Sequence[str] = FLAGS) -> list[str]:
-    """The flags that this release of JAX accepts; asked once, the answers are kept in `folder`."""
-    release = "_".join(f"{name}_{importlib.metadata.version(name)}" for name in ("jax", "jaxlib"))
+    """The flags that this release of JAX accepts; asked once, the answers are kept in
+    `folder`."""
+    release = "_".join(
+        f"{name}_{importlib.metadata.version(name)}" for name in ("jax", "jaxlib")
+    )
     file = folder / f"xla_flags_{release}.json"
     try:
         known = json.loads(file.read_text("utf-8"))
@@ -43,7 +55,8 @@ def accepted_flags(folder: pathlib.Path, flags: Sequence[str] = FLAGS) -> list[s
 
 
 def set_flags(folder: pathlib.Path) -> None:
-    """Put the accepted flags into `XLA_FLAGS`, before JAX starts its backend; workers of pytest-xdist inherit them."""
+    """Put the accepted flags into `XLA_FLAGS`, before JAX starts its backend; workers
+    of pytest-xdist inherit them."""
     present = os.environ.get("XLA_FLAGS", "").split()
     if not set(present) & set(FLAGS):
         os.environ["XLA_FLAGS"] = " ".join(present + accepted_flags(folder))

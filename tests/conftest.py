@@ -16,12 +16,21 @@ MAPS = pathlib.Path("/proc/self/maps")
 
 
 def pytest_addoption(parser):
-    parser.addoption("--no-skips", action="store_true", help="a skipped test fails: CI installs what tests need")
-    parser.addoption("--renew", action="store_true", help="write the texts in tests/files/golden anew")
+    parser.addoption(
+        "--no-skips",
+        action="store_true",
+        help="a skipped test fails: CI installs what tests need",
+    )
+    parser.addoption(
+        "--renew",
+        action="store_true",
+        help="write the texts in tests/files/golden anew",
+    )
 
 
 def pytest_configure(config):
-    """Options of JAX; both workers, and later runs in this checkout, share what one of them has compiled."""
+    """Options of JAX; both workers, and later runs in this checkout, share what one of
+    them has compiled."""
     cache = config.rootpath / ".pytest_cache"
     # users have JAX as it comes: SIMBRAKE_USER_OPTIONS=1 runs the tests so
     if os.environ.get("SIMBRAKE_USER_OPTIONS") != "1":
@@ -37,19 +46,31 @@ def pytest_configure(config):
     os.environ["SIMBRAKE_CACHE_DIR"] = ""
     for name, value in kept.items():
         jax.config.update(name, value)
-        os.environ[name.upper()] = str(value)  # for processes that tests start, and for commands that they call
-    # shapes and types of every call are checked where asked, as they double the time to trace
+        os.environ[name.upper()] = str(
+            value
+        )  # for processes that tests start, and for commands that they call
+    # shapes and types of every call are checked where asked, as they double the time to
+    # trace
     if os.environ.get("SIMBRAKE_CHECK_TYPES") == "1":
         with install_import_hook("simbrake", "checked_types.checked"):
-            for name in ("simbrake", "simbrake.cli._cli", "simbrake.pages._page", "simbrake.plot"):
+            for name in (
+                "simbrake",
+                "simbrake.cli._cli",
+                "simbrake.pages._page",
+                "simbrake.plot",
+            ):
                 module = importlib.import_module(name)
                 for public in getattr(module, "__all__", ()):
-                    home = getattr(module, public)  # public names are imported when they are first used
+                    home = getattr(
+                        module, public
+                    )  # public names are imported when they are first used
                     for name_of_home in getattr(home, "__all__", ()):
                         getattr(home, name_of_home)
     if os.environ.get("SIMBRAKE_USER_OPTIONS") != "1":
         # before the first program is compiled: see compile_flags
-        importlib.import_module("simbrake._base._compiling")._CPU_OPTIONS["xla_backend_optimization_level"] = 0
+        importlib.import_module("simbrake._base._compiling")._CPU_OPTIONS[
+            "xla_backend_optimization_level"
+        ] = 0
     # tracing leaves millions of small objects, and hardly any rubbish in cycles
     gc.collect()
     gc.freeze()
@@ -59,9 +80,14 @@ def pytest_configure(config):
 def pytest_terminal_summary(terminalreporter):
     """A missing browser is said loudly: pages are then tested by their data alone."""
     if browser_path() is None:
-        words = "NO BROWSER: reports, publications and apps were tested by their data alone, not in a browser."
+        words = (
+            "NO BROWSER: reports, publications and apps were tested by their data "
+            "alone, not in a browser."
+        )
         terminalreporter.section("warning", sep="!", red=True, bold=True)
-        terminalreporter.write_line(f"{words} Install chromium and playwright.", red=True, bold=True)
+        terminalreporter.write_line(
+            f"{words} Install chromium and playwright.", red=True, bold=True
+        )
 
 
 @pytest.hookimpl(wrapper=True)
@@ -74,12 +100,16 @@ def pytest_runtest_makereport(item, call):
 
 @pytest.fixture(scope="module", autouse=True)
 def _forget_programs():
-    """Files share programs, traced and compiled, until these take too much: all of them take gigabytes.
+    """Files share programs, traced and compiled, until these take too much: all of them
+    take gigabytes.
 
-    Those of simbrake are in a store with a bound; what the tests compile themselves is held by JAX.
+    Those of simbrake are in a store with a bound; what the tests compile themselves is
+    held by JAX.
     """
     yield
-    from simbrake._base._programs import STORE  # (simbrake is first imported above, where types may be checked)
+    from simbrake._base._programs import (
+        STORE,
+    )  # (simbrake is first imported above, where types may be checked)
 
     found = len(MAPS.read_bytes().splitlines()) if MAPS.exists() else 0
     if found > MOST_MAPPINGS / 2 or psutil.Process().memory_info().rss > 2e9:
@@ -95,7 +125,8 @@ def scenarios():
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Figures that are saved while a test runs, by the names of their files: what a picture shows is read in them."""
+    """Figures that are saved while a test runs, by the names of their files: what a
+    picture shows is read in them."""
     from matplotlib.figure import Figure
 
     found = {}

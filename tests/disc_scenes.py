@@ -14,13 +14,26 @@ LOAD = 1500.0
 TORQUE = N * FRICTION * F * 0.5 * (R_I + R_O)
 
 
-def disc_scene(*, force=None, load=LOAD, omega=W0, friction=None, end=4.0, pressure=None, **parts):
-    """A stop of four pads with two points for the force and the load, so that scenes share their program."""
+def disc_scene(
+    *, force=None, load=LOAD, omega=W0, friction=None, end=4.0, pressure=None, **parts
+):
+    """A stop of four pads with two points for the force and the load, so that scenes
+    share their program."""
     force = sb.PiecewiseLinear([0.0, 9.0], [F, F]) if force is None else force
-    load = load if isinstance(load, sb.PiecewiseLinear) else sb.PiecewiseLinear([0.0, 9.0], [load, load])
+    load = (
+        load
+        if isinstance(load, sb.PiecewiseLinear)
+        else sb.PiecewiseLinear([0.0, 9.0], [load, load])
+    )
     friction = sb.ConstantFriction(FRICTION, RATIO) if friction is None else friction
     pads = sb.Pads(friction, R_I, R_O, 0.7, N, pressure or sb.brakes.UniformWear())
-    return sb.Scene(sb.DiscBrake(J, pads), sb.ForceDuty(force, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts)
+    return sb.Scene(
+        sb.DiscBrake(J, pads),
+        sb.ForceDuty(force, sb.TorqueLoad(load)),
+        sb.Initial(omega),
+        end,
+        **parts,
+    )
 
 
 CAPACITY = 500.0  # J/K of a pad
@@ -33,7 +46,10 @@ def disc_heat():
             sb.thermal.Lump("pads", CAPACITY, 293.15, count=N),
             sb.thermal.Reservoir("air", 293.15),
         ),
-        (sb.thermal.Conductance("pads", "air", 5.0), sb.thermal.Conductance("disc", "air", 20.0)),
+        (
+            sb.thermal.Conductance("pads", "air", 5.0),
+            sb.thermal.Conductance("disc", "air", 20.0),
+        ),
         sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.7)),
         rim="disc",
         linings="pads",
@@ -41,10 +57,15 @@ def disc_heat():
     )
 
 
-FADE = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION, RATIO), (sb.LinearFade(slope=2e-3, above=273.15),))
+FADE = sb.friction.ProductFriction(
+    sb.ConstantFriction(FRICTION, RATIO), (sb.LinearFade(slope=2e-3, above=273.15),)
+)
 
 
 def fading_scene(**changes):
     return disc_scene(
-        friction=FADE, heat=disc_heat(), wear=sb.Wear(sb.wear.ExponentialWear(1e-13, rise=80.0)), **changes
+        friction=FADE,
+        heat=disc_heat(),
+        wear=sb.Wear(sb.wear.ExponentialWear(1e-13, rise=80.0)),
+        **changes,
     )

@@ -1,4 +1,5 @@
-"""Stops to be fitted: speeds of a rigid band on a straight line, events and speeds of an elastic one."""
+"""Stops to be fitted: speeds of a rigid band on a straight line, events and speeds of
+an elastic one."""
 
 import numpy as np
 from stop_scenes import closed_form, stop_scene
@@ -28,7 +29,8 @@ def rigid(**changes):
 
 
 def rate(T=1.0):
-    """Deceleration (rad/s²) of the rigid scene, ω = ω_0 − rate·t, per newton of slack tension."""
+    """Deceleration (rad/s²) of the rigid scene, ω = ω_0 − rate·t, per newton of slack
+    tension."""
     return 0.725 * (closed_form()["Pi"] - 1) / 800.0 * T
 
 
@@ -38,7 +40,9 @@ def line(w0=20.0, T=8e3, noise=None):
 
 
 def speeds(values, sigma=SIGMA):
-    return sb.studies.Measured.of(TS, {"omega": values}, sigma=None if sigma is None else {"omega": sigma})
+    return sb.studies.Measured.of(
+        TS, {"omega": values}, sigma=None if sigma is None else {"omega": sigma}
+    )
 
 
 ELASTIC = {F: (0.1, 0.6), "brake.band.stiffness": (1e4, 1e7), J: (200.0, 3e3)}
@@ -48,10 +52,19 @@ EVENTS = ("slip_onset_time", "full_slip_time", "stopping_time")
 
 
 def elastic_data():
-    """Closed-form event times, and speeds in the elastic stage and after it, of f 0.31, C 1.5e5, J 900."""
+    """Closed-form event times, and speeds in the elastic stage and after it, of f 0.31,
+    C 1.5e5, J 900."""
     case = {"f": 0.31, "C": 1.5e5, "J": 900.0}
     form = closed_form(**case)
     run = sb.simulate(stop_scene(**case), rtol=1e-12)
     ts = np.array([0.001, 0.004, 0.008, 0.1, 0.3, 0.5, 4.0])
-    events = dict(zip(EVENTS, ((form["t0"], 1e-5), (form["t1"], 1e-5), (form["stop"], 1e-3)), strict=True))
-    return sb.studies.Measured.of(ts, {"omega": run.series(ts).omega}, sigma={"omega": 0.1}, events=events)
+    events = dict(
+        zip(
+            EVENTS,
+            ((form["t0"], 1e-5), (form["t1"], 1e-5), (form["stop"], 1e-3)),
+            strict=True,
+        )
+    )
+    return sb.studies.Measured.of(
+        ts, {"omega": run.series(ts).omega}, sigma={"omega": 0.1}, events=events
+    )

@@ -1,7 +1,9 @@
-"""Mutated input: scene files, `--set`, recordings, result files, manifests; each is read, or an input error in words.
+"""Mutated input: scene files, `--set`, recordings, result files, manifests; each is
+read, or an input error in words.
 
-`python tests/fuzz.py --count 20000 --seed 1` runs many of them, `tests/files/test_hostile_input.py` a few hundred. A
-mutant that ends in any other error, or takes longer than 2 s, is printed as a line for the corpus of that test.
+`python tests/fuzz.py --count 20000 --seed 1` runs many of them,
+`tests/files/test_hostile_input.py` a few hundred. A mutant that ends in any other
+error, or takes longer than 2 s, is printed as a line for the corpus of that test.
 """
 
 import argparse
@@ -25,12 +27,72 @@ LONGEST = 2.0
 
 #: what takes the place of a number, a word or a text
 NASTY = (
-    *("0", "-1", "1e308", "-1e308", "5e-324", "nan", "inf", "-inf", "1e400", "0x10", "1_000", "9" * 400, "1e-40"),
-    *("1e40", "2.5", "100", "true", "none", "[]", "{}", "[[]]", "[1, 2]", "[nan]", "1979-05-27", "07:32:00"),
-    *('""', '"0"', "'x'", '"1 N"', '"1 kg"', '"1 m^9^9^9"', '"1 (m"', '"90 degC"', '"-300 degC"', '"[1, 2] m"'),
-    *('"[1, 2"', '"1 1 m"', '"1 %"', '"1e5 km/h"', '"=1+1"', '"@SUM(A1)"', '"\\u0000"', '"../../etc/passwd"'),
-    *('"/dev/zero"', '"<script>alert(1)</script>"', '"{{7*7}}"', '"%s%n"', f'"{"a" * 5000}"', f'"{"🛢" * 50}"'),
-    *("\"__import__('os').system('touch hit')\"", '"ConstantFriction"', '"Lining"', '"HookLoad"', '"steel"'),
+    *(
+        "0",
+        "-1",
+        "1e308",
+        "-1e308",
+        "5e-324",
+        "nan",
+        "inf",
+        "-inf",
+        "1e400",
+        "0x10",
+        "1_000",
+        "9" * 400,
+        "1e-40",
+    ),
+    *(
+        "1e40",
+        "2.5",
+        "100",
+        "true",
+        "none",
+        "[]",
+        "{}",
+        "[[]]",
+        "[1, 2]",
+        "[nan]",
+        "1979-05-27",
+        "07:32:00",
+    ),
+    *(
+        '""',
+        '"0"',
+        "'x'",
+        '"1 N"',
+        '"1 kg"',
+        '"1 m^9^9^9"',
+        '"1 (m"',
+        '"90 degC"',
+        '"-300 degC"',
+        '"[1, 2] m"',
+    ),
+    *(
+        '"[1, 2"',
+        '"1 1 m"',
+        '"1 %"',
+        '"1e5 km/h"',
+        '"=1+1"',
+        '"@SUM(A1)"',
+        '"\\u0000"',
+        '"../../etc/passwd"',
+    ),
+    *(
+        '"/dev/zero"',
+        '"<script>alert(1)</script>"',
+        '"{{7*7}}"',
+        '"%s%n"',
+        f'"{"a" * 5000}"',
+        f'"{"🛢" * 50}"',
+    ),
+    *(
+        "\"__import__('os').system('touch hit')\"",
+        '"ConstantFriction"',
+        '"Lining"',
+        '"HookLoad"',
+        '"steel"',
+    ),
     *('"travel 3 m"', '"repeat 99999999 times"', '"hold 5 s"'),
 )
 #: what is put between two characters
@@ -62,7 +124,9 @@ def mutated(text: str, draw: random.Random) -> str:
             text = text[: draw.randrange(len(text) + 1)]
         else:
             at = draw.randrange(len(text) + 1)
-            text = text[:at] + draw.choice(BITS) * draw.choice((1, 1, 1, 3000)) + text[at:]
+            text = (
+                text[:at] + draw.choice(BITS) * draw.choice((1, 1, 1, 3000)) + text[at:]
+            )
     return text
 
 
@@ -79,11 +143,13 @@ def spoiled(data: bytes, draw: random.Random) -> bytes:
         elif way == 2:
             found[at:at] = found[: draw.choice((1, 8, 400))]
         else:
-            found[at : at + 4] = draw.choice((b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\x00\x00\x00\x00"))
+            found[at : at + 4] = draw.choice(
+                (b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\x00\x00\x00\x00")
+            )
     return bytes(found)
 
 
-# --- kinds of input ---------------------------------------------------------------------------------------------------
+# --- kinds of input -----------------------------------------------------------------
 
 
 class Kind(NamedTuple):
@@ -96,21 +162,30 @@ class Kind(NamedTuple):
 @functools.cache
 def scenes() -> tuple[str, ...]:
     """The templates, and the same scenes as simbrake writes them."""
-    texts = tuple(file.read_text("utf-8") for file in sorted((ROOT / "templates" / "scenes").glob("*.toml")))
+    texts = tuple(
+        file.read_text("utf-8")
+        for file in sorted((ROOT / "templates" / "scenes").glob("*.toml"))
+    )
     written = (sb.files.scene_text(sb.files.scene_from_text(text)) for text in texts)
     return (*texts, *written, lever_from("lever.csv"))
 
 
 def lever_from(name: str) -> str:
     """The standard scene with a lever from a CSV file."""
-    lines = [line for line in standard().split("\n") if not line.startswith("slack_tension")]
-    return "\n".join(lines).replace("[duty]", f'[duty]\nslack_tension = {{ file = "{name}", column = "tension" }}')
+    lines = [
+        line for line in standard().split("\n") if not line.startswith("slack_tension")
+    ]
+    return "\n".join(lines).replace(
+        "[duty]", f'[duty]\nslack_tension = {{ file = "{name}", column = "tension" }}'
+    )
 
 
 def read_scene(text: str | bytes, folder: pathlib.Path) -> object:
     (folder / "lever.csv").write_text("t,tension [kN]\n0,2\n0.35,24\n", "utf-8")
     file = folder / "scene.toml"
-    file.write_bytes(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
+    file.write_bytes(
+        text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+    )
     scene = sb.read_scene(file)
     sb.check_scene(scene)
     return sb.files.scene_text(scene)
@@ -128,12 +203,23 @@ def read_set(text: str | bytes, _: pathlib.Path) -> object:
 
 
 SETTINGS = (
-    *("duty.load.mass=80 t", "brake.linings.count=18", "initial.omega=24", "brake.linings.angle=[0.2, 0.3]"),
-    *("brake.band.stiffness=none", "brake.linings.angle[3]=0.2", "duty.slack_tension.values=[1, 2] kN", "end_time=5 s"),
+    *(
+        "duty.load.mass=80 t",
+        "brake.linings.count=18",
+        "initial.omega=24",
+        "brake.linings.angle=[0.2, 0.3]",
+    ),
+    *(
+        "brake.band.stiffness=none",
+        "brake.linings.angle[3]=0.2",
+        "duty.slack_tension.values=[1, 2] kN",
+        "end_time=5 s",
+    ),
 )
 _COMMAS = "".join(f"0,{i:02d};{24 - i};{i // 2},{i % 2}\n" for i in range(9))
 RECORDINGS = (
-    "t [ms],omega [rpm],omega_sigma [rpm]\n" + "".join(f"{10 * i},{200 - i},1.5\n" for i in range(30)),
+    "t [ms],omega [rpm],omega_sigma [rpm]\n"
+    + "".join(f"{10 * i},{200 - i},1.5\n" for i in range(30)),
     f"# a logger\nt;omega;tight_tension [kN]\n{_COMMAS}",
     "event,time [ms],sigma\nstopping_time,1250,5\nslip_onset_time,12,1\n",
     't\tlining_temperature[3] [degC]\n0\t20\n"1"\t"21"\n',
@@ -142,7 +228,9 @@ RECORDINGS = (
 
 def read_recording(text: str | bytes, folder: pathlib.Path) -> object:
     file = folder / "recording.csv"
-    file.write_bytes(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
+    file.write_bytes(
+        text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+    )
     return sb.read_measured(file)
 
 
@@ -150,7 +238,9 @@ def read_recording(text: str | bytes, folder: pathlib.Path) -> object:
 def results() -> tuple[bytes, ...]:
     """A result without its series, which are numbers like those of the rest."""
     with tempfile.TemporaryDirectory() as folder:
-        data = sb.dataset(sb.simulate(sb.files.scene_from_text(standard())), times=[0.0, 1.0])
+        data = sb.dataset(
+            sb.simulate(sb.files.scene_from_text(standard())), times=[0.0, 1.0]
+        )
         return (sb.save(data, pathlib.Path(folder, "result.nc")).read_bytes(),)
 
 
@@ -165,7 +255,9 @@ def ensemble(folder: pathlib.Path) -> object:
     """Three runs kept in a folder, or those that it has."""
     scene = sb.files.scene_from_text(standard())
     values = {"initial.omega": [18.0, 20.0, 22.0]}
-    return sb.ensemble(scene, values, ["stopping_time"], directory=folder, progress=False)
+    return sb.ensemble(
+        scene, values, ["stopping_time"], directory=folder, progress=False
+    )
 
 
 @functools.cache
@@ -191,7 +283,7 @@ def kinds() -> dict[str, Kind]:
     }
 
 
-# --- trying them ------------------------------------------------------------------------------------------------------
+# --- trying them --------------------------------------------------------------------
 
 
 class Found(NamedTuple):
@@ -216,8 +308,18 @@ def tried(kind: str, content: str | bytes) -> Found | None:
             return Found(kind, content, f"{type(error).__name__}: {error}"[:200])
         if (spent := time.perf_counter() - start) > LONGEST:
             return Found(kind, content, f"took {spent:.1f} s")
-        known = {"lever.csv", "scene.toml", "recording.csv", "result.nc", "manifest.json"}
-        more = {file.name for file in pathlib.Path(folder).iterdir() if not file.name.startswith("chunk-")} - known
+        known = {
+            "lever.csv",
+            "scene.toml",
+            "recording.csv",
+            "result.nc",
+            "manifest.json",
+        }
+        more = {
+            file.name
+            for file in pathlib.Path(folder).iterdir()
+            if not file.name.startswith("chunk-")
+        } - known
         return Found(kind, content, f"left {sorted(more)}") if more else None
 
 
@@ -241,7 +343,10 @@ def mutants(count: int, seed: int) -> Iterator[tuple[str, str | bytes]]:
         elif isinstance(whole, str) and kind not in ("scene", "recording"):
             yield kind, mutated(mutated(whole, draw), draw)
         else:
-            yield kind, spoiled(whole if isinstance(whole, bytes) else whole.encode(), draw)
+            yield (
+                kind,
+                spoiled(whole if isinstance(whole, bytes) else whole.encode(), draw),
+            )
 
 
 def main() -> None:
@@ -259,7 +364,9 @@ def main() -> None:
         found += [] if one is None else [one]
     for one in found:
         print(f'    ("{one.kind}", {one.content[-300:]!r}),  # {one.what}')
-    print(f"{asked.count} mutants, {len(found)} not as promised, the longest took {longest:.2f} s")
+    print(
+        f"{asked.count} mutants, {len(found)} not as promised, the longest took {longest:.2f} s"
+    )
     sys.exit(bool(found))
 
 

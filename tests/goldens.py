@@ -1,4 +1,5 @@
-"""Texts that are compared as a whole with those kept in tests/files/golden; `pytest --renew` writes them anew."""
+"""Texts that are compared as a whole with those kept in tests/files/golden;
+`pytest --renew` writes them anew."""
 
 import pathlib
 
@@ -13,7 +14,9 @@ def assert_kept(request, name, text):
     if request.config.getoption("renew"):
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, "utf-8")
-    assert text == file.read_text("utf-8"), f"renew it with --renew, if this is meant: {file.name}"
+    assert text == file.read_text("utf-8"), (
+        f"renew it with --renew, if this is meant: {file.name}"
+    )
 
 
 def words_of(figure):
@@ -31,6 +34,15 @@ def words_of(figure):
     for axes in figure.axes:
         if axes.axison or axes.get_legend():
             titles = [axes.get_title(), axes.get_title(loc="left")]
-            lines.append(" | ".join(["axes", *filter(None, titles), axes.get_xlabel(), axes.get_ylabel()]))
+            lines.append(
+                " | ".join(
+                    [
+                        "axes",
+                        *filter(None, titles),
+                        axes.get_xlabel(),
+                        axes.get_ylabel(),
+                    ]
+                )
+            )
             lines += [f"  {text}" for text in legend(axes)]
     return "\n".join(line.replace("\n", " / ") for line in lines) + "\n"

@@ -19,8 +19,12 @@ DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())
 TSIT5 = sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5())
 
 
-def settings(rtol: float = 1e-12, max_events: int = 100_000, **kwargs: Any) -> sb.hybrid.Settings:
-    return sb.hybrid.Settings(rtol=jnp.asarray(rtol), max_events=jnp.asarray(max_events), **kwargs)
+def settings(
+    rtol: float = 1e-12, max_events: int = 100_000, **kwargs: Any
+) -> sb.hybrid.Settings:
+    return sb.hybrid.Settings(
+        rtol=jnp.asarray(rtol), max_events=jnp.asarray(max_events), **kwargs
+    )
 
 
 @functools.partial(eqx.filter_jit)
@@ -29,15 +33,17 @@ def solve(system, y0, mode0, t0, t1, settings, method=DOPRI8):
 
 
 def jacobians(f: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """`x → f(x), its Jacobian forwards, its Jacobian backwards` of a vector, as one program: the run in `f` is traced
-    and compiled once."""
+    """`x → f(x), its Jacobian forwards, its Jacobian backwards` of a vector, as one
+    program: the run in `f` is traced and compiled once."""
 
     @jax.jit
     def found(x):
         value, slope = jax.linearize(f, x)
         back = jax.linear_transpose(slope, x)
         rows = jnp.eye(value.size).reshape(value.size, *value.shape)
-        backwards = jax.vmap(lambda row: back(row)[0])(rows).reshape(*value.shape, x.size)
+        backwards = jax.vmap(lambda row: back(row)[0])(rows).reshape(
+            *value.shape, x.size
+        )
         return value, jax.vmap(slope, out_axes=-1)(jnp.eye(x.size)), backwards
 
     return found
@@ -49,7 +55,9 @@ def nothing_compiled(caplog):
     caplog.clear()
     with jax.log_compiles():
         yield
-    assert [record.message for record in caplog.records if record.name.startswith("jax")] == []
+    assert [
+        record.message for record in caplog.records if record.name.startswith("jax")
+    ] == []
 
 
 def event_times(record) -> np.ndarray:
@@ -68,7 +76,8 @@ def event_guards(record) -> list[int]:
 
 
 def assert_one_sided(f, numbers, ways: str) -> None:
-    """Derivatives of `f` forwards and backwards are the same, and that of one side by each of the numbers.
+    """Derivatives of `f` forwards and backwards are the same, and that of one side by
+    each of the numbers.
 
     `ways` has `+` at a number that can only rise, `-` at one that can only fall.
     """
@@ -83,7 +92,13 @@ def assert_one_sided(f, numbers, ways: str) -> None:
         sides = {"+": (1,), "-": (-1,)}.get(ways[i : i + 1], (-1, 1))
         for side in sides:
             h = side * 1e-4 * size[i]
-            far, near = (np.asarray(program(x + share * h * np.eye(x.size)[i])[0]) for share in (1.0, 0.5))
+            far, near = (
+                np.asarray(program(x + share * h * np.eye(x.size)[i])[0])
+                for share in (1.0, 0.5)
+            )
             difference = (4 * near - far - 3 * known) / h
             away.append(np.abs(slope[..., i] - difference) * size[i])
-        assert np.all(np.min(away, axis=0) <= 1e-6 * max(1.0, np.max(np.abs(known)))), (i, away)
+        assert np.all(np.min(away, axis=0) <= 1e-6 * max(1.0, np.max(np.abs(known)))), (
+            i,
+            away,
+        )

@@ -1,8 +1,10 @@
-"""Many structures in one process: each is simulated and printed, some with series, a report and derivatives.
+"""Many structures in one process: each is simulated and printed, some with series, a
+report and derivatives.
 
-`python tests/many_structures.py VISITS DISTINCT` visits as many structures one after the other, of which so many are
-distinct: one that returns finds its programs gone from memory and reads them from the cache on disk. It prints memory
-mappings and resident memory (MB) as it goes, and the peaks as JSON in the last line.
+`python tests/many_structures.py VISITS DISTINCT` visits as many structures one after
+the other, of which so many are distinct: one that returns finds its programs gone from
+memory and reads them from the cache on disk. It prints memory mappings and resident
+memory (MB) as it goes, and the peaks as JSON in the last line.
 """
 
 import json
@@ -40,7 +42,8 @@ def visit(n: int, turn: int, folder: pathlib.Path) -> None:
 
 
 def main(visits: int, distinct: int) -> None:
-    # (the peak that the system keeps starts at that of the process which started this one)
+    # (the peak that the system keeps starts at that of the process which started this
+    # one)
     most = 0
     peak = 0.0
     process = psutil.Process()
@@ -53,7 +56,16 @@ def main(visits: int, distinct: int) -> None:
             peak = max(peak, memory)
             if turn % 10 == 9:
                 print(turn + 1, count, round(memory), flush=True)
-    print(json.dumps({"visits": visits, "distinct": distinct, "mappings": most, "megabytes": peak}))
+    print(
+        json.dumps(
+            {
+                "visits": visits,
+                "distinct": distinct,
+                "mappings": most,
+                "megabytes": peak,
+            }
+        )
+    )
 
 
 if __name__ == "__main__":

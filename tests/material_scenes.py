@@ -22,9 +22,12 @@ def compared(rims, linings=("FK-24A",), scene=None, **options):
 
 
 def heated(law=None):
-    """A rigid band under constant tension: all slides from the first moment, as the classical stop assumes."""
+    """A rigid band under constant tension: all slides from the first moment, as the
+    classical stop assumes."""
     scene = layered_stop(growth=1.15, law=law or sb.ConstantFriction(0.35))
-    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
+    rigid = dataclasses.replace(
+        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
+    )
     return dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
 
 
@@ -42,5 +45,7 @@ def whole_scene(partition=None, rim="steel_20L", lining="FK-24A"):
         inside=10.0,
     )
     flash = sb.thermal.FlashTemperature(50e-6, metal.conductivity, metal.diffusivity)
-    heat = dataclasses.replace(sb.thermal.with_pulley_structure(layered, metal), flash=flash)
+    heat = dataclasses.replace(
+        sb.thermal.with_pulley_structure(layered, metal), flash=flash
+    )
     return dataclasses.replace(heated(), heat=heat)

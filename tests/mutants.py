@@ -1,10 +1,12 @@
-"""Plants errors drawn once, one at a time, and tells which are seen: before and after a change of the tests.
+"""Plants errors drawn once, one at a time, and tells which are seen: before and after a
+change of the tests.
 
     python tests/mutants.py [WORD] [--pytest "FILE -k NAME"]
 
-`mutants.csv` has some hundred: function, expression, what stands there instead, and what sees it (a file of tests, with
-`-k` some of them), or why nothing can. WORD: those whose row contains it. `--pytest`: what is run instead, as
-`tests/physics`. Errors at other places, drawn anew: mutmut, see CONTRIBUTING.
+`mutants.csv` has some hundred: function, expression, what stands there instead, and
+what sees it (a file of tests, with `-k` some of them), or why nothing can. WORD: those
+whose row contains it. `--pytest`: what is run instead, as `tests/physics`. Errors at
+other places, drawn anew: mutmut, see CONTRIBUTING.
 """
 
 import argparse
@@ -25,22 +27,29 @@ ROOT = pathlib.Path(__file__).parents[1]
 
 
 def expressions(tree: ast.AST, name: str = "") -> Iterator[tuple[str, ast.expr]]:
-    """All expressions in the order of the text, each with the qualified name of its function or class."""
+    """All expressions in the order of the text, each with the qualified name of its
+    function or class."""
     for node in ast.iter_child_nodes(tree):
         inner = name
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            inner = (
-                f"{name}{'.' if name and isinstance(tree, ast.ClassDef) else '.<locals>.' if name else ''}{node.name}"
-            )
+            within = "." if isinstance(tree, ast.ClassDef) else ".<locals>."
+            inner = f"{name}{within if name else ''}{node.name}"
         if isinstance(node, ast.expr):
             yield name, node
         yield from expressions(node, inner)
 
 
-def planted(file: pathlib.Path, function: str, before: str, after: str, number: int) -> str | None:
-    """The text of a file with the error in it; `None` where the function has no such expression."""
+def planted(
+    file: pathlib.Path, function: str, before: str, after: str, number: int
+) -> str | None:
+    """The text of a file with the error in it; `None` where the function has no such
+    expression."""
     text = file.read_text("utf-8")
-    found = [node for name, node in expressions(ast.parse(text)) if name == function and ast.unparse(node) == before]
+    found = [
+        node
+        for name, node in expressions(ast.parse(text))
+        if name == function and ast.unparse(node) == before
+    ]
     if number >= len(found):
         return None
     node = found[number]
@@ -52,11 +61,23 @@ def planted(file: pathlib.Path, function: str, before: str, after: str, number: 
     return (whole[:start] + f"({after})".encode() + whole[end:]).decode()
 
 
-def place(tree: pathlib.Path, mutant: dict[str, str]) -> tuple[pathlib.Path, str] | None:
-    """The file where the error belongs, wherever its function has moved, and its text with the error."""
-    files = [tree / "simbrake" / mutant["module"], *sorted((tree / "simbrake").rglob("*.py"))]
+def place(
+    tree: pathlib.Path, mutant: dict[str, str]
+) -> tuple[pathlib.Path, str] | None:
+    """The file where the error belongs, wherever its function has moved, and its text
+    with the error."""
+    files = [
+        tree / "simbrake" / mutant["module"],
+        *sorted((tree / "simbrake").rglob("*.py")),
+    ]
     for file in filter(pathlib.Path.exists, files):
-        text = planted(file, mutant["function"], mutant["before"], mutant["after"], int(mutant["number"]))
+        text = planted(
+            file,
+            mutant["function"],
+            mutant["before"],
+            mutant["after"],
+            int(mutant["number"]),
+        )
         if text is not None:
             return file, text
     return None
@@ -70,25 +91,51 @@ def seen(tree: pathlib.Path, mutant: dict[str, str], arguments: list[str]) -> st
     file, text = there
     whole = file.read_text("utf-8")
     arguments = arguments or mutant["seen_by"].split()
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-m", "", *arguments]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-x",
+        "-q",
+        "-n",
+        "0",
+        "-m",
+        "",
+        *arguments,
+    ]
     file.write_text(text, "utf-8")
     try:
         surroundings = os.environ | {"PYTHONPATH": str(tree), "SIMBRAKE_CACHE_DIR": ""}
-        done = subprocess.run(command, cwd=tree, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        done = subprocess.run(
+            command,
+            cwd=tree,
+            env=surroundings,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
     finally:
         file.write_text(whole, "utf-8")
-    if done.returncode == pytest.ExitCode.NO_TESTS_COLLECTED or b"file or directory not found" in done.stdout:
+    if (
+        done.returncode == pytest.ExitCode.NO_TESTS_COLLECTED
+        or b"file or directory not found" in done.stdout
+    ):
         return "NOTHING RUN: no such test"
     return "seen" if done.returncode else "NOT SEEN"
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("word", nargs="?", default="")
     parser.add_argument("--pytest", default="", metavar="ARGUMENTS")
     options = parser.parse_args()
     with (ROOT / "tests" / "mutants.csv").open(encoding="utf-8", newline="") as table:
-        mutants = [row for row in csv.DictReader(table) if options.word in " ".join(row.values())]
+        mutants = [
+            row
+            for row in csv.DictReader(table)
+            if options.word in " ".join(row.values())
+        ]
     missed = 0
     with tempfile.TemporaryDirectory() as folder:
         tree = pathlib.Path(folder) / "tree"
@@ -99,7 +146,10 @@ def main() -> int:
             else:
                 outcome = seen(tree, mutant, shlex.split(options.pytest))
                 missed += outcome != "seen"
-            print(f"{mutant['module']} {mutant['function']}: {mutant['before'][:50]!r}: {outcome}", flush=True)
+            print(
+                f"{mutant['module']} {mutant['function']}: {mutant['before'][:50]!r}: {outcome}",
+                flush=True,
+            )
     return int(missed > 0)
 
 

@@ -36,18 +36,28 @@ def plain_result():
     n = 8
     gaps = np.full(7, GAP)
     gaps[3] = 3 * GAP
-    band = sb.brakes.LiningsOnPlates(modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps)
+    band = sb.brakes.LiningsOnPlates(
+        modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps
+    )
     scene = stop_scene(n=n, beta=30.0, end=4.0)
-    brake = dataclasses.replace(scene.brake, band=sb.Band(scene.brake.band.radius, band))
+    brake = dataclasses.replace(
+        scene.brake, band=sb.Band(scene.brake.band.radius, band)
+    )
     return sb.simulate(dataclasses.replace(scene, brake=brake))
 
 
 @functools.cache
 def staged_result():
     """A staged brake on a rigid band, through all stages."""
-    scene = stop_scene(n=6, beta=40.0, f=0.42, C=None, lever=sb.ramp(1e3, 15e3, 0.0, 0.5), end=4.0)
+    scene = stop_scene(
+        n=6, beta=40.0, f=0.42, C=None, lever=sb.ramp(1e3, 15e3, 0.0, 0.5), end=4.0
+    )
     bandage = sb.Bandage(inertia=20.0, friction=sb.ConstantFriction(0.28), preload=3e3)
-    return sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage)))
+    return sb.simulate(
+        dataclasses.replace(
+            scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
+        )
+    )
 
 
 @functools.cache
@@ -81,7 +91,8 @@ def wedges(axes, gid):
 
 
 def scale(axes, gid):
-    """Value of a radius, from the two ends of a scale as it is written in the picture."""
+    """Value of a radius, from the two ends of a scale as it is written in the
+    picture."""
     texts = [t for t in axes.texts if t.get_gid() == gid]
     values = np.asarray([float(t.get_text().removesuffix(" kN")) for t in texts])
     radii = radius([t.get_position() for t in texts])
@@ -97,5 +108,10 @@ def legend(drawn):
 
 
 def row_type(table, field):
-    """The class of the rows that a result of a study has in a field, as its annotation says."""
-    return next(one for one in typing.get_args(typing.get_type_hints(table)[field]) if dataclasses.is_dataclass(one))
+    """The class of the rows that a result of a study has in a field, as its annotation
+    says."""
+    return next(
+        one
+        for one in typing.get_args(typing.get_type_hints(table)[field])
+        if dataclasses.is_dataclass(one)
+    )

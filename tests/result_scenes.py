@@ -8,7 +8,8 @@ import simbrake as sb
 
 
 def heated_stop():
-    """Two linings, a rim in three layers and two walls in two layers, all joined to the air."""
+    """Two linings, a rim in three layers and two walls in two layers, all joined to the
+    air."""
     iron = sb.Material(48.0, 7800.0, 500.0)
     stuff = sb.Material(0.8, 2000.0, 900.0)
     heat = sb.Heat(
@@ -23,7 +24,9 @@ def heated_stop():
             sb.thermal.Convection("lining.back", 0.05, 20.0),
             sb.thermal.Conductance("shield/cover", "air", 1.0),
         ),
-        friction=sb.thermal.FrictionHeat("rim.front", "lining.front", sb.thermal.ConstantPartition(0.9)),
+        friction=sb.thermal.FrictionHeat(
+            "rim.front", "lining.front", sb.thermal.ConstantPartition(0.9)
+        ),
         rim="rim.front",
         linings="lining.front",
     )

@@ -5,7 +5,9 @@ import pathlib
 
 FOLDER = pathlib.Path(__file__).parents[1] / "scenarios"
 #: those that make a scene; the others are studies
-NAMES = sorted(file.stem for file in FOLDER.glob("*.py") if "def scene(" in file.read_text("utf-8"))
+NAMES = sorted(
+    file.stem for file in FOLDER.glob("*.py") if "def scene(" in file.read_text("utf-8")
+)
 
 
 def load(name):

@@ -1,4 +1,5 @@
-"""Stops of a double-shoe brake that several tests share, and the moments of its shoes by quadrature."""
+"""Stops of a double-shoe brake that several tests share, and the moments of its shoes
+by quadrature."""
 
 import math
 
@@ -20,7 +21,8 @@ FRICTION = 0.32
 
 
 def moments(end=END):
-    """Moments of normal force and friction (per coefficient), force and torque (per coefficient) for p̂ = 1 Pa."""
+    """Moments of normal force and friction (per coefficient), force and torque (per
+    coefficient) for p̂ = 1 Pa."""
 
     def over(function):
         return quad(function, START, end, epsabs=0.0, epsrel=1e-13)[0]
@@ -42,10 +44,18 @@ def normals(f, force=F, back=False):
 
 def shoe_scene(*, omega=W0, load=0.0, friction=None, force=None, end=4.0, **parts):
     force = sb.PiecewiseLinear([0.0, 9.0], [F, F]) if force is None else force
-    load = load if isinstance(load, sb.PiecewiseLinear) else sb.PiecewiseLinear([0.0, 9.0], [load, load])
-    friction = sb.ConstantFriction([FRICTION, FRICTION], 1.1) if friction is None else friction
+    load = (
+        load
+        if isinstance(load, sb.PiecewiseLinear)
+        else sb.PiecewiseLinear([0.0, 9.0], [load, load])
+    )
+    friction = (
+        sb.ConstantFriction([FRICTION, FRICTION], 1.1) if friction is None else friction
+    )
     brake = sb.ShoeBrake(J, sb.Shoes(friction, R, B, START, END), A, C)
-    return sb.Scene(brake, sb.ForceDuty(force, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts)
+    return sb.Scene(
+        brake, sb.ForceDuty(force, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts
+    )
 
 
 def shoe_heat():
@@ -62,4 +72,6 @@ def shoe_heat():
     )
 
 
-FADE = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(slope=3e-3, above=273.15),))
+FADE = sb.friction.ProductFriction(
+    sb.ConstantFriction(FRICTION), (sb.LinearFade(slope=3e-3, above=273.15),)
+)

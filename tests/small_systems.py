@@ -1,4 +1,5 @@
-"""Small hybrid systems that test the integrator without any brake: exact solutions, guards given over time."""
+"""Small hybrid systems that test the integrator without any brake: exact solutions,
+guards given over time."""
 
 import math
 from typing import Any, NamedTuple
@@ -8,7 +9,7 @@ import jax.numpy as jnp
 
 from simbrake.hybrid import LANDED, AbstractHybridSystem
 
-# --- systems ----------------------------------------------------------------------------------------------------------
+# --- systems -------------------------------------------------------------------------
 
 
 class Oscillator(NamedTuple):
@@ -40,10 +41,12 @@ class Smooth(AbstractHybridSystem):
 
 
 class BeltOscillator(Smooth):
-    """Mass on a spring dragged by a belt: `m ẍ + k x = F`, sticks while `|k x| ≤ F_s`, slips with `F_k`.
+    """Mass on a spring dragged by a belt: `m ẍ + k x = F`, sticks while `|k x| ≤ F_s`,
+    slips with `F_k`.
 
-    From `x = F_s/k`, `v = v_b` with `Δ = (F_s − F_k)/k`, `ω = √(k/m)`: slip lasts `(2/ω)(π − atan(Δω/v_b))`,
-    stick `2Δ/v_b`. With `decay` > 0 the slip law is `F_s/(1 + decay |v_rel|)` (Leine et al. 1998).
+    From `x = F_s/k`, `v = v_b` with `Δ = (F_s − F_k)/k`, `ω = √(k/m)`: slip lasts
+    `(2/ω)(π − atan(Δω/v_b))`, stick `2Δ/v_b`. With `decay` > 0 the slip law is
+    `F_s/(1 + decay |v_rel|)` (Leine et al. 1998).
     """
 
     m: Any = 1.0
@@ -76,7 +79,8 @@ class BeltOscillator(Smooth):
 
 
 class Robertson(Smooth):
-    """Chemical kinetics, stiff over eleven decades of time: `ẏ_1 = −k_1 y_1 + k_3 y_2 y_3`, `ẏ_3 = k_2 y_2²`.
+    """Chemical kinetics, stiff over eleven decades of time:
+    `ẏ_1 = −k_1 y_1 + k_3 y_2 y_3`, `ẏ_3 = k_2 y_2²`.
 
     Reference: Mazzia & Magherini, *Test Set for Initial Value Problem Solvers*, ROBER.
     """
@@ -91,7 +95,8 @@ class Robertson(Smooth):
 
 
 class VanDerPol(Smooth):
-    """Relaxation oscillator in its scaled form, `ẏ_2 = ((1 − y_1²) y_2 − y_1)/ε`; the same test set, VDPOL."""
+    """Relaxation oscillator in its scaled form, `ẏ_2 = ((1 − y_1²) y_2 − y_1)/ε`; the
+    same test set, VDPOL."""
 
     def rhs(self, t, y, mode):
         return jnp.stack([y[1], ((1 - y[0] ** 2) * y[1] - y[0]) / 1e-6])
@@ -101,13 +106,17 @@ class VanDerPol(Smooth):
 
 
 class CoulombOscillator(Smooth):
-    """Free oscillator with Coulomb friction, `ẍ + x = −F sgn ẋ`; `mode` is the sign of `ẋ`, 0 at rest."""
+    """Free oscillator with Coulomb friction, `ẍ + x = −F sgn ẋ`; `mode` is the sign of
+    `ẋ`, 0 at rest."""
 
     F: Any = 0.15
 
     def rhs(self, t, y, mode):
         moving = mode != 0
-        return Oscillator(jnp.where(moving, y.v, 0.0), jnp.where(moving, -y.x - self.F * mode.astype(float), 0.0))
+        return Oscillator(
+            jnp.where(moving, y.v, 0.0),
+            jnp.where(moving, -y.x - self.F * mode.astype(float), 0.0),
+        )
 
     def guards(self, t, y, mode):
         return jnp.where(mode == 0, 1.0, mode.astype(float) * y.v)[None]
@@ -120,7 +129,8 @@ class CoulombOscillator(Smooth):
 
 
 class Filippov(Smooth):
-    """`ẋ = −2` if `x > y` else 2; `ẏ = −3` if `y > x` else 1.5: from (1.5, 1) slides along `x = y` at −6/17 from 1/7.
+    """`ẋ = −2` if `x > y` else 2; `ẏ = −3` if `y > x` else 1.5: from (1.5, 1) slides
+    along `x = y` at −6/17 from 1/7.
 
     Modes +1 above, −1 below, 0 sliding; on the line `ẋ = ẏ` fixes the convex weight.
     """
@@ -145,14 +155,17 @@ class Filippov(Smooth):
 
 
 class BouncingBall(Smooth):
-    """FMI reference model: falls with `g`, leaves each impact with `e` of its speed, rests below `v_min`."""
+    """FMI reference model: falls with `g`, leaves each impact with `e` of its speed,
+    rests below `v_min`."""
 
     g: Any = 9.81
     e: Any = 0.7
     v_min: Any = 0.1
 
     def rhs(self, t, y, mode):
-        return Oscillator(jnp.where(mode == 0, y.v, 0.0), jnp.where(mode == 0, -self.g, 0.0))
+        return Oscillator(
+            jnp.where(mode == 0, y.v, 0.0), jnp.where(mode == 0, -self.g, 0.0)
+        )
 
     def guards(self, t, y, mode):
         return jnp.where(mode == 0, y.x, 1.0)[None]
@@ -165,8 +178,11 @@ class BouncingBall(Smooth):
 
 
 def arrays(system):
-    """The same system with every number as an array, so that a new value never re-traces."""
-    return jax.tree.map(lambda x: jnp.asarray(x, jnp.float64) if isinstance(x, float) else x, system)
+    """The same system with every number as an array, so that a new value never
+    re-traces."""
+    return jax.tree.map(
+        lambda x: jnp.asarray(x, jnp.float64) if isinstance(x, float) else x, system
+    )
 
 
 def first_event_times(record, count):

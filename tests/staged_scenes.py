@@ -1,4 +1,5 @@
-"""Staged brakes that several tests share, and one integrated independently with SciPy."""
+"""Staged brakes that several tests share, and one integrated independently with
+SciPy."""
 
 import math
 
@@ -17,7 +18,17 @@ F_INT = 0.22
 PRELOAD = 900.0
 
 
-def brake(stiffness=None, f_ext=F_EXT, f_int=F_INT, preload=PRELOAD, J_b=J_B, J=J, n=N, law=None, inner=None):
+def brake(
+    stiffness=None,
+    f_ext=F_EXT,
+    f_int=F_INT,
+    preload=PRELOAD,
+    J_b=J_B,
+    J=J,
+    n=N,
+    law=None,
+    inner=None,
+):
     return sb.Brake(
         sb.Pulley(R, J),
         sb.Band(R_B, stiffness),
@@ -26,10 +37,18 @@ def brake(stiffness=None, f_ext=F_EXT, f_int=F_INT, preload=PRELOAD, J_b=J_B, J=
     )
 
 
-def stop(rate=4e3, start=200.0, load=300.0, w0=20.0, end=12.0, lever=None, heat=None, **parts):
+def stop(
+    rate=4e3, start=200.0, load=300.0, w0=20.0, end=12.0, lever=None, heat=None, **parts
+):
     """A stop under a lever ramp of `rate` (N/s) that ends at 30 kN."""
     lever = lever or sb.PiecewiseLinear([0.0, 3e4 / rate], [start, start + 3e4])
-    return sb.Scene(brake(**parts), sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(w0), end, heat)
+    return sb.Scene(
+        brake(**parts),
+        sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))),
+        sb.Initial(w0),
+        end,
+        heat,
+    )
 
 
 def tensions(T_0, T_n, mu):

@@ -10,7 +10,7 @@ import simbrake as sb
 from simbrake.friction import AbstractFriction, Contact
 from simbrake.loads import AbstractLoad
 
-# --- scenes with closed-form solutions --------------------------------------------------------------------------------
+# --- scenes with closed-form solutions -----------------------------------------------
 
 
 def stop_scene(
@@ -28,39 +28,66 @@ def stop_scene(
     lever=None,
     **initial,
 ):
-    """A stop with constant slack tension on `n` linings of `beta` degrees: closed forms in `closed_form`.
+    """A stop with constant slack tension on `n` linings of `beta` degrees: closed forms
+    in `closed_form`.
 
-    `C`: stiffness, `None` for a rigid band; `law`: friction in place of `f`; `lever`: profile in place of `T0`; `load`:
-    a torque, or a load.
+    `C`: stiffness, `None` for a rigid band; `law`: friction in place of `f`; `lever`:
+    profile in place of `T0`; `load`: a torque, or a load.
     """
-    lining = sb.Lining(law if law is not None else sb.ConstantFriction(f), np.full(n, math.radians(beta)))
+    lining = sb.Lining(
+        law if law is not None else sb.ConstantFriction(f),
+        np.full(n, math.radians(beta)),
+    )
     force = lever if lever is not None else sb.Constant(T0)
-    duty = sb.Duty(force, load if isinstance(load, AbstractLoad) else sb.TorqueLoad(sb.Constant(load)))
-    return sb.Scene(sb.Brake(sb.Pulley(R, J), sb.Band(R, C), lining), duty, sb.Initial(omega=w0, **initial), end)
+    duty = sb.Duty(
+        force,
+        load if isinstance(load, AbstractLoad) else sb.TorqueLoad(sb.Constant(load)),
+    )
+    return sb.Scene(
+        sb.Brake(sb.Pulley(R, J), sb.Band(R, C), lining),
+        duty,
+        sb.Initial(omega=w0, **initial),
+        end,
+    )
 
 
-def closed_form(n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.0, xp=math):
-    """Event times of a stop without load (model §3): t0, lining limits, t1 and stopping time.
+def closed_form(
+    n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.0, xp=math
+):
+    """Event times of a stop without load (model §3): t0, lining limits, t1 and stopping
+    time.
 
-        t0 = T_0/(C R ω_0),   lining i: t0 + asin(χ T_0 (Π_i − 1)/(C R ω_0))/χ,   χ² = C R²/J,   t1 = that of lining n
-        stop: t1 + J ω_0 cos χ(t1 − t0)/(R T_0 (Π − 1))
+        t0 = T_0/(C R ω_0),   lining i: t0 + asin(χ T_0 (Π_i − 1)/(C R ω_0))/χ,   χ² = C
+        R²/J,   t1 = that of lining n stop: t1 + J ω_0 cos χ(t1 − t0)/(R T_0 (Π − 1))
 
-    `xp`: `math`, or a module with the same functions for derivatives (`jax.numpy`) or complex numbers (`numpy`).
+    `xp`: `math`, or a module with the same functions for derivatives (`jax.numpy`) or
+    complex numbers (`numpy`).
     """
     z = xp.tan(beta * math.pi / 180 / 2)
     mu = (1 + f * z) / (1 - f * z)
     Pi = mu**n
     t0 = T0 / (C * R * w0)
     chi = xp.sqrt(C * R**2 / J)
-    limits = [t0 + xp.asin(chi * T0 * (mu ** (i + 1) - 1) / (C * R * w0)) / chi for i in range(n)]
+    limits = [
+        t0 + xp.asin(chi * T0 * (mu ** (i + 1) - 1) / (C * R * w0)) / chi
+        for i in range(n)
+    ]
     w1 = w0 * xp.cos(chi * (limits[-1] - t0))
-    return {"t0": t0, "limits": limits, "t1": limits[-1], "stop": limits[-1] + w1 * J / (R * T0 * (Pi - 1)), "Pi": Pi}
+    return {
+        "t0": t0,
+        "limits": limits,
+        "t1": limits[-1],
+        "stop": limits[-1] + w1 * J / (R * T0 * (Pi - 1)),
+        "Pi": Pi,
+    }
 
 
 class FallingFriction(AbstractFriction):
-    """Friction with which the torque of one lining of 0.5 rad falls as `M_0/(1 + κ ω)`, for `R_b` = 1 m.
+    """Friction with which the torque of one lining of 0.5 rad falls as `M_0/(1 + κ ω)`,
+    for `R_b` = 1 m.
 
-    A stop then takes `(J/M_0)(ω_0 + κ ω_0²/2)` and the angle `(J/M_0)(ω_0²/2 + κ ω_0³/3)`.
+    A stop then takes `(J/M_0)(ω_0 + κ ω_0²/2)` and the angle
+    `(J/M_0)(ω_0²/2 + κ ω_0³/3)`.
     """
 
     M0: jax.Array
@@ -80,15 +107,18 @@ class FallingFriction(AbstractFriction):
 
 
 def tension_for(torque, n, f, beta, R=1.0):
-    """Slack tension (N) at which the torque of `n` sliding linings is `torque`: `T_0 = M/(R (Π − 1))`."""
+    """Slack tension (N) at which the torque of `n` sliding linings is `torque`:
+    `T_0 = M/(R (Π − 1))`."""
     return torque / (R * (closed_form(n=n, f=f, beta=beta)["Pi"] - 1))
 
 
 def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=500.0):
-    """Pulley `J_1` and bandage `J_2` joined by an internal pair of capacity `M_i`; the band's torque is `c t`.
+    """Pulley `J_1` and bandage `J_2` joined by an internal pair of capacity `M_i`; the
+    band's torque is `c t`.
 
-    The capacity comes from preload alone: a coefficient so small that the tensions add nothing to it. `lever` `(times,
-    torques)`: points of the band's torque in place of `c t`. Radii are 1 m.
+    The capacity comes from preload alone: a coefficient so small that the tensions add
+    nothing to it. `lever` `(times, torques)`: points of the band's torque in place of
+    `c t`. Radii are 1 m.
     """
     n = 4
     f = 0.5
@@ -100,42 +130,71 @@ def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=50
         sb.Lining(sb.ConstantFriction(f), np.full(n, math.radians(beta))),
         sb.Bandage(J_2, sb.ConstantFriction(small), M_i / (n * small)),
     )
-    times, torques = ([0.0, 10.0], [jnp.zeros(()), jnp.asarray(10.0 * c)]) if lever is None else lever
-    tensions = jnp.stack([jnp.asarray(tension_for(torque, n, f, beta), jnp.float64) for torque in torques])
-    return sb.Scene(brake, sb.Duty(sb.PiecewiseLinear(times, tensions), sb.TorqueLoad()), sb.Initial(w0), end)
+    times, torques = (
+        ([0.0, 10.0], [jnp.zeros(()), jnp.asarray(10.0 * c)])
+        if lever is None
+        else lever
+    )
+    tensions = jnp.stack(
+        [
+            jnp.asarray(tension_for(torque, n, f, beta), jnp.float64)
+            for torque in torques
+        ]
+    )
+    return sb.Scene(
+        brake,
+        sb.Duty(sb.PiecewiseLinear(times, tensions), sb.TorqueLoad()),
+        sb.Initial(w0),
+        end,
+    )
 
 
 def points(values, times=0.0, count=6):
-    """A profile of `count` points, a constant by itself: scenes of one structure share their compiled program."""
+    """A profile of `count` points, a constant by itself: scenes of one structure share
+    their compiled program."""
     values = np.atleast_1d(np.asarray(values, float))
     times = np.atleast_1d(np.asarray(times, float))
     more = count - len(values)
     later = np.linspace(1e6, 2e6, more)  # after the end of every run
-    return sb.PiecewiseLinear(np.append(times, later), np.append(values, np.full(more, values[-1])))
+    return sb.PiecewiseLinear(
+        np.append(times, later), np.append(values, np.full(more, values[-1]))
+    )
 
 
 def scene_of(lever, load=0.0, drag=0.0, **parts):
     """`stop_scene` under a lever and a load of six points each."""
-    lever, load = (x if isinstance(x, sb.PiecewiseLinear) else points(x) for x in (lever, load))
+    lever, load = (
+        x if isinstance(x, sb.PiecewiseLinear) else points(x) for x in (lever, load)
+    )
     return stop_scene(lever=lever, load=sb.TorqueLoad(load, drag=drag), **parts)
 
 
 def time_of(name, lining=None):
     """The time of the first such event in a run."""
-    return lambda r: next(e.time for e in r.events if e.name == name and e.lining == lining)
+    return lambda r: next(
+        e.time for e in r.events if e.name == name and e.lining == lining
+    )
 
 
-# --- the standard brake -----------------------------------------------------------------------------------------------
+# --- the standard brake -------------------------------------------------------------
 
 #: the elastic stop of several cases, and its closed forms
-ELASTIC = {"n": 10, "beta": 27.0, "f": 0.35, "R": 0.725, "J": 800.0, "C": 2e5, "w0": 20.0}
+ELASTIC = {
+    "n": 10,
+    "beta": 27.0,
+    "f": 0.35,
+    "R": 0.725,
+    "J": 800.0,
+    "C": 2e5,
+    "w0": 20.0,
+}
 
 
 def elastic_stop(T0=8e3, **changes):
     return scene_of(T0, **{**ELASTIC, "end": 5.0, **changes})
 
 
-# --- many stops -------------------------------------------------------------------------------------------------------
+# --- many stops ---------------------------------------------------------------------
 
 SPEED = "initial.omega"
 FRICTION = "brake.linings.friction.coefficient"

@@ -21,11 +21,14 @@ def by_hand():
     share = e / (e + e_l)
     track = 2 * 2 * math.pi * 0.590 * 0.220
     rim = 293.15 + 2 / 3 * share * work / (534.1 * 7850.0 * track * b)
-    lining = 293.15 + 2 / 3 * (1 - share) * work / (1000.0 * 2000.0 * 0.75 * track * b_l)
+    lining = 293.15 + 2 / 3 * (1 - share) * work / (
+        1000.0 * 2000.0 * 0.75 * track * b_l
+    )
     return {
         "thermal penetration depth, rim": b,
         "thermal penetration depth, lining": b_l,
-        "thermal penetration depth, band": 1.73 * math.sqrt(53.94 / (7850.0 * 480.0) * time),
+        "thermal penetration depth, band": 1.73
+        * math.sqrt(53.94 / (7850.0 * 480.0) * time),
         "Fourier number, rim": 1 / 3,
         "Fourier number, band": 53.94 / (7850.0 * 480.0) * time / 0.006**2,
         "effective volume, rim": track * b,
@@ -48,5 +51,8 @@ def by_hand():
         "power load of the linings, mean": work / (0.75 * track * time),
         "maximum gradient at the face": 2 * share * work / (track * time) / 47.8,
         "thickness that heat reaches, rim": b,
-        "thickness that holds the heat, braking": share * work / track / (7850.0 * 534.1 * 380.0),
+        "thickness that holds the heat, braking": share
+        * work
+        / track
+        / (7850.0 * 534.1 * 380.0),
     }

@@ -1,4 +1,5 @@
-"""A scene as the text of its file, and whether two scenes are the same to the last bit."""
+"""A scene as the text of its file, and whether two scenes are the same to the last
+bit."""
 
 import jax
 import numpy as np

@@ -1,4 +1,5 @@
-"""Friction laws, links, profiles and loads as users write them, which several tests share."""
+"""Friction laws, links, profiles and loads as users write them, which several tests
+share."""
 
 import math
 from typing import Any
@@ -48,7 +49,8 @@ class Travelled(Timed):
 
 
 class RunningIn(Timed):
-    """The same by the friction work per area, `ξ̇ = (ξ_e − ξ) q/w_0` (`time`: `w_0` in J/m²)."""
+    """The same by the friction work per area, `ξ̇ = (ξ_e − ξ) q/w_0` (`time`: `w_0` in
+    J/m²)."""
 
     def rates(self, contact):
         return (self.end - contact.memory) * contact.q / self.time
@@ -96,7 +98,8 @@ class Cooling(AbstractCoefficient):
 
 
 class Bump(sb.Constant):
-    """A shipped profile with a short bump of its own, of the area `4 w √π` times its level."""
+    """A shipped profile with a short bump of its own, of the area `4 w √π` times its
+    level."""
 
     def value(self, t, piece):
         return self.level * (1 + 4.0 * jnp.exp(-(((t - 0.3) / 0.005) ** 2)))

@@ -1,4 +1,5 @@
-"""Stops of a rigid brake under constant torques, whose verdicts and explanations have closed forms."""
+"""Stops of a rigid brake under constant torques, whose verdicts and explanations have
+closed forms."""
 
 import math
 
@@ -25,11 +26,17 @@ def flat(*values):
 
 def rigid(load=LOAD, *, lever=(T0,) * 4, w0=W0, end=4.0):
     load = (load,) * 4 if isinstance(load, float) else load
-    return stop_scene(C=None, w0=w0, lever=flat(*lever), load=sb.TorqueLoad(flat(*load)), end=end)
+    return stop_scene(
+        C=None, w0=w0, lever=flat(*lever), load=sb.TorqueLoad(flat(*load)), end=end
+    )
 
 
 def two_stops(again, end):
     """Released at 2 s and braked anew at the time `again`."""
-    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, again, again, 99.0], [T0, T0, 0.0, 0.0, T0, T0])
-    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0, 2.0, 3.0, 4.0, 99.0], [LOAD] * 6))
+    lever = sb.PiecewiseLinear(
+        [0.0, 2.0, 2.0, again, again, 99.0], [T0, T0, 0.0, 0.0, T0, T0]
+    )
+    load = sb.TorqueLoad(
+        sb.PiecewiseLinear([0.0, 1.0, 2.0, 3.0, 4.0, 99.0], [LOAD] * 6)
+    )
     return stop_scene(C=None, lever=lever, load=load, end=end)

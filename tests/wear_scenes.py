@@ -30,22 +30,39 @@ def statics(angle=None, f=F):
 
 
 def distance(T_n=None):
-    """Slip (m) of a stop from `W0` on a rigid band under the constant lever, no load."""
+    """Slip (m) of a stop from `W0` on a rigid band under the constant lever, no
+    load."""
     return J * W0**2 / 2 / (T0 * ((statics()[0][-1] if T_n is None else T_n) - 1))
 
 
 def stop(wear, heat=None, angle=None, end=8.0, law=None):
     """Rigid band, constant lever, no load."""
-    linings = sb.Lining(law or sb.ConstantFriction(F), np.full(N, BETA) if angle is None else angle, AREA)
+    linings = sb.Lining(
+        law or sb.ConstantFriction(F),
+        np.full(N, BETA) if angle is None else angle,
+        AREA,
+    )
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
-    return sb.Scene(brake, sb.Duty(sb.Constant(T0), sb.TorqueLoad()), sb.Initial(W0), end, heat, wear=wear)
+    return sb.Scene(
+        brake,
+        sb.Duty(sb.Constant(T0), sb.TorqueLoad()),
+        sb.Initial(W0),
+        end,
+        heat,
+        wear=wear,
+    )
 
 
 def lumps():
     """Each lining a lump of its own, from which no heat goes away."""
     return sb.Heat(
-        bodies=(sb.thermal.Lump("rim", 1e5), sb.thermal.Lump("linings", CAPACITY, count=N)),
-        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(1 - SHARE)),
+        bodies=(
+            sb.thermal.Lump("rim", 1e5),
+            sb.thermal.Lump("linings", CAPACITY, count=N),
+        ),
+        friction=sb.thermal.FrictionHeat(
+            "rim", "linings", sb.thermal.ConstantPartition(1 - SHARE)
+        ),
         rim="rim",
         linings="linings",
     )
@@ -56,4 +73,6 @@ def wearing(scene, wear):
     area = {"brake.linings.area": AREA}
     if scene.brake.bandage is not None:
         area["brake.bandage.area"] = AREA
-    return eqx.tree_at(lambda s: s.wear, sb.with_values(scene, area), wear, is_leaf=lambda x: x is None)
+    return eqx.tree_at(
+        lambda s: s.wear, sb.with_values(scene, area), wear, is_leaf=lambda x: x is None
+    )

@@ -1,9 +1,11 @@
-"""diffrax by itself: one solve of a smoothed brake, as is done where events are to be avoided.
+"""diffrax by itself: one solve of a smoothed brake, as is done where events are to be
+avoided.
 
-Friction carries tanh of the slip speed over a small share `ε` of the scene's speed, so that what sticks creeps. The
-times of events are read from the dense output, where speeds pass a threshold of that size. The answer tends to that of
-the smoothed brake: its distance from the brake itself is a floor that no tolerance passes. Where slip sets in slowly
-the time of its onset is late by a multiple of `√ε`.
+Friction carries tanh of the slip speed over a small share `ε` of the scene's speed, so
+that what sticks creeps. The times of events are read from the dense output, where
+speeds pass a threshold of that size. The answer tends to that of the smoothed brake:
+its distance from the brake itself is a floor that no tolerance passes. Where slip sets
+in slowly the time of its onset is late by a multiple of `√ε`.
 """
 
 import functools
@@ -30,14 +32,20 @@ def _methods(case: Case) -> dict[str, tuple[str, float]]:
     """Solvers and `ε` by name: the explicit one with the coarsest only."""
     shares = _SHARES[type(case.plain)]
     pairs = [("Tsit5", shares[0]), *(("Kvaerno5", share) for share in shares)]
-    return {f"diffrax {kind}, tanh ε={share:.0e}".replace("e-0", "e-"): (kind, share) for kind, share in pairs}
+    return {
+        f"diffrax {kind}, tanh ε={share:.0e}".replace("e-0", "e-"): (kind, share)
+        for kind, share in pairs
+    }
 
 
 def methods(case: Case) -> dict[str, str | None]:
     if type(case.plain) not in _SCENES:
         return {}
     stability = "explicit on a stiff scene: stability asks for millions of steps"
-    return {name: stability if case.stiff and m == "Tsit5" else None for name, (m, _) in _methods(case).items()}
+    return {
+        name: stability if case.stiff and m == "Tsit5" else None
+        for name, (m, _) in _methods(case).items()
+    }
 
 
 @functools.cache

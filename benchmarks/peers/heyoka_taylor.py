@@ -1,8 +1,11 @@
-"""heyoka's Taylor series with terminal events: an adaptive integrator for each program of the modes.
+"""heyoka's Taylor series with terminal events: an adaptive integrator for each program
+of the modes.
 
-Events are roots of the Taylor polynomial of their guards. Tolerance and order are compiled in; the numbers of a scene
-are parameters of the integrator, so that another run needs no other program. It has no implicit method. The stop
-without heat is also run by the loop that a user of heyoka writes for it, without the layer that all scenes share.
+Events are roots of the Taylor polynomial of their guards. Tolerance and order are
+compiled in; the numbers of a scene are parameters of the integrator, so that another
+run needs no other program. It has no implicit method. The stop without heat is also run
+by the loop that a user of heyoka writes for it, without the layer that all scenes
+share.
 """
 
 from collections.abc import Callable
@@ -23,8 +26,13 @@ AGREES = 1e-9
 
 def methods(case: Case) -> dict[str, str | None]:
     if case.stiff:
-        return {"heyoka Taylor": "explicit on a stiff scene: stability asks for millions of steps"}
-    return {"heyoka Taylor": None, **({"heyoka, plain loop": None} if case.name == "a" else {})}
+        return {
+            "heyoka Taylor": "explicit on a stiff scene: stability asks for millions of steps"
+        }
+    return {
+        "heyoka Taylor": None,
+        **({"heyoka, plain loop": None} if case.name == "a" else {}),
+    }
 
 
 def _plain_loop(p: Stop, tolerance: float) -> Callable[[], Answer]:
@@ -37,7 +45,9 @@ def _plain_loop(p: Stop, tolerance: float) -> Callable[[], Answer]:
     def phase(rate: Any, guard: Any) -> Any:
         event = hy.t_event(guard, direction=hy.event_direction.negative)
         system = [(w, rate), (phi, w), (x, p.R * w)]
-        return hy.taylor_adaptive(system, [p.w_0, 0.0, 0.0], t_events=[event], tol=tolerance, fast_math=True)
+        return hy.taylor_adaptive(
+            system, [p.w_0, 0.0, 0.0], t_events=[event], tol=tolerance, fast_math=True
+        )
 
     take_up = phase(0.0 * w, p.T_0 - p.C * x)
     elastic = phase(p.R / p.J * (p.T_0 - p.C * x), full - p.C * x)
@@ -90,18 +100,29 @@ def prepare(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
     made = {}
     for mode in modes.values():
         if mode.program not in made:
-            made[mode.program] = _integrator(mode.program, len(mode.numbers(0.0)), tolerance)
+            made[mode.program] = _integrator(
+                mode.program, len(mode.numbers(0.0)), tolerance
+            )
     # the arrays of an integrator are views of its memory: they are asked for once
     known = {}
     for name, mode in modes.items():
         ta = made[mode.program]
-        known[name] = ta, ta.state, ta.pars, ta.propagate_until, mode.numbers, mode.program.guards
+        known[name] = (
+            ta,
+            ta.state,
+            ta.pars,
+            ta.propagate_until,
+            mode.numbers,
+            mode.program.guards,
+        )
     to_the_end = int(hy.taylor_outcome.time_limit)
 
     def run() -> Answer:
         steps = 0
 
-        def segment(name: str, t: float, y: Any, stop: float) -> tuple[float, Any, int | None]:
+        def segment(
+            name: str, t: float, y: Any, stop: float
+        ) -> tuple[float, Any, int | None]:
             nonlocal steps
             ta, state, pars, propagate_until, numbers, guards = known[name]
             state[:] = y

@@ -39,7 +39,9 @@ class _Simulated:
             self.calls += 1
             return np.asarray(rhs(t, x))
 
-        self.block = ODE(function, np.zeros(len(mode.scales)), lambda x, u, t: jacobian(t, x))
+        self.block = ODE(
+            function, np.zeros(len(mode.scales)), lambda x, u, t: jacobian(t, x)
+        )
         self.events = []
         for i, guard in enumerate(mode.guards):
 
@@ -71,7 +73,9 @@ class _Simulated:
         for event in self.events:
             event.buffer(t)
             # located to a share of the guard's value at the start of the mode
-            event.tolerance = max(0.1 * self.tolerance, self.rounding) * abs(event.func_evt(t))
+            event.tolerance = max(0.1 * self.tolerance, self.rounding) * abs(
+                event.func_evt(t)
+            )
         self.simulation.dt = self.first
         stats = self.simulation.run(stop - t)
         return self.simulation.time, self.block.engine.state.copy(), self.fired, stats
@@ -83,10 +87,16 @@ def prepare(case: Case, method: str, tolerance: float):
     automaton = automaton_of(case)
     solver = getattr(solvers, method.removeprefix("PathSim "))
     first = min(automaton.fastest, 1e-3)
-    # guards of the chain are differences of tensions: closer to 0 than this they are rounding, and it searches on
+    # guards of the chain are differences of tensions: closer to 0 than this they are
+    # rounding, and it searches on
     rounding = 1e-12 if isinstance(case.plain, Chain) else 1e-14
-    moving = {name: mode for name, mode in automaton.modes.items() if mode.rhs is not None}
-    simulated = {name: _Simulated(mode, solver, tolerance, first, rounding) for name, mode in moving.items()}
+    moving = {
+        name: mode for name, mode in automaton.modes.items() if mode.rhs is not None
+    }
+    simulated = {
+        name: _Simulated(mode, solver, tolerance, first, rounding)
+        for name, mode in moving.items()
+    }
 
     def run() -> Answer:
         for one in simulated.values():
@@ -100,6 +110,11 @@ def prepare(case: Case, method: str, tolerance: float):
             return t, y, fired
 
         times, state = drive(automaton, case, segment)
-        return Answer(times, np.asarray(state), sum(one.calls for one in simulated.values()), steps)
+        return Answer(
+            times,
+            np.asarray(state),
+            sum(one.calls for one in simulated.values()),
+            steps,
+        )
 
     return run

@@ -1,8 +1,10 @@
-"""diffsol through pydiffsol: each program of the modes as a text of its language, with a stop where a guard is 0.
+"""diffsol through pydiffsol: each program of the modes as a text of its language, with
+a stop where a guard is 0.
 
-Start, numbers and time of a mode are parameters, so that a text is compiled once. It tells neither which guard stopped
-it (the one nearest to 0 in its own size has) nor how much it evaluated, and has one absolute tolerance for all states.
-Errors of the many steps of tr_bdf2, of order 2, add up to 1e-6.
+Start, numbers and time of a mode are parameters, so that a text is compiled once. It
+tells neither which guard stopped it (the one nearest to 0 in its own size has) nor how
+much it evaluated, and has one absolute tolerance for all states. Errors of the many
+steps of tr_bdf2, of order 2, add up to 1e-6.
 """
 
 from collections.abc import Callable
@@ -64,19 +66,27 @@ class Text:
 
 
 def text_of(program: Program, numbers: int) -> str:
-    """The program in diffsol's language: inputs are the state at the start and the numbers."""
+    """The program in diffsol's language: inputs are the state at the start and the
+    numbers."""
     names: list[str] = []
 
     def let(x: Text) -> Text:
         names.append(x.text)
         return Text(f"k{len(names) - 1}")
 
-    y, q = ([Text(f"{name}{i}") for i in range(n)] for name, n in (("y", program.states), ("q", numbers)))
+    y, q = (
+        [Text(f"{name}{i}") for i in range(n)]
+        for name, n in (("y", program.states), ("q", numbers))
+    )
     words = Words(lambda x: Text(f"exp({x.text})"), let)
     rates, guards = program.equations(words, Text("t"), y, q)
-    inputs = [f"s{i} = 1.0" for i in range(program.states)] + [f"q{i} = 1.0" for i in range(numbers)]
+    inputs = [f"s{i} = 1.0" for i in range(program.states)] + [
+        f"q{i} = 1.0" for i in range(numbers)
+    ]
     blocks = [f"in_i {{ {', '.join(inputs)} }}"]
-    blocks.append("u_i { " + ", ".join(f"y{i} = s{i}" for i in range(program.states)) + " }")
+    blocks.append(
+        "u_i { " + ", ".join(f"y{i} = s{i}" for i in range(program.states)) + " }"
+    )
     blocks += [f"k{i} {{ {text} }}" for i, text in enumerate(names)]
     for name, values in (("F_i", rates), ("stop_i", guards)):
         if values:
@@ -86,27 +96,39 @@ def text_of(program: Program, numbers: int) -> str:
 
 def methods(case: Case) -> dict[str, str | None]:
     stability = "explicit on a stiff scene: stability asks for millions of steps"
-    return {f"diffsol {m}": stability if case.stiff and m == "tsit45" else None for m in _METHODS}
+    return {
+        f"diffsol {m}": stability if case.stiff and m == "tsit45" else None
+        for m in _METHODS
+    }
 
 
 def prepare(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
     import pydiffsol as ds
 
-    kind = {"tsit45": ds.tsit45, "bdf": ds.bdf, "esdirk34": ds.esdirk34, "tr_bdf2": ds.tr_bdf2}
+    kind = {
+        "tsit45": ds.tsit45,
+        "bdf": ds.bdf,
+        "esdirk34": ds.esdirk34,
+        "tr_bdf2": ds.tr_bdf2,
+    }
     automaton = automaton_of(case)
     modes = written(case)
     known = {}
     for mode, form in modes.items():
         if form.program not in known:
             text = text_of(form.program, len(form.numbers(0.0)))
-            ode = known[form.program] = ds.Ode(text, ode_solver=kind[method.removeprefix("diffsol ")])
+            ode = known[form.program] = ds.Ode(
+                text, ode_solver=kind[method.removeprefix("diffsol ")]
+            )
             ode.rtol = tolerance
             ode.atol = tolerance * float(np.min(automaton.modes[mode].scales))
 
     def run() -> Answer:
         steps = 0
 
-        def segment(name: str, t: float, y: Any, stop: float) -> tuple[float, Any, int | None]:
+        def segment(
+            name: str, t: float, y: Any, stop: float
+        ) -> tuple[float, Any, int | None]:
             nonlocal steps
             form = modes[name]
             guards = automaton.modes[name].guards

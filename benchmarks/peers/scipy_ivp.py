@@ -14,7 +14,10 @@ _METHODS = ("RK45", "DOP853", "LSODA", "Radau", "BDF")
 
 def methods(case: Case) -> dict[str, str | None]:
     stability = "explicit on a stiff scene: stability asks for millions of steps"
-    return {f"SciPy {m}": stability if case.stiff and m in ("RK45", "DOP853") else None for m in _METHODS}
+    return {
+        f"SciPy {m}": stability if case.stiff and m in ("RK45", "DOP853") else None
+        for m in _METHODS
+    }
 
 
 def prepare(case: Case, method: str, tolerance: float):
@@ -44,7 +47,14 @@ def prepare(case: Case, method: str, tolerance: float):
 
         def segment(name, t, y, stop):
             mode = automaton.modes[name]
-            found = solve_ivp(mode.rhs, (t, stop), y, method, events=events[name] or None, **options[name])
+            found = solve_ivp(
+                mode.rhs,
+                (t, stop),
+                y,
+                method,
+                events=events[name] or None,
+                **options[name],
+            )
             if found.status < 0:
                 raise RuntimeError(found.message)
             counts[0] += found.nfev

@@ -13,7 +13,10 @@ AGREES = 1e-9
 
 def methods(case: Case) -> dict[str, str | None]:
     adams = "Adams on a stiff scene: stability asks for millions of steps"
-    return {"sundae CVODE BDF": None, "sundae CVODE Adams": adams if case.stiff else None}
+    return {
+        "sundae CVODE BDF": None,
+        "sundae CVODE Adams": adams if case.stiff else None,
+    }
 
 
 def _solver(mode, method: str, tolerance: float):
@@ -54,7 +57,9 @@ def _solver(mode, method: str, tolerance: float):
 def prepare(case: Case, method: str, tolerance: float):
     automaton = automaton_of(case)
     kind = method.removeprefix("sundae CVODE ")
-    moving = {name: mode for name, mode in automaton.modes.items() if mode.rhs is not None}
+    moving = {
+        name: mode for name, mode in automaton.modes.items() if mode.rhs is not None
+    }
     guards = {name: mode.guards for name, mode in moving.items()}
     solvers = {name: _solver(mode, kind, tolerance) for name, mode in moving.items()}
 
@@ -72,7 +77,8 @@ def prepare(case: Case, method: str, tolerance: float):
             y = found.y[-1].copy()
             if found.t_events is not None and len(found.t_events):
                 fired = int(np.flatnonzero(found.i_events[-1])[0])
-                # its steps go beyond `stop`: a root behind it is told, but is none of this piece of the lever
+                # its steps go beyond `stop`: a root behind it is told, but is none of
+                # this piece of the lever
                 if t >= stop and guards[name][fired].value(t, y) > 0:
                     fired = None
             return t, y, fired

@@ -1,8 +1,9 @@
 """What the pages take from the code, filled in when they are built.
 
-A line `<!-- table NAME -->` becomes a table of `TABLES`, `<!-- list NAME -->` a list of `LISTS`,
-`<!-- measured NAME -->` what a benchmark has written as JSON, `<!-- printed NAME -->` a table of the papers,
-`<!-- estimates NAME -->` estimates beside simulations.
+A line `<!-- table NAME -->` becomes a table of `TABLES`, `<!-- list NAME -->` a list of
+`LISTS`, `<!-- measured NAME -->` what a benchmark has written as JSON,
+`<!-- printed NAME -->` a table of the papers, `<!-- estimates NAME -->` estimates
+beside simulations.
 """
 
 import functools
@@ -23,34 +24,52 @@ from simbrake.physics import mechanism
 from simbrake.thermal.materials import library
 
 DOCS = pathlib.Path(__file__).parents[1]
-sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "papers")]  # benchmarks, and what recomputes the papers
+sys.path[:0] = [
+    str(DOCS.parent),
+    str(DOCS.parent / "papers"),
+]  # benchmarks, and what recomputes the papers
 
 
 def table(head: str, rows: list[tuple[Any, ...]]) -> list[str]:
     """A table in Markdown; `head` has the columns with `|` between them."""
     columns = [cell.strip() for cell in head.split("|")]
-    body = ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in row) + " |" for row in rows]
+    body = [
+        "| " + " | ".join(str(cell).replace("|", "\\|") for cell in row) + " |"
+        for row in rows
+    ]
     return ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns), *body]
 
 
 def _codes() -> list[str]:
     done = (0, "a status above", "the run reached its end time", "")
-    found = [(int(code), f"`{name}`", what, hint) for code, (name, what, hint) in names.FAILURES.items()]
+    found = [
+        (int(code), f"`{name}`", what, hint)
+        for code, (name, what, hint) in names.FAILURES.items()
+    ]
     return table("code | status | message | remedy", [done, *sorted(found)])
 
 
 def _columns(of: dict[str, Any]) -> list[str]:
-    return table("column | unit | meaning", [(f"`{n}`", unit_of(about.unit), about.meaning) for n, about in of.items()])
+    return table(
+        "column | unit | meaning",
+        [(f"`{n}`", unit_of(about.unit), about.meaning) for n, about in of.items()],
+    )
 
 
 def _metrics() -> list[str]:
-    rows = [(f"`{n}`", unit_of(about.unit), about.meaning, about.needs.scenes) for n, about in METRICS.items()]
+    rows = [
+        (f"`{n}`", unit_of(about.unit), about.meaning, about.needs.scenes)
+        for n, about in METRICS.items()
+    ]
     return table("metric | unit | meaning | scenes", rows)
 
 
 #: of the tables of the material library: heading, unit and zero of each number
 LIBRARY = {
-    "friction": {"coefficient": ("coefficient", 1.0, 0.0), "permissible_temperature": ("permissible, °C", 1.0, 273.15)},
+    "friction": {
+        "coefficient": ("coefficient", 1.0, 0.0),
+        "permissible_temperature": ("permissible, °C", 1.0, 273.15),
+    },
     "thermal": {
         "conductivity": ("λ, W/(m·K)", 1.0, 0.0),
         "density": ("ρ, kg/m³", 1.0, 0.0),
@@ -76,19 +95,30 @@ LIBRARY = {
 
 
 def _library(part: str) -> list[str]:
-    """Materials of a part of the library: value, range of what friction depends on, `*` for an assumption, sources."""
+    """Materials of a part of the library: value, range of what friction depends on, `*`
+    for an assumption, sources."""
     rows = []
     for name, numbers in library(part).items():
         cells = []
         for number, (_, unit, zero) in LIBRARY[part].items():
-            if (one := numbers.get(number)) is None:  # as the permissible temperature of a class of SAE J866
+            if (
+                one := numbers.get(number)
+            ) is None:  # as the permissible temperature of a class of SAE J866
                 cells.append("")
                 continue
-            value, *ends = (f"{x / unit - zero:.4g}" for x in (one.value, one.low, one.high))
+            value, *ends = (
+                f"{x / unit - zero:.4g}" for x in (one.value, one.low, one.high)
+            )
             span = f" ({'…'.join(dict.fromkeys(ends))})" if part == "friction" else ""
             cells.append(f"{value}{span}{' *' * one.assumed}")
-        sources = dict.fromkeys(one.source.removeprefix("assumption: ") for one in numbers.values())
-        whole = [one for one in sources if not any(other.startswith(one) and other != one for other in sources)]
+        sources = dict.fromkeys(
+            one.source.removeprefix("assumption: ") for one in numbers.values()
+        )
+        whole = [
+            one
+            for one in sources
+            if not any(other.startswith(one) and other != one for other in sources)
+        ]
         rows.append((f"`{name}`", *cells, "; ".join(whole)))
     headings = [heading for heading, _, _ in LIBRARY[part].values()]
     return table(" | ".join(["material", *headings, "sources"]), rows)
@@ -96,14 +126,20 @@ def _library(part: str) -> list[str]:
 
 TABLES: dict[str, Callable[[], list[str]]] = {
     "events": lambda: table(
-        "event | meaning | brakes", [(f"`{n}`", e.meaning, e.brakes) for n, e in names.EVENTS.items()]
+        "event | meaning | brakes",
+        [(f"`{n}`", e.meaning, e.brakes) for n, e in names.EVENTS.items()],
     ),
     "modes": lambda: table(
         "number | mode | band | holds while",
         [(int(m), f"`{m.name}`", *words) for m, words in mechanism.BAND_MODES.items()],
     ),
-    "stages": lambda: table("stage | pairs", [(f"`{n}`", words) for n, words in names.STAGES.items()]),
-    "statuses": lambda: table("status | message", [(f"`{s}`", words) for s, words in names.STATUS_MESSAGES.items()]),
+    "stages": lambda: table(
+        "stage | pairs", [(f"`{n}`", words) for n, words in names.STAGES.items()]
+    ),
+    "statuses": lambda: table(
+        "status | message",
+        [(f"`{s}`", words) for s, words in names.STATUS_MESSAGES.items()],
+    ),
     "codes": _codes,
     "metrics": _metrics,
     "series": lambda: _columns(SERIES_COLUMNS),
@@ -117,9 +153,16 @@ def _notebooks() -> list[str]:
     lines = []
     for file in sorted((DOCS.parent / "notebooks").glob("*.ipynb")):
         cells = json.loads(file.read_text("utf-8"))["cells"]
-        text = "".join(next(cell["source"] for cell in cells if cell["cell_type"] == "markdown"))
-        title, question, *_ = [line.strip() for line in text.splitlines() if line.strip()]
-        lines.append(f"- [{title.lstrip('# ')}](../notebooks/{file.name}): {question.removeprefix('**Question.** ')}")
+        text = "".join(
+            next(cell["source"] for cell in cells if cell["cell_type"] == "markdown")
+        )
+        title, question, *_ = [
+            line.strip() for line in text.splitlines() if line.strip()
+        ]
+        lines.append(
+            f"- [{title.lstrip('# ')}](../notebooks/{file.name}): "
+            f"{question.removeprefix('**Question.** ')}"
+        )
     return lines
 
 
@@ -129,10 +172,16 @@ def _measured(name: str) -> list[str]:
     from benchmarks.machine import measured_on
 
     if name in costs.PARTS:
-        return costs.markdown(json.loads(costs.NUMBERS.read_text("utf-8")), name).splitlines()
+        return costs.markdown(
+            json.loads(costs.NUMBERS.read_text("utf-8")), name
+        ).splitlines()
     found = json.loads((DOCS / "pictures" / "precision.json").read_text("utf-8"))
     packages = ("python", "jax", "scipy", "heyoka", "pydiffsol", "casadi")
-    return [*report.markdown(found["scenes"][name]).splitlines(), "", measured_on(found["machine"], packages)]
+    return [
+        *report.markdown(found["scenes"][name]).splitlines(),
+        "",
+        measured_on(found["machine"], packages),
+    ]
 
 
 def _hard_cases() -> list[str]:
@@ -140,15 +189,26 @@ def _hard_cases() -> list[str]:
     found = json.loads((DOCS / "measured" / "hard_cases.json").read_text("utf-8"))
     lines = []
     for part, rows in found.items():
-        lines += [f"### {part}", "", *table("case | what makes it hard | simbrake | SciPy", rows), ""]
+        lines += [
+            f"### {part}",
+            "",
+            *table("case | what makes it hard | simbrake | SciPy", rows),
+            "",
+        ]
     return lines
 
 
 def _estimates(name: str) -> list[str]:
     """Tables of estimates beside simulations, and remarks on them."""
     lines = []
-    for part in json.loads((DOCS / "measured" / "estimates.json").read_text("utf-8"))[name]:
-        lines += [f"- {part}"] if isinstance(part, str) else [*table(" | ".join(part["head"]), part["rows"]), ""]
+    for part in json.loads((DOCS / "measured" / "estimates.json").read_text("utf-8"))[
+        name
+    ]:
+        lines += (
+            [f"- {part}"]
+            if isinstance(part, str)
+            else [*table(" | ".join(part["head"]), part["rows"]), ""]
+        )
     return lines
 
 
@@ -162,7 +222,10 @@ def _printed(name: str) -> list[str]:
     return write_page.block(name).splitlines()
 
 
-LISTS: dict[str, Callable[[], list[str]]] = {"notebooks": _notebooks, "hard_cases": _hard_cases}
+LISTS: dict[str, Callable[[], list[str]]] = {
+    "notebooks": _notebooks,
+    "hard_cases": _hard_cases,
+}
 BLOCKS: dict[str, Callable[[str], list[str]]] = {
     "table": lambda name: TABLES[name](),
     "list": lambda name: LISTS[name](),

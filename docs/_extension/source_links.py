@@ -1,7 +1,9 @@
-"""The source of simbrake as pages, and links to it: `` [`brakes.band.grip`](../../simbrake/brakes/band.py) ``.
+"""The source of simbrake as pages, and links to it:
+`` [`brakes.band.grip`](../../simbrake/brakes/band.py) ``.
 
-On a hosting site such a link opens the file. In the built pages it leads to the line of that name; a name that is not
-in the file is a warning, so that the texts cannot name code that is gone.
+On a hosting site such a link opens the file. In the built pages it leads to the line of
+that name; a name that is not in the file is a warning, so that the texts cannot name
+code that is gone.
 """
 
 import ast
@@ -24,17 +26,25 @@ PACKAGE = pathlib.Path(simbrake.__file__).parent
 def _defined(body: list[ast.stmt], name: str) -> Any:
     for node in body:
         targets = getattr(node, "targets", [getattr(node, "target", None)])
-        if name in (getattr(node, "name", None), *(getattr(target, "id", None) for target in targets)):
+        if name in (
+            getattr(node, "name", None),
+            *(getattr(target, "id", None) for target in targets),
+        ):
             return node
     return None
 
 
 def line_of(file: pathlib.Path, name: str) -> int:
-    """Line of a dotted name below simbrake (`hybrid._loop`, `brakes.band.BondedLinings`) in the file that has it.
+    """Line of a dotted name below simbrake (`hybrid._loop`,
+    `brakes.band.BondedLinings`) in the file that has it.
 
     Raises `KeyError` where it is not there.
     """
-    module = [part for part in file.relative_to(PACKAGE).with_suffix("").parts if part != "__init__"]
+    module = [
+        part
+        for part in file.relative_to(PACKAGE).with_suffix("").parts
+        if part != "__init__"
+    ]
     parts = name.split(".")
     if parts[: len(module)] != module:
         raise KeyError(f"{name} is not in {file.name}")
@@ -49,7 +59,8 @@ def line_of(file: pathlib.Path, name: str) -> int:
 
 
 def _to_pages(app: Sphinx, doctree: nodes.document) -> None:
-    """Links to files of the package become links to their pages, before Sphinx collects them as downloads."""
+    """Links to files of the package become links to their pages, before Sphinx collects
+    them as downloads."""
     here = app.env.docname
     for node in list(doctree.findall(addnodes.download_reference)):
         file = pathlib.Path(app.env.relfn2path(node["reftarget"], here)[1]).resolve()
@@ -61,10 +72,20 @@ def _to_pages(app: Sphinx, doctree: nodes.document) -> None:
             line = line_of(file, node.astext())
         except KeyError as error:
             _log.warning("source: %s", error.args[0], location=node)
-        page = "_modules/" + file.relative_to(PACKAGE.parent).with_suffix(".html").as_posix()
+        page = (
+            "_modules/"
+            + file.relative_to(PACKAGE.parent).with_suffix(".html").as_posix()
+        )
         uri = posixpath.relpath(page, posixpath.dirname(here) or ".")
         node.replace_self(
-            nodes.reference("", "", *node.children, refuri=f"{uri}#L-{line}", internal=True, classes=["source"])
+            nodes.reference(
+                "",
+                "",
+                *node.children,
+                refuri=f"{uri}#L-{line}",
+                internal=True,
+                classes=["source"],
+            )
         )
 
 
@@ -73,7 +94,11 @@ def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
     for file in sorted(PACKAGE.rglob("*.py")):
         name = file.relative_to(PACKAGE.parent).as_posix()
         code = highlighter.highlight_block(
-            file.read_text("utf-8"), "python", linenos="inline", lineanchors="L", anchorlinenos=True
+            file.read_text("utf-8"),
+            "python",
+            linenos="inline",
+            lineanchors="L",
+            anchorlinenos=True,
         )
         page = "_modules/" + name.removesuffix(".py")
         yield page, {"title": name, "body": f"<h1>{name}</h1>\n{code}"}, "page.html"

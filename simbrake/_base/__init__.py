@@ -1,1 +1,2 @@
-"""Basics used by every package: quantities, input errors, units, compiling, progress."""
+"""Basics used by every package: quantities, input errors, units, compiling,
+progress."""

@@ -1,6 +1,8 @@
-"""Arguments of the wrong kind, told by their names where a call has failed; a call that succeeds is not looked at.
+"""Arguments of the wrong kind, told by their names where a call has failed; a call that
+succeeds is not looked at.
 
-Free of JAX, so that what is free of it can be decorated: only a call that failed imports it.
+Free of JAX, so that what is free of it can be decorated: only a call that failed
+imports it.
 """
 
 import collections.abc
@@ -29,11 +31,11 @@ _ENTRIES = 50
 
 
 def explained(function: _Function) -> _Function:
-    """Decorate a public function or class, so that a call that fails on an argument of the wrong kind raises
-    `InputError`.
+    """Decorate a public function or class, so that a call that fails on an argument of
+    the wrong kind raises `InputError`.
 
-    The error names every argument that does not fit its annotation, and what would, or the user's function that does
-    with traced values what JAX cannot. Other errors pass.
+    The error names every argument that does not fit its annotation, and what would, or
+    the user's function that does with traced values what JAX cannot. Other errors pass.
     """
     if isinstance(function, type):
         type.__setattr__(function, "__init__", explained(function.__init__))
@@ -46,12 +48,18 @@ def explained(function: _Function) -> _Function:
         except Exception as error:
             if isinstance(error, InputError) and not error.of_arguments:
                 raise
-            if isinstance(error, TypeError) and (told := with_nearest(error, function, named)) is not error:
+            if (
+                isinstance(error, TypeError)
+                and (told := with_nearest(error, function, named)) is not error
+            ):
                 raise told from None
             if faults := faults_of_tracing(error):
                 raise InputError(faults) from error
-            # an error of a function that this one has called is told in the names of its own arguments
-            if faults := _misfits(function, args, named, lists=not isinstance(error, TypeError)):
+            # an error of a function that this one has called is told in the names of
+            # its own arguments
+            if faults := _misfits(
+                function, args, named, lists=not isinstance(error, TypeError)
+            ):
                 raise InputError(faults, of_arguments=True) from error
             raise
 
@@ -59,57 +67,95 @@ def explained(function: _Function) -> _Function:
     return cast(_Function, called)
 
 
-def public_names(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """`__getattr__`, `__dir__` and `__all__` of a package: the names in its `__init__.pyi`, whose modules are imported
-    at their first use, the functions among them `explained`."""
+def public_names(
+    package: str, file: str
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package: the names in its
+    `__init__.pyi`, whose modules are imported at their first use, the functions among
+    them `explained`."""
     named, listed, names = lazy_loader.attach_stub(package, file)
 
     def found(name: str) -> Any:
         value = named(name)
         if inspect.isfunction(value) and not hasattr(value, "explained"):
             value = explained(value)
-            for home in (package, value.__module__):  # what is pickled is looked up in its module
+            for home in (
+                package,
+                value.__module__,
+            ):  # what is pickled is looked up in its module
                 setattr(sys.modules[home], name, value)
         return value
 
     return found, listed, names
 
 
-def with_nearest(error: TypeError, function: Callable, named: Mapping[str, Any]) -> TypeError:
-    """The error of a call; if it has an argument that the function does not have, one with the nearest names."""
+def with_nearest(
+    error: TypeError, function: Callable, named: Mapping[str, Any]
+) -> TypeError:
+    """The error of a call; if it has an argument that the function does not have, one
+    with the nearest names."""
     parameters = inspect.signature(function).parameters
-    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
+    if any(
+        parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()
+    ):
         return error
     unknown = next((name for name in named if name not in parameters), None)
-    return error if unknown is None else TypeError(f"{error}{near(unknown, [*parameters])}")
+    return (
+        error
+        if unknown is None
+        else TypeError(f"{error}{near(unknown, [*parameters])}")
+    )
 
 
 #: words of errors that NumPy and JAX have for any array
 _ONE_NUMBER = re.compile("truth value of an array|scalar arrays can be converted")
-_LIBRARIES = sys.stdlib_module_names | {"simbrake", "jax", "jaxlib", "equinox", "numpy", "jaxtyping", "beartype"}
+_LIBRARIES = sys.stdlib_module_names | {
+    "simbrake",
+    "jax",
+    "jaxlib",
+    "equinox",
+    "numpy",
+    "jaxtyping",
+    "beartype",
+}
 
 
 def faults_of_tracing(error: Exception) -> Faults:
-    """Error of a user's function that takes a traced value for a number of Python or for an array of NumPy."""
+    """Error of a user's function that takes a traced value for a number of Python or
+    for an array of NumPy."""
     import jax
     from jax.core import Tracer
 
-    if not isinstance(error, jax.errors.JAXTypeError) and not _ONE_NUMBER.search(str(error)):
+    if not isinstance(error, jax.errors.JAXTypeError) and not _ONE_NUMBER.search(
+        str(error)
+    ):
         return []
     for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
         if str(frame.f_globals.get("__name__")).partition(".")[0] in _LIBRARIES:
             continue
-        if not any(isinstance(value, Tracer) for value in jax.tree.leaves(dict(frame.f_locals))):
+        if not any(
+            isinstance(value, Tracer) for value in jax.tree.leaves(dict(frame.f_locals))
+        ):
             return []
         name = frame.f_code.co_qualname.rpartition("<locals>.")[2]
         file = Path(frame.f_code.co_filename).name
         what = f"needs the value of a number that JAX only traces ({file}, line {line})"
-        return [Fault(name, what, "take jnp.where in place of `if`, and jax.numpy in place of numpy, math and float()")]
+        return [
+            Fault(
+                name,
+                what,
+                "take jnp.where in place of `if`, and jax.numpy in place of numpy, "
+                "math and float()",
+            )
+        ]
     return []
 
 
-def _misfits(function: Callable, args: tuple[Any, ...], named: dict[str, Any], lists: bool) -> Faults:
-    """Arguments that do not fit their annotations; none where the call has not the right arguments at all.
+def _misfits(
+    function: Callable, args: tuple[Any, ...], named: dict[str, Any], lists: bool
+) -> Faults:
+    """Arguments that do not fit their annotations; none where the call has not the
+    right arguments at all.
 
     `lists`: whether a list can stand for an array
     """
@@ -123,14 +169,28 @@ def _misfits(function: Callable, args: tuple[Any, ...], named: dict[str, Any], l
         parameter = signature.parameters[name]
         hint = _meaning(parameter.annotation, inspect.unwrap(function))
         several = parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
-        values = value.values() if isinstance(value, dict) and several else value if several else [value]
-        wrong = [one for one in values if not (one is parameter.default or _fits(one, hint, lists))]
-        faults += [Fault(name, f"{shown(one)} does not fit here", f"give {_words(hint)}") for one in wrong[:1]]
+        values = (
+            value.values()
+            if isinstance(value, dict) and several
+            else value
+            if several
+            else [value]
+        )
+        wrong = [
+            one
+            for one in values
+            if not (one is parameter.default or _fits(one, hint, lists))
+        ]
+        faults += [
+            Fault(name, f"{shown(one)} does not fit here", f"give {_words(hint)}")
+            for one in wrong[:1]
+        ]
     return faults
 
 
 def _meaning(annotation: Any, function: Callable) -> Any:
-    """An annotation as an object, `Any` where there is none or its names are for a type checker alone."""
+    """An annotation as an object, `Any` where there is none or its names are for a type
+    checker alone."""
     if isinstance(annotation, str):
         try:
             annotation = eval(annotation, function.__globals__)
@@ -150,7 +210,8 @@ def _of_arrays(kind: type) -> bool:
 
 
 def _fits(value: Any, hint: Any, lists: bool) -> bool:
-    """Whether a value is of the kind that an annotation describes; whatever has no test here fits."""
+    """Whether a value is of the kind that an annotation describes; whatever has no test
+    here fits."""
     origin = typing.get_origin(hint)
     inner = typing.get_args(hint)
     if hint is Any:
@@ -160,7 +221,9 @@ def _fits(value: Any, hint: Any, lists: bool) -> bool:
     if origin in (typing.Union, types.UnionType):
         return any(_fits(value, one, lists) for one in inner)
     if origin is Literal:
-        return any(value is one or (type(value) is type(one) and value == one) for one in inner)
+        return any(
+            value is one or (type(value) is type(one) and value == one) for one in inner
+        )
     if isinstance(hint, TypeVar):
         return hint.__bound__ is None or _fits(value, hint.__bound__, lists)
     kind = origin or hint
@@ -171,8 +234,14 @@ def _fits(value: Any, hint: Any, lists: bool) -> bool:
     if _of_arrays(kind):
         return _numeric(value) and (lists or not isinstance(value, list | tuple))
     if kind in (float, int, complex):
-        real = isinstance(value, numbers.Real) or (_numeric(value) and getattr(value, "ndim", 1) == 0)
-        return real and not (kind is int and isinstance(value, float)) and _representable(value)
+        real = isinstance(value, numbers.Real) or (
+            _numeric(value) and getattr(value, "ndim", 1) == 0
+        )
+        return (
+            real
+            and not (kind is int and isinstance(value, float))
+            and _representable(value)
+        )
     if kind is os.PathLike:
         return isinstance(value, os.PathLike)
     if kind is collections.abc.Callable:
@@ -183,13 +252,20 @@ def _fits(value: Any, hint: Any, lists: bool) -> bool:
         return lists and _numeric(value)
     if isinstance(value, collections.abc.Mapping) and len(inner) == 2:
         entries = itertools.islice(value.items(), _ENTRIES)
-        return all(_fits(key, inner[0], lists) and _fits(entry, inner[1], lists) for key, entry in entries)
+        return all(
+            _fits(key, inner[0], lists) and _fits(entry, inner[1], lists)
+            for key, entry in entries
+        )
     if isinstance(value, tuple) and kind is tuple and inner and inner[-1] is not ...:
-        return len(value) == len(inner) and all(_fits(*pair, lists) for pair in zip(value, inner, strict=True))
+        return len(value) == len(inner) and all(
+            _fits(*pair, lists) for pair in zip(value, inner, strict=True)
+        )
     if inner and isinstance(value, str | bytes):  # (a list of texts, of its letters)
         return inner[0] in (str, Any)
     if inner and isinstance(value, collections.abc.Collection):
-        return all(_fits(one, inner[0], lists) for one in itertools.islice(value, _ENTRIES))
+        return all(
+            _fits(one, inner[0], lists) for one in itertools.islice(value, _ENTRIES)
+        )
     return True
 
 
@@ -237,7 +313,13 @@ def _words(hint: Any) -> str:
         return "something else"
     if _of_arrays(kind):
         return "an array of numbers"
-    plain = {float: "a number", int: "a whole number", bool: "True or False", str: "a text", object: "a value"}
+    plain = {
+        float: "a number",
+        int: "a whole number",
+        bool: "True or False",
+        str: "a text",
+        object: "a value",
+    }
     if kind.__module__ == "numpy":  # (arrays have gone)
         return "a number"
     if kind in plain:
@@ -247,7 +329,15 @@ def _words(hint: Any) -> str:
     if kind is collections.abc.Callable:
         return "a function"
     if issubclass(kind, collections.abc.Mapping):
-        return f"a dict from {_words(inner[0])} to {_words(inner[1])}" if len(inner) == 2 else "a dict"
-    if issubclass(kind, collections.abc.Iterable) and inner and not dataclasses.is_dataclass(kind):
+        return (
+            f"a dict from {_words(inner[0])} to {_words(inner[1])}"
+            if len(inner) == 2
+            else "a dict"
+        )
+    if (
+        issubclass(kind, collections.abc.Iterable)
+        and inner
+        and not dataclasses.is_dataclass(kind)
+    ):
         return f"a list, each {_words(inner[0])}"
     return f"a {kind.__name__.removeprefix('Abstract')}"

@@ -1,7 +1,8 @@
 """Limits whose derivatives at a tie are those of one side, and a rounded corner.
 
-JAX's `minimum`, `maximum` and `clip` give the mean of both sides where their arguments are equal: the derivative of
-neither. A scene often starts on such a corner, or stays on it: a number that is 0, a temperature at its threshold.
+JAX's `minimum`, `maximum` and `clip` give the mean of both sides where their arguments
+are equal: the derivative of neither. A scene often starts on such a corner, or stays on
+it: a number that is 0, a temperature at its threshold.
 """
 
 import functools
@@ -31,30 +32,38 @@ def clipped(x: ArrayLike, low: ArrayLike, high: ArrayLike) -> Array:
 
 
 def rounded(x: Array, w: Array | None) -> Array:
-    """`max(x, 0)` with its corner rounded over `±w`, four times continuously differentiable.
+    """`max(x, 0)` with its corner rounded over `±w`, four times continuously
+    differentiable.
 
         w u⁵ (14 − 28 u + 20 u² − 5 u³),   u = (x + w)/(2 w)
 
-    Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
-    ends of the blend, and each derivative that is continuous there makes those of a run more exact.
-    At a sharp corner, where runs often start, the slope is the one above it: half of each (as that of a maximum)
-    would be the slope of neither side, and an integrator would shorten its first step until the effect vanishes.
+    Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0
+    at either end: steps cross the ends of the blend, and each derivative that is
+    continuous there makes those of a run more exact. At a sharp corner, where runs
+    often start, the slope is the one above it: half of each (as that of a maximum)
+    would be the slope of neither side, and an integrator would shorten its first step
+    until the effect vanishes.
     """
     return jnp.where(x >= 0, x, 0.0) if w is None else _blended(x, w)
 
 
 def _share(x: Array, w: Array) -> tuple[Array, Array]:
     """Of the blend: `u` from 0 to 1 (a step where there is none), and `1/(2 w)`."""
-    across = 1 / jnp.where(w > 0, 2 * w, 1.0)  # (one division, however many the linings)
-    return jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0)), across
+    across = 1 / jnp.where(
+        w > 0, 2 * w, 1.0
+    )  # (one division, however many the linings)
+    return jnp.where(
+        w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0)
+    ), across
 
 
 def _value(u: Array) -> Array:
     return ((u * u) * (u * u) * u) * (14 + u * (-28 + u * (20 - 5 * u)))
 
 
-# Derivatives by hand: those that JAX finds of powers and selections would be a tenth of a program, and more of the
-# steps in which rates of friction are differentiated once more; and they round otherwise.
+# Derivatives by hand: those that JAX finds of powers and selections would be a tenth of
+# a program, and more of the steps in which rates of friction are differentiated once
+# more; and they round otherwise.
 
 
 @jax.custom_jvp

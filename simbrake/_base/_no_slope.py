@@ -9,10 +9,12 @@ from ..hybrid.arrays import Array
 
 
 def _slope(moved: Array, lost: Array) -> Array:
-    """NaN in the place of a tangent or a cotangent that is not 0, where the value is `lost`; else 0.
+    """NaN in the place of a tangent or a cotangent that is not 0, where the value is
+    `lost`; else 0.
 
-    A product with NaN would make NaN of those that are 0 as well, those of all other numbers of a run among them. JAX
-    transposes products alone, and what is said to solve a linear system: that may look at what it is given.
+    A product with NaN would make NaN of those that are 0 as well, those of all other
+    numbers of a run among them. JAX transposes products alone, and what is said to
+    solve a linear system: that may look at what it is given.
     """
 
     def solve(_: Any, x: Array) -> Array:
@@ -34,7 +36,15 @@ def _(primals: tuple, tangents: tuple) -> tuple[Any, Any]:
 
 
 def without_slope(value: Array, lost: Any, numbers: Any) -> Array:
-    """The same value, whose derivatives by the numbers (a PyTree) are NaN where it is `lost`."""
-    reals = [x for x in jax.tree.leaves(numbers) if jnp.issubdtype(jnp.result_type(x), jnp.floating)]
+    """The same value, whose derivatives by the numbers (a PyTree) are NaN where it is
+    `lost`."""
+    reals = [
+        x
+        for x in jax.tree.leaves(numbers)
+        if jnp.issubdtype(jnp.result_type(x), jnp.floating)
+    ]
     total = sum((jnp.sum(jnp.asarray(x)) for x in reals), start=jnp.zeros(()))
-    return value + _nothing(jnp.broadcast_to(total, jnp.shape(value)), jnp.broadcast_to(lost, jnp.shape(value)))
+    return value + _nothing(
+        jnp.broadcast_to(total, jnp.shape(value)),
+        jnp.broadcast_to(lost, jnp.shape(value)),
+    )

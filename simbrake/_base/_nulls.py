@@ -7,11 +7,29 @@ import numpy as np
 #: numbers that mean no value, beside those that a file declares
 NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -999999.0)
 #: texts of cells without value
-EMPTY = ("", "-", "--", "---", "n/a", "N/A", "NA", "NaN", "nan", "NAN", "null", "NULL", "None", "#N/A")
+EMPTY = (
+    "",
+    "-",
+    "--",
+    "---",
+    "n/a",
+    "N/A",
+    "NA",
+    "NaN",
+    "nan",
+    "NAN",
+    "null",
+    "NULL",
+    "None",
+    "#N/A",
+)
 
 
-def take_nulls(x: np.ndarray, nulls: Sequence[float] = NULLS, *, times: bool = False) -> list[float]:
-    """Set NaN where a number (n,) means no value; return the null values that there were.
+def take_nulls(
+    x: np.ndarray, nulls: Sequence[float] = NULLS, *, times: bool = False
+) -> list[float]:
+    """Set NaN where a number (n,) means no value; return the null values that there
+    were.
 
     `times`: where some are lower than a null value, it is a time itself
     """

@@ -1,8 +1,10 @@
-"""Compiled programs in memory: one store with a bound, from which the least recently used programs go.
+"""Compiled programs in memory: one store with a bound, from which the least recently
+used programs go.
 
-Each program holds memory, mostly XLA's description of it, and memory mappings for its code, of which Linux allows a
-process 65,530. The bound of the memory holds both: 150 structures one after the other, each simulated, printed and
-partly differentiated, took at most 740 MB and 3,000 mappings.
+Each program holds memory, mostly XLA's description of it, and memory mappings for its
+code, of which Linux allows a process 65,530. The bound of the memory holds both: 150
+structures one after the other, each simulated, printed and partly differentiated, took
+at most 740 MB and 3,000 mappings.
 """
 
 import contextlib
@@ -26,9 +28,11 @@ Key: TypeAlias = tuple[Hashable, ...]
 MEMORY_VARIABLE = "SIMBRAKE_PROGRAM_MEMORY"
 #: MB that programs may take
 DEFAULT_MEMORY = 320.0
-#: MB that a line of StableHLO takes in a compiled program; 4.1 to 7.9 kB in those of seven scenes (JAX 0.10.2)
+#: MB that a line of StableHLO takes in a compiled program; 4.1 to 7.9 kB in those of
+#: seven scenes (JAX 0.10.2)
 _PER_LINE = 0.005
-#: a pressed store goes down to this share of its bound, so that it is not pressed by the next program again
+#: a pressed store goes down to this share of its bound, so that it is not pressed by
+#: the next program again
 _LOWER = 0.75
 
 
@@ -45,7 +49,8 @@ def memory_bound() -> float:
 
 @functools.cache
 def _trim() -> Callable[[int], Any]:
-    """Function of the C library that gives freed memory back to the system, where there is one (glibc)."""
+    """Function of the C library that gives freed memory back to the system, where there
+    is one (glibc)."""
     try:
         return ctypes.CDLL(None).malloc_trim
     except (OSError, AttributeError, TypeError):
@@ -64,8 +69,9 @@ class _Entry:
 class Store:
     """Programs by key, as many as the bound allows.
 
-    A program that has gone is made again when it is next asked for. Whoever holds one (a `Prepared`, a run in another
-    thread) keeps it alive. `made` counts the programs made so far.
+    A program that has gone is made again when it is next asked for. Whoever holds one
+    (a `Prepared`, a run in another thread) keeps it alive. `made` counts the programs
+    made so far.
     """
 
     def __init__(self) -> None:
@@ -73,7 +79,8 @@ class Store:
         self._clock = itertools.count(1)
         self._gates: dict[Key, Any] = {}
         self._lock = threading.RLock()
-        #: owners that are gone; the garbage collector adds them at any time, even while the store is changed
+        #: owners that are gone; the garbage collector adds them at any time, even while
+        #: the store is changed
         self._dead: deque[Hashable] = deque()
         #: MB that have gone since JAX's caches were cleared
         self._gone = 0.0
@@ -87,10 +94,17 @@ class Store:
         """MB that the programs take, estimated."""
         return sum(entry.megabytes for entry in list(self._entries.values()))
 
-    def get(self, key: Key, make: Callable[[], _Value], lines: Callable[[_Value], int] = _lines) -> _Value:
-        """Return the program of a key, made where there is none; of several threads one makes it, the others wait.
+    def get(
+        self,
+        key: Key,
+        make: Callable[[], _Value],
+        lines: Callable[[_Value], int] = _lines,
+    ) -> _Value:
+        """Return the program of a key, made where there is none; of several threads one
+        makes it, the others wait.
 
-        `lines(program)`: its length in lines of StableHLO, from which its memory is estimated.
+        `lines(program)`: its length in lines of StableHLO, from which its memory is
+        estimated.
         """
         entry = self._entries.get(key)
         if entry is None:
@@ -98,7 +112,9 @@ class Store:
         entry.used = next(self._clock)
         return entry.value
 
-    def _made(self, key: Key, make: Callable[[], Any], lines: Callable[[Any], int]) -> _Entry:
+    def _made(
+        self, key: Key, make: Callable[[], Any], lines: Callable[[Any], int]
+    ) -> _Entry:
         with self._gates.setdefault(key, threading.RLock()):
             entry = self._entries.get(key)
             if entry is None:
@@ -115,7 +131,9 @@ class Store:
     def forget(self, owner: Hashable = None) -> None:
         """Drop the programs whose keys begin with the owner, or all."""
         with self._lock:
-            for key in [key for key in self._entries if owner is None or key[0] is owner]:
+            for key in [
+                key for key in self._entries if owner is None or key[0] is owner
+            ]:
                 self._drop(key)
 
     def bury(self, owner: Hashable) -> None:
@@ -125,24 +143,30 @@ class Store:
     def _drop(self, key: Key) -> None:
         entry = self._entries.pop(key)
         self._gone += entry.megabytes
-        clear = getattr(entry.value, "clear_cache", None)  # a jitted function, with programs of JAX
+        clear = getattr(
+            entry.value, "clear_cache", None
+        )  # a jitted function, with programs of JAX
         if clear is not None:
             clear()
 
     def _hold_bounds(self) -> None:
-        """Drop what exceeds the bound, the least recently used first; the last one stays."""
+        """Drop what exceeds the bound, the least recently used first; the last one
+        stays."""
         with contextlib.suppress(IndexError):
             while True:
                 self.forget(self._dead.popleft())
         bound = memory_bound()
         if self.memory > bound:
-            for key in sorted(self._entries, key=lambda key: self._entries[key].used)[:-1]:
+            for key in sorted(self._entries, key=lambda key: self._entries[key].used)[
+                :-1
+            ]:
                 if self.memory <= _LOWER * bound:
                     break
                 self._drop(key)
             _trim()(0)
         if self._gone > bound:
-            # JAX keeps what was traced for them, some MB for each structure, and programs of single operations
+            # JAX keeps what was traced for them, some MB for each structure, and
+            # programs of single operations
             jax.clear_caches()
             gc.collect()
             _trim()(0)
@@ -154,20 +178,25 @@ STORE = Store()
 
 
 class Kept:
-    """A function of arguments that can be hashed to a program, which the store keeps for each set of them.
+    """A function of arguments that can be hashed to a program, which the store keeps
+    for each set of them.
 
     - `lines(program)`: as for `Store.get`
     - `made`: how many programs were made
     """
 
-    def __init__(self, make: Callable[..., Any], *, lines: Callable[[Any], int] = _lines) -> None:
+    def __init__(
+        self, make: Callable[..., Any], *, lines: Callable[[Any], int] = _lines
+    ) -> None:
         functools.update_wrapper(self, make)
         self._make = make
         self._lines = lines
         self.made = 0
 
     def __call__(self, *arguments: Hashable) -> Any:
-        return STORE.get((self, *arguments), functools.partial(self._one, arguments), self._lines)
+        return STORE.get(
+            (self, *arguments), functools.partial(self._one, arguments), self._lines
+        )
 
     def _one(self, arguments: tuple[Hashable, ...]) -> Any:
         self.made += 1

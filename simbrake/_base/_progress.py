@@ -1,4 +1,5 @@
-"""Progress of long tasks on a terminal: what is being done, the time spent, and the time left."""
+"""Progress of long tasks on a terminal: what is being done, the time spent, and the
+time left."""
 
 import contextlib
 import contextvars
@@ -11,26 +12,37 @@ from typing import TypeAlias
 Report: TypeAlias = Callable[[float, float], object]
 
 #: for code far down the call stack
-_CURRENT: contextvars.ContextVar["Progress | None"] = contextvars.ContextVar("progress", default=None)
+_CURRENT: contextvars.ContextVar["Progress | None"] = contextvars.ContextVar(
+    "progress", default=None
+)
 
 
 def piece(done: int, total: int) -> None:
-    """Report `done` of `total` pieces of the current task, unless it counts other pieces."""
+    """Report `done` of `total` pieces of the current task, unless it counts other
+    pieces."""
     progress = _CURRENT.get()
     if progress is not None:
         progress.piece(done, total)
 
 
 class Progress:
-    """Show a task on a terminal after two seconds, with the time spent, and the time left where pieces are counted.
+    """Show a task on a terminal after two seconds, with the time spent, and the time
+    left where pieces are counted.
 
-    A context: `with Progress("run", "compiling…") as progress:`. `now` names the next task and the number of its pieces
-    done, if any; `reach` reports the simulated time of a run. The time left of a run is an upper bound, since a brake
-    at rest is simulated in no time.
+    A context: `with Progress("run", "compiling…") as progress:`. `now` names the next
+    task and the number of its pieces done, if any; `reach` reports the simulated time
+    of a run. The time left of a run is an upper bound, since a brake at rest is
+    simulated in no time.
     """
 
     def __init__(
-        self, name: str, what: str, shown: bool | None = None, after: float = 2.0, *, keep: bool = False
+        self,
+        name: str,
+        what: str,
+        shown: bool | None = None,
+        after: float = 2.0,
+        *,
+        keep: bool = False,
     ) -> None:
         self.shown = sys.stderr.isatty() if shown is None else shown
         self._name = f"{name}: " if name else ""
@@ -40,26 +52,42 @@ class Progress:
         self._keep = keep
         self._bar = None
 
-    def now(self, what: str, done: float = 0, total: float = 0, *, unit: str = "", also: str = "") -> None:
+    def now(
+        self,
+        what: str,
+        done: float = 0,
+        total: float = 0,
+        *,
+        unit: str = "",
+        also: str = "",
+    ) -> None:
         """Name the current task, or report `done` of its `total` pieces."""
         self._counted = total > 0
         self._show(what, done, total, unit, also)
 
     def reach(self, t: float, end: float) -> None:
-        """Report that a run has reached the simulated time `t` (s) of `end`; the first call is at its start."""
+        """Report that a run has reached the simulated time `t` (s) of `end`; the first
+        call is at its start."""
         self.now("simulated to", t, end, unit=" s")
 
     def piece(self, done: int, total: int) -> None:
-        """Report `done` of `total` pieces of the current task, unless it was announced with other pieces."""
+        """Report `done` of `total` pieces of the current task, unless it was announced
+        with other pieces."""
         if not self._counted:
             self._show(self._doing, done, total)
 
-    def _show(self, what: str, done: float, total: float, unit: str = "", also: str = "") -> None:
+    def _show(
+        self, what: str, done: float, total: float, unit: str = "", also: str = ""
+    ) -> None:
         anew = what != self._doing
         self._doing = what
         if self._bar is not None:
             counted = f" {done:.4g} of {total:.4g}{unit}" if total else ""
-            values = {"description": f"{self._name}{what}{counted}{also}", "total": total or None, "completed": done}
+            values = {
+                "description": f"{self._name}{what}{counted}{also}",
+                "total": total or None,
+                "completed": done,
+            }
             again = anew or done < self._bar.tasks[0].completed
             (self._bar.reset if again else self._bar.update)(self._task, **values)
 
@@ -95,8 +123,11 @@ class Progress:
 
 
 @contextlib.contextmanager
-def shown_progress(progress: "Progress | bool | None", name: str, what: str) -> Iterator[Progress]:
-    """The caller's `Progress` with the current task, or a new one (`None`: shown on a terminal only)."""
+def shown_progress(
+    progress: "Progress | bool | None", name: str, what: str
+) -> Iterator[Progress]:
+    """The caller's `Progress` with the current task, or a new one (`None`: shown on a
+    terminal only)."""
     if isinstance(progress, Progress):
         progress.now(what)
         yield progress
@@ -107,7 +138,8 @@ def shown_progress(progress: "Progress | bool | None", name: str, what: str) -> 
 
 @contextlib.contextmanager
 def reporting(progress: "Progress | Report | bool | None") -> Iterator[Report | None]:
-    """Receiver of a run's progress: nothing (`False`), a function of `(t, end_time)`, or as `shown_progress`."""
+    """Receiver of a run's progress: nothing (`False`), a function of `(t, end_time)`,
+    or as `shown_progress`."""
     if progress is False or callable(progress):
         yield progress or None
         return
@@ -117,12 +149,18 @@ def reporting(progress: "Progress | Report | bool | None") -> Iterator[Report | 
 
 @contextlib.contextmanager
 def counting(
-    total: int, show: Callable[[int, int], object] | bool | None, what: str, *, done: int = 0, after: float = 0.0
+    total: int,
+    show: Callable[[int, int], object] | bool | None,
+    what: str,
+    *,
+    done: int = 0,
+    after: float = 0.0,
 ) -> Iterator[Callable[[int], object]]:
-    """Receiver of the number of finished pieces: a function of `(done, total)`, or a line on a terminal that is kept.
+    """Receiver of the number of finished pieces: a function of `(done, total)`, or a
+    line on a terminal that is kept.
 
-    `show`: `None` shows the line only where stderr is a terminal; `what` names the pieces; nothing is shown in the
-    first `after` seconds.
+    `show`: `None` shows the line only where stderr is a terminal; `what` names the
+    pieces; nothing is shown in the first `after` seconds.
     """
     if callable(show):
         yield lambda done: show(done, total)

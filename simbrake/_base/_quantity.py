@@ -1,4 +1,5 @@
-"""Numbers with units: unit, range and meaning of a number, and the forms in which it may be written."""
+"""Numbers with units: unit, range and meaning of a number, and the forms in which it
+may be written."""
 
 import dataclasses
 import enum
@@ -29,12 +30,15 @@ else:
     Values = Floats | Int[Array, "..."] | float | int | list | tuple
 
 
-warn_of_untested_jax(jax.__version_info__)  # set here, as every scene and every computing command imports this module
+warn_of_untested_jax(
+    jax.__version_info__
+)  # set here, as every scene and every computing command imports this module
 
-#: magnitude beyond which squares and products of a scene's parameters overflow 64 bits; what must be positive is as
-#: far from 0
+#: magnitude beyond which squares and products of a scene's parameters overflow 64 bits;
+#: what must be positive is as far from 0
 LARGEST = 1e40
-#: the same of quantities whose larger values are no brakes: lengths, and times of 30,000 years
+#: the same of quantities whose larger values are no brakes: lengths, and times of
+#: 30,000 years
 _LARGEST_OF = {"m": 1e6, "s": 1e12}
 
 
@@ -46,7 +50,8 @@ class Over(enum.Enum):
 
 
 class Characteristic(NamedTuple):
-    """Characteristic sizes of a machine (SI), from which typical sizes of its numbers follow by their units."""
+    """Characteristic sizes of a machine (SI), from which typical sizes of its numbers
+    follow by their units."""
 
     force: Any
     length: Any
@@ -75,13 +80,16 @@ def _powers(unit: str) -> tuple[int, ...]:
     for sign, product in ((1, above), (-1, below.strip("()"))):
         for factor in product.split("*"):
             name, _, exponent = factor.partition("^")
-            total += sign * int(exponent or 1) * np.asarray(_POWERS.get(name, (0, 0, 0, 0)))
+            total += (
+                sign * int(exponent or 1) * np.asarray(_POWERS.get(name, (0, 0, 0, 0)))
+            )
     return tuple(total.tolist())
 
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """Unit (SI), meaning and range of a number; bounds are inclusive unless `open_low`."""
+    """Unit (SI), meaning and range of a number; bounds are inclusive unless
+    `open_low`."""
 
     unit: str
     meaning: str
@@ -89,13 +97,16 @@ class Quantity:
     high: float | None = None
     open_low: bool = False
     difference: bool = False  # of temperatures: no offset of degC
-    many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
+    many: bool | Over = (
+        False  # one number, or one for each (lining, unless it says of what)
+    )
     may_be_empty: bool = False  # an empty array has a meaning
     typical: float | None = None  # size, where the unit does not tell it
     instead: str = ""  # what to write in place of a value out of its range
 
     def size(self, machine: Characteristic) -> Any:
-        """Typical size of the number in a machine (SI): what an effect that is absent, 0, would be if it were there."""
+        """Typical size of the number in a machine (SI): what an effect that is absent,
+        0, would be if it were there."""
         if self.typical is not None:
             return self.typical
         size = 1.0
@@ -105,14 +116,23 @@ class Quantity:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Lowest and highest value, where none is given those with which one can compute."""
+        """Lowest and highest value, where none is given those with which one can
+        compute."""
         most = _LARGEST_OF.get(self.unit, LARGEST)
-        low = -most if self.low is None else 1 / LARGEST if self.open_low and self.low == 0 else self.low
+        low = (
+            -most
+            if self.low is None
+            else 1 / LARGEST
+            if self.open_low and self.low == 0
+            else self.low
+        )
         return low, most if self.high is None else self.high
 
     def admits(self, value: np.ndarray) -> np.ndarray:
         low, high = self.ends
-        return np.asarray(((value > low) if self.open_low else (value >= low)) & (value <= high))  # a NaN is not
+        return np.asarray(
+            ((value > low) if self.open_low else (value >= low)) & (value <= high)
+        )  # a NaN is not
 
     def admits_one(self, value: float) -> bool:
         """The same for a single number, faster."""
@@ -120,17 +140,32 @@ class Quantity:
         return bool((low < value if self.open_low else low <= value) and value <= high)
 
     def hint(self, value: float, unit: str) -> str:
-        """What is allowed in place of a number out of range, and what may have been meant; `unit`: that of `SI`."""
-        turned = self.unit == "rad" and self.high is not None and self.admits_one(math.radians(value))
-        meant = f'did you mean "{value:g} deg"?' if turned and value > np.pi else self.instead
-        return f"{self.meaning} must be {self.wanted(value)}{behind(unit)}" + (f"; {meant}" if meant else "")
+        """What is allowed in place of a number out of range, and what may have been
+        meant; `unit`: that of `SI`."""
+        turned = (
+            self.unit == "rad"
+            and self.high is not None
+            and self.admits_one(math.radians(value))
+        )
+        meant = (
+            f'did you mean "{value:g} deg"?'
+            if turned and value > np.pi
+            else self.instead
+        )
+        return f"{self.meaning} must be {self.wanted(value)}{behind(unit)}" + (
+            f"; {meant}" if meant else ""
+        )
 
     def wanted(self, value: float) -> str:
         """Allowed range of a number, in words."""
         low, high = self.ends
         if 0 < value <= low and self.low == 0:
             return f"> {low:g}"
-        return f"at most {high:g} in magnitude" if self.high is None and high < abs(value) < np.inf else self.range
+        return (
+            f"at most {high:g} in magnitude"
+            if self.high is None and high < abs(value) < np.inf
+            else self.range
+        )
 
     @property
     def range(self) -> str:
@@ -143,9 +178,11 @@ class Quantity:
 
 
 def as_number(x: Any) -> Any:
-    """Numbers, lists, NumPy arrays and columns of tables as float64 arrays, so that a new value never re-traces.
+    """Numbers, lists, NumPy arrays and columns of tables as float64 arrays, so that a
+    new value never re-traces.
 
-    JAX arrays are kept, whole numbers in them become float64; values that are not numbers are kept.
+    JAX arrays are kept, whole numbers in them become float64; values that are not
+    numbers are kept.
     """
     if type(x) is np.ndarray and x.dtype == np.float64:
         return x
@@ -154,7 +191,9 @@ def as_number(x: Any) -> Any:
     column = getattr(x, "to_numpy", None)  # of pandas, xarray, polars
     if column is not None and not isinstance(x, type):
         x = column()
-    if isinstance(x, bool) or not isinstance(x, int | float | list | tuple | np.ndarray | np.generic):
+    if isinstance(x, bool) or not isinstance(
+        x, int | float | list | tuple | np.ndarray | np.generic
+    ):
         return x
     try:
         if any(isinstance(leaf, jax.Array) for leaf in jax.tree.leaves(x)):
@@ -166,16 +205,21 @@ def as_number(x: Any) -> Any:
 
 
 def in_si(x: Any, about: Quantity) -> Any:
-    """Convert a value, also a text with its unit, to a number in SI; return it unchanged if it cannot be read."""
+    """Convert a value, also a text with its unit, to a number in SI; return it
+    unchanged if it cannot be read."""
     if not has_units(x) or about.unit == "SI":
         return as_number(x)
     reader = NumberReader()
-    number = reader.number(list(x) if isinstance(x, tuple) else x, about, "", about.unit)
+    number = reader.number(
+        list(x) if isinstance(x, tuple) else x, about, "", about.unit
+    )
     return x if reader.faults else np.asarray(number, np.float64)
 
 
 def has_units(x: object) -> bool:
-    return isinstance(x, str) or (isinstance(x, list | tuple) and any(isinstance(entry, str) for entry in x))
+    return isinstance(x, str) or (
+        isinstance(x, list | tuple) and any(isinstance(entry, str) for entry in x)
+    )
 
 
 #: other units in which lengths (m) and areas (m²) are given, with their size
@@ -186,11 +230,16 @@ _UNITS = {
 
 
 def meant_within(value: float, low: float, high: float, unit: str = "m") -> str:
-    """What a length or an area may mean that lies within `low…high`: a number in another unit, or half a diameter."""
+    """What a length or an area may mean that lies within `low…high`: a number in
+    another unit, or half a diameter."""
     for other, size in _UNITS[unit]:
         if low <= value * size <= high:
             return f'"{value:g} {other}"'
-    return f"{value / 2:g} m, half of a diameter" if unit == "m" and low <= value / 2 <= high else ""
+    return (
+        f"{value / 2:g} m, half of a diameter"
+        if unit == "m" and low <= value / 2 <= high
+        else ""
+    )
 
 
 def positive(unit: str, meaning: str, high: float | None = None) -> Quantity:
@@ -203,11 +252,19 @@ def faults_of_tolerance(rtol: Values) -> Faults:
     if (isinstance(rtol, float) and 1e-15 < rtol < 0.1) or isinstance(rtol, Tracer):
         return []
     value = np.asarray(rtol)
-    admissible = value.dtype.kind in "fiu" and np.all((value > 1e-15) & (value < 0.1))  # a NaN is not
-    return [] if admissible else [Fault("rtol", f"{shown(rtol)} is out of range", "must be > 1e-15 and < 0.1")]
+    admissible = value.dtype.kind in "fiu" and np.all(
+        (value > 1e-15) & (value < 0.1)
+    )  # a NaN is not
+    return (
+        []
+        if admissible
+        else [
+            Fault("rtol", f"{shown(rtol)} is out of range", "must be > 1e-15 and < 0.1")
+        ]
+    )
 
 
-# --- numbers with units as text -------------------------------------------------------------------------------------
+# --- numbers with units as text -----------------------------------------------------
 
 #: placeholder for a value that could not be read
 BAD = object()
@@ -220,7 +277,8 @@ _LIST = re.compile(r"\s*(?P<list>\[[^\[\]]*\])\s*(?P<unit>.*)")
 
 
 class NumberReader:
-    """Read numbers and collect every error: path, value, unit, reason, and allowed range."""
+    """Read numbers and collect every error: path, value, unit, reason, and allowed
+    range."""
 
     def __init__(self) -> None:
         self.faults: Issues = Issues()
@@ -235,13 +293,29 @@ class NumberReader:
             try:
                 listed = json.loads(re.sub(r"(?<=\d)_(?=\d)", "", match["list"]))
             except ValueError:
-                return self.fault(path, f"{shown(value)} is not a list of numbers", 'as in "[0.2, 0.3] rad"')
-            value = [f"{x!r} {match['unit']}" if isinstance(x, int | float) else x for x in listed]
+                return self.fault(
+                    path,
+                    f"{shown(value)} is not a list of numbers",
+                    'as in "[0.2, 0.3] rad"',
+                )
+            value = [
+                f"{x!r} {match['unit']}" if isinstance(x, int | float) else x
+                for x in listed
+            ]
         if isinstance(value, list) and not about.many:
-            return self.fault(path, "is a list", f"give one number: {about.meaning}{example(unit)}")
+            return self.fault(
+                path, "is a list", f"give one number: {about.meaning}{example(unit)}"
+            )
         if isinstance(value, list):
-            entries = [self._scalar(entry, about, f"{path}[{i}]", unit) for i, entry in enumerate(value)]
-            return BAD if any(entry is BAD for entry in entries) else np.asarray(entries, np.float64)
+            entries = [
+                self._scalar(entry, about, f"{path}[{i}]", unit)
+                for i, entry in enumerate(value)
+            ]
+            return (
+                BAD
+                if any(entry is BAD for entry in entries)
+                else np.asarray(entries, np.float64)
+            )
         return self._scalar(value, about, path, unit)
 
     def _scalar(self, value: object, about: Quantity, path: str, si: str) -> Any:
@@ -251,12 +325,16 @@ class NumberReader:
         converted = f"{number:g}{behind(si)}"
         same = isinstance(value, str) and converted != value and np.isfinite(number)
         return self.fault(
-            path, f"{shown(value)}{f' = {converted}' if same else ''} is out of range", about.hint(number, si)
+            path,
+            f"{shown(value)}{f' = {converted}' if same else ''} is out of range",
+            about.hint(number, si),
         )
 
     def _in_si(self, value: object, about: Quantity, path: str, si: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
-            return self.fault(path, f"{shown(value)} is not a number", f"{about.meaning}{example(si)}")
+            return self.fault(
+                path, f"{shown(value)} is not a number", f"{about.meaning}{example(si)}"
+            )
         if not isinstance(value, str):
             try:
                 return float(value)
@@ -264,10 +342,16 @@ class NumberReader:
                 return self.fault(path, f"{shown(value)} is too large")
         match = _NUMBER.fullmatch(value.replace("\N{MINUS SIGN}", "-"))
         if match is None:
-            return self.fault(path, f"{shown(value)} is not a number with a unit", f"{about.meaning}{example(si)}")
+            return self.fault(
+                path,
+                f"{shown(value)} is not a number with a unit",
+                f"{about.meaning}{example(si)}",
+            )
         if match["unit"].startswith(","):
             return self.fault(
-                path, f"{shown(value)} has a comma", 'write a decimal point and no separators, as in "1200.5"'
+                path,
+                f"{shown(value)} has a comma",
+                'write a decimal point and no separators, as in "1200.5"',
             )
         try:
             of = unit(match["unit"], si)
@@ -276,7 +360,11 @@ class NumberReader:
             what = f"{match['unit'].strip()!r} is not a unit of {about.meaning}, {kind}"
             return self.fault(path, f"{shown(value)}: {what}", str(error))
         if about.difference and of.offset:
-            return self.fault(path, f"{shown(value)} is a temperature, not a difference of two", "give it in K")
+            return self.fault(
+                path,
+                f"{shown(value)} is a temperature, not a difference of two",
+                "give it in K",
+            )
         number = float(match["number"])
         return to_si(number, of)
 
@@ -288,6 +376,17 @@ def behind(unit: str) -> str:
 
 def example(si: str) -> str:
     """Hint: accepted forms of a number in the unit `si`."""
-    examples = {"N": "120 kN", "rad": "270 deg", "K": "450 degC", "m": "590 mm", "rad/s": "24 rad/s", "s": "0.35 s"}
+    examples = {
+        "N": "120 kN",
+        "rad": "270 deg",
+        "K": "450 degC",
+        "m": "590 mm",
+        "rad/s": "24 rad/s",
+        "s": "0.35 s",
+    }
     examples["m^3/s"] = "200 l/min"
-    return f', in SI units or with its unit, as in "{examples.get(si, f"1.5 {si}")}"' if behind(si) else ""
+    return (
+        f', in SI units or with its unit, as in "{examples.get(si, f"1.5 {si}")}"'
+        if behind(si)
+        else ""
+    )

@@ -1,6 +1,8 @@
-"""Brakes and their parts: band, linings, pulley, bandage; discs with pads, drums with shoes; their statics.
+"""Brakes and their parts: band, linings, pulley, bandage; discs with pads, drums with
+shoes; their statics.
 
-The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+The names are in `__init__.pyi`, each with its module, which is imported at the first
+use of the name.
 """
 
 from .._base._arguments import public_names

@@ -1,6 +1,8 @@
-"""Validation against independent reference solutions, and a second integration by SciPy.
+"""Validation against independent reference solutions, and a second integration by
+SciPy.
 
-The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+The names are in `__init__.pyi`, each with its module, which is imported at the first
+use of the name.
 """
 
 from .._base._arguments import public_names

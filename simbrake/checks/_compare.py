@@ -11,7 +11,16 @@ import numpy as np
 
 from .._base._faults import input_error
 from .._base._table import Column, Table, plain, pretty
-from ..results.stored import FORMAT, POINTS, Dataset, Settings, Source, dataset, origin, read_result
+from ..results.stored import (
+    FORMAT,
+    POINTS,
+    Dataset,
+    Settings,
+    Source,
+    dataset,
+    origin,
+    read_result,
+)
 from ..runs.result import Result
 
 Numbers = Mapping[str, tuple[float, str]]  # value and unit by name
@@ -26,7 +35,12 @@ _CHANGE = [
     *(Column("absolute", heading="difference", show="+.3g"), _RELATIVE, _DIFFERS),
 ]
 _SERIES = [
-    *("name", _UNIT, Column("absolute", heading="largest difference", show=".3g"), _RELATIVE),
+    *(
+        "name",
+        _UNIT,
+        Column("absolute", heading="largest difference", show=".3g"),
+        _RELATIVE,
+    ),
     *(Column("time", "s"), "place", _DIFFERS),
 ]
 #: counts of the solver: names in the provenance, and in a comparison
@@ -36,19 +50,40 @@ _COUNTS = {
     "retaken": "steps retaken",
     "segments": "segments",
 }
-_NO_NUMBERS = {"status", "method", "rtol", "code", "steps", "rejected", "retaken", "segments"}
+_NO_NUMBERS = {
+    "status",
+    "method",
+    "rtol",
+    "code",
+    "steps",
+    "rejected",
+    "retaken",
+    "segments",
+}
 _LAYERS = "_layer_temperature"
-_NEEDED = ("time", "side", "status", "event_time", "event_name", "event_lining", "energy.friction_heat")
+_NEEDED = (
+    "time",
+    "side",
+    "status",
+    "event_time",
+    "event_name",
+    "event_lining",
+    "energy.friction_heat",
+)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Comparison:
     """Two results side by side, `a` and `b`, in tables.
 
-    - `scene`: numbers of the scenes that are not the same;  `parts`: classes, counts and words that are not the same
-    - `events` in both, `only_a`, `only_b`;  `metrics`, `energies` of both: each with the `absolute` difference `b − a`,
-      the `relative` one, and whether it `differs`;  `series`: the largest difference of each column;  `status`
-    - `solver`, `versions`: settings, counts, versions and machine that are not the same; they are not judged
+    - `scene`: numbers of the scenes that are not the same
+    - `parts`: classes, counts and words that are not the same
+    - `events` in both, `only_a`, `only_b`
+    - `metrics`, `energies` of both: each with the `absolute` difference `b − a`, the
+      `relative` one, and whether it `differs`;  `series`: the largest difference of
+      each column;  `status`
+    - `solver`, `versions`: settings, counts, versions and machine that are not the
+      same; they are not judged
     - `how` the series were compared, and whether they are `judged`
     - `equal`: nothing judged differs by more than `rtol`
 
@@ -78,7 +113,11 @@ class Comparison:
         """Whether scenes and results are equal within the tolerance."""
         tables = (self.scene, self.events, self.metrics, self.energies, self.series)
         alone = len(self.parts) or self.only_a or self.only_b
-        return not alone and self.status["a"] == self.status["b"] and not any(any(one["differs"]) for one in tables)
+        return (
+            not alone
+            and self.status["a"] == self.status["b"]
+            and not any(any(one["differs"]) for one in tables)
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values of JSON: `null` for what is absent or infinite."""
@@ -88,7 +127,16 @@ class Comparison:
         yield f"{'equal' if self.equal else 'different'}: relative tolerance {self.rtol:g}"
         if self.status["a"] != self.status["b"]:
             yield f"status   {self.status['a']} → {self.status['b']}"
-        for title in ("parts", "scene", "only_a", "only_b", "events", "metrics", "energies", "series"):
+        for title in (
+            "parts",
+            "scene",
+            "only_a",
+            "only_b",
+            "events",
+            "metrics",
+            "energies",
+            "series",
+        ):
             yield from _shown(title.replace("_", " "), getattr(self, title))
         count = f"{len(self.events)} events, {len(self.metrics)} metrics"
         yield f"compared {count}, series {self.how}"
@@ -103,7 +151,11 @@ class Comparison:
 
 def _shown(title: str, found: Table | list[str]) -> Iterator[str]:
     """The text of the rows that differ, of many the first, single linings last."""
-    table = found if isinstance(found, Table) else Table(["event"], [(name,) for name in found])
+    table = (
+        found
+        if isinstance(found, Table)
+        else Table(["event"], [(name,) for name in found])
+    )
     if rows := [row for row in table if row.get("differs", True)]:
         rows.sort(key=lambda row: " of lining " in str(row.get("name")))
         title = title if len(rows) <= _MOST else f"{title}: {_MOST} of {len(rows)}"
@@ -111,12 +163,14 @@ def _shown(title: str, found: Table | list[str]) -> Iterator[str]:
 
 
 def compare(a: Source, b: Source, /, *, rtol: float = 1e-9) -> Comparison:
-    """Compare two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
+    """Compare two results: each a `Result`, a data set of `simbrake.dataset`, or the
+    path of a result file.
 
-    Judged against `rtol`: every number of the scenes, event time and metric relative to its own size; energies relative
-    to the largest one exchanged; series relative to the maximum of their unit, at the times that both have. Two results
-    are evaluated at equal times; of data sets that have few in common the series are not compared. Time and place of a
-    maximum are not judged (arbitrary on a plateau). Raises `InputError`.
+    Judged against `rtol`: every number of the scenes, event time and metric relative to
+    its own size; energies relative to the largest one exchanged; series relative to the
+    maximum of their unit, at the times that both have. Two results are evaluated at
+    equal times; of data sets that have few in common the series are not compared. Time
+    and place of a maximum are not judged (arbitrary on a plateau). Raises `InputError`.
 
     Example:
         >>> sb.compare(result, result).equal
@@ -138,8 +192,16 @@ def compare(a: Source, b: Source, /, *, rtol: float = 1e-9) -> Comparison:
         scene=Table(_CHANGE, [row for row in changes if row["a"] != row["b"]]),
         parts=_words(from_a["scene"]["parts"], from_b["scene"]["parts"]),
         events=_changes(_shared(events, others), _shared(others, events), rtol),
-        only_a=[f"{name} at {time:.6g} s" for name, (time, _) in events.items() if name not in others],
-        only_b=[f"{name} at {time:.6g} s" for name, (time, _) in others.items() if name not in events],
+        only_a=[
+            f"{name} at {time:.6g} s"
+            for name, (time, _) in events.items()
+            if name not in others
+        ],
+        only_b=[
+            f"{name} at {time:.6g} s"
+            for name, (time, _) in others.items()
+            if name not in events
+        ],
         metrics=metrics,
         energies=energies,
         series=series,
@@ -165,9 +227,17 @@ def _data(a: Source, b: Source) -> list[Dataset]:
         data = read_result(source) if isinstance(source, str | Path) else source
         if getattr(data, "attrs", {}).get("format") != FORMAT:
             what = f"{type(source).__name__} is not a result"
-            raise input_error("compare", what, "give a Result, its dataset, or the path of a result file")
+            raise input_error(
+                "compare",
+                what,
+                "give a Result, its dataset, or the path of a result file",
+            )
         if missing := [name for name in _NEEDED if name not in data.variables]:
-            raise input_error("compare", f"a result is without {', '.join(missing)}", "give all of a data set")
+            raise input_error(
+                "compare",
+                f"a result is without {', '.join(missing)}",
+                "give all of a data set",
+            )
         datasets.append(data)
     return datasets
 
@@ -177,7 +247,9 @@ def _shared(own: Numbers, other: Numbers) -> Numbers:
 
 
 def _of_solver(stored: Settings) -> Settings:
-    return stored["settings"] | {key: stored["outcome"][name] for name, key in _COUNTS.items()}
+    return stored["settings"] | {
+        key: stored["outcome"][name] for name, key in _COUNTS.items()
+    }
 
 
 def _of_machine(stored: Settings) -> Settings:
@@ -186,12 +258,17 @@ def _of_machine(stored: Settings) -> Settings:
 
 def _words(a: Settings, b: Settings) -> Table:
     """Entries that are not the same."""
-    rows = [(name or "scene", a.get(name), b.get(name)) for name in dict.fromkeys([*a, *b])]
+    rows = [
+        (name or "scene", a.get(name), b.get(name)) for name in dict.fromkeys([*a, *b])
+    ]
     return Table(_WORDS, [row for row in rows if row[1] != row[2]])
 
 
-def _changes(left: Numbers, right: Numbers, rtol: float, sizes: Mapping[str, float] | None = None) -> Table:
-    """Numbers side by side. Equal infinities are equal, and an infinite or absent number differs from a finite one.
+def _changes(
+    left: Numbers, right: Numbers, rtol: float, sizes: Mapping[str, float] | None = None
+) -> Table:
+    """Numbers side by side. Equal infinities are equal, and an infinite or absent
+    number differs from a finite one.
 
     `sizes`: what a difference is relative to, by default the larger of the two numbers.
     """
@@ -205,9 +282,15 @@ def _changes(left: Numbers, right: Numbers, rtol: float, sizes: Mapping[str, flo
             rows.append((name, a, b, unit, 0.0, 0.0, False))
         else:
             size = (sizes or {}).get(name) or max(abs(a), abs(b))
-            relative = abs(b - a) / size if math.isfinite(a) and math.isfinite(b) else math.inf
-            at_peak = name.startswith(("max_", "peak_")) and name.endswith(("_time", "_lining"))
-            rows.append((name, a, b, unit, b - a, relative, not (at_peak or relative <= rtol)))
+            relative = (
+                abs(b - a) / size if math.isfinite(a) and math.isfinite(b) else math.inf
+            )
+            at_peak = name.startswith(("max_", "peak_")) and name.endswith(
+                ("_time", "_lining")
+            )
+            rows.append(
+                (name, a, b, unit, b - a, relative, not (at_peak or relative <= rtol))
+            )
     return Table(_CHANGE, rows)
 
 
@@ -225,7 +308,10 @@ def _events(data: Dataset) -> Numbers:
     """Times of events by name, lining, and which of these it is, from 2 on."""
     times = {}
     count = collections.Counter[str]()
-    columns = (data[name].values.tolist() for name in ("event_name", "event_lining", "event_time"))
+    columns = (
+        data[name].values.tolist()
+        for name in ("event_name", "event_lining", "event_time")
+    )
     for name, lining, time in zip(*columns, strict=True):
         event = name + (f" of lining {lining}" if lining else "")
         count[event] += 1
@@ -240,50 +326,93 @@ def _scalars(left: Dataset, right: Dataset, rtol: float) -> tuple[Table, Table]:
         return {
             str(name): (one.item(), one.attrs["units"])
             for name, one in data.data_vars.items()
-            if one.ndim == 0 and name not in _NO_NUMBERS and str(name).startswith("energy.") == energies
+            if one.ndim == 0
+            and name not in _NO_NUMBERS
+            and str(name).startswith("energy.") == energies
         }
 
     own = single(left, True)
     other = single(right, True)
-    largest = max(abs(value) for value, unit in [*own.values(), *other.values()] if unit == "J")
+    largest = max(
+        abs(value) for value, unit in [*own.values(), *other.values()] if unit == "J"
+    )
     # (residuals are relative already)
-    sizes = {name: largest if unit == "J" else 1.0 for name, (_, unit) in {**own, **other}.items()}
-    return _changes(single(left, False), single(right, False), rtol), _changes(own, other, rtol, sizes)
+    sizes = {
+        name: largest if unit == "J" else 1.0
+        for name, (_, unit) in {**own, **other}.items()
+    }
+    return _changes(single(left, False), single(right, False), rtol), _changes(
+        own, other, rtol, sizes
+    )
 
 
 def _series(left: Dataset, right: Dataset, rtol: float) -> tuple[Table, str, bool]:
-    """Largest difference of every column over the times and sides that both have; how many these are, in words; and
-    whether they are enough to compare."""
+    """Largest difference of every column over the times and sides that both have; how
+    many these are, in words; and whether they are enough to compare."""
     import pandas as pd  # comes with xarray, when a data set is needed
 
     both = (left, right)
-    instants = [pd.MultiIndex.from_arrays([data["time"].values, data["side"].values]) for data in both]
+    instants = [
+        pd.MultiIndex.from_arrays([data["time"].values, data["side"].values])
+        for data in both
+    ]
     common = instants[0].intersection(instants[1])
     if not common.size or 2 * common.size < min(map(len, instants)):
-        return Table(_SERIES, []), f"not compared: {common.size} times that both have", False
+        return (
+            Table(_SERIES, []),
+            f"not compared: {common.size} times that both have",
+            False,
+        )
     sizes = {"1": 1.0}  # pure numbers count as they are
     columns = []
     for data, own in zip(both, instants, strict=True):
         # (layers of walls are among the nodes)
-        names = [name for name, one in data.data_vars.items() if "time" in one.dims and _LAYERS not in str(name)]
+        names = [
+            name
+            for name, one in data.data_vars.items()
+            if "time" in one.dims and _LAYERS not in str(name)
+        ]
         for one in data[names].data_vars.values():
             if (unit := one.attrs["units"]) != "1":
-                sizes[unit] = max(sizes.get(unit, 0.0), float(np.max(np.abs(one.values))))
+                sizes[unit] = max(
+                    sizes.get(unit, 0.0), float(np.max(np.abs(one.values)))
+                )
         columns.append(data[names].isel(time=own.get_indexer(common)))
     left, right = columns
     rows = []
     for name in dict.fromkeys(map(str, [*left.data_vars, *right.data_vars])):
         unit = (left if name in left else right)[name].attrs["units"]
-        lost = "only in a" if name not in right else "only in b" if name not in left else ""
+        lost = (
+            "only in a"
+            if name not in right
+            else "only in b"
+            if name not in left
+            else ""
+        )
         if lost or left[name].sizes != right[name].sizes:
-            rows.append((name, unit, None, None, None, lost or "of another shape", True))
+            rows.append(
+                (name, unit, None, None, None, lost or "of another shape", True)
+            )
             continue
         gap = np.abs(left[name].values - right[name].values)
         first, *others = np.unravel_index(int(np.argmax(gap)), gap.shape)
-        labels = [f"{dim} {left[dim].values[k]}" for dim, k in zip(left[name].dims[1:], others, strict=True)]
+        labels = [
+            f"{dim} {left[dim].values[k]}"
+            for dim, k in zip(left[name].dims[1:], others, strict=True)
+        ]
         largest = float(np.max(gap))
         size = sizes[unit]
         relative = largest / size if size > 0 else 0.0
         time = float(left["time"].values[first])
-        rows.append((name, unit, largest, relative, time, ", ".join(labels), not relative <= rtol))
+        rows.append(
+            (
+                name,
+                unit,
+                largest,
+                relative,
+                time,
+                ", ".join(labels),
+                not relative <= rtol,
+            )
+        )
     return Table(_SERIES, rows), f"at {common.size} times that both have", True

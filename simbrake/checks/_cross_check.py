@@ -34,7 +34,8 @@ from ._validation import FAIL, PASS, AbstractChecks, Check, judged
 _REACHED = 1e-11
 #: a limit exceeded by no more than this is only touched
 _EXCEEDED = 1e-12
-#: the same as `_REACHED` for guards that are reached together with another one, as SciPy's interpolant has them
+#: the same as `_REACHED` for guards that are reached together with another one, as
+#: SciPy's interpolant has them
 _TOGETHER = 1e-10
 #: minimum number of steps in a run: events are detected at the ends of steps only
 _SLICES = 200
@@ -45,11 +46,12 @@ METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 FlatState: TypeAlias = Float[np.ndarray, " state"]
 Fired: TypeAlias = Bool[np.ndarray, " guard"]
 
-# --- the second integration -------------------------------------------------------------------------------------------
+# --- the second integration ----------------------------------------------------------
 
 
 class Change(NamedTuple):
-    """A segment of a run: its first time, its mode (flat), and the angle of the pulley."""
+    """A segment of a run: its first time, its mode (flat), and the angle of the
+    pulley."""
 
     t: float
     mode: Int[np.ndarray, " mode"]
@@ -57,18 +59,28 @@ class Change(NamedTuple):
 
 
 class Course:
-    """The run of a record by SciPy, up to the time reached: `drive` takes it to its end.
+    """The run of a record by SciPy, up to the time reached: `drive` takes it to its
+    end.
 
-    - `method` of `scipy.integrate.solve_ivp`;  `rtol`: relative tolerance, absolute ones are `rtol` times the typical
+    - `method` of `scipy.integrate.solve_ivp`
+    - `rtol`: relative tolerance, absolute ones are `rtol` times the typical
       sizes of the states, and of `energy` (J) for ledgers
-    - `most`: evaluations of the right-hand side allowed; a longer run ends there with a message
+    - `most`: evaluations of the right-hand side allowed; a longer run ends there with a
+      message
     - `report`: called with the time reached and the end time at every evaluation
     - `changes`: modes in order;  `t`, `y`: time reached, and the state there (flat)
-    - `evaluations`, `seconds`: work done;  `trouble`: empty, or why it ended before the end of the run
+    - `evaluations`, `seconds`: work done
+    - `trouble`: empty, or why it ended before the end of the run
     """
 
     def __init__(
-        self, record: Record, method: str, rtol: float, most: int, energy: float, report: Callable[[float, float], None]
+        self,
+        record: Record,
+        method: str,
+        rtol: float,
+        most: int,
+        energy: float,
+        report: Callable[[float, float], None],
     ) -> None:
         sizes = _sizes(record)
         self.report = report
@@ -88,7 +100,9 @@ class Course:
         self.max_step = (self.t1 - self.t) / _SLICES
         flat = record.flat
 
-        def of_mode(function: Callable[[Array, Array, Array], Array]) -> Callable[[float, FlatState], np.ndarray]:
+        def of_mode(
+            function: Callable[[Array, Array, Array], Array],
+        ) -> Callable[[float, FlatState], np.ndarray]:
             program = DeviceJit(function)
             return lambda t, y: np.asarray(program(t, y, self.mode))
 
@@ -96,10 +110,16 @@ class Course:
         self.guards = of_mode(lambda t, y, mode: flat.guards(t, y, mode))
         self.rates = of_mode(lambda t, y, mode: flat.rates(t, y, mode)[1])
         self.limits = of_mode(lambda t, y, mode: flat.rates_and_guards(t, y, mode)[3])
-        self.jacobian = of_mode(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode))
+        self.jacobian = of_mode(
+            lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)
+        )
         self._jump = DeviceJit(lambda *event: flat.jump(*event))
         self._next_stop = DeviceJit(lambda mode, y: flat.next_stop(mode, y))
-        for function in (self._rhs, self.guards, self.rates):  # compiled before the time is taken
+        for function in (
+            self._rhs,
+            self.guards,
+            self.rates,
+        ):  # compiled before the time is taken
             function(self.t, self.y)
 
     def rhs(self, t: float, y: FlatState) -> FlatState:
@@ -112,7 +132,9 @@ class Course:
 
     def jump(self, fired: Fired, at_stop: bool) -> None:
         """Change the mode at this instant."""
-        y, after, code = self._jump(self.t, self.y, self.mode, fired, np.asarray(at_stop))
+        y, after, code = self._jump(
+            self.t, self.y, self.mode, fired, np.asarray(at_stop)
+        )
         if int(code) == ENDED:
             self.t1 = self.t
         elif int(code) != 0:
@@ -136,12 +158,16 @@ class Course:
         return fired
 
     def advance(self, until: float) -> tuple[Fired, bool]:
-        """Integrate to the first guard or to `until`; guards that fired, and whether `until` was reached."""
-        from scipy.integrate import solve_ivp  # a slow import, needed by cross-checks only
+        """Integrate to the first guard or to `until`; guards that fired, and whether
+        `until` was reached."""
+        from scipy.integrate import (
+            solve_ivp,
+        )  # a slow import, needed by cross-checks only
 
         armed = self.guards(self.t, self.y) > _REACHED
         limits = self.limits(self.t, self.y)
-        # a guard that starts at 0 counts once it has gone negative from there, a limit once it is exceeded
+        # a guard that starts at 0 counts once it has gone negative from there, a limit
+        # once it is exceeded
         offset = np.where(armed, np.where(limits, _EXCEEDED, 0.0), 2 * _REACHED)
 
         def lowest(t: float, y: FlatState) -> float:
@@ -150,7 +176,9 @@ class Course:
         # pyright: ignore
         lowest.terminal = True
         lowest.direction = -1
-        more: dict[str, Any] = {"jac": self.jacobian} if self.method in ("Radau", "BDF", "LSODA") else {}
+        more: dict[str, Any] = (
+            {"jac": self.jacobian} if self.method in ("Radau", "BDF", "LSODA") else {}
+        )
         out = solve_ivp(
             self.rhs,
             (self.t, until),
@@ -193,28 +221,37 @@ class Course:
 
 def _sizes(record: Record) -> FlatState:
     """Typical sizes of the states."""
-    like = jax.tree.map(lambda size, leaf: np.broadcast_to(size, np.shape(leaf)), record.system.scales(), record.y_like)
+    like = jax.tree.map(
+        lambda size, leaf: np.broadcast_to(size, np.shape(leaf)),
+        record.system.scales(),
+        record.y_like,
+    )
     return np.asarray(ravel_pytree(like)[0])
 
 
-# --- the report -------------------------------------------------------------------------------------------------------
+# --- the report ---------------------------------------------------------------------
 
 #: lines of the table after which events that agree are left out
 _ROWS = 24
 SCOPE = (
-    "Checked: integration, location of events and changes of mode, by another integrator that shares equations, guards "
-    "and jumps with simbrake.\nNot checked: the physics in these equations (`simbrake validate` does that), limits of "
+    "Checked: integration, location of events and changes of mode, by another "
+    "integrator that shares equations, guards "
+    "and jumps with simbrake.\nNot checked: the physics in these equations (`simbrake "
+    "validate` does that), limits of "
     "single linings and other thresholds that are only logged, maxima."
 )
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class CrossCheck(AbstractChecks):
-    """Quantities of both runs as checks, `value` simbrake's and `truth` SciPy's; printing it shows the table.
+    """Quantities of both runs as checks, `value` simbrake's and `truth` SciPy's;
+    printing it shows the table.
 
-    - `first_difference`: where the changes of mode differ for the first time, in words, or empty
+    - `first_difference`: where the changes of mode differ for the first time, in words,
+      or empty
     - `trouble`: reason for an incomplete run of SciPy, or empty
-    - `seconds`: of a warm run of simbrake and of SciPy's;  `evaluations` of the right-hand side by SciPy
+    - `seconds`: of a warm run of simbrake and of SciPy's
+    - `evaluations` of the right-hand side by SciPy
 
     Example:
         >>> found = sb.cross_check(scene, result=result)
@@ -234,8 +271,13 @@ class CrossCheck(AbstractChecks):
         return not self.trouble and not self.failed
 
     def parts(self) -> Iterator[str | Table]:
-        """The table, of many events the first ones and all that differ; then time, verdict and scope."""
-        shown = [c for i, c in enumerate(self) if i < _ROWS or c.verdict != PASS or not c.case[0].isdigit()]
+        """The table, of many events the first ones and all that differ; then time,
+        verdict and scope."""
+        shown = [
+            c
+            for i, c in enumerate(self)
+            if i < _ROWS or c.verdict != PASS or not c.case[0].isdigit()
+        ]
         yield from self.table(shown, "SciPy")
         if len(shown) < len(self):
             yield f"({len(self) - len(shown)} more events that agree are left out)"
@@ -243,7 +285,8 @@ class CrossCheck(AbstractChecks):
         ratio = f", {theirs / ours:.3g} times as long" if ours > 0 else ""
         yield ""
         yield (
-            f"time     simbrake {1e3 * ours:.3g} ms (compiled), SciPy {1e3 * theirs:.3g} ms{ratio}; "
+            f"time     simbrake {1e3 * ours:.3g} ms (compiled), SciPy "
+            f"{1e3 * theirs:.3g} ms{ratio}; "
             f"{self.evaluations} evaluations of a compiled right-hand side by {self.method}"
         )
         yield f"verdict  {len(self) - len(self.failed)} of {len(self)} quantities agree"
@@ -254,7 +297,7 @@ class CrossCheck(AbstractChecks):
         yield SCOPE
 
 
-# --- compared quantities ----------------------------------------------------------------------------------------------
+# --- compared quantities ------------------------------------------------------------
 
 #: name, simbrake's value, SciPy's, and the reference of the difference
 _Compared: TypeAlias = tuple[str, float, float, float]
@@ -283,7 +326,10 @@ _WORDS = {
 def _scipy_events(result: Result, course: Course) -> list[Event]:
     """Changes of SciPy's run in the words of the event log."""
     unpack = result.record.flat.unpack_mode
-    modes: list[Any] = [jax.tree.map(np.asarray, unpack(jnp.asarray(change.mode))) for change in course.changes]
+    modes: list[Any] = [
+        jax.tree.map(np.asarray, unpack(jnp.asarray(change.mode)))
+        for change in course.changes
+    ]
     times = [change.t for change in course.changes]
     labels = [Label(*(int(column) for column in mode.label)) for mode in modes]
     # the first mode is where the run starts to look for the true one
@@ -293,19 +339,34 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
     turned = turned_since_rest(labels, [change.angle for change in course.changes])
     for i in range(first, len(modes)):
         stopped = result.record.system.rests_open and turned[i]  # pyright: ignore
-        events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first, stopped)]
+        events += [
+            Event(times[i], name)
+            for name in events_of_change(before, labels[i], i == first, stopped)
+        ]
         before = labels[i]
     stops = [event.time for event in events if event.name == "stop"]
     # (one that turns round as it comes to rest has only stopped, in the log too)
-    events = [e for e in events if e.name != "reversal" or not any(0 <= t - e.time < _AT_ONCE for t in stops)]
+    events = [
+        e
+        for e in events
+        if e.name != "reversal" or not any(0 <= t - e.time < _AT_ONCE for t in stops)
+    ]
     columns = jax.tree.map(lambda *each: np.stack(each), *modes)
     if columns.phase is not None:
-        events += [Event(times[i + 1], "phase_end") for i in np.flatnonzero(np.diff(columns.phase))]
-    return [*events, *friction_changes(columns, times), *events_of_linings(columns, times)]
+        events += [
+            Event(times[i + 1], "phase_end")
+            for i in np.flatnonzero(np.diff(columns.phase))
+        ]
+    return [
+        *events,
+        *friction_changes(columns, times),
+        *events_of_linings(columns, times),
+    ]
 
 
 def _ordered(events: list[Event], near: float) -> list[Event]:
-    """Events in order of time; those of one instant by name, as their order there is a convention."""
+    """Events in order of time; those of one instant by name, as their order there is a
+    convention."""
     by_time = sorted(events, key=lambda e: e.time)
     groups = []
     for event in by_time:
@@ -313,18 +374,29 @@ def _ordered(events: list[Event], near: float) -> list[Event]:
             groups[-1].append(event)
         else:
             groups.append([event])
-    return [e for group in groups for e in sorted(group, key=lambda e: (e.name, e.lining or 0))]
+    return [
+        e
+        for group in groups
+        for e in sorted(group, key=lambda e: (e.name, e.lining or 0))
+    ]
 
 
 def _words(event: Event) -> str:
-    return event.name if event.lining is None else f"{event.name} of lining {event.lining}"
+    return (
+        event.name if event.lining is None else f"{event.name} of lining {event.lining}"
+    )
 
 
 def _difference(ours: list[Event], theirs: list[Event]) -> tuple[int, str]:
-    """Number of changes in the same order in both, and place of the first different one."""
+    """Number of changes in the same order in both, and place of the first different
+    one."""
 
     def said(event: Event | None) -> str:
-        return "nothing more" if event is None else f"{_words(event)} at {event.time:.12g} s"
+        return (
+            "nothing more"
+            if event is None
+            else f"{_words(event)} at {event.time:.12g} s"
+        )
 
     for i, (a, b) in enumerate(itertools.zip_longest(ours, theirs)):
         if a is None or b is None or (a.name, a.lining) != (b.name, b.lining):
@@ -332,8 +404,13 @@ def _difference(ours: list[Event], theirs: list[Event]) -> tuple[int, str]:
     return len(ours), ""
 
 
-def _compared_times(ours: list[Event], theirs: list[Event], same: int, span: float) -> Iterator[_Compared]:
-    stops = [next((e.time for e in events if e.name == "stop"), None) for events in (ours, theirs)]
+def _compared_times(
+    ours: list[Event], theirs: list[Event], same: int, span: float
+) -> Iterator[_Compared]:
+    stops = [
+        next((e.time for e in events if e.name == "stop"), None)
+        for events in (ours, theirs)
+    ]
     if stops[0] is not None and stops[1] is not None:
         yield "stopping time (s)", stops[0], stops[1], max(abs(stops[1]), 1e-3 * span)
     for i, (a, b) in enumerate(itertools.islice(zip(ours, theirs, strict=False), same)):
@@ -347,14 +424,29 @@ def _labels(result: Result) -> list[tuple[str, str]]:
     pairs = result.record.system.pair_names  # pyright: ignore
     for path, leaf in jax.tree_util.tree_leaves_with_path(result.record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
-        kind = "energy" if "ledger" in names else "heat" if names[0] == "heat" else "motion"
+        kind = (
+            "energy"
+            if "ledger" in names
+            else "heat"
+            if names[0] == "heat"
+            else "motion"
+        )
         for i in range(np.size(leaf)):
             if kind == "heat":
                 word = f"temperature {next(nodes)} (K)"
             elif "friction" in names:
-                word = "friction heat (J)" if len(pairs) == 1 else f"{pairs[path[-1].idx]} heat (J)"
+                word = (
+                    "friction heat (J)"
+                    if len(pairs) == 1
+                    else f"{pairs[path[-1].idx]} heat (J)"
+                )
             elif kind == "energy":
-                word = " ".join(names[1:]).replace("_", " ").replace("heat lost", "heat: lost") + " (J)"
+                word = (
+                    " ".join(names[1:])
+                    .replace("_", " ")
+                    .replace("heat lost", "heat: lost")
+                    + " (J)"
+                )
             else:
                 own = names[-1] if names[0] in ("own", "phase") else names[0]
                 word = _WORDS.get(own, own) + (f" {i + 1}" if np.ndim(leaf) else "")
@@ -363,20 +455,26 @@ def _labels(result: Result) -> list[tuple[str, str]]:
 
 
 def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
-    """Final states by name; of many thermal nodes the one with the maximum difference."""
+    """Final states by name; of many thermal nodes the one with the maximum
+    difference."""
     record = result.record
     labels = _labels(result)
     start = np.array(record.rows.y[0])
     ours = np.array(record.rows.y[record.count])
     theirs = np.array(y)
-    energies, nodes = ([i for i, label in enumerate(labels) if label[1] == kind] for kind in ("energy", "heat"))
+    energies, nodes = (
+        [i for i, label in enumerate(labels) if label[1] == kind]
+        for kind in ("energy", "heat")
+    )
     size = np.maximum(np.abs(theirs), _sizes(record))
     largest = max((abs(ours[i]) for i in energies), default=1.0)
     size[energies] = np.maximum(np.abs(theirs[energies]), max(1e-3 * largest, 1e-12))
     worst = None
     more = ""
     if nodes:
-        size[nodes] = max(1.0, float(np.max(np.abs(ours[nodes] - start[nodes]))))  # of the warming, not from 0 K
+        size[nodes] = max(
+            1.0, float(np.max(np.abs(ours[nodes] - start[nodes])))
+        )  # of the warming, not from 0 K
         thermal: Any = thermal_of(record.system)  # pyright: ignore
         for state in (ours, theirs):
             state[nodes] = thermal.temperatures(state[nodes])
@@ -385,7 +483,12 @@ def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
             more = f", most different of {len(nodes)}"
     for i, (name, kind) in enumerate(labels):
         if kind != "heat" or worst in (None, i):
-            yield f"end: {name}{more if kind == 'heat' else ''}", float(ours[i]), float(theirs[i]), float(size[i])
+            yield (
+                f"end: {name}{more if kind == 'heat' else ''}",
+                float(ours[i]),
+                float(theirs[i]),
+                float(size[i]),
+            )
 
 
 def cross_check(
@@ -398,21 +501,27 @@ def cross_check(
     result: Result | None = None,
     progress: bool | None = False,
 ) -> CrossCheck:
-    """Repeat a scene with SciPy and compare: changes of mode, times of events, state and energies at the end.
+    """Repeat a scene with SciPy and compare: changes of mode, times of events, state
+    and energies at the end.
 
         print(simbrake.cross_check(scene))
 
-    - `method` of `scipy.integrate.solve_ivp`; by default `DOP853`, and `Radau` where simbrake's choice is stiff as well
+    - `method` of `scipy.integrate.solve_ivp`; by default `DOP853`, and `Radau` where
+      simbrake's choice is stiff as well
     - `rtol`: relative tolerance of both runs
-    - `tolerance`: of the relative differences, by default `100 rtol`; relative to the quantity, or to the typical size
-      of its kind where that is more (speeds, the largest energy, the maximum warming)
-    - `max_evaluations` of the right-hand side by SciPy: a longer run ends there, is named in `trouble`, and is not `ok`
+    - `tolerance`: of the relative differences, by default `100 rtol`; relative to the
+      quantity, or to the typical size of its kind where that is more (speeds, the
+      largest energy, the maximum warming)
+    - `max_evaluations` of the right-hand side by SciPy: a longer run ends there, is
+      named in `trouble`, and is not `ok`
     - `result`: of the scene, to be checked in place of a new run
 
-    SciPy integrates the same equations from event to event and locates every event itself; modes are switched in
-    Python. So it checks integration and events, not the physics (see `validate`).
+    SciPy integrates the same equations from event to event and locates every event
+    itself; modes are switched in Python. So it checks integration and events, not the
+    physics (see `validate`).
 
-    Raises `InputError` with all errors of scene and options, `SimulationError` where the run of simbrake fails.
+    Raises `InputError` with all errors of scene and options, `SimulationError` where
+    the run of simbrake fails.
     """
     faults = Issues()
     if method is not None and method not in METHODS:
@@ -420,7 +529,9 @@ def cross_check(
     if not 1e-13 <= rtol < 0.1:
         faults.add("rtol", f"{rtol} is out of range", "1e-13 ≤ rtol < 0.1")
     if max_evaluations < 1:
-        faults.add("max_evaluations", f"{max_evaluations} is out of range", "at least 1")
+        faults.add(
+            "max_evaluations", f"{max_evaluations} is out of range", "at least 1"
+        )
     faults.report()
     with shown_progress(progress, "cross-check", "compiling…") as shown:
         fresh = simulate(scene, rtol=rtol, progress=shown) if result is None else result
@@ -430,7 +541,14 @@ def cross_check(
         method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
         shown.now(f"compiling for SciPy {method}")
         system: Any = again.record.system
-        course = Course(again.record, method, rtol, max_evaluations, float(system.sizes.torque), shown.reach)
+        course = Course(
+            again.record,
+            method,
+            rtol,
+            max_evaluations,
+            float(system.sizes.torque),
+            shown.reach,
+        )
         course.drive()
     source = f"SciPy {method}"
     allowed = 100 * rtol if tolerance is None else tolerance
@@ -439,15 +557,32 @@ def cross_check(
     own = [event for event in fresh.events if event.name not in passed]
     if course.trouble:
         own = [event for event in own if event.time <= course.t]
-    ours, theirs = (_ordered(events, 1e-9 * span) for events in (own, _scipy_events(again, course)))
+    ours, theirs = (
+        _ordered(events, 1e-9 * span) for events in (own, _scipy_events(again, course))
+    )
     same, difference = _difference(ours, theirs)
     verdict = FAIL if difference else PASS
-    checks = [Check("changes of mode", source, float(same), float(len(theirs)), difference or 0.0, 0.0, verdict)]
+    checks = [
+        Check(
+            "changes of mode",
+            source,
+            float(same),
+            float(len(theirs)),
+            difference or 0.0,
+            0.0,
+            verdict,
+        )
+    ]
     pairs = itertools.chain(
-        _compared_times(ours, theirs, same, span), () if course.trouble else _compared_ends(fresh, course.y)
+        _compared_times(ours, theirs, same, span),
+        () if course.trouble else _compared_ends(fresh, course.y),
     )
     checks += [judged(name, source, a, b, allowed, size) for name, a, b, size in pairs]
     if course.trouble:
-        checks.append(Check("end of the run", source, None, span, course.trouble, allowed, FAIL))
+        checks.append(
+            Check("end of the run", source, None, span, course.trouble, allowed, FAIL)
+        )
     seconds = (own_seconds, course.seconds)
-    return CrossCheck(checks, method, difference, course.trouble, seconds, course.evaluations)
+    return CrossCheck(
+        checks, method, difference, course.trouble, seconds, course.evaluations
+    )

@@ -11,14 +11,16 @@ from .._base._table import Column, Table, Tabular, frozen
 PASS = "pass"
 FAIL = "fail"
 
-# --- cases ------------------------------------------------------------------------------------------------------------
+# --- cases ---------------------------------------------------------------------------
 
 
 class Case(NamedTuple):
     """One number that simbrake computes, `value()`, and its reference value.
 
-    - `name`: subject, a slash, what is compared;  `source` of the truth: a closed form in symbols, or the publication
-    - `truth`: from the closed form or as published;  `tolerance` of the error as `Check` has it
+    - `name`: subject, a slash, what is compared
+    - `source` of the truth: a closed form in symbols, or the publication
+    - `truth`: from the closed form or as published
+    - `tolerance` of the error as `Check` has it
 
     Example:
         >>> change = lambda: result.energy["kinetic_change"]
@@ -34,15 +36,15 @@ class Case(NamedTuple):
     value: Callable[[], Any]
 
 
-# --- verdicts ---------------------------------------------------------------------------------------------------------
+# --- verdicts -----------------------------------------------------------------------
 
 
 @frozen
 class Check:
     """A case that was run.
 
-    - `error`: `|value − truth|/|truth|`, and `|value − truth|` where the truth is 0; a message, with no value, where
-      the run failed
+    - `error`: `|value − truth|/|truth|`, and `|value − truth|` where the truth is 0; a
+      message, with no value, where the run failed
     - `verdict`: `pass` while the error is not above the tolerance, else `fail`
 
     Example:
@@ -64,12 +66,36 @@ class Check:
         return dataclasses.asdict(self)
 
 
-def judged(case: str, source: str, value: float, truth: float, tolerance: float, size: float | None = None) -> Check:
-    """The check of a value; `size`: reference of the difference, by default `|truth|`, and 1 where that is 0."""
+def judged(
+    case: str,
+    source: str,
+    value: float,
+    truth: float,
+    tolerance: float,
+    size: float | None = None,
+) -> Check:
+    """The check of a value; `size`: reference of the difference, by default `|truth|`,
+    and 1 where that is 0."""
     error = abs(value - truth) / (size or abs(truth) or 1.0)
     if not math.isfinite(error):
-        return Check(case, source, None, truth, f"the value is {value}, the truth {truth}", tolerance, FAIL)
-    return Check(case, source, value, truth, error, tolerance, PASS if error <= tolerance else FAIL)
+        return Check(
+            case,
+            source,
+            None,
+            truth,
+            f"the value is {value}, the truth {truth}",
+            tolerance,
+            FAIL,
+        )
+    return Check(
+        case,
+        source,
+        value,
+        truth,
+        error,
+        tolerance,
+        PASS if error <= tolerance else FAIL,
+    )
 
 
 def run_case(case: Case) -> Check:
@@ -80,15 +106,20 @@ def run_case(case: Case) -> Check:
         'ZeroDivisionError: division by zero'
     """
     try:
-        return judged(case.name, case.source, float(case.value()), case.truth, case.tolerance)
+        return judged(
+            case.name, case.source, float(case.value()), case.truth, case.tolerance
+        )
     except Exception as problem:  # a validation must reach its end after any exception
         words = f"{type(problem).__name__}: {problem}".strip().splitlines()[0]
-        return Check(case.name, case.source, None, case.truth, words, case.tolerance, FAIL)
+        return Check(
+            case.name, case.source, None, case.truth, words, case.tolerance, FAIL
+        )
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class AbstractChecks(Tabular, Sequence[Check]):
-    """Checks in order, in `checks`; a subclass defines how they are shown and when all passed."""
+    """Checks in order, in `checks`; a subclass defines how they are shown and when all
+    passed."""
 
     checks: Sequence[Check]
 
@@ -113,11 +144,18 @@ class AbstractChecks(Tabular, Sequence[Check]):
         return [check.as_dict() for check in self.checks]
 
     def table(self, checks: Sequence[Check], truth: str) -> list[str | Table]:
-        """Some checks as a table, and the messages of those that have one; `truth`: the heading of the truths."""
+        """Some checks as a table, and the messages of those that have one; `truth`: the
+        heading of the truths."""
         columns = [
-            *("case", Column("value", heading="simbrake", show=".15g"), Column("truth", heading=truth, show=".15g")),
             *(
-                Column("error", show=lambda x: "—" if isinstance(x, str) else f"{x:.1e}"),
+                "case",
+                Column("value", heading="simbrake", show=".15g"),
+                Column("truth", heading=truth, show=".15g"),
+            ),
+            *(
+                Column(
+                    "error", show=lambda x: "—" if isinstance(x, str) else f"{x:.1e}"
+                ),
                 Column("tolerance", show=".1e"),
                 "verdict",
                 "source",

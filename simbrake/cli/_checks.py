@@ -22,19 +22,23 @@ PACKAGES = ("simbrake", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
 
 def versions() -> dict[str, str]:
     """Python, simbrake and the packages that its numbers depend on."""
-    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+    return {"python": platform.python_version()} | {
+        name: version(name) for name in PACKAGES
+    }
 
 
 def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Report the installation: versions, devices, precision, compiled programs, XLA options and their gain.
+    """Report the installation: versions, devices, precision, compiled programs, XLA
+    options and their gain.
 
     Parameters
     ----------
     time_
-        Measure a standard stop as well: processor time to compile and of a warm run, and its error.
+        Measure a standard stop as well: processor time to compile and of a warm run,
+        and its error.
     json_
-        Print {ok, notes, versions, tested_jax, x64, devices, cache, memory, xla_flags, accelerators, timing}, alone on
-        stdout.
+        Print {ok, notes, versions, tested_jax, x64, devices, cache, memory, xla_flags,
+        accelerators, timing}, alone on stdout.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -46,18 +50,33 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
             why = f"{type(error).__name__}: {error}".strip().splitlines()[0]
             why = str(error.faults[0]) if isinstance(error, sb.InputError) else why
             platforms = os.environ.get("JAX_PLATFORMS")
-            note = why + (f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else "")
-            cli.tell(f"{CANNOT}\n  {note}", json_, {"ok": False, "notes": [note], "versions": versions()})
+            note = why + (
+                f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else ""
+            )
+            cli.tell(
+                f"{CANNOT}\n  {note}",
+                json_,
+                {"ok": False, "notes": [note], "versions": versions()},
+            )
             return 1
-    notes = [str(warning.message) for warning in caught if issubclass(warning.category, UserWarning)]
+    notes = [
+        str(warning.message)
+        for warning in caught
+        if issubclass(warning.category, UserWarning)
+    ]
     missing = [row["name"] for row in facts["accelerators"] if not row["in_force"]]
     if missing:
-        notes.append(f"XLA refuses {', '.join(missing)}: results are the same, but slower (see accelerators)")
+        notes.append(
+            f"XLA refuses {', '.join(missing)}: results are the same, but slower (see accelerators)"
+        )
     if not facts["cache"]["folder"]:
-        notes.append("compiled programs are not cached: every command compiles again; set SIMBRAKE_CACHE_DIR")
+        notes.append(
+            "compiled programs are not cached: every command compiles again; set SIMBRAKE_CACHE_DIR"
+        )
     elif facts["cache"]["jax"]:
         notes.append(
-            "JAX's own cache is on: simbrake writes no programs to its cache, and traces anew in every process"
+            "JAX's own cache is on: simbrake writes no programs to its cache, and "
+            "traces anew in every process"
         )
     report = {"ok": facts["x64"], "notes": notes} | facts
     if time_ and report["ok"]:
@@ -72,21 +91,37 @@ def _examined() -> dict[str, Any]:
     import jax.numpy as jnp
 
     from .._base import _cache
-    from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, WORTH, accelerators, run_device
+    from .._base._compiling import (
+        FIRST_UNTESTED_JAX,
+        OLDEST_JAX,
+        WORTH,
+        accelerators,
+        run_device,
+    )
     from .._base._programs import memory_bound
 
     device_of_runs = run_device()
     refused = accelerators(device_of_runs.platform).refused
-    rows = [{"name": name, "in_force": name not in refused, "worth": worth} for name, worth in WORTH.items()]
-    oldest, untested = (".".join(map(str, numbers)) for numbers in (OLDEST_JAX, FIRST_UNTESTED_JAX))
+    rows = [
+        {"name": name, "in_force": name not in refused, "worth": worth}
+        for name, worth in WORTH.items()
+    ]
+    oldest, untested = (
+        ".".join(map(str, numbers)) for numbers in (OLDEST_JAX, FIRST_UNTESTED_JAX)
+    )
     kept = _cache_about()
     devices = [str(device) for device in jax.devices()]
     return {
         "versions": versions(),
         "tested_jax": f"{oldest} to below {untested}",
         "x64": jnp.ones(()).dtype == jnp.float64,
-        "devices": {"all": devices, "single_runs": str(device_of_runs), "ensembles": devices},
-        "cache": {name: kept[name] for name in ("folder", "programs", "bytes")} | {"jax": _cache.of_jax()},
+        "devices": {
+            "all": devices,
+            "single_runs": str(device_of_runs),
+            "ensembles": devices,
+        },
+        "cache": {name: kept[name] for name in ("folder", "programs", "bytes")}
+        | {"jax": _cache.of_jax()},
         "memory": {"megabytes": memory_bound()},
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
         "accelerators": rows if device_of_runs.platform == "cpu" else [],
@@ -94,10 +129,12 @@ def _examined() -> dict[str, Any]:
 
 
 def cache(*, clear: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Show or clear the cache of compiled programs on disk, which later runs of scenes of the same structure use.
+    """Show or clear the cache of compiled programs on disk, which later runs of scenes
+    of the same structure use.
 
-    The environment variable SIMBRAKE_CACHE_DIR names its folder (empty: no cache); by default it is simbrake/programs
-    in the user's cache folder. It takes at most SIMBRAKE_CACHE_SIZE MB (512); the files unused for longest go first.
+    The environment variable SIMBRAKE_CACHE_DIR names its folder (empty: no cache); by
+    default it is simbrake/programs in the user's cache folder. It takes at most
+    SIMBRAKE_CACHE_SIZE MB (512); the files unused for longest go first.
 
     Parameters
     ----------
@@ -120,23 +157,34 @@ def cache(*, clear: cli.Flag = False, json_: cli.Flag = False) -> int:
         text = f"{len(gone)} files removed from {about['folder']}"
     else:
         limit = about["limit_bytes"] / 1e6
-        verdict = f"{about['programs']} files, {about['bytes'] / 1e6:.1f} of at most {limit:g} MB, in {about['folder']}"
-        rows = [(kind, row["files"], row["bytes"] / 1e6) for kind, row in sorted(about["kinds"].items())]
-        table = Table(["program or answer", Column("files"), Column("MB", show=".2f")], rows)
+        verdict = (
+            f"{about['programs']} files, {about['bytes'] / 1e6:.1f} of at most "
+            f"{limit:g} MB, in {about['folder']}"
+        )
+        rows = [
+            (kind, row["files"], row["bytes"] / 1e6)
+            for kind, row in sorted(about["kinds"].items())
+        ]
+        table = Table(
+            ["program or answer", Column("files"), Column("MB", show=".2f")], rows
+        )
         text = f"{verdict}\n\n{table}" if rows else verdict
     cli.tell(text, json_, about)
     return 0
 
 
 def _cache_about() -> dict[str, Any]:
-    """Folder of the cached programs (empty: no cache), their number and sizes, in total and by kind."""
+    """Folder of the cached programs (empty: no cache), their number and sizes, in total
+    and by kind."""
     from .._base import _cache
 
     folder = _cache.folder()
     entries = [] if folder is None else folder.entries()
     kinds: dict[str, dict[str, int]] = {}
     for entry in entries:
-        kind = kinds.setdefault(entry.name.rpartition("-")[0].strip("_"), {"files": 0, "bytes": 0})
+        kind = kinds.setdefault(
+            entry.name.rpartition("-")[0].strip("_"), {"files": 0, "bytes": 0}
+        )
         kind["files"] += 1
         kind["bytes"] += entry.size
     return {
@@ -149,7 +197,8 @@ def _cache_about() -> dict[str, Any]:
 
 
 def _timing() -> dict[str, float]:
-    """Processor time of a stop of 20 linings on an elastic band, and the relative error of its stopping time."""
+    """Processor time of a stop of 20 linings on an elastic band, and the relative error
+    of its stopping time."""
     import time
 
     from ..checks.closed_forms import elastic_scene, elastic_stop
@@ -163,7 +212,11 @@ def _timing() -> dict[str, float]:
     for _ in range(count):
         run()
     warm = (time.process_time() - begin) / count
-    return {"compiling": compiling, "warm_run": warm, "error": abs(stop / elastic_stop()[1] - 1)}
+    return {
+        "compiling": compiling,
+        "warm_run": warm,
+        "error": abs(stop / elastic_stop()[1] - 1),
+    }
 
 
 def _text(report: dict[str, Any]) -> str:
@@ -173,25 +226,44 @@ def _text(report: dict[str, Any]) -> str:
     size = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB"
     memory = report["memory"]
     lines = [
-        ("versions", ", ".join(f"{name} {number}" for name, number in report["versions"].items())),
+        (
+            "versions",
+            ", ".join(
+                f"{name} {number}" for name, number in report["versions"].items()
+            ),
+        ),
         ("", f"tested with JAX {report['tested_jax']}"),
         ("precision", f"{'64' if report['x64'] else '32'} bits"),
         ("devices", ", ".join(devices["all"])),
-        ("", f"single runs on {devices['single_runs']}, ensembles on {', '.join(devices['ensembles'])}"),
-        ("programs", f"{cache['folder']} ({size})" if cache["folder"] else "not cached"),
+        (
+            "",
+            f"single runs on {devices['single_runs']}, ensembles on "
+            f"{', '.join(devices['ensembles'])}",
+        ),
+        (
+            "programs",
+            f"{cache['folder']} ({size})" if cache["folder"] else "not cached",
+        ),
         ("", f"in a process at most some {memory['megabytes']:g} MB"),
         ("XLA_FLAGS", f"{report['xla_flags'] or 'not set'} (simbrake never sets it)"),
     ]
     for i, row in enumerate(report["accelerators"]):
         state = "in force" if row["in_force"] else "refused"
-        lines.append(("" if i else "accelerators", f"{row['name']:<38}{state:<10}{row['worth']}"))
+        lines.append(
+            ("" if i else "accelerators", f"{row['name']:<38}{state:<10}{row['worth']}")
+        )
     if "timing" in report:
         t = report["timing"]
-        took = f"compiling {t['compiling']:.2g} s, a warm run {t['warm_run'] * 1e6:.3g} µs of processor time"
+        took = (
+            f"compiling {t['compiling']:.2g} s, a warm run "
+            f"{t['warm_run'] * 1e6:.3g} µs of processor time"
+        )
         lines.append(("timing", f"standard stop: {took}, error {t['error']:.1e}"))
     verdict = "simbrake can compute here." if report["ok"] else CANNOT
     notes = [f"  note: {note}" for note in report["notes"]]
-    return "\n".join([verdict, *notes, "", *(f"{name:<14}{text}" for name, text in lines)])
+    return "\n".join(
+        [verdict, *notes, "", *(f"{name:<14}{text}" for name, text in lines)]
+    )
 
 
 def validate(
@@ -211,14 +283,16 @@ def validate(
     Parameters
     ----------
     only
-        Run only the cases whose name contains this text, or matches it as a pattern with *.
+        Run only the cases whose name contains this text, or matches it as a pattern
+        with *.
     list_
         Print the cases without running them.
     cross_check
-        Scene to run with SciPy as well, instead of the cases: changes of mode, event times, state and energies at the
-        end, side by side.
+        Scene to run with SciPy as well, instead of the cases: changes of mode, event
+        times, state and energies at the end, side by side.
     method
-        Method of scipy.integrate.solve_ivp for --cross-check: DOP853, RK45, RK23, Radau, BDF, LSODA.
+        Method of scipy.integrate.solve_ivp for --cross-check: DOP853, RK45, RK23,
+        Radau, BDF, LSODA.
     rtol
         Relative tolerance of both runs of --cross-check.
     allowed
@@ -226,7 +300,8 @@ def validate(
     max_evaluations
         Maximum number of evaluations of the right-hand side by SciPy in --cross-check.
     json_
-        Print a list of {case, source, value, truth, error, tolerance, verdict}, alone on stdout.
+        Print a list of {case, source, value, truth, error, tolerance, verdict}, alone
+        on stdout.
     """
     if cross_check is not None:
         scene_file(cross_check)
@@ -235,8 +310,15 @@ def validate(
         from .._base._table import Column, Table
         from ..checks.closed_forms import chosen
 
-        columns = ["case", Column("tolerance", show=".0e"), "source", Column("truth", hidden=True)]
-        table = Table(columns, [(c.name, c.tolerance, c.source, c.truth) for c in chosen(only)])
+        columns = [
+            "case",
+            Column("tolerance", show=".0e"),
+            "source",
+            Column("truth", hidden=True),
+        ]
+        table = Table(
+            columns, [(c.name, c.tolerance, c.source, c.truth) for c in chosen(only)]
+        )
         cli.tell(table, json_, table.as_list())
         return 0
     if cross_check is None:
@@ -244,29 +326,47 @@ def validate(
     else:
         scene = cli.opened(cross_check, set_, rtol, max_evaluations=max_evaluations)
         report = sb.cross_check(
-            scene, method=method, rtol=rtol, tolerance=allowed, max_evaluations=max_evaluations, progress=None
+            scene,
+            method=method,
+            rtol=rtol,
+            tolerance=allowed,
+            max_evaluations=max_evaluations,
+            progress=None,
         )
     cli.tell(report, json_, report.as_list(), report.ok)
     return cli.exit_code(report.ok)
 
 
 def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
-    """Recompute the published tables cell by cell, in a checkout of the repository: `python papers/reproduce.py`.
+    """Recompute the published tables cell by cell, in a checkout of the repository:
+    `python papers/reproduce.py`.
 
     --out draws the papers' figures and tables that a formula gives, with the printed numbers as points.
 
     Parameters
     ----------
     json_
-        Print a list of {table, row, column, printed, computed, verdict, kind}, alone on stdout.
+        Print a list of {table, row, column, printed, computed, verdict, kind}, alone on
+        stdout.
     """
     script = Path(sb.__file__).parents[1] / "papers" / "reproduce.py"
     if not script.exists():
-        hint = "python papers/reproduce.py in a checkout of the repository recomputes them"
-        raise sb.InputError([sb.Fault("reproduce", "the papers' tables are not part of the package", hint)])
+        hint = (
+            "python papers/reproduce.py in a checkout of the repository recomputes them"
+        )
+        raise sb.InputError(
+            [
+                sb.Fault(
+                    "reproduce", "the papers' tables are not part of the package", hint
+                )
+            ]
+        )
     cli.prepare_jax()
     print("note: this command becomes: python papers/reproduce.py", file=sys.stderr)
-    options = [*(["--json"] if json_ else []), *([] if out is None else ["--out", str(out)])]
+    options = [
+        *(["--json"] if json_ else []),
+        *([] if out is None else ["--out", str(out)]),
+    ]
     sys.path.insert(0, str(script.parent))
     try:
         return importlib.import_module("reproduce").main(options)

@@ -1,7 +1,7 @@
 """The command line, its output on any terminal, and its completion.
 
-Exit codes: 0 success, 1 failure, 2 the input is wrong, 3 no pass (`--fail-on-limit`); of `calibrate` also
-4, the data do not determine a parameter.
+Exit codes: 0 success, 1 failure, 2 the input is wrong, 3 no pass (`--fail-on-limit`);
+of `calibrate` also 4, the data do not determine a parameter.
 """
 
 import codecs
@@ -25,7 +25,8 @@ from . import _options as cli
 
 _NAME = "simbrake-readable"
 
-#: symbols in letters and signs of ASCII; none of these is a quote or a backslash, which have a meaning in JSON and TOML
+#: symbols in letters and signs of ASCII; none of these is a quote or a backslash, which
+#: have a meaning in JSON and TOML
 _SYMBOLS = {
     **dict(zip("µ·⋅×•–—−≈∝∂∘ℓ“”’\N{NO-BREAK SPACE}", "u**x*---~~dol''' ", strict=True)),
     **{dotted: f"{plain}'" for dotted, plain in zip("ċėġḣṪẋẏ", "ceghTxy", strict=True)},
@@ -55,13 +56,17 @@ _SYMBOLS = {
 
 
 def _kind(character: str) -> str:
-    """`^` before characters written high, `_` before those written low, else nothing."""
+    """`^` before characters written high, `_` before those written low, else
+    nothing."""
     form = unicodedata.decomposition(character)
-    return "^" if form.startswith("<super>") else "_" if form.startswith("<sub>") else ""
+    return (
+        "^" if form.startswith("<super>") else "_" if form.startswith("<sub>") else ""
+    )
 
 
 def _spelled(character: str) -> str:
-    """One character in ASCII: a symbol in words, anything else as the escape that JSON and TOML have for it."""
+    """One character in ASCII: a symbol in words, anything else as the escape that JSON
+    and TOML have for it."""
     if character.isascii():
         return character
     if character in _SYMBOLS:
@@ -71,12 +76,23 @@ def _spelled(character: str) -> str:
         letter = name.split()[-1].lower().replace("lamda", "lambda")
         return letter.capitalize() if "CAPITAL" in name else letter
     if name.startswith("BOX DRAWINGS"):
-        return "-" if name.endswith("HORIZONTAL") else "|" if name.endswith("VERTICAL") else "+"
-    return f"\\u{ord(character):04x}" if ord(character) < 0x10000 else f"\\U{ord(character):08x}"
+        return (
+            "-"
+            if name.endswith("HORIZONTAL")
+            else "|"
+            if name.endswith("VERTICAL")
+            else "+"
+        )
+    return (
+        f"\\u{ord(character):04x}"
+        if ord(character) < 0x10000
+        else f"\\U{ord(character):08x}"
+    )
 
 
 def readable(text: str) -> str:
-    """Convert text to readable ASCII: `10⁻⁶ m²` as `10^-6 m^2`, `ω̇ ≤ T₀` as `omega' <= T_0`."""
+    """Convert text to readable ASCII: `10⁻⁶ m²` as `10^-6 m^2`, `ω̇ ≤ T₀` as
+    `omega' <= T_0`."""
     parts = []
     for kind, group in itertools.groupby(text, _kind):
         run = "".join(group)
@@ -86,45 +102,74 @@ def readable(text: str) -> str:
 
 
 def _replaced(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Handler for characters that an output cannot encode; undecodable bytes of file names are kept."""
+    """Handler for characters that an output cannot encode; undecodable bytes of file
+    names are kept."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]
-    bare = len(list(itertools.takewhile(lambda character: "\udc80" <= character <= "\udcff", text)))
+    bare = len(
+        list(
+            itertools.takewhile(
+                lambda character: "\udc80" <= character <= "\udcff", text
+            )
+        )
+    )
     if bare:
-        return bytes(ord(character) - 0xDC00 for character in text[:bare]), error.start + bare
-    whole = "".join(itertools.takewhile(lambda character: not "\udc80" <= character <= "\udcff", text))
+        return bytes(
+            ord(character) - 0xDC00 for character in text[:bare]
+        ), error.start + bare
+    whole = "".join(
+        itertools.takewhile(
+            lambda character: not "\udc80" <= character <= "\udcff", text
+        )
+    )
     return readable(whole), error.start + len(whole)
 
 
 def print_readably() -> None:
-    """Let stdout and stderr replace characters that they cannot encode, unless an error handler was chosen."""
+    """Let stdout and stderr replace characters that they cannot encode, unless an error
+    handler was chosen."""
     codecs.register_error(_NAME, _replaced)
-    for stream, usual in ((sys.stdout, ("strict", "surrogateescape")), (sys.stderr, ("backslashreplace",))):
+    for stream, usual in (
+        (sys.stdout, ("strict", "surrogateescape")),
+        (sys.stderr, ("backslashreplace",)),
+    ):
         if isinstance(stream, TextIOWrapper) and stream.errors in usual:
             stream.reconfigure(errors=_NAME)
 
 
-# --- the commands -----------------------------------------------------------------------------------------------------
+# --- the commands -------------------------------------------------------------------
 
 
 def _version() -> str:
     """simbrake with the versions that its numbers depend on."""
     python, *others = _checks.versions().items()
-    return ", ".join([*(f"{name} {number}" for name, number in others), f"Python {python[1]}"])
+    return ", ".join(
+        [*(f"{name} {number}" for name, number in others), f"Python {python[1]}"]
+    )
 
 
 def _words_of(error: cyclopts.CycloptsError) -> Any:
-    """What a wrong command line is told; cyclopts' own words, but for what no option claims."""
+    """What a wrong command line is told; cyclopts' own words, but for what no option
+    claims."""
     if not isinstance(error, cyclopts.UnusedCliTokensError) or not error.unused_tokens:
         return cyclopts.CycloptsPanel(error)
     token = error.unused_tokens[0]
     command = " ".join(error.command_chain or ())
     takes = inspect.signature(error.target).parameters if error.target else {}
     usual = ("vary", "set_") if ":" in token else ("set_", "vary")
-    option = next((f"--{name.strip('_')}" for name in usual if name in takes and "=" in token), None)
-    hint = f'; did you mean {option} "{token}"?' if option else f"; simbrake {command} --help lists what it takes"
-    return cyclopts.CycloptsPanel(f'"{token}" belongs to no option of simbrake {command}{hint}')
+    option = next(
+        (f"--{name.strip('_')}" for name in usual if name in takes and "=" in token),
+        None,
+    )
+    hint = (
+        f'; did you mean {option} "{token}"?'
+        if option
+        else f"; simbrake {command} --help lists what it takes"
+    )
+    return cyclopts.CycloptsPanel(
+        f'"{token}" belongs to no option of simbrake {command}{hint}'
+    )
 
 
 app = cyclopts.App(
@@ -145,7 +190,8 @@ app = cyclopts.App(
     * Read what a rig asked of its brakes from its log: `simbrake rig log.xml`
     """,
     help_format="markdown",
-    help_epilogue="Exit codes: 0 success; 1 the run failed; 2 the input is wrong, with all its errors; 3 a limit is "
+    help_epilogue="Exit codes: 0 success; 1 the run failed; 2 the input is wrong, with "
+    "all its errors; 3 a limit is "
     "exceeded. Every command's --help says which it has.",
     version=_version,
 )
@@ -154,11 +200,15 @@ app = cyclopts.App(
 #: commands and options that went, and what to use instead
 _GONE = {
     "fmu": "simbrake export SCENE --fmu FILE.fmu writes an FMU that needs no Python",
-    "report --with-spread": "simbrake.uncertainty takes ranges of inputs; report --sensitivity shows ± 1 % of each",
-    "report --lining": "simbrake.uncertainty takes ranges of inputs; report --sensitivity shows ± 1 % of each",
+    "report --with-spread": "simbrake.uncertainty takes ranges of inputs; report "
+    "--sensitivity shows ± 1 % of each",
+    "report --lining": "simbrake.uncertainty takes ranges of inputs; report "
+    "--sensitivity shows ± 1 % of each",
 }
 
-app.register_install_completion_command(add_to_startup=False, help_epilogue=_scenes.CODES)
+app.register_install_completion_command(
+    add_to_startup=False, help_epilogue=_scenes.CODES
+)
 app.command(_scenes.scene)
 for _module in (_scenes, _runs, _studies, _rig, _checks):
     for _command, _codes in _module.COMMANDS.items():
@@ -177,7 +227,12 @@ def main(arguments: list[str] | None = None) -> None:
         if named[:1] == [command] and set(option) <= set(named):
             _end(f"{gone} went: {instead}", 2)
     try:
-        code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
+        code = app(
+            arguments,
+            exit_on_error=False,
+            print_error=True,
+            result_action="return_value",
+        )
         sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else 0)
     except cyclopts.CycloptsError:
@@ -189,7 +244,10 @@ def main(arguments: list[str] | None = None) -> None:
             raise
         _end(error, 1)
     except KeyboardInterrupt:
-        _end("interrupted; finished runs in --resume DIR are kept; the same command continues", 130)
+        _end(
+            "interrupted; finished runs in --resume DIR are kept; the same command continues",
+            130,
+        )
     except BrokenPipeError:
         cli.redirect_output()
         sys.exit(1)

@@ -1,4 +1,5 @@
-"""Shared parts of the commands: options, loading the scene, printing and writing, exit codes."""
+"""Shared parts of the commands: options, loading the scene, printing and writing, exit
+codes."""
 
 import contextlib
 import dataclasses
@@ -32,7 +33,8 @@ T = TypeVar("T")
 
 
 def named_file(_: object, tokens: "Sequence[Token]") -> Path:
-    """The file of a scene by its path or name; an unknown one is told when it is opened."""
+    """The file of a scene by its path or name; an unknown one is told when it is
+    opened."""
     path = Path(tokens[0].value)
     with contextlib.suppress(InputError):
         return scene_file(path)
@@ -45,17 +47,20 @@ def named_source(type_: object, tokens: "Sequence[Token]") -> Path:
     return path if path.is_dir() else named_file(type_, tokens)
 
 
-# --- options of several commands, with their help texts; other help is in the commands' docstrings -------------------
+# --- options of several commands, with their help texts; other help is in the commands' docstrings
 
 Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 _SCENE = (
-    "Scene: a TOML file, a Python file with a function scene(), whose code is run, or the name of a template or "
+    "Scene: a TOML file, a Python file with a function scene(), whose code is run, or "
+    "the name of a template or "
     "shipped scene (simbrake new lists these)."
 )
 SceneFile = Annotated[Path, Parameter(name="SCENE", help=_SCENE, converter=named_file)]
 _REPLAY = f"Replay the recording on the brake of a scene. {_SCENE}"
-ReplayScene = Annotated[Path | None, Parameter(name="--scene", help=_REPLAY, converter=named_file)]
+ReplayScene = Annotated[
+    Path | None, Parameter(name="--scene", help=_REPLAY, converter=named_file)
+]
 _OUT = "Folder for the files that the command writes, made if it does not exist."
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_OUT)]
 _ONE = "Folder or file name; a folder is made if it does not exist."
@@ -63,44 +68,65 @@ OutFile = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_ONE)]
 _RESULT = f"{_OUT} With the ending .nc: one file that holds the result alone."
 OutResult = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_RESULT)]
 _SET = (
-    'PATH=VALUE: set a parameter of the scene, in SI or with its unit, as "duty.load.mass=30 t"; of a TOML file also '
-    "one of its keys, as brake.linings.count=18; may be repeated. simbrake scene show SCENE lists the paths."
+    "PATH=VALUE: set a parameter of the scene, in SI or with its unit, as "
+    '"duty.load.mass=30 t"; of a TOML file also '
+    "one of its keys, as brake.linings.count=18; may be repeated. simbrake scene show "
+    "SCENE lists the paths."
 )
 Set = Annotated[Many, Parameter(help=_SET)]
 Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
-MaxSteps = Annotated[int | None, Parameter(help="Maximum number of step attempts; by default as many as needed.")]
+MaxSteps = Annotated[
+    int | None,
+    Parameter(help="Maximum number of step attempts; by default as many as needed."),
+]
 Json = Annotated[Flag, Parameter(help="Print the results as JSON, alone on stdout.")]
-_UNITS = "Units of the printed summary: SI, or those of a rig (klbf, ft, ft·lbf, hp, °F). JSON and files stay in SI."
+_UNITS = (
+    "Units of the printed summary: SI, or those of a rig (klbf, ft, ft·lbf, hp, "
+    "°F). JSON and files stay in SI."
+)
 Units = Annotated[Literal["si", "rig"], Parameter(help=_UNITS)]
-_SIMULATE = "Simulate the scene as well, to compare; with --no-run the time and work are those of a classical stop."
+_SIMULATE = (
+    "Simulate the scene as well, to compare; with --no-run the time and work "
+    "are those of a classical stop."
+)
 Simulate = Annotated[bool, Parameter(help=_SIMULATE)]
 _LIMIT = (
-    "METRIC=VALUE: maximum allowed value of a metric or of max_pressure, in SI or with its unit, as "
+    "METRIC=VALUE: maximum allowed value of a metric or of max_pressure, in SI or with "
+    "its unit, as "
     '"max_tension=120 kN" or "peak_rim_temperature=450 degC"; may be repeated.'
 )
 Limits = Annotated[Many, Parameter(help=_LIMIT)]
 _FAIL = (
-    "Exit with code 3 if the verdict is red (a limit is exceeded, or the load is not stopped or held), or the run did "
+    "Exit with code 3 if the verdict is red (a limit is exceeded, or the load is not "
+    "stopped or held), or the run did "
     "not show what it was to show. Without it such a run exits with 0."
 )
 FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
 
-# --- before a command works -------------------------------------------------------------------------------------------
+# --- before a command works ----------------------------------------------------------
 
 
 def prepare_jax() -> None:
     """Set 64 bits, and run the garbage collector less often."""
-    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")  # messages of XLA on programs read from disk are not logged
+    os.environ.setdefault(
+        "TF_CPP_MIN_LOG_LEVEL", "3"
+    )  # messages of XLA on programs read from disk are not logged
     gc.disable()  # imports leave no garbage
     import jax
 
     jax.config.update("jax_enable_x64", True)
-    # tracing makes millions of small objects and few reference cycles: run the collector less often
+    # tracing makes millions of small objects and few reference cycles: run the
+    # collector less often
     gc.freeze()
     gc.set_threshold(100_000, 50, 100)
     gc.enable()
-    if callable(signal.getsignal(signal.SIGINT)) and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # from here on Ctrl-C is handled by what runs
+    if (
+        callable(signal.getsignal(signal.SIGINT))
+        and threading.current_thread() is threading.main_thread()
+    ):
+        signal.signal(
+            signal.SIGINT, signal.default_int_handler
+        )  # from here on Ctrl-C is handled by what runs
 
 
 def opened(
@@ -115,7 +141,9 @@ def opened(
 ) -> Scene:
     """The scene of a command with the parameters of `--set`, after JAX is prepared.
 
-    - `folder`: of `--out`;  `counts`: options that are at least 1;  `undriven`: see `read_scene`
+    - `folder`: of `--out`
+    - `counts`: options that are at least 1
+    - `undriven`: see `read_scene`
     - `faults`: errors of other options
 
     Raises one `InputError` with the errors of options, scene and parameters.
@@ -125,7 +153,9 @@ def opened(
         errors.add("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1")
     for name, count in counts.items():
         if count is not None and count < 1:
-            errors.add(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1")
+            errors.add(
+                f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"
+            )
     errors += faults_of_place("--out", folder)
     if errors.attempt(scene_file, file) is None:
         raise InputError(errors)  # known before JAX is loaded
@@ -146,28 +176,47 @@ def checked(value: T | None, faults: Issues) -> T:
 
 
 def file_in(out: Path, name: str) -> Path:
-    """The one file that a command writes: `--out` itself where that has an ending, else `name` in that folder."""
+    """The one file that a command writes: `--out` itself where that has an ending, else
+    `name` in that folder."""
     return out if out.suffix and not out.is_dir() else out / name
 
 
 def faults_of_file(file: Path | None, *endings: str) -> list[Fault]:
-    """Error of the name of a file to be written; `endings`: allowed endings, any if none are given."""
+    """Error of the name of a file to be written; `endings`: allowed endings, any if
+    none are given."""
     if file is None:
         return []
     if file.is_dir():
         return [Fault("--out", f"{file} is a folder", "give a file")]
     if file.parent.exists() and not file.parent.is_dir():
-        return [Fault("--out", f"{file.parent} is a file", "give a folder, or a name with an ending")]
+        return [
+            Fault(
+                "--out",
+                f"{file.parent} is a file",
+                "give a folder, or a name with an ending",
+            )
+        ]
     if endings and file.suffix not in endings:
         hint = f"give {', '.join(endings[:-1])} or {endings[-1]}"
-        return [Fault(str(file), f"{file.suffix or 'a name without ending'} is not a format of this file", hint)]
+        return [
+            Fault(
+                str(file),
+                f"{file.suffix or 'a name without ending'} is not a format of this file",
+                hint,
+            )
+        ]
     return []
 
 
 def assignments(
-    option: str, form: str, texts: list[str] | None, parse: Callable[[str], T], faults: Issues
+    option: str,
+    form: str,
+    texts: list[str] | None,
+    parse: Callable[[str], T],
+    faults: Issues,
 ) -> dict[str, T]:
-    """Values by name from texts of the `form` NAME=VALUE; those that `parse` refuses (`ValueError`) go to `faults`."""
+    """Values by name from texts of the `form` NAME=VALUE; those that `parse` refuses
+    (`ValueError`) go to `faults`."""
     values: dict[str, T] = {}
     for text in texts or []:
         name, _, value = (part.strip() for part in text.partition("="))
@@ -191,7 +240,8 @@ def bounds(text: str) -> list[str]:
 def in_si(
     scene: Scene | None, option: str, texts: Mapping[str, Sequence[str]], faults: Issues
 ) -> dict[str, tuple[float, ...]]:
-    """Numbers by the path of a parameter, in SI from texts with or without unit; errors go to `faults`."""
+    """Numbers by the path of a parameter, in SI from texts with or without unit; errors
+    go to `faults`."""
     if scene is None:
         return {}
     from ..runs.edit import read_numbers
@@ -202,11 +252,15 @@ def in_si(
             values[path] = tuple(read_numbers(scene, path, numbers))
         except InputError as error:
             argument = f"{option} {path}={':'.join(numbers)}"
-            faults += [dataclasses.replace(fault, path=argument) for fault in error.faults]
+            faults += [
+                dataclasses.replace(fault, path=argument) for fault in error.faults
+            ]
     return values
 
 
-def limits_of(scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()) -> dict[str, float]:
+def limits_of(
+    scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()
+) -> dict[str, float]:
     """Limits of `--limit` in SI.
 
     Raises one `InputError` with the errors of all, and of the names of other `metrics`.
@@ -219,7 +273,7 @@ def limits_of(scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()
     return checked(limits, faults)
 
 
-# --- after it has worked ----------------------------------------------------------------------------------------------
+# --- after it has worked ------------------------------------------------------------
 
 
 def redirect_output() -> None:
@@ -228,7 +282,8 @@ def redirect_output() -> None:
 
 
 def say(text: object) -> None:
-    """Print and flush. A closed pipe, as after `head -1`, does not end the remaining work."""
+    """Print and flush. A closed pipe, as after `head -1`, does not end the remaining
+    work."""
     try:
         print(text, flush=True)
     except BrokenPipeError:
@@ -240,8 +295,8 @@ def as_json(data: object) -> str:
 
 
 def tell(result: Any, json_: bool, data: object = None, ok: bool | None = None) -> None:
-    """Print a result as text, or its `data` as JSON, by default `result.as_dict()`; `ok`: whether the verdict that the
-    text begins with is good."""
+    """Print a result as text, or its `data` as JSON, by default `result.as_dict()`;
+    `ok`: whether the verdict that the text begins with is good."""
     if json_:
         say(as_json(result.as_dict() if data is None else data))
     else:
@@ -256,20 +311,31 @@ _WORDS = {r"\bexceeded\b": _RED, r"\bwithin limit\b": _GREEN, r"^warning\b": _YE
 
 
 def coloured(text: str, colour: str, stream: Any) -> str:
-    """The text in a colour where the stream is a terminal and the environment variable NO_COLOR is not set."""
-    plain = not stream.isatty() or os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
+    """The text in a colour where the stream is a terminal and the environment variable
+    NO_COLOR is not set."""
+    plain = (
+        not stream.isatty()
+        or os.environ.get("NO_COLOR")
+        or os.environ.get("TERM") == "dumb"
+    )
     return text if plain else f"\x1b[{colour}m{text}\x1b[0m"
 
 
 def is_good(verdict: Verdict) -> bool | None:
-    """Whether a verdict is green or red, for the colour of the printed status; `None`: it is amber."""
+    """Whether a verdict is green or red, for the colour of the printed status; `None`:
+    it is amber."""
     return {"green": True, "red": False}.get(verdict.colour)
 
 
 def highlighted(text: str, ok: bool | None = None) -> str:
     """A printed text with its verdicts in colour, on a terminal."""
     for words, colour in _WORDS.items():
-        text = re.sub(words, lambda match, c=colour: coloured(match[0], c, sys.stdout), text, flags=re.MULTILINE)
+        text = re.sub(
+            words,
+            lambda match, c=colour: coloured(match[0], c, sys.stdout),
+            text,
+            flags=re.MULTILINE,
+        )
     verdict, colon, rest = text.partition(":")
     if ok is None or "\n" in verdict or not colon:
         return text
@@ -281,8 +347,11 @@ def print_written(written: Iterable[Path], json_: bool) -> None:
         say("written  " + ", ".join(str(path) for path in written))
 
 
-def write(folder: Path, files: Mapping[str, str | Callable[[Path], object]], json_: bool) -> None:
-    """Write files by name, all or none, and print their names; each is a text or a function that writes to a path."""
+def write(
+    folder: Path, files: Mapping[str, str | Callable[[Path], object]], json_: bool
+) -> None:
+    """Write files by name, all or none, and print their names; each is a text or a
+    function that writes to a path."""
     with whole_folder(folder) as (scratch, written):
         for name, content in files.items():
             if isinstance(content, str):

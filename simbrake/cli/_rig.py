@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 else:
     Ledger = Scene = object  # slow to import, and not needed by `--help`
 
-_LOG = "Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 1.2 to 3 (.las), or CSV, also as .xz or .gz."
+_LOG = (
+    "Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 1.2 to 3 (.las), or CSV, "
+    "also as .xz or .gz."
+)
 
 
 def rig(
@@ -36,7 +39,9 @@ def rig(
     tare: str | None = None,
     threshold: cli.Many = None,
     column: cli.Many = None,
-    null: Annotated[list[float] | None, Parameter(negative="", consume_multiple=False)] = None,
+    null: Annotated[
+        list[float] | None, Parameter(negative="", consume_multiple=False)
+    ] = None,
     time: cli.Many = None,
     offset: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     names: cli.Flag = False,
@@ -46,9 +51,11 @@ def rig(
     out: cli.Out = None,
     json_: cli.Json = False,
 ) -> int:
-    """Print what a rig asked of its brakes: the lowerings in its recording, and the work at hook and drum.
+    """Print what a rig asked of its brakes: the lowerings in its recording, and the
+    work at hook and drum.
 
-    With --scene the recording is replayed on the brake of a scene: temperatures, wear and margins over the whole of it.
+    With --scene the recording is replayed on the brake of a scene: temperatures, wear
+    and margins over the whole of it.
     --out writes the ledger as a self-contained page, CSV, JSON (SI), text, and its figure, with those of the replay.
 
     Parameters
@@ -58,11 +65,12 @@ def rig(
     drum_radius
         Radius of the drum to the middle of the rope, in m or with its unit, as "14 in".
     brake
-        What brakes the drum: friction (friction brakes alone), auxiliary (and an auxiliary brake), or regenerative (and
-        a motor that brakes).
+        What brakes the drum: friction (friction brakes alone), auxiliary (and an
+        auxiliary brake), or regenerative (and a motor that brakes).
     auxiliary
-        Share (0 to 1) of the work at the drum that auxiliary brake or motor take, or KIND=SHARE with the kind of load,
-        string, block or "not decidable"; may be repeated.
+        Share (0 to 1) of the work at the drum that auxiliary brake or motor take, or
+        KIND=SHARE with the kind of load, string, block or "not decidable"; may be
+        repeated.
     efficiency
         Efficiency of the tackle in lowering (0 to 1); by default by the lines strung.
     block_mass
@@ -70,36 +78,63 @@ def rig(
     trip_pause
         Time without lowerings that ends a trip.
     tare
-        LOW:HIGH: hook load without a string, in N or with its unit, as "290 kN:310 kN"; by default by the log.
+        LOW:HIGH: hook load without a string, in N or with its unit, as "290 kN:310 kN";
+        by default by the log.
     threshold
-        NAME=VALUE: a threshold of sb.rig.lowerings, in SI or with its unit, as "pause=20 s": pause, heave, end_speed,
-        travel, jump, floor, fastest, spacing, alone, string, slack, set_down; may be repeated.
+        NAME=VALUE: a threshold of sb.rig.lowerings, in SI or with its unit, as
+        "pause=20 s": pause, heave, end_speed, travel, jump, floor, fastest, spacing,
+        alone, string, slack, set_down; may be repeated.
     column
-        ROLE=COLUMN: which column is the block_position, hook_load, …, with its unit where the file lacks it, as
-        "hook_load=W2 [klbf]"; may be repeated.
+        ROLE=COLUMN: which column is the block_position, hook_load, …, with its unit
+        where the file lacks it, as "hook_load=W2 [klbf]"; may be repeated.
     null
-        Value that means no value, instead of that of the file and of -999.25 and the like; may be repeated.
+        Value that means no value, instead of that of the file and of -999.25 and the
+        like; may be repeated.
     time
-        Column of times, or of dates and of clocks, and the format that each row has, of the date alone as %d/%m/%Y, or
-        of all as "%H:%M:%S %d/%m/%Y"; may be repeated.
+        Column of times, or of dates and of clocks, and the format that each row has, of
+        the date alone as %d/%m/%Y, or of all as "%H:%M:%S %d/%m/%Y"; may be repeated.
     offset
         Time by which the clock of the hook load is ahead of that of the position.
     names
         Show the name of the file and of the well in it, which are left out otherwise.
     """
-    settings: dict[str, Any] = {"lines": lines, "drum_radius": drum_radius, "efficiency": efficiency, "brake": brake}
-    settings |= {"block_mass": block_mass, "trip_pause": trip_pause, "auxiliary": auxiliary}
-    reading = {"names": column, "null": null, "time": time, "offset": offset, "show_names": names}
+    settings: dict[str, Any] = {
+        "lines": lines,
+        "drum_radius": drum_radius,
+        "efficiency": efficiency,
+        "brake": brake,
+    }
+    settings |= {
+        "block_mass": block_mass,
+        "trip_pause": trip_pause,
+        "auxiliary": auxiliary,
+    }
+    reading = {
+        "names": column,
+        "null": null,
+        "time": time,
+        "offset": offset,
+        "show_names": names,
+    }
     faults = Issues(faults_of_place("--out", out))
-    if faults.attempt(existing_file, file, "*.xml", "*.xml.xz", "*.las", "*.csv") is None:
+    if (
+        faults.attempt(existing_file, file, "*.xml", "*.xml.xz", "*.las", "*.csv")
+        is None
+    ):
         raise InputError(faults)  # known before JAX is loaded
     cli.prepare_jax()
-    brake_scene = None if scene is None else faults.attempt(cli.opened, scene, set_, undriven=True)
+    brake_scene = (
+        None
+        if scene is None
+        else faults.attempt(cli.opened, scene, set_, undriven=True)
+    )
     if set_ and scene is None:
         faults.add("--set", "has no effect", "it is for a parameter of --scene")
     with Progress("rig", "reading…") as progress:
         try:
-            said = book = _ledger(file, settings, tare, threshold, reading, brake_scene, faults, progress)
+            said = book = _ledger(
+                file, settings, tare, threshold, reading, brake_scene, faults, progress
+            )
             if brake_scene is not None:
                 said = sb.rig.replay(book, brake_scene, progress=progress)
         except InputError as error:
@@ -122,7 +157,8 @@ def _ledger(
     faults: Issues,
     progress: Progress,
 ) -> Ledger:
-    """The ledger of a log by options as they are written, else by a scene. Raises `InputError` with all errors."""
+    """The ledger of a log by options as they are written, else by a scene. Raises
+    `InputError` with all errors."""
     from .._base._quantity import BAD, NumberReader, Quantity
     from ..rig._ledger import POSITIVE, faults_of_settings
     from ..rig._lowerings import THRESHOLDS, faults_of_thresholds
@@ -131,37 +167,71 @@ def _ledger(
     reader = NumberReader()
 
     def in_si(name: str, text: Any, unit: str) -> Any:
-        number = reader.number(text, Quantity(unit, "a number"), name, unit) if isinstance(text, str) else text
+        number = (
+            reader.number(text, Quantity(unit, "a number"), name, unit)
+            if isinstance(text, str)
+            else text
+        )
         return None if number is BAD else number
 
-    settings |= {name: in_si(name, settings[name], unit) for name, unit in POSITIVE.items()}
+    settings |= {
+        name: in_si(name, settings[name], unit) for name, unit in POSITIVE.items()
+    }
     reading["offset"] = in_si("offset", reading["offset"], "s")
-    reading["names"] = cli.assignments("--column", "ROLE=COLUMN", reading["names"], _written, faults)
+    reading["names"] = cli.assignments(
+        "--column", "ROLE=COLUMN", reading["names"], _written, faults
+    )
     shares = settings["auxiliary"] or []
     if len(shares) == 1 and "=" not in shares[0]:
         settings["auxiliary"] = in_si("auxiliary", shares[0], "1")
     elif shares:
-        settings["auxiliary"] = cli.assignments("--auxiliary", "KIND=SHARE", shares, float, faults)
+        settings["auxiliary"] = cli.assignments(
+            "--auxiliary", "KIND=SHARE", shares, float, faults
+        )
     limits: dict[str, Any] = {}
-    for name, text in cli.assignments("--threshold", "NAME=VALUE", threshold, _written, faults).items():
+    for name, text in cli.assignments(
+        "--threshold", "NAME=VALUE", threshold, _written, faults
+    ).items():
         if name in THRESHOLDS:
             limits[name] = in_si(name, text, THRESHOLDS[name])
         else:
-            faults.add(f"--threshold {name}", "unknown threshold", f"there are: {', '.join(THRESHOLDS)}")
+            faults.add(
+                f"--threshold {name}",
+                "unknown threshold",
+                f"there are: {', '.join(THRESHOLDS)}",
+            )
     if tare is not None:
         ends = tuple(in_si("tare", end, "N") for end in tare.split(":"))
         if len(ends) != 2:
-            faults.add("tare", f"{tare} is not of the form LOW:HIGH", 'as in "290 kN:310 kN"')
+            faults.add(
+                "tare", f"{tare} is not of the form LOW:HIGH", 'as in "290 kN:310 kN"'
+            )
         elif None not in ends:
             limits["tare"] = ends
     limits = {name: value for name, value in limits.items() if value is not None}
-    wrong = Issues([*faults, *reader.faults, *faults_of_settings(**settings), *faults_of_thresholds(limits)])
-    log = wrong.attempt(sb.rig.read, file, progress=lambda x, of: progress.now("MB read", x / 1e6, of / 1e6), **reading)
+    wrong = Issues(
+        [
+            *faults,
+            *reader.faults,
+            *faults_of_settings(**settings),
+            *faults_of_thresholds(limits),
+        ]
+    )
+    log = wrong.attempt(
+        sb.rig.read,
+        file,
+        progress=lambda x, of: progress.now("MB read", x / 1e6, of / 1e6),
+        **reading,
+    )
     if log is None or wrong:
         raise InputError(wrong)
     progress.now("lowerings")
     if scene is not None:
-        settings |= {name: x for name, x in settings_of(scene, log).items() if settings[name] is None}
+        settings |= {
+            name: x
+            for name, x in settings_of(scene, log).items()
+            if settings[name] is None
+        }
     return sb.rig.ledger(sb.rig.lowerings(log, **limits), **settings)
 
 
@@ -174,7 +244,9 @@ def _written(text: str) -> str:
 def _as_times(names: str) -> str:
     """Names of columns and formats, as given to `time=`, as options."""
     each = re.findall(r"'([^']*)'", names)
-    return " ".join(f'--time "{name}"' if " " in name else f"--time {name}" for name in each)
+    return " ".join(
+        f'--time "{name}"' if " " in name else f"--time {name}" for name in each
+    )
 
 
 def _as_option(fault: Fault) -> Fault:
@@ -185,7 +257,16 @@ def _as_option(fault: Fault) -> Fault:
     name, _, rest = fault.path.partition(" ")
     if name in THRESHOLDS:
         fault = dataclasses.replace(fault, path=f"--threshold {name}")
-    elif name in (*POSITIVE, "efficiency", "brake", "auxiliary", "tare", "offset", "names", "time"):
+    elif name in (
+        *POSITIVE,
+        "efficiency",
+        "brake",
+        "auxiliary",
+        "tare",
+        "offset",
+        "names",
+        "time",
+    ):
         option = "column" if name == "names" else name.replace("_", "-")
         fault = dataclasses.replace(fault, path=f"--{option} {rest}".strip())
     hint = re.sub(r"names=\{'(\w+)': '(.*?)'\}", r'--column "\1=\2"', fault.hint)
@@ -195,5 +276,6 @@ def _as_option(fault: Fault) -> Fault:
 
 #: commands and their exit codes
 COMMANDS = {
-    rig: "0 success; 1 the replay failed; 2 the input is wrong, as damaged logs and such without lowerings are."
+    rig: "0 success; 1 the replay failed; 2 the input is wrong, as damaged logs and "
+    "such without lowerings are."
 }

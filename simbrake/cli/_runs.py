@@ -1,4 +1,5 @@
-"""Commands about one scene or result: run, explain, report, animate, compare; estimates, synthesis and materials."""
+"""Commands about one scene or result: run, explain, report, animate, compare;
+estimates, synthesis and materials."""
 
 import sys
 from functools import partial
@@ -38,25 +39,35 @@ def run(
     Parameters
     ----------
     measured
-        CSV file with a recording of the same run (columns as hook_position [ft]): --out draws it over the run, in
-        overlay.png; may be repeated.
+        CSV file with a recording of the same run (columns as hook_position [ft]): --out
+        draws it over the run, in overlay.png; may be repeated.
     max_events
         Maximum number of events.
     accuracy
-        Run a second time, to estimate the errors of metrics, event times and states; and with finer layers of walls.
+        Run a second time, to estimate the errors of metrics, event times and states;
+        and with finer layers of walls.
     """
     lost = Issues()
     counts = {"max_steps": max_steps, "max_events": max_events}
     ending = out.suffix if out and not out.is_dir() else ""
     if ending in (".parquet", ".csv", ".xlsx", ".mat"):
-        hint = "give .nc; docs/recipes/result_tables.py writes tables for other programs"
+        hint = (
+            "give .nc; docs/recipes/result_tables.py writes tables for other programs"
+        )
         lost.add("--out", f"{ending} files of results went", hint)
     single = out if ending == ".nc" else None
     if measured and (single or not out):
         lost.add("--measured", "is drawn into a figure", "give its folder: --out")
-    scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
+    scene = cli.opened(
+        file, set_, rtol, folder=None if single else out, faults=lost, **counts
+    )
     from .._base._table import display_units
-    from ..runs.measure import limit_checks, summary_with_limits, text_with_limits, with_limits
+    from ..runs.measure import (
+        limit_checks,
+        summary_with_limits,
+        text_with_limits,
+        with_limits,
+    )
 
     limits = cli.limits_of(scene, limit)
     scene = with_limits(scene, limits)
@@ -110,17 +121,19 @@ def report(
 ) -> int:
     """Run a scene and write its report: one self-contained HTML page.
 
-    The page has the name of the scene's file, ending in .html, in the working folder or in that of --out.
+    The page has the name of the scene's file, ending in .html, in the working folder or
+    in that of --out.
 
     Parameters
     ----------
     sensitivity
-        Metric whose derivatives with respect to every parameter are shown, and its changes over ± 1 % of each; may be
-        repeated.
+        Metric whose derivatives with respect to every parameter are shown, and its
+        changes over ± 1 % of each; may be repeated.
     check
         Run a second time, to estimate the errors of the first run.
     json_
-        Print {status, message, written, limits, verdict, accuracy} as JSON, alone on stdout.
+        Print {status, message, written, limits, verdict, accuracy} as JSON, alone on
+        stdout.
     """
     out = cli.file_in(out or Path(), f"{file.stem}.html")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
@@ -131,7 +144,9 @@ def report(
     files = {file.name: file.read_text("utf-8", errors="replace")}
     limits = cli.limits_of(scene, limit, metrics)
     with Progress("report", "compiling the run…") as progress:
-        result = sb.simulate(with_limits(scene, limits), rtol=rtol, throw=False, progress=progress)
+        result = sb.simulate(
+            with_limits(scene, limits), rtol=rtol, throw=False, progress=progress
+        )
         if check:
             progress.now("second run, for the error estimate")
         errors = result.accuracy() if check else None
@@ -140,19 +155,33 @@ def report(
             sb.report(result, out, title=title, files=files, progress=progress, **asked)
         checks = limit_checks(result, limits)
         verdict = result.verdict(checks)
-    said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
+    said = {
+        "status": result.status,
+        "message": result.message,
+        "written": str(out),
+        "limits": limit_dicts(checks),
+    }
     said |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
-    lines = [f"{result.status}: {result.message}", f"verdict  {verdict}", *limit_lines(checks)]
+    lines = [
+        f"{result.status}: {result.message}",
+        f"verdict  {verdict}",
+        *limit_lines(checks),
+    ]
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
     cli.tell("\n".join(lines), json_, said, cli.is_good(verdict))
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
 
 
-_TO_EXPLAIN = "Scene, as in simbrake run, or a result: a file or folder of simbrake run --out."
+_TO_EXPLAIN = (
+    "Scene, as in simbrake run, or a result: a file or folder of simbrake run --out."
+)
 
 
 def explain(
-    file: Annotated[Path, Parameter(name="SCENE|RESULT", help=_TO_EXPLAIN, converter=cli.named_source)],
+    file: Annotated[
+        Path,
+        Parameter(name="SCENE|RESULT", help=_TO_EXPLAIN, converter=cli.named_source),
+    ],
     /,
     *,
     limit: cli.Limits = None,
@@ -164,7 +193,8 @@ def explain(
     units: cli.Units = "si",
     json_: cli.Flag = False,
 ) -> int:
-    """Explain a run in sentences: what happened, what governs it, which lining, limit and instability come first.
+    """Explain a run in sentences: what happened, what governs it, which lining, limit
+    and instability come first.
 
     Parameters
     ----------
@@ -176,21 +206,32 @@ def explain(
         Print the findings with their numbers as JSON, alone on stdout.
     """
     with Progress("explain", "compiling the run…") as progress:
-        if not file.is_dir() and scene_file(file, "*.nc").suffix.lower() in (".toml", ".py"):
+        if not file.is_dir() and scene_file(file, "*.nc").suffix.lower() in (
+            ".toml",
+            ".py",
+        ):
             scene = cli.opened(file, set_, rtol)
             result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress)
         else:
             if set_:
-                raise input_error("--set", "changes a scene, not a result", "give the scene file")
+                raise input_error(
+                    "--set", "changes a scene, not a result", "give the scene file"
+                )
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
         limits = cli.limits_of(result.scene, limit)
         with sb.results.display_units("si" if json_ else units):
             explanation = sb.studies.explain(
-                result, limits=limits, influence=influence, accuracy=accuracy, progress=progress
+                result,
+                limits=limits,
+                influence=influence,
+                accuracy=accuracy,
+                progress=progress,
             )
     cli.tell(explanation, json_)
-    return cli.exit_code(result.ok, fail_on_limit and explanation["outcome"].numbers["fails"])
+    return cli.exit_code(
+        result.ok, fail_on_limit and explanation["outcome"].numbers["fails"]
+    )
 
 
 def export(
@@ -205,18 +246,23 @@ def export(
     set_: cli.Set = None,
     json_: cli.Flag = False,
 ) -> int:
-    """Write a scene as C without dependencies: one C99 file, or an FMU with its sources and binary.
+    """Write a scene as C without dependencies: one C99 file, or an FMU with its sources
+    and binary.
 
     Parameters
     ----------
     c
-        The file, ending in .c, with the run and one step under held inputs; its name begins all names in it.
+        The file, ending in .c, with the run and one step under held inputs; its name
+        begins all names in it.
     fmu
-        The FMU (FMI 2.0, co-simulation), ending in .fmu. It needs no Python where it runs.
+        The FMU (FMI 2.0, co-simulation), ending in .fmu. It needs no Python where it
+        runs.
     input_
-        Input of the step, lever or load; may be repeated. By default both, as far as the scene can have them.
+        Input of the step, lever or load; may be repeated. By default both, as far as
+        the scene can have them.
     output
-        Metric of the run in C; may be repeated. By default slip_onset_time, full_slip_time and stopping_time.
+        Metric of the run in C; may be repeated. By default slip_onset_time,
+        full_slip_time and stopping_time.
     waiting
         How many commands can wait in a dead time.
     json_
@@ -227,7 +273,9 @@ def export(
         if (c is None) != (fmu is None)
         else [Fault("export", "writes one file", "give --c FILE.c or --fmu FILE.fmu")]
     )
-    scene = cli.opened(file, set_, faults=[*ask, *cli.faults_of_file(c), *cli.faults_of_file(fmu)])
+    scene = cli.opened(
+        file, set_, faults=[*ask, *cli.faults_of_file(c), *cli.faults_of_file(fmu)]
+    )
     with Progress("export", "printing…"):
         if c:
             out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)
@@ -250,12 +298,14 @@ def animate(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
 ) -> int:
-    """Animate one stop: the pulley turns, linings are coloured by stick and slip and by temperature.
+    """Animate one stop: the pulley turns, linings are coloured by stick and slip and by
+    temperature.
 
     Parameters
     ----------
     out
-        The animation: .gif, or .html for a self-contained page in which it is played, stepped and hovered.
+        The animation: .gif, or .html for a self-contained page in which it is played,
+        stepped and hovered.
     duration
         Length of the animation (s).
     fps
@@ -280,7 +330,9 @@ def animate(
         title = title_of(file)
         count = max(2, round(duration * fps))
         with cli.whole_file(out) as page:
-            page.write_text(sb.pages.film_page(result, title, count, duration, start, end), "utf-8")
+            page.write_text(
+                sb.pages.film_page(result, title, count, duration, start, end), "utf-8"
+            )
     said = {"status": result.status, "message": result.message, "written": str(out)}
     cli.tell(f"written  {out}", json_, said)
     return cli.exit_code(result.ok)
@@ -290,9 +342,16 @@ _Source = Annotated[Path, Parameter(converter=cli.named_source)]
 
 
 def compare(
-    a: _Source, b: _Source, /, *more: _Source, rtol: float = 1e-9, out: cli.Out = None, json_: cli.Json = False
+    a: _Source,
+    b: _Source,
+    /,
+    *more: _Source,
+    rtol: float = 1e-9,
+    out: cli.Out = None,
+    json_: cli.Json = False,
 ) -> int:
-    """Compare results: differences of their scenes, and of all that was computed. The first one is the reference.
+    """Compare results: differences of their scenes, and of all that was computed. The
+    first one is the reference.
 
     --out writes a figure with the results laid over each other, compare.png, and the comparison, compare.json.
 
@@ -323,21 +382,36 @@ def compare(
     with Progress("compare", "reading…") as progress:
         sources = [source(path) for path in paths]
         progress.now("comparing…")
-        comparisons = [sb.compare(sources[0], other, rtol=rtol) for other in sources[1:]]
+        comparisons = [
+            sb.compare(sources[0], other, rtol=rtol) for other in sources[1:]
+        ]
     stems = [path.stem or str(path) for path in paths]
-    names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
+    names = [
+        stem if stems.count(stem) == 1 else str(path)
+        for stem, path in zip(stems, paths, strict=True)
+    ]
     equal = all(comparison.equal for comparison in comparisons)
     text = str(comparisons[0])
     data = comparisons[0].as_dict()
     if more:
         text = "\n\n".join(
-            f"a: {names[0]}, b: {name}\n{comparison}" for name, comparison in zip(names[1:], comparisons, strict=True)
+            f"a: {names[0]}, b: {name}\n{comparison}"
+            for name, comparison in zip(names[1:], comparisons, strict=True)
         )
-        data = {"equal": equal, "results": names, "comparisons": [comparison.as_dict() for comparison in comparisons]}
+        data = {
+            "equal": equal,
+            "results": names,
+            "comparisons": [comparison.as_dict() for comparison in comparisons],
+        }
     cli.tell(text, json_, data)
     if out is not None:
-        labels = [f"{name}, {i}" if names.count(name) > 1 else name for i, name in enumerate(names, 1)]
-        chart = partial(sb.plot.compare(dict(zip(labels, sources, strict=True))).savefig, dpi=130)
+        labels = [
+            f"{name}, {i}" if names.count(name) > 1 else name
+            for i, name in enumerate(names, 1)
+        ]
+        chart = partial(
+            sb.plot.compare(dict(zip(labels, sources, strict=True))).savefig, dpi=130
+        )
         cli.write(out, {"compare.json": cli.as_json(data), "compare.png": chart}, json_)
     return cli.exit_code(equal)
 
@@ -351,7 +425,8 @@ def estimates(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Json = False,
 ) -> int:
-    """Print the classical engineering estimates of a stop beside its simulation, and why they differ.
+    """Print the classical engineering estimates of a stop beside its simulation, and
+    why they differ.
 
     Parameters
     ----------
@@ -380,22 +455,26 @@ def synthesize(
 ) -> int:
     """Print the parametric synthesis of a stop in twelve steps, beside its simulation.
 
-    Thermal penetration depth, Fourier numbers, volumes, heat partition, temperatures, properties at these, rational
-    thickness of rim and lining, heat balance, stress, operating characteristics and permissible limits. --out writes it
-    as synthesis.txt, or as JSON with --json or where the name of the file ends in .json.
+    Thermal penetration depth, Fourier numbers, volumes, heat partition, temperatures,
+    properties at these, rational thickness of rim and lining, heat balance, stress,
+    operating characteristics and permissible limits. --out writes it as synthesis.txt,
+    or as JSON with --json or where the name of the file ends in .json.
 
     Parameters
     ----------
     given
-        NAME=VALUE: a size that the scene does not have, with its unit, as "rim_thickness=28 mm", a material by its
-        name, as rim=cast_iron, or a limit, as "permissible.back=130 degC"; may be repeated.
+        NAME=VALUE: a size that the scene does not have, with its unit, as
+        "rim_thickness=28 mm", a material by its name, as rim=cast_iron, or a limit, as
+        "permissible.back=130 degC"; may be repeated.
     transmission
-        Take the heat partition coefficient from heat transmission (S-41) instead of the scene's law or effusivities.
+        Take the heat partition coefficient from heat transmission (S-41) instead of the
+        scene's law or effusivities.
     fail_on_limit
-        Exit with code 3 if the estimate or the run exceeds a permissible limit of step 12, or the verdict on the run is
-        no pass.
+        Exit with code 3 if the estimate or the run exceeds a permissible limit of step
+        12, or the verdict on the run is no pass.
     json_
-        Print the figures as JSON, alone on stdout: a list of {step, name, formula, value, unit, simulated, …}.
+        Print the figures as JSON, alone on stdout: a list of {step, name, formula,
+        value, unit, simulated, …}.
     """
     scene_file(file)
     cli.prepare_jax()
@@ -404,24 +483,38 @@ def synthesize(
 
     out = out and cli.file_in(out, "synthesis.json" if json_ else "synthesis.txt")
     faults = Issues(cli.faults_of_file(out))
-    data, permissible = faults.attempt(read_given, given or []) or (None, sb.formulas.Permissible())
+    data, permissible = faults.attempt(read_given, given or []) or (
+        None,
+        sb.formulas.Permissible(),
+    )
     scene = faults.attempt(cli.opened, file, set_, rtol)
     faults += [] if scene is None else faults_of_synthesis(scene, data, permissible)
     scene = cli.checked(scene, faults)
     partition = sb.formulas.transmission_table() if transmission else None
     result = sb.simulate(scene, rtol=rtol, throw=False, progress=None) if run else None
-    synthesis = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
-    fails = bool(synthesis.exceeded) or (fail_on_limit and result is not None and result.verdict().fails)
+    synthesis = sb.synthesize(
+        result or scene, data, permissible=permissible, partition=partition
+    )
+    fails = bool(synthesis.exceeded) or (
+        fail_on_limit and result is not None and result.verdict().fails
+    )
     cli.tell(synthesis, json_, synthesis.as_list())
     if out is not None:
         with cli.whole_file(out) as path:
-            text = cli.as_json(synthesis.as_list()) if json_ or out.suffix == ".json" else str(synthesis)
+            text = (
+                cli.as_json(synthesis.as_list())
+                if json_ or out.suffix == ".json"
+                else str(synthesis)
+            )
             path.write_text(text + "\n", "utf-8")
         cli.print_written([out], json_)
     return cli.exit_code(result is None or result.ok, fail_on_limit and fails)
 
 
-_ENERGY = 'friction works, as in "400 kJ, 800 kJ", or a parameter of the scene, as in "initial.omega=12,24"'
+_ENERGY = (
+    'friction works, as in "400 kJ, 800 kJ", or a parameter of the scene, as in '
+    '"initial.omega=12,24"'
+)
 
 
 def materials(
@@ -439,34 +532,43 @@ def materials(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Json = False,
 ) -> int:
-    """Compare materials of rim and linings for the duty of a scene: temperatures, heat partition, stress, wear, mass.
+    """Compare materials of rim and linings for the duty of a scene: temperatures, heat
+    partition, stress, wear, mass.
 
     --out writes a chart, materials.png; its own name may end in .png, .svg or .pdf.
 
     Parameters
     ----------
     energy
-        Energy levels: friction works, as "400 kJ, 800 kJ", for each of which the initial speed is computed; or
-        PATH=a,b,c: a parameter of the scene and its values. Without it: the scene as it is.
+        Energy levels: friction works, as "400 kJ, 800 kJ", for each of which the
+        initial speed is computed; or PATH=a,b,c: a parameter of the scene and its
+        values. Without it: the scene as it is.
     rim
-        Material of the rim; may be repeated. Without it: steel_20L, magnesium_alloy, brass, aluminium_alloy, cast_iron.
+        Material of the rim; may be repeated. Without it: steel_20L, magnesium_alloy,
+        brass, aluminium_alloy, cast_iron.
     lining
         Material of the linings; may be repeated. Without it: FK-24A, retinax.
     run
-        Simulate each combination as well, where the scene has a rim in layers; with --no-run the estimates alone.
+        Simulate each combination as well, where the scene has a rim in layers; with
+        --no-run the estimates alone.
     inertia
         Let the pulley's inertia follow the mass of its rim.
     fail_on_limit
-        Exit with code 3 if a pair exceeds a permissible temperature or stress of its materials.
+        Exit with code 3 if a pair exceeds a permissible temperature or stress of its
+        materials.
     """
     out = out and cli.file_in(out, "materials.png")
-    scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out, ".png", ".svg", ".pdf"))
+    scene = cli.opened(
+        file, set_, rtol, faults=cli.faults_of_file(out, ".png", ".svg", ".pdf")
+    )
     from ..design.formulas.material_table import DEFAULT_LININGS, DEFAULT_RIMS
 
     levels = None if energy is None else _energy(scene, energy)
     names = rim or DEFAULT_RIMS, lining or DEFAULT_LININGS
     try:
-        comparison = sb.compare_materials(scene, *names, energy=levels, run=run, inertia=inertia, rtol=rtol)
+        comparison = sb.compare_materials(
+            scene, *names, energy=levels, run=run, inertia=inertia, rtol=rtol
+        )
     except KeyError as error:
         raise input_error("--rim, --lining", error.args[0]) from None
     cli.tell(comparison, json_)
@@ -474,7 +576,9 @@ def materials(
         with cli.whole_file(out) as path:
             sb.formulas.figures.materials(comparison).savefig(path, dpi=120)
         cli.print_written([out], json_)
-    return cli.exit_code(True, fail_on_limit and not all(row.admissible for row in comparison))
+    return cli.exit_code(
+        True, fail_on_limit and not all(row.admissible for row in comparison)
+    )
 
 
 def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]:
@@ -483,18 +587,33 @@ def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]
     from .._base._quantity import NumberReader, Quantity
 
     path, _, numbers = (part.strip() for part in text.rpartition("="))
-    scalars = {leaf.path: leaf.about for leaf in leaves(scene) if not getattr(leaf.value, "ndim", 0)}
-    about = scalars.get(path) if path else Quantity("J", "friction work", 0.0, open_low=True)
+    scalars = {
+        leaf.path: leaf.about
+        for leaf in leaves(scene)
+        if not getattr(leaf.value, "ndim", 0)
+    }
+    about = (
+        scalars.get(path)
+        if path
+        else Quantity("J", "friction work", 0.0, open_low=True)
+    )
     if about is None:
-        raise input_error("--energy", f"{path} is not a single number of the scene", _ENERGY)
+        raise input_error(
+            "--energy", f"{path} is not a single number of the scene", _ENERGY
+        )
     reader = NumberReader()
-    values = [reader.number(number, about, "--energy", about.unit) for number in numbers.split(",")]
+    values = [
+        reader.number(number, about, "--energy", about.unit)
+        for number in numbers.split(",")
+    ]
     if reader.faults:
-        raise InputError([Fault(fault.path, fault.problem, _ENERGY) for fault in reader.faults])
+        raise InputError(
+            [Fault(fault.path, fault.problem, _ENERGY) for fault in reader.faults]
+        )
     return {path: values} if path else values
 
 
-# --- pages with sliders -----------------------------------------------------------------------------------------------
+# --- pages with sliders -------------------------------------------------------------
 
 
 def publish(
@@ -509,14 +628,17 @@ def publish(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
 ) -> int:
-    """Write a page that runs the scene in the browser of its reader at every move of a slider. Needs simbrake[live].
+    """Write a page that runs the scene in the browser of its reader at every move of a
+    slider. Needs simbrake[live].
 
-    The page has the name of the scene's file, ending in _sliders.html, in the working folder or in that of --out.
+    The page has the name of the scene's file, ending in _sliders.html, in the working
+    folder or in that of --out.
 
     Parameters
     ----------
     vary
-        PATH=LOW:HIGH: a parameter that has a slider, and its range (SI, or with unit); may be repeated. By default all.
+        PATH=LOW:HIGH: a parameter that has a slider, and its range (SI, or with unit);
+        may be repeated. By default all.
     live
         Changes nothing any more: every page runs its scene.
     json_
@@ -524,9 +646,17 @@ def publish(
     """
     out = cli.file_in(out or Path(), f"{file.stem}_sliders.html")
     if live:
-        print("note: --live has no effect: every page of publish runs its scene", file=sys.stderr)
+        print(
+            "note: --live has no effect: every page of publish runs its scene",
+            file=sys.stderr,
+        )
     faults = Issues(cli.faults_of_file(out))
-    faults.attempt(needed, "ziglang", "compiles the page (simbrake report and simbrake app need none)", "live")
+    faults.attempt(
+        needed,
+        "ziglang",
+        "compiles the page (simbrake report and simbrake app need none)",
+        "live",
+    )
     form = "PATH=LOW:HIGH, as in initial.omega=10:30"
     requested = cli.assignments("--vary", form, vary, cli.bounds, faults)
     scene = faults.attempt(cli.opened, file, set_, rtol)
@@ -540,13 +670,23 @@ def publish(
         if entry_of(path, there)[0] not in there:
             faults.add(path, "is absent in this scene", "give the scene a value of it")
         elif not low < high:
-            faults.add(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH")
+            faults.add(
+                f"--vary {path}",
+                "its low end is not below its high one",
+                "give LOW:HIGH",
+            )
     scene = cli.checked(scene, faults)
     title = title_of(file)
 
     with Progress("publish", "compiling…") as progress:
-        published = sb.pages.publish(scene, ranges, out, limits=limits, title=title, rtol=rtol, progress=progress)
-    cli.tell(f"{published}\nwritten  {out}", json_, {"written": str(out), **published._asdict()})
+        published = sb.pages.publish(
+            scene, ranges, out, limits=limits, title=title, rtol=rtol, progress=progress
+        )
+    cli.tell(
+        f"{published}\nwritten  {out}",
+        json_,
+        {"written": str(out), **published._asdict()},
+    )
     return 0
 
 
@@ -561,7 +701,8 @@ def app(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
 ) -> int:
-    """Serve a page with a slider for every parameter of a scene, on localhost only; ends with Ctrl+C.
+    """Serve a page with a slider for every parameter of a scene, on localhost only;
+    ends with Ctrl+C.
 
     Parameters
     ----------
@@ -572,7 +713,11 @@ def app(
     json_
         Print {address} as JSON as soon as the page is served, alone on stdout.
     """
-    faults = [] if 0 <= port < 65536 else [Fault("--port", f"{port} is out of range", "0…65535; 0: any free port")]
+    faults = (
+        []
+        if 0 <= port < 65536
+        else [Fault("--port", f"{port} is out of range", "0…65535; 0: any free port")]
+    )
     scene = cli.opened(file, set_, rtol, faults=faults)
 
     limits = cli.limits_of(scene, limit)
@@ -584,7 +729,9 @@ def app(
     try:
         server = sb.pages.Server(slider_app, port)
     except OSError as error:
-        raise input_error("--port", f"{port} cannot be used: {error.strerror}", "give another port") from None
+        raise input_error(
+            "--port", f"{port} cannot be used: {error.strerror}", "give another port"
+        ) from None
     words = f"the app is at {server.address}\nfor this computer alone; Ctrl+C ends it"
     cli.tell(words, json_, {"address": server.address})
     if open_:
@@ -601,7 +748,10 @@ def app(
     return 0
 
 
-_LIMIT = "3 the verdict is red, or the run did not show what it was to show (only with --fail-on-limit)."
+_LIMIT = (
+    "3 the verdict is red, or the run did not show what it was to show (only with "
+    "--fail-on-limit)."
+)
 _RUN = f"0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong; {_LIMIT}"
 #: commands and their exit codes
 COMMANDS = {

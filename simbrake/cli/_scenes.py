@@ -16,34 +16,64 @@ _WRONG = "0 success; 2 the input is wrong."
 CODES = f"Exit codes: {_WRONG}"
 
 
-def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag = False) -> int:
-    """Write a new scene: a commented template, or a copy of a shipped scene. Without a name: list these.
+def new(
+    name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag = False
+) -> int:
+    """Write a new scene: a commented template, or a copy of a shipped scene. Without a
+    name: list these.
 
-    Templates: standard, staged, heated, tripping, rig, disc, shoe. The file runs at once: simbrake run FILE.
+    Templates: standard, staged, heated, tripping, rig, disc, shoe. The file runs at
+    once: simbrake run FILE.
 
     Parameters
     ----------
     name
         Name of a template or of a shipped scene.
     file
-        File to write, by default the name with its ending in the working folder. An existing file is not replaced.
+        File to write, by default the name with its ending in the working folder. An
+        existing file is not replaced.
     json_
-        Print {written, template, title}, or without a name a list of {name, file, template, title}, as JSON.
+        Print {written, template, title}, or without a name a list of {name, file,
+        template, title}, as JSON.
     """
     if name is None:
         entries = list(shipped_files().values())
-        rows = [{"name": x.name, "file": str(x.file), "template": x.template, "title": x.title} for x in entries]
+        rows = [
+            {
+                "name": x.name,
+                "file": str(x.file),
+                "template": x.template,
+                "title": x.title,
+            }
+            for x in entries
+        ]
         cli.tell(_listed(entries), json_, rows)
         return 0
     source = shipped(name)
     entry = shipped_files()[source.stem]
-    target = Path(source.name) if file is None else file / source.name if file.is_dir() else file
+    target = (
+        Path(source.name)
+        if file is None
+        else file / source.name
+        if file.is_dir()
+        else file
+    )
     if target.suffix != source.suffix:
-        raise input_error(str(target), f"{name} is a {source.suffix} file", f"give a name with {source.suffix}")
+        raise input_error(
+            str(target),
+            f"{name} is a {source.suffix} file",
+            f"give a name with {source.suffix}",
+        )
     if target.exists():
-        raise input_error(str(target), "exists and is not replaced", "give another name")
+        raise input_error(
+            str(target), "exists and is not replaced", "give another name"
+        )
     # the commands in its comments name the new file
-    text = source.read_text("utf-8").replace(f"scenarios/{source.name}", str(target)).replace(source.name, target.name)
+    text = (
+        source.read_text("utf-8")
+        .replace(f"scenarios/{source.name}", str(target))
+        .replace(source.name, target.name)
+    )
     with whole_file(target) as scratch:
         scratch.write_text(text, "utf-8")
     about = {"written": str(target), "template": entry.template, "title": entry.title}
@@ -60,22 +90,35 @@ def _listed(entries: list[Shipped]) -> str:
     room = max(shutil.get_terminal_size((200, 24)).columns - width - 4, 40)
     titles = {entry: entry.title for entry in entries}
     rows = {
-        entry: f"  {entry.name:{width}}  {textwrap.shorten(titles[entry], room, placeholder='…')}" for entry in entries
+        entry: f"  {entry.name:{width}}  {textwrap.shorten(titles[entry], room, placeholder='…')}"
+        for entry in entries
     }
     templates = [row for entry, row in rows.items() if entry.template]
     scenes = [row for entry, row in rows.items() if not entry.template]
     how = "simbrake new NAME [FILE] writes one, simbrake run NAME runs it."
-    return "\n".join(["templates, with comments", *templates, "", "shipped scenes", *scenes, "", how])
+    return "\n".join(
+        ["templates, with comments", *templates, "", "shipped scenes", *scenes, "", how]
+    )
 
 
 scene = cyclopts.App(
-    name="scene", help="Show a scene, check it, or print the format of scene files.", help_epilogue=CODES
+    name="scene",
+    help="Show a scene, check it, or print the format of scene files.",
+    help_epilogue=CODES,
 )
 
 
 @scene.command
-def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Print every parameter of a scene with its path, value, unit and meaning. A Python scene is run as a program.
+def show(
+    file: cli.SceneFile,
+    /,
+    *,
+    set_: cli.Set = None,
+    toml: cli.Flag = False,
+    json_: cli.Flag = False,
+) -> int:
+    """Print every parameter of a scene with its path, value, unit and meaning. A Python
+    scene is run as a program.
 
     Parameters
     ----------
@@ -97,10 +140,14 @@ def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False
 
 
 @scene.command
-def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
-    """Check a scene without running it: every error in one report (exit code 2), and warnings of unusual values.
+def check(
+    file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = False
+) -> int:
+    """Check a scene without running it: every error in one report (exit code 2), and
+    warnings of unusual values.
 
-    The code of a Python scene is run: check a file of somebody else as TOML only, or read it first.
+    The code of a Python scene is run: check a file of somebody else as TOML only, or
+    read it first.
 
     Parameters
     ----------
@@ -117,11 +164,16 @@ def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = Fal
     except InputError as error:
         if not json_:
             raise
-        faults = [{"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults]
+        faults = [
+            {"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults
+        ]
         cli.tell("", json_, {"faults": faults, "warnings": []})
         return 2
     said = [*warnings(opened_scene), *plausibility(opened_scene)]
-    lines = [f"no error: {count_text(opened_scene)}", *(f"warning  {text}" for text in said)]
+    lines = [
+        f"no error: {count_text(opened_scene)}",
+        *(f"warning  {text}" for text in said),
+    ]
     cli.tell("\n".join(lines), json_, {"faults": [], "warnings": said})
     return 0
 
@@ -133,9 +185,11 @@ def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
     Parameters
     ----------
     name
-        A type, as HookLoad or layered_heat, or a key, as friction. Without it: the whole format.
+        A type, as HookLoad or layered_heat, or a key, as friction. Without it: the
+        whole format.
     json_
-        Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
+        Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors
+        complete and check with it.
     """
     cli.prepare_jax()
     from ..files.schema import json_schema, schema_text

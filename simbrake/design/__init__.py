@@ -1,4 +1,5 @@
-"""Design before a run: `formulas` with estimates, synthesis and materials, and `layouts` of linings."""
+"""Design before a run: `formulas` with estimates, synthesis and materials, and
+`layouts` of linings."""
 
 from .._base._arguments import public_names
 

@@ -1,6 +1,7 @@
 """A scene as a program of its own: C without dependencies, and an FMU of it.
 
-The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+The names are in `__init__.pyi`, each with its module, which is imported at the first
+use of the name.
 """
 
 from .._base._arguments import public_names

@@ -1,8 +1,9 @@
 """A function of JAX as C99 without dependencies: its StableHLO, operation by operation.
 
-Values are read where they are used, as expressions of an index: a variable comes into being where one is read several
-times. Blocks longer than `LONGEST` lines become functions, as C compilers take much longer for long ones; what two of
-them use lies in one structure, the `frame`, which also is all memory that a call needs.
+Values are read where they are used, as expressions of an index: a variable comes into
+being where one is read several times. Blocks longer than `LONGEST` lines become
+functions, as C compilers take much longer for long ones; what two of them use lies in
+one structure, the `frame`, which also is all memory that a call needs.
 """
 
 import collections
@@ -17,11 +18,13 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-#: lines of a function, entries of arrays that are written out one by one, operations of an expression
+#: lines of a function, entries of arrays that are written out one by one, operations of
+#: an expression
 LONGEST = 150
 _FEW = 4
 _DEEPEST = 24
-#: operations of a function that is repeated wherever it is called; bytes of a variable on the stack
+#: operations of a function that is repeated wherever it is called; bytes of a variable
+#: on the stack
 _SHORT = 16
 _LARGE = 8192
 
@@ -37,12 +40,46 @@ _KINDS = {
     "ui8": "uint8_t",
 }
 _REAL = ("double", "float")
-_BYTES = {"double": 8, "float": 4, "int64_t": 8, "uint64_t": 8, "int32_t": 4, "uint32_t": 4}
+_BYTES = {
+    "double": 8,
+    "float": 4,
+    "int64_t": 8,
+    "uint64_t": 8,
+    "int32_t": 4,
+    "uint32_t": 4,
+}
 
-#: C of operations that act entry by entry: of real numbers, and of whole ones where that differs
+#: C of operations that act entry by entry: of real numbers, and of whole ones where
+#: that differs
 _ENTRYWISE = {
-    **{name: f"{name}({{0}})" for name in ("acos", "asin", "atan", "sinh", "cosh", "asinh", "acosh", "atanh", "erf")},
-    **{name: f"{name}({{0}})" for name in ("log", "sqrt", "cbrt", "tan", "tanh", "floor", "ceil", "square", "sign")},
+    **{
+        name: f"{name}({{0}})"
+        for name in (
+            "acos",
+            "asin",
+            "atan",
+            "sinh",
+            "cosh",
+            "asinh",
+            "acosh",
+            "atanh",
+            "erf",
+        )
+    },
+    **{
+        name: f"{name}({{0}})"
+        for name in (
+            "log",
+            "sqrt",
+            "cbrt",
+            "tan",
+            "tanh",
+            "floor",
+            "ceil",
+            "square",
+            "sign",
+        )
+    },
     "add": "({0} + {1})",
     "subtract": "({0} - {1})",
     "multiply": "({0} * {1})",
@@ -92,7 +129,7 @@ class UnknownOperation(Exception):
     """An operation of StableHLO that has no C form here."""
 
 
-# --- programs as they are read ----------------------------------------------------------------------------------------
+# --- programs as they are read ------------------------------------------------------
 
 
 Shape = tuple[int, ...]
@@ -113,7 +150,8 @@ class Operation(NamedTuple):
 
 
 class Body:
-    """Operations in order, the values that they begin with and those that they give, all by number."""
+    """Operations in order, the values that they begin with and those that they give,
+    all by number."""
 
     def __init__(self, args: list[int]) -> None:
         self.args = args
@@ -126,9 +164,13 @@ class Body:
 
 
 def _dimensions(attribute: Any) -> dict[str, list[int]]:
-    """Which dimensions do what, by the names in the text of an attribute; those that it leaves out are none."""
+    """Which dimensions do what, by the names in the text of an attribute; those that it
+    leaves out are none."""
     found = re.findall(r"(\w+) = \[?([\d, ]*)", str(attribute))
-    lists = {name: [int(n) for n in numbers.split(",") if n.strip()] for name, numbers in found}
+    lists = {
+        name: [int(n) for n in numbers.split(",") if n.strip()]
+        for name, numbers in found
+    }
     return collections.defaultdict(list, lists)
 
 
@@ -142,14 +184,17 @@ class Module:
     def __init__(self, function: Callable, *arguments: Any) -> None:
         self.types: list[Type] = []
         self._numbers: dict[Any, int] = {}
-        # results by operation, of the body that is read and of those around it; the entry of arrays that have but one
+        # results by operation, of the body that is read and of those around it; the
+        # entry of arrays that have but one
         self._results: collections.ChainMap[Any, list[int]] = collections.ChainMap()
         self._entries: dict[int, int] = {}
         self.calls = collections.Counter[str]()
         module = jax.jit(function, keep_unused=True).lower(*arguments).compiler_ir()
         self.functions: dict[str, Body] = {}
         for operation in module.body.operations:  # pyright: ignore
-            block = next((block for region in operation.regions for block in region.blocks), None)
+            block = next(
+                (block for region in operation.regions for block in region.blocks), None
+            )
             if block is None:
                 raise UnknownOperation(operation.operation.name)
             self.functions[operation.attributes["sym_name"].value] = self._body(block)
@@ -173,9 +218,13 @@ class Module:
             if op.name in ("func.return", "stablehlo.return"):
                 body.outs = ins
                 continue
-            # (attributes belong to the context; a map of them would be read after the module has gone)
+            # (attributes belong to the context; a map of them would be read after the
+            # module has gone)
             names = [one if isinstance(one, str) else one.name for one in op.attributes]
-            name, attributes = op.name.partition(".")[2], {name: op.attributes[name] for name in names}
+            name, attributes = (
+                op.name.partition(".")[2],
+                {name: op.attributes[name] for name in names},
+            )
             types = [_type_of(x) for x in op.results]
             if op.regions or not types or name == "optimization_barrier":
                 regions = [self._body(region.blocks[0]) for region in op.regions]
@@ -187,8 +236,16 @@ class Module:
         self._results = around
         return body
 
-    def _once(self, body: Body, name: str, attributes: dict[str, Any], ins: list[int], types: list[Type]) -> list[int]:
-        """Results of an operation: computed once, and for one entry where all are the same."""
+    def _once(
+        self,
+        body: Body,
+        name: str,
+        attributes: dict[str, Any],
+        ins: list[int],
+        types: list[Type],
+    ) -> list[int]:
+        """Results of an operation: computed once, and for one entry where all are the
+        same."""
         key = name, tuple(attributes.items()), tuple(ins), tuple(types)
         if key not in self._results:
             entry = self._entry(body, name, attributes, ins, types[0])
@@ -207,15 +264,26 @@ class Module:
             self._results[key] = outs
         return self._results[key]
 
-    def _entry(self, body: Body, name: str, attributes: dict[str, Any], ins: list[int], out: Type) -> int | None:
+    def _entry(
+        self,
+        body: Body,
+        name: str,
+        attributes: dict[str, Any],
+        ins: list[int],
+        out: Type,
+    ) -> int | None:
         """The entry of a result that has but one, however many times."""
         shape, kind = out
-        entries = [x if self.types[x][0] == () else self._entries.get(x, -1) for x in ins]
+        entries = [
+            x if self.types[x][0] == () else self._entries.get(x, -1) for x in ins
+        ]
         if -1 in entries:
             return None
         if name in _MOVED:
             return entries[0]
-        if shape and (name in _BY_ENTRY or (name == "constant" and attributes["value"].is_splat)):
+        if shape and (
+            name in _BY_ENTRY or (name == "constant" and attributes["value"].is_splat)
+        ):
             return self._once(body, name, attributes, entries, [((), kind)])[0]
         return None
 
@@ -226,8 +294,11 @@ class Module:
         name = op.attributes["callee"].value
         return self.calls[name] == 1 or self.functions[name].size <= _SHORT
 
-    def needed(self, body: Body, outs: Iterable[int]) -> tuple[list[Operation], dict[int, list[Body]]]:
-        """Operations that the values `outs` come from, in order, and in which bodies each value is used."""
+    def needed(
+        self, body: Body, outs: Iterable[int]
+    ) -> tuple[list[Operation], dict[int, list[Body]]]:
+        """Operations that the values `outs` come from, in order, and in which bodies
+        each value is used."""
         users: dict[int, list[Body]] = collections.defaultdict(list)
         for out in outs:
             users[out].append(body)
@@ -270,7 +341,9 @@ class Module:
                 return sorted(wanted)
             wanted = more
 
-    def _inside(self, op: Operation, kept: tuple[int, ...]) -> Iterator[tuple[Body, list[int]]]:
+    def _inside(
+        self, op: Operation, kept: tuple[int, ...]
+    ) -> Iterator[tuple[Body, list[int]]]:
         """Values from outside that the regions of an operation use."""
         for region in op.regions:
             outs = region.outs
@@ -279,11 +352,14 @@ class Module:
             elif op.name == "case":
                 outs = [outs[i] for i in kept]
             ops, users = self.needed(region, outs)
-            own = {*region.args, *itertools.chain.from_iterable(inner.outs for inner in ops)}
+            own = {
+                *region.args,
+                *itertools.chain.from_iterable(inner.outs for inner in ops),
+            }
             yield region, [value for value in users if value not in own]
 
 
-# --- expressions ------------------------------------------------------------------------------------------------------
+# --- expressions --------------------------------------------------------------------
 
 Index = Sequence[int | str]
 
@@ -299,11 +375,23 @@ def _sum(*terms: int | str) -> int | str:
 def _times(x: int | str, factor: int) -> int | str:
     if isinstance(x, int) or factor == 0:
         return factor * x if isinstance(x, int) else 0
-    return x if factor == 1 else f"{x} * {factor}" if x.isidentifier() else f"({x}) * {factor}"
+    return (
+        x
+        if factor == 1
+        else f"{x} * {factor}"
+        if x.isidentifier()
+        else f"({x}) * {factor}"
+    )
 
 
 def _place(index: Index, shape: Shape) -> int | str:
-    return _sum(*(_times(x, math.prod(shape[d + 1 :])) for d, x in enumerate(index) if shape[d] != 1))
+    return _sum(
+        *(
+            _times(x, math.prod(shape[d + 1 :]))
+            for d, x in enumerate(index)
+            if shape[d] != 1
+        )
+    )
 
 
 def _others(shape: Shape, dims: Container[int]) -> list[int]:
@@ -315,7 +403,9 @@ def literal(x: Any, kind: str) -> str:
     """A number in C."""
     if kind in _REAL:
         x = float(x)
-        words = "NAN" if math.isnan(x) else "INFINITY" if math.isinf(x) else repr(abs(x))
+        words = (
+            "NAN" if math.isnan(x) else "INFINITY" if math.isinf(x) else repr(abs(x))
+        )
         return f"(-{words})" if math.copysign(1.0, x) < 0 else words
     x = int(x)
     text = f"INT64_C({x})" if abs(x) >= 1 << 31 else str(x)
@@ -326,7 +416,8 @@ class Value(NamedTuple):
     """An array: C of its entry at an index.
 
     - `cost`: operations that reading an entry repeats, 0 where it is stored
-    - `name`: the variable that it lies in, row by row; `fresh`: no one else reads that variable
+    - `name`: the variable that it lies in, row by row; `fresh`: no one else reads that
+      variable
     """
 
     shape: Shape
@@ -347,7 +438,8 @@ class Line(NamedTuple):
 
 
 class Block(NamedTuple):
-    """Nested lines: each part with its head, and a `}` behind the last. A `whole` one is never divided."""
+    """Nested lines: each part with its head, and a `}` behind the last. A `whole` one
+    is never divided."""
 
     parts: list[tuple[str, list[Any]]]
     whole: bool = False
@@ -366,7 +458,8 @@ class Program:
     """C of one program.
 
     - `text`: types and functions; the last one, `{name}(frame)`, runs it
-    - `ins`, `outs`: C of its arguments (pointers to be set) and results in the frame, with shapes and types
+    - `ins`, `outs`: C of its arguments (pointers to be set) and results in the frame,
+      with shapes and types
     - `bytes`: of the frame
     """
 
@@ -379,7 +472,8 @@ class Program:
         self._results: dict[str, tuple[list[str], list[Value]]] = {}
         self._pointed: set[str] = set()
         self._indices = itertools.count()
-        #: of what is being printed: values by number, lines, operations, and who uses each value
+        #: of what is being printed: values by number, lines, operations, and who uses
+        #: each value
         self._env = dict[int, Value]()
         self._nodes = list[Any]()
         self._body = Body([])
@@ -395,10 +489,14 @@ class Program:
         self._kinds[name] = kind, size
         return name
 
-    def _held(self, name: str, shape: Shape, kind: str, fresh: Body | None = None) -> Value:
+    def _held(
+        self, name: str, shape: Shape, kind: str, fresh: Body | None = None
+    ) -> Value:
         if math.prod(shape) <= 1:
             return Value(shape, kind, lambda _: name, 0, name, fresh)
-        return Value(shape, kind, lambda index: f"{name}[{_place(index, shape)}]", 0, name, fresh)
+        return Value(
+            shape, kind, lambda index: f"{name}[{_place(index, shape)}]", 0, name, fresh
+        )
 
     def _variable(self, shape: Shape, kind: str) -> Value:
         name = self._new(kind, math.prod(shape))
@@ -415,16 +513,27 @@ class Program:
         self._nodes.append(Line(f"{name} = {value.at([0] * len(value.shape))};", name))
         return self._held(name, value.shape, value.kind, self._body)
 
-    def _put(self, whole: Value, part: Value, place: Callable[[Index], Index] = lambda index: index) -> None:
+    def _put(
+        self,
+        whole: Value,
+        part: Value,
+        place: Callable[[Index], Index] = lambda index: index,
+    ) -> None:
         """Write the entries of a part into an array, each at its place there."""
-        self._loop(part.shape, lambda index: f"{whole.at(place(index))} = {part.at(index)};")
+        self._loop(
+            part.shape, lambda index: f"{whole.at(place(index))} = {part.at(index)};"
+        )
 
     def _loop(self, shape: Shape, text: Callable[[Index], str]) -> None:
         if math.prod(shape) <= _FEW:
             self._nodes += [Line(text(index)) for index in np.ndindex(*shape)]
             return
         index: list[int | str] = [f"i{d}" if n > 1 else 0 for d, n in enumerate(shape)]
-        heads = (f"for (int i{d} = 0; i{d} < {n}; i{d}++) " for d, n in enumerate(shape) if n > 1)
+        heads = (
+            f"for (int i{d} = 0; i{d} < {n}; i{d}++) "
+            for d, n in enumerate(shape)
+            if n > 1
+        )
         self._nodes.append(Line("".join(heads) + text(index)))
 
     def _solid(self, number: int) -> Value:
@@ -441,13 +550,17 @@ class Program:
         self._env[number] = value
 
     def _own(self, number: int) -> bool:
-        """Whether a value lies in a variable that may be written over: this is its only use."""
-        return self._env[number].fresh is self._body and self._users[number] == [self._body]
+        """Whether a value lies in a variable that may be written over: this is its only
+        use."""
+        return self._env[number].fresh is self._body and self._users[number] == [
+            self._body
+        ]
 
     # --- functions and bodies
 
     def _function(self, name: str, body: Body) -> tuple[list[str], list[Value]]:
-        """Print a function once; the variables of its arguments (pointers for arrays) and its results."""
+        """Print a function once; the variables of its arguments (pointers for arrays)
+        and its results."""
         if name not in self._results:
             kept = self._env, self._nodes
             self._env = {}
@@ -460,13 +573,19 @@ class Program:
                 variables.append(variable)
                 value = self._held(variable, shape, kind)
                 if name == "main" and value.size == 1:
-                    value = value._replace(at=lambda _, variable=variable: f"{variable}[0]", name="")
+                    value = value._replace(
+                        at=lambda _, variable=variable: f"{variable}[0]", name=""
+                    )
                 self._env[arg] = value
             outs = [
-                value if value.name in self._kinds else self._stored(value) for value in self._emit(body, body.outs)
+                value if value.name in self._kinds else self._stored(value)
+                for value in self._emit(body, body.outs)
             ]
             self._functions[name] = self._nodes
-            self._results[name] = variables, [value._replace(fresh=None) for value in outs]
+            self._results[name] = (
+                variables,
+                [value._replace(fresh=None) for value in outs],
+            )
             self._env, self._nodes = kept
         return self._results[name]
 
@@ -506,24 +625,34 @@ class Program:
             env = {}
             for number, arg in zip(op.ins, body.args, strict=True):
                 if arg in users:
-                    value = self._env[number] if users[arg] == [body] else self._solid(number)
+                    value = (
+                        self._env[number]
+                        if users[arg] == [body]
+                        else self._solid(number)
+                    )
                     env[arg] = value._replace(fresh=body if self._own(number) else None)
             env, self._env = self._env, env
             values = self._emit(body, outs)
             self._env = env
             for i, value, out in zip(kept, values, outs, strict=True):
                 own = value.fresh is body and len(users[out]) == 1
-                self._define(op.outs[i], value._replace(fresh=self._body if own else None))
+                self._define(
+                    op.outs[i], value._replace(fresh=self._body if own else None)
+                )
             return
         variables, values = self._function(name, body)
         for variable, number in zip(variables, op.ins, strict=True):
             value = self._env[number]
             if value.size > 1:
                 value = value if value.name else self._stored(value)
-                self._pointed.add(value.name)  # (the call may be in another part than this line)
+                self._pointed.add(
+                    value.name
+                )  # (the call may be in another part than this line)
                 self._nodes.append(Line(f"{variable} = {value.name};"))
             elif value.size:
-                self._nodes.append(Line(f"{variable} = {value.at([0] * len(value.shape))};"))
+                self._nodes.append(
+                    Line(f"{variable} = {value.at([0] * len(value.shape))};")
+                )
         self._nodes.append(Line(f"{self.name}_{name}(frame);"))
         for i in kept:
             self._env[op.outs[i]] = self._stored(values[i])
@@ -572,9 +701,13 @@ class Program:
         for number, region in enumerate(op.regions):
             outer = self._nodes
             self._nodes = []
-            for result, value in zip(results, self._emit(region, [region.outs[i] for i in kept]), strict=True):
+            for result, value in zip(
+                results, self._emit(region, [region.outs[i] for i in kept]), strict=True
+            ):
                 self._put(result, value)
-            test = f"if ({which} == {number}) {{" if number < len(op.regions) - 1 else "{"
+            test = (
+                f"if ({which} == {number}) {{" if number < len(op.regions) - 1 else "{"
+            )
             parts.append((f"}} else {test}" if number else test, self._nodes))
             self._nodes = outer
         self._nodes.append(Block(parts))
@@ -585,23 +718,38 @@ class Program:
 
     def _entrywise(self, op: Operation) -> None:
         real = op.types[0][1] in _REAL
-        self._each(op, _ENTRYWISE[op.name] if real or op.name not in _OF_WHOLE else _OF_WHOLE[op.name])
+        self._each(
+            op,
+            _ENTRYWISE[op.name]
+            if real or op.name not in _OF_WHOLE
+            else _OF_WHOLE[op.name],
+        )
 
     def _each(self, op: Operation, form: str) -> None:
-        """Results of an operation that acts entry by entry; scalars among its operands count for all entries."""
+        """Results of an operation that acts entry by entry; scalars among its operands
+        count for all entries."""
         shape, kind = op.types[0]
-        values = [self._env[x] if self._env[x].shape == shape else self._solid(x) for x in op.ins]
+        values = [
+            self._env[x] if self._env[x].shape == shape else self._solid(x)
+            for x in op.ins
+        ]
 
         def at(index: Index) -> str:
-            return form.format(*(value.at(index if value.shape == shape else []) for value in values))
+            return form.format(
+                *(value.at(index if value.shape == shape else []) for value in values)
+            )
 
-        self._define(op.outs[0], Value(shape, kind, at, 1 + sum(value.cost for value in values)))
+        self._define(
+            op.outs[0], Value(shape, kind, at, 1 + sum(value.cost for value in values))
+        )
 
     def _op_not(self, op: Operation) -> None:
         self._each(op, "(!{0})" if op.types[0][1] == "uint8_t" else "(~{0})")
 
     def _op_compare(self, op: Operation) -> None:
-        sign = _COMPARED[re.findall(r"[A-Z]{2}", str(op.attributes["comparison_direction"]))[-1]]
+        sign = _COMPARED[
+            re.findall(r"[A-Z]{2}", str(op.attributes["comparison_direction"]))[-1]
+        ]
         self._each(op, f"({{0}} {sign} {{1}})")
 
     def _op_convert(self, op: Operation) -> None:
@@ -610,8 +758,15 @@ class Program:
         if kind == value.kind:
             self._env[op.outs[0]] = value._replace(fresh=None)
             return
-        forms = {"int32_t": "whole_32({0})", "int64_t": "whole({0})"} if value.kind in _REAL else {}
-        self._each(op, "({0} != 0)" if kind == "uint8_t" else forms.get(kind, f"(({kind}){{0}})"))
+        forms = (
+            {"int32_t": "whole_32({0})", "int64_t": "whole({0})"}
+            if value.kind in _REAL
+            else {}
+        )
+        self._each(
+            op,
+            "({0} != 0)" if kind == "uint8_t" else forms.get(kind, f"(({kind}){{0}})"),
+        )
 
     def _op_optimization_barrier(self, op: Operation) -> None:
         for number, out in zip(op.ins, op.outs, strict=True):
@@ -641,14 +796,23 @@ class Program:
         d = op.attributes["iota_dimension"].value
 
         def at(index: Index) -> str:
-            return literal(index[d], kind) if isinstance(index[d], int) else f"(({kind})({index[d]}))"
+            return (
+                literal(index[d], kind)
+                if isinstance(index[d], int)
+                else f"(({kind})({index[d]}))"
+            )
 
         self._env[op.outs[0]] = Value(shape, kind, at)
 
     # --- the same entries in another order
 
-    def _moved(self, op: Operation, value: Value, back: Callable[[Index], Index]) -> None:
-        self._define(op.outs[0], Value(*op.types[0], lambda index: value.at(back(index)), value.cost))
+    def _moved(
+        self, op: Operation, value: Value, back: Callable[[Index], Index]
+    ) -> None:
+        self._define(
+            op.outs[0],
+            Value(*op.types[0], lambda index: value.at(back(index)), value.cost),
+        )
 
     def _op_broadcast_in_dim(self, op: Operation) -> None:
         dims = [*op.attributes["broadcast_dimensions"]]
@@ -656,7 +820,12 @@ class Program:
         if value.size < math.prod(op.types[0][0]):
             value = self._solid(op.ins[0])
         self._moved(
-            op, value, lambda index: [index[d] if n != 1 else 0 for d, n in zip(dims, value.shape, strict=True)]
+            op,
+            value,
+            lambda index: [
+                index[d] if n != 1 else 0
+                for d, n in zip(dims, value.shape, strict=True)
+            ],
         )
 
     def _op_reshape(self, op: Operation) -> None:
@@ -670,7 +839,9 @@ class Program:
                 return [0 if n == 1 else index[next(entries)] for n in value.shape]
 
             if value.name:  # it stays what it is
-                self._env[op.outs[0]] = value._replace(shape=shape, at=lambda index: value.at(back(index)), fresh=None)
+                self._env[op.outs[0]] = value._replace(
+                    shape=shape, at=lambda index: value.at(back(index)), fresh=None
+                )
             else:
                 self._moved(op, value, back)
             return
@@ -689,7 +860,8 @@ class Program:
 
         def back(index: Index) -> Index:
             turned = [
-                shape[d] - 1 - x if isinstance(x, int) else f"{shape[d] - 1} - ({x})" for d, x in enumerate(index)
+                shape[d] - 1 - x if isinstance(x, int) else f"{shape[d] - 1} - ({x})"
+                for d, x in enumerate(index)
             ]
             return [turned[d] if d in dims else x for d, x in enumerate(index)]
 
@@ -698,10 +870,18 @@ class Program:
     def _op_slice(self, op: Operation) -> None:
         starts = [*op.attributes["start_indices"]]
         steps = [*op.attributes["strides"]]
-        value = self._solid(op.ins[0]) if len(self._users[op.ins[0]]) > 1 else self._env[op.ins[0]]
-        self._moved(op, value, lambda index: [*map(_sum, map(_times, index, steps), starts)])
+        value = (
+            self._solid(op.ins[0])
+            if len(self._users[op.ins[0]]) > 1
+            else self._env[op.ins[0]]
+        )
+        self._moved(
+            op, value, lambda index: [*map(_sum, map(_times, index, steps), starts)]
+        )
 
-    def _starts(self, numbers: Sequence[int], shape: Shape, sizes: Shape) -> list[int | str]:
+    def _starts(
+        self, numbers: Sequence[int], shape: Shape, sizes: Shape
+    ) -> list[int | str]:
         """Variables with the first indices of a slice, kept inside of the array."""
         starts: list[int | str] = []
         for number, n, size in zip(numbers, shape, sizes, strict=True):
@@ -709,7 +889,9 @@ class Program:
                 starts.append(0)
                 continue
             name = self._new("int64_t")
-            self._nodes.append(Line(f"{name} = within({self._env[number].at([])}, {n - size});", name))
+            self._nodes.append(
+                Line(f"{name} = within({self._env[number].at([])}, {n - size});", name)
+            )
             starts.append(name)
         return starts
 
@@ -718,7 +900,9 @@ class Program:
         shape, kind = op.types[0]
         starts = self._starts(op.ins[1:], value.shape, shape)
         sliced = Value(shape, kind, lambda index: value.at([*map(_sum, starts, index)]))
-        self._env[op.outs[0]] = self._stored(sliced) if len(self._users[op.outs[0]]) > 1 else sliced
+        self._env[op.outs[0]] = (
+            self._stored(sliced) if len(self._users[op.outs[0]]) > 1 else sliced
+        )
 
     def _op_dynamic_update_slice(self, op: Operation) -> None:
         whole = self._env[op.ins[0]]
@@ -737,20 +921,33 @@ class Program:
         first = 0
         for number in op.ins:
             part = self._env[number]
-            self._put(whole, part, lambda index: [_sum(x, first) if i == d else x for i, x in enumerate(index)])
+            self._put(
+                whole,
+                part,
+                lambda index: [
+                    _sum(x, first) if i == d else x for i, x in enumerate(index)
+                ],
+            )
             first += part.shape[d]
         self._env[op.outs[0]] = whole
 
     def _op_pad(self, op: Operation) -> None:
         padding = self._env[op.ins[1]]
         apart = [n + 1 for n in op.attributes["interior_padding"]]
-        value, low = self._cut(op, self._env[op.ins[0]], [*op.attributes["edge_padding_low"]])
+        value, low = self._cut(
+            op, self._env[op.ins[0]], [*op.attributes["edge_padding_low"]]
+        )
         whole = self._stored(Value(*op.types[0], lambda _: padding.at([])))
-        self._put(whole, value, lambda index: [*map(_sum, map(_times, index, apart), low)])
+        self._put(
+            whole, value, lambda index: [*map(_sum, map(_times, index, apart), low)]
+        )
         self._env[op.outs[0]] = whole
 
-    def _cut(self, op: Operation, value: Value, low: list[int]) -> tuple[Value, list[int]]:
-        """What remains of a value at whose ends less than nothing is padded, and what is padded before it."""
+    def _cut(
+        self, op: Operation, value: Value, low: list[int]
+    ) -> tuple[Value, list[int]]:
+        """What remains of a value at whose ends less than nothing is padded, and what
+        is padded before it."""
         high = [*op.attributes["edge_padding_high"]]
         apart = [*op.attributes["interior_padding"]]
         if min(*low, *high, 0) >= 0:
@@ -758,13 +955,19 @@ class Program:
         if any(apart):
             raise UnknownOperation("pad that cuts and spreads")
         first = [max(-n, 0) for n in low]
-        shape = tuple(n - a - max(-b, 0) for n, a, b in zip(value.shape, first, high, strict=True))
-        cut = value._replace(shape=shape, name="", at=lambda index: value.at([*map(_sum, index, first)]))
+        shape = tuple(
+            n - a - max(-b, 0) for n, a, b in zip(value.shape, first, high, strict=True)
+        )
+        cut = value._replace(
+            shape=shape, name="", at=lambda index: value.at([*map(_sum, index, first)])
+        )
         return cut, [max(n, 0) for n in low]
 
     # --- sums and the like
 
-    def _inline(self, region: Body, args: Sequence[Value]) -> tuple[list[Any], list[Value]]:
+    def _inline(
+        self, region: Body, args: Sequence[Value]
+    ) -> tuple[list[Any], list[Value]]:
         """A small region, with these values for its arguments."""
         self._env |= zip(region.args, args, strict=True)
         return self._nested(region, region.outs)
@@ -772,20 +975,34 @@ class Program:
     def _counter(self, shape: Shape) -> tuple[list[str], Index]:
         """Heads of loops over all entries, and their indices."""
         names = [f"j{next(self._indices)}" if n > 1 else 0 for n in shape]
-        heads = [f"for (int {x} = 0; {x} < {n}; {x}++)" for x, n in zip(names, shape, strict=True) if n > 1]
+        heads = [
+            f"for (int {x} = 0; {x} < {n}; {x}++)"
+            for x, n in zip(names, shape, strict=True)
+            if n > 1
+        ]
         return heads, names
 
     def _nest(self, heads: list[str], inside: list[Any]) -> list[Any]:
         """Loops around lines, not to be divided."""
         return [Block([(" ".join([*heads, "{"]), inside)], True)] if heads else inside
 
-    def _sums(self, heads: list[str], loops: list[str], begin: list[Line], add: list[Any], end: list[Line]) -> None:
-        """Loops that begin sums, add to them and end them; without an end the sums of all entries grow side by side,
-        so that none waits for another."""
+    def _sums(
+        self,
+        heads: list[str],
+        loops: list[str],
+        begin: list[Line],
+        add: list[Any],
+        end: list[Line],
+    ) -> None:
+        """Loops that begin sums, add to them and end them; without an end the sums of
+        all entries grow side by side, so that none waits for another."""
         if end:
             self._nodes += self._nest(heads, [*begin, *self._nest(loops, add), *end])
         else:
-            self._nodes += [*self._nest(heads, begin), *self._nest([*loops, *heads], add)]
+            self._nodes += [
+                *self._nest(heads, begin),
+                *self._nest([*loops, *heads], add),
+            ]
 
     def _scalar(self, text: str, kind: str) -> Value:
         return Value((), kind, lambda _: text)
@@ -801,21 +1018,41 @@ class Program:
         results = [self._variable(*kind) for kind in op.types]
         outer, over = self._counter(tuple(shape[d] for d in kept))
         inner, inside = self._counter(tuple(shape[d] for d in dims))
-        place: dict[int, int | str] = dict(zip([*kept, *dims], [*over, *inside], strict=True))
+        place: dict[int, int | str] = dict(
+            zip([*kept, *dims], [*over, *inside], strict=True)
+        )
         index = [place[d] for d in range(len(shape))]
         beside = count == 1 and results[0].size > 1 and kept[-1] == len(shape) - 1
-        sums = [results[0].at(over)] if beside else [self._new(value.kind) for value in values]
+        sums = (
+            [results[0].at(over)]
+            if beside
+            else [self._new(value.kind) for value in values]
+        )
         entries = [self._scalar(value.at(index), value.kind) for value in values]
-        held = [self._scalar(name, value.kind) for name, value in zip(sums, values, strict=True)]
+        held = [
+            self._scalar(name, value.kind)
+            for name, value in zip(sums, values, strict=True)
+        ]
         lines, after = self._inline(region, [*held, *entries])
         texts = [value.at([]) for value in after]
         if count > 1:  # (one may read what another changes)
             fresh = [self._new(value.kind) for value in values]
-            lines += [Line(f"{name} = {text};", name) for name, text in zip(fresh, texts, strict=True)]
+            lines += [
+                Line(f"{name} = {text};", name)
+                for name, text in zip(fresh, texts, strict=True)
+            ]
             texts = fresh
-        lines += [Line(f"{name} = {text};") for name, text in zip(sums, texts, strict=True)]
-        begin = [Line(f"{name} = {x};", "" if beside else name) for name, x in zip(sums, initial, strict=True)]
-        end = [Line(f"{result.at(over)} = {name};") for result, name in zip(results, sums, strict=True)]
+        lines += [
+            Line(f"{name} = {text};") for name, text in zip(sums, texts, strict=True)
+        ]
+        begin = [
+            Line(f"{name} = {x};", "" if beside else name)
+            for name, x in zip(sums, initial, strict=True)
+        ]
+        end = [
+            Line(f"{result.at(over)} = {name};")
+            for result, name in zip(results, sums, strict=True)
+        ]
         self._sums(outer, inner, begin, lines, [] if beside else end)
         self._env |= zip(op.outs, results, strict=True)
 
@@ -831,7 +1068,12 @@ class Program:
         plain = all({*attributes.get(name, [1])} == {1} for name in others)
         [d] = [d for d, n in enumerate(windows) if n != 1] or [0]
         n = shape[d]
-        if not plain or shape != value.shape or windows[d] != n or low[d] not in (0, n - 1):
+        if (
+            not plain
+            or shape != value.shape
+            or windows[d] != n
+            or low[d] not in (0, n - 1)
+        ):
             raise UnknownOperation("reduce_window other than a running one")
         result = self._variable(shape, kind)
         total = self._new(kind)
@@ -839,8 +1081,13 @@ class Program:
         k = f"j{next(self._indices)}"
         along = k if low[d] else f"{n - 1} - {k}"
         index = [*over[:d], along, *over[d:]]
-        lines, [after] = self._inline(region, [self._scalar(total, kind), self._scalar(value.at(index), kind)])
-        lines += [Line(f"{total} = {after.at([])};"), Line(f"{result.at(index)} = {total};")]
+        lines, [after] = self._inline(
+            region, [self._scalar(total, kind), self._scalar(value.at(index), kind)]
+        )
+        lines += [
+            Line(f"{total} = {after.at([])};"),
+            Line(f"{result.at(index)} = {total};"),
+        ]
         loop = self._nest([f"for (int {k} = 0; {k} < {n}; {k}++)"], lines)
         self._nodes += self._nest(heads, [Line(f"{total} = {initial};", total), *loop])
         self._env[op.outs[0]] = result
@@ -852,7 +1099,9 @@ class Program:
             value = self._solid(number)
             batch = numbers[f"{side}_batching_dimensions"]
             summed = numbers[f"{side}_contracting_dimensions"]
-            sides.append((value, batch, _others(value.shape, (*batch, *summed)), summed))
+            sides.append(
+                (value, batch, _others(value.shape, (*batch, *summed)), summed)
+            )
         shape, kind = op.types[0]
         total = self._new("double")
         result = self._variable(shape, kind)
@@ -862,15 +1111,25 @@ class Program:
         shared = len(batch)
         split = shared + len(free)
         factors = []
-        for (value, batch, free, summed), own in zip(sides, (over[shared:split], over[split:]), strict=True):
-            place = dict(zip([*batch, *free, *summed], [*over[:shared], *own, *along], strict=True))
+        for (value, batch, free, summed), own in zip(
+            sides, (over[shared:split], over[split:]), strict=True
+        ):
+            place = dict(
+                zip(
+                    [*batch, *free, *summed],
+                    [*over[:shared], *own, *along],
+                    strict=True,
+                )
+            )
             factors.append(value.at([place[d] for d in range(len(value.shape))]))
         beside = split < len(shape)
         entry = result.at(over)
         name = entry if beside else total
         begin = [Line(f"{name} = 0;", "" if beside else name)]
         add = [Line(f"{name} += {' * '.join(factors)};")]
-        self._sums(heads, loops, begin, add, [] if beside else [Line(f"{entry} = {name};")])
+        self._sums(
+            heads, loops, begin, add, [] if beside else [Line(f"{entry} = {name};")]
+        )
         self._env[op.outs[0]] = result
 
     # --- entries by number
@@ -882,14 +1141,27 @@ class Program:
         shape, kind = op.types[0]
         sizes = [*op.attributes["slice_sizes"]]
         offsets = numbers["offset_dims"]
-        wide = _others(value.shape, (*numbers["collapsed_slice_dims"], *numbers["operand_batching_dims"]))
+        wide = _others(
+            value.shape,
+            (*numbers["collapsed_slice_dims"], *numbers["operand_batching_dims"]),
+        )
         entry, along = self._entry(numbers, rows, _others(shape, offsets))
-        pairs = [*zip(numbers["operand_batching_dims"], numbers["start_indices_batching_dims"], strict=True)]
+        pairs = [
+            *zip(
+                numbers["operand_batching_dims"],
+                numbers["start_indices_batching_dims"],
+                strict=True,
+            )
+        ]
 
         def at(index: Index) -> str:
             place: list[int | str] = [0] * len(value.shape)
             for j, d in enumerate(numbers["start_index_map"]):
-                place[d] = f"within({entry(index, j)}, {value.shape[d] - sizes[d]})" if value.shape[d] > sizes[d] else 0
+                place[d] = (
+                    f"within({entry(index, j)}, {value.shape[d] - sizes[d]})"
+                    if value.shape[d] > sizes[d]
+                    else 0
+                )
             for d, r in pairs:
                 place[d] = along(index, r)
             for d, o in zip(wide, offsets, strict=True):
@@ -898,9 +1170,11 @@ class Program:
 
         self._define(op.outs[0], Value(shape, kind, at, 2))
 
-    def _entry(self, numbers: dict[str, list[int]], rows: Value, batch: list[int]) -> tuple[Callable, Callable]:
-        """C of the number `j` in the vector of indices that belongs to the entry of a result, and the index of that
-        entry along the dimension `r` of the vectors."""
+    def _entry(
+        self, numbers: dict[str, list[int]], rows: Value, batch: list[int]
+    ) -> tuple[Callable, Callable]:
+        """C of the number `j` in the vector of indices that belongs to the entry of a
+        result, and the index of that entry along the dimension `r` of the vectors."""
         own = _others(rows.shape, numbers["index_vector_dim"] or [0])
 
         def entry(index: Index, j: int) -> str:
@@ -919,7 +1193,10 @@ class Program:
         [region] = op.regions
         whole = whole if self._own(op.ins[0]) else self._stored(whole)
         windows = numbers["update_window_dims"]
-        wide = _others(whole.shape, (*numbers["inserted_window_dims"], *numbers["input_batching_dims"]))
+        wide = _others(
+            whole.shape,
+            (*numbers["inserted_window_dims"], *numbers["input_batching_dims"]),
+        )
         entry, along = self._entry(numbers, rows, _others(part.shape, windows))
         heads, index = self._counter(part.shape)
         place: list[int | str] = [0] * len(whole.shape)
@@ -931,21 +1208,30 @@ class Program:
             lines.append(Line(f"{name} = {entry(index, j)};", name))
             tests.append(f"{name} >= 0 && {name} <= {whole.shape[d] - sizes.get(d, 1)}")
             place[d] = name
-        for d, r in zip(numbers["input_batching_dims"], numbers["scatter_indices_batching_dims"], strict=True):
+        for d, r in zip(
+            numbers["input_batching_dims"],
+            numbers["scatter_indices_batching_dims"],
+            strict=True,
+        ):
             place[d] = along(index, r)
         for d, w in zip(wide, windows, strict=True):
             place[d] = _sum(place[d], index[w])
         target = whole.at(place)
-        inside, [after] = self._inline(region, [self._scalar(x, whole.kind) for x in (target, part.at(index))])
+        inside, [after] = self._inline(
+            region, [self._scalar(x, whole.kind) for x in (target, part.at(index))]
+        )
         inside.append(Line(f"{target} = {after.at([])};"))
-        lines.append(Block([(f"if ({' && '.join(tests)}) {{" if tests else "{", inside)], True))
+        lines.append(
+            Block([(f"if ({' && '.join(tests)}) {{" if tests else "{", inside)], True)
+        )
         self._nodes += self._nest(heads, lines)
         self._env[op.outs[0]] = whole
 
     # --- text
 
     def _printed(self) -> str:
-        """All functions, none longer than `LONGEST` lines, behind the frame with what they share."""
+        """All functions, none longer than `LONGEST` lines, behind the frame with what
+        they share."""
         divided: dict[str, list[Any]] = {}
         whose: dict[str, str] = {}
         for name, nodes in self._functions.items():
@@ -957,21 +1243,37 @@ class Program:
             for token in {*_TOKEN.findall("\n".join(_texts(nodes)))}:
                 homes[token].add(function)
         outs = {value.name for _, values in self._results.values() for value in values}
-        shared = {name for name in self._kinds if len(homes[name]) > 1 or self._bytes(name) > _LARGE}
+        shared = {
+            name
+            for name in self._kinds
+            if len(homes[name]) > 1 or self._bytes(name) > _LARGE
+        }
         shared |= outs | self._pointed & {*self._kinds}
         shared |= {name for names, _ in self._results.values() for name in names}
         places = self._places(
-            {name for name in shared if len({whose[home] for home in homes[name]}) == 1} - outs - self._pointed
+            {name for name in shared if len({whose[home] for home in homes[name]}) == 1}
+            - outs
+            - self._pointed
         )
         kept = [name for name in self._kinds if name in shared - {*places}]
         self.bytes = sum(map(self._bytes, kept))
         fields = "\n".join(f"  {self._declared(name)};" for name in kept)
         texts = [f"struct {self.name}_frame {{\n{fields}\n}};"]
-        texts += [f"static const {kind} {name}[] = {{{text}}};" for (kind, text), name in self._tables.items()]
-        texts += [f"APART static void {name}(struct {self.name}_frame *frame);" for name in divided]
+        texts += [
+            f"static const {kind} {name}[] = {{{text}}};"
+            for (kind, text), name in self._tables.items()
+        ]
+        texts += [
+            f"APART static void {name}(struct {self.name}_frame *frame);"
+            for name in divided
+        ]
 
         def in_frame(found: re.Match) -> str:
-            return f"frame->{places.get(found[0], found[0])}" if found[0] in shared else found[0]
+            return (
+                f"frame->{places.get(found[0], found[0])}"
+                if found[0] in shared
+                else found[0]
+            )
 
         def lines(nodes: list[Any], depth: int) -> Iterator[str]:
             margin = "  " * depth
@@ -981,26 +1283,47 @@ class Program:
                         yield margin + _TOKEN.sub(in_frame, head)
                         yield from lines(inside, depth + 1)
                     yield margin + "}"
-                elif isinstance(node, Line) and node.declares and node.declares not in shared:
+                elif (
+                    isinstance(node, Line)
+                    and node.declares
+                    and node.declares not in shared
+                ):
                     kind, size = self._kinds[node.declares]
-                    words = node.text if node.text else f"{node.declares}{f'[{size}]' if size > 1 else ''};"
+                    words = (
+                        node.text
+                        if node.text
+                        else f"{node.declares}{f'[{size}]' if size > 1 else ''};"
+                    )
                     yield f"{margin}{kind} {_TOKEN.sub(in_frame, words)}"
                 elif node.text:
                     yield margin + _TOKEN.sub(in_frame, node.text)
 
         for name, nodes in divided.items():
-            texts.append("\n".join([f"static void {name}(struct {self.name}_frame *frame) {{", *lines(nodes, 1), "}"]))
+            texts.append(
+                "\n".join(
+                    [
+                        f"static void {name}(struct {self.name}_frame *frame) {{",
+                        *lines(nodes, 1),
+                        "}",
+                    ]
+                )
+            )
         return "\n".join(texts) + "\n"
 
     def _places(self, names: set[str]) -> dict[str, str]:
-        """For large arrays of one function each: the earlier one, no longer used, in whose memory it lies."""
+        """For large arrays of one function each: the earlier one, no longer used, in
+        whose memory it lies."""
         large = {name for name in names if self._bytes(name) > _LARGE}
         places: dict[str, str] = {}
         for nodes in self._functions.values():
             spans = dict[str, list[int]]()
             clock = itertools.count()
 
-            def walk(nodes: list[Any], spans: dict[str, list[int]] = spans, clock: Iterator[int] = clock) -> None:
+            def walk(
+                nodes: list[Any],
+                spans: dict[str, list[int]] = spans,
+                clock: Iterator[int] = clock,
+            ) -> None:
                 for node in nodes:
                     now = next(clock)
                     if isinstance(node, Block):
@@ -1009,16 +1332,26 @@ class Program:
                     after = next(clock)
                     for name in large & {*_TOKEN.findall("\n".join(_texts([node])))}:
                         span = spans.setdefault(name, [now, now])
-                        if span[0] <= now:  # (after a loop around its uses: there may be another turn)
+                        if (
+                            span[0] <= now
+                        ):  # (after a loop around its uses: there may be another turn)
                             span[1] = after
 
             walk(nodes)
             free: list[tuple[int, str]] = []  # when its last user ends
-            for name, (first, last) in sorted(spans.items(), key=lambda entry: entry[1][0]):
+            for name, (first, last) in sorted(
+                spans.items(), key=lambda entry: entry[1][0]
+            ):
                 kind, size = self._kinds[name]
-                fits = [place for place in free if place[0] < first and self._kinds[place[1]][0] == kind]
+                fits = [
+                    place
+                    for place in free
+                    if place[0] < first and self._kinds[place[1]][0] == kind
+                ]
                 if fits:
-                    best = min(fits, key=lambda place: abs(self._kinds[place[1]][1] - size))
+                    best = min(
+                        fits, key=lambda place: abs(self._kinds[place[1]][1] - size)
+                    )
                     free.remove(best)
                     places[name] = best[1]
                     size = max(size, self._kinds[best[1]][1])
@@ -1048,7 +1381,11 @@ def _texts(nodes: list[Any]) -> Iterator[str]:
 
 
 def _length(node: Any) -> int:
-    return 1 if not isinstance(node, Block) else 1 + sum(_length(inner) for _, inside in node.parts for inner in inside)
+    return (
+        1
+        if not isinstance(node, Block)
+        else 1 + sum(_length(inner) for _, inside in node.parts for inner in inside)
+    )
 
 
 def _divided(name: str, nodes: list[Any]) -> dict[str, list[Any]]:
@@ -1066,7 +1403,9 @@ def _divided(name: str, nodes: list[Any]) -> dict[str, list[Any]]:
             groups: list[list[Any]] = [[]]
             for node in inner:
                 apart = isinstance(node, Pinned)
-                if groups[-1] and (apart or sum(map(_length, groups[-1])) + _length(node) > LONGEST):
+                if groups[-1] and (
+                    apart or sum(map(_length, groups[-1])) + _length(node) > LONGEST
+                ):
                     groups.append([])
                 groups[-1].append(node)
                 if apart:

@@ -1,4 +1,5 @@
-"""A scene as an FMU for co-simulation: C that steps it under the inputs of another program."""
+"""A scene as an FMU for co-simulation: C that steps it under the inputs of another
+program."""
 
 import collections
 import dataclasses
@@ -25,7 +26,15 @@ from .._base._quantity import Quantity, shown
 from ..outputs.quantities import SERIES_COLUMNS
 from ..parts.scene import Scene, checked
 from ..runs.stepper import HeldInput, held_inputs
-from ._c_export import Export, c_name, c_text, check_waiting, possible_inputs, program_version, range_of
+from ._c_export import (
+    Export,
+    c_name,
+    c_text,
+    check_waiting,
+    possible_inputs,
+    program_version,
+    range_of,
+)
 
 #: outputs of several values, of which the maximum is given
 _MAXIMA = (
@@ -57,23 +66,32 @@ def export_fmu(
     waiting: int = 64,
     compiler: str | None = None,
 ) -> Path:
-    """Write a scene as an FMU for co-simulation that needs nothing where it runs: C, and its binary.
+    """Write a scene as an FMU for co-simulation that needs nothing where it runs: C,
+    and its binary.
 
-    - `inputs`: those of `Stepper`; by default lever and load, as far as the scene can have them
-    - outputs: `omega`, `phi`, `brake_torque`, tensions and all other columns of `Series` that are one number, the
-      maximum of each temperature; `band_mode`; `holding`; `event_count`, and number and time of the `last_event`
-    - parameters: every number of the scene by its path, one by one, and `rtol`; they are fixed once initialized.
-      Structure, method and numbers of parts are those of the scene given
+    - `inputs`: those of `Stepper`; by default lever and load, as far as the scene can
+      have them
+    - outputs: `omega`, `phi`, `brake_torque`, tensions and all other columns of
+      `Series` that are one number, the maximum of each temperature; `band_mode`;
+      `holding`; `event_count`, and number and time of the `last_event`
+    - parameters: every number of the scene by its path, one by one, and `rtol`; they
+      are fixed once initialized. Structure, method and numbers of parts are those of
+      the scene given
     - `fmi`: 2 or 3, for FMI 2.0 or 3.0
-    - `waiting`: how many commands can wait in a dead time (a step takes longer with more)
-    - `compiler`: C compiler; by default that of the variable CC, cc, gcc, clang or the one of `ziglang`
+    - `waiting`: how many commands can wait in a dead time (a step takes longer with
+      more)
+    - `compiler`: C compiler; by default that of the variable CC, cc, gcc, clang or the
+      one of `ziglang`
 
-    Events fall at their times within a step, and are in the log. The numbers are those of a `Stepper` within rounding.
-    The state can be kept, set back and serialized. A step that fails leaves the state as it was, and its reason in the
-    log. It is an error; where it had too many events for one step, it is discarded, and a shorter one may do. Where no
-    compiler is found, the file has the sources alone, and a warning says so: other programs compile them.
+    Events fall at their times within a step, and are in the log. The numbers are those
+    of a `Stepper` within rounding. The state can be kept, set back and serialized. A
+    step that fails leaves the state as it was, and its reason in the log. It is an
+    error; where it had too many events for one step, it is discarded, and a shorter one
+    may do. Where no compiler is found, the file has the sources alone, and a warning
+    says so: other programs compile them.
 
-    Raises `InputError` for a scene that cannot be written or stepped, and for a compiler that fails.
+    Raises `InputError` for a scene that cannot be written or stepped, and for a
+    compiler that fails.
 
     Example:
         >>> try:
@@ -84,14 +102,18 @@ def export_fmu(
     """
     path = Path(path)
     if path.suffix != ".fmu":
-        raise input_error(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")
+        raise input_error(
+            str(path), f"has the ending {path.suffix!r}", "give a name with .fmu"
+        )
     scene = checked(scene)
     inputs = possible_inputs(scene) if inputs is None else inputs
     held = held_inputs(scene, [] if inputs is None else inputs)
     name = c_name(path)
     check_waiting(waiting)
     if fmi not in (2, 3):
-        raise input_error("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")
+        raise input_error(
+            "fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3"
+        )
     export = Export(name, scene, held, waiting=waiting)
     text = c_text(export)
     variables = _variables(held, export)
@@ -102,14 +124,24 @@ def export_fmu(
         for place in ("sources", "resources", "binaries"):
             (scratch / place).mkdir()
         (scratch / "sources" / f"{name}.c").write_text(text, "utf-8")
-        (scratch / "sources" / "variables.h").write_text(_c_variables(name, variables, token, export, fmi), "utf-8")
+        (scratch / "sources" / "variables.h").write_text(
+            _c_variables(name, variables, token, export, fmi), "utf-8"
+        )
         shutil.copy(Path(__file__).with_name("fmu.c"), scratch / "sources" / "fmu.c")
         if fmi == 3:
-            (scratch / "sources" / "buildDescription.xml").write_bytes(_build_description(name))
-        (scratch / "modelDescription.xml").write_bytes(_model_description(name, scene, variables, token, fmi))
+            (scratch / "sources" / "buildDescription.xml").write_bytes(
+                _build_description(name)
+            )
+        (scratch / "modelDescription.xml").write_bytes(
+            _model_description(name, scene, variables, token, fmi)
+        )
         if command is None:
             (scratch / "binaries").rmdir()
-            warnings.warn(f"no C compiler was found: {path} has its sources alone", UserWarning, stacklevel=2)
+            warnings.warn(
+                f"no C compiler was found: {path} has its sources alone",
+                UserWarning,
+                stacklevel=2,
+            )
         else:
             _compile(command, scratch, name, fmi)
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -118,12 +150,13 @@ def export_fmu(
     return path
 
 
-# --- variables --------------------------------------------------------------------------------------------------------
+# --- variables ----------------------------------------------------------------------
 
 
 @dataclasses.dataclass
 class _Variable:
-    """A variable of an FMU; `first`, `size`: its place among the numbers, inputs or columns of a C file."""
+    """A variable of an FMU; `first`, `size`: its place among the numbers, inputs or
+    columns of a C file."""
 
     name: str
     causality: str
@@ -141,7 +174,13 @@ class _Variable:
 
     @property
     def variability(self) -> str:
-        return "fixed" if self.causality == "parameter" else "continuous" if self.type == "Real" else "discrete"
+        return (
+            "fixed"
+            if self.causality == "parameter"
+            else "continuous"
+            if self.type == "Real"
+            else "discrete"
+        )
 
 
 def _variables(held: Mapping[str, HeldInput], export: Export) -> list[_Variable]:
@@ -150,8 +189,14 @@ def _variables(held: Mapping[str, HeldInput], export: Export) -> list[_Variable]
     first = 0
     for place, (name, held_input) in enumerate(held.items()):
         low = 0.0 if held_input.unit == "N" else None
-        about = Quantity(held_input.unit, f"{name}, held from one step to the next", low=low)
-        variables.append(_Variable(name, "input", about, start=held_input.level, first=place, kind="INPUT"))
+        about = Quantity(
+            held_input.unit, f"{name}, held from one step to the next", low=low
+        )
+        variables.append(
+            _Variable(
+                name, "input", about, start=held_input.level, first=place, kind="INPUT"
+            )
+        )
     for name, column in export.columns.items():
         size = math.prod(column.shape)
         several = len(column.shape) > 1
@@ -159,7 +204,9 @@ def _variables(held: Mapping[str, HeldInput], export: Export) -> list[_Variable]
             kind = "Integer" if np.issubdtype(column.dtype, np.integer) else "Real"
             about = SERIES_COLUMNS[name]
             about = Quantity(about.unit, "maximum: " * several + about.meaning)
-            variables.append(_Variable(name, "output", about, kind, first=first, size=size))
+            variables.append(
+                _Variable(name, "output", about, kind, first=first, size=size)
+            )
         first += size
     about = Quantity("1", "whether the brake holds the pulley at rest")
     variables.append(_Variable("holding", "output", about, "Boolean", kind="HOLDING"))
@@ -168,21 +215,32 @@ def _variables(held: Mapping[str, HeldInput], export: Export) -> list[_Variable]
             path = leaf.path + "".join(f"[{i}]" for i in at)
             value = float(export.numbers[int(place)])
             if math.isfinite(value):
-                parameter = _Variable(path, "parameter", leaf.about, start=value, first=int(place), kind="PARAMETER")
+                parameter = _Variable(
+                    path,
+                    "parameter",
+                    leaf.about,
+                    start=value,
+                    first=int(place),
+                    kind="PARAMETER",
+                )
                 variables.append(parameter)
     about = Quantity("1", "relative tolerance of the integration", low=1e-15, high=0.1)
-    variables.append(_Variable("rtol", "parameter", about, start=export.rtol, kind="TOLERANCE"))
+    variables.append(
+        _Variable("rtol", "parameter", about, start=export.rtol, kind="TOLERANCE")
+    )
     names = ", ".join(f"{i} {name}" for i, name in enumerate(export.events, start=1))
     for name, unit, meaning, kind in (
         ("event_count", "1", "events since the start", "Integer"),
         ("last_event", "1", f"the last event: {names}; 0: there was none", "Integer"),
         ("last_event_time", "s", "when it was; -1: there was none", "Real"),
     ):
-        variables.append(_Variable(name, "output", Quantity(unit, meaning), kind, kind=name.upper()))
+        variables.append(
+            _Variable(name, "output", Quantity(unit, meaning), kind, kind=name.upper())
+        )
     return variables
 
 
-# --- files of an FMU --------------------------------------------------------------------------------------------------
+# --- files of an FMU ----------------------------------------------------------------
 
 
 def _compiler(named: str | None) -> list[str] | None:
@@ -190,7 +248,11 @@ def _compiler(named: str | None) -> list[str] | None:
     command = named or os.environ.get("CC")
     if command and (parts := shlex.split(command)):
         if shutil.which(parts[0]) is None:
-            raise input_error("compiler", f"{parts[0]} is not there", "name a C compiler, or leave it out")
+            raise input_error(
+                "compiler",
+                f"{parts[0]} is not there",
+                "name a C compiler, or leave it out",
+            )
         return parts
     found = next((one for one in ("cc", "gcc", "clang") if shutil.which(one)), None)
     if found is None and importlib.util.find_spec("ziglang"):
@@ -208,28 +270,49 @@ def _compile(command: list[str], folder: Path, name: str, fmi: int) -> None:
     if fmi == 2:
         place = f"{system}{64 if sys.maxsize > 2**32 else 32}"
     else:
-        machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+        machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
+            platform.machine().lower(), platform.machine().lower()
+        )
         place = f"{machine}-{ {'win': 'windows'}.get(system, system) }"
     binaries = folder / "binaries" / place
     binaries.mkdir()
     flags += ["-O2", "-std=c99", "-ffp-contract=off", "-shared"]
-    call = [*command, *flags, "-o", str(binaries / f"{name}{ending}"), str(folder / "sources" / "fmu.c"), "-lm"]
+    call = [
+        *command,
+        *flags,
+        "-o",
+        str(binaries / f"{name}{ending}"),
+        str(folder / "sources" / "fmu.c"),
+        "-lm",
+    ]
     done = subprocess.run(call, capture_output=True, text=True)
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines()
-        first = next((line for line in said if "error" in line), said[-1] if said else "without a word")
-        raise input_error("compiler", f"{command[0]} failed: {first}", "name another C compiler")
+        first = next(
+            (line for line in said if "error" in line),
+            said[-1] if said else "without a word",
+        )
+        raise input_error(
+            "compiler", f"{command[0]} failed: {first}", "name another C compiler"
+        )
 
 
-def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: Export, fmi: int) -> str:
+def _c_variables(
+    name: str, variables: Sequence[_Variable], token: str, export: Export, fmi: int
+) -> str:
     """What the functions of FMI have to know of a scene."""
     rows = []
     for one in variables:
         low, high = range_of(one.about)
         unit = one.unit and f" {one.unit}"
-        rows.append(f'  {{{one.kind}, {one.first}, {one.size}, {low!r}, {high!r}, "{one.name}", "{unit}"}},')
+        rows.append(
+            f'  {{{one.kind}, {one.first}, {one.size}, {low!r}, {high!r}, "{one.name}", "{unit}"}},'
+        )
     rows.append('  {TIME, 0, 1, 0, 0, "time", " s"},')
-    starts = ", ".join(repr(one.start) for one in variables if one.causality == "input") or "0"
+    starts = (
+        ", ".join(repr(one.start) for one in variables if one.causality == "input")
+        or "0"
+    )
     return "\n".join(
         [
             f"#define NAME(x) {name}_##x",
@@ -247,9 +330,13 @@ def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: 
     )
 
 
-def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], token: str, fmi: int) -> bytes:
+def _model_description(
+    name: str, scene: Scene, variables: Sequence[_Variable], token: str, fmi: int
+) -> bytes:
     """The model description of FMI 2.0 or 3.0."""
-    marked, state = ("guid", "FMUstate") if fmi == 2 else ("instantiationToken", "FMUState")
+    marked, state = (
+        ("guid", "FMUstate") if fmi == 2 else ("instantiationToken", "FMUState")
+    )
     attributes = {
         "fmiVersion": f"{fmi}.0",
         "modelName": name,
@@ -262,18 +349,27 @@ def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], 
     able = ["canHandleVariableCommunicationStepSize"]
     able += ["canNotUseMemoryManagementFunctions"] * (fmi == 2)
     able += [f"canGetAndSet{state}", f"canSerialize{state}"]
-    about = SubElement(root, "CoSimulation", {"modelIdentifier": name, **dict.fromkeys(able, "true")})
+    about = SubElement(
+        root, "CoSimulation", {"modelIdentifier": name, **dict.fromkeys(able, "true")}
+    )
     if fmi == 2:
         root.set("numberOfEventIndicators", "0")
         SubElement(SubElement(about, "SourceFiles"), "File", name="fmu.c")
     if units := dict.fromkeys(variable.unit for variable in variables if variable.unit):
         definitions = SubElement(root, "UnitDefinitions")
         for unit in units:
-            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", _powers(unit))
+            SubElement(
+                SubElement(definitions, "Unit", name=unit), "BaseUnit", _powers(unit)
+            )
     categories = SubElement(root, "LogCategories")
     for category in ("logEvents", "logStatusDiscard", "logStatusError"):
         SubElement(categories, "Category", name=category)
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(float(np.asarray(scene.end_time))))
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0",
+        stopTime=repr(float(np.asarray(scene.end_time))),
+    )
     described = SubElement(root, "ModelVariables")
     types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
     for place, one in enumerate(variables):
@@ -306,7 +402,12 @@ def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], 
                 SubElement(unknowns, "Unknown", index=str(place + 1))
     else:
         last = str(len(variables))
-        clock = {"name": "time", "valueReference": last, "causality": "independent", "variability": "continuous"}
+        clock = {
+            "name": "time",
+            "valueReference": last,
+            "causality": "independent",
+            "variability": "continuous",
+        }
         SubElement(described, "Float64", clock)
         for part in ("Output", "InitialUnknown"):
             for place in outputs:
@@ -318,7 +419,11 @@ def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], 
 def _build_description(name: str) -> bytes:
     """What an FMU of FMI 3.0 is built of."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    sources = SubElement(SubElement(root, "BuildConfiguration", modelIdentifier=name), "SourceFileSet", language="C99")
+    sources = SubElement(
+        SubElement(root, "BuildConfiguration", modelIdentifier=name),
+        "SourceFileSet",
+        language="C99",
+    )
     SubElement(sources, "SourceFile", name="fmu.c")
     return _xml(root)
 
@@ -334,7 +439,11 @@ def _powers(unit: str) -> dict[str, str]:
     above, _, below = unit.partition("/")
     for part, sign in ((above, 1), (below.strip("()"), -1)):
         for factor in filter(None, part.split(".")):
-            name, power = (factor[:-1], int(factor[-1])) if factor[-1].isdigit() and len(factor) > 1 else (factor, 1)
+            name, power = (
+                (factor[:-1], int(factor[-1]))
+                if factor[-1].isdigit() and len(factor) > 1
+                else (factor, 1)
+            )
             for base, n in _BASE.get(name, {}).items():
                 powers[base] += sign * power * n
     return {base: str(power) for base, power in powers.items()}

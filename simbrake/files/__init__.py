@@ -1,6 +1,7 @@
 """Scenes in files, and given functions of time from measurements.
 
-The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+The names are in `__init__.pyi`, each with its module, which is imported at the first
+use of the name.
 """
 
 from .._base._arguments import public_names

@@ -1,4 +1,5 @@
-"""Format of scene files: one description of every part, as text tables and as JSON Schema."""
+"""Format of scene files: one description of every part, as text tables and as JSON
+Schema."""
 
 import dataclasses
 import functools
@@ -12,7 +13,15 @@ from typing import Annotated, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import InputError, input_error, nearest
-from .._base._part import Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
+from .._base._part import (
+    Whole,
+    about_of,
+    alternatives,
+    leaves,
+    short_of,
+    takes_values,
+    unit_below,
+)
 from .._base._quantity import Quantity
 from .._base._table import Column, Table, numbers
 from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
@@ -38,15 +47,22 @@ from ..thermal.materials import LIBRARY, Material
 
 @takes_values
 def history(
-    file: Path, column: str, unit: str = "SI", time: str = "t", begin: Annotated[float, Quantity("s", "shift")] = 0.0
+    file: Path,
+    column: str,
+    unit: str = "SI",
+    time: str = "t",
+    begin: Annotated[float, Quantity("s", "shift")] = 0.0,
 ) -> PiecewiseLinear:
-    """A profile of straight lines between the rows of a CSV file; every row is a time breakpoint, at which a step ends.
+    """A profile of straight lines between the rows of a CSV file; every row is a time
+    breakpoint, at which a step ends.
 
-    - `column`, `time`: names of the columns; units stand in the header as `slack_tension [kN]`, `t [ms]`, SI without
+    - `column`, `time`: names of the columns; units stand in the header as
+      `slack_tension [kN]`, `t [ms]`, SI without
     - `unit`: SI unit of the column;  `begin` (s) is added to the times
 
-    Two rows at one time are a jump. Rows with an empty cell, or a null value of a logger such as -999.25, are left out.
-    Raises `InputError` with every error of the file: line, column, value and hint.
+    Two rows at one time are a jump. Rows with an empty cell, or a null value of a
+    logger such as -999.25, are left out. Raises `InputError` with every error of the
+    file: line, column, value and hint.
 
     Example:
         >>> import tempfile
@@ -62,7 +78,9 @@ def history(
     if table.heads:
         for name in (time, column):
             if name not in names:
-                table.fault(" header", f"has no column {name}", f"there are: {', '.join(names)}")
+                table.fault(
+                    " header", f"has no column {name}", f"there are: {', '.join(names)}"
+                )
     if table.faults:
         raise InputError(table.faults)
     t = table.column(names[time], "s", needed=True)
@@ -73,7 +91,11 @@ def history(
     if not table.faults and np.any(np.diff(t[there]) < 0):
         first = int(np.flatnonzero(np.diff(t[there]) < 0)[0])
         line = table.places[there][first + 1]
-        table.fault(f" line {line}, column {time}", "is earlier than the line before", "sort the rows by time")
+        table.fault(
+            f" line {line}, column {time}",
+            "is earlier than the line before",
+            "sort the rows by time",
+        )
     if table.faults:
         raise InputError(table.faults)
     return PiecewiseLinear(t[there] + begin, values[there])
@@ -84,12 +106,19 @@ FORMAT = "format"
 VERSION = "simbrake scene 1"
 #: a class, or a function that makes an object of one
 Maker: TypeAlias = Callable[..., object]
-#: functions that make an object of a class, by name in a file as the classes themselves are
+#: functions that make an object of a class, by name in a file as the classes themselves
+#: are
 BUILDERS: dict[type, tuple[Maker, ...]] = {
     Lining: (uniform_linings,),
     AbstractProfile: (ramp, history),
     Scene: (programme_scene,),
-    Heat: (layered_heat, lumped_heat, with_pulley_structure, with_external_pair, with_water_jacket),
+    Heat: (
+        layered_heat,
+        lumped_heat,
+        with_pulley_structure,
+        with_external_pair,
+        with_water_jacket,
+    ),
     Liquid: (water,),
 }
 #: families whose classes have no keys that would do for another one of them
@@ -99,9 +128,11 @@ TOLD_BY_KEYS: set[type] = {AbstractBrake, Brake, MultiBandBrake, AbstractDuty}
 class Part(NamedTuple):
     """One field of a class, or parameter of a builder.
 
-    - `kind`: `float` of a number, `eqx.Module` of an object, else `int`, `str`, `bool` or `Path` (a file), `None` of
-      objects that a file cannot hold;  `many`: a list of them
-    - `about`: of a number or whole number;  `wanted`: classes of an object, which may also replace a number
+    - `kind`: `float` of a number, `eqx.Module` of an object, else `int`, `str`, `bool`
+      or `Path` (a file), `None` of objects that a file cannot hold;  `many`: a list of
+      them
+    - `about`: of a number or whole number
+    - `wanted`: classes of an object, which may also replace a number
     - `unit`: meaning of the unit `SI` below it, `SI` where that depends on the parent
     """
 
@@ -140,7 +171,8 @@ _PLAIN = {
 def parts_of(maker: Maker) -> tuple[Part, ...]:
     """The fields of a class, or the parameters of a builder, in their order.
 
-    Without the unit of a history's column: in a file it is that of the field that holds the history.
+    Without the unit of a history's column: in a file it is that of the field that holds
+    the history.
     """
     if isinstance(maker, type):
         hints = typing.get_type_hints(maker)
@@ -149,13 +181,21 @@ def parts_of(maker: Maker) -> tuple[Part, ...]:
     annotated = inspect.unwrap(maker)
     hints = typing.get_type_hints(annotated, include_extras=True)
     parameters = [
-        parameter for parameter in inspect.signature(annotated).parameters.values() if parameter.name != "unit"
+        parameter
+        for parameter in inspect.signature(annotated).parameters.values()
+        if parameter.name != "unit"
     ]
-    return tuple(_of_parameter(parameter, hints[parameter.name]) for parameter in parameters)
+    return tuple(
+        _of_parameter(parameter, hints[parameter.name]) for parameter in parameters
+    )
 
 
 def _of_field(field: dataclasses.Field, hint: object) -> Part:
-    default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
+    default = (
+        field.default
+        if field.default_factory is dataclasses.MISSING
+        else field.default_factory()
+    )
     about = about_of(field, "SI") or field.metadata.get("whole")
     return _part(field.name, hint, about, default, unit_below(field, "SI"))
 
@@ -164,11 +204,23 @@ def _of_parameter(parameter: inspect.Parameter, hint: object) -> Part:
     about = None
     if typing.get_origin(hint) is Annotated:
         hint, about = typing.get_args(hint)
-    default = dataclasses.MISSING if parameter.default is inspect.Parameter.empty else parameter.default
-    return _part(parameter.name, hint, about, default, about.unit if isinstance(about, Quantity) else "SI")
+    default = (
+        dataclasses.MISSING
+        if parameter.default is inspect.Parameter.empty
+        else parameter.default
+    )
+    return _part(
+        parameter.name,
+        hint,
+        about,
+        default,
+        about.unit if isinstance(about, Quantity) else "SI",
+    )
 
 
-def _part(name: str, hint: object, about: Quantity | Whole | None, default: object, unit: str) -> Part:
+def _part(
+    name: str, hint: object, about: Quantity | Whole | None, default: object, unit: str
+) -> Part:
     many = typing.get_origin(hint) is tuple
     kinds = alternatives(typing.get_args(hint)[0] if many else hint)
     wanted = tuple(t for t in kinds if isinstance(t, type) and issubclass(t, Struct))
@@ -180,7 +232,8 @@ def _part(name: str, hint: object, about: Quantity | Whole | None, default: obje
 
 @functools.cache
 def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
-    """Classes and builders that give one of the `wanted` classes and can be written in a file: name → maker."""
+    """Classes and builders that give one of the `wanted` classes and can be written in
+    a file: name → maker."""
     makers: dict[str, Maker] = {}
     for base in wanted:
         family = [base]
@@ -189,10 +242,16 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
             kind = family.pop(0)
             family += kind.__subclasses__()
             own = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
-            if kind in visited or not own or kind.__name__.startswith(("Abstract", "_")):
+            if (
+                kind in visited
+                or not own
+                or kind.__name__.startswith(("Abstract", "_"))
+            ):
                 continue
             visited.add(kind)
-            if all(part.kind for part in parts_of(kind)):  # custom functions cannot be written
+            if all(
+                part.kind for part in parts_of(kind)
+            ):  # custom functions cannot be written
                 makers[kind.__name__] = kind
         for builder in BUILDERS.get(base, ()):
             makers[builder.__name__] = builder
@@ -200,7 +259,8 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
 
 
 def several(wanted: tuple[type, ...]) -> bool:
-    """Whether a table of one of the `wanted` classes must name its own; builders are told by their keys."""
+    """Whether a table of one of the `wanted` classes must name its own; builders are
+    told by their keys."""
     if set(wanted) <= TOLD_BY_KEYS:
         return False
     return sum(isinstance(maker, type) for maker in makers_of(wanted).values()) > 1
@@ -213,53 +273,78 @@ def all_makers() -> dict[str, Maker]:
     open_ends: list[Maker] = list(makers.values())
     while open_ends:
         for part in parts_of(open_ends.pop(0)):
-            new = {name: maker for name, maker in part.makers.items() if name not in makers}
+            new = {
+                name: maker for name, maker in part.makers.items() if name not in makers
+            }
             makers |= new
             open_ends += new.values()
     return makers
 
 
-# --- JSON Schema ------------------------------------------------------------------------------------------------------
+# --- JSON Schema --------------------------------------------------------------------
 
 Json: TypeAlias = Mapping[str, object]
 _UNITS = "SI, or a text with its unit"
 
 
 def json_schema() -> dict[str, object]:
-    """JSON Schema (draft 2020-12) of a scene file, from the description that the reader uses.
+    """JSON Schema (draft 2020-12) of a scene file, from the description that the reader
+    uses.
 
-    Ranges are those of numbers in SI; texts with a unit are only checked by simbrake itself.
+    Ranges are those of numbers in SI; texts with a unit are only checked by simbrake
+    itself.
     """
     roots = makers_of((Scene,))
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "simbrake scene",
         "anyOf": [{"$ref": f"#/$defs/{name}"} for name in roots],
-        "$defs": {name: _table(name, maker, name in roots) for name, maker in all_makers().items()},
+        "$defs": {
+            name: _table(name, maker, name in roots)
+            for name, maker in all_makers().items()
+        },
     }
 
 
 def _table(name: str, maker: Maker, root: bool) -> dict[str, object]:
     parts = parts_of(maker)
-    properties = {part.name: _schema_of(part) for part in parts} | {"type": {"const": name}}
+    properties = {part.name: _schema_of(part) for part in parts} | {
+        "type": {"const": name}
+    }
     if root:
         properties[FORMAT] = {"const": VERSION}
     needed = [part.name for part in parts if part.needed]
-    return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": needed,
+        "additionalProperties": False,
+    }
 
 
 def _schema_of(part: Part) -> Json:
     about = part.about
     objects: list[Json] = [{"$ref": f"#/$defs/{name}"} for name in part.makers]
     if isinstance(about, Quantity):
-        meaning = about.meaning if about.unit in ("1", "SI") else f"{about.meaning}, {about.unit} ({_UNITS})"
+        meaning = (
+            about.meaning
+            if about.unit in ("1", "SI")
+            else f"{about.meaning}, {about.unit} ({_UNITS})"
+        )
         schema = {"anyOf": [*_numbers(about), *objects], "description": meaning}
     elif isinstance(about, Whole):
-        schema = {"type": "integer", "minimum": about.low, "maximum": about.high, "description": about.meaning}
+        schema = {
+            "type": "integer",
+            "minimum": about.low,
+            "maximum": about.high,
+            "description": about.meaning,
+        }
     elif part.kind in _PLAIN:
         schema = {"type": _PLAIN[part.kind][1]}
     else:
-        objects += [{"type": "number"}, {"type": "string"}] if short_of(part.wanted) else []
+        objects += (
+            [{"type": "number"}, {"type": "string"}] if short_of(part.wanted) else []
+        )
         objects += [{"enum": sorted(LIBRARY)}] if Material in part.wanted else []
         schema = {"anyOf": objects}
     return {"type": "array", "items": schema} if part.many else schema
@@ -272,10 +357,14 @@ def _numbers(about: Quantity) -> list[Json]:
     if about.high is not None:
         number["maximum"] = about.high
     text = {"type": "string"}
-    return [number, text, {"type": "array", "items": {"anyOf": [number, text]}}] if about.many else [number, text]
+    return (
+        [number, text, {"type": "array", "items": {"anyOf": [number, text]}}]
+        if about.many
+        else [number, text]
+    )
 
 
-# --- text tables ------------------------------------------------------------------------------------------------------
+# --- text tables --------------------------------------------------------------------
 
 
 def parameter_table(scene: Scene) -> Table:
@@ -283,10 +372,18 @@ def parameter_table(scene: Scene) -> Table:
     columns = [
         "path",
         Column("value", show=lambda value: numbers(value, count=10).text),
-        Column("unit", show=lambda unit: "" if unit in ("1", "SI") else unit, left=True),
+        Column(
+            "unit", show=lambda unit: "" if unit in ("1", "SI") else unit, left=True
+        ),
         "meaning",
     ]
-    return Table(columns, [(leaf.path, leaf.value, leaf.about.unit, leaf.about.meaning) for leaf in leaves(scene)])
+    return Table(
+        columns,
+        [
+            (leaf.path, leaf.value, leaf.about.unit, leaf.about.meaning)
+            for leaf in leaves(scene)
+        ],
+    )
 
 
 def count_text(scene: Scene) -> str:
@@ -299,7 +396,9 @@ def count_text(scene: Scene) -> str:
         *scene.brake.features,
     ]
     if scene.heated:
-        words.append(f"{sum(body.count for body in scene.network.bodies)} thermal nodes")
+        words.append(
+            f"{sum(body.count for body in scene.network.bodies)} thermal nodes"
+        )
     return ", ".join(words)
 
 
@@ -310,7 +409,9 @@ def _about_text(about: Quantity | Whole | None) -> str:
     if isinstance(about, Whole):
         return f"{about.meaning}, {about.low}…{about.high}"
     within = "" if about.range == "finite" else about.range
-    return ", ".join(x for x in (about.meaning, within, "one or a list" if about.many else "") if x)
+    return ", ".join(
+        x for x in (about.meaning, within, "one or a list" if about.many else "") if x
+    )
 
 
 def _kind_text(part: Part) -> str:
@@ -336,13 +437,28 @@ def _default_text(part: Part) -> str:
         return str(default).lower()
     if isinstance(default, int | float | np.ndarray):
         return f"{float(default):g}"
-    return default if isinstance(default, str) else "empty" if isinstance(default, tuple) else "zero"
+    return (
+        default
+        if isinstance(default, str)
+        else "empty"
+        if isinstance(default, tuple)
+        else "zero"
+    )
 
 
 def _block(name: str, maker: Maker) -> str:
-    doc = (inspect.getdoc(maker) or "").split("\n\n")[0].replace("\n", " ").partition("  - ")[0]
+    doc = (
+        (inspect.getdoc(maker) or "")
+        .split("\n\n")[0]
+        .replace("\n", " ")
+        .partition("  - ")[0]
+    )
     rows = [
-        (part.name, _default_text(part), "  — ".join(x for x in (_kind_text(part), _about_text(part.about)) if x))
+        (
+            part.name,
+            _default_text(part),
+            "  — ".join(x for x in (_kind_text(part), _about_text(part.about)) if x),
+        )
         for part in parts_of(maker)
     ]
     from tabulate import tabulate  # (the reader of files needs it for nothing else)
@@ -358,7 +474,8 @@ have the value given here."""
 
 
 def schema_text(name: str | None = None) -> str:
-    """Format of scene files: of one type or key, or everything. Raises `InputError` for unknown names."""
+    """Format of scene files: of one type or key, or everything. Raises `InputError` for
+    unknown names."""
     makers = all_makers()
     parts = [part for maker in makers.values() for part in parts_of(maker)]
     if name is None:
@@ -366,7 +483,12 @@ def schema_text(name: str | None = None) -> str:
     elif name in makers:
         chosen = {name: makers[name]}
     else:
-        chosen = {key: maker for part in parts if part.name == name for key, maker in part.makers.items()}
+        chosen = {
+            key: maker
+            for part in parts
+            if part.name == name
+            for key, maker in part.makers.items()
+        }
     if not chosen:
         keys = sorted({part.name for part in parts})
         hint = nearest(str(name), [*makers, *keys], f"there are: {', '.join(makers)}")

@@ -1,4 +1,5 @@
-"""Scenes that come with simbrake: commented templates for a new scene, and the shipped scenes. Free of JAX."""
+"""Scenes that come with simbrake: commented templates for a new scene, and the shipped
+scenes. Free of JAX."""
 
 import ast
 import os
@@ -9,7 +10,8 @@ from .._base._faults import InputError, existing_file, input_error, nearest
 
 #: names of the templates, in the order in which a newcomer meets them
 TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
-#: studies, and further scenes of a kind of which an installed package has one: `scenarios/` of a checkout has them
+#: studies, and further scenes of a kind of which an installed package has one:
+#: `scenarios/` of a checkout has them
 IN_CHECKOUT = (
     "calibrate_friction",
     "everything_coupled",
@@ -21,7 +23,8 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 class Shipped(NamedTuple):
-    """A file that comes with simbrake: its `name`, the `file`, and what it is about (`title`)."""
+    """A file that comes with simbrake: its `name`, the `file`, and what it is about
+    (`title`)."""
 
     name: str
     file: Path
@@ -33,31 +36,42 @@ class Shipped(NamedTuple):
 
 
 def _files() -> list[Path]:
-    """All of them, templates first; a scene in TOML stands behind the same one in Python."""
+    """All of them, templates first; a scene in TOML stands behind the same one in
+    Python."""
     # beside the modules in an installed package, beside the package in a checkout
     places = (_PACKAGE / "scenarios", _PACKAGE.parent / "scenarios")
-    scenes = [file for place in places for ending in ("*.py", "*.toml") for file in place.glob(ending)]
+    scenes = [
+        file
+        for place in places
+        for ending in ("*.py", "*.toml")
+        for file in place.glob(ending)
+    ]
     files = [_PACKAGE / "templates" / "scenes" / f"{name}.toml" for name in TEMPLATES]
     return files + sorted(scenes, key=lambda file: (file.stem, file.suffix))
 
 
 def shipped_files() -> dict[str, Shipped]:
-    """All of them by name, templates first. A scene in TOML and in Python has the TOML file at its name."""
+    """All of them by name, templates first. A scene in TOML and in Python has the TOML
+    file at its name."""
     return {file.stem: Shipped(file.stem, file, title_of(file)) for file in _files()}
 
 
 def _shipped_file(name: str | Path) -> Path | None:
-    """The shipped file of a name: with or without its ending, with `scenarios/` before it, or the file's own path."""
+    """The shipped file of a name: with or without its ending, with `scenarios/` before
+    it, or the file's own path."""
     path = Path(name)
     short = path.name if path.parent in (Path(), Path("scenarios")) else None
-    found = [file for file in _files() if path == file or short in (file.stem, file.name)]
+    found = [
+        file for file in _files() if path == file or short in (file.stem, file.name)
+    ]
     return found[-1] if found else None
 
 
 def shipped(name: str | Path) -> Path:
     """The file of a template or shipped scene by its name, with or without its ending.
 
-    `simbrake.read_scene` takes the name itself. Raises `InputError` with the nearest names where there is none.
+    `simbrake.read_scene` takes the name itself. Raises `InputError` with the nearest
+    names where there is none.
 
     Example:
         >>> sb.files.shipped("standard").name
@@ -71,11 +85,13 @@ def shipped(name: str | Path) -> Path:
 
 
 def scene_file(name: str | Path, *kinds: str) -> Path:
-    """The file of a scene: at that path, else the template or shipped scene of that name.
+    """The file of a scene: at that path, else the template or shipped scene of that
+    name.
 
     - `kinds`: patterns of other files that fit
 
-    Raises `InputError` with the nearest names and the scenes in the folder where there is none.
+    Raises `InputError` with the nearest names and the scenes in the folder where there
+    is none.
     """
     file = Path(name)
     if not os.path.isfile(file) and (named := _shipped_file(file)) is not None:
@@ -89,7 +105,8 @@ def scene_file(name: str | Path, *kinds: str) -> Path:
 
 
 def hint_of(name: str | Path) -> str:
-    """Where a scene is that an installed package does not have, or the nearest names; empty where there are none."""
+    """Where a scene is that an installed package does not have, or the nearest names;
+    empty where there are none."""
     short = Path(name).stem
     if short in IN_CHECKOUT:
         return f"it is scenarios/{short}.py in a checkout of the repository"
@@ -97,7 +114,8 @@ def hint_of(name: str | Path) -> str:
 
 
 def title_of(file: Path) -> str:
-    """Heading of a scene: the first line of the docstring or comment of its file, else the file's name."""
+    """Heading of a scene: the first line of the docstring or comment of its file, else
+    the file's name."""
     text = file.read_text("utf-8", errors="replace")
     if file.suffix == ".py":
         try:
@@ -105,5 +123,9 @@ def title_of(file: Path) -> str:
         except SyntaxError:
             said = ""
     else:
-        said = next(iter(text.splitlines()), "").lstrip("# ") if text.startswith("#") else ""
+        said = (
+            next(iter(text.splitlines()), "").lstrip("# ")
+            if text.startswith("#")
+            else ""
+        )
     return said.strip().partition("\n")[0].rstrip(".") or file.stem.replace("_", " ")

@@ -1,11 +1,14 @@
-"""Many runs side by side: lanes that reach an event wait for the others, and only events are recorded.
+"""Many runs side by side: lanes that reach an event wait for the others, and only
+events are recorded.
 
-Under `vmap` an event of one lane costs all lanes the work of an event. So an attempt that may be more than a plain step
-is left alone until no lane can take a plain step; then all of them are evaluated at once. A lane that waits repeats its
-attempt and decides what it would have decided by itself: a run takes the same steps as a single one.
+Under `vmap` an event of one lane costs all lanes the work of an event. So an attempt
+that may be more than a plain step is left alone until no lane can take a plain step;
+then all of them are evaluated at once. A lane that waits repeats its attempt and
+decides what it would have decided by itself: a run takes the same steps as a single
+one.
 
-Greatest values (`extremes`) are followed while a run is integrated: of its steps only those are kept that may have the
-highest turning points.
+Greatest values (`extremes`) are followed while a run is integrated: of its steps only
+those are kept that may have the highest turning points.
 """
 
 from typing import NamedTuple
@@ -47,10 +50,13 @@ from .system import (
 
 
 class Lane(NamedTuple):
-    """Present state of a run, and its states at the instants at which all lanes were evaluated.
+    """Present state of a run, and its states at the instants at which all lanes were
+    evaluated.
 
-    - `judged`: how many such instants there were, the same for all lanes;  `used`: attempts of this lane
-    - `starts`: time, state and mode after each, the first from the start of the run;  `kinds`: what happened there
+    - `judged`: how many such instants there were, the same for all lanes
+    - `used`: attempts of this lane
+    - `starts`: time, state and mode after each, the first from the start of the run
+    - `kinds`: what happened there
     """
 
     carry: Carry
@@ -79,12 +85,21 @@ def _plain(a: Attempt) -> Verdict:
 
 
 def _may_be_more(p: Problem, a: Attempt) -> Mark:
-    """Whether an attempt may be more than a plain step: every one with an event or a retake, and some others."""
+    """Whether an attempt may be more than a plain step: every one with an event or a
+    retake, and some others."""
     if p.settings.guard_samples:
         return jnp.ones_like(a.accept)
-    near = at.REACH * p.near(a.h, a.resolution)  # (no attempt that lands is missed by rounding)
-    arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -near * a.rate1)) | (a.h <= at.HIDING * a.resolution)
-    return jnp.where(a.accept, a.needs_search | arrives | (a.reaches & (a.target < p.t1)), a.finite & a.crossing)
+    near = at.REACH * p.near(
+        a.h, a.resolution
+    )  # (no attempt that lands is missed by rounding)
+    arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -near * a.rate1)) | (
+        a.h <= at.HIDING * a.resolution
+    )
+    return jnp.where(
+        a.accept,
+        a.needs_search | arrives | (a.reaches & (a.target < p.t1)),
+        a.finite & a.crossing,
+    )
 
 
 def _pick(mark: Mark, new: PyTree, old: PyTree) -> PyTree:
@@ -102,8 +117,11 @@ def _runs(p: Problem, c: Carry, used: Count) -> Mark:
 def _advanced(p: Problem, lane: Lane, watched: Watched | None) -> Lane:
     """One attempt of every lane that can continue, or of all that wait."""
     running = _runs(p, lane.carry, lane.used)
-    # lanes at their end join those that only evaluate, so that these are sometimes alone
-    c = lane.carry._replace(restart_stage=jnp.where(running, lane.carry.restart_stage, 2))
+    # lanes at their end join those that only evaluate, so that these are sometimes
+    # alone
+    c = lane.carry._replace(
+        restart_stage=jnp.where(running, lane.carry.restart_stage, 2)
+    )
     restarts = running & (c.restart_stage > 0)
     a = _attempt(p, c)
     waits = running & ~restarts & _may_be_more(p, a)
@@ -116,53 +134,81 @@ def _advanced(p: Problem, lane: Lane, watched: Watched | None) -> Lane:
         v = _judge(p, c, a)
         event = waits & (v.instant | v.land | (v.stop & (a.target < p.t1)))
         new = _pick(event, _jumped(p, c, a, v), _stepped(c, a, v, p))
-        kind = jnp.where(v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, STOPPED)).astype(jnp.int32)
+        kind = jnp.where(
+            v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, STOPPED)
+        ).astype(jnp.int32)
         stepped = waits & a.accept & ~v.retake & ~v.instant
-        return _pick(waits, new, plain), jnp.where(event, kind, nothing), stepped, jnp.where(event, v.delta, 0.0)
+        return (
+            _pick(waits, new, plain),
+            jnp.where(event, kind, nothing),
+            stepped,
+            jnp.where(event, v.delta, 0.0),
+        )
 
     def settled() -> Carry:
         return _pick(restarts, _settled(p, c, a), new)
 
     nobody = anyone(waits) & ~anyone(running & ~waits)
-    new, kind, stepped, delta = jax.lax.cond(nobody, together, lambda: (plain, nothing, plainly, jnp.zeros_like(a.h)))
+    new, kind, stepped, delta = jax.lax.cond(
+        nobody, together, lambda: (plain, nothing, plainly, jnp.zeros_like(a.h))
+    )
     new = jax.lax.cond(anyone(restarts), settled, lambda: new)
     followed = lane.followed
     if watched is not None and followed is not None:
         # (what an attempt evaluates just after a restart is the start of the next step)
         begins = restarts & (c.restart_stage == 2)
         end = watched.watch(a.t1 + delta, a.y1 + delta * a.f1, c.mode, a.f1)
-        row = jnp.concatenate([jnp.stack([c.t, a.h + delta]), c.y, c.mode.astype(c.y.dtype)])
+        row = jnp.concatenate(
+            [jnp.stack([c.t, a.h + delta]), c.y, c.mode.astype(c.y.dtype)]
+        )
         followed = follow(followed, watched, end, row, begins, stepped)
     counts = running & ~restarts & (nobody | ~waits)
-    # (at the counter that all lanes share, so that there is no scatter; it moves on when they were judged)
+    # (at the counter that all lanes share, so that there is no scatter; it moves on
+    # when they were judged)
     k = lane.judged
     return Lane(
         carry=new,
         used=lane.used + counts.astype(jnp.int32),
         judged=k + nobody.astype(jnp.int32),
-        starts=jax.lax.dynamic_update_slice(lane.starts, _row(new)[None], (k + 1, jnp.zeros_like(k))),
+        starts=jax.lax.dynamic_update_slice(
+            lane.starts, _row(new)[None], (k + 1, jnp.zeros_like(k))
+        ),
         kinds=jax.lax.dynamic_update_slice(lane.kinds, kind[None], (k,)),
         followed=followed,
     )
 
 
-def _run(p: Problem, y0: State, mode0: Int[Array, " mode"], room: int, watched: Watched | None) -> Lane:
+def _run(
+    p: Problem,
+    y0: State,
+    mode0: Int[Array, " mode"],
+    room: int,
+    watched: Watched | None,
+) -> Lane:
     start = started(p, y0, mode0)
     zero = jnp.asarray(0, jnp.int32)
-    p = p._replace(method=p.method.with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+    p = p._replace(
+        method=p.method.with_fixed_jacobian(
+            lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y
+        )
+    )
     row = _row(start)
     # (one row more for the end, one for what is written where no room is left)
     starts = jnp.zeros((room + 2, row.shape[0]), row.dtype).at[0].set(row)
     row_of_step = jnp.concatenate([jnp.zeros(2), y0, mode0.astype(y0.dtype)])
     followed = None if watched is None else nothing_followed(watched, row_of_step)
-    begin = Lane(start, zero, zero, starts, jnp.full(room + 2, SKIPPED, jnp.int32), followed)
+    begin = Lane(
+        start, zero, zero, starts, jnp.full(room + 2, SKIPPED, jnp.int32), followed
+    )
 
     def going(lane: Lane) -> Mark:
         return anyone(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
 
     end = jax.lax.while_loop(going, lambda lane: _advanced(p, lane, watched), begin)
     place = (end.judged + 1, jnp.zeros_like(end.judged))
-    return end._replace(starts=jax.lax.dynamic_update_slice(end.starts, _row(end.carry)[None], place))
+    return end._replace(
+        starts=jax.lax.dynamic_update_slice(end.starts, _row(end.carry)[None], place)
+    )
 
 
 def hybridsolve_lane(
@@ -176,18 +222,23 @@ def hybridsolve_lane(
     room: int,
     watched: Watched | None = None,
 ) -> tuple[Record, Float[Array, " group"] | None]:
-    """As `hybridsolve`, to be mapped over many runs by `vmap`; the record has the events alone.
+    """As `hybridsolve`, to be mapped over many runs by `vmap`; the record has the
+    events alone.
 
-    A row begins at the start of the run or where the lanes were judged, and lasts as long as nothing but plain steps
-    follow; its `kind` is the event at its end (SKIPPED: nothing in this lane). States inside the rows cannot be
-    looked at. `room`: how often lanes may be judged; a run for which it does not suffice ends with the code
-    STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well. Not differentiable.
+    A row begins at the start of the run or where the lanes were judged, and lasts as
+    long as nothing but plain steps follow; its `kind` is the event at its end (SKIPPED:
+    nothing in this lane). States inside the rows cannot be looked at. `room`: how often
+    lanes may be judged; a run for which it does not suffice ends with the code
+    STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well. Not
+    differentiable.
     """
     p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
     end = _run(p, flat_y0, flat_mode0, room, watched)
     tops = None
     if watched is not None and end.followed is not None:
-        tops = greatest_of_steps(end.followed, watched, p.flat, p.method.rolled(), flat_y0.shape[0])
+        tops = greatest_of_steps(
+            end.followed, watched, p.flat, p.method.rolled(), flat_y0.shape[0]
+        )
     ny = flat_y0.shape[0]
     nothing = jnp.zeros_like(end.starts[:, 0])
     rows = Rows(
@@ -201,5 +252,14 @@ def hybridsolve_lane(
     )
     c = end.carry
     code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
-    record = Record(system, p.method, *templates(y0, mode0), p.t1, rows, end.judged + 1, code, c.stats)
+    record = Record(
+        system,
+        p.method,
+        *templates(y0, mode0),
+        p.t1,
+        rows,
+        end.judged + 1,
+        code,
+        c.stats,
+    )
     return record, tops

@@ -1,4 +1,5 @@
-"""The flat loop: one iteration is one step attempt, which ends as accepted, rejected, truncated or an event."""
+"""The flat loop: one iteration is one step attempt, which ends as accepted, rejected,
+truncated or an event."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -25,9 +26,32 @@ from ._search import (
     suspicious,
     unpack,
 )
-from .arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, any_of_each, entry, first_least
+from .arrays import (
+    Array,
+    Count,
+    GuardMarks,
+    Guards,
+    Mark,
+    Scalar,
+    State,
+    any_of_each,
+    entry,
+    first_least,
+)
 from .struct import traced_once
-from .system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
+from .system import (
+    ADVANCED,
+    FINISHED,
+    HEAD,
+    INSTANT,
+    LANDED,
+    SKIPPED,
+    STOPPED,
+    Code,
+    Flat,
+    Settings,
+    pack_row,
+)
 
 _RUNNING = np.int32(-1)
 
@@ -40,7 +64,8 @@ def anyone(marks: Bool[Array, " *n"]) -> Mark:
 
 
 def _jvp(function: Callable, primals: tuple, tangents: tuple) -> tuple:
-    """Values of a function and their derivatives along a change of its numbers (`equinox.filter_jvp`)."""
+    """Values of a function and their derivatives along a change of its numbers
+    (`equinox.filter_jvp`)."""
     from equinox import filter_jvp
 
     return filter_jvp(function, primals, tangents)
@@ -60,7 +85,11 @@ class Problem(NamedTuple):
     t0: Scalar
     t1: Scalar
     settings: Settings
-    direction: PyTree | None = None  # of all numbers of `flat`: the tangent of the state along it steers steps as well
+    direction: PyTree | None = (
+        # of all numbers of `flat`: the tangent of the state along it steers steps as
+        # well
+        None
+    )
 
     @property
     def tangents(self) -> int:
@@ -73,16 +102,22 @@ class Problem(NamedTuple):
         return at.REACHED * self.settings.rtol + at.REACHED_AT_LEAST
 
     def near(self, h: Scalar, resolution: Scalar) -> Array:
-        """Time over which a move along the rates is as exact as a step of length `h`."""
+        """Time over which a move along the rates is as exact as a step of length
+        `h`."""
         share = at.NEAR * jnp.sqrt(self.settings.rtol)
         return jnp.maximum(share * h, at.NEAR_AT_LEAST * resolution)
 
     def norms(self, size: State, *several: State) -> list[Scalar]:
-        """Root mean square of each vector in units of the tolerance at states of the given size; a number only if all
-        its entries are, those without weight as well."""
+        """Root mean square of each vector in units of the tolerance at states of the
+        given size; a number only if all its entries are, those without weight as
+        well."""
         unit = self.weights / (1.0 + size * self.weights)
         squares = [(x * unit) ** 2 for x in several]
-        sums = [jnp.sum(squares[0])] if len(several) == 1 else jnp.unstack(jnp.sum(jnp.stack(squares), axis=1))
+        sums = (
+            [jnp.sum(squares[0])]
+            if len(several) == 1
+            else jnp.unstack(jnp.sum(jnp.stack(squares), axis=1))
+        )
         return [jnp.sqrt(total / self.counted) / self.settings.rtol for total in sums]
 
 
@@ -136,15 +171,24 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     error = error + h * p.method.error_of_rate * f1
     reach = jnp.maximum(jnp.abs(c.y), jnp.abs(y1))
     [size] = p.norms(reach, error + 0.0 * f1)
-    looser = jnp.maximum(jnp.sqrt(at.OF_TANGENTS / p.settings.rtol), 1.0) if tangents1 else 1.0
+    looser = (
+        jnp.maximum(jnp.sqrt(at.OF_TANGENTS / p.settings.rtol), 1.0)
+        if tangents1
+        else 1.0
+    )
     for v1, error_of_tangent in zip(tangents1, tangent_errors, strict=True):
-        # a tangent that is not finite (an infinite slope) cannot steer; the derivative itself shows it
+        # a tangent that is not finite (an infinite slope) cannot steer; the derivative
+        # itself shows it
         [of_tangent] = p.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
-        size = jnp.where(jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent / looser), size)
+        size = jnp.where(
+            jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent / looser), size
+        )
     touched = limits & ~exceeded(c, h, g1, rate1, target - t1)
     crosses = crossed(c, h, g1, rate1, p.guard_tolerance) & ~touched
     needs_search = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
-    crossing, needs_search, unsound = any_of_each(crosses, needs_search, ~jnp.isfinite(g1))
+    crossing, needs_search, unsound = any_of_each(
+        crosses, needs_search, ~jnp.isfinite(g1)
+    )
     # an overflow in an overlong step is a step too long, not an answer
     finite = jnp.isfinite(size) & ~unsound
     factor = at.SAFETY * jnp.maximum(size, at.LEAST_ERROR) ** (-1.0 / p.method.order)
@@ -152,17 +196,34 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     factor = jnp.where(finite, factor, at.SHRINK)
     accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
     h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
-    resolution = at.ROUNDINGS * at.EPS * jnp.maximum(jnp.abs(c.t), at.SHARE_OF_TIME * (p.t1 - p.t0))
+    resolution = (
+        at.ROUNDINGS
+        * at.EPS
+        * jnp.maximum(jnp.abs(c.t), at.SHARE_OF_TIME * (p.t1 - p.t0))
+    )
     guards = (g1, rate1, touched, crosses, crossing, needs_search, unsound)
-    return Attempt(h, t1, target, reaches, y1, f1, *guards, accept, finite, h_next, resolution, tangents1)
+    return Attempt(
+        h,
+        t1,
+        target,
+        reaches,
+        y1,
+        f1,
+        *guards,
+        accept,
+        finite,
+        h_next,
+        resolution,
+        tangents1,
+    )
 
 
 Moved = tuple[State, State, tuple[State, ...], tuple[State, ...]]
 
 
 def _moved(p: Problem, c: Carry, h: Array) -> Moved:
-    """State at the end of an attempt and the error estimate of the method, and both for the tangents; just after a
-    restart one move along `f`."""
+    """State at the end of an attempt and the error estimate of the method, and both for
+    the tangents; just after a restart one move along `f`."""
     settles = c.restart_stage > 0
     along = c.y + h * c.f
     nothing = jnp.zeros_like(along)
@@ -181,22 +242,32 @@ def _moved(p: Problem, c: Carry, h: Array) -> Moved:
             rate = _rate_along(p, c.t + h, y, v1, c.mode)
             error_of_tangent = error_of_tangent + h * p.method.error_of_rate * rate
         v1 = jnp.where(jnp.isfinite(v1), v1, v)
-        return jnp.where(settles, along, y), error, (v1,), (jnp.where(settles, 0.0, error_of_tangent),)
+        return (
+            jnp.where(settles, along, y),
+            error,
+            (v1,),
+            (jnp.where(settles, 0.0, error_of_tangent),),
+        )
 
     resting = along, nothing, c.tangents, (nothing,) * p.tangents
     return jax.lax.cond(anyone(~settles), step, lambda: resting)
 
 
-def _rate_along(p: Problem, t: Scalar, y: State, v: State, mode: Int[Array, " mode"]) -> State:
-    """Derivative of the rates along the direction of the numbers and the tangent `v` of the state."""
+def _rate_along(
+    p: Problem, t: Scalar, y: State, v: State, mode: Int[Array, " mode"]
+) -> State:
+    """Derivative of the rates along the direction of the numbers and the tangent `v` of
+    the state."""
     return _jvp(lambda flat, y: flat.rhs(t, y, mode), (p.flat, y), (p.direction, v))[1]
 
 
 def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
-    """The carry after one of the two looks that follow a restart, at the rates there and a little further on.
+    """The carry after one of the two looks that follow a restart, at the rates there
+    and a little further on.
 
-    The first attempt's length after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4. Rates and guards are found by the
-    code of the attempts, as another copy of the equations would have to be compiled.
+    The first attempt's length after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4.
+    Rates and guards are found by the code of the attempts, as another copy of the
+    equations would have to be compiled.
     """
     first = c.restart_stage == 2
 
@@ -210,12 +281,18 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     d0, d1, d2 = p.norms(size, c.y, f, a.f1 - f)
     # a state or rate of zero gives no time scale: take a small share of the run
     look = at.FIRST_LOOK * d0 / jnp.where(d1 > 0, d1, 1.0)
-    h0 = jnp.where((d0 < at.NO_SCALE) | (d1 < at.NO_SCALE), at.SHARE_OF_RUN * span, look)
+    h0 = jnp.where(
+        (d0 < at.NO_SCALE) | (d1 < at.NO_SCALE), at.SHARE_OF_RUN * span, look
+    )
     h0 = jnp.minimum(h0, span)
     d2 = d2 / jnp.where(h0 > 0, h0, 1.0)
     d = jnp.where(jnp.isfinite(d2), jnp.maximum(d1, d2), d1)
     limits = d > at.NO_RATE
-    h1 = jnp.where(limits, (at.FIRST_LOOK / jnp.where(limits, d, 1.0)) ** (1.0 / p.method.order), span)
+    h1 = jnp.where(
+        limits,
+        (at.FIRST_LOOK / jnp.where(limits, d, 1.0)) ** (1.0 / p.method.order),
+        span,
+    )
     h = jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(at.LONGEST_FIRST * h0, h1))
     sound = jnp.isfinite(d0) & jnp.isfinite(d1) & ~(first & a.unsound)
     return c._replace(
@@ -231,9 +308,12 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
 
 
 def _hidden(c: Carry, a: Attempt, distance: Guards) -> GuardMarks:
-    """Guards at zero that steps towards it no longer move, as rounding of the state swallows what such a step adds."""
+    """Guards at zero that steps towards it no longer move, as rounding of the state
+    swallows what such a step adds."""
     short = (a.h > 0) & (a.h <= at.HIDING * a.resolution)
-    still = (jnp.abs(distance) <= at.STILL_STEPS * a.h) & (c.g - a.g1 < -at.STILL_SHARE * a.rate1 * a.h)
+    still = (jnp.abs(distance) <= at.STILL_STEPS * a.h) & (
+        c.g - a.g1 < -at.STILL_SHARE * a.rate1 * a.h
+    )
     return short & c.armed & (a.rate1 < 0) & ((jnp.abs(a.g1) <= at.TINY) | still)
 
 
@@ -241,26 +321,36 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     tol = p.guard_tolerance
     crosses = a.crosses
     look = a.accept if p.settings.guard_samples else a.accept & a.needs_search
-    # what was rejected may have been so for what lies beyond an event: the next attempt goes no further than there
+    # what was rejected may have been so for what lies beyond an event: the next attempt
+    # goes no further than there
     crossed_though_rejected = ~a.accept & a.finite & (c.restart_stage == 0) & a.crossing
 
     def looked() -> Found:
         negative_from: Array | float = jnp.inf
         if p.settings.guard_samples:
-            negative_from = sampled(p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples)
+            negative_from = sampled(
+                p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples
+            )
         return search(c, a.h, a.g1, a.rate1, tol, crosses, negative_from)
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
-    earliest = jax.lax.cond(anyone(look | crossed_though_rejected), looked, lambda: nothing)
+    earliest = jax.lax.cond(
+        anyone(look | crossed_though_rejected), looked, lambda: nothing
+    )
 
-    # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
+    # landing: every guard that crossed lies so near that a move along f is as exact as
+    # the step itself
     distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
-    # (what lies beyond the next time breakpoint comes after it, as the rates may be others there; a guard within its
-    # tolerance has arrived)
-    before = (distance <= a.target - a.t1 + at.NEAR_AT_LEAST * a.resolution) | (a.g1 <= tol)
+    # (what lies beyond the next time breakpoint comes after it, as the rates may be
+    # others there; a guard within its tolerance has arrived)
+    before = (distance <= a.target - a.t1 + at.NEAR_AT_LEAST * a.resolution) | (
+        a.g1 <= tol
+    )
     arrives = (jnp.abs(distance) <= p.near(a.h, a.resolution)) & before
     lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses) & ~a.touched
-    lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
+    lost = crosses & (
+        a.h <= a.resolution
+    )  # the bracket has shrunk to rounding: fire here
     lost = (lost | (_hidden(c, a, distance) & ~a.touched)) & ~lands
     # (the minimum is infinite where no guard arrives, or one that crossed does not)
     distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
@@ -276,7 +366,8 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         stop=a.accept & neither & ~retake & a.reaches,
         late=instant & entry(c.touched, earliest.guard),
         step_fraction=earliest.step_fraction,
-        crossed_though_rejected=crossed_though_rejected & (earliest.step_fraction < jnp.inf),
+        crossed_though_rejected=crossed_though_rejected
+        & (earliest.step_fraction < jnp.inf),
         guard=jnp.where(instant, earliest.guard, landing),
         delta=jnp.where(land, jnp.minimum(delta, a.target - a.t1), 0.0),
     )
@@ -293,12 +384,20 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(step, new, old)
 
-    crossing = jnp.where(v.retake, jnp.where(a.crossing, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
+    crossing = jnp.where(
+        v.retake,
+        jnp.where(a.crossing, a.h, jnp.inf),
+        pick(c.crossing - a.h, c.crossing),
+    )
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
     risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > at.TINY))
-    too_small = ~a.accept & (a.h_next <= at.TOO_SHORT * a.resolution)  # never looked at where the run begins
+    too_small = ~a.accept & (
+        a.h_next <= at.TOO_SHORT * a.resolution
+    )  # never looked at where the run begins
     status = jnp.where(
-        too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING
+        too_small,
+        jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)),
+        _RUNNING,
     )
     status = jnp.where(v.stop & (a.target >= p.t1), p.flat.code_at_end(c.mode), status)
     stats = c.stats._replace(
@@ -310,7 +409,9 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
         t=pick(a.t1, c.t),
         h=jnp.where(v.retake, c.h, a.h_next),
         retake_limit=jnp.where(
-            v.retake | v.crossed_though_rejected, v.step_fraction * a.h, pick(crossing, c.retake_limit)
+            v.retake | v.crossed_though_rejected,
+            v.step_fraction * a.h,
+            pick(crossing, c.retake_limit),
         ),
         crossing=crossing,
         y=pick(a.y1, c.y),
@@ -346,7 +447,9 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     again = guarded & ~apart & (dt > 0) & entry(c.zeno_guards, v.guard)
     zeno_count = jnp.where(apart, 0, _count(c.zeno_count, again))
     events_at_instant = jnp.where(
-        guarded & (dt == 0), c.events_at_instant + 1, jnp.where(moved, 0, c.events_at_instant)
+        guarded & (dt == 0),
+        c.events_at_instant + 1,
+        jnp.where(moved, 0, c.events_at_instant),
     )
     stats = c.stats._replace(
         accepted=_count(c.stats.accepted, ~v.instant),
@@ -354,10 +457,14 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         segments=c.stats.segments + 1,
     )
     status = jnp.where(
-        stats.events > jnp.asarray(p.settings.max_events, jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING
+        stats.events > jnp.asarray(p.settings.max_events, jnp.int32),
+        np.int32(Code.EVENT_LIMIT),
+        _RUNNING,
     )
     status = jnp.where(zeno_count >= at.ZENO_COUNT, np.int32(Code.ZENO), status)
-    status = jnp.where(events_at_instant >= p.settings.max_chain, np.int32(Code.CHATTER), status)
+    status = jnp.where(
+        events_at_instant >= p.settings.max_chain, np.int32(Code.CHATTER), status
+    )
     status = p.flat.ended(code, status)
     return c._replace(
         t=t,
@@ -381,12 +488,19 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
 
 
 def _tangents_after(
-    p: Problem, c: Carry, a: Attempt, v: Verdict, t: Scalar, y: State, mode: Int[Array, " mode"]
+    p: Problem,
+    c: Carry,
+    a: Attempt,
+    v: Verdict,
+    t: Scalar,
+    y: State,
+    mode: Int[Array, " mode"],
 ) -> tuple[State, ...]:
     """Tangents just after an event.
 
-    The move of the event's time is left out, as it would take the derivatives of the guards: what steers the steps is
-    how large and how smooth a tangent is, and every state keeps a part in it.
+    The move of the event's time is left out, as it would take the derivatives of the
+    guards: what steers the steps is how large and how smooth a tangent is, and every
+    state keeps a part in it.
     """
 
     def after(flat: Flat, y: State) -> State:
@@ -394,13 +508,18 @@ def _tangents_after(
 
     tangents = []
     for old, new in zip(c.tangents, a.tangents1, strict=True):
-        moved = _jvp(after, (p.flat, y), (p.direction, jnp.where(v.instant, old, new)))[1]
+        moved = _jvp(after, (p.flat, y), (p.direction, jnp.where(v.instant, old, new)))[
+            1
+        ]
         tangents.append(jnp.where(jnp.isfinite(moved), moved, old))
     return tuple(tangents)
 
 
-def _iterate(p: Problem, packed: Packed, like: Carry) -> tuple[Packed, Float[Array, " column"], Mark]:
-    """One attempt: the packed carry after it, the row that records it, and whether it was more than an evaluation."""
+def _iterate(
+    p: Problem, packed: Packed, like: Carry
+) -> tuple[Packed, Float[Array, " column"], Mark]:
+    """One attempt: the packed carry after it, the row that records it, and whether it
+    was more than an evaluation."""
     c = unpack(packed, like)
     settles = c.restart_stage > 0
     a = _attempt(p, c)
@@ -410,28 +529,45 @@ def _iterate(p: Problem, packed: Packed, like: Carry) -> tuple[Packed, Float[Arr
 
     def with_events() -> Packed:
         # lanes of a batch without an event take the plain step
-        return jax.tree.map(lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain)
+        return jax.tree.map(
+            lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain
+        )
 
     def with_restarts() -> Packed:
-        return jax.tree.map(lambda x, y: jnp.where(settles, x, y), pack(_settled(p, c, a)), new)
+        return jax.tree.map(
+            lambda x, y: jnp.where(settles, x, y), pack(_settled(p, c, a)), new
+        )
 
     new = jax.lax.cond(anyone(event), with_events, lambda: plain)
     new = jax.lax.cond(anyone(settles), with_restarts, lambda: new)
     running = c.status == _RUNNING
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
     stepped = a.accept & ~v.retake
-    kind = jnp.where(v.stop, jnp.where(a.target < p.t1, STOPPED, FINISHED), jnp.where(stepped, ADVANCED, SKIPPED))
+    kind = jnp.where(
+        v.stop,
+        jnp.where(a.target < p.t1, STOPPED, FINISHED),
+        jnp.where(stepped, ADVANCED, SKIPPED),
+    )
     kind = jnp.where(v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, kind))
     h = jnp.where(v.instant, 0.0, a.h)
-    return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode), running & ~settles
+    return (
+        new,
+        pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode),
+        running & ~settles,
+    )
 
 
 def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
-    """The carry before the first iteration; rates, guards and the first step's length are found as after an event."""
+    """The carry before the first iteration; rates, guards and the first step's length
+    are found as after an event."""
     nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
     zero = jnp.asarray(0, jnp.int32)
     sound = jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
-    status = jnp.where(sound, jnp.where(p.t1 > p.t0, _RUNNING, np.int32(Code.COMPLETED)), np.int32(Code.NOT_FINITE))
+    status = jnp.where(
+        sound,
+        jnp.where(p.t1 > p.t0, _RUNNING, np.int32(Code.COMPLETED)),
+        np.int32(Code.NOT_FINITE),
+    )
     infinity = jnp.full_like(p.t0, jnp.inf)
     return Carry(
         t=p.t0,
@@ -458,38 +594,55 @@ def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
 
 
 def _first_tangent(p: Problem, y0: State) -> State:
-    """A change of every state by about its own size and its typical one; ledgers are driven by the others."""
-    typical = jnp.where(p.weights > 0, 1.0 / jnp.where(p.weights > 0, p.weights, 1.0) + jnp.abs(y0), 0.0)
+    """A change of every state by about its own size and its typical one; ledgers are
+    driven by the others."""
+    typical = jnp.where(
+        p.weights > 0, 1.0 / jnp.where(p.weights > 0, p.weights, 1.0) + jnp.abs(y0), 0.0
+    )
     return generic(y0.shape[0], seed=0) * typical
 
 
 def generic(n: int, seed: int) -> np.ndarray:
-    """`n` numbers of magnitude 0.5…1.5 and any sign: a direction in which nothing cancels by symmetry."""
+    """`n` numbers of magnitude 0.5…1.5 and any sign: a direction in which nothing
+    cancels by symmetry."""
     random = np.random.default_rng(seed)
     return random.uniform(0.5, 1.5, n) * random.choice([-1.0, 1.0], n)
 
 
 def space(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Array:
-    return jnp.zeros((p.settings.max_steps + 1, HEAD + y0.shape[0] + mode0.shape[0]), y0.dtype)
+    return jnp.zeros(
+        (p.settings.max_steps + 1, HEAD + y0.shape[0] + mode0.shape[0]), y0.dtype
+    )
 
 
 def advanced(
     p: Problem, packed: Packed, like: Carry, rows: PackedRows, limit: Count | int
 ) -> tuple[Packed, PackedRows, Count]:
-    """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
+    """The carry after `limit` more attempts or at the end of the run, the rows of
+    these, and how many they were."""
     start = unpack(packed, like)
-    p = p._replace(method=p.method.with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+    p = p._replace(
+        method=p.method.with_fixed_jacobian(
+            lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y
+        )
+    )
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop
         return (i < limit) & anyone(integers[0] == _RUNNING)
 
-    def body(loop: tuple[Count, Packed, PackedRows]) -> tuple[Count, Packed, PackedRows]:
+    def body(
+        loop: tuple[Count, Packed, PackedRows],
+    ) -> tuple[Count, Packed, PackedRows]:
         i, packed, rows = loop
         packed, row, counts = _iterate(p, packed, like)
         # (an evaluation alone leaves its row to the next attempt)
         following = i + anyone(counts).astype(jnp.int32)
-        return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
+        return (
+            following,
+            packed,
+            jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i))),
+        )
 
     begin = (jnp.asarray(0, jnp.int32), packed, rows)
     count, packed, rows = jax.lax.while_loop(running, body, begin)
@@ -497,10 +650,15 @@ def advanced(
 
 
 def closed(c: Carry, rows: PackedRows, count: Count) -> Ended:
-    """Rows with the end of the run behind the last attempt, their number, code and counts."""
+    """Rows with the end of the run behind the last attempt, their number, code and
+    counts."""
     none = jnp.asarray(SKIPPED, jnp.int32)
-    last = pack_row(c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode)
-    rows = jax.lax.dynamic_update_slice(rows, last[None], (count, jnp.zeros_like(count)))
+    last = pack_row(
+        c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode
+    )
+    rows = jax.lax.dynamic_update_slice(
+        rows, last[None], (count, jnp.zeros_like(count))
+    )
     code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
     return rows, count, code, c.stats
 
@@ -512,5 +670,7 @@ def run(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Ended:
     Traced once for a run and its derivative.
     """
     start = started(p, y0, mode0)
-    packed, rows, count = advanced(p, pack(start), start, space(p, y0, mode0), p.settings.max_steps)
+    packed, rows, count = advanced(
+        p, pack(start), start, space(p, y0, mode0), p.settings.max_steps
+    )
     return closed(unpack(packed, start), rows, count)

@@ -1,4 +1,5 @@
-"""One step of a Runge–Kutta method, its stages unrolled from a tableau that diffrax ships."""
+"""One step of a Runge–Kutta method, its stages unrolled from a tableau that diffrax
+ships."""
 
 import abc
 import importlib.resources
@@ -27,8 +28,8 @@ def _frozen(value: Any) -> Any:
 
 
 class Pullback(NamedTuple):
-    """A step from `(t, y)` over `h`: the new state, `rhs` there, and the map from cotangents of both to those of
-    `(params, t, y)`."""
+    """A step from `(t, y)` over `h`: the new state, `rhs` there, and the map from
+    cotangents of both to those of `(params, t, y)`."""
 
     y: State
     f: State
@@ -56,10 +57,12 @@ class AbstractMethod(Struct):
 
     @abc.abstractmethod
     def fitted(self, couplings: Couplings | None) -> "AbstractMethod":
-        """The same method for a system whose states couple like this; explicit methods do not care."""
+        """The same method for a system whose states couple like this; explicit methods
+        do not care."""
 
     def with_fixed_jacobian(self, rhs: Rhs, t: Scalar, y: State) -> "AbstractMethod":
-        """The same method with what stays the same in a run computed, for `rhs` at any of its instants."""
+        """The same method with what stays the same in a run computed, for `rhs` at any
+        of its instants."""
         return self
 
     def with_tangents(self) -> "AbstractMethod":
@@ -67,9 +70,11 @@ class AbstractMethod(Struct):
         return self
 
     @abc.abstractmethod
-    def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
-        """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, and its error estimate but for
-        `h error_of_rate rhs(t + h, y₁)`."""
+    def attempt(
+        self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar
+    ) -> tuple[State, State]:
+        """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, and its error
+        estimate but for `h error_of_rate rhs(t + h, y₁)`."""
 
     @property
     def error_of_rate(self) -> float:
@@ -87,24 +92,33 @@ class AbstractMethod(Struct):
         return float(np.max(np.diff(np.unique([0.0, *self.looks_at, 1.0]))))
 
     @abc.abstractmethod
-    def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
-        """The new state of a step and `rhs` there, as a program with as few call sites of `rhs` as possible."""
+    def step_with_rate(
+        self, rhs: Rhs, t: Scalar, y: State, h: Scalar
+    ) -> tuple[State, State]:
+        """The new state of a step and `rhs` there, as a program with as few call sites
+        of `rhs` as possible."""
 
     def state_after(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
-        """The new state of a step, as the smallest program: it is not to be differentiated."""
+        """The new state of a step, as the smallest program: it is not to be
+        differentiated."""
         return self.step_with_rate(rhs, t, y, h)[0]
 
     @abc.abstractmethod
-    def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
+    def pullback(
+        self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar
+    ) -> Pullback:
         """`step_with_rate` and its derivatives backwards, `h` frozen."""
 
 
 class ExplicitRungeKutta(AbstractMethod):
-    """An embedded explicit Runge–Kutta pair, `y₁ = y + h Σ bᵢ kᵢ`, `kᵢ = f(t + cᵢ h, y + h Σ aᵢⱼ kⱼ)`.
+    """An embedded explicit Runge–Kutta pair, `y₁ = y + h Σ bᵢ kᵢ`,
+    `kᵢ = f(t + cᵢ h, y + h Σ aᵢⱼ kⱼ)`.
 
-    Any explicit diffrax solver with an error estimate gives its tableau (`diffrax.Tsit5()`, `diffrax.Dopri8()`, …).
-    The order is the one the step-size controller assumes for the local error. `unrolled` writes every stage out: the
-    fastest program; otherwise the stages are a loop, and the program contains the equations once.
+    Any explicit diffrax solver with an error estimate gives its tableau
+    (`diffrax.Tsit5()`, `diffrax.Dopri8()`, …). The order is the one the step-size
+    controller assumes for the local error. `unrolled` writes every stage out: the
+    fastest program; otherwise the stages are a loop, and the program contains the
+    equations once.
 
     Example:
         >>> import diffrax
@@ -122,10 +136,15 @@ class ExplicitRungeKutta(AbstractMethod):
     solver: str = struct_field(static=True)
 
     def __init__(self, solver: "diffrax.AbstractERK", *, unrolled: bool = True) -> None:
-        import diffrax  # importing it takes longer than most runs: it is not loaded where the tableau is known
+        # importing it takes longer than most runs: it is not loaded where the tableau
+        # is known
+        import diffrax
 
         if not isinstance(solver, diffrax.AbstractERK):
-            raise TypeError(f"an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, …), not {solver!r}")
+            raise TypeError(
+                "an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, "
+                f"…), not {solver!r}"
+            )
         tableau: Any = solver.tableau
 
         def numbers(row: np.ndarray) -> tuple[float, ...]:
@@ -144,13 +163,20 @@ class ExplicitRungeKutta(AbstractMethod):
 
     @property
     def looks_at(self) -> tuple[float, ...]:
-        return tuple(c for c, weight in zip((0.0, *self.c), self.b_error, strict=False) if weight)
+        return tuple(
+            c for c, weight in zip((0.0, *self.c), self.b_error, strict=False) if weight
+        )
 
     @classmethod
     def shipped(cls, solver: str) -> "ExplicitRungeKutta":
-        """The method of a diffrax solver whose tableau is in `tableaus.json`, without the import of diffrax."""
-        text = (importlib.resources.files("simbrake.hybrid") / "tableaus.json").read_text("utf-8")
-        tableau = {name: _frozen(value) for name, value in json.loads(text)[solver].items()}
+        """The method of a diffrax solver whose tableau is in `tableaus.json`, without
+        the import of diffrax."""
+        text = (
+            importlib.resources.files("simbrake.hybrid") / "tableaus.json"
+        ).read_text("utf-8")
+        tableau = {
+            name: _frozen(value) for name, value in json.loads(text)[solver].items()
+        }
         return cls._of(**tableau, unrolled=True, solver=solver)
 
     @classmethod
@@ -174,8 +200,11 @@ class ExplicitRungeKutta(AbstractMethod):
     def error_of_rate(self) -> float:
         return self.b_error[-1] if self.fsal else 0.0
 
-    def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
-        # FSAL: the last stage is taken at (t + h, y₁) itself, where the rate is found in any case
+    def attempt(
+        self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar
+    ) -> tuple[State, State]:
+        # FSAL: the last stage is taken at (t + h, y₁) itself, where the rate is found
+        # in any case
         rows, nodes = (self.a[:-1], self.c[:-1]) if self.fsal else (self.a, self.c)
         if not self.unrolled:
             return self._in_a_loop(rows, nodes, rhs, t, y, f, h)
@@ -183,7 +212,9 @@ class ExplicitRungeKutta(AbstractMethod):
         for row, c in zip(rows, nodes, strict=True):
             stages.append(rhs(t + c * h, y + h * _combine(row, stages)))
         weights = self.a[-1] if self.fsal else self.b
-        return y + h * _combine(weights, stages), h * _combine(self.b_error[: len(stages)], stages)
+        return y + h * _combine(weights, stages), h * _combine(
+            self.b_error[: len(stages)], stages
+        )
 
     def _in_a_loop(
         self,
@@ -197,49 +228,72 @@ class ExplicitRungeKutta(AbstractMethod):
     ) -> tuple[State, State]:
         n = len(rows) + 1
 
-        def stage(k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]) -> tuple[_Stages, None]:
+        def stage(
+            k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]
+        ) -> tuple[_Stages, None]:
             i, weights, c = entry
             argument = y + h * weighted(weights, k)
-            return jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))), None
+            return jax.lax.dynamic_update_slice(
+                k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))
+            ), None
 
         k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
         k, _ = jax.lax.scan(
-            stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(square(((), *rows))[1:]), jnp.asarray(nodes))
+            stage,
+            k,
+            (
+                jnp.arange(1, n, dtype=jnp.int32),
+                jnp.asarray(square(((), *rows))[1:]),
+                jnp.asarray(nodes),
+            ),
         )
         weights = self.a[-1] if self.fsal else self.b
         both = h * weighted(jnp.asarray([weights[:n], self.b_error[:n]]).T, k[:, None])
         return y + both[0], both[1]
 
     def _all_stages(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of weights and nodes of all stages; the argument of the last one is the new state (as if FSAL)."""
+        """Rows of weights and nodes of all stages; the argument of the last one is the
+        new state (as if FSAL)."""
         rows = ((), *self.a, *(() if self.fsal else (self.b,)))
         return square(rows), np.asarray([0.0, *self.c] + ([] if self.fsal else [1.0]))
 
-    def _arguments(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[_Stages, _Stages]:
+    def _arguments(
+        self, rhs: Rhs, t: Scalar, y: State, h: Scalar
+    ) -> tuple[_Stages, _Stages]:
         """Where `rhs` is taken in every stage, and its values."""
         a, c = self._all_stages()
         n = len(c)
 
-        def stage(k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]) -> tuple[_Stages, State]:
+        def stage(
+            k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]
+        ) -> tuple[_Stages, State]:
             i, weights, c = entry
             argument = y + h * weighted(weights, k)
-            k = jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i)))
+            k = jax.lax.dynamic_update_slice(
+                k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))
+            )
             return k, argument
 
         entries = (jnp.arange(n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(c))
         return jax.lax.scan(stage, jnp.zeros((n, y.shape[0]), y.dtype), entries)
 
-    def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
+    def step_with_rate(
+        self, rhs: Rhs, t: Scalar, y: State, h: Scalar
+    ) -> tuple[State, State]:
         k, arguments = self._arguments(rhs, t, y, h)
         return arguments[-1], k[-1]
 
-    def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
+    def pullback(
+        self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar
+    ) -> Pullback:
         k, arguments = self._arguments(lambda t, y: rhs(params, t, y), t, y, h)
         a, c = self._all_stages()
         n = len(c)
 
         def back(c_y: State, c_f: State) -> tuple[PyTree, Scalar, State]:
-            def stage(carry: tuple[_Stages, PyTree], entry: tuple[Array, ...]) -> tuple[tuple[_Stages, PyTree], None]:
+            def stage(
+                carry: tuple[_Stages, PyTree], entry: tuple[Array, ...]
+            ) -> tuple[tuple[_Stages, PyTree], None]:
                 c_k, total = carry
                 i, weights, c, argument = entry
                 cotangents = jax.vjp(rhs, params, t + c * h, argument)[1](
@@ -247,11 +301,19 @@ class ExplicitRungeKutta(AbstractMethod):
                 )
                 c_argument = cotangents[2] + jnp.where(i == n - 1, c_y, 0.0)
                 c_k = c_k + h * weights[:, None] * c_argument
-                return (c_k, jax.tree.map(jnp.add, total, (*cotangents[:2], c_argument))), None
+                return (
+                    c_k,
+                    jax.tree.map(jnp.add, total, (*cotangents[:2], c_argument)),
+                ), None
 
             nothing = jax.tree.map(jnp.zeros_like, (params, t, y))
             start = (jnp.zeros_like(k).at[-1].set(c_f), nothing)
-            entries = (jnp.arange(n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(c), arguments)
+            entries = (
+                jnp.arange(n, dtype=jnp.int32),
+                jnp.asarray(a),
+                jnp.asarray(c),
+                arguments,
+            )
             return jax.lax.scan(stage, start, entries, reverse=True)[0][1]
 
         return Pullback(arguments[-1], k[-1], back)
@@ -265,9 +327,15 @@ def square(rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
     return full
 
 
-def weighted(weights: Float[Array, "k *columns"], rows: Float[Array, "k ..."]) -> Float[Array, "..."]:
-    """`Σ w_i x_i`; no matrix product, which XLA may hand to a library and then cannot join with all the rest."""
-    return jnp.sum(weights.reshape(*weights.shape, *(1,) * (rows.ndim - weights.ndim)) * rows, axis=0)
+def weighted(
+    weights: Float[Array, "k *columns"], rows: Float[Array, "k ..."]
+) -> Float[Array, "..."]:
+    """`Σ w_i x_i`; no matrix product, which XLA may hand to a library and then cannot
+    join with all the rest."""
+    return jnp.sum(
+        weights.reshape(*weights.shape, *(1,) * (rows.ndim - weights.ndim)) * rows,
+        axis=0,
+    )
 
 
 def _combine(weights: tuple[float, ...], stages: list[Array]) -> Array:

@@ -1,7 +1,9 @@
-"""State carried by step attempts, and evaluation of the guards: no event, a shorter attempt, or an event at its end.
+"""State carried by step attempts, and evaluation of the guards: no event, a shorter
+attempt, or an event at its end.
 
-The carry is packed into two vectors instead of twenty arrays: XLA then updates all of it in two small kernels. With one
-kernel per array it would also repeat the decisions of an attempt in every one of them.
+The carry is packed into two vectors instead of twenty arrays: XLA then updates all of
+it in two small kernels. With one kernel per array it would also repeat the decisions of
+an attempt in every one of them.
 """
 
 from collections.abc import Callable
@@ -12,12 +14,24 @@ import jax.numpy as jnp
 from jaxtyping import Float, Int
 
 from . import _thresholds as at
-from .arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, entry, first_least, numpy_of
+from .arrays import (
+    Array,
+    Count,
+    GuardMarks,
+    Guards,
+    Mark,
+    Scalar,
+    State,
+    entry,
+    first_least,
+    numpy_of,
+)
 from .system import ravel, unravel
 
 
 class Stats(NamedTuple):
-    """Counts of one run: accepted steps, rejected ones, attempts truncated at events, events, segments."""
+    """Counts of one run: accepted steps, rejected ones, attempts truncated at events,
+    events, segments."""
 
     accepted: Count
     rejected: Count
@@ -38,20 +52,28 @@ class Carry(NamedTuple):
     f: State
     g: Guards
     rate: Guards
-    tangents: tuple[State, ...]  # of the state, where its derivatives steer the steps as well
+    tangents: tuple[
+        State, ...
+    ]  # of the state, where its derivatives steer the steps as well
     status: Count
     retakes: Count
     events_at_instant: Count  # events at this very instant
     zeno_count: Count  # repeated firings in the present cluster
-    restart_stage: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
+    # just after a restart: 2 rates and guards are unknown, 1 the first step's length;
+    # else 0
+    restart_stage: Count
     stats: Stats
     armed: GuardMarks  # has stood clear of zero since the last restart
-    touched: GuardMarks  # limits reached at the time breakpoint where the segment begins
-    zeno_guards: GuardMarks  # fired in the present cluster of events with hardly any time between
+    touched: (
+        GuardMarks  # limits reached at the time breakpoint where the segment begins
+    )
+    # fired in the present cluster of events with hardly any time between
+    zeno_guards: GuardMarks
     mode: Int[Array, " mode"]
 
 
-#: the first whole number of a carry among its fields, and how many there are beside its marks and its mode
+#: the first whole number of a carry among its fields, and how many there are beside its
+#: marks and its mode
 _WHOLE = Carry._fields.index("status")
 _COUNTS = 5 + len(Stats._fields)
 
@@ -66,7 +88,9 @@ def unpack(packed: Packed, like: Carry) -> Carry:
     """The carry of the shapes of another one."""
     x, n = packed
     c = Carry(*unravel(x, like[:_WHOLE]), *unravel(n, like[_WHOLE:]))
-    return c._replace(armed=c.armed > 0, touched=c.touched > 0, zeno_guards=c.zeno_guards > 0)
+    return c._replace(
+        armed=c.armed > 0, touched=c.touched > 0, zeno_guards=c.zeno_guards > 0
+    )
 
 
 def carried_size(ny: int, ng: int, nm: int) -> int:
@@ -74,21 +98,24 @@ def carried_size(ny: int, ng: int, nm: int) -> int:
     return 5 + 2 * ny + 2 * ng + _COUNTS + 3 * ng + nm
 
 
-# --- where a guard reaches zero inside a step: the cubic through its end values and end rates -------------------------
+# --- where a guard reaches zero inside a step: the cubic through its end values and end rates
 
 
 def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     """First root in (0, 1] of the cubic Hermite interpolant of each guard.
 
-    `g0, g1` are the values at the ends and `d0, d1` the rates times the step. A guard with `g0 <= 0` is taken to start
-    at exactly 0 and that root is divided out, so that what is found is its return. The caller ensures `g1 < 0`.
+    `g0, g1` are the values at the ends and `d0, d1` the rates times the step. A guard
+    with `g0 <= 0` is taken to start at exactly 0 and that root is divided out, so that
+    what is found is its return. The caller ensures `g1 < 0`.
     """
     from_zero = g0 <= 0
     start = jnp.where(from_zero, 0.0, g0)
     c2 = 3 * (g1 - start) - 2 * d0 - d1
     c3 = 2 * (start - g1) + d0 + d1
 
-    def value(s: Float[Array, "*points columns"]) -> Float[Array, "*points guard"]:  # one column counts for all
+    def value(
+        s: Float[Array, "*points columns"],
+    ) -> Float[Array, "*points guard"]:  # one column counts for all
         full = ((c3 * s + c2) * s + d0) * s + start
         return jnp.where(from_zero, (c3 * s + c2) * s + d0, full)
 
@@ -99,7 +126,9 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     below = value((before + 1) / at.SAMPLES) <= 0
     j = jnp.min(jnp.where(below, before, at.SAMPLES - 1.0), axis=0)
 
-    def refine(_: Count | int, bracket: tuple[Guards, Guards, Guards]) -> tuple[Guards, Guards, Guards]:
+    def refine(
+        _: Count | int, bracket: tuple[Guards, Guards, Guards]
+    ) -> tuple[Guards, Guards, Guards]:
         low, high, s = bracket
         v = value(s)
         low = jnp.where(v > 0, s, low)
@@ -112,14 +141,16 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
 
     low = j / at.SAMPLES
     high = (j + 1) / at.SAMPLES
-    return jax.lax.fori_loop(0, at.REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
+    return jax.lax.fori_loop(
+        0, at.REFINEMENTS, refine, (low, high, 0.5 * (low + high))
+    )[2]
 
 
 def interior_minimum(
     g0: Guards, d0: Guards, g1: Guards, d1: Guards, margin: float = at.INSIDE
 ) -> tuple[Guards, Guards, GuardMarks]:
-    """Place, value and existence of a minimum of the cubic Hermite interpolant inside the step, more than `margin` (a
-    share of the step) from its ends."""
+    """Place, value and existence of a minimum of the cubic Hermite interpolant inside
+    the step, more than `margin` (a share of the step) from its ends."""
     xp = numpy_of(g0)
     c2 = 3 * (g1 - g0) - 2 * d0 - d1
     c3 = 2 * (g0 - g1) + d0 + d1
@@ -133,7 +164,7 @@ def interior_minimum(
     return s, ((c3 * s + c2) * s + d0) * s + g0, exists
 
 
-# --- evaluation of the guards after an accepted attempt ---------------------------------------------------------------
+# --- evaluation of the guards after an accepted attempt -----------------------------
 
 
 class Found(NamedTuple):
@@ -148,30 +179,40 @@ def leaving(c: Carry, h: Scalar) -> GuardMarks:
 
 
 def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> GuardMarks:
-    """Whether a guard is negative at the end of an attempt; touching zero within rounding is not a crossing."""
+    """Whether a guard is negative at the end of an attempt; touching zero within
+    rounding is not a crossing."""
     returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - at.TINY, -tol)
     return jnp.where(c.armed, (g1 < -at.TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
 
 
-def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> GuardMarks:
-    """Whether a guard is clearly negative at the end of an attempt, or will be before a time breakpoint in `room`.
+def exceeded(
+    c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar
+) -> GuardMarks:
+    """Whether a guard is clearly negative at the end of an attempt, or will be before a
+    time breakpoint in `room`.
 
-    Further on it follows the curvature that its cubic has at the end, as far as that is no rounding.
+    Further on it follows the curvature that its cubic has at the end, as far as that is
+    no rounding.
     """
     d0 = c.rate * h
     d1 = rate1 * h
     bend = jnp.maximum(6 * (c.g - g1) + 2 * d0 + 4 * d1 - at.BENDING * at.TINY, 0.0)
-    turn = jnp.where((bend > 0) & (d1 < 0), -d1 / jnp.where(bend > 0, bend, 1.0), jnp.inf)
+    turn = jnp.where(
+        (bend > 0) & (d1 < 0), -d1 / jnp.where(bend > 0, bend, 1.0), jnp.inf
+    )
     s = jnp.minimum(jnp.where(h > 0, room / jnp.where(h > 0, h, 1.0), 0.0), turn)
     return (g1 < -at.TOUCH) | (g1 + s * (d1 + 0.5 * s * bend) < -at.TOUCH)
 
 
 def inconsistent(c: Carry, tol: Scalar) -> GuardMarks:
-    """Guards that are negative already where the attempt starts (and not on their way back up from rounding)."""
+    """Guards that are negative already where the attempt starts (and not on their way
+    back up from rounding)."""
     return (c.g < -tol) & ((c.rate <= 0) | (c.g < -at.DEEP * tol))
 
 
-def suspicious(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: GuardMarks) -> GuardMarks:
+def suspicious(
+    c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: GuardMarks
+) -> GuardMarks:
     """Guards of which `search` could find anything: the cheap test of every attempt."""
     dips = (rate1 > 0) & ((c.rate < 0) | (3 * (g1 - c.g) < h * (c.rate + rate1)))
     return crosses | inconsistent(c, tol) | dips
@@ -188,16 +229,21 @@ def search(
 ) -> Found:
     """First crossing or dip of any guard over the attempt from `c` with length `h`.
 
-    `negative_from` is the share of the step from which a guard was seen to be negative, `inf` where it was not.
+    `negative_from` is the share of the step from which a guard was seen to be negative,
+    `inf` where it was not.
     """
     d0 = c.rate * h
     d1 = rate1 * h
-    # from 0 downwards, also after a rise of rounding: at once if the slope at the start explains the drop, else halve
-    # until it is clear
+    # from 0 downwards, also after a rise of rounding: at once if the slope at the start
+    # explains the drop, else halve until it is clear
     sinking = ~c.armed & (c.g <= tol) & ~leaving(c, h) & crosses
     # (just above -tol the steps that are left would be too short to move a state)
-    at_start = inconsistent(c, tol) | (sinking & ((d0 <= at.EXPLAINED * g1) | (c.g <= -at.SUNK * tol)))
-    root = jnp.where(sinking | (c.retakes >= at.AIMED), 0.5, first_root(c.g, d0, g1, d1))
+    at_start = inconsistent(c, tol) | (
+        sinking & ((d0 <= at.EXPLAINED * g1) | (c.g <= -at.SUNK * tol))
+    )
+    root = jnp.where(
+        sinking | (c.retakes >= at.AIMED), 0.5, first_root(c.g, d0, g1, d1)
+    )
     step_fraction = jnp.where(crosses, root, jnp.inf)
 
     # the cubic is a guess: a minimum near zero is sampled at its predicted location
@@ -219,10 +265,11 @@ def sampled(
     tol: Scalar,
     n: int,
 ) -> Guards:
-    """First of `n` evenly spaced points inside the step at which a guard is negative, as a share of the step.
+    """First of `n` evenly spaced points inside the step at which a guard is negative,
+    as a share of the step.
 
-    The state between the ends is the cubic Hermite interpolant; an excursion of 1/(n + 1) of the step or longer cannot
-    hide between the points.
+    The state between the ends is the cubic Hermite interpolant; an excursion of 1/(n +
+    1) of the step or longer cannot hide between the points.
     """
     points = jnp.arange(1, n + 1, dtype=h.dtype) / (n + 1)
 
@@ -232,4 +279,6 @@ def sampled(
         return guards(c.t + s * h, y, c.mode)
 
     negative = jax.vmap(guards_at)(points) < -tol
-    return jnp.where(jnp.any(negative, axis=0), points[jnp.argmax(negative, axis=0)], jnp.inf)
+    return jnp.where(
+        jnp.any(negative, axis=0), points[jnp.argmax(negative, axis=0)], jnp.inf
+    )

@@ -14,7 +14,15 @@ from jaxtyping import Float, Int, PyTree
 
 from . import _loop
 from ._bordered import Couplings
-from ._derivative import Call, RowMap, advance, before_jump, no_tangent, pull_back, sweep
+from ._derivative import (
+    Call,
+    RowMap,
+    advance,
+    before_jump,
+    no_tangent,
+    pull_back,
+    sweep,
+)
 from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
@@ -39,8 +47,9 @@ from .system import (
 
 
 class EventKind(enum.IntEnum):
-    """Causes of a change of mode: `GUARD`, a guard reached 0; `AT_ONCE`, a guard was negative just after an event, or
-    at the start, and no time passed; `KNOWN_TIME`, `next_stop` was reached.
+    """Causes of a change of mode: `GUARD`, a guard reached 0; `AT_ONCE`, a guard was
+    negative just after an event, or at the start, and no time passed; `KNOWN_TIME`,
+    `next_stop` was reached.
 
     Example:
         >>> [event.kind.name for event in result.record.events]
@@ -53,8 +62,9 @@ class EventKind(enum.IntEnum):
 
 
 class HybridEvent(NamedTuple):
-    """An event of a run: its time, its kind, the number of the guard that fired (`None` at a time breakpoint), the
-    modes before and after it (they may be equal), and the name of the guard, `""` at a time breakpoint.
+    """An event of a run: its time, its kind, the number of the guard that fired (`None`
+    at a time breakpoint), the modes before and after it (they may be equal), and the
+    name of the guard, `""` at a time breakpoint.
 
     Example:
         >>> round(result.record.events[-1].time, 4), result.record.events[-1].name
@@ -70,11 +80,13 @@ class HybridEvent(NamedTuple):
 
 
 class Record(Struct):
-    """Record of an integration: every step attempt, from which states at any time follow.
+    """Record of an integration: every step attempt, from which states at any time
+    follow.
 
-    `rows` has `max_steps + 1` entries, of which `count` attempts and then the end of the run are filled. `t` and `y`
-    of the rows are differentiable (first derivatives, forward and reverse) with respect to every number of the system,
-    the initial state and the times.
+    `rows` has `max_steps + 1` entries, of which `count` attempts and then the end of
+    the run are filled. `t` and `y` of the rows are differentiable (first derivatives,
+    forward and reverse) with respect to every number of the system, the initial state
+    and the times.
 
     Example:
         >>> record = result.record
@@ -98,7 +110,11 @@ class Record(Struct):
 
     def _end(self, values: Array) -> Array:
         concrete = not isinstance(values, Tracer) and not isinstance(self.count, Tracer)
-        return np.asarray(values)[np.asarray(self.count)] if concrete else jnp.asarray(values)[self.count]
+        return (
+            np.asarray(values)[np.asarray(self.count)]
+            if concrete
+            else jnp.asarray(values)[self.count]
+        )
 
     @property
     def t_end(self) -> Scalar:
@@ -114,10 +130,12 @@ class Record(Struct):
 
     @property
     def events(self) -> list[HybridEvent]:
-        """All events of a concrete record in order of time; those of one instant in the order in which they happened.
+        """All events of a concrete record in order of time; those of one instant in the
+        order in which they happened.
 
         record = sb.hybrid.hybridsolve(system, y0, mode0, 0.0, 1.0, method, settings)
-        [event.time for event in record.events if event.kind == sb.hybrid.EventKind.GUARD]
+        [event.time for event in record.events if event.kind ==
+        sb.hybrid.EventKind.GUARD]
         """
         kinds = np.asarray(self.rows.kind)[: int(self.count)]
         t = np.asarray(self.rows.t)
@@ -130,25 +148,36 @@ class Record(Struct):
             guard = None if kind == EventKind.KNOWN_TIME else int(guards[i])
             before, after = (unravel(modes[j], self.mode_like) for j in (i, i + 1))
             name = "" if guard is None else names[guard]
-            events.append(HybridEvent(float(t[i + 1]), kind, guard, before, after, name))
+            events.append(
+                HybridEvent(float(t[i + 1]), kind, guard, before, after, name)
+            )
         return events
 
     @property
     def guard_names(self) -> list[str]:
-        """Names of the guards in the order of their numbers: the path in their structure, and of a vector the entry,
-        from 1."""
-        like = self.flat.guards_like(*jax.tree.map(jnp.asarray, (0.0, self.y_like, self.mode_like)))
+        """Names of the guards in the order of their numbers: the path in their
+        structure, and of a vector the entry, from 1."""
+        like = self.flat.guards_like(
+            *jax.tree.map(jnp.asarray, (0.0, self.y_like, self.mode_like))
+        )
         names = []
         for path, leaf in jax.tree_util.tree_leaves_with_path(like):
             name = jax.tree_util.keystr(path, simple=True, separator=".")
             size = math.prod(leaf.shape)
-            names += [f"{name} {i + 1}".strip() for i in range(size)] if leaf.shape else [name]
+            names += (
+                [f"{name} {i + 1}".strip() for i in range(size)]
+                if leaf.shape
+                else [name]
+            )
         return names
 
     def last_guards(self, count: int) -> list[str]:
-        """Names of the last guards that fired in a concrete record, in order of time."""
+        """Names of the last guards that fired in a concrete record, in order of
+        time."""
         kinds = np.asarray(self.rows.kind)[: int(self.count)]
-        fired = np.asarray(self.rows.guard)[: int(self.count)][(kinds >= LANDED) & (kinds != STOPPED)][-count:]
+        fired = np.asarray(self.rows.guard)[: int(self.count)][
+            (kinds >= LANDED) & (kinds != STOPPED)
+        ][-count:]
         names = self.guard_names if fired.size else []
         return [names[i] for i in fired]
 
@@ -175,8 +204,11 @@ class Record(Struct):
 
         return jax.vmap(end_of_row)(index)
 
-    def inside(self, index: Int[Array, " k"], h: Array, *, still: bool = False) -> tuple[Array, PyTree]:
-        """Times and states at `h` after the start of the rows named: a step of the method, not an interpolant.
+    def inside(
+        self, index: Int[Array, " k"], h: Array, *, still: bool = False
+    ) -> tuple[Array, PyTree]:
+        """Times and states at `h` after the start of the rows named: a step of the
+        method, not an interpolant.
 
         `still`: as a smaller program, which is not to be differentiated.
         """
@@ -189,24 +221,34 @@ class Record(Struct):
             def rhs(t: Scalar, y: Array) -> Array:
                 return flat.rhs(t, y, row.mode)
 
-            y = method.state_after(rhs, row.t, row.y, h) if still else method.step_with_rate(rhs, row.t, row.y, h)[0]
+            y = (
+                method.state_after(rhs, row.t, row.y, h)
+                if still
+                else method.step_with_rate(rhs, row.t, row.y, h)[0]
+            )
             return row.t + h, flat.unpack_state(y)
 
         return jax.vmap(state_inside)(index, h)
 
     def find(self, ts: Float[Array, " k"], *, left: bool = False) -> Int[Array, " k"]:
-        """Rows that hold the given times: at an instant with events, the last row there (`left`: the first)."""
-        # a compact record is read outside of jit, where every operation of JAX would compile separately
+        """Rows that hold the given times: at an instant with events, the last row there
+        (`left`: the first)."""
+        # a compact record is read outside of jit, where every operation of JAX would
+        # compile separately
         xp: Any = np if isinstance(self.rows.t, np.ndarray) else jnp
         n = self.rows.t.shape[0]
-        starts = xp.where(xp.arange(n, dtype=np.int32) <= self.count, self.rows.t, np.inf)
+        starts = xp.where(
+            xp.arange(n, dtype=np.int32) <= self.count, self.rows.t, np.inf
+        )
         i = xp.searchsorted(starts, ts, side="left" if left else "right") - 1
         return xp.clip(i, 0, self.count).astype(np.int32)
 
     def at(self, ts: Array, *, left: bool = False) -> tuple[PyTree, PyTree]:
-        """States and modes at the times `ts` (k,), each from one step of the method out of the row before it.
+        """States and modes at the times `ts` (k,), each from one step of the method out
+        of the row before it.
 
-        At an event the value after it, or with `left` the value before. Times outside the run take its ends.
+        At an event the value after it, or with `left` the value before. Times outside
+        the run take its ends.
         """
         i = self.find(ts, left=left)
         h = jnp.clip(ts, self.rows.t[0], self.t_end) - self.rows.t[i]
@@ -214,21 +256,33 @@ class Record(Struct):
         return y, jax.vmap(self.flat.unpack_mode)(self.rows.mode[i])
 
     def compact(self) -> "Record":
-        """The same record without skipped rows and unused space (outside of jit only), its length a power of two."""
+        """The same record without skipped rows and unused space (outside of jit only),
+        its length a power of two."""
         count = int(self.count)
-        kept = np.flatnonzero(np.append(np.asarray(self.rows.kind)[:count] != SKIPPED, True))
+        kept = np.flatnonzero(
+            np.append(np.asarray(self.rows.kind)[:count] != SKIPPED, True)
+        )
         size = max(64, 1 << int(np.ceil(np.log2(len(kept)))))
-        if isinstance(self.rows.t, np.ndarray) and (len(self.rows.t), len(kept)) == (size, count + 1):
+        if isinstance(self.rows.t, np.ndarray) and (len(self.rows.t), len(kept)) == (
+            size,
+            count + 1,
+        ):
             return self
         index = np.append(kept, np.full(size - len(kept), kept[-1]))
-        columns = (np.asarray(getattr(self.rows, field.name))[index] for field in dataclasses.fields(Rows))
+        columns = (
+            np.asarray(getattr(self.rows, field.name))[index]
+            for field in dataclasses.fields(Rows)
+        )
         count = np.asarray(len(kept) - 1, np.int32)
         fixed = (self.system, self.method, self.y_like, self.mode_like, self.t1)
-        return Record(*fixed, Rows(*columns), count, self.code, self.stats)  # (`eqx.tree_at` takes longer than a run)
+        return Record(
+            *fixed, Rows(*columns), count, self.code, self.stats
+        )  # (`eqx.tree_at` takes longer than a run)
 
 
 def _column(values: Array) -> Array:
-    """Values of the rows; concrete ones as NumPy has them, as every operation of JAX would compile separately."""
+    """Values of the rows; concrete ones as NumPy has them, as every operation of JAX
+    would compile separately."""
     return values if isinstance(values, Tracer) else np.asarray(values)
 
 
@@ -237,12 +291,16 @@ def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMeth
     kinds = system.couplings()
     if kinds is None:
         return method
-    return method.fitted(Couplings.of(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])))
+    return method.fitted(
+        Couplings.of(
+            np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])
+        )
+    )
 
 
 def generic_direction(flat: Flat) -> PyTree:
-    """A direction of all numbers of a system: each by its magnitude; one that is 0 by the largest of its array, else by
-    its typical size, or 1 where that is not known."""
+    """A direction of all numbers of a system: each by its magnitude; one that is 0 by
+    the largest of its array, else by its typical size, or 1 where that is not known."""
     import equinox as eqx
 
     numbers, structure = jax.tree.flatten(eqx.filter(flat, eqx.is_inexact_array))
@@ -251,9 +309,15 @@ def generic_direction(flat: Flat) -> PyTree:
     for i, (x, typical_size) in enumerate(zip(numbers, typical, strict=True)):
         size = jnp.abs(jax.lax.stop_gradient(jnp.asarray(x)))
         size = jnp.where(jnp.isfinite(size), size, 0.0)
-        for instead in (jnp.max(size, initial=0.0), jax.lax.stop_gradient(typical_size), 1.0):
+        for instead in (
+            jnp.max(size, initial=0.0),
+            jax.lax.stop_gradient(typical_size),
+            1.0,
+        ):
             size = jnp.where(size > 0, size, instead)
-        directions.append(size * _loop.generic(int(np.size(x)), seed=i + 1).reshape(np.shape(x)))
+        directions.append(
+            size * _loop.generic(int(np.size(x)), seed=i + 1).reshape(np.shape(x))
+        )
     return jax.tree.unflatten(structure, directions)
 
 
@@ -271,27 +335,40 @@ def _numbers(tree: PyTree) -> list[Array]:
 
 
 def _places(
-    problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], params: PyTree, others: PyTree, mode: Array
+    problem: Callable[[PyTree, PyTree], tuple[Problem, Array]],
+    params: PyTree,
+    others: PyTree,
+    mode: Array,
 ) -> list[int | None]:
-    """For each number of a system `near` a mode its place among those of the whole one, `None` of entries of a list."""
+    """For each number of a system `near` a mode its place among those of the whole one,
+    `None` of entries of a list."""
     places = []
 
     def look(params: PyTree, others: PyTree, mode: Array) -> None:
         whole = {id(x): i for i, x in enumerate(jax.tree.leaves(params[0]))}
-        places.extend(whole.get(id(x)) for x in _numbers(problem(params, others)[0].flat.near(mode, mode)))
+        places.extend(
+            whole.get(id(x))
+            for x in _numbers(problem(params, others)[0].flat.near(mode, mode))
+        )
 
     jax.eval_shape(look, params, others, mode)
     return places
 
 
-def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], call: Call) -> Callable[..., PyTree]:
-    """The run `(params, y0, others)` of a problem, and its first derivatives by a sweep over its rows.
+def _differentiable(
+    problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], call: Call
+) -> Callable[..., PyTree]:
+    """The run `(params, y0, others)` of a problem, and its first derivatives by a sweep
+    over its rows.
 
-    - `problem`: what a run needs and its initial mode, from `params = (numbers of the system, t1, t0)` and all others
+    - `problem`: what a run needs and its initial mode, from
+      `params = (numbers of the system, t1, t0)` and all others
     - `call`: as of `hybridsolve`
     """
 
-    def solved(params: PyTree, flat_y0: Array, others: PyTree, direction: PyTree | None = None) -> PyTree:
+    def solved(
+        params: PyTree, flat_y0: Array, others: PyTree, direction: PyTree | None = None
+    ) -> PyTree:
         p, mode0 = problem(params, others)
         if direction is not None:
             p = p._replace(direction=direction, method=p.method.with_tangents())
@@ -308,12 +385,17 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
         params, flat_y0, others = primals
         d_params, d_y0, _ = tangents
         p, mode0 = problem(params, others)
-        # (out here, as XLA hands maxima of long lists to a library, which the parts of a derivative must not call)
+        # (out here, as XLA hands maxima of long lists to a library, which the parts of
+        # a derivative must not call)
         direction = generic_direction(p.flat)
-        t, y, rows, (count, code, stats) = call(lambda arrays: solved(*arrays), (*primals, direction))
+        t, y, rows, (count, code, stats) = call(
+            lambda arrays: solved(*arrays), (*primals, direction)
+        )
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
-        rolled = p.method.rolled().with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
+        rolled = p.method.rolled().with_fixed_jacobian(
+            lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0
+        )
         numbers, t1, t0 = params
         places = _places(problem, params, others, mode0)
 
@@ -324,7 +406,13 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
             """What each row keeps of long lists, (rows, …)."""
 
             def kept(mode: Array, after: Array) -> list[Array]:
-                return [x for x, i in zip(_numbers(of_row(numbers, mode, after)), places, strict=True) if i is None]
+                return [
+                    x
+                    for x, i in zip(
+                        _numbers(of_row(numbers, mode, after)), places, strict=True
+                    )
+                    if i is None
+                ]
 
             return jax.vmap(kept)(rows.mode[:-1], rows.mode[1:])
 
@@ -335,26 +423,39 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
             bare = jax.tree.map(lambda leaf: leaf[i], rows)
             return with_fields(bare, t=start[0], y=start[1:])
 
-        def flat_of(fixed: PyTree, i: Count, shared: list[Array], own: list[Array]) -> Flat:
+        def flat_of(
+            fixed: PyTree, i: Count, shared: list[Array], own: list[Array]
+        ) -> Flat:
             """The system of one row with these numbers."""
             import equinox as eqx
 
             whole, others, rows, _ = fixed
             flat = problem(whole, others)[0].flat.near(rows.mode[i], rows.mode[i + 1])
             bare, rest = eqx.partition(flat, eqx.is_inexact_array)
-            alike = dict(zip(sorted(i for i in {*places} if i is not None), shared, strict=True))
+            alike = dict(
+                zip(sorted(i for i in {*places} if i is not None), shared, strict=True)
+            )
             apart = iter(own)
             new = [next(apart) if place is None else alike[place] for place in places]
             return eqx.combine(jax.tree.unflatten(jax.tree.structure(bare), new), rest)
 
-        def forwards(fixed: PyTree, params: PyTree, own: list[Array], start: Array, i: Count) -> Array:
+        def forwards(
+            fixed: PyTree, params: PyTree, own: list[Array], start: Array, i: Count
+        ) -> Array:
             _, _, rows, method = fixed
             flat = flat_of(fixed, i, params[0], own)
-            t, y = advance(flat, method, params[1], row(rows, start, i), rows.mode[i + 1])
+            t, y = advance(
+                flat, method, params[1], row(rows, start, i), rows.mode[i + 1]
+            )
             return jnp.concatenate([t[None], y])
 
         def backwards(
-            fixed: PyTree, params: PyTree, own: list[Array], start: Array, i: Count, c: Array
+            fixed: PyTree,
+            params: PyTree,
+            own: list[Array],
+            start: Array,
+            i: Count,
+            c: Array,
         ) -> tuple[PyTree, PyTree, Array]:
             _, _, rows, method = fixed
 
@@ -363,15 +464,30 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
 
             given = (params, own)
             after = rows.mode[i + 1]
-            cotangents = pull_back(flat, method, given, lambda p: p[0][1], row(rows, start, i), after, (c[0], c[1:]))
+            cotangents = pull_back(
+                flat,
+                method,
+                given,
+                lambda p: p[0][1],
+                row(rows, start, i),
+                after,
+                (c[0], c[1:]),
+            )
             return *cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
 
         own, d_own = jax.jvp(entries, (numbers,), (d_params[0],))
-        moves = (shared(d_params[0]), *d_params[1:]), d_own, jnp.concatenate([d_params[2][None], d_y0])
+        moves = (
+            (shared(d_params[0]), *d_params[1:]),
+            d_own,
+            jnp.concatenate([d_params[2][None], d_y0]),
+        )
         fixed = params, others, rows, rolled
         few = shared(numbers), t1, t0
-        d = sweep(RowMap(forwards, backwards), fixed, few, own, starts, count, moves, call)
-        # a record that was too short does not reach the end: its derivatives must not look like those of the run
+        d = sweep(
+            RowMap(forwards, backwards), fixed, few, own, starts, count, moves, call
+        )
+        # a record that was too short does not reach the end: its derivatives must not
+        # look like those of the run
         d = d * jnp.where(code == Code.STEP_LIMIT, jnp.nan, 1.0)
         return (t, y, rows, (count, code, stats)), (
             d[:, 0],
@@ -393,17 +509,21 @@ def hybridsolve(
     *,
     call: Call = lambda function, arrays: function(arrays),
 ) -> Record:
-    """Integrate a hybrid system `ẏ = f(t, y, mode)` from `(t0, y0, mode0)` to `t1` through all its events.
+    """Integrate a hybrid system `ẏ = f(t, y, mode)` from `(t0, y0, mode0)` to `t1`
+    through all its events.
 
-    - `system`: rates, guards, transitions and jumps;  `y0`, `mode0`: initial state and mode, any PyTrees of arrays
-    - `method`: a Runge–Kutta or Rosenbrock method;  `settings`: tolerance and limits of steps and events
-    - `call(function, arrays)`: calls the parts of a derivative, each a function of a tree of arrays: who calls decides
-      how they are compiled
+    - `system`: rates, guards, transitions and jumps
+    - `y0`, `mode0`: initial state and mode, any PyTrees of arrays
+    - `method`: a Runge–Kutta or Rosenbrock method
+    - `settings`: tolerance and limits of steps and events
+    - `call(function, arrays)`: calls the parts of a derivative, each a function of a
+      tree of arrays: who calls decides how they are compiled
 
-    A guard is positive while its mode holds. The step on which it becomes negative is truncated at its root, the system
-    gives the new mode and the state after the event, and the integration continues from there. The record has every
-    step; its `code` is a `Code` or one of the system, and no exception is raised. First derivatives, forward and
-    reverse, pass through the events.
+    A guard is positive while its mode holds. The step on which it becomes negative is
+    truncated at its root, the system gives the new mode and the state after the event,
+    and the integration continues from there. The record has every step; its `code` is a
+    `Code` or one of the system, and no exception is raised. First derivatives, forward
+    and reverse, pass through the events.
 
     Example:
         >>> import jax.numpy as jnp
@@ -442,18 +562,20 @@ def hybridsolve(
         rest, settings, mode0 = eqx.combine(others, structure)
         whole: AbstractHybridSystem = eqx.combine(numbers, rest)
         weights = weights_of(whole, y_like)
-        return Problem(flatten(whole, y_like, mode_like), method, *weights, t0, t1, settings), mode0
+        return Problem(
+            flatten(whole, y_like, mode_like), method, *weights, t0, t1, settings
+        ), mode0
 
     run = _differentiable(problem, call)
-    # JAX looks traced functions up together with the mesh; its absence is written differently here and
-    # inside of derivatives
+    # JAX looks traced functions up together with the mesh; its absence is written
+    # differently here and inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
         t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
     rows = with_fields(rows, t=t, y=y)
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)
 
 
-# --- long runs in parts -----------------------------------------------------------------------------------------------
+# --- long runs in parts -------------------------------------------------------------
 
 
 def solve_segment(
@@ -467,22 +589,29 @@ def solve_segment(
     carried: Array,
     limit: Count | int,
 ) -> tuple[Record, Array]:
-    """One part of `hybridsolve`, at most `limit` attempts (up to `max_steps`), and the start of the next part.
+    """One part of `hybridsolve`, at most `limit` attempts (up to `max_steps`), and the
+    start of the next part.
 
-    `carried` comes from the part before, or from `beginning(…)`. Joined, the parts are one run to the last bit
-    for any lengths: nothing is decided again at a joint. Not differentiable.
+    `carried` comes from the part before, or from `beginning(…)`. Joined, the parts are
+    one run to the last bit for any lengths: nothing is decided again at a joint. Not
+    differentiable.
     """
     p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
-    # all of a carry is one vector, in which whole numbers are exact; one that begins with NaN begins the run
+    # all of a carry is one vector, in which whole numbers are exact; one that begins
+    # with NaN begins the run
     start = started(p, flat_y0, flat_mode0)
     x, n = pack(start)
     fresh = jnp.isnan(carried[0])
     x = jnp.where(fresh, x, carried[: x.size])
     n = jnp.where(fresh, n, carried[x.size :].astype(n.dtype))
-    (x, n), rows, count = advanced(p, (x, n), start, space(p, flat_y0, flat_mode0), limit)
+    (x, n), rows, count = advanced(
+        p, (x, n), start, space(p, flat_y0, flat_mode0), limit
+    )
     packed, count, code, stats = closed(unpack((x, n), start), rows, count)
     rows = unpack_rows(packed, flat_y0.shape[0])
-    record = Record(system, p.method, *templates(y0, mode0), p.t1, rows, count, code, stats)
+    record = Record(
+        system, p.method, *templates(y0, mode0), p.t1, rows, count, code, stats
+    )
     return record, jnp.concatenate([x, n.astype(x.dtype)])
 
 
@@ -495,7 +624,8 @@ def posed(
     method: AbstractMethod,
     settings: Settings,
 ) -> tuple[Problem, Array, Array]:
-    """A run that is not differentiated, on flat vectors, with its initial state and mode."""
+    """A run that is not differentiated, on flat vectors, with its initial state and
+    mode."""
     y_like, mode_like = templates(y0, mode0)
     flat = flatten(system, y_like, mode_like)
     weights = weights_of(system, y_like)
@@ -504,7 +634,9 @@ def posed(
     return p, ravel(y0, jnp.float64), pack_mode(mode0)
 
 
-def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float) -> np.ndarray:
+def beginning(
+    system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float
+) -> np.ndarray:
     """Start of a run for `solve_segment`."""
     y = ravel(y0, jnp.float64)
     mode = pack_mode(mode0)
@@ -514,7 +646,8 @@ def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scala
 
 
 def concatenate(parts: Sequence[Rows], last: Record, room: int) -> Record:
-    """The rows of all parts as one record with space for `room` attempts; `last` is the part that ended the run."""
+    """The rows of all parts as one record with space for `room` attempts; `last` is the
+    part that ended the run."""
     count = sum(len(part.t) for part in parts)
 
     def column(end: Array, *leaves: Array) -> np.ndarray:

@@ -20,9 +20,11 @@ else:
             return isinstance(instance, jax.Array | np.ndarray | np.generic)
 
     class Array(metaclass=_AnyArray):
-        """JAX's where a run is traced; NumPy's, and its scalars, in the numbers of a concrete run.
+        """JAX's where a run is traced; NumPy's, and its scalars, in the numbers of a
+        concrete run.
 
-        One class: of a union of three, each of the 800 shapes in annotations would be three classes."""
+        One class: of a union of three, each of the 800 shapes in annotations would be
+        three classes."""
 
 
 Scalar = ScalarArray = Float[Array, ""]
@@ -46,29 +48,40 @@ RhsOf = Callable[[PyTree, Scalar, State], State]
 
 
 def numpy_of(values: Any) -> ModuleType:
-    """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
+    """NumPy for concrete values: outside of jit every operation of JAX would compile by
+    itself."""
     return np if isinstance(values, np.ndarray | np.generic) else jnp
 
 
-# --- entries of a vector at known places, as pieces: gathers and scatters are slow in loops on a CPU ------------------
+# --- entries of a vector at known places, as pieces: gathers and scatters are slow in loops on a CPU
 
 
-def _joined(parts: Sequence[Float[Array, " _"]], places: Sequence[int]) -> Float[Array, " k"]:
+def _joined(
+    parts: Sequence[Float[Array, " _"]], places: Sequence[int]
+) -> Float[Array, " k"]:
     """`concatenate(parts)[places]`, each place at most once.
 
-    The parts are split where the places leave off: in reverse, pieces of a split are joined, where slices would each be
-    padded with zeros and all of them summed.
+    The parts are split where the places leave off: in reverse, pieces of a split are
+    joined, where slices would each be padded with zeros and all of them summed.
     """
     ends = np.cumsum([0, *(part.shape[0] for part in parts)])
     breaks = np.flatnonzero(np.diff(places) != 1) + 1
-    runs = [(int(run[0]), int(run[-1]) + 1) for run in np.split(np.asarray(places), breaks)]
+    runs = [
+        (int(run[0]), int(run[-1]) + 1) for run in np.split(np.asarray(places), breaks)
+    ]
     cuts = np.unique([*ends, *itertools.chain.from_iterable(runs)])
     pieces = dict[int, Array]()
     for part, (a, b) in zip(parts, itertools.pairwise(ends.tolist()), strict=True):
         inside = [c for c in cuts.tolist() if a <= c <= b]
         sizes = np.diff(inside).tolist()
-        pieces |= zip(inside, jax.lax.split(part, sizes) if len(sizes) > 1 else [part], strict=False)
-    return jnp.concatenate([pieces[c] for a, b in runs for c in cuts.tolist() if a <= c < b])
+        pieces |= zip(
+            inside,
+            jax.lax.split(part, sizes) if len(sizes) > 1 else [part],
+            strict=False,
+        )
+    return jnp.concatenate(
+        [pieces[c] for a, b in runs for c in cuts.tolist() if a <= c < b]
+    )
 
 
 def take(x: Float[Array, " n"], places: tuple[int, ...]) -> Float[Array, " k"]:
@@ -76,12 +89,14 @@ def take(x: Float[Array, " n"], places: tuple[int, ...]) -> Float[Array, " k"]:
     return _joined([x], places) if places else jnp.zeros(0, x.dtype)
 
 
-#: entries that differ by this share are equal: XLA may compute them twice, with different rounding
+#: entries that differ by this share are equal: XLA may compute them twice, with
+#: different rounding
 _NEAR = 1e-12
 
 
 def largest(x: Float[Array, " n"]) -> Float[Array, ""]:
-    """`max x_i`, with the derivative of the first entry that is largest but for rounding."""
+    """`max x_i`, with the derivative of the first entry that is largest but for
+    rounding."""
     return np.max(x) if isinstance(x, np.ndarray) else _largest(x)
 
 
@@ -91,14 +106,19 @@ def _largest(x: Float[Array, " n"]) -> Float[Array, ""]:
 
 
 @_largest.defjvp
-def _(primals: tuple[Float[Array, " n"]], tangents: tuple[Float[Array, " n"]]) -> tuple[Array, Array]:
+def _(
+    primals: tuple[Float[Array, " n"]], tangents: tuple[Float[Array, " n"]]
+) -> tuple[Array, Array]:
     (x,) = primals
     (dx,) = tangents
-    # not `jnp.max`, whose own derivative would be taken where this rule is differentiated again: it divides by how many
-    # entries are equal to the maximum, none where a fused kernel rounds a copy of `x` otherwise
+    # not `jnp.max`, whose own derivative would be taken where this rule is
+    # differentiated again: it divides by how many entries are equal to the maximum,
+    # none where a fused kernel rounds a copy of `x` otherwise
     most = _largest(x)
     place = _first(x >= most - _NEAR * jnp.abs(most))
-    return most, jnp.sum(jnp.where(np.arange(x.shape[0], dtype=np.int32) == place, dx, 0.0))
+    return most, jnp.sum(
+        jnp.where(np.arange(x.shape[0], dtype=np.int32) == place, dx, 0.0)
+    )
 
 
 def smallest(x: Float[Array, " n"]) -> Float[Array, ""]:
@@ -106,12 +126,15 @@ def smallest(x: Float[Array, " n"]) -> Float[Array, ""]:
     return -largest(-x)
 
 
-# --- of short vectors: each reduction in a program costs it time at every call ----------------------------------------
+# --- of short vectors: each reduction in a program costs it time at every call ------
 
 
 def any_of_each(*marks: Bool[Array, " n"]) -> list[Mark]:
-    """Whether any entry of each vector is set: all of them by one reduction, as bits of whole numbers."""
-    bits = [jnp.where(mark, np.int32(1 << i), np.int32(0)) for i, mark in enumerate(marks)]
+    """Whether any entry of each vector is set: all of them by one reduction, as bits of
+    whole numbers."""
+    bits = [
+        jnp.where(mark, np.int32(1 << i), np.int32(0)) for i, mark in enumerate(marks)
+    ]
     union = jax.lax.reduce_or(functools.reduce(jnp.bitwise_or, bits), axes=(0,))
     return [(union & np.int32(1 << i)) != 0 for i in range(len(marks))]
 
@@ -125,7 +148,9 @@ def first_least(x: Float[Array, " n"]) -> tuple[Float[Array, ""], Count]:
 def _first(marks: Bool[Array, " n"]) -> Count:
     """The first place of those marked, the last of all if none is."""
     last = marks.shape[0] - 1
-    return jnp.min(jnp.where(marks, np.arange(last + 1, dtype=np.int32), np.int32(last)))
+    return jnp.min(
+        jnp.where(marks, np.arange(last + 1, dtype=np.int32), np.int32(last))
+    )
 
 
 def entry(x: Shaped[Array, " n"], place: Count) -> Shaped[Array, ""]:
@@ -133,7 +158,9 @@ def entry(x: Shaped[Array, " n"], place: Count) -> Shaped[Array, ""]:
     return jax.lax.dynamic_slice(x, (place,), (1,))[0]
 
 
-def put(x: Float[Array, " n"], places: tuple[int, ...], values: Float[Array, " k"]) -> Float[Array, " n"]:
+def put(
+    x: Float[Array, " n"], places: tuple[int, ...], values: Float[Array, " k"]
+) -> Float[Array, " n"]:
     """`x` with `values` at `places`."""
     n = x.shape[0]
     source = np.arange(n)

@@ -1,8 +1,10 @@
 """Greatest values of quantities over a recorded run.
 
-Where a quantity is greatest inside a step, its rate changes from + to −. Values and rates at both ends of every row, on
-both sides of each event, tell where that may be: at a maximum of the cubic through them. There the zero of the rate is
-found on partial steps of the method itself. No step of the run changes, and a maximum is as exact as the run.
+Where a quantity is greatest inside a step, its rate changes from + to −. Values and
+rates at both ends of every row, on both sides of each event, tell where that may be: at
+a maximum of the cubic through them. There the zero of the rate is found on partial
+steps of the method itself. No step of the run changes, and a maximum is as exact as the
+run.
 """
 
 import itertools
@@ -20,20 +22,24 @@ from ._solve import Record
 from .arrays import Array, Count, Mark, Scalar, State, TwoArrays, numpy_of
 from .system import ADVANCED, SKIPPED, Flat
 
-#: values (k,) of quantities and their rates at a time, a flat state and a flat mode, with the rates of the state
+#: values (k,) of quantities and their rates at a time, a flat state and a flat mode,
+#: with the rates of the state
 Watch = Callable[[Scalar, State, Int[Array, " mode"], State], TwoArrays]
 
-#: a value that exceeds another by less than this share is no new maximum: the difference is rounding
+#: a value that exceeds another by less than this share is no new maximum: the
+#: difference is rounding
 SAME = 1e-13
 #: turning points whose places (shares of the step) differ by less are one
 _ONE_TURN = 1e-9
-#: a look that moves the place by less than this share of the step is the last: the next would by about its square
+#: a look that moves the place by less than this share of the step is the last: the next
+#: would by about its square
 _FOUND = 1e-6
-#: looks at one turning point at most: two or three are the rule; a corner inside the step takes bisections, every
-#: second look from the sixth on
+#: looks at one turning point at most: two or three are the rule; a corner inside the
+#: step takes bisections, every second look from the sixth on
 _LOOKS = 40
 _BISECTS = 6
-#: the cubic tells the place only where values differ by more than this share: 10⁴ roundings
+#: the cubic tells the place only where values differ by more than this share: 10⁴
+#: roundings
 _CLEAR = 4e-12
 #: entries that differ by less than this share of the largest are equal
 _EQUAL = 1e-12
@@ -54,7 +60,8 @@ class Watched(NamedTuple):
 class Extremes(NamedTuple):
     """Greatest values, (groups,) each; `value`: −10³⁰⁰ where nothing counts.
 
-    - `row` of the record that has it, the `share` of the time to the next row, and the `entry` of the group
+    - `row` of the record that has it, the `share` of the time to the next row, and the
+      `entry` of the group
     """
 
     value: Float[Array, "*spans group"]
@@ -71,11 +78,17 @@ def first_largest(values: Float[Array, "*rows n"]) -> Int[Array, "*rows"]:
 
 
 class _Turns(NamedTuple):
-    """Turning points of the quantities (k,) inside a row, and the one that is looked at; of many rows (rows, k).
+    """Turning points of the quantities (k,) inside a row, and the one that is looked
+    at; of many rows (rows, k).
 
-    - `place`: estimated share of the step;  `bound`: what the value there hardly exceeds;  `left`: not looked at yet
-    - `entry`: of which quantity, −1: of none;  `share`: the next place to look at;  `looks` so far
-    - `low`, `high`, `before`: place, value and rate at the ends of the bracket, and at the look before
+    - `place`: estimated share of the step
+    - `bound`: what the value there hardly exceeds
+    - `left`: not looked at yet
+    - `entry`: of which quantity, −1: of none
+    - `share`: the next place to look at
+    - `looks` so far
+    - `low`, `high`, `before`: place, value and rate at the ends of the bracket, and at
+      the look before
     """
 
     place: Float[Array, "*rows k"]
@@ -90,7 +103,8 @@ class _Turns(NamedTuple):
 
 
 class _Visit(NamedTuple):
-    """A row that is looked at: at its start, its end, then at one turning point after the other."""
+    """A row that is looked at: at its start, its end, then at one turning point after
+    the other."""
 
     looks: Count
     best: Extremes  # (group,)
@@ -99,13 +113,17 @@ class _Visit(NamedTuple):
     turns: _Turns
 
 
-def greatest(record: Record, watched: Watched, counts: Int[Array, "row group"] | None = None) -> Extremes:
+def greatest(
+    record: Record, watched: Watched, counts: Int[Array, "row group"] | None = None
+) -> Extremes:
     """Greatest values of quantities over a traced run, in one walk over its rows.
 
-    - `counts`: by row and group 0 where nothing counts, 1 where the start of the row alone does, 2 all of it
+    - `counts`: by row and group 0 where nothing counts, 1 where the start of the row
+      alone does, 2 all of it
 
-    Of equal values the first counts. A quantity that turns twice inside a step, so that its rates at both ends do not
-    show it, is seen at the ends alone, as a guard is. Not differentiable: the value at `row` and `share` is.
+    Of equal values the first counts. A quantity that turns twice inside a step, so that
+    its rates at both ends do not show it, is seen at the ends alone, as a guard is. Not
+    differentiable: the value at `row` and `share` is.
     """
     rows = record.rows
     groups = len(watched.groups)
@@ -117,7 +135,9 @@ def greatest(record: Record, watched: Watched, counts: Int[Array, "row group"] |
         def visited() -> tuple:
             return *visit(i, *found), rows.kind[i] == ADVANCED
 
-        return i + 1, *jax.lax.cond(rows.kind[i] == SKIPPED, lambda: tuple(found), visited)
+        return i + 1, *jax.lax.cond(
+            rows.kind[i] == SKIPPED, lambda: tuple(found), visited
+        )
 
     nothing = jnp.full(sum(watched.groups), _NOTHING)
     zero = jnp.zeros(groups, jnp.int32)
@@ -129,8 +149,8 @@ def greatest(record: Record, watched: Watched, counts: Int[Array, "row group"] |
 def _visitor(
     record: Record, watched: Watched, counts: Int[Array, "row group"] | None
 ) -> Callable[[Count, Extremes, TwoArrays, Mark], tuple[Extremes, TwoArrays]]:
-    """`visit(row, best, start, known)`: maxima with those of a row, and values and rates at its end; `known`: whether
-    `start` are those at its start."""
+    """`visit(row, best, start, known)`: maxima with those of a row, and values and
+    rates at its end; `known`: whether `start` are those at its start."""
     rows = record.rows
     flat = record.flat
     method = record.method.rolled()
@@ -138,7 +158,9 @@ def _visitor(
     group_of = np.repeat(np.arange(len(groups)), groups)
     ends = np.cumsum([0, *groups]).tolist()
 
-    def visit(i: Count, best: Extremes, start: TwoArrays, known: Mark) -> tuple[Extremes, TwoArrays]:
+    def visit(
+        i: Count, best: Extremes, start: TwoArrays, known: Mark
+    ) -> tuple[Extremes, TwoArrays]:
         t0 = rows.t[i]
         mode = rows.mode[i]
         h = rows.t[i + 1] - t0
@@ -155,19 +177,33 @@ def _visitor(
             def inside() -> State:
                 return method.state_after(rhs, t0, rows.y[i], share * h)
 
-            y = jax.lax.switch(which, [lambda: rows.y[i], lambda: rows.y[i + 1], inside])
+            y = jax.lax.switch(
+                which, [lambda: rows.y[i], lambda: rows.y[i + 1], inside]
+            )
             return watch(t, y, mode, rhs(t, y))
 
-        def with_values(best: Extremes, q: Array, share: Scalar, whole: Count) -> Extremes:
+        def with_values(
+            best: Extremes, q: Array, share: Scalar, whole: Count
+        ) -> Extremes:
             top = _tops(q, ends)
-            entry = jnp.stack([first_largest(q[a:b]) for a, b in itertools.pairwise(ends)])
+            entry = jnp.stack(
+                [first_largest(q[a:b]) for a, b in itertools.pairwise(ends)]
+            )
             if counts is not None:
                 top = jnp.where(counts[i] >= whole, top, -jnp.inf)
             new = top > best.value + SAME * jnp.abs(best.value)
-            return _chosen(new, Extremes(top, jnp.full_like(best.row, i), jnp.full_like(top, share), entry), best)
+            return _chosen(
+                new,
+                Extremes(
+                    top, jnp.full_like(best.row, i), jnp.full_like(top, share), entry
+                ),
+                best,
+            )
 
         def next_look(v: _Visit) -> _Visit:
-            share = jnp.where(v.looks == 0, 0.0, jnp.where(v.looks == 1, 1.0, v.turns.share))
+            share = jnp.where(
+                v.looks == 0, 0.0, jnp.where(v.looks == 1, 1.0, v.turns.share)
+            )
             q, r = look(share)
             best = with_values(v.best, q, share, jnp.where(v.looks == 0, 1, 2))
             new = v._replace(looks=v.looks + 1, best=best)
@@ -175,7 +211,9 @@ def _visitor(
             def at_an_end() -> _Visit:
                 begun = new._replace(start=(q, r))
                 ended = new._replace(end=(q, r))
-                turns = _next_turn(_turns(v.start, (q, r), h), best.value[group_of], v.start, (q, r))
+                turns = _next_turn(
+                    _turns(v.start, (q, r), h), best.value[group_of], v.start, (q, r)
+                )
                 return _chosen(v.looks == 0, begun, ended._replace(turns=turns))
 
             def inside() -> _Visit:
@@ -183,7 +221,11 @@ def _visitor(
                 done = turns.looks >= _LOOKS
                 # (an earlier look may be as high but for rounding)
                 inside = (best.row == i) & (best.share > 0) & (best.share < 1)
-                here = done & inside & (_tops(q, ends) >= best.value - 2 * SAME * jnp.abs(best.value))
+                here = (
+                    done
+                    & inside
+                    & (_tops(q, ends) >= best.value - 2 * SAME * jnp.abs(best.value))
+                )
                 found = best._replace(share=jnp.where(here, turns.share, best.share))
                 following = _next_turn(turns, best.value[group_of], v.start, v.end)
                 return new._replace(best=found, turns=_chosen(done, following, turns))
@@ -195,9 +237,15 @@ def _visitor(
 
         # (the end of the row before it may not have counted)
         if counts is not None:
-            best = _chosen(known, with_values(best, start[0], jnp.zeros(()), jnp.asarray(1)), best)
+            best = _chosen(
+                known, with_values(best, start[0], jnp.zeros(()), jnp.asarray(1)), best
+            )
         first = jnp.where(known, 1, 0).astype(jnp.int32)
-        visited = jax.lax.while_loop(goes_on, next_look, _Visit(first, best, start, start, _turns(start, start, h)))
+        visited = jax.lax.while_loop(
+            goes_on,
+            next_look,
+            _Visit(first, best, start, start, _turns(start, start, h)),
+        )
         return visited.best, visited.end
 
     return visit
@@ -213,16 +261,19 @@ def _chosen(mark: Array, new: PyTree, old: PyTree) -> PyTree:
     xp = numpy_of(mark)
 
     def one(x: Array, y: Array) -> Array:
-        return xp.where(xp.reshape(mark, (*mark.shape, *(1,) * (x.ndim - mark.ndim))), x, y)
+        return xp.where(
+            xp.reshape(mark, (*mark.shape, *(1,) * (x.ndim - mark.ndim))), x, y
+        )
 
     return jax.tree.map(one, new, old)
 
 
-# --- turning points, of one row or of many: (*rows, k) ----------------------------------------------------------------
+# --- turning points, of one row or of many: (*rows, k) ------------------------------
 
 
 def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
-    """Turning points of quantities with these values and rates at the ends of rows; none is looked at yet."""
+    """Turning points of quantities with these values and rates at the ends of rows;
+    none is looked at yet."""
     (q0, r0) = start
     (q1, r1) = end
     xp = numpy_of(q0)
@@ -231,7 +282,8 @@ def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
     edge = xp.maximum(q0, q1)
     rise = xp.where(exists, xp.maximum(-least - edge, 0.0), 0.0)
     turns = (r0 > 0) & (r1 < 0)
-    # the cubic is an estimate: the value may rise by as much again; between two slopes it stays below both tangents
+    # the cubic is an estimate: the value may rise by as much again; between two slopes
+    # it stays below both tangents
     tangents = q0 + r0 * (q1 - q0 - h * r1) / xp.where(turns, r0 - r1, 1.0)
     bound = xp.maximum(edge + 2 * rise, xp.where(turns, tangents, edge))
     left = (rise > 0) | turns
@@ -246,8 +298,11 @@ def _of_entry(x: Array, place: Array) -> Array:
     return numpy_of(x).take_along_axis(x, place[..., None], axis=-1)[..., 0]
 
 
-def _next_turn(turns: _Turns, best: Float[Array, "*rows k"], start: TwoArrays, end: TwoArrays) -> _Turns:
-    """The turning point that may be the highest of those left that may exceed the `best` of their group."""
+def _next_turn(
+    turns: _Turns, best: Float[Array, "*rows k"], start: TwoArrays, end: TwoArrays
+) -> _Turns:
+    """The turning point that may be the highest of those left that may exceed the
+    `best` of their group."""
     xp = numpy_of(best)
     left = turns.left & (turns.bound > best + SAME * xp.abs(best))
     entry = xp.argmax(xp.where(left, turns.bound, -xp.inf), axis=-1).astype(np.int32)
@@ -267,10 +322,12 @@ def _next_turn(turns: _Turns, best: Float[Array, "*rows k"], start: TwoArrays, e
 
 
 def _narrowed(turns: _Turns, q: Array, r: Array, h: Array) -> _Turns:
-    """After a look at `share`: the bracket by the sign of the rate, and the next place in it; `looks` is at its limit
-    where that is the last."""
+    """After a look at `share`: the bracket by the sign of the rate, and the next place
+    in it; `looks` is at its limit where that is the last."""
     xp = numpy_of(q)
-    here = xp.stack([turns.share, _of_entry(q, turns.entry), _of_entry(r, turns.entry)], axis=-1)
+    here = xp.stack(
+        [turns.share, _of_entry(q, turns.entry), _of_entry(r, turns.entry)], axis=-1
+    )
     rises = here[..., 2:] > 0
     low = xp.where(rises, here, turns.low)
     high = xp.where(rises, turns.high, here)
@@ -280,15 +337,24 @@ def _narrowed(turns: _Turns, q: Array, r: Array, h: Array) -> _Turns:
     d0 = h * width * r0
     d1 = h * width * r1
     s, _, exists = interior_minimum(-q0, -d0, -q1, -d1, 0.0)
-    clear = xp.minimum(xp.abs(d0), xp.abs(d1)) > _CLEAR * xp.maximum(xp.abs(q0), xp.abs(q1))
+    clear = xp.minimum(xp.abs(d0), xp.abs(d1)) > _CLEAR * xp.maximum(
+        xp.abs(q0), xp.abs(q1)
+    )
     line = r0 / xp.where(r0 == r1, 1.0, r0 - r1)
     s = xp.where(exists & clear, s, xp.where((line > 0) & (line < 1), line, 0.5))
     share = a + s * width
-    # the zero of the line through the rates of the last two looks is nearer, once these are
+    # the zero of the line through the rates of the last two looks is nearer, once these
+    # are
     change = here[..., 2] - turns.before[..., 2]
-    step = here[..., 2] * (turns.share - turns.before[..., 0]) / xp.where(change == 0, 1.0, change)
+    step = (
+        here[..., 2]
+        * (turns.share - turns.before[..., 0])
+        / xp.where(change == 0, 1.0, change)
+    )
     nearer = turns.share - step
-    share = xp.where((turns.looks > 0) & (change != 0) & (nearer > a) & (nearer < b), nearer, share)
+    share = xp.where(
+        (turns.looks > 0) & (change != 0) & (nearer > a) & (nearer < b), nearer, share
+    )
     share = xp.where((looks >= _BISECTS) & (looks % 2 == 1), a + 0.5 * width, share)
     # where what is left has no turning point the estimate was wrong
     turns_there = exists | ((r0 > 0) & (r1 < 0))
@@ -298,7 +364,7 @@ def _narrowed(turns: _Turns, q: Array, r: Array, h: Array) -> _Turns:
     return turns._replace(share=share, looks=looks, low=low, high=high, before=here)
 
 
-# --- of a concrete run, all of whose rows are looked at together ------------------------------------------------------
+# --- of a concrete run, all of whose rows are looked at together --------------------
 
 
 def greatest_of_rows(
@@ -310,8 +376,10 @@ def greatest_of_rows(
 ) -> Extremes:
     """As `greatest`, of a compact record outside of jit: (spans, group) each.
 
-    - `look`: of rows and shares of their steps (m,) values and rates of all quantities, by group (m, n) each
-    - `span`: to which of so many `spans` each row belongs; each span has maxima of its own
+    - `look`: of rows and shares of their steps (m,) values and rates of all quantities,
+      by group (m, n) each
+    - `span`: to which of so many `spans` each row belongs; each span has maxima of its
+      own
     """
     rows = record.rows
     count = max(int(record.count), 1)
@@ -324,7 +392,11 @@ def greatest_of_rows(
     ends = np.cumsum([0, *sizes])
     group_of = np.repeat(groups, sizes)
     shape = (spans, len(sizes))
-    rows_and_entries = np.zeros(shape, np.int32), np.zeros(shape), np.zeros(shape, np.int32)
+    rows_and_entries = (
+        np.zeros(shape, np.int32),
+        np.zeros(shape),
+        np.zeros(shape, np.int32),
+    )
     best = Extremes(np.full(shape, _NOTHING), *rows_and_entries)
 
     def joined(parts: tuple[list[Array], list[Array]]) -> TwoArrays:
@@ -349,10 +421,15 @@ def greatest_of_rows(
                         column[s, g] = number
 
     start = joined(at_start)
-    end = np.concatenate([start[0][1:], start[0][-1:]]), np.concatenate([start[1][1:], start[1][-1:]])
+    end = (
+        np.concatenate([start[0][1:], start[0][-1:]]),
+        np.concatenate([start[1][1:], start[1][-1:]]),
+    )
     apart = np.flatnonzero((rows.kind[:count] != ADVANCED) & (h > 0))
     if apart.size:
-        for column, seen in zip(end, joined(look(apart, np.ones(len(apart)))), strict=True):
+        for column, seen in zip(
+            end, joined(look(apart, np.ones(len(apart)))), strict=True
+        ):
             column[apart] = seen
     lasts = np.flatnonzero(h > 0)
     take(index, np.zeros(count), start[0], 1)
@@ -371,7 +448,9 @@ def greatest_of_rows(
         share = turns.share[some]
         q, r = joined(look(index[some], share))
         take(index[some], share, q, 2)
-        narrowed = _narrowed(jax.tree.map(lambda column: column[some], turns), q, r, h[some])
+        narrowed = _narrowed(
+            jax.tree.map(lambda column: column[some], turns), q, r, h[some]
+        )
         for column, new in zip(turns, narrowed, strict=True):
             column[some] = new
         done = np.zeros(len(index), bool)
@@ -386,18 +465,21 @@ def greatest_of_rows(
     return best
 
 
-# --- of a run that is not recorded: its steps are followed as they are made -------------------------------------------
+# --- of a run that is not recorded: its steps are followed as they are made ---------
 
-#: steps that are kept for each maximum: of nearly equal swings the cubic alone does not tell the highest
+#: steps that are kept for each maximum: of nearly equal swings the cubic alone does not
+#: tell the highest
 _KEPT = 4
 
 
 class Followed(NamedTuple):
     """Greatest values so far, and steps that may have higher ones inside.
 
-    - `start`: values and rates (k,) where the next step begins;  `best` (group,): greatest values at ends of steps
-    - of the steps that are kept, (4, group) each: `bound`, the `entry` of the group that may reach it, its `place` and
-      its bracket (`low`, `high`); `step`: time, length, state and mode
+    - `start`: values and rates (k,) where the next step begins
+    - `best` (group,): greatest values at ends of steps
+    - of the steps that are kept, (4, group) each: `bound`, the `entry` of the group
+      that may reach it, its `place` and its bracket (`low`, `high`); `step`: time,
+      length, state and mode
     """
 
     start: TwoArrays
@@ -426,14 +508,27 @@ def nothing_followed(watched: Watched, step: Array) -> Followed:
     )
 
 
-def follow(f: Followed, watched: Watched, end: TwoArrays, step: Array, begins: Mark, stepped: Mark) -> Followed:
-    """After an attempt with the values and rates `end`; whether a segment `begins` there, or a step was taken to it."""
+def follow(
+    f: Followed,
+    watched: Watched,
+    end: TwoArrays,
+    step: Array,
+    begins: Mark,
+    stepped: Mark,
+) -> Followed:
+    """After an attempt with the values and rates `end`; whether a segment `begins`
+    there, or a step was taken to it."""
     ends = np.cumsum([0, *watched.groups]).tolist()
     counts = begins | stepped
     best = jnp.where(counts, jnp.maximum(f.best, _tops(end[0], ends)), f.best)
     turns = _turns(f.start, end, step[1])
     bounds = jnp.where(turns.left, turns.bound, _NOTHING)
-    entry = jnp.stack([a + jnp.argmax(bounds[a:b]).astype(jnp.int32) for a, b in itertools.pairwise(ends)])
+    entry = jnp.stack(
+        [
+            a + jnp.argmax(bounds[a:b]).astype(jnp.int32)
+            for a, b in itertools.pairwise(ends)
+        ]
+    )
     bound = bounds[entry]
     # in place of the lowest of those that are kept
     numbers = jnp.arange(_KEPT, dtype=jnp.int32)[:, None]
@@ -441,20 +536,33 @@ def follow(f: Followed, watched: Watched, end: TwoArrays, step: Array, begins: M
     new = lowest & stepped & (bound > best + SAME * jnp.abs(best)) & (bound > f.bound)
     low = jnp.stack([jnp.zeros_like(bound), *(x[entry] for x in f.start)], axis=-1)
     high = jnp.stack([jnp.ones_like(bound), *(x[entry] for x in end)], axis=-1)
-    kept = (bound, entry, turns.place[entry], low, high, jnp.broadcast_to(step, (len(watched.groups), step.size)))
+    kept = (
+        bound,
+        entry,
+        turns.place[entry],
+        low,
+        high,
+        jnp.broadcast_to(step, (len(watched.groups), step.size)),
+    )
     old = (f.bound, f.entry, f.place, f.low, f.high, f.step)
-    kept = [_chosen(new, jnp.broadcast_to(x, y.shape), y) for x, y in zip(kept, old, strict=True)]
+    kept = [
+        _chosen(new, jnp.broadcast_to(x, y.shape), y)
+        for x, y in zip(kept, old, strict=True)
+    ]
     return Followed(_chosen(counts, end, f.start), best, *kept)
 
 
 def greatest_of_steps(
     f: Followed, watched: Watched, flat: Flat, method: AbstractMethod, ny: int
 ) -> Float[Array, " group"]:
-    """Greatest values (group,) at the ends of steps, and inside those that were kept."""
+    """Greatest values (group,) at the ends of steps, and inside those that were
+    kept."""
     groups = jnp.arange(len(watched.groups), dtype=jnp.int32)
     group_of = np.repeat(np.arange(len(watched.groups), dtype=np.int32), watched.groups)
 
-    def look(g: Count, entry: Count, share: Scalar, step: Array) -> tuple[Array, Array, Array]:
+    def look(
+        g: Count, entry: Count, share: Scalar, step: Array
+    ) -> tuple[Array, Array, Array]:
         """Of a group its greatest value there, and value and rate of the entry."""
         t = step[0]
         h = step[1]
@@ -474,7 +582,10 @@ def greatest_of_steps(
         """Looks at the step with the highest bound of each group."""
         best, bounds = carry
         i = jnp.argmax(bounds, axis=0).astype(jnp.int32)
-        chosen = [column[i, groups] for column in (bounds, f.entry, f.place, f.low, f.high, f.step)]
+        chosen = [
+            column[i, groups]
+            for column in (bounds, f.entry, f.place, f.low, f.high, f.step)
+        ]
         bound, entry, place, low, high, step = chosen
         none = jnp.zeros_like(bound)
         looks = jnp.where(left(best, bound), 0, _LOOKS).astype(jnp.int32)
@@ -498,4 +609,6 @@ def greatest_of_steps(
         return best, jnp.where(done | ~left(best, bounds), _NOTHING, bounds)
 
     bounds = jnp.where(left(f.best, f.bound), f.bound, _NOTHING)
-    return jax.lax.while_loop(lambda carry: jnp.any(carry[1] > _NOTHING), highest, (f.best, bounds))[0]
+    return jax.lax.while_loop(
+        lambda carry: jnp.any(carry[1] > _NOTHING), highest, (f.best, bounds)
+    )[0]

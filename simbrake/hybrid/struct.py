@@ -1,8 +1,10 @@
-"""Frozen dataclasses that are PyTrees of JAX: what systems, methods and records are made of.
+"""Frozen dataclasses that are PyTrees of JAX: what systems, methods and records are
+made of.
 
-They are what `equinox.Module` is, made in a third of its time: a scene loads some 180 of them, and whoever runs one
-waits for that. Fields are declared as for Equinox (`equinox.field` may be used), whose functions work on them as on any
-PyTree; it is imported by those of our own that call it, none of which a stored program needs.
+They are what `equinox.Module` is, made in a third of its time: a scene loads some 180
+of them, and whoever runs one waits for that. Fields are declared as for Equinox
+(`equinox.field` may be used), whose functions work on them as on any PyTree; it is
+imported by those of our own that call it, none of which a stored program needs.
 """
 
 import abc
@@ -13,7 +15,15 @@ import inspect
 import operator
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    NamedTuple,
+    TypeVar,
+    cast,
+    dataclass_transform,
+)
 
 import jax
 import numpy as np
@@ -30,18 +40,27 @@ _Function = TypeVar("_Function", bound=Callable)
 
 
 def struct_field(
-    *, converter: Callable[[Any], Any] | None = None, static: bool = False, metadata: dict | None = None, **named: Any
+    *,
+    converter: Callable[[Any], Any] | None = None,
+    static: bool = False,
+    metadata: dict | None = None,
+    **named: Any,
 ) -> Any:
     """A field of a `Struct`, as `dataclasses.field`.
 
-    - `converter`: makes the value of what is given;  `static`: part of the structure, not a leaf
+    - `converter`: makes the value of what is given
+    - `static`: part of the structure, not a leaf
     """
     about = dict(metadata or {}, **({"static": True} if static else {}))
-    return dataclasses.field(metadata=about if converter is None else about | {"converter": converter}, **named)
+    return dataclasses.field(
+        metadata=about if converter is None else about | {"converter": converter},
+        **named,
+    )
 
 
 class _Layout(NamedTuple):
-    """What is known of a class: the names of its fields, and how they are read and converted."""
+    """What is known of a class: the names of its fields, and how they are read and
+    converted."""
 
     names: tuple[str, ...]
     converters: tuple[tuple[str, Callable[[Any], Any]], ...]
@@ -87,26 +106,40 @@ def _register(cls: type, leaves: tuple[str, ...], static: tuple[str, ...]) -> No
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
 
 
-@dataclass_transform(eq_default=False, field_specifiers=(dataclasses.field, struct_field))
+@dataclass_transform(
+    eq_default=False, field_specifiers=(dataclasses.field, struct_field)
+)
 class StructMeta(abc.ABCMeta):
-    """Makes a class a dataclass and a PyTree, and its objects frozen once they are made."""
+    """Makes a class a dataclass and a PyTree, and its objects frozen once they are
+    made."""
 
-    def __new__(mcs, name: str, bases: tuple, content: dict[str, Any], /, **named: Any) -> Any:
+    def __new__(
+        mcs, name: str, bases: tuple, content: dict[str, Any], /, **named: Any
+    ) -> Any:
         cls: Any = super().__new__(mcs, name, bases, content, **named)
         earlier = [_LAYOUTS[base] for base in cls.__mro__[1:] if base in _LAYOUTS]
         # a function `__init__` is inherited, which those who write one expect
         by_fields = "__init__" not in content and (not earlier or earlier[0].by_fields)
         text = cls.__doc__
-        cls.__doc__ = text or name  # a dataclass without one gets its signature, which takes long
+        cls.__doc__ = (
+            text or name
+        )  # a dataclass without one gets its signature, which takes long
         dataclasses.dataclass(eq=False, repr=False, init=by_fields)(cls)
         cls.__doc__ = text
         fields = dataclasses.fields(cls)
-        converters = tuple((one.name, one.metadata["converter"]) for one in fields if "converter" in one.metadata)
+        converters = tuple(
+            (one.name, one.metadata["converter"])
+            for one in fields
+            if "converter" in one.metadata
+        )
         if by_fields:
-            cls.__init__.__annotations__ |= {name: _taken(converter) for name, converter in converters}
+            cls.__init__.__annotations__ |= {
+                name: _taken(converter) for name, converter in converters
+            }
         names = tuple(one.name for one in fields)
         static = tuple(one.name for one in fields if one.metadata.get("static"))
-        # a dataclass keeps the place of what is declared for the field that is given later
+        # a dataclass keeps the place of what is declared for the field that is given
+        # later
         declared = frozenset(cls.__dataclass_fields__).difference(names)
         for one in declared:
             del cls.__dataclass_fields__[one]
@@ -114,9 +147,17 @@ class StructMeta(abc.ABCMeta):
         _LAYOUTS[cls] = _Layout(
             names,
             converters,
-            tuple(check for base in cls.__mro__ if (check := vars(base).get("__check_init__"))),
+            tuple(
+                check
+                for base in cls.__mro__
+                if (check := vars(base).get("__check_init__"))
+            ),
             declared,
-            tuple(sorted(one for one in declared.difference(names) if not hasattr(cls, one))),
+            tuple(
+                sorted(
+                    one for one in declared.difference(names) if not hasattr(cls, one)
+                )
+            ),
             by_fields,
         )
         _register(cls, tuple(one for one in names if one not in static), static)
@@ -125,7 +166,9 @@ class StructMeta(abc.ABCMeta):
     def __call__(cls: Any, *args: Any, **named: Any) -> Any:
         layout = _LAYOUTS[cls]
         if layout.missing:
-            raise TypeError(f"{cls.__name__} does not define {' and '.join(layout.missing)}")
+            raise TypeError(
+                f"{cls.__name__} does not define {' and '.join(layout.missing)}"
+            )
         part = cls.__new__(cls)
         _IN_MAKING.add(id(part))
         try:
@@ -149,9 +192,12 @@ class StructMeta(abc.ABCMeta):
 
 
 def _taken(converter: Callable[[Any], Any]) -> Any:
-    """The type that a converter takes, as its signature says, which is shown in place of what it makes."""
+    """The type that a converter takes, as its signature says, which is shown in place
+    of what it makes."""
     try:
-        signature = getattr(converter, "__signature__", None) or inspect.signature(converter)
+        signature = getattr(converter, "__signature__", None) or inspect.signature(
+            converter
+        )
         first = next(iter(signature.parameters.values())).annotation
     except (ValueError, StopIteration):  # of a class written in C
         return Any
@@ -159,10 +205,11 @@ def _taken(converter: Callable[[Any], Any]) -> Any:
 
 
 class Struct(metaclass=StructMeta):
-    """A frozen dataclass whose fields are a PyTree, but for the static ones, which belong to its structure.
+    """A frozen dataclass whose fields are a PyTree, but for the static ones, which
+    belong to its structure.
 
-    A method `__check_init__` looks at an object when it has been made. Two are equal that have the same structure and
-    equal leaves.
+    A method `__check_init__` looks at an object when it has been made. Two are equal
+    that have the same structure and equal leaves.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -174,7 +221,9 @@ class Struct(metaclass=StructMeta):
         raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r}")
 
     def __hash__(self) -> int:
-        return hash((type(self), *(getattr(self, name) for name in _LAYOUTS[type(self)].names)))
+        return hash(
+            (type(self), *(getattr(self, name) for name in _LAYOUTS[type(self)].names))
+        )
 
     def __eq__(self, other: object) -> bool:
         if self is other:
@@ -190,13 +239,18 @@ class Struct(metaclass=StructMeta):
 
 
 def _equal(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray | np.generic | jax.Array) and isinstance(b, np.ndarray | np.generic | jax.Array):
-        return a is b or (a.shape == b.shape and a.dtype == b.dtype and np.array_equal(a, b))
+    if isinstance(a, np.ndarray | np.generic | jax.Array) and isinstance(
+        b, np.ndarray | np.generic | jax.Array
+    ):
+        return a is b or (
+            a.shape == b.shape and a.dtype == b.dtype and np.array_equal(a, b)
+        )
     return a is b or (type(a) is type(b) and bool(a == b))
 
 
 def traced_once(function: _Function) -> _Function:
-    """A function that all programs trace once for each structure of its arguments (`equinox.filter_jit`)."""
+    """A function that all programs trace once for each structure of its arguments
+    (`equinox.filter_jit`)."""
 
     @functools.cache
     def jitted() -> Callable:
@@ -212,23 +266,32 @@ def traced_once(function: _Function) -> _Function:
 
 
 def with_fields(part: _Tree, **values: Any) -> _Tree:
-    """A `Struct` with other values in some fields, as they are: neither converted nor checked."""
+    """A `Struct` with other values in some fields, as they are: neither converted nor
+    checked."""
     names = _LAYOUTS[type(part)].names
-    assert values.keys() <= set(names), f"{type(part).__name__} has no field {', '.join(values.keys() - set(names))}"
+    assert values.keys() <= set(names), (
+        f"{type(part).__name__} has no field {', '.join(values.keys() - set(names))}"
+    )
     new: Any = object.__new__(type(part))
     new.__dict__.update({name: getattr(part, name) for name in names}, **values)
     return new
 
 
 def with_value_at(tree: _Tree, path: str, value: Any) -> _Tree:
-    """A tree of `Struct`s and lists with another value at a path, as in `"a.b[2].c"`; neither converted nor checked."""
+    """A tree of `Struct`s and lists with another value at a path, as in `"a.b[2].c"`;
+    neither converted nor checked."""
 
     def changed(node: Any, steps: list[str]) -> Any:
         if not steps:
             return value
         step, *rest = steps
         if step.isdigit():
-            return type(node)([changed(entry, rest) if i == int(step) else entry for i, entry in enumerate(node)])
+            return type(node)(
+                [
+                    changed(entry, rest) if i == int(step) else entry
+                    for i, entry in enumerate(node)
+                ]
+            )
         if isinstance(node, Struct):
             return with_fields(node, **{step: changed(getattr(node, step), rest)})
         new = copy.copy(node)  # a dataclass of another kind

@@ -1,1 +1,2 @@
-"""What a run says: quantities at every instant, maxima and marks between the steps, metrics, events, stops."""
+"""What a run says: quantities at every instant, maxima and marks between the steps,
+metrics, events, stops."""

@@ -1,4 +1,5 @@
-"""What a brake is to do in a run: from the input and from the course before the end, never from the motion at the end.
+"""What a brake is to do in a run: from the input and from the course before the end,
+never from the motion at the end.
 
 Everything here can be traced.
 """
@@ -23,7 +24,8 @@ from .probe import in_lanes, is_traced_run
 
 
 class Want(enum.IntEnum):
-    """What a brake is to do at the end of a run; the first five can be said (`wants`), the others only follow."""
+    """What a brake is to do at the end of a run; the first five can be said (`wants`),
+    the others only follow."""
 
     REST = 0
     HOLD = 1
@@ -31,7 +33,8 @@ class Want(enum.IntEnum):
     HOIST = 3
     FREE = 4
     RELEASED = 5  # the lever was let go
-    UNSAID = 6  # a phase with an applied lever that nothing names a stop, a hold or a lowering
+    # a phase with an applied lever that nothing names a stop, a hold or a lowering
+    UNSAID = 6
 
     def __str__(self) -> str:
         return self.name.lower()
@@ -39,7 +42,11 @@ class Want(enum.IntEnum):
 
 def by_speed(speed: Array) -> Array:
     """The want of a set speed (rad/s)."""
-    return jnp.where(speed > 0, int(Want.LOWER), jnp.where(speed < 0, int(Want.HOIST), int(Want.REST)))
+    return jnp.where(
+        speed > 0,
+        int(Want.LOWER),
+        jnp.where(speed < 0, int(Want.HOIST), int(Want.REST)),
+    )
 
 
 def _wants_of_phases(phases: Phases, begins_at_rest: Array) -> Int[Array, " phases"]:
@@ -70,14 +77,21 @@ def _want_of(phase: Phase, may_hold: Array) -> Array:
         return by_speed(jnp.asarray(phase.motor.values)[-1])
     if isinstance(phase.until, AfterTravel | AtHeight):
         return jnp.asarray(int(Want.LOWER))
-    pulls = lever.greatest_from(jnp.zeros(()), jnp.asarray(getattr(phase.until, "duration", 0.0))) > 0
+    pulls = (
+        lever.greatest_from(
+            jnp.zeros(()), jnp.asarray(getattr(phase.until, "duration", 0.0))
+        )
+        > 0
+    )
     applied = jnp.where(may_hold, int(Want.HOLD), int(Want.UNSAID))
     return jnp.where(pulls, applied, int(Want.LOWER))
 
 
-def want_of_input(system: BrakeSystem, lever: Any, start_speed: Array) -> tuple[Array, Array]:
-    """The want of the duty, or of its phase that runs, and whether words name it; `UNSAID` where only the course shows
-    it."""
+def want_of_input(
+    system: BrakeSystem, lever: Any, start_speed: Array
+) -> tuple[Array, Array]:
+    """The want of the duty, or of its phase that runs, and whether words name it;
+    `UNSAID` where only the course shows it."""
     if isinstance(lever, PhaseNow):
         wants = _wants_of_phases(lever.whole, start_speed == 0)
         named = jnp.asarray([bool(phase.wants) for phase in lever.whole.each])
@@ -87,18 +101,26 @@ def want_of_input(system: BrakeSystem, lever: Any, start_speed: Array) -> tuple[
 
 
 def _set_speed(part: Any, t: Array, start_speed: Array) -> Array:
-    """Speed (rad/s) that a lever or a motor is to keep at its own time `t`, NaN of one that keeps none."""
+    """Speed (rad/s) that a lever or a motor is to keep at its own time `t`, NaN of one
+    that keeps none."""
     if isinstance(part, AbstractFollower):
         return jnp.asarray(part.speed.value(t, part.speed.first_piece(t)))
-    return start_speed if isinstance(part, SpeedHold) else jnp.full_like(start_speed, jnp.nan)
+    return (
+        start_speed
+        if isinstance(part, SpeedHold)
+        else jnp.full_like(start_speed, jnp.nan)
+    )
 
 
 def paced(now: Any, t: Array, start_speed: Array) -> Array:
-    """Speed (rad/s) that a lever or a motor is to keep, also of the phase that runs; NaN of one that keeps none."""
+    """Speed (rad/s) that a lever or a motor is to keep, also of the phase that runs;
+    NaN of one that keeps none."""
     if not isinstance(now, PhaseNow):
         return _set_speed(now, t, start_speed)
     local = t - now.begun
-    speeds = jnp.stack([_set_speed(phase.lever, local, start_speed) for phase in now.whole.each])
+    speeds = jnp.stack(
+        [_set_speed(phase.lever, local, start_speed) for phase in now.whole.each]
+    )
     return jnp.sum(jnp.where(now.here, jnp.nan_to_num(speeds), 0.0)) + jnp.where(
         jnp.any(now.here & jnp.isnan(speeds)), jnp.nan, 0.0
     )
@@ -108,7 +130,12 @@ def command_waits(lever: Any, t: Array) -> Array:
     """Whether an actuator has been told to pull, and its force is still to come."""
     if isinstance(lever, PhaseNow):
         local = t - lever.begun
-        return jnp.any(lever.here & jnp.stack([command_waits(phase.lever, local) for phase in lever.whole.each]))
+        return jnp.any(
+            lever.here
+            & jnp.stack(
+                [command_waits(phase.lever, local) for phase in lever.whole.each]
+            )
+        )
     if isinstance(lever, Lever):
         return command_waits(lever.force, t)
     if not isinstance(lever, AbstractActuator):
@@ -116,23 +143,28 @@ def command_waits(lever: Any, t: Array) -> Array:
     return jnp.asarray(lever.input.value(t, lever.input.first_piece(t)) > 0)
 
 
-# --- what happened before the end -------------------------------------------------------------------------------------
+# --- what happened before the end ---------------------------------------------------
 
 
 class LeverNow(NamedTuple):
-    """The lever at one instant: its pull (N), whether motion is meant there, and whether a phase is to hold there."""
+    """The lever at one instant: its pull (N), whether motion is meant there, and
+    whether a phase is to hold there."""
 
     pull: Array
     moves: Array
     is_hold: Array
 
 
-def _lever_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> LeverNow:
+def _lever_now(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array
+) -> LeverNow:
     lever = system.lever_at(y, mode)
     piece = piece_of(mode, "lever")
     pull = jnp.asarray(lever.value(t, piece), jnp.float64)
     want, named = want_of_input(system, lever, start_speed)
-    moves = (want == int(Want.LOWER)) | (want == int(Want.HOIST)) | (want == int(Want.FREE))
+    moves = (
+        (want == int(Want.LOWER)) | (want == int(Want.HOIST)) | (want == int(Want.FREE))
+    )
     motor = system.feature(Drive)
     if motor is not None and not isinstance(lever, PhaseNow):
         moves = jnp.where(named, moves, paced(motor.now(y, mode), t, start_speed) != 0)
@@ -140,16 +172,20 @@ def _lever_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed:
     return LeverNow(pull, moves | follows, want == int(Want.HOLD))
 
 
-def _levers(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> LeverNow:
-    return jax.vmap(_lever_now, in_axes=(None, 0, 0, 0, None))(system, t, y, mode, start_speed)
+def _levers(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array
+) -> LeverNow:
+    return jax.vmap(_lever_now, in_axes=(None, 0, 0, 0, None))(
+        system, t, y, mode, start_speed
+    )
 
 
 _LEVERS = DeviceJit(_levers, quick=True)
 
 
 class Holding(NamedTuple):
-    """Rows of a record: in which the brake is `to_hold`, and that begin with a held load that has `broken` away; and
-    the pull of the lever (N) at the begin of each."""
+    """Rows of a record: in which the brake is `to_hold`, and that begin with a held
+    load that has `broken` away; and the pull of the lever (N) at the begin of each."""
 
     to_hold: Bool[Array, " rows"]
     broken: Bool[Array, " rows"]
@@ -163,9 +199,10 @@ _SAME = 1e-9
 def holding_rows(record: Record) -> Holding:
     """When the brake is to hold the pulley at rest, and when a held load broke away.
 
-    The lever is let go where it falls, the load moves off, and the brake opens before the pulley rests again, unless
-    a phase is to hold. A load that moves off otherwise has broken away, unless its motion is meant. So has one that
-    begins to move as a phase begins that is to hold it, if the run does not end in that motion.
+    The lever is let go where it falls, the load moves off, and the brake opens before
+    the pulley rests again, unless a phase is to hold. A load that moves off otherwise
+    has broken away, unless its motion is meant. So has one that begins to move as a
+    phase begins that is to hold it, if the run does not end in that motion.
     """
     rows = record.rows
     xp = numpy_of(record.rows.t)
@@ -179,18 +216,25 @@ def holding_rows(record: Record) -> Holding:
     modes = record.modes
 
     def look(index: np.ndarray) -> tuple[LeverNow, LeverNow]:
-        at = jax.tree.map(lambda column: np.asarray(column)[index], (rows.t, ends, y, modes))
+        at = jax.tree.map(
+            lambda column: np.asarray(column)[index], (rows.t, ends, y, modes)
+        )
         t, later, *state = at
-        return _LEVERS(system, t, *state, start_speed), _LEVERS(system, later, *state, start_speed)
+        return _LEVERS(system, t, *state, start_speed), _LEVERS(
+            system, later, *state, start_speed
+        )
 
     if is_traced_run(record):
-        first, last = (_levers(system, t, y, modes, start_speed) for t in (rows.t, ends))
+        first, last = (
+            _levers(system, t, y, modes, start_speed) for t in (rows.t, ends)
+        )
     else:
         start_speed = np.asarray(start_speed)
         modes = jax.tree.map(np.asarray, modes)
         first, last = in_lanes(look, number_of)
     held = holds(modes)
-    # (rows without duration say nothing; one of many runs at once may last though nothing happens at its end)
+    # (rows without duration say nothing; one of many runs at once may last though
+    # nothing happens at its end)
     lasts = used & (ends > rows.t)
     slack = _SAME * xp.max(xp.where(used, xp.abs(first.pull), 0.0))
     falls = last.pull < first.pull - slack
@@ -199,7 +243,8 @@ def holding_rows(record: Record) -> Holding:
     before = xp.concatenate([xp.full(1, -1, before.dtype), before[:-1]])
     moves_off = lasts & ~held & (before >= 0) & held[before] & ~rests(modes)
     drops = falls[before] | (first.pull < last.pull[before] - slack)
-    # the first row from each on in which the brake is open, and in which the pulley rests
+    # the first row from each on in which the brake is open, and in which the pulley
+    # rests
     there = number_of <= record.count
     opens = next_marked(there & ((modes.band == OPEN) | (first.pull <= 0)), n, xp)
     rest_again = next_marked(there & rests(modes), n, xp)
@@ -214,7 +259,9 @@ def holding_rows(record: Record) -> Holding:
     falling = lasts & held & falls & ~first.is_hold
     steady = next_marked(lasts & ~falling, n, xp)
     after = xp.minimum(steady, n - 1)
-    released = falling & (steady < n) & ~held[after] & (opens[after] < rest_again[after])
+    released = (
+        falling & (steady < n) & ~held[after] & (opens[after] < rest_again[after])
+    )
     return Holding(lasts & held & ~released, broken & (rows.y[:, 1] == 0.0), first.pull)
 
 
@@ -225,8 +272,9 @@ def next_marked(marked: Bool[Array, " n"], n: int, xp: Any) -> Int[Array, " n"]:
 
 
 class Past(NamedTuple):
-    """What the end of a run does not show: whether a held load broke away, whether the pulley was at rest and moved
-    again, and whether the lever pulled at the start and at any time."""
+    """What the end of a run does not show: whether a held load broke away, whether the
+    pulley was at rest and moved again, and whether the lever pulled at the start and at
+    any time."""
 
     broke_away: Any
     rested: Any

@@ -1,6 +1,7 @@
 """Maximum values over a run: of metrics, and of any quantity of a probe.
 
-Values and places are found on the run as it is (`hybrid.extremes`); derivatives are those of a probe at the place.
+Values and places are found on the run as it is (`hybrid.extremes`); derivatives are
+those of a probe at the place.
 """
 
 import functools
@@ -34,17 +35,26 @@ from .probe import (
 Pick = Callable[[Probe], Array]
 
 
-def _sighted(system: BrakeSystem, t: Array, y: PyTree, mode: PyTree, picks: Sequence[Pick]) -> list[Array]:
+def _sighted(
+    system: BrakeSystem, t: Array, y: PyTree, mode: PyTree, picks: Sequence[Pick]
+) -> list[Array]:
     """The entries of each pick at one instant."""
     sight: Any = SightOfOne(Sight(system, t, y, mode))
     return [jnp.ravel(pick(sight)) for pick in picks]
 
 
 def _rated(
-    system: BrakeSystem, t: Array, y: PyTree, mode: PyTree, f: PyTree, picks: Sequence[Pick]
+    system: BrakeSystem,
+    t: Array,
+    y: PyTree,
+    mode: PyTree,
+    f: PyTree,
+    picks: Sequence[Pick],
 ) -> tuple[list[Array], list[Array]]:
     """Values and rates of the entries of each pick; `f`: the rates of the states."""
-    return jax.jvp(lambda t, y: _sighted(system, t, y, mode, picks), (t, y), (jnp.ones_like(t), f))
+    return jax.jvp(
+        lambda t, y: _sighted(system, t, y, mode, picks), (t, y), (jnp.ones_like(t), f)
+    )
 
 
 def _watched(flat: Flat, picks: Sequence[Pick]) -> Watched:
@@ -60,12 +70,18 @@ def _watched(flat: Flat, picks: Sequence[Pick]) -> Watched:
     def entries_at(t: Array, y: PyTree, mode: PyTree) -> list[Array]:
         return _sighted(system, t, y, mode, picks)
 
-    entries = jax.eval_shape(entries_at, jax.ShapeDtypeStruct((), np.float64), flat.y_like, flat.mode_like)
+    entries = jax.eval_shape(
+        entries_at, jax.ShapeDtypeStruct((), np.float64), flat.y_like, flat.mode_like
+    )
     return Watched(watch, tuple(entry.size for entry in entries))
 
 
 def _places(
-    record: Record, picks: Sequence[Pick], counts: Int[Array, "row group"] | None = None, *, each: bool = False
+    record: Record,
+    picks: Sequence[Pick],
+    counts: Int[Array, "row group"] | None = None,
+    *,
+    each: bool = False,
 ) -> Extremes:
     """Where in a traced run each pick is greatest, or `each` of its entries."""
     watched = _watched(record.flat, picks)
@@ -75,17 +91,21 @@ def _places(
 
 
 def _into(record: Record, places: Extremes) -> TwoArrays:
-    """Rows of places, and times from the start of each (s), which move with the ends of the row."""
+    """Rows of places, and times from the start of each (s), which move with the ends of
+    the row."""
     t = record.rows.t
     return places.row, places.share * (t[places.row + 1] - t[places.row])
 
 
-# --- of metrics -------------------------------------------------------------------------------------------------------
+# --- of metrics ---------------------------------------------------------------------
 
 
 def _picks(asked: Sequence[Any]) -> list[Pick]:
-    """What metrics are the maxima of; each by its name, or by its function where it is a user's own."""
-    return [METRICS[metric].find if isinstance(metric, str) else metric for metric in asked]
+    """What metrics are the maxima of; each by its name, or by its function where it is
+    a user's own."""
+    return [
+        METRICS[metric].find if isinstance(metric, str) else metric for metric in asked
+    ]
 
 
 def _asked(names: Iterable[str]) -> tuple[Any, ...]:
@@ -93,7 +113,8 @@ def _asked(names: Iterable[str]) -> tuple[Any, ...]:
 
 
 def _counts(record: Record, names: Sequence[str]) -> Int[Array, "row group"] | None:
-    """What of each row counts (see `greatest`): all of it, but for the holding reserve."""
+    """What of each row counts (see `greatest`): all of it, but for the holding
+    reserve."""
     if HOLDING not in names:
         return None
     held, broken, _ = holding_rows(record)
@@ -107,7 +128,9 @@ def _counts(record: Record, names: Sequence[str]) -> Int[Array, "row group"] | N
 _Looks = tuple[list[Array], list[Array]]
 
 
-def _looked(system: BrakeSystem, t: Array, y: PyTree, mode: PyTree, *, asked: tuple[Any, ...]) -> _Looks:
+def _looked(
+    system: BrakeSystem, t: Array, y: PyTree, mode: PyTree, *, asked: tuple[Any, ...]
+) -> _Looks:
     def look(t: Array, y: PyTree, mode: PyTree) -> _Looks:
         f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
         return _rated(system, t, y, mode, f, _picks(asked))
@@ -129,13 +152,18 @@ def _found(record: Record, names: tuple[str, ...]) -> tuple[Extremes, Array]:
 
 
 @_found.defjvp
-def _(names: tuple[str, ...], primals: tuple[Record], tangents: tuple[Record]) -> tuple[Any, Any]:
-    """Derivatives are those of a probe at the places, which stay where they are in their steps."""
+def _(
+    names: tuple[str, ...], primals: tuple[Record], tangents: tuple[Record]
+) -> tuple[Any, Any]:
+    """Derivatives are those of a probe at the places, which stay where they are in
+    their steps."""
     found, t = _found(*primals, names)
 
     def there(record: Record) -> TwoArrays:
         p = probe_at(record, *_into(record, found))
-        values = [pick(p)[i][found.entry[i]] for i, pick in enumerate(_picks(_asked(names)))]
+        values = [
+            pick(p)[i][found.entry[i]] for i, pick in enumerate(_picks(_asked(names)))
+        ]
         return jnp.stack(values), p.t
 
     _, (moves, of_time) = jax.jvp(there, primals, tangents)
@@ -144,19 +172,24 @@ def _(names: tuple[str, ...], primals: tuple[Record], tangents: tuple[Record]) -
 
 
 def peaks(record: Record, names: Sequence[str]) -> dict[str, Peak]:
-    """Maximum values over a traced run by name, with their derivatives, all from one walk."""
+    """Maximum values over a traced run by name, with their derivatives, all from one
+    walk."""
     if not names:
         return {}
     found, t = _found(record, tuple(names))
     each = zip(names, found.value, t, found.entry, strict=True)
-    return {name: _or_none(name, Peak(value, time, entry + 1)) for name, value, time, entry in each}
+    return {
+        name: _or_none(name, Peak(value, time, entry + 1))
+        for name, value, time, entry in each
+    }
 
 
 def watched_metrics(flat: Flat, names: Sequence[str]) -> Watched:
-    """What metrics are the greatest values of, to be followed in a run that is not recorded.
+    """What metrics are the greatest values of, to be followed in a run that is not
+    recorded.
 
-    Of each metric the largest entry alone: where one lining takes over from another inside a step, only the ends of the
-    step show it.
+    Of each metric the largest entry alone: where one lining takes over from another
+    inside a step, only the ends of the step show it.
     """
 
     def largest(pick: Pick) -> Pick:
@@ -173,8 +206,11 @@ def _or_none(name: str, peak: Peak) -> Peak:
     return peak._replace(value=xp.where(peak.value >= 0, peak.value, 0.0))
 
 
-def _looked_at(record: Record, row: Array, share: Array, *, asked: tuple[Any, ...]) -> _Looks:
-    """Values and rates (m, n) of metrics in rows (m,) of a concrete record, at shares of their steps."""
+def _looked_at(
+    record: Record, row: Array, share: Array, *, asked: tuple[Any, ...]
+) -> _Looks:
+    """Values and rates (m, n) of metrics in rows (m,) of a concrete record, at shares
+    of their steps."""
     rows = record.rows
     h = share * (rows.t[row + 1] - rows.t[row])
     y = np.asarray(rows.y)[row]
@@ -183,7 +219,13 @@ def _looked_at(record: Record, row: Array, share: Array, *, asked: tuple[Any, ..
         y[inside] = states_inside(record, row[inside], h[inside])[1]
 
     def look(t: np.ndarray, y: np.ndarray, mode: np.ndarray) -> _Looks:
-        return _LOOKED(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like), asked=asked)
+        return _LOOKED(
+            record.system,
+            t,
+            unravel(y, record.y_like),
+            unravel(mode, record.mode_like),
+            asked=asked,
+        )
 
     times = np.asarray(rows.t[row] + h)
     modes = np.asarray(rows.mode[row])
@@ -193,14 +235,22 @@ def _looked_at(record: Record, row: Array, share: Array, *, asked: tuple[Any, ..
 class Maxima:
     """Maximum values of metrics over a concrete run, from one walk.
 
-    - `whole`: by name, over the whole run;  `between`: by name, between each pair of the rows `spans` (k,)
+    - `whole`: by name, over the whole run
+    - `between`: by name, between each pair of the rows `spans` (k,)
     """
 
-    def __init__(self, record: Record, names: Sequence[str], spans: Sequence[tuple[int, int]] = ()) -> None:
+    def __init__(
+        self,
+        record: Record,
+        names: Sequence[str],
+        spans: Sequence[tuple[int, int]] = (),
+    ) -> None:
         self.whole: dict[str, Peak] = {}
         #: how many entries each quantity has
         self.widths: dict[str, int] = {}
-        self.between: dict[str, Float[np.ndarray, " k"]] = {name: np.zeros(len(spans)) for name in names}
+        self.between: dict[str, Float[np.ndarray, " k"]] = {
+            name: np.zeros(len(spans)) for name in names
+        }
         if not names:
             return
         span = np.zeros(max(int(record.count), 1), np.int32)
@@ -209,10 +259,15 @@ class Maxima:
 
         def look(row: Array, share: Array) -> _Looks:
             looks = _looked_at(record, row, share, asked=_asked(names))
-            self.widths = {name: values.shape[1] for name, values in zip(names, looks[0], strict=True)}
+            self.widths = {
+                name: values.shape[1]
+                for name, values in zip(names, looks[0], strict=True)
+            }
             return looks
 
-        found = greatest_of_rows(record, look, _counts(record, names), span, len(spans) + 1)
+        found = greatest_of_rows(
+            record, look, _counts(record, names), span, len(spans) + 1
+        )
         # over the whole run: of equal ones the first
         top = np.max(found.value, axis=0)
         same = found.value >= top - SAME * np.abs(top)
@@ -225,11 +280,12 @@ class Maxima:
             self.between[name] = np.asarray(found.value)[1:, i]
 
 
-# --- of any quantity --------------------------------------------------------------------------------------------------
+# --- of any quantity ----------------------------------------------------------------
 
 
 def peak_of_each(record: Record, pick: Callable[[Record, Probe], Array]) -> Vector:
-    """Maximum values over a run of each of the entries (n,) that `pick(record, probe)` (m, n) has."""
+    """Maximum values over a run of each of the entries (n,) that `pick(record, probe)`
+    (m, n) has."""
     frozen = jax.lax.stop_gradient(record)
     found = _places(frozen, [lambda p: pick(frozen, p)], each=True)
     return jnp.diagonal(pick(record, probe_at(record, *_into(record, found))))

@@ -1,6 +1,8 @@
-"""Whether a brake did in a run what it was to do: one decision for single runs, ensembles, C and pages.
+"""Whether a brake did in a run what it was to do: one decision for single runs,
+ensembles, C and pages.
 
-The rules are tried in order; the first one that fits gives the reason, with its colour. Everything here can be traced.
+The rules are tried in order; the first one that fits gives the reason, with its colour.
+Everything here can be traced.
 """
 
 import enum
@@ -66,7 +68,8 @@ _GREEN, _AMBER, _RED = range(len(COLOURS))
 class Reason(NamedTuple):
     """Why a verdict has its colour: an id that does not change, and short words.
 
-    - `shown`: whether the run showed what it was to show; if not, it is no pass, whatever its colour
+    - `shown`: whether the run showed what it was to show; if not, it is no pass,
+      whatever its colour
     - `goes_on`: whether a load that was to stop or to hold still moves at the end
     """
 
@@ -91,7 +94,9 @@ REASONS = (
     Reason("S3", "Runs away", goes_on=True),
     Reason("S1", "To be stopped, and runs on", goes_on=True),
     Reason("S4", "The motor works against the applied brake", goes_on=True),
-    Reason("S2", "Not shown: still in motion at the end time", shown=False, goes_on=True),
+    Reason(
+        "S2", "Not shown: still in motion at the end time", shown=False, goes_on=True
+    ),
     Reason("M3", "The motor works against the applied brake"),
     Reason("M2", "The load pulls the motor down"),
     Reason("M0", "Not shown: not yet at its speed", shown=False),
@@ -104,23 +109,32 @@ REASONS = (
     Reason("L5", "Lowered at a steady speed; no pull of the friction brake is given"),
     Reason("L4", "Lowered at a steady speed"),
     Reason("L6", "Lowered, not at a steady speed"),
-    Reason("U1", "Moves under the applied brake, and nothing says that it is to move", goes_on=True),
+    Reason(
+        "U1",
+        "Moves under the applied brake, and nothing says that it is to move",
+        goes_on=True,
+    ),
     Reason("X1", "The load moves, and nothing is to stop it"),
 )
 
 
 class Judgement(NamedTuple):
-    """The decision on a run, with the numbers behind it: traced, or Python's of a concrete run.
+    """The decision on a run, with the numbers behind it: traced, or Python's of a
+    concrete run.
 
     - `reason`: place in `REASONS`;  `colour`: place in `COLOURS`;  `want`: a `Want`
-    - `load` (N·m): torque of the hanging load alone, without drag, shaft, motor and inertia, at the end
+    - `load` (N·m): torque of the hanging load alone, without drag, shaft, motor and
+      inertia, at the end
     - `pull` (N): greatest pull of the whole duty on the friction brake
-    - `reserve`: static capacity of the friction brake over the hanging load, at rest under the tension of the end, of
-      a moving load under the greatest pull; `inf` without a hanging load
-    - `sliding`: torque of the sliding friction brake over the hanging load, under the greatest pull from the end on
+    - `reserve`: static capacity of the friction brake over the hanging load, at rest
+      under the tension of the end, of a moving load under the greatest pull; `inf`
+      without a hanging load
+    - `sliding`: torque of the sliding friction brake over the hanging load, under the
+      greatest pull from the end on
     - `sliding_now`: the same under the tension of the end
     - `set_speed` (rad/s) that a lever or motor is to keep at the end, NaN where none is
-    - `steady`, `away`: whether the torques balance at the end, and whether the load exceeds them at any speed
+    - `steady`, `away`: whether the torques balance at the end, and whether the load
+      exceeds them at any speed
     """
 
     reason: Any
@@ -138,10 +152,14 @@ class Judgement(NamedTuple):
 
 def _greatest_pull(system: BrakeSystem, start: Array, end: Array) -> Array:
     lever = system.lever
-    levers = [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    levers = (
+        [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    )
     zero = jnp.zeros(())
     begins, ends = (zero, end - start) if isinstance(lever, Phases) else (start, end)
-    pulls = jnp.stack([jnp.asarray(one.greatest_from(begins, ends), jnp.float64) for one in levers])
+    pulls = jnp.stack(
+        [jnp.asarray(one.greatest_from(begins, ends), jnp.float64) for one in levers]
+    )
     return jnp.maximum(jnp.max(pulls), 0.0)
 
 
@@ -150,19 +168,30 @@ def _pull_to_come(lever: AbstractProfile | PhaseNow, t: Array, end: Array) -> Ar
     if not isinstance(lever, PhaseNow):
         return jnp.asarray(lever.greatest_from(t, end))
     local = t - lever.begun
-    return lever.of_each([phase.lever.greatest_from(local, end - lever.begun) for phase in lever.whole.each])
+    return lever.of_each(
+        [
+            phase.lever.greatest_from(local, end - lever.begun)
+            for phase in lever.whole.each
+        ]
+    )
 
 
 class _End(NamedTuple):
     """The brake at the end of a run, as the rules see it.
 
-    - `load` (N·m), and whether one `hangs`; `hauls_down`: whether the pulley turns the way in which the load pulls
-    - `pull`, `reserve`, `sliding`, `sliding_now`, `set_speed`, `steady`, `away`: as in `Judgement`
-    - `rises`: whether the torques speed the pulley up; `tends`: whether they balance at some higher speed
-    - `rests`: also where the motor keeps the pulley at rest; `closed`: whether the friction brake touches and pulls
-    - `pulls`: whether the lever pulls, or has been told to; `follows` a speed; `at_limit` of its pull while it does
+    - `load` (N·m), and whether one `hangs`; `hauls_down`: whether the pulley turns the
+      way in which the load pulls
+    - `pull`, `reserve`, `sliding`, `sliding_now`, `set_speed`, `steady`, `away`: as in
+      `Judgement`
+    - `rises`: whether the torques speed the pulley up; `tends`: whether they balance at
+      some higher speed
+    - `rests`: also where the motor keeps the pulley at rest; `closed`: whether the
+      friction brake touches and pulls
+    - `pulls`: whether the lever pulls, or has been told to; `follows` a speed;
+      `at_limit` of its pull while it does
     - `engaged`: the motor, and whether it is `at_full_torque`
-    - `drags`: whether something but the brake takes torque of the motion; `past_critical` speed of an eddy brake
+    - `drags`: whether something but the brake takes torque of the motion;
+      `past_critical` speed of an eddy brake
     - `awaits_rest`: whether the phase that runs ends with a stop
     """
 
@@ -198,7 +227,9 @@ class _MotorNow(NamedTuple):
     set_speed: Array
 
 
-def _motor_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> _MotorNow:
+def _motor_now(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array
+) -> _MotorNow:
     motor = system.feature(Drive)
     if motor is None:
         no = jnp.asarray(False)
@@ -213,12 +244,15 @@ def _motor_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed:
 
 
 def _drag(system: BrakeSystem, t: Array, y: State, mode: Mode, load: Array) -> Array:
-    """Torque (N·m) of what the motion itself causes: drag of the load and of the shaft."""
+    """Torque (N·m) of what the motion itself causes: drag of the load and of the
+    shaft."""
     drag = load - system.load_torque(t, y.omega, mode)
     shaft = system.feature(Shaft)
     if shaft is None:
         return drag
-    return drag + shaft.engaged(mode).turning(t, y.omega, load, jnp.zeros_like(y.omega), shaft.pieces(mode))
+    return drag + shaft.engaged(mode).turning(
+        t, y.omega, load, jnp.zeros_like(y.omega), shaft.pieces(mode)
+    )
 
 
 def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
@@ -226,11 +260,15 @@ def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
     laws = () if shaft is None else shaft.laws
     speeds = [law.critical_speed for law in laws if isinstance(law, EddyCurrentBrake)]
     return (
-        jnp.any(jnp.stack([jnp.asarray(jnp.abs(omega) > speed) for speed in speeds])) if speeds else jnp.asarray(False)
+        jnp.any(jnp.stack([jnp.asarray(jnp.abs(omega) > speed) for speed in speeds]))
+        if speeds
+        else jnp.asarray(False)
     )
 
 
-def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays) -> _End:
+def _end_of(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays
+) -> _End:
     """The brake at the end; `start`: time and speed at the start."""
     start_time, start_speed = start
     omega = y.omega
@@ -245,24 +283,32 @@ def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArray
     at_rest = rests(mode) | motor.keeps_still
     closed = (mode.band != OPEN) & (mode.band != TAKE_UP) & (tension > 0)
 
-    follows = jnp.asarray(lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False)
+    follows = jnp.asarray(
+        lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False
+    )
     limit = _pull_to_come(lever, t, t)
     to_come = jnp.maximum(limit, 0.0)
     here = jnp.where(follows, to_come, tension)
     most = _greatest_pull(system, start_time, t)
 
     def over_load(tension: Array, speed: Array, *, static: bool) -> Array:
-        torque = smallest(system.capacity(tension, speed, y.own, surfaces, static=static))
+        torque = smallest(
+            system.capacity(tension, speed, y.own, surfaces, static=static)
+        )
         return jnp.where(hangs, torque / jnp.where(hangs, jnp.abs(load), 1.0), jnp.inf)
 
     sense = way * jnp.where(omega == 0, 1.0, jnp.abs(omega))
-    sliding, sliding_now = jax.vmap(lambda pull: over_load(pull, sense, static=False))(jnp.stack([to_come, here]))
+    sliding, sliding_now = jax.vmap(lambda pull: over_load(pull, sense, static=False))(
+        jnp.stack([to_come, here])
+    )
     balance = balance_of(system, t, y, mode)
     drags = jnp.abs(_drag(system, t, y, mode, load)) > _ROUNDING * size
     by_lever = paced(lever, t, start_speed)
     awaits_rest = jnp.asarray(False)
     if isinstance(lever, PhaseNow):
-        ends_with_stop = np.asarray([isinstance(phase.until, AtRest) for phase in lever.whole.each])
+        ends_with_stop = np.asarray(
+            [isinstance(phase.until, AtRest) for phase in lever.whole.each]
+        )
         awaits_rest = jnp.any(lever.here & ends_with_stop)
     return _End(
         load=load,
@@ -291,20 +337,34 @@ def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArray
     )
 
 
-def _want_at_end(system: BrakeSystem, y: State, mode: Mode, end: _End, start_speed: Array, past: Past) -> TwoArrays:
+def _want_at_end(
+    system: BrakeSystem, y: State, mode: Mode, end: _End, start_speed: Array, past: Past
+) -> TwoArrays:
     """What is wanted at the end, and whether words say it."""
     lever = system.lever_at(y, mode)
     want, named = want_of_input(system, lever, start_speed)
     if isinstance(lever, PhaseNow):
-        return jnp.where((want == int(Want.UNSAID)) & ~end.pulls, int(Want.RELEASED), want), named
-    applied = jnp.where(past.began_pulling & (start_speed == 0) | past.rested, int(Want.HOLD), int(Want.REST))
+        return jnp.where(
+            (want == int(Want.UNSAID)) & ~end.pulls, int(Want.RELEASED), want
+        ), named
+    applied = jnp.where(
+        past.began_pulling & (start_speed == 0) | past.rested,
+        int(Want.HOLD),
+        int(Want.REST),
+    )
     never = jnp.where(end.drags, int(Want.LOWER), int(Want.FREE))
-    shown = jnp.where(end.pulls, applied, jnp.where(past.pulled, int(Want.RELEASED), never))
-    shown = jnp.where(jnp.isnan(end.set_speed), shown, by_speed(jnp.nan_to_num(end.set_speed)))
+    shown = jnp.where(
+        end.pulls, applied, jnp.where(past.pulled, int(Want.RELEASED), never)
+    )
+    shown = jnp.where(
+        jnp.isnan(end.set_speed), shown, by_speed(jnp.nan_to_num(end.set_speed))
+    )
     return jnp.where(named, want, shown), named
 
 
-def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Iterator[tuple[str, Any, Any]]:
+def _rules(
+    end: _End, want: Array, named: Array, code: Array, past: Past
+) -> Iterator[tuple[str, Any, Any]]:
     """Reason, whether it fits, and its colour, in the order of `REASONS`."""
     to_rest = want == int(Want.REST)
     hold = want == int(Want.HOLD)
@@ -317,7 +377,9 @@ def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Ite
     stays = ~to_move
     moves = ~end.rests
     kept = jnp.maximum(_KEPT * jnp.abs(end.set_speed), _KEPT_AT_LEAST)
-    ahead = jnp.where(end.set_speed < 0, -1.0, 1.0) * end.omega  # speed in the sense of the set one
+    ahead = (
+        jnp.where(end.set_speed < 0, -1.0, 1.0) * end.omega
+    )  # speed in the sense of the set one
     slow = ahead < jnp.abs(end.set_speed) - kept
     fast = ahead > jnp.abs(end.set_speed) + kept
     small = jnp.where(end.reserve < SMALL_RESERVE, _AMBER, _GREEN)
@@ -328,7 +390,11 @@ def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Ite
     yield "F1", (code != int(Code.COMPLETED)) & ~never_ends, _RED
     yield "T1", never_ends, jnp.where(end.awaits_rest & moves & ~strong, _RED, _AMBER)
     yield "H1", past.broke_away, _RED
-    yield "H6", end.rests & ~end.closed & end.hangs & ~end.engaged, jnp.where(lower, _AMBER, _RED)
+    yield (
+        "H6",
+        end.rests & ~end.closed & end.hangs & ~end.engaged,
+        jnp.where(lower, _AMBER, _RED),
+    )
     yield "H7", end.rests & ~end.closed & end.hangs & end.engaged, _AMBER
     yield "H2", end.rests & stays & end.hangs & (end.reserve <= 1), _RED
     yield "H3", hold & moves, _RED
@@ -337,7 +403,11 @@ def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Ite
     yield "H5", (want == int(Want.RELEASED)) & moves, _AMBER
     yield "S3", to_rest & moves & ~strong & end.rises & ~end.steady, _RED
     yield "S1", to_rest & moves & ~strong, _RED
-    yield "S4", to_rest & moves & end.engaged & end.closed & ~end.rises & end.steady, _AMBER
+    yield (
+        "S4",
+        to_rest & moves & end.engaged & end.closed & ~end.rises & end.steady,
+        _AMBER,
+    )
     yield "S2", to_rest & moves, _AMBER
     yield "M3", to_move & end.engaged & end.closed & ~end.follows, _AMBER
     yield "M2", hoist & slow & (end.at_full_torque | end.hauls_down), _RED
@@ -346,17 +416,31 @@ def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Ite
     yield "L2", lower & paced & (fast | end.at_limit), _RED
     yield "L0", lower & paced & slow & end.rises, _AMBER
     yield "L3", lower & (paced & slow | end.rests), _AMBER
-    yield "L1", lower & paced, jnp.where(end.pull > 0, by_reserve, jnp.where(end.hangs, _AMBER, _GREEN))
+    yield (
+        "L1",
+        lower & paced,
+        jnp.where(end.pull > 0, by_reserve, jnp.where(end.hangs, _AMBER, _GREEN)),
+    )
     yield "L7", lower & end.past_critical, _RED
     yield "L5", lower & end.steady & (end.pull <= 0), _AMBER
     yield "L4", lower & end.steady, by_reserve
     yield "L6", lower, jnp.where(end.rises & ~end.tends, _RED, _AMBER)
     yield "U1", unsaid & moves, jnp.where(strong, _AMBER, _RED)
-    yield "X1", True, jnp.where(end.hangs & moves, jnp.where(named & free, _AMBER, _RED), _GREEN)
+    yield (
+        "X1",
+        True,
+        jnp.where(end.hangs & moves, jnp.where(named & free, _AMBER, _RED), _GREEN),
+    )
 
 
 def _judged(
-    system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays, code: Array, past: Past
+    system: BrakeSystem,
+    t: Array,
+    y: State,
+    mode: Mode,
+    start: TwoArrays,
+    code: Array,
+    past: Past,
 ) -> Judgement:
     end = _end_of(system, t, y, mode, start)
     want, named = _want_at_end(system, y, mode, end, start[1], past)
@@ -368,7 +452,9 @@ def _judged(
     first = jnp.argmax(fits).astype(jnp.int32)
     # a phase that did not end is no better than what the brake did in it
     next_one = jnp.argmax(fits & (number_of != ids.index("T1")))
-    chosen = (number_of == first) | ((first == ids.index("T1")) & (number_of == next_one.astype(jnp.int32)))
+    chosen = (number_of == first) | (
+        (first == ids.index("T1")) & (number_of == next_one.astype(jnp.int32))
+    )
     return Judgement(
         reason=first,
         colour=jnp.max(jnp.where(chosen, colours, 0)).astype(jnp.int32),
@@ -388,7 +474,8 @@ _JUDGED = RunJit(_judged, quick=True)
 
 
 def judge(record: Record) -> Judgement:
-    """What the brake was to do, and whether it did, of a run at its end; NumPy's of a concrete one."""
+    """What the brake was to do, and whether it did, of a run at its end; NumPy's of a
+    concrete one."""
     (start, first, _), (t, y, mode) = ends_of(record)
     past = past_of(record)
     decide: Callable[..., Judgement] = _judged if is_traced_run(record) else _JUDGED
@@ -396,9 +483,14 @@ def judge(record: Record) -> Judgement:
 
 
 def held_throughout(found: Judgement, least: Any) -> Judgement:
-    """The decision on a load at rest by its `least` holding reserve while the brake was to hold, `inf`: none was."""
-    h1, h2, h4 = (at for at, reason in enumerate(REASONS) if reason.id in ("H1", "H2", "H4"))
-    at_rest = jnp.isfinite(least) & ((found.reason == h1) | (found.reason == h2) | (found.reason == h4))
+    """The decision on a load at rest by its `least` holding reserve while the brake was
+    to hold, `inf`: none was."""
+    h1, h2, h4 = (
+        at for at, reason in enumerate(REASONS) if reason.id in ("H1", "H2", "H4")
+    )
+    at_rest = jnp.isfinite(least) & (
+        (found.reason == h1) | (found.reason == h2) | (found.reason == h4)
+    )
     reserve = jnp.where(at_rest, jnp.minimum(found.reserve, least), found.reserve)
     holds = at_rest & (found.reason != h1)
     small = jnp.where(reserve < SMALL_RESERVE, _AMBER, _GREEN)
@@ -417,7 +509,9 @@ def _least_at_ends(record: Record) -> Array:
     after = jnp.minimum(jnp.arange(1, n + 1, dtype=jnp.int32), record.count)
     goes_on = to_hold & to_hold[after] & (rows.kind < LANDED)
     begins = broken | (to_hold & ~jnp.concatenate([jnp.zeros(1, bool), goes_on[:-1]]))
-    following = next_marked(jnp.concatenate([begins, to_hold & ~goes_on, jnp.ones(1, bool)]), 2 * n + 1, jnp)
+    following = next_marked(
+        jnp.concatenate([begins, to_hold & ~goes_on, jnp.ones(1, bool)]), 2 * n + 1, jnp
+    )
 
     def look(search: TwoArrays) -> TwoArrays:
         i, worst = search
@@ -426,7 +520,9 @@ def _least_at_ends(record: Record) -> Array:
         y = unravel(rows.y[at], record.y_like)
         mode = unravel(rows.mode[row], record.mode_like)
         load, capacity = holding(system, rows.t[at], y, mode)  # pyright: ignore
-        return following[i + 1], jnp.maximum(worst, held_share(load, capacity, jnp.asarray(True)))
+        return following[i + 1], jnp.maximum(
+            worst, held_share(load, capacity, jnp.asarray(True))
+        )
 
     start = following[0], jnp.zeros(())
     worst = jax.lax.while_loop(lambda search: search[0] < 2 * n, look, start)[1]
@@ -437,9 +533,11 @@ _LEAST_AT_ENDS = RunJit(_least_at_ends, quick=True)
 
 
 def judge_of_many(record: Record) -> Judgement:
-    """As `judge`, with the holding reserve at events and at both ends of every hold, for runs side by side.
+    """As `judge`, with the holding reserve at events and at both ends of every hold,
+    for runs side by side.
 
-    Between these a load or a lever that varies without knots may leave less; the report of a run looks everywhere.
+    Between these a load or a lever that varies without knots may leave less; the report
+    of a run looks everywhere.
     """
     return held_throughout(judge(record), _LEAST_AT_ENDS(record))
 

@@ -1,4 +1,5 @@
-"""What happened in a run: how it ended, events of its log, and stages of a staged brake."""
+"""What happened in a run: how it ended, events of its log, and stages of a staged
+brake."""
 
 import difflib
 import enum
@@ -20,17 +21,22 @@ from ..physics.mechanism import BandMode, BrakeCode, Label, events_of_change
 from .metrics import marks
 from .probe import Entry, Number
 
-# --- how a run ends ---------------------------------------------------------------------------------------------------
+# --- how a run ends ------------------------------------------------------------------
 
 #: codes of failed runs: name, what happened, what to do
 FAILURES = {
     Code.STEP_LIMIT: (
         "step_limit",
         "the step limit was reached before the end time",
-        "raise max_steps, loosen rtol, take solver=Rodas5P() where the motion is stiff (as under strong drag), "
+        "raise max_steps, loosen rtol, take solver=Rodas5P() where the motion is stiff "
+        "(as under strong drag), "
         "or look for a mode that changes all the time",
     ),
-    Code.EVENT_LIMIT: ("event_limit", "the event limit was reached before the end time", "raise max_events"),
+    Code.EVENT_LIMIT: (
+        "event_limit",
+        "the event limit was reached before the end time",
+        "raise max_events",
+    ),
     Code.CHATTER: (
         "chatter",
         "the modes changed again and again at one instant",
@@ -41,23 +47,36 @@ FAILURES = {
         "events follow each other ever faster",
         "look at the last events: the motion between two of them dies out",
     ),
-    Code.NOT_FINITE: ("not_finite", "a state or a rate became infinite or not a number", "check the laws and profiles"),
+    Code.NOT_FINITE: (
+        "not_finite",
+        "a state or a rate became infinite or not a number",
+        "check the laws and profiles",
+    ),
     Code.STEP_TOO_SMALL: (
         "step_too_small",
         "the step size fell to rounding level",
-        "the equations change faster than this method can follow: loosen rtol or check the laws and profiles",
+        "the equations change faster than this method can follow: loosen rtol or check "
+        "the laws and profiles",
     ),
-    BrakeCode.SINGULAR_GEOMETRY: ("singular_geometry", Brake.words.locking, Brake.words.unlocking),
+    BrakeCode.SINGULAR_GEOMETRY: (
+        "singular_geometry",
+        Brake.words.locking,
+        Brake.words.unlocking,
+    ),
     BrakeCode.BAND_SNAP: (
         "band_snap",
-        "1 + γ fell to 0: friction fades faster than the elastic band can follow, and its tension would jump",
-        "give the surface that the friction law senses a larger capacity, states of the law slower rates, "
+        "1 + γ fell to 0: friction fades faster than the elastic band can follow, and "
+        "its tension would jump",
+        "give the surface that the friction law senses a larger capacity, states of "
+        "the law slower rates, "
         "or the band a higher stiffness",
     ),
     BrakeCode.FLASH_FOLD: (
         "flash_fold",
-        "friction and its flash temperature have no common solution: a fold, or a lining that would lock as it slides",
-        "look at the friction law above this surface temperature, or at the size and hardness of the spots",
+        "friction and its flash temperature have no common solution: a fold, or a "
+        "lining that would lock as it slides",
+        "look at the friction law above this surface temperature, or at the size and "
+        "hardness of the spots",
     ),
     BrakeCode.OUTSIDE_TABLE: (
         "outside_table",
@@ -80,7 +99,11 @@ FAILURES = {
 def failure_of(code: int, words: BrakeWords) -> tuple[str, str]:
     """What a failure code means for a kind of brake, and what to do."""
     _, what, hint = FAILURES[code]  # pyright: ignore
-    return (words.locking, words.unlocking) if code == BrakeCode.SINGULAR_GEOMETRY else (what, hint)
+    return (
+        (words.locking, words.unlocking)
+        if code == BrakeCode.SINGULAR_GEOMETRY
+        else (what, hint)
+    )
 
 
 class SimulationError(RuntimeError):
@@ -123,20 +146,25 @@ STATUS_MESSAGES = {
     Status.NOT_STOPPED: "the pulley still turns at the end time",
     Status.NOT_FOLLOWED: "the pulley never comes near the speed that it is to keep",
     Status.RUNAWAY: "the brake cannot hold this load",
-    Status.LOWERING: "the pulley turns at a steady speed, torques on the shaft balance the load, nothing holds it",
+    Status.LOWERING: "the pulley turns at a steady speed, torques on the shaft balance "
+    "the load, nothing holds it",
     Status.DRIVEN: "the motor moves or holds the pulley at the end time, the brake is open",
     Status.RELEASED: "the brake is open at the end time",
 }
 
 
 def status_of(
-    end: Label, moved: bool, driven: bool, exceeded: Callable[[], bool], steady: Callable[[], bool]
+    end: Label,
+    moved: bool,
+    driven: bool,
+    exceeded: Callable[[], bool],
+    steady: Callable[[], bool],
 ) -> Status:
     """Status of a run that ended in the mode `end`.
 
-    `moved`: whether the pulley turned at any time;  `driven`: whether the motor runs at the end;  `exceeded`: whether
-    the load exceeds what the brake can hold, asked only where the pulley still turns;  `steady`: whether it does at a
-    steady speed
+    `moved`: whether the pulley turned at any time;  `driven`: whether the motor runs at
+    the end;  `exceeded`: whether the load exceeds what the brake can hold, asked only
+    where the pulley still turns;  `steady`: whether it does at a steady speed
     """
     if driven and end.band == BandMode.OPEN:
         return Status.DRIVEN
@@ -149,11 +177,12 @@ def status_of(
     return Status.RUNAWAY if exceeded() else Status.NOT_STOPPED
 
 
-# --- what an event means ----------------------------------------------------------------------------------------------
+# --- what an event means ------------------------------------------------------------
 
 
 class EventMeaning(NamedTuple):
-    """What an event of the log means: by its condition, which brakes can have it, and in plain words."""
+    """What an event of the log means: by its condition, which brakes can have it, and
+    in plain words."""
 
     meaning: str
     brakes: str
@@ -169,10 +198,14 @@ _RESOLVED = "resolved bandage"
 
 
 def _of_marks() -> dict[str, EventMeaning]:
-    return {mark.event: EventMeaning(f"{mark.meaning}; a mark", mark.brakes, mark.plain) for mark in marks()}
+    return {
+        mark.event: EventMeaning(f"{mark.meaning}; a mark", mark.brakes, mark.plain)
+        for mark in marks()
+    }
 
 
-#: every name that an `Event` can have; a lining is named beside it where the event concerns one
+#: every name that an `Event` can have; a lining is named beside it where the event
+#: concerns one
 EVENTS = {
     "slip_onset": EventMeaning(
         "t0: the band is taut, `C x = T_0` (rigid band, pads, shoes: the lever pulls)",
@@ -180,40 +213,53 @@ EVENTS = {
         "the band is taut: it begins to brake",
     ),
     "lining_limit": EventMeaning(
-        "lining `i`, on alike rims that of every band, reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted "
+        "lining `i`, on alike rims that of every band, reaches its friction limit, "
+        "`T_n/T_0 = Π_i` (reversed: counted "
         "from the anchor); a mark",
         _BAND,
         "a lining has reached its friction limit",
     ),
     "full_slip": EventMeaning(
-        "t1: every lining slides, `T_n = T_0 Π` (reversed: `T_0/Π`)", _ANY, "every lining slides"
+        "t1: every lining slides, `T_n = T_0 Π` (reversed: `T_0/Π`)",
+        _ANY,
+        "every lining slides",
     ),
     "restick": EventMeaning(
         "the slip speed came to 0 while the pulley turns",
         "elastic band, chain",
         "the slip ended while the pulley turns",
     ),
-    "stop": EventMeaning("the pulley came to rest and is held", _ANY, "the pulley came to rest"),
+    "stop": EventMeaning(
+        "the pulley came to rest and is held", _ANY, "the pulley came to rest"
+    ),
     "restart": EventMeaning(
-        "the load exceeded the static limit of a brake at rest, or the grip fell below the load; with the band open: "
+        "the load exceeded the static limit of a brake at rest, or the grip fell below "
+        "the load; with the band open: "
         "the load exceeded dry friction of the shaft",
         _ANY,
         "the load exceeded what the brake at rest can hold",
     ),
     "reversal": EventMeaning(
-        "the speed of the pulley passed through 0 and changed its sign without a rest; against dry friction "
+        "the speed of the pulley passed through 0 and changed its sign without a rest; "
+        "against dry friction "
         "of the shaft a change of mode, else a mark",
         _ANY,
         "the pulley turned round without a rest",
     ),
     "release": EventMeaning(
-        "the force of the lever fell to 0, the brake is open", _NO_CHAIN, "the lever was released, the brake is open"
+        "the force of the lever fell to 0, the brake is open",
+        _NO_CHAIN,
+        "the lever was released, the brake is open",
     ),
     "internal_slip": EventMeaning(
-        "the linings begin to slide on the rim", _STAGED, "the linings begin to slide on the rim"
+        "the linings begin to slide on the rim",
+        _STAGED,
+        "the linings begin to slide on the rim",
     ),
     "internal_restick": EventMeaning(
-        "the linings stick to the turning rim again, `ω_b = ω`", _STAGED, "the linings stick to the rim again"
+        "the linings stick to the turning rim again, `ω_b = ω`",
+        _STAGED,
+        "the linings stick to the rim again",
     ),
     "external_lock": EventMeaning(
         "the bandage comes to rest on a turning pulley, `ω_b = 0`",
@@ -221,17 +267,31 @@ EVENTS = {
         "the bandage came to rest, the pulley turns in it",
     ),
     "external_release": EventMeaning(
-        "the bandage comes loose from the band again", _STAGED, "the bandage came loose again"
+        "the bandage comes loose from the band again",
+        _STAGED,
+        "the bandage came loose again",
     ),
-    "phase_end": EventMeaning("a phase of the duty ended", "duty in phases", "a phase of the duty ended"),
-    "lining_slip": EventMeaning("lining `i` starts to slip on the rim", _CHAIN, "a lining starts to slip"),
-    "lining_stick": EventMeaning("lining `i` sticks to the rim", _CHAIN, "a lining sticks"),
+    "phase_end": EventMeaning(
+        "a phase of the duty ended", "duty in phases", "a phase of the duty ended"
+    ),
+    "lining_slip": EventMeaning(
+        "lining `i` starts to slip on the rim", _CHAIN, "a lining starts to slip"
+    ),
+    "lining_stick": EventMeaning(
+        "lining `i` sticks to the rim", _CHAIN, "a lining sticks"
+    ),
     "lining_internal_slip": EventMeaning(
-        "lining `i` starts to slip on the rim", _RESOLVED, "a lining starts to slip on the rim"
+        "lining `i` starts to slip on the rim",
+        _RESOLVED,
+        "a lining starts to slip on the rim",
     ),
-    "lining_internal_stick": EventMeaning("lining `i` sticks to the rim", _RESOLVED, "a lining sticks to the rim"),
+    "lining_internal_stick": EventMeaning(
+        "lining `i` sticks to the rim", _RESOLVED, "a lining sticks to the rim"
+    ),
     "lining_external_slip": EventMeaning(
-        "lining `i` starts to slip on the band", _RESOLVED, "a lining starts to slip on the band"
+        "lining `i` starts to slip on the band",
+        _RESOLVED,
+        "a lining starts to slip on the band",
     ),
     "lining_external_stick": EventMeaning(
         "lining `i` comes to rest on the band", _RESOLVED, "a lining sticks to the band"
@@ -241,9 +301,12 @@ EVENTS = {
         _STAGED,
         "a lining lifts off the rim",
     ),
-    "lining_touchdown": EventMeaning("lining `i` touches the rim again", _STAGED, "a lining touches the rim again"),
+    "lining_touchdown": EventMeaning(
+        "lining `i` touches the rim again", _STAGED, "a lining touches the rim again"
+    ),
     "layer_change": EventMeaning(
-        "the rope on the drum changes its layer: effective radius, hook load torque and inertia jump",
+        "the rope on the drum changes its layer: effective radius, hook load torque "
+        "and inertia jump",
         "any brake under a hook load with layers of rope",
         "the rope on the drum changed its layer",
     ),
@@ -277,16 +340,18 @@ def known_events() -> dict[str, EventMeaning]:
 
 
 def plain_words(event: str) -> str:
-    """What an event of a log means in plain words; empty for one that is not known, as of an earlier file."""
+    """What an event of a log means in plain words; empty for one that is not known, as
+    of an earlier file."""
     meanings = known_events()
     return meanings[event].plain if event in meanings else ""
 
 
-# --- the log ----------------------------------------------------------------------------------------------------------
+# --- the log ------------------------------------------------------------------------
 
 
 class Event(NamedTuple):
-    """One entry of the log: time in s, name, the lining (from 1) or the phase of the duty where it concerns one.
+    """One entry of the log: time in s, name, the lining (from 1) or the phase of the
+    duty where it concerns one.
 
     Example:
         >>> result.events["stop"][0].name
@@ -303,13 +368,18 @@ class Event(NamedTuple):
         if self.lining is not None:
             entry["lining"] = self.lining
         if self.phase is not None:
-            entry |= {"phase": self.phase.phase, "cycle": self.phase.cycle, "until": self.phase.until}
+            entry |= {
+                "phase": self.phase.phase,
+                "cycle": self.phase.cycle,
+                "until": self.phase.until,
+            }
             entry |= {"phase_name": self.phase.name} if self.phase.name else {}
         return entry
 
 
 class Events(list[Event]):
-    """The event log in order of time: a list, of which `events["stop"]` are the events of one name.
+    """The event log in order of time: a list, of which `events["stop"]` are the events
+    of one name.
 
     Raises `KeyError` with the nearest names for one that no run has.
 
@@ -325,7 +395,9 @@ class Events(list[Event]):
         meanings = known_events()
         if key not in meanings:
             near = difflib.get_close_matches(key, meanings, n=3, cutoff=0.4)
-            raise KeyError(f"{key!r} is not an event; nearest: {', '.join(near or meanings)}")
+            raise KeyError(
+                f"{key!r} is not an event; nearest: {', '.join(near or meanings)}"
+            )
         return Events(event for event in self if event.name == key)
 
     @property
@@ -335,9 +407,11 @@ class Events(list[Event]):
 
 
 class Phase(NamedTuple):
-    """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays handed to `event_log`.
+    """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays
+    handed to `event_log`.
 
-    `turned`: whether the pulley of a scene with a motor has turned since it last was at rest
+    `turned`: whether the pulley of a scene with a motor has turned since it last was at
+    rest
     """
 
     label: Label
@@ -355,36 +429,50 @@ def event_log(
     linings: int,
     start: Label,
 ) -> list[Event]:
-    """All events in order of time; entries at one instant in the order of cause and effect, linings by index.
+    """All events in order of time; entries at one instant in the order of cause and
+    effect, linings by index.
 
-    - `margins` (samples, 2 n): by how much each lining is past its limit (first `n` from the slack end, last `n` from
-      the anchor) at samples along the run;  `locate` finds the time at which margin `j` rises through 0 between the
-      samples `i` and `i + 1` for a list of `(i, j)`;  `start`: the mode from which the first phase came
+    - `margins` (samples, 2 n): by how much each lining is past its limit (first `n`
+      from the slack end, last `n` from the anchor) at samples along the run;  `locate`
+      finds the time at which margin `j` rises through 0 between the samples `i` and
+      `i + 1` for a list of `(i, j)`;  `start`: the mode from which the first phase came
     """
     events: list[Event] = []
     crossings: list[tuple[int, int]] = []
     places: list[int] = []
     label = start
     reached = np.zeros(2 * linings, bool)
-    # the last lining of either count comes with full slip, whatever rounding leaves of its margin there
+    # the last lining of either count comes with full slip, whatever rounding leaves of
+    # its margin there
     last = slice(max(linings - 1, 0), linings + 1)
     for number, phase in enumerate(phases):
         before = label.band
         for name in events_of_change(label, phase.label, number == 0, phase.turned):
-            if name == "full_slip":  # linings that come to their limit in that very moment, in the order of the slip
+            if (
+                name == "full_slip"
+                # linings that come to their limit in that very moment, in the order of the
+                # slip
+            ):
                 ahead = phase.label.band == BandMode.SLIP
                 order = range(linings) if ahead else reversed(range(linings))
                 late = [i for i in order if not reached[i if ahead else linings + i]]
-                events += [Event(float(phase.start), "lining_limit", i + 1) for i in late]
+                events += [
+                    Event(float(phase.start), "lining_limit", i + 1) for i in late
+                ]
             events.append(Event(float(phase.start), name))
         if phase.label.band == BandMode.ELASTIC:
             if before not in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
                 reached = np.zeros(2 * linings, bool)
             phase_margins = margins[phase.first : phase.last + 1]
-            # at the start: past the limit, or at 0 (a ramp from nothing) and on the way up
-            soon = phase_margins[min(1, len(phase_margins) - 1)]  # a run that fails where the phase begins has no more
+            # at the start: past the limit, or at 0 (a ramp from nothing) and on the way
+            # up
+            soon = phase_margins[
+                min(1, len(phase_margins) - 1)
+            ]  # a run that fails where the phase begins has no more
             at_once = (phase_margins[0] > 1e-12) | (
-                (np.abs(phase_margins[0]) <= 1e-12) & (soon > 1e-12) & (phase_margins[0] >= 0)
+                (np.abs(phase_margins[0]) <= 1e-12)
+                & (soon > 1e-12)
+                & (phase_margins[0] >= 0)
             )
             events += [
                 Event(float(phase.start), "lining_limit", 1 + int(j) % linings)
@@ -401,29 +489,39 @@ def event_log(
             reached = phase_margins[-1] > 1e-12
             reached[last] = False
         else:
-            reached = np.full(2 * linings, phase.label.band in (BandMode.SLIP, BandMode.SLIP_BACK))
+            reached = np.full(
+                2 * linings, phase.label.band in (BandMode.SLIP, BandMode.SLIP_BACK)
+            )
         label = phase.label
     if crossings:
         for place, time in zip(places, locate(crossings), strict=True):
             events[place] = events[place]._replace(time=float(time))
-    order = sorted(range(len(events)), key=lambda k: events[k].time)  # stable: cause before effect
+    order = sorted(
+        range(len(events)), key=lambda k: events[k].time
+    )  # stable: cause before effect
     return [events[k] for k in order]
 
 
 def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:
-    """A log with the ends of phases and begins of changes of friction: at one instant after the stop that brings them,
-    and before what follows."""
-    stops = {event.time: i for i, event in enumerate(events) if event.name == "stop"}  # the last one of an instant
-    ranked = [((event.time, 0 if i <= stops.get(event.time, -1) else 2), event) for i, event in enumerate(events)]
+    """A log with the ends of phases and begins of changes of friction: at one instant
+    after the stop that brings them, and before what follows."""
+    stops = {
+        event.time: i for i, event in enumerate(events) if event.name == "stop"
+    }  # the last one of an instant
+    ranked = [
+        ((event.time, 0 if i <= stops.get(event.time, -1) else 2), event)
+        for i, event in enumerate(events)
+    ]
     ranked += [((end.time, 1), end) for end in ends]
     return [event for _, event in sorted(ranked, key=lambda entry: entry[0])]
 
 
-# --- stages of a staged brake -----------------------------------------------------------------------------------------
+# --- stages of a staged brake -------------------------------------------------------
 
 
 class Stage(NamedTuple):
-    """A time in which the friction pairs of a staged brake kept their parts (model §4): times in s, energies in J.
+    """A time in which the friction pairs of a staged brake kept their parts (model §4):
+    times in s, energies in J.
 
     Example:
         >>> round(sb.results.Stage("stage_2", 0.2, 0.26, 24e3, 12e3, 0.0, 14e3).duration, 4)
@@ -474,30 +572,41 @@ def onset_bracket(
     T_internal: Number | None = None,
     omega: Number = 0.0,
 ) -> tuple[ScalarArray, Vector, Vector, ScalarArray]:
-    """Growth of the two torques between which the internal pair decides, per unit of slack tension (m); the torque of
-    preload and centrifugal force (N·m); and the share of the load torque that goes into the bandage.
+    """Growth of the two torques between which the internal pair decides, per unit of
+    slack tension (m); the torque of preload and centrifugal force (N·m); and the share
+    of the load torque that goes into the bandage.
 
         Λ = T_0 R_b (Π − 1) J/(J + J_b) + …                                                                (model §4)
         M_int = Σ max(0, T_0 R f_i (Π_i + Π_{i−1}) s_i + R f_i (N_pre,i − m_i r_m ω²))
 
-    The terms of the second are of each lining. The internal pair can slide only if the first grows more: K's condition
-    that external friction exceeds internal.
+    The terms of the second are of each lining. The internal pair can slide only if the
+    first grows more: K's condition that external friction exceeds internal.
     """
     bandage = brake.rubbing_part("internal")
     linings = brake.linings
     assert isinstance(bandage, Bandage)
     angle = jnp.asarray(linings.angle)
     still = jnp.zeros(linings.count)
-    mu = tension_ratio(grip(linings.friction.kinetic(unloaded(linings, still, T_external)), angle))[0]
+    mu = tension_ratio(
+        grip(linings.friction.kinetic(unloaded(linings, still, T_external)), angle)
+    )[0]
     Pi = running_product(mu)
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
     J = jnp.asarray(inertia) / brake.rims
     J_b = jnp.sum(jnp.asarray(bandage.inertia))
     R = jnp.asarray(brake.pulley.radius)
-    drive = band_torque(jnp.asarray(brake.band.radius), jnp.ones(()), product(mu)) * J / (J + J_b)
+    drive = (
+        band_torque(jnp.asarray(brake.band.radius), jnp.ones(()), product(mu))
+        * J
+        / (J + J_b)
+    )
     thrust = bandage.centrifugal_force(jnp.asarray(omega))
-    pressed = jnp.asarray(bandage.preload) if thrust is None else jnp.asarray(bandage.preload) - thrust
+    pressed = (
+        jnp.asarray(bandage.preload)
+        if thrust is None
+        else jnp.asarray(bandage.preload) - thrust
+    )
     return drive, R * f * loads, R * f * pressed, J_b / (J + J_b)
 
 
@@ -510,23 +619,25 @@ def internal_slip_tension(
     T_internal: Number | None = None,
     omega: Number | None = None,
 ) -> ScalarArray:
-    """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to slide, at any rate of the lever.
+    """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to
+    slide, at any rate of the lever.
 
         T_on = [R Σ f_i (N_pre,i − m_i r_m ω²) − J_b M_load/(J + J_b)]
                / [R_b (Π − 1) J/(J + J_b) − R Σ f_i (Π_i + Π_{i−1}) s_i]
 
     Both sums are over the linings that touch the rim at this tension.
 
-    - `inertia` `J` (kg·m²) of the pulley and all that turns with it, `load_torque` `M_load` (N·m): both over `n` on `n`
-      alike rims
-    - `T_external`, `T_internal`: temperatures (K) for laws that look at them; laws are taken at slip speed 0
-    - `omega` `ω` (rad/s): speed at that instant, which depends on the rate of the lever; needed where the linings have
-      masses
+    - `inertia` `J` (kg·m²) of the pulley and all that turns with it, `load_torque`
+      `M_load` (N·m): both over `n` on `n` alike rims
+    - `T_external`, `T_internal`: temperatures (K) for laws that look at them; laws are
+      taken at slip speed 0
+    - `omega` `ω` (rad/s): speed at that instant, which depends on the rate of the
+      lever; needed where the linings have masses
 
-    `inf` where the bracket of all linings is not positive: the bandage then turns with the pulley to the end, but for
-    what its centrifugal force lifts off. From model §4 (after K).
-    Raises `InputError` for a brake without a band, `ValueError` for one without a bandage, or without `omega` where it
-    is needed.
+    `inf` where the bracket of all linings is not positive: the bandage then turns with
+    the pulley to the end, but for what its centrifugal force lifts off. From model §4
+    (after K). Raises `InputError` for a brake without a band, `ValueError` for one
+    without a bandage, or without `omega` where it is needed.
 
     Example:
         >>> bandage = sb.Bandage(40.0, 0.2, preload=200.0)
@@ -539,24 +650,34 @@ def internal_slip_tension(
     bandage = brake.rubbing_part("internal")
     assert isinstance(bandage, Bandage)
     if omega is None and bandage.mass is not None:
-        raise ValueError("the grip of linings with a mass depends on the speed: give omega")
+        raise ValueError(
+            "the grip of linings with a mass depends on the speed: give omega"
+        )
     speed = 0.0 if omega is None else omega
-    drive, grips, pressed, share = onset_bracket(brake, inertia, T_external, T_internal, speed)
+    drive, grips, pressed, share = onset_bracket(
+        brake, inertia, T_external, T_internal, speed
+    )
     slips = drive > jnp.sum(grips)
-    # tensions from which on each lining touches the rim; Λ − M_int is concave in T_0, so that its root is the largest
-    # of those with the linings that touch at any of these tensions
+    # tensions from which on each lining touches the rim; Λ − M_int is concave in T_0,
+    # so that its root is the largest of those with the linings that touch at any of
+    # these tensions
     touch = jnp.where(pressed < 0, -pressed / jnp.where(grips > 0, grips, 1.0), 0.0)
     touches = touch <= jnp.append(touch, 0.0)[:, None]
-    left = jnp.sum(jnp.where(touches, pressed, 0.0), axis=1) - share * load_torque / brake.rims
-    tension = left / jnp.where(slips, drive - jnp.sum(jnp.where(touches, grips, 0.0), axis=1), 1.0)
+    left = (
+        jnp.sum(jnp.where(touches, pressed, 0.0), axis=1)
+        - share * load_torque / brake.rims
+    )
+    tension = left / jnp.where(
+        slips, drive - jnp.sum(jnp.where(touches, grips, 0.0), axis=1), 1.0
+    )
     return jnp.where(slips, greater(largest(tension), 0.0), jnp.inf)
 
 
 def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     """Stages of a concrete run in order; what lasted no time is left out.
 
-    Nothing slides and nothing moves in a held brake: what a band lets go at once on the restart counts as the next
-    stage's.
+    Nothing slides and nothing moves in a held brake: what a band lets go at once on the
+    restart counts as the next stage's.
     """
     n = int(record.count)
     t = np.asarray(record.rows.t)[: n + 1]
@@ -590,21 +711,37 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
 
 
 def absent_stages(
-    brake: Brake, inertia: float, load_torque: float, stages: set[str], greatest: float, hot: tuple[Array | None, ...]
+    brake: Brake,
+    inertia: float,
+    load_torque: float,
+    stages: set[str],
+    greatest: float,
+    hot: tuple[Array | None, ...],
 ) -> list[dict[str, str]]:
-    """The stages of a staged stop that a run did not have, each with the reason, for linings without centrifugal force.
+    """The stages of a staged stop that a run did not have, each with the reason, for
+    linings without centrifugal force.
 
-    `stages`: names of those it had; `greatest` slack tension (N); `hot`: temperatures of both pairs at the start.
+    `stages`: names of those it had; `greatest` slack tension (N); `hot`: temperatures
+    of both pairs at the start.
     """
     absent = []
     (T_external, T_internal) = hot
     if not stages & {"stage_2", "stage_3"}:
-        drive, growth, *_ = (float(jnp.sum(x)) for x in onset_bracket(brake, inertia, T_external, T_internal))
-        tension = float(internal_slip_tension(brake, inertia, load_torque, T_external, T_internal, omega=0.0))
+        drive, growth, *_ = (
+            float(jnp.sum(x))
+            for x in onset_bracket(brake, inertia, T_external, T_internal)
+        )
+        tension = float(
+            internal_slip_tension(
+                brake, inertia, load_torque, T_external, T_internal, omega=0.0
+            )
+        )
         if drive <= growth:
             reason = (
-                "the external friction does not exceed the internal: per newton of slack tension the band holds the "
-                f"bandage with {drive:.4g} N·m, the rim drives it with up to {growth:.4g} N·m; it turns with the pulley"
+                "the external friction does not exceed the internal: per newton of "
+                "slack tension the band holds the "
+                f"bandage with {drive:.4g} N·m, the rim drives it with up to "
+                f"{growth:.4g} N·m; it turns with the pulley"
             )
         elif greatest < tension:
             reason = (
@@ -621,6 +758,10 @@ def absent_stages(
         absent.append({"name": "stage_3", "reason": reason})
     if "stage_1" not in stages:
         slid = bool(stages & {"stage_2", "stage_3"})
-        reason = "the internal pair slid from the start" if slid else "the pulley never turned with its bandage"
+        reason = (
+            "the internal pair slid from the start"
+            if slid
+            else "the pulley never turned with its bandage"
+        )
         absent.append({"name": "stage_1", "reason": reason})
     return absent

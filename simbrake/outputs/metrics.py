@@ -1,6 +1,8 @@
-"""The numbers of a run: name, unit, meaning, which scenes have them, and how they are found.
+"""The numbers of a run: name, unit, meaning, which scenes have them, and how they are
+found.
 
-They are functions of a run's record, traceable, so that they can be differentiated and batched.
+They are functions of a run's record, traceable, so that they can be differentiated and
+batched.
 """
 
 import functools
@@ -30,7 +32,7 @@ from ..thermal.heat import PowerSplit
 from .probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
 from .quantities import coolant_outlet, thickness
 
-# --- strength of the band and travel of the lever ---------------------------------------------------------------------
+# --- strength of the band and travel of the lever ------------------------------------
 
 
 def strength_of(scene: Scene) -> Strength | None:
@@ -44,8 +46,12 @@ def lever_of(scene: Scene) -> Lever | None:
 
 
 def permissible_actuator_pressure(scene: Scene) -> Any:
-    """Least permissible gauge pressure (Pa) of the cylinders behind the lever; `None`: none is given."""
-    each = [getattr(cylinder, "permissible_pressure", None) for cylinder in cylinders(scene.duty.lever)]
+    """Least permissible gauge pressure (Pa) of the cylinders behind the lever; `None`:
+    none is given."""
+    each = [
+        getattr(cylinder, "permissible_pressure", None)
+        for cylinder in cylinders(scene.duty.lever)
+    ]
     return min((pressure for pressure in each if pressure is not None), default=None)
 
 
@@ -56,11 +62,13 @@ def stress(tension: Array, scene: Scene, *, anchor: bool = False) -> Array:
 
 
 def lever_travel(record: Record, scene: Scene) -> Array:
-    """Travel of the lever's end (m) at the end of a run, from that of the released band of new linings:
+    """Travel of the lever's end (m) at the end of a run, from that of the released band
+    of new linings:
 
         s = (l/a) (x + Σ β_i (h_i + δ))
 
-    `x` (m): elongation of the band, `h_i`: all that the linings have lost, `δ`: clearance of the released band
+    `x` (m): elongation of the band, `h_i`: all that the linings have lost, `δ`:
+    clearance of the released band
     """
     lever: Any = lever_of(scene)
     brake = scene.brake
@@ -74,36 +82,59 @@ def lever_travel(record: Record, scene: Scene) -> Array:
 
 
 def allowable_values(scene: Scene) -> dict[str, float]:
-    """Allowable values of metrics, in SI, of the parts of a scene that have them; its `limits` come first."""
-    limited = {name: metric.limit for name, metric in METRICS.items() if metric.limit and not metric.needs.lacks(scene)}
+    """Allowable values of metrics, in SI, of the parts of a scene that have them; its
+    `limits` come first."""
+    limited = {
+        name: metric.limit
+        for name, metric in METRICS.items()
+        if metric.limit and not metric.needs.lacks(scene)
+    }
     values = {name: limit(scene) for name, limit in limited.items()}
     values |= {} if scene.limits is None else scene.limits.given
     return {name: float(most) for name, most in values.items() if most is not None}
 
 
 def values_of_marks(scene: Scene) -> dict[str, float]:
-    """Values (SI) at which metrics have their events: their allowable ones, but where the mark says otherwise."""
+    """Values (SI) at which metrics have their events: their allowable ones, but where
+    the mark says otherwise."""
     limits = allowable_values(scene)
     marked = {name: metric.mark for name, metric in METRICS.items() if metric.mark}
     values = {name: limits[name] for name in marked if name in limits}
-    own = {name: mark.limit(scene) for name, mark in marked.items() if mark.limit and name in limits}
+    own = {
+        name: mark.limit(scene)
+        for name, mark in marked.items()
+        if mark.limit and name in limits
+    }
     return values | {name: float(value) for name, value in own.items()}
 
 
 def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[str]:
-    """Warnings of metrics above their allowable values; those with a mark have events instead."""
+    """Warnings of metrics above their allowable values; those with a mark have events
+    instead."""
     warnings = []
     for name, most in allowable_values(scene).items():
         value = metrics.get(name)
         metric = METRICS.get(name)
-        if metric is not None and metric.mark is None and value is not None and value > most:
+        if (
+            metric is not None
+            and metric.mark is None
+            and value is not None
+            and value > most
+        ):
             words = name.removeprefix("max_").removeprefix("energy.").replace("_", " ")
-            times = f"is {value / most:.4g} × the allowable" if most > 0 else "is above the allowable"
-            warnings.append(f"over_limit: {words} {number(value, metric.unit)} {times} {number(most, metric.unit)}")
+            times = (
+                f"is {value / most:.4g} × the allowable"
+                if most > 0
+                else "is above the allowable"
+            )
+            warnings.append(
+                f"over_limit: {words} {number(value, metric.unit)} {times} "
+                f"{number(most, metric.unit)}"
+            )
     return warnings
 
 
-# --- metrics ----------------------------------------------------------------------------------------------------------
+# --- metrics ------------------------------------------------------------------------
 
 
 #: whether something happens at events, from the modes before and after them
@@ -119,7 +150,8 @@ _NO_CAPACITY = 1e-200
 
 
 class Requirement(NamedTuple):
-    """Condition on a number of a run: the `scenes` that have it, what is `missing` in others, and a check.
+    """Condition on a number of a run: the `scenes` that have it, what is `missing` in
+    others, and a check.
 
     Example:
         >>> sb.results.METRICS["peak_rim_temperature"].needs.lacks(scene)
@@ -139,9 +171,13 @@ _NOTHING = Requirement("every scene", "", lambda scene: True)
 
 
 class Mark(NamedTuple):
-    """An event of the log of which the motion takes no notice: a quantity passes its limit.
+    """An event of the log of which the motion takes no notice: a quantity passes its
+    limit.
 
-    - `event`: its name;  `meaning`, and which `brakes` can have it;  `plain`: a sentence;  `words`: what is counted
+    - `event`: its name
+    - `meaning`, and which `brakes` can have it
+    - `plain`: a sentence
+    - `words`: what is counted
     - `limit(scene)`: where the event is, if not at the allowable value of the metric
 
     Example:
@@ -161,13 +197,18 @@ class Metric(NamedTuple):
     """A number of a run.
 
     - `unit` (SI), `meaning` in words, `title` above it in pages
-    - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a `greatest` value `find(probe)`:
-      that of which it is the maximum over the run, (m, n); of an `energy` `find(account)`, of the terms of the ledger
-    - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
-    - `of_linings`: whether a maximum value tells the lining;  `number(maximum, scene)`: what the number is in terms of
+    - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a
+      `greatest` value `find(probe)`: that of which it is the maximum over the run, (m,
+      n); of an `energy` `find(account)`, of the terms of the ledger
+    - `needs`: what a scene has whose runs have it
+    - `shown_anyway`: as `inf` where it lacks that
+    - `of_linings`: whether a maximum value tells the lining
+    - `number(maximum, scene)`: what the number is in terms of
       that maximum, `None`: itself
-    - `limit(scene)`: its allowable value from the parts of the scene (`None`: not given);  `mark`: the event of a
-      maximum value whose quantity passes its limit;  `place`: whose temperature it is, of those that heat names
+    - `limit(scene)`: its allowable value from the parts of the scene (`None`: not
+      given)
+    - `mark`: the event of a maximum value whose quantity passes its limit;  `place`:
+      whose temperature it is, of those that heat names
 
     Example:
         >>> metric = sb.results.METRICS["max_tension"]
@@ -191,7 +232,11 @@ class Metric(NamedTuple):
 
     def of_peak(self, peak: "Peak", scene: Scene) -> "Peak":
         """The number in place of the maximum over the run that it is found from."""
-        return peak if self.number is None else peak._replace(value=self.number(peak.value, scene))
+        return (
+            peak
+            if self.number is None
+            else peak._replace(value=self.number(peak.value, scene))
+        )
 
 
 class Peak(NamedTuple):
@@ -202,16 +247,21 @@ class Peak(NamedTuple):
     lining: Any
 
 
-# --- events and wear --------------------------------------------------------------------------------------------------
+# --- events and wear ----------------------------------------------------------------
 
 
 def _first(record: Record, happens: Happens, values: Array) -> Array:
-    """Value just after the first event at which `happens(before, after)` of the modes, `inf` if there is none."""
+    """Value just after the first event at which `happens(before, after)` of the modes,
+    `inf` if there is none."""
     before = record.modes
     xp = numpy_of(before.band)
     n = record.rows.t.shape[0]
-    after = jax.tree.map(lambda column: xp.concatenate([column[1:], column[-1:]]), before)
-    events = (xp.arange(n, dtype=np.int32) < record.count) & (record.rows.kind >= LANDED)
+    after = jax.tree.map(
+        lambda column: xp.concatenate([column[1:], column[-1:]]), before
+    )
+    events = (xp.arange(n, dtype=np.int32) < record.count) & (
+        record.rows.kind >= LANDED
+    )
     marked = events & happens(before, after)
     xp = numpy_of(values)  # in a derivative outside of jit the modes alone are known
     i = xp.min(xp.where(marked, xp.arange(n, dtype=np.int32), np.int32(n)))
@@ -229,7 +279,11 @@ def _slip_begins(before: Mode, after: Mode) -> Array:
 
 
 def _bandage_rests(before: Mode, after: Mode) -> Array:
-    locks = (after.band == BandMode.HELD) & (before.band != BandMode.HELD) & (before.band != BandMode.OPEN)
+    locks = (
+        (after.band == BandMode.HELD)
+        & (before.band != BandMode.HELD)
+        & (before.band != BandMode.OPEN)
+    )
     return locks & (after.slides != 0)
 
 
@@ -239,7 +293,8 @@ def _inverse(maximum: Array, scene: Scene) -> Array:
 
 
 def held_share(load: Array, capacity: Array, held: Array) -> Array:
-    """Load over the static capacity of a brake that is to hold the pulley at rest, else 0."""
+    """Load over the static capacity of a brake that is to hold the pulley at rest, else
+    0."""
     xp = numpy_of(load)
     return xp.where(held, load / xp.where(capacity > 0, capacity, _NO_CAPACITY), 0.0)
 
@@ -256,7 +311,9 @@ def _at_stop(record: Record, scene: Scene, values: Array) -> Array:
     phi = record.states.phi
     rests = holds(record.modes)
     xp = numpy_of(phi)
-    last = np.maximum.accumulate if xp is np and numpy_of(rests) is np else jax.lax.cummax
+    last = (
+        np.maximum.accumulate if xp is np and numpy_of(rests) is np else jax.lax.cummax
+    )
     row = last(xp.where(rests, xp.arange(phi.shape[0], dtype=np.int32), np.int32(0)))
     turned = xp.concatenate([phi[1:], phi[-1:]]) != phi[row]
     return _first(record, functools.partial(comes_to_rest, turned=turned), values)
@@ -277,17 +334,22 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
         return np.asarray(np.inf)
     if system.feature(ElasticRope) is None:
         return travel
-    return travel + _at_stop(record, scene, stretched(system, record.states, record.modes))
+    return travel + _at_stop(
+        record, scene, stretched(system, record.states, record.modes)
+    )
 
 
 @functools.partial(RunJit, quick=True)
 def stretched(system: Any, states: Any, modes: Mode) -> Any:
     """Stretch of the rope (m) since the start, at many instants."""
-    return jax.vmap(lambda y, mode: system.feature(ElasticRope).stretched(system, y, mode))(states, modes)
+    return jax.vmap(
+        lambda y, mode: system.feature(ElasticRope).stretched(system, y, mode)
+    )(states, modes)
 
 
 def hook_travel_at_end(record: Record, scene: Scene) -> Any:
-    """Travel of the hook (m) over the run, with the stretch of an elastic rope; `None` of a load on no hook."""
+    """Travel of the hook (m) over the run, with the stretch of an elastic rope; `None`
+    of a load on no hook."""
     travel = scene.duty.load.travelled(record.y_end.phi)
     system: BrakeSystem = record.system  # pyright: ignore
     if system.feature(ElasticRope) is None:
@@ -300,7 +362,9 @@ def worn_thickness(record: Record) -> Float[Array, " n"]:
     return thickness(record.y_end.worn)
 
 
-def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Scene], Array]:
+def _greatest_wear_over(
+    other: Callable[[Array], Array],
+) -> Callable[[Record, Scene], Array]:
     """Maximum wear over another one, `inf` where there is none."""
 
     def find(record: Record, scene: Scene) -> Array:
@@ -312,35 +376,62 @@ def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Sc
     return find
 
 
-# --- their conditions -------------------------------------------------------------------------------------------------
+# --- their conditions ---------------------------------------------------------------
 
-_HOOK = Requirement("load on a hook", "its load hangs on no hook", lambda scene: scene.duty.load.travel() is not None)
-_ROPE = Requirement(
-    "elastic rope", "its load hangs on no elastic rope", lambda scene: scene.duty.load.elastic is not None
+_HOOK = Requirement(
+    "load on a hook",
+    "its load hangs on no hook",
+    lambda scene: scene.duty.load.travel() is not None,
 )
-_BANDAGE = Requirement("staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series)
+_ROPE = Requirement(
+    "elastic rope",
+    "its load hangs on no elastic rope",
+    lambda scene: scene.duty.load.elastic is not None,
+)
+_BANDAGE = Requirement(
+    "staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series
+)
 _CHAIN = Requirement(
     "resolved chain",
     "its brake has no band in segments",
     lambda scene: scene.brake.resolved and not scene.brake.in_series,
 )
-_WEAR = Requirement("wear", "the scene has no wear part", lambda scene: scene.wear is not None)
-_BAND = Requirement("band brake", "its brake has no band", lambda scene: scene.brake.banded)
+_WEAR = Requirement(
+    "wear", "the scene has no wear part", lambda scene: scene.wear is not None
+)
+_BAND = Requirement(
+    "band brake", "its brake has no band", lambda scene: scene.brake.banded
+)
 _LOAD = Requirement("load", "it has no load", lambda scene: has_load(scene))
 _STRENGTH = Requirement(
-    "`Strength` of the band", "its band has no `strength`", lambda scene: strength_of(scene) is not None
+    "`Strength` of the band",
+    "its band has no `strength`",
+    lambda scene: strength_of(scene) is not None,
 )
 _ANCHOR = Requirement(
     "section of the anchor",
     "its band has no section of the anchor",
     lambda scene: getattr(strength_of(scene), "anchor_area", None) is not None,
 )
-_LEVER = Requirement("`Lever`", "its tension is not that of a `Lever`", lambda scene: lever_of(scene) is not None)
-_CYLINDER = Requirement("`Cylinder`", "no cylinder pulls its lever", lambda scene: any(cylinders(scene.duty.lever)))
+_LEVER = Requirement(
+    "`Lever`",
+    "its tension is not that of a `Lever`",
+    lambda scene: lever_of(scene) is not None,
+)
+_CYLINDER = Requirement(
+    "`Cylinder`",
+    "no cylinder pulls its lever",
+    lambda scene: any(cylinders(scene.duty.lever)),
+)
 _TRAVEL = Requirement(
     "`Lever` of a band as a whole",
-    "its tension is not that of a `Lever`, or its linings move by themselves, or it has several bands",
-    lambda scene: lever_of(scene) is not None and isinstance(scene.brake, Brake) and not scene.brake.resolved,
+    "its tension is not that of a `Lever`, or its linings move by themselves, or it "
+    "has several bands",
+    lambda scene: (
+        lever_of(scene) is not None
+        and isinstance(scene.brake, Brake)
+        and not scene.brake.resolved
+    ),
 )
 _DAMPERS = Requirement(
     "resolved linings, elastic rope",
@@ -348,10 +439,20 @@ _DAMPERS = Requirement(
     lambda scene: scene.brake.resolved or _ROPE.met(scene),
 )
 _ELASTIC = Requirement(
-    "band brake, elastic rope", "nothing in it stretches", lambda scene: _BAND.met(scene) or _ROPE.met(scene)
+    "band brake, elastic rope",
+    "nothing in it stretches",
+    lambda scene: _BAND.met(scene) or _ROPE.met(scene),
 )
-_SHARES = Requirement("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
-_SHAFT = Requirement("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
+_SHARES = Requirement(
+    "`power_shares`",
+    "the scene has no `power_shares`",
+    lambda scene: scene.power_shares is not None,
+)
+_SHAFT = Requirement(
+    "torques on the shaft",
+    "it has no torques on the shaft",
+    lambda scene: bool(scene.shaft),
+)
 _TACKLE = Requirement(
     "`TackleLoss` on the shaft",
     "its shaft has no `TackleLoss`",
@@ -359,10 +460,21 @@ _TACKLE = Requirement(
 )
 _MOTOR = Requirement("motor", "it has no motor", lambda scene: scene.motor is not None)
 _HEAT = Requirement("heat", "the scene has no heat", lambda scene: scene.heated)
-_JACKET = Requirement("`WaterJacket`", "its heat part has no water jacket", lambda scene: bool(scene.network.jackets))
+_JACKET = Requirement(
+    "`WaterJacket`",
+    "its heat part has no water jacket",
+    lambda scene: bool(scene.network.jackets),
+)
 
 
-def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False, mark: Mark | None = None) -> Metric:
+def _surface(
+    place: str,
+    title: str,
+    meaning: str,
+    *,
+    of_linings: bool = False,
+    mark: Mark | None = None,
+) -> Metric:
     """The maximum temperature of a place that the heat part of a scene names."""
     named = Requirement(
         "heat that names the place",
@@ -383,7 +495,7 @@ def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False, 
     )
 
 
-# --- terms of energies ------------------------------------------------------------------------------------------------
+# --- terms of energies --------------------------------------------------------------
 
 
 class Account(NamedTuple):
@@ -397,7 +509,8 @@ class Account(NamedTuple):
 
     @property
     def shaft_work(self) -> Array | None:
-        """Work taken by the torques on the shaft beside load and brake, all of it heat."""
+        """Work taken by the torques on the shaft beside load and brake, all of it
+        heat."""
         each = self.ledger.shaft
         return None if each is None else sum(each, start=jnp.zeros(()))
 
@@ -419,35 +532,59 @@ def closure_of(*terms: Array | None) -> Array:
     """Sum of terms that should balance, over the largest of them."""
     each = jnp.stack([term for term in terms if term is not None])
     largest = jnp.max(jnp.abs(each))
-    return jnp.where(largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0)
+    return jnp.where(
+        largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0
+    )
 
 
 def _elsewhere(a: Account) -> Array:
     heat = a.ledger.heat
-    away = a.friction.heat - (heat.to_metal + heat.to_linings + (0.0 if heat.to_band is None else heat.to_band))
-    return jnp.where(jnp.abs(away) > _NOTHING_LEFT * jnp.abs(a.friction.heat), away, 0.0)
+    away = a.friction.heat - (
+        heat.to_metal
+        + heat.to_linings
+        + (0.0 if heat.to_band is None else heat.to_band)
+    )
+    return jnp.where(
+        jnp.abs(away) > _NOTHING_LEFT * jnp.abs(a.friction.heat), away, 0.0
+    )
 
 
 def _energy_closure(a: Account) -> Array:
-    spent = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
-    given = [work for work in (a.ledger.load_work, a.ledger.lever_work, a.ledger.motor) if work is not None]
+    spent = [
+        term
+        for term in (*a.friction, a.ledger.damper_heat, a.shaft_work)
+        if term is not None
+    ]
+    given = [
+        work
+        for work in (a.ledger.load_work, a.ledger.lever_work, a.ledger.motor)
+        if work is not None
+    ]
     return closure_of(a.kinetic, a.elastic, *(-work for work in given), *spent)
 
 
 def _energy(
-    name: str, meaning: str, find: Callable[[Account], Any], needs: Requirement = _NOTHING, unit: str = "J"
+    name: str,
+    meaning: str,
+    find: Callable[[Account], Any],
+    needs: Requirement = _NOTHING,
+    unit: str = "J",
 ) -> dict[str, Metric]:
     """An energy over the run, or the residual of a balance of energies."""
     title = f"Energy: {name.replace('_', ' ')}"
     return {f"energy.{name}": Metric(unit, meaning, title, find, needs, energy=True)}
 
 
-# --- the registry -----------------------------------------------------------------------------------------------------
+# --- the registry -------------------------------------------------------------------
 
-#: every number of a run by its name: results, files, tables, reports, studies and docs read it from here
+#: every number of a run by its name: results, files, tables, reports, studies and docs
+#: read it from here
 METRICS: dict[str, Metric] = {
     "slip_onset_time": Metric(
-        "s", "first onset of slip t0: the band is taut", "Onset of slip t₀", _time_of(_slip_begins)
+        "s",
+        "first onset of slip t0: the band is taut",
+        "Onset of slip t₀",
+        _time_of(_slip_begins),
     ),
     "full_slip_time": Metric(
         "s",
@@ -456,7 +593,10 @@ METRICS: dict[str, Metric] = {
         _time_of(lambda before, after: slips(after.band) & (before.band != after.band)),
     ),
     "stopping_time": Metric(
-        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _stopping_time
+        "s",
+        "first time at which the brake brings the pulley to rest",
+        "Stopping time",
+        _stopping_time,
     ),
     "terminal_speed": Metric(
         "rad/s",
@@ -466,7 +606,10 @@ METRICS: dict[str, Metric] = {
         _SHAFT,
     ),
     "stopping_angle": Metric(
-        "rad", "angle from the start to the first stop", "Angle to the first stop", _stopping_angle
+        "rad",
+        "angle from the start to the first stop",
+        "Angle to the first stop",
+        _stopping_angle,
     ),
     "hook_travel": Metric(
         "m",
@@ -534,7 +677,11 @@ METRICS: dict[str, Metric] = {
         "s",
         "first time at which a lining slides by itself",
         "First slip of a lining",
-        _time_of(lambda before, after: ((before.own.linings == 0) & (after.own.linings != 0)).any(axis=1)),
+        _time_of(
+            lambda before, after: (
+                (before.own.linings == 0) & (after.own.linings != 0)
+            ).any(axis=1)
+        ),
         _CHAIN,
     ),
     "greatest_wear": Metric(
@@ -560,7 +707,8 @@ METRICS: dict[str, Metric] = {
     ),
     HOLDING: Metric(
         "1",
-        "minimum of the static capacity of the brake over the load, while it is to hold the pulley at rest",
+        "minimum of the static capacity of the brake over the load, while it is to "
+        "hold the pulley at rest",
         "Minimum holding reserve",
         _held_share,
         _LOAD,
@@ -645,7 +793,8 @@ METRICS: dict[str, Metric] = {
     ),
     "max_rope_tension": Metric(
         "N",
-        "maximum tension of the tightest line of the rope: hook load over lines strung, with a `TackleLoss` of the "
+        "maximum tension of the tightest line of the rope: hook load over lines "
+        "strung, with a `TackleLoss` of the "
         "fast line in hoisting, of the dead line in lowering, at rest the larger one of both",
         "Maximum tension of the rope",
         lambda p: p.hook.rope[:, None],
@@ -702,7 +851,8 @@ METRICS: dict[str, Metric] = {
         of_linings=True,
         mark=Mark(
             "permissible_temperature",
-            "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`",
+            "the surface of the linings (of lining `i`, where each has its own) "
+            "exceeded `Heat.permissible`",
             "any brake with heat",
             "the linings exceeded their permissible temperature",
             "permissible temperature exceeded",
@@ -721,7 +871,10 @@ METRICS: dict[str, Metric] = {
         ),
     ),
     "peak_lining_outer_temperature": _surface(
-        "outer", "Hottest outer lining face", "maximum temperature of the outer faces of the linings", of_linings=True
+        "outer",
+        "Hottest outer lining face",
+        "maximum temperature of the outer faces of the linings",
+        of_linings=True,
     ),
     "peak_wetted_temperature": Metric(
         "K",
@@ -733,7 +886,8 @@ METRICS: dict[str, Metric] = {
         limit=lambda scene: scene.network.boiling,
         mark=Mark(
             "coolant_boils",
-            "a wetted wall is as hot as its coolant boils, `Liquid.boiling`; from then on the run is no longer valid, "
+            "a wetted wall is as hot as its coolant boils, `Liquid.boiling`; from then "
+            "on the run is no longer valid, "
             "as its coefficient is that of a liquid",
             "any brake with a `WaterJacket`",
             "the coolant boils at the wall",
@@ -752,31 +906,90 @@ METRICS: dict[str, Metric] = {
     **_energy("load_work", "work of the load", lambda a: a.ledger.load_work),
     **_energy("lever_work", "work of the lever", lambda a: a.ledger.lever_work),
     **_energy(
-        "motor_work", "work of the motor, negative where it holds the load back", lambda a: a.ledger.motor, _MOTOR
+        "motor_work",
+        "work of the motor, negative where it holds the load back",
+        lambda a: a.ledger.motor,
+        _MOTOR,
     ),
     **_energy("friction_heat", "friction heat", lambda a: a.friction.heat),
     **_energy("kinetic_change", "change of the kinetic energy", lambda a: a.kinetic),
-    **_energy("elastic_change", "change of the elastic energy", lambda a: a.elastic, _ELASTIC),
-    **_energy("damper_heat", "heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
-    **_energy("shaft_work", "heat of the other torques on the shaft", lambda a: a.shaft_work, _SHAFT),
-    **_energy("electrical_work", "electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
-    **_energy("mechanical_work", "mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
-    **_energy("heat_to_metal", "friction heat that entered the metal", lambda a: a.ledger.heat.to_metal, _HEAT),
-    **_energy("heat_to_linings", "friction heat that entered the linings", lambda a: a.ledger.heat.to_linings, _HEAT),
-    **_energy("heat_to_band", "friction heat that entered the band", lambda a: a.heat_to_band, _HEAT),
-    **_energy("heat_elsewhere", "friction heat that enters no body: counted as lost", _elsewhere, _HEAT),
-    **_energy("heat_supplied", "heat from sources", lambda a: a.ledger.heat.supplied, _HEAT),
-    **_energy("heat_stored", "heat stored in the network", lambda a: a.heat_stored, _HEAT),
-    **_energy("heat_lost", "heat lost to the surroundings", lambda a: a.ledger.heat.lost, _HEAT),
-    **_energy("heat_to_coolant", "heat that the coolant of jackets carried away", lambda a: a.heat_to_coolant, _JACKET),
+    **_energy(
+        "elastic_change", "change of the elastic energy", lambda a: a.elastic, _ELASTIC
+    ),
+    **_energy(
+        "damper_heat", "heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS
+    ),
+    **_energy(
+        "shaft_work",
+        "heat of the other torques on the shaft",
+        lambda a: a.shaft_work,
+        _SHAFT,
+    ),
+    **_energy(
+        "electrical_work",
+        "electrical part of the friction work",
+        lambda a: a.friction.electrical,
+        _SHARES,
+    ),
+    **_energy(
+        "mechanical_work",
+        "mechanical part of the friction work",
+        lambda a: a.friction.mechanical,
+        _SHARES,
+    ),
+    **_energy(
+        "heat_to_metal",
+        "friction heat that entered the metal",
+        lambda a: a.ledger.heat.to_metal,
+        _HEAT,
+    ),
+    **_energy(
+        "heat_to_linings",
+        "friction heat that entered the linings",
+        lambda a: a.ledger.heat.to_linings,
+        _HEAT,
+    ),
+    **_energy(
+        "heat_to_band",
+        "friction heat that entered the band",
+        lambda a: a.heat_to_band,
+        _HEAT,
+    ),
+    **_energy(
+        "heat_elsewhere",
+        "friction heat that enters no body: counted as lost",
+        _elsewhere,
+        _HEAT,
+    ),
+    **_energy(
+        "heat_supplied", "heat from sources", lambda a: a.ledger.heat.supplied, _HEAT
+    ),
+    **_energy(
+        "heat_stored", "heat stored in the network", lambda a: a.heat_stored, _HEAT
+    ),
+    **_energy(
+        "heat_lost",
+        "heat lost to the surroundings",
+        lambda a: a.ledger.heat.lost,
+        _HEAT,
+    ),
+    **_energy(
+        "heat_to_coolant",
+        "heat that the coolant of jackets carried away",
+        lambda a: a.heat_to_coolant,
+        _JACKET,
+    ),
 }
 #: what the residual of a balance does not see
-RESIDUAL_SEES = "it shows energy that is lost, not the errors in time, of the mesh, or of the model"
+RESIDUAL_SEES = (
+    "it shows energy that is lost, not the errors in time, of the mesh, or of the model"
+)
 #: residuals of the balances of energies, which are no numbers of a run
 RESIDUALS = {
     **_energy(
         "closure",
-        f"residual of the energy balance as a share of the largest energy exchanged; {RESIDUAL_SEES}",
+        "residual of the energy balance as a share of the largest energy exchanged; "
+        f"{RESIDUAL_SEES}",
         _energy_closure,
         unit="1",
     ),
@@ -799,7 +1012,7 @@ RESIDUALS = {
 HOT = {name: metric.place for name, metric in METRICS.items() if metric.place}
 
 
-# --- marks ------------------------------------------------------------------------------------------------------------
+# --- marks --------------------------------------------------------------------------
 
 GRIP_LOST = Mark(
     "grip_lost",
@@ -808,33 +1021,52 @@ GRIP_LOST = Mark(
     "the sliding brake no longer outweighs the load",
     "grip lost",
 )
-#: load that a brake has to lack (share of a typical torque), as a lever that holds the speed balances it to rounding
+#: load that a brake has to lack (share of a typical torque), as a lever that holds the
+#: speed balances it to rounding
 _ROUNDING = 1e-9
 
 
 def _missing_torque(p: Probe) -> Array:
-    """By how much a brake that slides ahead lacks the torque of its load (N·m); a release is intended, and no loss."""
-    slides = (p.mode.band == BandMode.SLIP) & (p.mode.sense > 0) & (p.flows.lever_rate >= 0)
-    return numpy_of(p.t).where(slides, p.flows.net_load - p.flows.contact.brake_torque, -1.0)[:, None]
+    """By how much a brake that slides ahead lacks the torque of its load (N·m); a
+    release is intended, and no loss."""
+    slides = (
+        (p.mode.band == BandMode.SLIP) & (p.mode.sense > 0) & (p.flows.lever_rate >= 0)
+    )
+    return numpy_of(p.t).where(
+        slides, p.flows.net_load - p.flows.contact.brake_torque, -1.0
+    )[:, None]
 
 
 def marks() -> list[Mark]:
     """All marks that a run can pass."""
-    return [GRIP_LOST, *(metric.mark for metric in METRICS.values() if metric.mark is not None)]
+    return [
+        GRIP_LOST,
+        *(metric.mark for metric in METRICS.values() if metric.mark is not None),
+    ]
 
 
 def marks_of(system: BrakeSystem, scene: Scene) -> dict[str, float]:
-    """What a run can pass: the metric with the mark, or the name of the event, and the limit of its quantity."""
-    mark_limits = {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)} if can_lose_grip(system) else {}
+    """What a run can pass: the metric with the mark, or the name of the event, and the
+    limit of its quantity."""
+    mark_limits = (
+        {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)}
+        if can_lose_grip(system)
+        else {}
+    )
     return mark_limits | values_of_marks(scene)
 
 
 def passing(name: str, p: Probe) -> Float[Array, "m k"]:
-    """The quantity of a mark of `marks_of`: of every lining where the event names it, else its maximum."""
+    """The quantity of a mark of `marks_of`: of every lining where the event names it,
+    else its maximum."""
     if name == GRIP_LOST.event:
         return _missing_torque(p)
     value = METRICS[name].find(p)
-    return value if METRICS[name].of_linings else numpy_of(value).max(value, axis=1, keepdims=True)
+    return (
+        value
+        if METRICS[name].of_linings
+        else numpy_of(value).max(value, axis=1, keepdims=True)
+    )
 
 
 def event_of(name: str) -> str:
@@ -843,15 +1075,17 @@ def event_of(name: str) -> str:
     return mark.event  # pyright: ignore
 
 
-# --- energies and their balances --------------------------------------------------------------------------------------
+# --- energies and their balances ----------------------------------------------------
 
 
-#: energies of a run by name (J), `None` in a failed run for what left the range of numbers
+#: energies of a run by name (J), `None` in a failed run for what left the range of
+#: numbers
 Energies: TypeAlias = Mapping[str, Any]
 
 
 class Balance(NamedTuple):
-    """Both sides of a balance: energies (J) by name, each of them once; the sums of `into` and `out` are equal.
+    """Both sides of a balance: energies (J) by name, each of them once; the sums of
+    `into` and `out` are equal.
 
     Every text, page and explanation that shows a balance takes its terms from here.
     """
@@ -861,63 +1095,109 @@ class Balance(NamedTuple):
 
     @property
     def positive(self) -> "Balance":
-        """The same with negative terms as positive ones on the other side, and without those that are 0."""
-        terms = [*self.into.items(), *((name, -value) for name, value in self.out.items())]
-        return Balance(*({name: sign * value for name, value in terms if sign * value > 0} for sign in (1, -1)))
+        """The same with negative terms as positive ones on the other side, and without
+        those that are 0."""
+        terms = [
+            *self.into.items(),
+            *((name, -value) for name, value in self.out.items()),
+        ]
+        return Balance(
+            *(
+                {name: sign * value for name, value in terms if sign * value > 0}
+                for sign in (1, -1)
+            )
+        )
 
 
 def energy_balance(e: Energies) -> Balance:
-    """Balance of the mechanical energy: works and kinetic energy given up, and what became of them.
+    """Balance of the mechanical energy: works and kinetic energy given up, and what
+    became of them.
 
-    `kinetic_release` is `−kinetic_change`; energies that a run does not have are left out.
+    `kinetic_release` is `−kinetic_change`; energies that a run does not have are left
+    out.
     """
     change = e["kinetic_change"]
     into = {"load_work": e["load_work"], "lever_work": e["lever_work"]}
     into |= {"motor_work": e["motor_work"]} if "motor_work" in e else {}
     into["kinetic_release"] = None if change is None else -change
-    out = ("friction_heat", "damper_heat", "shaft_work", "electrical_work", "mechanical_work", "elastic_change")
+    out = (
+        "friction_heat",
+        "damper_heat",
+        "shaft_work",
+        "electrical_work",
+        "mechanical_work",
+        "elastic_change",
+    )
     return Balance(into, {name: e[name] for name in out if name in e})
 
 
 def heat_balance(e: Energies) -> Balance:
-    """Balance of the heat: where the friction heat entered, heat of other sources, and where all of it went.
+    """Balance of the heat: where the friction heat entered, heat of other sources, and
+    where all of it went.
 
     The first four terms are the friction heat.
     """
-    into = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_elsewhere", "shaft_work", "heat_supplied")
+    into = (
+        "heat_to_metal",
+        "heat_to_linings",
+        "heat_to_band",
+        "heat_elsewhere",
+        "shaft_work",
+        "heat_supplied",
+    )
     out = ("heat_stored", "heat_lost", "heat_to_coolant")
-    return Balance(*({name: e[name] for name in side if name in e} for side in (into, out)))
+    return Balance(
+        *({name: e[name] for name in side if name in e} for side in (into, out))
+    )
 
 
 def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
     shares = system.grip.shares
     thermal = thermal_of(system)
-    # both ends by the same operations, so that what does not change has not changed, whatever the rounding
+    # both ends by the same operations, so that what does not change has not changed,
+    # whatever the rounding
     both = jax.tree.map(lambda *ends: jnp.stack(ends), start, end)
-    (kinetic, elastic), ledger = jax.tree.map(lambda x: x[1] - x[0], (jax.vmap(system.stored)(*both), both[1].ledger))
+    (kinetic, elastic), ledger = jax.tree.map(
+        lambda x: x[1] - x[0], (jax.vmap(system.stored)(*both), both[1].ledger)
+    )
     work = sum(ledger.friction[1:], start=ledger.friction[0])
     stored = {}
     if thermal is not None:
         change = thermal.capacity * (end[1].heat - start[1].heat)
-        stored = {name: jnp.sum(change[span]) for name, span in thermal.spans.stores.items()}
+        stored = {
+            name: jnp.sum(change[span]) for name, span in thermal.spans.stores.items()
+        }
     friction = PowerSplit(work, None, None) if shares is None else shares.split(work)
     stretches = system.mechanism.banded or end[1].hook is not None
     return Account(ledger, friction, kinetic, elastic if stretches else None, stored)
 
 
-def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], Mapping[str, Array]]:
+def _energies(
+    system: BrakeSystem, start: Instant, end: Instant
+) -> tuple[dict[str, Array], Mapping[str, Array]]:
     a = _account(system, start, end)
-    rows = {name: entry for name, entry in (METRICS | RESIDUALS).items() if entry.energy}
+    rows = {
+        name: entry for name, entry in (METRICS | RESIDUALS).items() if entry.energy
+    }
     heated = a.ledger.heat is not None
-    values = {name.removeprefix("energy."): x.find(a) for name, x in rows.items() if heated or x.needs is not _HEAT}
+    values = {
+        name.removeprefix("energy."): x.find(a)
+        for name, x in rows.items()
+        if heated or x.needs is not _HEAT
+    }
     if len(system.pair_names) > 1:
         hot = 1.0 if system.grip.shares is None else system.grip.shares.heat
         pairs = zip(system.pair_names, a.ledger.friction, strict=True)
         values |= {f"heat_{pair}": hot * work for pair, work in pairs}
     if (shaft := system.feature(Shaft)) is not None:
         names = names_of(shaft.laws)
-        values |= {f"shaft_{name}": work for name, work in zip(names, a.ledger.shaft, strict=True)}
-    return {name: value for name, value in values.items() if value is not None}, a.stored
+        values |= {
+            f"shaft_{name}": work
+            for name, work in zip(names, a.ledger.shaft, strict=True)
+        }
+    return {
+        name: value for name, value in values.items() if value is not None
+    }, a.stored
 
 
 _energies_of_ends = RunJit(_energies, quick=True)
@@ -925,7 +1205,8 @@ _energies_of_ends = RunJit(_energies, quick=True)
 
 @jax.tree_util.register_pytree_with_keys_class
 class ByName(dict[str, Any]):
-    """A dictionary, also as a PyTree, that raises `KeyError` with the nearest names where one is missing.
+    """A dictionary, also as a PyTree, that raises `KeyError` with the nearest names
+    where one is missing.
 
     Example:
         >>> try:
@@ -949,7 +1230,8 @@ class ByName(dict[str, Any]):
 
 
 def energies(record: Record) -> ByName:
-    """Energies over the run in J, and the residuals of their balances over the largest exchanged (model §1)."""
+    """Energies over the run in J, and the residuals of their balances over the largest
+    exchanged (model §1)."""
     return ByName(_energies_of_ends(record.system, *ends_of(record))[0])
 
 
@@ -958,7 +1240,10 @@ def energies_between(record: Record, first: int, last: int) -> dict[str, Array]:
 
     def instant(row: int) -> Instant:
         t = np.asarray(record.rows.t)[row]
-        state, mode = (jax.tree.map(lambda column: np.asarray(column)[row], x) for x in (record.states, record.modes))
+        state, mode = (
+            jax.tree.map(lambda column: np.asarray(column)[row], x)
+            for x in (record.states, record.modes)
+        )
         return t, state, mode
 
     return _energies_of_ends(record.system, instant(first), instant(last))[0]
@@ -969,50 +1254,66 @@ def stored_heat(record: Record) -> ByName:
     return ByName(_energies_of_ends(record.system, *ends_of(record))[1])
 
 
-# --- the names in it --------------------------------------------------------------------------------------------------
+# --- the names in it ----------------------------------------------------------------
 
 
 def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
-    """Metrics of the runs of a scene but energies: its maximum values, or all others."""
+    """Metrics of the runs of a scene but energies: its maximum values, or all
+    others."""
     return {
         name: metric
         for name, metric in METRICS.items()
-        if metric.greatest == greatest and not metric.energy and (metric.shown_anyway or not metric.needs.lacks(scene))
+        if metric.greatest == greatest
+        and not metric.energy
+        and (metric.shown_anyway or not metric.needs.lacks(scene))
     }
 
 
 def identity_of(metric: str | Callable[..., Any]) -> object:
-    """Return what a compiled program depends on: the name of one of simbrake's own metrics, else the function."""
+    """Return what a compiled program depends on: the name of one of simbrake's own
+    metrics, else the function."""
     entry = METRICS.get(metric) if isinstance(metric, str) else None
-    return metric if entry is None or entry.find.__module__.startswith("simbrake.") else entry.find
+    return (
+        metric
+        if entry is None or entry.find.__module__.startswith("simbrake.")
+        else entry.find
+    )
 
 
 @explained
 def metric_names(scene: Scene) -> tuple[str, ...]:
-    """Names of everything that a run of the scene has as one number, energies as `energy.…`.
+    """Names of everything that a run of the scene has as one number, energies as
+    `energy.…`.
 
     Example:
         >>> sb.results.metric_names(scene)[:3]
         ('slip_onset_time', 'full_slip_time', 'stopping_time')
     """
     names = [name for name, metric in METRICS.items() if not metric.needs.lacks(scene)]
-    names += [f"energy.heat_{pair}" for pair in scene.brake.pairs if scene.brake.in_series]
+    names += [
+        f"energy.heat_{pair}" for pair in scene.brake.pairs if scene.brake.in_series
+    ]
     return (*names, *(f"energy.shaft_{name}" for name in names_of(scene.shaft)))
 
 
 def metric_of(name: str) -> Metric | None:
-    """The entry of a name; also of the friction heat of a pair (`energy.heat_…`) and the work of a torque on the shaft
-    (`energy.shaft_…`), which single scenes have."""
+    """The entry of a name; also of the friction heat of a pair (`energy.heat_…`) and
+    the work of a torque on the shaft (`energy.shaft_…`), which single scenes have."""
     entry = METRICS.get(name) or RESIDUALS.get(name)
     if entry is not None or not name.startswith("energy."):
         return entry
     kind, _, whose = (energy := name.removeprefix("energy.")).partition("_")
-    words = f"work of the torque on the shaft {whose}" if kind == "shaft" else f"friction heat of the {whose} pair"
+    words = (
+        f"work of the torque on the shaft {whose}"
+        if kind == "shaft"
+        else f"friction heat of the {whose} pair"
+    )
     return _energy(energy, words, lambda a: None)[name]
 
 
 def about_output(name: str) -> dict[str, str]:
-    """Unit and meaning of a metric, or of the time (`…_time`) or lining (`…_lining`) of a maximum value."""
+    """Unit and meaning of a metric, or of the time (`…_time`) or lining (`…_lining`) of
+    a maximum value."""
     if (entry := metric_of(name)) is not None:
         return {"units": entry.unit, "meaning": entry.meaning}
     value, _, what = name.rpartition("_")

@@ -29,11 +29,13 @@ from ..physics.shaft import Drive, Shaft, way_of
 #: times looked at in one call of a compiled program, and in a long run
 _LANES = 256
 _LANES_OF_LONG = 1024
-#: fewer where a step is taken to each: of systems with many states, of others, and in a long run
+#: fewer where a step is taken to each: of systems with many states, of others, and in a
+#: long run
 _LANES_OF_STEPS = (16, 128, 256)
 _MANY_STATES = 24
 LONG = 1024  # steps of a long run
-_MANY_LOOKS = 2048  # times inside the steps of a long run from which on an optimised program for them pays
+# times inside the steps of a long run from which on an optimised program for them pays
+_MANY_LOOKS = 2048
 
 T = TypeVar("T")
 #: one number, or an array of them
@@ -43,11 +45,12 @@ Entry = dict[str, Any]
 
 
 class HookNow(NamedTuple):
-    """The hook: travel downwards since the start (m), speed (m/s), force `m (g − a)` on it, tension of the tightest
-    line (N).
+    """The hook: travel downwards since the start (m), speed (m/s), force `m (g − a)` on
+    it, tension of the tightest line (N).
 
-    Where the shaft has a loss of the tackle also the tensions of its `fast` and its `dead` line (N). On an elastic rope
-    its stretch (m; below 0 it is slack), and the weight on the hook (N).
+    Where the shaft has a loss of the tackle also the tensions of its `fast` and its
+    `dead` line (N). On an elastic rope its stretch (m; below 0 it is slack), and the
+    weight on the hook (N).
     """
 
     travel: Array
@@ -69,28 +72,37 @@ class Probe(NamedTuple):
     flows: BrakeNow
     shown: MechanismOutputs
     margins: Float[Array, "m marks"]
-    greater_tension: Float[Array, "m n"] | None  # of the two sides of each lining; None without a band
-    surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
-    holding: TwoArrays  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
+    greater_tension: (
+        Float[Array, "m n"] | None
+    )  # of the two sides of each lining; None without a band
+    surfaces: dict[
+        str, Array
+    ]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
+    # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
+    holding: TwoArrays
     hook: HookNow | None
     lever_force: VectorM | None  # on the lever of the driller, where the scene has one
-    actuator_pressure: VectorM | None  # gauge pressure (Pa) of a cylinder, where the scene has one
+    actuator_pressure: (
+        VectorM | None
+    )  # gauge pressure (Pa) of a cylinder, where the scene has one
 
 
 def is_traced_run(record: Record) -> bool:
-    """Whether a run is being traced: its times and states, or numbers of its system alone where nothing depends on
-    them."""
+    """Whether a run is being traced: its times and states, or numbers of its system
+    alone where nothing depends on them."""
     return is_traced(record)
 
 
 def record_of(run: Any) -> Record:
-    """The record of a `Result`, or a record as it is; a concrete one without skipped and unused rows."""
+    """The record of a `Result`, or a record as it is; a concrete one without skipped
+    and unused rows."""
     record: Record = getattr(run, "record", run)
     return record if is_traced_run(record) else record.compact()
 
 
 class RunJit(DeviceJit):
-    """A function of concrete runs, compiled by itself; of traced ones it is part of their program."""
+    """A function of concrete runs, compiled by itself; of traced ones it is part of
+    their program."""
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         if is_traced((arguments, named)):
@@ -99,7 +111,8 @@ class RunJit(DeviceJit):
 
 
 def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = _LANES) -> T:
-    """`look(*columns)` of columns (m,) of any length, in calls of one length, so that it compiles once."""
+    """`look(*columns)` of columns (m,) of any length, in calls of one length, so that
+    it compiles once."""
     parts = []
     count = len(columns[0])
     for start in range(0, count, lanes):
@@ -109,7 +122,11 @@ def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = _LANES) 
         values = look(*(column[rows] for column in columns))
         used = min(lanes, count - start)
         parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], values))
-    return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
+    return (
+        parts[0]
+        if len(parts) == 1
+        else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
+    )
 
 
 def tension_before(shown: MechanismOutputs, slack: VectorM) -> Float[Array, "m n"]:
@@ -120,7 +137,8 @@ def tension_before(shown: MechanismOutputs, slack: VectorM) -> Float[Array, "m n
 
 
 class Sight:
-    """Everything algebraic at one instant, each found when it is first read: a program holds what it reads alone.
+    """Everything algebraic at one instant, each found when it is first read: a program
+    holds what it reads alone.
 
     Fields are those of `Probe`, without the axis of times.
     """
@@ -155,7 +173,9 @@ class Sight:
     def greater_tension(self) -> Array | None:
         if self.shown.tension is None:
             return None
-        shown, slack = jax.tree.map(lambda x: x[None], (self.shown, self.flows.contact.slack_tension))
+        shown, slack = jax.tree.map(
+            lambda x: x[None], (self.shown, self.flows.contact.slack_tension)
+        )
         return greater(shown.tension, tension_before(shown, slack))[0]
 
     @functools.cached_property
@@ -173,7 +193,11 @@ class Sight:
     @property
     def lever_force(self) -> Array | None:
         lever = self._system.lever
-        return self._variables.lever_tension / lever.gain if isinstance(lever, Lever) else None
+        return (
+            self._variables.lever_tension / lever.gain
+            if isinstance(lever, Lever)
+            else None
+        )
 
     @functools.cached_property
     def actuator_pressure(self) -> Array | None:
@@ -200,20 +224,27 @@ def seen_at(system: BrakeSystem, t: VectorM, y: State, mode: Mode) -> Probe:
     return Probe(t, y, mode, *jax.vmap(look)(t, y, mode))
 
 
-def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Array | None:
-    """Gauge pressure (Pa) of the cylinder behind the lever, 0 in phases without one; `None`: there is none."""
+def _gauge_pressure(
+    system: BrakeSystem, t: Array, y: State, mode: Mode
+) -> Array | None:
+    """Gauge pressure (Pa) of the cylinder behind the lever, 0 in phases without one;
+    `None`: there is none."""
     each = cylinders(system.lever)
     lever = system.lever_at(y, mode)
     piece = piece_of(mode, "lever")
     if not any(each):
         return None
     local = t - lever.begun if isinstance(lever, PhaseNow) else t
-    pressures = [jnp.zeros(()) if x is None else jnp.asarray(x.followed(local, piece)) for x in each]
+    pressures = [
+        jnp.zeros(()) if x is None else jnp.asarray(x.followed(local, piece))
+        for x in each
+    ]
     return lever.of_each(pressures) if isinstance(lever, PhaseNow) else pressures[0]
 
 
 def probe_at(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
-    """Everything at the times `h` (s) after the start of the rows named, by a partial step of the method itself."""
+    """Everything at the times `h` (s) after the start of the rows named, by a partial
+    step of the method itself."""
     t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
     return seen_at(record.system, t, y, mode)  # pyright: ignore
@@ -222,7 +253,9 @@ def probe_at(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
 def _seen(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Probe, Array]:
     p = seen_at(system, t, y, mode)
     slopes = jax.vmap(system.rates)(t, y, mode, p.flows)
-    return p._replace(t=None, y=None, mode=None), jax.vmap(lambda tree: ravel(tree, jnp.float64))(slopes)
+    return p._replace(t=None, y=None, mode=None), jax.vmap(
+        lambda tree: ravel(tree, jnp.float64)
+    )(slopes)
 
 
 def _inside(record: Record, index: Array, h: Array) -> TwoArrays:
@@ -238,10 +271,17 @@ _INSIDE = [RunJit(_inside, quick=quick) for quick in (True, False)]
 Instants = Callable[[np.ndarray], tuple[Array, ...]]
 
 
-def look_at(record: Record, index: np.ndarray, instants: Instants, see: Callable[[Probe, Array], T]) -> T:
-    """What `see(probe, rates)` makes in NumPy of the samples numbered `index` of a compact record outside of jit.
+def look_at(
+    record: Record,
+    index: np.ndarray,
+    instants: Instants,
+    see: Callable[[Probe, Array], T],
+) -> T:
+    """What `see(probe, rates)` makes in NumPy of the samples numbered `index` of a
+    compact record outside of jit.
 
-    One program for all that looks at runs of a structure, whatever of it is wanted; `rates` of the flat states (m, …).
+    One program for all that looks at runs of a structure, whatever of it is wanted;
+    `rates` of the flat states (m, …).
     """
     long = int(record.count) > LONG
 
@@ -249,14 +289,18 @@ def look_at(record: Record, index: np.ndarray, instants: Instants, see: Callable
         p, rates = _SEEN[long](system, t, y, mode)
         return see(p._replace(t=t, y=y, mode=mode), rates)
 
-    return _in_lanes_of(record, find, index, instants, _LANES_OF_LONG if long else _LANES)
+    return _in_lanes_of(
+        record, find, index, instants, _LANES_OF_LONG if long else _LANES
+    )
 
 
 def states_inside(record: Record, index: Int[Array, " m"], h: VectorM) -> TwoArrays:
-    """Times and flat states at `h` (s) after the start of the rows named, of a compact record outside of jit.
+    """Times and flat states at `h` (s) after the start of the rows named, of a compact
+    record outside of jit.
 
-    A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
-    of times, not with that times the length of the run, and runs of any length share one compiled program.
+    A call gets the rows that it looks at, always as many, instead of the whole record:
+    the work grows with the number of times, not with that times the length of the run,
+    and runs of any length share one compiled program.
     """
     many = int(record.count) > LONG and len(index) >= _MANY_LOOKS
     few, some, most = _LANES_OF_STEPS
@@ -274,32 +318,48 @@ def probe_many(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
     """`probe_at` of a compact record outside of jit."""
     (t, y) = states_inside(record, index, h)
     mode = np.asarray(record.rows.mode)[np.asarray(index)]
-    return look_at(record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), lambda p, _: p)
+    return look_at(
+        record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), lambda p, _: p
+    )
 
 
-# --- integrals over a run, by quadrature inside every step ------------------------------------------------------------
+# --- integrals over a run, by quadrature inside every step --------------------------
 
-#: Gauss–Legendre points in every step: exact to the order 2 · 6 − 1, above that of the methods that integrate
+#: Gauss–Legendre points in every step: exact to the order 2 · 6 − 1, above that of the
+#: methods that integrate
 POINTS = 6
 
 
 def as_tree(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
-    """A function as a PyTree, so that it can be an argument of a compiled program; PyTrees stay as they are."""
+    """A function as a PyTree, so that it can be an argument of a compiled program;
+    PyTrees stay as they are."""
     leaf = jax.tree.structure(0)
-    return jax.tree_util.Partial(function) if jax.tree.structure(function) == leaf else function
+    return (
+        jax.tree_util.Partial(function)
+        if jax.tree.structure(function) == leaf
+        else function
+    )
 
 
-def _integrate(record: Record, pick: Callable[[Probe], PyTree], *, points: int) -> PyTree:
+def _integrate(
+    record: Record, pick: Callable[[Probe], PyTree], *, points: int
+) -> PyTree:
     rows = record.rows
     n = rows.t.shape[0]
     row_numbers = jnp.arange(n, dtype=jnp.int32)
     used = (row_numbers < record.count) & (rows.kind != SKIPPED)
-    span = jnp.where(used, rows.t[jnp.minimum(row_numbers + 1, record.count)] - rows.t, 0.0)
+    span = jnp.where(
+        used, rows.t[jnp.minimum(row_numbers + 1, record.count)] - rows.t, 0.0
+    )
     nodes, weights = np.polynomial.legendre.leggauss(points)
-    # rows that were never written hold nothing that could be looked at: there the first row is, with weight 0
+    # rows that were never written hold nothing that could be looked at: there the first
+    # row is, with weight 0
     index = jnp.repeat(jnp.where(used, row_numbers, 0), points)
-    # (the time up to the next row, not the step, so that ends of steps move with their events in derivatives)
-    h = jnp.tile(jnp.asarray(0.5 * (nodes + 1)), n) * (rows.t[jnp.minimum(index + 1, record.count)] - rows.t[index])
+    # (the time up to the next row, not the step, so that ends of steps move with their
+    # events in derivatives)
+    h = jnp.tile(jnp.asarray(0.5 * (nodes + 1)), n) * (
+        rows.t[jnp.minimum(index + 1, record.count)] - rows.t[index]
+    )
     values = pick(probe_at(record, index, h))
     weight = jnp.repeat(span, points) * jnp.tile(jnp.asarray(0.5 * weights), n)
     return jax.tree.map(lambda leaf: jnp.tensordot(weight, leaf, axes=1), values)
@@ -309,21 +369,26 @@ _integral = RunJit(_integrate, static_argnames="points")
 
 
 @explained
-def integral(run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS) -> PyTree:
+def integral(
+    run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS
+) -> PyTree:
     """`∫ pick(probe) dt` over a run, from its start to its end.
 
         ∫ q dt = Σ_steps h Σ_k w_k q(t + s_k h)        (Gauss–Legendre, `points` nodes s_k in each recorded step)
 
-    - `run`: a `Result` or its record, concrete or traced; under `vmap` map the call, not a batch of results
-    - `pick`: function of a probe of `m` times to an array (m, …), or a PyTree of such, from
-      `p.t`, `p.y`, `p.mode`, `p.flows`, `p.shown` (friction pairs, tensions), `p.surfaces`. Use one function again, or
-      a `jax.tree_util.Partial` of one: a new function compiles anew
+    - `run`: a `Result` or its record, concrete or traced; under `vmap` map the call,
+      not a batch of results
+    - `pick`: function of a probe of `m` times to an array (m, …), or a PyTree of such,
+      from `p.t`, `p.y`, `p.mode`, `p.flows`, `p.shown` (friction pairs, tensions),
+      `p.surfaces`. Use one function again, or a `jax.tree_util.Partial` of one: a new
+      function compiles anew
 
-    Between two events a run is smooth and its states inside a step are those of the method itself, so that the error
-    is that of the integration. What is not smooth inside a step (linings that come to their limit one by one while a
-    band is elastic) converges more slowly; `points` tells. Differentiable forward and reverse, ends of steps move
-    with their events. Heat that is booked at an instant (a restart, a break-away, a release of an elastic band) is no
-    integral and not in it.
+    Between two events a run is smooth and its states inside a step are those of the
+    method itself, so that the error is that of the integration. What is not smooth
+    inside a step (linings that come to their limit one by one while a band is elastic)
+    converges more slowly; `points` tells. Differentiable forward and reverse, ends of
+    steps move with their events. Heat that is booked at an instant (a restart, a
+    break-away, a release of an elastic band) is no integral and not in it.
 
     Example:
         >>> turned = sb.results.integral(result, lambda p: p.y.omega)
@@ -333,22 +398,30 @@ def integral(run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS)
     return _integral(record_of(run), as_tree(pick), points=points)
 
 
-# --- capacity ---------------------------------------------------------------------------------------------------------
+# --- capacity -----------------------------------------------------------------------
 
-#: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
+#: up to this share of the tension the lever may still move, at its present rate over
+#: the time of the run so far
 _AT_REST = 1e-3
-#: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
+#: speeds at which a balance of torques is looked for: so many on either side, up to
+#: that many times the present one
 _SPEEDS = 256
 _FAR = 1e4
-#: halvings of an interval around it, and Newton steps after them, which carry derivatives
+#: halvings of an interval around it, and Newton steps after them, which carry
+#: derivatives
 _HALVINGS = 50
 _CARRY = 2
 
 
-def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
-    """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
+def capacity(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array
+) -> Capacity:
+    """Load and capacity of a turning brake at the time `t` of a run that began at
+    `start`."""
     lever = system.lever_at(y, mode)
-    T_0, rate = jax.jvp(lambda t: lever.value(t, piece_of(mode, "lever")), (t,), (jnp.ones_like(t),))
+    T_0, rate = jax.jvp(
+        lambda t: lever.value(t, piece_of(mode, "lever")), (t,), (jnp.ones_like(t),)
+    )
     if lever.controls_speed:
         follows = lever.follows(piece_of(mode, "lever"))
         T_0 = jnp.where(follows, lever.greatest(), T_0)
@@ -358,13 +431,20 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
         settled = settled & course.no_more_turns(t)
     load = driving(system, t, y.omega, y, mode)
     hanging = jnp.sign(y.omega) * system.load_torque(t, 0.0 * y.omega, mode)
-    return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled, hanging)
+    return Capacity(
+        load,
+        system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)),
+        settled,
+        hanging,
+    )
 
 
 def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> TwoArrays:
-    """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0).
+    """Load on a pulley at rest, and the static capacity of the brake in its direction
+    (N·m, both ≥ 0).
 
-    The load is that of the instant, of an elastic rope its pull. A lever that follows the speed can pull to its limit.
+    The load is that of the instant, of an elastic rope its pull. A lever that follows
+    the speed can pull to its limit.
     """
     z, surfaces = system.applied(t, y, mode)
     tension = z.lever_tension
@@ -379,9 +459,11 @@ def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> TwoArrays:
 
 
 def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -> Array:
-    """Torque (N·m) of the load in the direction of a rotation, less that of a motor and the other ones on the shaft.
+    """Torque (N·m) of the load in the direction of a rotation, less that of a motor and
+    the other ones on the shaft.
 
-    Of a load on an elastic rope that of its weight, about which the pull of the rope swings.
+    Of a load on an elastic rope that of its weight, about which the pull of the rope
+    swings.
     """
     sense = jnp.sign(omega)
     load = system.load_torque(t, omega, mode)
@@ -389,48 +471,65 @@ def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -
     motor = system.feature(Drive)
     if shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)
-        load = load - shaft.engaged(mode).turning(t, omega, rest, sense, shaft.pieces(mode))
+        load = load - shaft.engaged(mode).turning(
+            t, omega, rest, sense, shaft.pieces(mode)
+        )
     if motor is not None:
         load = load - motor.torque(system, t, omega, y, mode)
     return sense * load
 
 
 def stable_speed(net: Callable[[Array], Array], speed: Array) -> ScalarArray:
-    """The steady speed (rad/s) that a shaft at `speed` > 0 tends to: the next stable zero of `net`, `inf` without one.
+    """The steady speed (rad/s) that a shaft at `speed` > 0 tends to: the next stable
+    zero of `net`, `inf` without one.
 
     - `net(ω)`: accelerating torque (N·m) at the speed `ω`
 
-    From the present speed the shaft moves the way of `net`; the first zero that it meets is stable.
+    From the present speed the shaft moves the way of `net`; the first zero that it
+    meets is stable.
     """
     start = jax.lax.stop_gradient(speed)
     ratios = np.geomspace(1.0, _FAR, _SPEEDS + 1)
-    up, down = jax.lax.stop_gradient(jax.vmap(jax.vmap(net))(start * jnp.asarray([ratios, 1 / ratios])))
+    up, down = jax.lax.stop_gradient(
+        jax.vmap(jax.vmap(net))(start * jnp.asarray([ratios, 1 / ratios]))
+    )
     still = up[0]
     speeds = start * jnp.where(still > 0, ratios, 1 / ratios)
     # (signed so that it is positive until the zero is met)
     values = jnp.where(still > 0, up, -down)
     met = values[1:] <= 0
     i = jnp.argmax(met)
-    bracket = jnp.stack([jnp.minimum(speeds[i], speeds[i + 1]), jnp.maximum(speeds[i], speeds[i + 1])])
+    bracket = jnp.stack(
+        [jnp.minimum(speeds[i], speeds[i + 1]), jnp.maximum(speeds[i], speeds[i + 1])]
+    )
 
     def halve(ends: Array, _: None) -> tuple[Array, None]:
         middle = 0.5 * (ends[0] + ends[1])
         above = net(middle) > 0
-        return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
+        return jnp.stack(
+            [jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]
+        ), None
 
     def newton(carry: TwoArrays, _: None) -> tuple[TwoArrays, None]:
         steady = carry[0]
         value, slope = jax.jvp(net, (steady,), (jnp.ones_like(steady),))
         return (steady - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0), None
 
-    middle = jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, bracket, None, length=_HALVINGS)[0]))
-    (steady, stable), _ = jax.lax.scan(newton, (middle, still == 0), None, length=_CARRY)
+    middle = jax.lax.stop_gradient(
+        jnp.mean(jax.lax.scan(halve, bracket, None, length=_HALVINGS)[0])
+    )
+    (steady, stable), _ = jax.lax.scan(
+        newton, (middle, still == 0), None, length=_CARRY
+    )
     return jnp.where(jnp.any(met) & stable & (start > 0), steady, jnp.inf)
 
 
-def net_torque(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Callable[[Array], Array]:
-    """Accelerating torque (N·m) over the speed (rad/s, ≥ 0) in the sense of rotation: that of load and shaft, less what
-    the sliding brake gives under the tension, temperatures and given functions of the instant `t`."""
+def net_torque(
+    system: BrakeSystem, t: Array, y: State, mode: Mode
+) -> Callable[[Array], Array]:
+    """Accelerating torque (N·m) over the speed (rad/s, ≥ 0) in the sense of rotation:
+    that of load and shaft, less what the sliding brake gives under the tension,
+    temperatures and given functions of the instant `t`."""
     z, surfaces = system.applied(t, y, mode)
     tension = z.lever_tension
     sense = jnp.where(y.omega < 0, -1.0, 1.0)
@@ -438,7 +537,9 @@ def net_torque(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Callable[
     def net(speed: Array) -> Array:
         omega = sense * speed
         held = smallest(system.capacity(tension, omega, y.own, surfaces))
-        return driving(system, t, omega, y, mode) - jnp.where(mode.band == OPEN, 0.0, held)
+        return driving(system, t, omega, y, mode) - jnp.where(
+            mode.band == OPEN, 0.0, held
+        )
 
     return net
 
@@ -446,14 +547,17 @@ def net_torque(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Callable[
 def _is_led(system: BrakeSystem, y: State, mode: Mode) -> Array:
     """Whether the lever follows a speed."""
     lever = system.lever_at(y, mode)
-    return jnp.asarray(lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False)
+    return jnp.asarray(
+        lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False
+    )
 
 
 def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> ScalarArray:
-    """Speed (rad/s, ≥ 0) at which the torques of the instant `t` balance, `inf` where they do not.
+    """Speed (rad/s, ≥ 0) at which the torques of the instant `t` balance, `inf` where
+    they do not.
 
-    With the tension, the temperatures and the given functions of that instant; `inf` under a lever that holds the
-    speed.
+    With the tension, the temperatures and the given functions of that instant; `inf`
+    under a lever that holds the speed.
     """
     terminal = stable_speed(net_torque(system, t, y, mode), jnp.abs(y.omega))
     return jnp.where(_is_led(system, y, mode), jnp.inf, terminal)
@@ -466,10 +570,12 @@ _STEADY = 1e-2
 class Balance(NamedTuple):
     """Torques on a turning shaft at one instant.
 
-    - `rises` (N·m): the accelerating torque;  `steady`: whether the torques balance within 1 % of the speed, and would
-      do so again after a change of it;  `tends`: whether they balance at some higher speed
+    - `rises` (N·m): the accelerating torque
+    - `steady`: whether the torques balance within 1 % of the speed, and would do so
+      again after a change of it;  `tends`: whether they balance at some higher speed
 
-    Under a lever that follows a speed the torques say nothing of this: `steady` and `tends` are false.
+    Under a lever that follows a speed the torques say nothing of this: `steady` and
+    `tends` are false.
     """
 
     rises: ScalarArray
@@ -481,9 +587,15 @@ def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
     net = net_torque(system, t, y, mode)
     speed = jnp.abs(y.omega)
     speeds = jnp.stack([speed, _FAR * jnp.maximum(speed, system.sizes.speed)])
-    torques, slopes = jax.vmap(lambda speed: jax.jvp(net, (speed,), (jnp.ones_like(speed),)))(speeds)
+    torques, slopes = jax.vmap(
+        lambda speed: jax.jvp(net, (speed,), (jnp.ones_like(speed),))
+    )(speeds)
     balances = (slopes[0] < 0) & (jnp.abs(torques[0]) <= _STEADY * speed * -slopes[0])
-    tends = torques[1] <= 0 if system.feature(Shaft) is None else stable_speed(net, speed) < jnp.inf
+    tends = (
+        torques[1] <= 0
+        if system.feature(Shaft) is None
+        else stable_speed(net, speed) < jnp.inf
+    )
     free = ~_is_led(system, y, mode)
     return Balance(torques[0], free & balances & (speed > 0), free & tends)
 
@@ -501,18 +613,23 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
     if elastic is not None:
         position = travelled + elastic.stretched(system, y, mode)
         lines = _lines_of(system, mode, rope.force)
-        return HookNow(position, y.hook.speed, rope.force, *lines, rope.stretch, rope.weight)
+        return HookNow(
+            position, y.hook.speed, rope.force, *lines, rope.stretch, rope.weight
+        )
     mass, weight = hanging
     force = weight - mass * travel * z.contact.alpha
     lines = _lines_of(system, mode, force)
     return HookNow(jnp.asarray(travelled), y.omega * travel, force, *lines)
 
 
-def _lines_of(system: BrakeSystem, mode: Mode, pull: Array) -> tuple[Array, Array | None, Array | None]:
-    """Tensions (N) under a pull on the hook: of the tightest line, of the fast and of the dead one.
+def _lines_of(
+    system: BrakeSystem, mode: Mode, pull: Array
+) -> tuple[Array, Array | None, Array | None]:
+    """Tensions (N) under a pull on the hook: of the tightest line, of the fast and of
+    the dead one.
 
-    Without a loss of the tackle all lines have the same. At rest each is the largest that it can be, and the fast line
-    has the largest of all.
+    Without a loss of the tackle all lines have the same. At rest each is the largest
+    that it can be, and the fast line has the largest of all.
     """
     lines = jnp.asarray(system.load.lines)
     shaft = system.feature(Shaft)
@@ -525,8 +642,11 @@ def _lines_of(system: BrakeSystem, mode: Mode, pull: Array) -> tuple[Array, Arra
 
 
 def can_lose_grip(system: BrakeSystem) -> bool:
-    """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
-    reads = system.grip.reads.T or system.grip.remembers or bool(system.mechanism.profiles)
+    """Whether fade can leave a sliding brake of one pair, whose linings act as one,
+    weaker than its load."""
+    reads = (
+        system.grip.reads.T or system.grip.remembers or bool(system.mechanism.profiles)
+    )
     return reads and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
 
 
@@ -535,14 +655,24 @@ Instant = tuple[Array, State, Mode]
 
 
 def ends_of(record: Record) -> tuple[Instant, Instant]:
-    """Time, state and mode at the start and at the end of a run; NumPy's of a concrete one."""
+    """Time, state and mode at the start and at the end of a run; NumPy's of a concrete
+    one."""
     rows = record.rows
-    first = [x[0] if is_traced_run(record) else np.asarray(x)[0] for x in (rows.t, rows.y, rows.mode)]
-    start = (first[0], unravel(first[1], record.y_like), unravel(first[2], record.mode_like))
+    first = [
+        x[0] if is_traced_run(record) else np.asarray(x)[0]
+        for x in (rows.t, rows.y, rows.mode)
+    ]
+    start = (
+        first[0],
+        unravel(first[1], record.y_like),
+        unravel(first[2], record.mode_like),
+    )
     return start, (record.t_end, record.y_end, record.mode_end)
 
 
-def _capacity_at_each(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
+def _capacity_at_each(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array
+) -> Capacity:
     return jax.vmap(capacity, in_axes=(None, 0, 0, 0, None))(system, t, y, mode, start)
 
 
@@ -551,7 +681,8 @@ _capacities = DeviceJit(_capacity_at_each, quick=True)
 
 
 def end_capacity(record: Record) -> Capacity:
-    """Load torque and capacity of the brake at the end of a run; meaningful where the pulley still turns."""
+    """Load torque and capacity of the brake at the end of a run; meaningful where the
+    pulley still turns."""
     (start, *_), end = ends_of(record)
     return _end_capacity(record.system, *end, start)
 
@@ -560,7 +691,8 @@ _terminal_speed = RunJit(steady_speed, quick=True)
 
 
 def terminal_speed(record: Record) -> ScalarArray:
-    """Steady speed (rad/s) at which the torques of the end of a run balance, `inf` where there is none."""
+    """Steady speed (rad/s) at which the torques of the end of a run balance, `inf`
+    where there is none."""
     return _terminal_speed(record.system, *ends_of(record)[1])
 
 
@@ -568,12 +700,17 @@ _balance = RunJit(balance_of, quick=True)
 
 
 def runs_away(record: Record) -> Array:
-    """Whether the load at the end of a run exceeds what brake and shaft give, also at any higher speed."""
-    return end_capacity(record).exceeded & ~_balance(record.system, *ends_of(record)[1]).tends
+    """Whether the load at the end of a run exceeds what brake and shaft give, also at
+    any higher speed."""
+    return (
+        end_capacity(record).exceeded
+        & ~_balance(record.system, *ends_of(record)[1]).tends
+    )
 
 
 def lowers_steadily(record: Record) -> Array:
-    """Whether the torques on the shaft have brought the load to a steady speed at the end of a run."""
+    """Whether the torques on the shaft have brought the load to a steady speed at the
+    end of a run."""
     return _balance(record.system, *ends_of(record)[1]).steady
 
 
@@ -584,16 +721,25 @@ def ends_driven(record: Record) -> Any:
 
 
 def capacities_at(record: Record, index: np.ndarray, instants: Instants) -> Capacity:
-    """Load torque and capacity of the brake of a concrete record at the samples numbered `index`."""
+    """Load torque and capacity of the brake of a concrete record at the samples
+    numbered `index`."""
     start = np.asarray(record.rows.t)[0]
-    return _in_lanes_of(record, lambda system, *now: _capacities(system, *now, start), index, instants)
+    return _in_lanes_of(
+        record, lambda system, *now: _capacities(system, *now, start), index, instants
+    )
 
 
 def _in_lanes_of(
-    record: Record, find: Callable[..., T], index: np.ndarray, instants: Instants, lanes: int = _LANES
+    record: Record,
+    find: Callable[..., T],
+    index: np.ndarray,
+    instants: Instants,
+    lanes: int = _LANES,
 ) -> T:
     def look(index: np.ndarray) -> T:
         t, y, mode = instants(index)
-        return find(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like))
+        return find(
+            record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like)
+        )
 
     return in_lanes(look, index, lanes=lanes)

@@ -1,6 +1,8 @@
-"""What a run has at every instant: each quantity once, with its unit, meaning, how it is found and drawn.
+"""What a run has at every instant: each quantity once, with its unit, meaning, how it
+is found and drawn.
 
-Columns of series, files and tables, views of linings, and what means and maxima are taken of are read from here.
+Columns of series, files and tables, views of linings, and what means and maxima are
+taken of are read from here.
 """
 
 import functools
@@ -37,17 +39,23 @@ else:
 class Rubbing(NamedTuple):
     """One friction pair of every lining at one or many instants, (m, n) or (n,).
 
-    `increment` is the friction at the radius of the slip: its power is `increment · v_i`. Under a band it is the
-    difference of tensions, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's ends
-    meet, at `R_b/cos(β_i/2)` (model §1).
+    `increment` is the friction at the radius of the slip: its power is
+    `increment · v_i`. Under a band it is the difference of tensions,
+    `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's
+    ends meet, at `R_b/cos(β_i/2)` (model §1).
     """
 
     increment: Array
     normal: Array
     speed: Array  # |v| ≥ 0, 0 while the lining sticks
     pressure: Array | None  # N/A, `None` without areas
-    temperature: Array | None  # that the pair's friction law sees, `None` where the scene has none
-    tension_ratio: Array | None = None  # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
+    temperature: (
+        Array | None
+    )  # that the pair's friction law sees, `None` where the scene has none
+    tension_ratio: Array | None = (
+        # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
+        None
+    )
 
     @property
     def power(self) -> Array:
@@ -55,10 +63,14 @@ class Rubbing(NamedTuple):
         return self.increment * self.speed
 
     def pressure_at(self, place: Number | Array) -> Array | None:
-        """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack end of the band, 1 at the other;
-        the mean where they are not under a band."""
+        """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack
+        end of the band, 1 at the other; the mean where they are not under a band."""
         ratio = self.tension_ratio
-        return self.pressure if self.pressure is None or ratio is None else pressure_within(self.pressure, ratio, place)
+        return (
+            self.pressure
+            if self.pressure is None or ratio is None
+            else pressure_within(self.pressure, ratio, place)
+        )
 
     def edge_pressure(self, place: float) -> Array | None:
         """The same, `None` where there is no band."""
@@ -66,7 +78,8 @@ class Rubbing(NamedTuple):
 
 
 class PairSeen:
-    """The friction pair numbered `i` of a brake in a probe: what its quantities are found from."""
+    """The friction pair numbered `i` of a brake in a probe: what its quantities are
+    found from."""
 
     def __init__(self, system: BrakeSystem, p: Probe, i: int) -> None:
         self.system = system
@@ -98,7 +111,13 @@ class PairSeen:
     def memory(self) -> Array | None:
         """States of the pair's friction law."""
         states = jax.tree.leaves(self.p.y.memory and self.p.y.memory[self.i])
-        return numpy_of(states[0]).stack(states, axis=1) if len(states) > 1 else states[0] if states else None
+        return (
+            numpy_of(states[0]).stack(states, axis=1)
+            if len(states) > 1
+            else states[0]
+            if states
+            else None
+        )
 
     @property
     def worn(self) -> Each | None:
@@ -108,7 +127,9 @@ class PairSeen:
     @property
     def surface(self) -> Array | None:
         """Surface temperatures of the linings where the pair rubs (K)."""
-        outside = self.system.mechanism.pairs[self.i].on_band and "outer" in self.p.surfaces
+        outside = (
+            self.system.mechanism.pairs[self.i].on_band and "outer" in self.p.surfaces
+        )
         return self.p.surfaces.get("outer" if outside else "linings")
 
     @property
@@ -140,7 +161,8 @@ def _of_band(p: Probe, tension: Values) -> Values | None:
 
 
 def _reserve(p: Probe) -> Values | None:
-    """Static capacity over the load: not a number where there is no load, `None` where there never is."""
+    """Static capacity over the load: not a number where there is no load, `None` where
+    there never is."""
     load, capacity = p.holding
     xp = numpy_of(load)
     if xp is np and not np.any(load):
@@ -159,13 +181,21 @@ def coolant_outlet(p: Probe) -> Float[Array, "m jackets"] | None:
         return None
     xp = numpy_of(stream.rate)
     flows = stream.rate > 0
-    return xp.where(flows, stream.inlet + stream.heat / xp.where(flows, stream.rate, 1.0), p.surfaces["wetted"])
+    return xp.where(
+        flows,
+        stream.inlet + stream.heat / xp.where(flows, stream.rate, 1.0),
+        p.surfaces["wetted"],
+    )
 
 
 def _nodes(p: Probe) -> Float[Array, "m k"] | None:
     """Temperatures of all nodes."""
     now = p.flows.thermal
-    return None if now is None else numpy_of(now.T).concatenate([now.T, now.T_junctions], axis=1)
+    return (
+        None
+        if now is None
+        else numpy_of(now.T).concatenate([now.T, now.T_junctions], axis=1)
+    )
 
 
 def thickness(worn: tuple[Array | None, ...]) -> Array:
@@ -175,7 +205,8 @@ def thickness(worn: tuple[Array | None, ...]) -> Array:
 
 
 class View(NamedTuple):
-    """How figures name a quantity of linings: its unit for people, what the SI value is multiplied by and added to."""
+    """How figures name a quantity of linings: its unit for people, what the SI value is
+    multiplied by and added to."""
 
     words: str
     unit: str
@@ -184,10 +215,13 @@ class View(NamedTuple):
 
 
 class About(NamedTuple):
-    """A quantity: its unit, "" where there is none, its meaning, and how it is found, `None` where a run has none.
+    """A quantity: its unit, "" where there is none, its meaning, and how it is found,
+    `None` where a run has none.
 
-    - `find(p, s)`: of a probe `p` of m times and a friction pair `s` (`PairSeen`), (m,) or (m, n)
-    - `view`: of linings, how figures name it;  `size`: means, maxima and figures take it without its sign
+    - `find(p, s)`: of a probe `p` of m times and a friction pair `s` (`PairSeen`), (m,)
+      or (m, n)
+    - `view`: of linings, how figures name it
+    - `size`: means, maxima and figures take it without its sign
     """
 
     unit: str
@@ -203,11 +237,13 @@ class About(NamedTuple):
 
 
 class PairSeries(NamedTuple):
-    """One friction pair at the times of a `Series`, SI units; arrays over its linings are (m, n).
+    """One friction pair at the times of a `Series`, SI units; arrays over its linings
+    are (m, n).
 
-    `None`: `capacity` where the mechanism does not tell, `friction_coefficient` where it cannot change,
-    `worn_thickness` without wear of the pair, `friction_memory` of a law without states (of one with several (m, s,
-    n)), pressures without areas, those at edges and their ratio where no band presses, `temperature` without heat.
+    `None`: `capacity` where the mechanism does not tell, `friction_coefficient` where
+    it cannot change, `worn_thickness` without wear of the pair, `friction_memory` of a
+    law without states (of one with several (m, s, n)), pressures without areas, those
+    at edges and their ratio where no band presses, `temperature` without heat.
 
     Example:
         >>> float(result.series([0.5]).pairs["external"].torque[0].round(1))
@@ -229,12 +265,28 @@ class PairSeries(NamedTuple):
         View("friction force F", "kN", 1e-3),
     ]
     slip_speed: Annotated[
-        Each, "m/s", "slip speed of each lining", lambda p, s: s.pair.slip, View("slip speed |v|", "m/s"), True
+        Each,
+        "m/s",
+        "slip speed of each lining",
+        lambda p, s: s.pair.slip,
+        View("slip speed |v|", "m/s"),
+        True,
     ]
-    sense: Annotated[Int[Array, "m n"], "", "0 the lining sticks, +1 and -1 it slides", lambda p, s: s.pair.sense]
-    torque: Annotated[Values, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque]
-    friction_work: Annotated[Values, "J", "friction work since the start", lambda p, s: s.work]
-    heat: Annotated[Values, "J", "friction heat since the start", lambda p, s: s.hot * s.work]
+    sense: Annotated[
+        Int[Array, "m n"],
+        "",
+        "0 the lining sticks, +1 and -1 it slides",
+        lambda p, s: s.pair.sense,
+    ]
+    torque: Annotated[
+        Values, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque
+    ]
+    friction_work: Annotated[
+        Values, "J", "friction work since the start", lambda p, s: s.work
+    ]
+    heat: Annotated[
+        Values, "J", "friction heat since the start", lambda p, s: s.hot * s.work
+    ]
     capacity: Annotated[
         Values | None,
         "N*m",
@@ -256,10 +308,17 @@ class PairSeries(NamedTuple):
         View("thickness worn off since the start", "µm", 1e6),
     ]
     friction_memory: Annotated[
-        Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+        Any,
+        "",
+        "state of the friction law of each lining (several: in the order of its PyTree)",
+        lambda p, s: s.memory,
     ]
     friction_power: Annotated[
-        Each, "W", "friction power of each lining", lambda p, s: s.rubs.power, View("friction power", "kW", 1e-3)
+        Each,
+        "W",
+        "friction power of each lining",
+        lambda p, s: s.rubs.power,
+        View("friction power", "kW", 1e-3),
     ]
     tension_increment: Annotated[
         Each,
@@ -306,15 +365,18 @@ class PairSeries(NamedTuple):
 
 
 class Series(NamedTuple):
-    """States and forces at the times `t` (m,), SI units; arrays over linings are (m, n).
+    """States and forces at the times `t` (m,), SI units; arrays over linings are (m,
+    n).
 
-    `pairs` has each friction pair by its name: `external` is that on which the lever acts, of which normal loads,
-    friction forces and coefficients are columns here as well; a staged brake has `internal` beside it. A column that
-    the scene does not have is `None`: tensions without a band, temperatures without heat or where it names no such
-    place, coefficients of friction that cannot change, the elongation of a rigid band, …
+    `pairs` has each friction pair by its name: `external` is that on which the lever
+    acts, of which normal loads, friction forces and coefficients are columns here as
+    well; a staged brake has `internal` beside it. A column that the scene does not have
+    is `None`: tensions without a band, temperatures without heat or where it names no
+    such place, coefficients of friction that cannot change, the elongation of a rigid
+    band, …
 
-    On several alike rims (`Brake.rims`) tensions, forces, pressures, wear and the power of each lining are those of one
-    rim; torques, works and heat are those of the brake.
+    On several alike rims (`Brake.rims`) tensions, forces, pressures, wear and the power
+    of each lining are those of one rim; torques, works and heat are those of the brake.
 
     Example:
         >>> result.series([0.0, 0.5]).omega.shape
@@ -324,27 +386,51 @@ class Series(NamedTuple):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            meant = [column for column, about in SERIES_COLUMNS.items() if about.meaning.startswith(name)]
-            hint = f"; nearest: {', '.join(meant)}" if meant else near(name, SERIES_COLUMNS)
+            meant = [
+                column
+                for column, about in SERIES_COLUMNS.items()
+                if about.meaning.startswith(name)
+            ]
+            hint = (
+                f"; nearest: {', '.join(meant)}"
+                if meant
+                else near(name, SERIES_COLUMNS)
+            )
             raise AttributeError(f"'Series' object has no attribute {name!r}{hint}")
 
     t: Annotated[Values, "s", "time", lambda p, s: p.t]
-    phi: Annotated[Values, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi]
-    omega: Annotated[Values, "rad/s", "speed of the pulley, positive in the braking direction", lambda p, s: p.y.omega]
-    elongation: Annotated[Values | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation]
+    phi: Annotated[
+        Values, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi
+    ]
+    omega: Annotated[
+        Values,
+        "rad/s",
+        "speed of the pulley, positive in the braking direction",
+        lambda p, s: p.y.omega,
+    ]
+    elongation: Annotated[
+        Values | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation
+    ]
     slack_tension: Annotated[
         OfBand,
         "N",
-        "tension T_0 of the band at the slack (lever) end; of alike rims that of one, of unlike bands the sum",
+        "tension T_0 of the band at the slack (lever) end; of alike rims that of one, "
+        "of unlike bands the sum",
         lambda p, s: _of_band(p, p.flows.contact.slack_tension),
     ]
     tight_tension: Annotated[
         OfBand,
         "N",
-        "tension T_n of the band at the tight (anchor) end; of alike rims that of one, of unlike bands the sum",
+        "tension T_n of the band at the tight (anchor) end; of alike rims that of one, "
+        "of unlike bands the sum",
         lambda p, s: _of_band(p, p.flows.contact.tight_tension),
     ]
-    load_torque: Annotated[Values, "N*m", "torque of the load on the pulley", lambda p, s: p.flows.load_torque]
+    load_torque: Annotated[
+        Values,
+        "N*m",
+        "torque of the load on the pulley",
+        lambda p, s: p.flows.load_torque,
+    ]
     shaft_torque: Annotated[
         Values | None,
         "N*m",
@@ -355,10 +441,15 @@ class Series(NamedTuple):
         Values | None,
         "J",
         "heat of the torques on the shaft beside load and brake since the start",
-        lambda p, s: p.y.ledger.shaft and sum(p.y.ledger.shaft[1:], start=p.y.ledger.shaft[0]),
+        lambda p, s: (
+            p.y.ledger.shaft and sum(p.y.ledger.shaft[1:], start=p.y.ledger.shaft[0])
+        ),
     ]
     motor_torque: Annotated[
-        Values | None, "N*m", "torque of the motor, against the braking direction", lambda p, s: p.flows.motor
+        Values | None,
+        "N*m",
+        "torque of the motor, against the braking direction",
+        lambda p, s: p.flows.motor,
     ]
     motor_power: Annotated[
         Values | None,
@@ -366,15 +457,29 @@ class Series(NamedTuple):
         "power of the motor, negative where it holds the load back",
         lambda p, s: None if p.flows.motor is None else -p.flows.motor * p.y.omega,
     ]
-    motor_work: Annotated[Values | None, "J", "work of the motor since the start", lambda p, s: p.y.ledger.motor]
+    motor_work: Annotated[
+        Values | None,
+        "J",
+        "work of the motor since the start",
+        lambda p, s: p.y.ledger.motor,
+    ]
     brake_torque: Annotated[
-        Values, "N*m", "torque of the brake against the pulley", lambda p, s: p.flows.contact.brake_torque
+        Values,
+        "N*m",
+        "torque of the brake against the pulley",
+        lambda p, s: p.flows.contact.brake_torque,
     ]
     slip_speed: Annotated[
-        Values, "m/s", "speed of the track past the linings of the band", lambda p, s: p.flows.contact.slip_speed
+        Values,
+        "m/s",
+        "speed of the track past the linings of the band",
+        lambda p, s: p.flows.contact.slip_speed,
     ]
     at_limit: Annotated[
-        Whole, "", "number of linings at their limit of friction", lambda p, s: s.pair.at_limit.sum(axis=1)
+        Whole,
+        "",
+        "number of linings at their limit of friction",
+        lambda p, s: s.pair.at_limit.sum(axis=1),
     ]
     band_mode: Annotated[
         Whole,
@@ -383,11 +488,26 @@ class Series(NamedTuple):
         lambda p, s: p.mode.band,
     ]
     rope_layer: Annotated[
-        Whole | None, "", "layer of the rope on the drum that pays out, from 1", lambda p, s: p.mode.layer
+        Whole | None,
+        "",
+        "layer of the rope on the drum that pays out, from 1",
+        lambda p, s: p.mode.layer,
     ]
-    load_work: Annotated[Values, "J", "work of the load since the start", lambda p, s: p.y.ledger.load_work]
-    lever_work: Annotated[Values, "J", "work of the lever since the start", lambda p, s: p.y.ledger.lever_work]
-    friction_heat: Annotated[Values, "J", "friction heat since the start", lambda p, s: s.hot * s.all_work]
+    load_work: Annotated[
+        Values,
+        "J",
+        "work of the load since the start",
+        lambda p, s: p.y.ledger.load_work,
+    ]
+    lever_work: Annotated[
+        Values,
+        "J",
+        "work of the lever since the start",
+        lambda p, s: p.y.ledger.lever_work,
+    ]
+    friction_heat: Annotated[
+        Values, "J", "friction heat since the start", lambda p, s: s.hot * s.all_work
+    ]
     tension: Annotated[
         Each | None,
         "N",
@@ -399,22 +519,45 @@ class Series(NamedTuple):
         Values | None,
         "N",
         "force of the actuator on each pad or shoe, or on the lever of a band",
-        lambda p, s: p.flows.contact.slack_tension if p.shown.tension is None else p.lever_force,
+        lambda p, s: (
+            p.flows.contact.slack_tension if p.shown.tension is None else p.lever_force
+        ),
     ]
     actuator_pressure: Annotated[
-        Values | None, "Pa", "gauge pressure of the cylinder of the actuator", lambda p, s: p.actuator_pressure
+        Values | None,
+        "Pa",
+        "gauge pressure of the cylinder of the actuator",
+        lambda p, s: p.actuator_pressure,
     ]
-    normal_load: Annotated[Each, "N", "normal load on each lining", lambda p, s: s.pair.normal]
-    friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
-    temperature: Annotated[Float[Array, "m k"] | None, "K", "temperature of every thermal node", lambda p, s: _nodes(p)]
+    normal_load: Annotated[
+        Each, "N", "normal load on each lining", lambda p, s: s.pair.normal
+    ]
+    friction_force: Annotated[
+        Each, "N", "friction force on each lining", lambda p, s: s.pair.friction
+    ]
+    temperature: Annotated[
+        Float[Array, "m k"] | None,
+        "K",
+        "temperature of every thermal node",
+        lambda p, s: _nodes(p),
+    ]
     rim_temperature: Annotated[
-        Float[Array, "m r"] | None, "K", "surface temperature of the rim", lambda p, s: p.surfaces.get("rim")
+        Float[Array, "m r"] | None,
+        "K",
+        "surface temperature of the rim",
+        lambda p, s: p.surfaces.get("rim"),
     ]
     lining_temperature: Annotated[
-        Float[Array, "m l"] | None, "K", "surface temperature of the linings", lambda p, s: p.surfaces.get("linings")
+        Float[Array, "m l"] | None,
+        "K",
+        "surface temperature of the linings",
+        lambda p, s: p.surfaces.get("linings"),
     ]
     band_temperature: Annotated[
-        Float[Array, "m b"] | None, "K", "temperature of the band", lambda p, s: p.surfaces.get("band")
+        Float[Array, "m b"] | None,
+        "K",
+        "temperature of the band",
+        lambda p, s: p.surfaces.get("band"),
     ]
     heat_lost: Annotated[
         Values | None,
@@ -447,7 +590,10 @@ class Series(NamedTuple):
         lambda p, s: p.surfaces.get("wetted"),
     ]
     friction_coefficient: Annotated[
-        Each | None, "", "coefficient of friction of each lining, sliding", lambda p, s: s.pair.coefficient
+        Each | None,
+        "",
+        "coefficient of friction of each lining, sliding",
+        lambda p, s: s.pair.coefficient,
     ]
     lining_outer_temperature: Annotated[
         Float[Array, "m o"] | None,
@@ -461,7 +607,9 @@ class Series(NamedTuple):
         "speed of the bandage (the mean of the linings where each has its own)",
         lambda p, s: p.shown.bandage_speed,
     ]
-    lining_speed: Annotated[Each | None, "rad/s", "speed of each lining", lambda p, s: p.shown.lining_speed]
+    lining_speed: Annotated[
+        Each | None, "rad/s", "speed of each lining", lambda p, s: p.shown.lining_speed
+    ]
     displacement: Annotated[
         Each | None,
         "m",
@@ -469,7 +617,12 @@ class Series(NamedTuple):
         lambda p, s: p.shown.displacement,
         View("displacement u along the band", "mm", 1e3),
     ]
-    damper_heat: Annotated[Values | None, "J", "heat of dampers since the start", lambda p, s: p.y.ledger.damper_heat]
+    damper_heat: Annotated[
+        Values | None,
+        "J",
+        "heat of dampers since the start",
+        lambda p, s: p.y.ledger.damper_heat,
+    ]
     electrical_work: Annotated[
         Values | None,
         "J",
@@ -489,21 +642,34 @@ class Series(NamedTuple):
         lambda p, s: p.y.worn and thickness(p.y.worn),
     ]
     friction_memory: Annotated[
-        Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+        Any,
+        "",
+        "state of the friction law of each lining (several: in the order of its PyTree)",
+        lambda p, s: s.memory,
     ]
     hook_position: Annotated[
-        Values | None, "m", "travel of the hook downwards since the start", lambda p, s: p.hook and p.hook.travel
+        Values | None,
+        "m",
+        "travel of the hook downwards since the start",
+        lambda p, s: p.hook and p.hook.travel,
     ]
     hook_speed: Annotated[
-        Values | None, "m/s", "speed of the hook, positive downwards", lambda p, s: p.hook and p.hook.speed
+        Values | None,
+        "m/s",
+        "speed of the hook, positive downwards",
+        lambda p, s: p.hook and p.hook.speed,
     ]
     hook_load: Annotated[
-        Values | None, "N", "force on the hook, weight less inertia", lambda p, s: p.hook and p.hook.force
+        Values | None,
+        "N",
+        "force on the hook, weight less inertia",
+        lambda p, s: p.hook and p.hook.force,
     ]
     rope_tension: Annotated[
         Values | None,
         "N",
-        "tension of the tightest line of the rope: hook load over lines strung; with a `TackleLoss` of the fast line "
+        "tension of the tightest line of the rope: hook load over lines strung; with a "
+        "`TackleLoss` of the fast line "
         "in hoisting, of the dead line in lowering, at rest the larger one of both",
         lambda p, s: p.hook and p.hook.rope,
     ]
@@ -516,7 +682,8 @@ class Series(NamedTuple):
     dead_line_tension: Annotated[
         Values | None,
         "N",
-        "tension of the line at the dead-line anchor, with a `TackleLoss`; at rest the largest that it can be",
+        "tension of the line at the dead-line anchor, with a `TackleLoss`; at rest the "
+        "largest that it can be",
         lambda p, s: p.hook and p.hook.dead,
     ]
     rope_stretch: Annotated[
@@ -528,28 +695,42 @@ class Series(NamedTuple):
     holding_reserve: Annotated[
         Values | None,
         "",
-        "static capacity of the brake over the load on a pulley at rest, under the tension of that instant, "
+        "static capacity of the brake over the load on a pulley at rest, under the "
+        "tension of that instant, "
         "of a lever that follows the speed under its limit",
         lambda p, s: _reserve(p),
     ]
-    friction_power: Annotated[Each, "W", "friction power of each lining", lambda p, s: s.rubs.power]
-    pressure: Annotated[Each | None, "Pa", "mean pressure on each lining", lambda p, s: s.rubs.pressure]
+    friction_power: Annotated[
+        Each, "W", "friction power of each lining", lambda p, s: s.rubs.power
+    ]
+    pressure: Annotated[
+        Each | None, "Pa", "mean pressure on each lining", lambda p, s: s.rubs.pressure
+    ]
     pairs: dict[str, PairSeries]
 
     @property
     def friction_work(self) -> Values:
-        """Friction work (J): heat, and the electrical and mechanical parts where the scene has them."""
+        """Friction work (J): heat, and the electrical and mechanical parts where the
+        scene has them."""
         if self.electrical_work is None or self.mechanical_work is None:
             return self.friction_heat
         return self.friction_heat + self.electrical_work + self.mechanical_work
 
     def _table(self) -> Table:
-        there = [(name, getattr(self, name), about) for name, about in SERIES_COLUMNS.items()]
+        there = [
+            (name, getattr(self, name), about) for name, about in SERIES_COLUMNS.items()
+        ]
         rows = [
-            (name, _range(values, about.unit), about.meaning) for name, values, about in there if values is not None
+            (name, _range(values, about.unit), about.meaning)
+            for name, values, about in there
+            if values is not None
         ]
         first = next(iter(self.pairs), "")
-        pairs = "" if len(self.pairs) < 2 else f"; pairs {', '.join(self.pairs)}, as pairs[{first!r}]"
+        pairs = (
+            ""
+            if len(self.pairs) < 2
+            else f"; pairs {', '.join(self.pairs)}, as pairs[{first!r}]"
+        )
         return rows_table(rows, f"Series at {np.shape(self.t)[0]} times{pairs}")
 
     def __repr__(self) -> str:
@@ -565,7 +746,11 @@ def _range(values: Any, unit: str) -> str:
         return value_text(values)
     array = np.asarray(values)
     finite = array[np.isfinite(array)]
-    each = f" ({' × '.join(str(n) for n in array.shape[1:])} each)" if array.ndim > 1 else ""
+    each = (
+        f" ({' × '.join(str(n) for n in array.shape[1:])} each)"
+        if array.ndim > 1
+        else ""
+    )
     if not finite.size:
         return f"—{each}"
     low = float(finite.min())
@@ -573,19 +758,30 @@ def _range(values: Any, unit: str) -> str:
     if low == high:
         return f"{number(low, unit)}{each}"
     top = max(abs(low), abs(high))
-    return f"{number(low, unit, beside=top).text} … {number(high, unit, beside=top)}{each}"
+    return (
+        f"{number(low, unit, beside=top).text} … {number(high, unit, beside=top)}{each}"
+    )
 
 
 def _columns(series: type) -> dict[str, About]:
     """The columns of a `Series` or a `PairSeries`, as their annotations say."""
     hints = series.__annotations__.items()
-    return {name: About(*get_args(hint)[1:]) for name, hint in hints if get_origin(hint) is Annotated}
+    return {
+        name: About(*get_args(hint)[1:])
+        for name, hint in hints
+        if get_origin(hint) is Annotated
+    }
 
 
 SERIES_COLUMNS = _columns(Series)
 PAIR_COLUMNS = _columns(PairSeries)
-#: quantities of linings, each of one friction pair: of these there are means, maxima and maps
-LINING_QUANTITIES = {name: about for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items() if about.view}
+#: quantities of linings, each of one friction pair: of these there are means, maxima
+#: and maps
+LINING_QUANTITIES = {
+    name: about
+    for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items()
+    if about.view
+}
 
 
 def series_of(p: Probe, system: BrakeSystem) -> Series:
@@ -594,15 +790,21 @@ def series_of(p: Probe, system: BrakeSystem) -> Series:
     first = PairSeen(system, p, 0)
     for i, name in enumerate(system.pair_names):
         view = PairSeen(system, p, i)
-        pairs[name] = PairSeries(**{key: column.find(p, view) for key, column in PAIR_COLUMNS.items()})
-    return Series(**{key: column.find(p, first) for key, column in SERIES_COLUMNS.items()}, pairs=pairs)
+        pairs[name] = PairSeries(
+            **{key: column.find(p, view) for key, column in PAIR_COLUMNS.items()}
+        )
+    return Series(
+        **{key: column.find(p, first) for key, column in SERIES_COLUMNS.items()},
+        pairs=pairs,
+    )
 
 
 _OF_PAIR = re.compile(rf"(?P<pair>[a-z][a-z_]*?)_(?P<column>{'|'.join(PAIR_COLUMNS)})")
 
 
 def pair_column(name: str) -> tuple[str, str] | None:
-    """Friction pair and column of a name as `internal_torque`; `None` of any other name."""
+    """Friction pair and column of a name as `internal_torque`; `None` of any other
+    name."""
     match = None if name in SERIES_COLUMNS else _OF_PAIR.fullmatch(name)
     return None if match is None else (match["pair"], match["column"])
 
@@ -623,41 +825,58 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
     by_name = {name: getattr(series, name) for name in SERIES_COLUMNS}
     if pairs:
         for pair, columns in series.pairs.items():
-            by_name |= {f"{pair}_{name}": values for name, values in columns._asdict().items()}
+            by_name |= {
+                f"{pair}_{name}": values for name, values in columns._asdict().items()
+            }
     return {name: values for name, values in by_name.items() if values is not None}
 
 
-# --- times ------------------------------------------------------------------------------------------------------------
+# --- times --------------------------------------------------------------------------
 
 
 def outside(ts: Array, start: Number, end: Number) -> Bool[Array, " m"]:
-    """Whether times `ts` are outside a run from `start` to `end`, rounding at the two ends allowed for."""
+    """Whether times `ts` are outside a run from `start` to `end`, rounding at the two
+    ends allowed for."""
     rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
-    return ~((ts >= start - rounding) & (ts <= end + rounding))  # written so that a NaN is outside
+    return ~(
+        (ts >= start - rounding) & (ts <= end + rounding)
+    )  # written so that a NaN is outside
 
 
-def fault_of_times(ts: np.ndarray, start: float, end: float, path: str, hint: str = "") -> Fault | None:
+def fault_of_times(
+    ts: np.ndarray, start: float, end: float, path: str, hint: str = ""
+) -> Fault | None:
     """Error of times outside a run, `None` if all are inside."""
     bad = ts[outside(ts, start, end)]
     if not bad.size:
         return None
     more = f" (and {bad.size - 1} more of {ts.size} times)" if bad.size > 1 else ""
-    return Fault(path, f"{bad[0]:g} s is outside the run{more}", f"between {start:g} and {end:g} s{hint}")
+    return Fault(
+        path,
+        f"{bad[0]:g} s is outside the run{more}",
+        f"between {start:g} and {end:g} s{hint}",
+    )
 
 
 def array_of_times(ts: Any, path: str) -> np.ndarray:
-    """Times (m,) of a list, an array or one number. Raises `InputError` for anything else, and for no times."""
+    """Times (m,) of a list, an array or one number. Raises `InputError` for anything
+    else, and for no times."""
     try:
         times = np.atleast_1d(np.asarray(ts, np.float64))
     except (TypeError, ValueError):
         raise input_error(path, f"{ts!r} are not numbers", "times in s") from None
     if times.ndim != 1 or not times.size:
-        raise input_error(path, f"have the shape {times.shape}", "one time in s, or a list of times")
+        raise input_error(
+            path, f"have the shape {times.shape}", "one time in s, or a list of times"
+        )
     return times
 
 
-def times_within(ts: Any, start: float, end: float, path: str, hint: str = "") -> np.ndarray:
-    """Times (m,) in a run, those that only rounding puts outside moved to its ends. Raises `InputError` for others."""
+def times_within(
+    ts: Any, start: float, end: float, path: str, hint: str = ""
+) -> np.ndarray:
+    """Times (m,) in a run, those that only rounding puts outside moved to its ends.
+    Raises `InputError` for others."""
     times = array_of_times(ts, path)
     if fault := fault_of_times(times, start, end, path, hint):
         raise InputError([fault])

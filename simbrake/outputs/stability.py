@@ -1,4 +1,5 @@
-"""How near a run came to an instability: a load that outweighs the sliding brake, linings that lock themselves."""
+"""How near a run came to an instability: a load that outweighs the sliding brake,
+linings that lock themselves."""
 
 import numpy as np
 
@@ -18,10 +19,16 @@ _ROUNDING = 1e-9
 
 
 def least_outweighed(scan: Scan) -> dict[str, float] | None:
-    """Load and torque (N·m) and time (s) at the minimum of torque over load while the brake slides under its maximum
-    lever force, at the ends and in the middle of all steps; `margin`: `torque/load − 1`. `None` without a load."""
+    """Load and torque (N·m) and time (s) at the minimum of torque over load while the
+    brake slides under its maximum lever force, at the ends and in the middle of all
+    steps; `margin`: `torque/load − 1`. `None` without a load."""
     columns = scan.seen
-    some = np.flatnonzero(_slides(scan) & _hardest(scan) & _coarse(scan) & (np.asarray(columns.omega) != 0))
+    some = np.flatnonzero(
+        _slides(scan)
+        & _hardest(scan)
+        & _coarse(scan)
+        & (np.asarray(columns.omega) != 0)
+    )
     if not some.size:
         return None
     capacities = capacities_at(scan.record, some, scan.instants)
@@ -32,20 +39,32 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
         return None
     k = int(driven[np.argmin(torque[driven] / load[driven])])
     margin = float(torque[k]) / float(load[k]) - 1.0
-    return {"load": float(load[k]), "torque": float(torque[k]), "time": float(columns.t[some[k]]), "margin": margin}
+    return {
+        "load": float(load[k]),
+        "torque": float(torque[k]),
+        "time": float(columns.t[some[k]]),
+        "margin": margin,
+    }
 
 
 def shortage(scan: Scan, status: str) -> list[str]:
-    """Times before the end in which the load exceeded what the brake gives under its maximum slack tension."""
+    """Times before the end in which the load exceeded what the brake gives under its
+    maximum slack tension."""
     columns = scan.seen
     t = scan.seen.t
     system: BrakeSystem = scan.record.system  # pyright: ignore
     hardest = _hardest(scan)
     rate = np.sign(columns.omega) * columns.alpha
-    moving = np.abs(columns.omega) > _ROUNDING * np.max(np.abs(columns.omega))  # a pulley that stops is there at last
+    moving = np.abs(columns.omega) > _ROUNDING * np.max(
+        np.abs(columns.omega)
+    )  # a pulley that stops is there at last
     candidates = hardest & _slides(scan) & moving & (rate > 0)
-    if not np.any(rate[candidates] * float(system.inertia) > _ROUNDING * float(system.sizes.torque)):
-        return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
+    if not np.any(
+        rate[candidates] * float(system.inertia)
+        > _ROUNDING * float(system.sizes.torque)
+    ):
+        # nothing ever sped up a pulley whose brake slides: no need to look closer
+        return []
 
     def short_at(some: np.ndarray) -> np.ndarray:
         if not some.size:
@@ -58,7 +77,9 @@ def shortage(scan: Scan, status: str) -> list[str]:
     short = np.zeros(len(t), bool)
     if rows_short.size:
         short[short_at(np.flatnonzero(hardest & np.isin(scan.row, rows_short)))] = True
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], short, [False]]).astype(int)))
+    edges = np.flatnonzero(
+        np.diff(np.concatenate([[False], short, [False]]).astype(int))
+    )
     spans = [(a, b - 1) for a, b in edges.reshape(-1, 2) if t[b - 1] > t[a]]
     if spans and spans[-1][1] == len(t) - 1 and status == Status.RUNAWAY:
         spans.pop()  # that is how the run ended
@@ -68,7 +89,8 @@ def shortage(scan: Scan, status: str) -> list[str]:
     often = f", {len(spans)} times in all" if len(spans) > 1 else ""
     load = number(np.max(np.abs(columns.load_torque[first : last + 1])), "N*m")
     return [
-        f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded what the "
+        f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up "
+        f"to {load}) exceeded what the "
         "sliding brake gives under its maximum slack tension"
     ]
 

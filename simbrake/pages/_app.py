@@ -1,7 +1,8 @@
 """The app: a page whose sliders run the scene, served by this computer to itself alone.
 
-Served on 127.0.0.1 under an address with a random token; requests with another Host, Origin or token are refused. One
-run at a time: a newer move cancels a longer run between two of its stretches.
+Served on 127.0.0.1 under an address with a random token; requests with another Host,
+Origin or token are refused. One run at a time: a newer move cancels a longer run
+between two of its stretches.
 """
 
 import http.server
@@ -54,31 +55,48 @@ class Superseded(Exception):
     """A newer move was made while this one ran."""
 
 
-def slider_of(path: str, value: float, about: Any, ends: tuple[float, float] | None = None) -> Data:
-    """A slider: range within that of the parameter, numbers in SI, and how they are read in the unit shown.
+def slider_of(
+    path: str, value: float, about: Any, ends: tuple[float, float] | None = None
+) -> Data:
+    """A slider: range within that of the parameter, numbers in SI, and how they are
+    read in the unit shown.
 
-    - `ends`: its range; by default from half to one and a half times the value, of 0 up to 1
+    - `ends`: its range; by default from half to one and a half times the value, of 0 up
+      to 1
     """
     low, high = ends or sorted((0.5 * value, 1.5 * value))
     high = high if high > low else low + 1.0
     if ends is None:
         low = max(low, -np.inf if about.low is None else about.low)
         high = min(high, about.high or np.inf)
-    factor, offset, unit = scale(about.unit, max(abs(low), abs(high)), absolute=not about.difference)
+    factor, offset, unit = scale(
+        about.unit, max(abs(low), abs(high)), absolute=not about.difference
+    )
     reading = {"factor": factor, "offset": offset, "unit": unit or "–"}
-    return {"path": path, "meaning": about.meaning, "value": value, "low": low, "high": high, **reading}
+    return {
+        "path": path,
+        "meaning": about.meaning,
+        "value": value,
+        "low": low,
+        "high": high,
+        **reading,
+    }
 
 
 def _numbers(leaf: Leaf) -> Iterator[tuple[str, float]]:
-    """The sliders of a parameter: one for a number or for equal ones, else one for each of a few."""
+    """The sliders of a parameter: one for a number or for equal ones, else one for each
+    of a few."""
     values = np.asarray(leaf.value, np.float64)
     if values.ndim == 0 or (values.size and np.ptp(values) == 0):
         yield leaf.path, float(values.flat[0])
     elif values.ndim == 1 and values.size <= _ENTRIES:
-        yield from ((f"{leaf.path}[{i}]", value) for i, value in enumerate(values.tolist()))
+        yield from (
+            (f"{leaf.path}[{i}]", value) for i, value in enumerate(values.tolist())
+        )
 
 
-#: numbers that decide first, by the ends of their paths, and the names that a driller has for them
+#: numbers that decide first, by the ends of their paths, and the names that a driller
+#: has for them
 _FIRST = {
     "duty.load.mass": "Mass on the hook",
     "duty.load.string": "Mass of the string, first cycle",
@@ -100,9 +118,11 @@ def is_limit(leaf: Leaf) -> bool:
 
 
 def sliders(scene: Scene) -> list[Data]:
-    """A slider for every parameter of a scene, in groups by its parts; counts and structure have none.
+    """A slider for every parameter of a scene, in groups by its parts; counts and
+    structure have none.
 
-    The first group has mass, speed, full lever force and friction, by names that a driller uses.
+    The first group has mass, speed, full lever force and friction, by names that a
+    driller uses.
     """
     absent = paths_without_meaning(scene)
     force = f"duty.{scene.duty.lever_field}"
@@ -112,19 +132,43 @@ def sliders(scene: Scene) -> list[Data]:
     for leaf in leaves(scene):
         if leaf.path in absent:
             continue
-        first = next((name for end, name in _FIRST.items() if f".{leaf.path}".endswith(f".{end}")), None)
-        first = first if leaf.path.startswith(("duty.load", "initial", "brake.linings")) else None
+        first = next(
+            (
+                name
+                for end, name in _FIRST.items()
+                if f".{leaf.path}".endswith(f".{end}")
+            ),
+            None,
+        )
+        first = (
+            first
+            if leaf.path.startswith(("duty.load", "initial", "brake.linings"))
+            else None
+        )
         for path, value in _numbers(leaf):
             group = leaf.path.rpartition(".")[0] or "scene"
-            control = {**slider_of(path, value, leaf.about), "group": group if first is None else _GROUP}
+            control = {
+                **slider_of(path, value, leaf.about),
+                "group": group if first is None else _GROUP,
+            }
             controls.append(control | ({"name": first} if first else {}))
-            if leaf.path.startswith(force) and leaf.about.unit in ("N", "Pa") and not is_limit(leaf):
+            if (
+                leaf.path.startswith(force)
+                and leaf.about.unit in ("N", "Pa")
+                and not is_limit(leaf)
+            ):
                 pulls.append(controls[-1])
     if pulls:
         pull = max(pulls, key=lambda control: control["value"])
         lever = scene.duty.lever
         band = scene.duty.lever_field == "slack_tension"
-        what = "Pull of the hand" if isinstance(lever, Lever) else "Tension of the slack end" if band else "Force"
+        what = (
+            "Pull of the hand"
+            if isinstance(lever, Lever)
+            else "Tension of the slack end"
+            if band
+            else "Force"
+        )
         what = "Pressure of the actuator" if isinstance(lever, Cylinder) else what
         pull |= {"group": _GROUP, "name": f"{what}, full"}
 
@@ -132,7 +176,9 @@ def sliders(scene: Scene) -> list[Data]:
         load = control["path"].startswith("duty.load")
         part = control["path"].partition(".")[0]
         decides = {"duty": 0 if load else 2, "initial": 1}.get(part, 3)
-        return order.get(control["group"].partition(".")[0], 3), decides if control["group"] == _GROUP else 0
+        return order.get(control["group"].partition(".")[0], 3), decides if control[
+            "group"
+        ] == _GROUP else 0
 
     return sorted(controls, key=place)
 
@@ -140,7 +186,9 @@ def sliders(scene: Scene) -> list[Data]:
 class App:
     """The runs behind the page: one at a time, of which the latest counts."""
 
-    def __init__(self, scene: Scene, limits: Mapping[str, float], title: str, rtol: float = 1e-10) -> None:
+    def __init__(
+        self, scene: Scene, limits: Mapping[str, float], title: str, rtol: float = 1e-10
+    ) -> None:
         self.scene = scene
         self.limits = limits
         self.title = title
@@ -153,15 +201,22 @@ class App:
 
     def page(self) -> str:
         """The page with the run of the scene as it is."""
-        words = "Each move is a run. Values in fields may leave the range of their slider."
+        words = (
+            "Each move is a run. Values in fields may leave the range of their slider."
+        )
         with self._running:
             result = simulate(self.scene, rtol=self.rtol, throw=False)
-            data = {"still": still(self.scene), "app": {"controls": self.controls}, "run": self._run(result)}
+            data = {
+                "still": still(self.scene),
+                "app": {"controls": self.controls},
+                "run": self._run(result),
+            }
             parts = head(result, limit_checks(result, self.limits), self.title)
         return render({**parts, "kind": "app", "panel": words, "data": data})
 
     def warm(self) -> None:
-        """Compile all that a move needs: programs come quickly first, and better ones after a few runs."""
+        """Compile all that a move needs: programs come quickly first, and better ones
+        after a few runs."""
         begun = time.monotonic()
         for i in range(_WARM):
             if i < 2 or time.monotonic() - begun < _WAIT:
@@ -172,17 +227,22 @@ class App:
         return live(result, _DETAIL) if lasted(result) else None
 
     def edited(self, values: Any) -> Scene:
-        """The scene with values of sliders. Raises `InputError` where they do not fit."""
+        """The scene with values of sliders. Raises `InputError` where they do not
+        fit."""
         if not isinstance(values, dict) or not set(values) <= self._known:
             raise ValueError("not the values of sliders")
-        if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in values.values()):
+        if not all(
+            isinstance(x, int | float) and not isinstance(x, bool)
+            for x in values.values()
+        ):
             raise ValueError("not numbers")
         if any(isinstance(x, int) and abs(x) > 2**1000 for x in values.values()):
             raise ValueError("more digits than a number has")
         return with_values(self.scene, {path: float(x) for path, x in values.items()})
 
     def answers(self, values: Any) -> Iterator[Data]:
-        """Progress of a run, and its results or errors. Ends early where a newer move comes."""
+        """Progress of a run, and its results or errors. Ends early where a newer move
+        comes."""
         with self._counting:
             self._latest += 1
             mine = self._latest
@@ -216,7 +276,9 @@ class App:
         yield outcomes[0]
 
     def _answer(self, values: Any, tell: Any) -> Data:
-        result = simulate(self.edited(values), rtol=self.rtol, throw=False, progress=tell)
+        result = simulate(
+            self.edited(values), rtol=self.rtol, throw=False, progress=tell
+        )
         parts = head(result, limit_checks(result, self.limits), self.title)
         said: Verdict = parts["verdict"]
         rows = [[*map(str, row), BADGES[row.state.colour]] for row in said.rows]
@@ -226,10 +288,14 @@ class App:
             "text": parts["outcome"],
             "rows": rows,
         }
-        return {"results": {**shown, "metrics": metric_rows(parts["figures"])}, "run": self._run(result)}
+        return {
+            "results": {**shown, "metrics": metric_rows(parts["figures"])},
+            "run": self._run(result),
+        }
 
     def saved(self, values: Any) -> Data:
-        """The scene with values of sliders as a scene file, or what is wrong with them."""
+        """The scene with values of sliders as a scene file, or what is wrong with
+        them."""
         try:
             scene = self.edited(values)
             title = " ".join(self.title.split())
@@ -247,7 +313,9 @@ class Server(http.server.ThreadingHTTPServer):
         self.app = app
         self.token = secrets.token_urlsafe(24)
         super().__init__(("127.0.0.1", port), _Handler)
-        self.hosts = {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
+        self.hosts = {
+            f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")
+        }
 
     @property
     def address(self) -> str:
@@ -262,12 +330,16 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         """Requests are not logged."""
 
     def _wanted(self) -> str | None:
-        """Path below the token; `None`, and refused, where host, origin or token are not ours."""
+        """Path below the token; `None`, and refused, where host, origin or token are
+        not ours."""
         origin = self.headers.get("Origin")
         _, token, *rest = [*self.path.split("/", 2), ""]
         if self.headers.get("Host") not in self.server.hosts:
             self.send_error(403, "another host")
-        elif origin is not None and origin.removeprefix("http://") not in self.server.hosts:
+        elif (
+            origin is not None
+            and origin.removeprefix("http://") not in self.server.hosts
+        ):
             self.send_error(403, "another origin")
         elif not secrets.compare_digest(token.encode(), self.server.token.encode()):
             self.send_error(404)
@@ -278,7 +350,11 @@ class _Handler(http.server.BaseHTTPRequestHandler):
     def _begin(self, kind: str, length: int | None = None) -> None:
         self.send_response(200)
         lengths = {} if length is None else {"Content-Length": str(length)}
-        for name, value in {"Content-Type": f"{kind}; charset=utf-8", **lengths, **_HEADERS}.items():
+        for name, value in {
+            "Content-Type": f"{kind}; charset=utf-8",
+            **lengths,
+            **_HEADERS,
+        }.items():
             self.send_header(name, value)
         self.end_headers()
 
@@ -300,7 +376,11 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         if wanted is None:
             return
         counted = length.isascii() and length.isdigit() and len(length) < 10
-        if self.headers.get("Content-Type") != "application/json" or not counted or int(length) > _LONGEST:
+        if (
+            self.headers.get("Content-Type") != "application/json"
+            or not counted
+            or int(length) > _LONGEST
+        ):
             return self.send_error(400, "not a request of the page")
         try:
             values = json.loads(self.rfile.read(int(length)))["values"]
@@ -318,7 +398,12 @@ class _Handler(http.server.BaseHTTPRequestHandler):
             self._begin("application/x-ndjson")
             try:
                 for answer in self.server.app.answers(values):
-                    self.wfile.write(json.dumps(answer, allow_nan=False, separators=(",", ":")).encode() + b"\n")
+                    self.wfile.write(
+                        json.dumps(
+                            answer, allow_nan=False, separators=(",", ":")
+                        ).encode()
+                        + b"\n"
+                    )
                     self.wfile.flush()
             except (BrokenPipeError, ConnectionResetError):
                 pass  # the page has made another move

@@ -1,4 +1,5 @@
-"""Data that the script of a page draws: curves over time, events, and the brake moment by moment.
+"""Data that the script of a page draws: curves over time, events, and the brake moment
+by moment.
 
 Numbers are in units for reading, with seven significant digits.
 """
@@ -43,8 +44,8 @@ _BLACK = "#1c2430"
 
 
 class Detail(NamedTuple):
-    """How finely a run is drawn: times of a curve spread evenly over each window, ends of steps, which are dense where
-    much changes, and moments of the film."""
+    """How finely a run is drawn: times of a curve spread evenly over each window, ends
+    of steps, which are dense where much changes, and moments of the film."""
 
     even: int = 300
     steps: int = 400
@@ -52,7 +53,8 @@ class Detail(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A curve: its name, colour, and the column of a series that it shows (`most`: "max" or "min" of a row)."""
+    """A curve: its name, colour, and the column of a series that it shows (`most`:
+    "max" or "min" of a row)."""
 
     label: str
     colour: str
@@ -67,7 +69,8 @@ class Line(NamedTuple):
 
 
 class Chart(NamedTuple):
-    """Curves with one axis: `unit` for reading, of which `SI = (value − offset)/factor`.
+    """Curves with one axis: `unit` for reading, of which
+    `SI = (value − offset)/factor`.
 
     `stepped`: whole numbers, drawn as steps
     """
@@ -85,8 +88,16 @@ class Chart(NamedTuple):
 
     def as_dict(self) -> Data:
         """Its data for the script."""
-        lines = [{"label": line.label, "colour": line.colour, "dashed": line.dashed} for line in self.lines]
-        return {"title": self.title, "unit": self.unit, "stepped": self.stepped, "lines": lines}
+        lines = [
+            {"label": line.label, "colour": line.colour, "dashed": line.dashed}
+            for line in self.lines
+        ]
+        return {
+            "title": self.title,
+            "unit": self.unit,
+            "stepped": self.stepped,
+            "lines": lines,
+        }
 
 
 def charts_of(scene: Scene, s: Series) -> list[Chart]:
@@ -96,44 +107,70 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     speed = [Line(f"{words.body} ω", _BLACK, "omega")]
     if s.bandage_speed is not None:
         speed.append(Line("bandage", BLUE, "bandage_speed", dashed=True))
-    torque = [Line("brake", BLUE, "brake_torque"), Line("load", VERMILLION, "load_torque", dashed=True)]
+    torque = [
+        Line("brake", BLUE, "brake_torque"),
+        Line("load", VERMILLION, "load_torque", dashed=True),
+    ]
     if s.shaft_torque is not None:
         torque.append(Line("others on the shaft", GREEN, "shaft_torque"))
     if s.motor_torque is not None:
         torque.append(Line("motor", PURPLE, "motor_torque"))
     if scene.brake.banded:
-        force = [Line("tight end", BLUE, "tight_tension"), Line("slack end", SKY, "slack_tension")]
+        force = [
+            Line("tight end", BLUE, "tight_tension"),
+            Line("slack end", SKY, "slack_tension"),
+        ]
     else:
-        normal = Line(f"largest normal force on a {words.lining}", BLUE, "normal_load", "max")
+        normal = Line(
+            f"largest normal force on a {words.lining}", BLUE, "normal_load", "max"
+        )
         force = [normal, Line("actuator", SKY, "lever_force", dashed=True)]
     forces = "Tension of the band" if scene.brake.banded else "Forces"
     charts = [
         Chart("Speed", "rad/s", tuple(speed)),
         Chart("Torque", "kN·m", tuple(torque), kilo),
-        Chart(", ".join(filter(None, (forces, scene.brake.force_words))), "kN", tuple(force), kilo),
+        Chart(
+            ", ".join(filter(None, (forces, scene.brake.force_words))),
+            "kN",
+            tuple(force),
+            kilo,
+        ),
     ]
     hot = {
-        f"hottest {words.body if not scene.brake.banded else 'rim'}": ("rim_temperature", VERMILLION),
+        f"hottest {words.body if not scene.brake.banded else 'rim'}": (
+            "rim_temperature",
+            VERMILLION,
+        ),
         f"hottest {words.lining}": ("lining_temperature", ORANGE),
         "band": ("band_temperature", BLUE),
     }
     lines = tuple(
-        Line(label, colour, column, "max") for label, (column, colour) in hot.items() if getattr(s, column) is not None
+        Line(label, colour, column, "max")
+        for label, (column, colour) in hot.items()
+        if getattr(s, column) is not None
     )
     charts += [Chart("Surface temperature", "°C", lines, 1.0, -ZERO)] if lines else []
     if s.friction_coefficient is not None:
-        low = Line(f"lowest of the {words.lining}s", BLUE, "friction_coefficient", "min")
+        low = Line(
+            f"lowest of the {words.lining}s", BLUE, "friction_coefficient", "min"
+        )
         high = Line("highest", SKY, "friction_coefficient", "max", dashed=True)
         charts.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
     if s.hook_position is not None:
         travel = Line("hook, downwards", _BLACK, "hook_position")
         charts.append(Chart("Travel of the hook", "m", (travel,)))
     used = Line(f"{words.lining}s at their friction limit", ORANGE, "at_limit")
-    return [*charts, Chart(f"At the limit, of {scene.brake.linings.count}", "–", (used,), stepped=True)]
+    return [
+        *charts,
+        Chart(
+            f"At the limit, of {scene.brake.linings.count}", "–", (used,), stepped=True
+        ),
+    ]
 
 
 def rounded(values: Any) -> Any:
-    """Nested lists of numbers with seven significant digits; what is not finite is `None`."""
+    """Nested lists of numbers with seven significant digits; what is not finite is
+    `None`."""
     x = np.asarray(values, np.float64)
     size = np.where(np.isfinite(x) & (x != 0), np.abs(x), 1.0)
     places = 10.0 ** (6 - np.floor(np.log10(size)))
@@ -154,8 +191,13 @@ def times_of(result: Result, detail: Detail) -> Times:
 
 
 def events_of(result: Result) -> list[Data]:
-    """Events that the charts mark: time, words, colour, and the meaning in plain words."""
-    return [{"t": event.time, **look} for event in result.events if (look := look_of_event(event)) is not None]
+    """Events that the charts mark: time, words, colour, and the meaning in plain
+    words."""
+    return [
+        {"t": event.time, **look}
+        for event in result.events
+        if (look := look_of_event(event)) is not None
+    ]
 
 
 def look_of_event(event: Event) -> Data | None:
@@ -168,17 +210,22 @@ def look_of_event(event: Event) -> Data | None:
 
 def _css(colour: str) -> str:
     """A colour of figures as a page writes it: "0.5" is a grey."""
-    return colour if colour.startswith("#") else "#" + 3 * f"{round(255 * float(colour)):02x}"
+    return (
+        colour
+        if colour.startswith("#")
+        else "#" + 3 * f"{round(255 * float(colour)):02x}"
+    )
 
 
-# --- the brake, moment by moment --------------------------------------------------------------------------------------
+# --- the brake, moment by moment ----------------------------------------------------
 
 #: share of a film for a short onset of slip
 _SHARE = 0.45
 
 
 class Film(NamedTuple):
-    """Times of run and film (s) at the beginning, at the end of the slow part, if any, and at the end."""
+    """Times of run and film (s) at the beginning, at the end of the slow part, if any,
+    and at the end."""
 
     run: tuple[float, ...]
     film: tuple[float, ...]
@@ -189,23 +236,40 @@ class Film(NamedTuple):
         return (self.film[i] - self.film[i - 1]) / (self.run[i] - self.run[i - 1])
 
 
-def film_of(result: Result, duration: float, start: float | int | None, end: float | int | None) -> Film:
-    """The first brake application, from the start until shortly after the first stop, or the requested part."""
+def film_of(
+    result: Result, duration: float, start: float | int | None, end: float | int | None
+) -> Film:
+    """The first brake application, from the start until shortly after the first stop,
+    or the requested part."""
     first, last = span(result)
     finish = windows(result)[0].end
-    stop = next((e.time for e in result.events if e.name == "stop" and e.time > first), None)
+    stop = next(
+        (e.time for e in result.events if e.name == "stop" and e.time > first), None
+    )
     if stop is not None:
         finish = min(finish, first + 1.15 * (stop - first))
     low = first if start is None else float(as_number(start))
     high = (finish if finish > low else last) if end is None else float(as_number(end))
-    checks = [fault_of_times(np.asarray([t]), first, last, name) for name, t in (("start", low), ("end", high))]
+    checks = [
+        fault_of_times(np.asarray([t]), first, last, name)
+        for name, t in (("start", low), ("end", high))
+    ]
     faults = Issues(filter(None, checks))
     low = max(low, first)
     high = min(high, last)
     if not faults and not low < high:
-        faults.add("end", f"{high:g} s is not after the start at {low:g} s", "it must be later")
+        faults.add(
+            "end", f"{high:g} s is not after the start at {low:g} s", "it must be later"
+        )
     faults.report()
-    slip = next((e.time for e in result.events if e.name == "full_slip" and low < e.time < high), high)
+    slip = next(
+        (
+            e.time
+            for e in result.events
+            if e.name == "full_slip" and low < e.time < high
+        ),
+        high,
+    )
     slow = low + 1.3 * (slip - low)
     if slow - low > 0.25 * (high - low):
         return Film((low, high), (0.0, duration))
@@ -232,27 +296,49 @@ def drawable(scene: Scene) -> bool:
 
 
 def _places(scene: Scene) -> list[list[float]]:
-    """Angles (rad, counter-clockwise from the right) and radii between which each lining is drawn."""
+    """Angles (rad, counter-clockwise from the right) and radii between which each
+    lining is drawn."""
     brake: Any = scene.brake
     if brake.banded:
-        return [[*sorted(ends), *LINING] for ends in on_circle(lining_edges(brake)).tolist()]
+        return [
+            [*sorted(ends), *LINING] for ends in on_circle(lining_edges(brake)).tolist()
+        ]
     if isinstance(brake, DiscBrake):
         pads = brake.linings
         callipers = -(-brake.linings.count // 2)
         half = 0.5 * float(pads.angle)
         inner = float(pads.inner_radius) / float(pads.outer_radius)
         middle = 0.5 * (inner + 0.97)
-        radii = [(middle, 0.97), (inner, middle)]  # the pad in front of the disc outside, that behind it inside
-        angles = [0.5 * math.pi + 2 * math.pi * (i // 2) / callipers for i in range(pads.count)]
-        return [[angle - half, angle + half, *radii[i % 2]] for i, angle in enumerate(angles)]
+        radii = [
+            (middle, 0.97),
+            (inner, middle),
+        ]  # the pad in front of the disc outside, that behind it inside
+        angles = [
+            0.5 * math.pi + 2 * math.pi * (i // 2) / callipers
+            for i in range(pads.count)
+        ]
+        return [
+            [angle - half, angle + half, *radii[i % 2]]
+            for i, angle in enumerate(angles)
+        ]
     start = float(brake.linings.start)
     end = float(brake.linings.end)
     pins = [(-0.5 * math.pi + side * 0.12, side) for side in (-1.0, 1.0)]
-    return [[*sorted((pin + side * start, pin + side * end)), 0.82, 0.93] for pin, side in pins]
+    return [
+        [*sorted((pin + side * start, pin + side * end)), 0.82, 0.93]
+        for pin, side in pins
+    ]
 
 
-def film(result: Result, count: int, duration: float = 8.0, start: Any = None, end: Any = None) -> Data:
-    """The brake at `count` moments of a film of a run: angles, speeds, contacts, tensions, loads, temperatures.
+def film(
+    result: Result,
+    count: int,
+    duration: float = 8.0,
+    start: Any = None,
+    end: Any = None,
+) -> Data:
+    """The brake at `count` moments of a film of a run: angles, speeds, contacts,
+    tensions, loads, temperatures.
 
     Raises `InputError` for times outside the run.
     """
@@ -264,7 +350,9 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
     pairs = [
         {
             "words": brake.pairs[name].words,
-            "contacts": ["".join(map(str, row)) for row in contacts[name].astype(int).tolist()],
+            "contacts": [
+                "".join(map(str, row)) for row in contacts[name].astype(int).tolist()
+            ],
             "load": rounded(np.asarray(now.normal) / 1e3),
         }
         for name, now in zip(contacts, p.shown.pairs, strict=True)
@@ -273,7 +361,10 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
     data: Data = {
         "t": rounded(t),
         "seconds": duration,
-        "rates": [{"until": until, "words": words_of_rate(window.rate(0.999 * until))} for until in window.film[1:]],
+        "rates": [
+            {"until": until, "words": words_of_rate(window.rate(0.999 * until))}
+            for until in window.film[1:]
+        ],
         "phi": rounded(p.y.phi),
         "omega": rounded(p.y.omega),
         "torque": rounded(np.asarray(p.flows.contact.brake_torque) / 1e3),
@@ -284,30 +375,52 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
         "heat": None,
     }
     if p.shown.tension is not None:
-        tension = np.concatenate([np.asarray(p.flows.contact.slack_tension)[:, None], p.shown.tension], axis=1)
+        tension = np.concatenate(
+            [np.asarray(p.flows.contact.slack_tension)[:, None], p.shown.tension],
+            axis=1,
+        )
         data["tension"] = rounded(tension / 1e3)
-    heat = {name: np.asarray(T) - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")}
+    heat = {
+        name: np.asarray(T) - ZERO
+        for name, T in p.surfaces.items()
+        if name in ("linings", "rim")
+    }
     if heat:
         low = min(T.min() for T in heat.values())
         high = max(T.max() for T in heat.values())
-        shown = {name: rounded(T if name == "linings" else T.max(axis=1)) for name, T in heat.items()}
+        shown = {
+            name: rounded(T if name == "linings" else T.max(axis=1))
+            for name, T in heat.items()
+        }
         data["heat"] = {"low": float(low), "high": float(max(high, low + 1.0)), **shown}
     return data
 
 
-# --- all of it --------------------------------------------------------------------------------------------------------
+# --- all of it ----------------------------------------------------------------------
 
 
 def still(scene: Scene) -> Data:
     """Words and colours of the film, which do not depend on the numbers of a scene."""
     words = scene.brake.words
-    states = {int(state): {"colour": _css(CONTACT_COLOURS[state]), "words": WORDS[state]} for state in WORDS}
-    return {"states": states, "lining": words.lining, "body": words.body, "banded": scene.brake.banded}
+    states = {
+        int(state): {"colour": _css(CONTACT_COLOURS[state]), "words": WORDS[state]}
+        for state in WORDS
+    }
+    return {
+        "states": states,
+        "lining": words.lining,
+        "body": words.body,
+        "banded": scene.brake.banded,
+    }
 
 
 def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
     """Curves, events and film of a concrete result of positive duration."""
-    series = both_sides(result, times_of(result, detail), np.unique([event.time for event in result.events]))
+    series = both_sides(
+        result,
+        times_of(result, detail),
+        np.unique([event.time for event in result.events]),
+    )
     charts = charts_of(result.scene, series)
     shown = windows(result)
     (start, end) = span(result)
@@ -315,8 +428,14 @@ def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
     return {
         "charts": [chart.as_dict() for chart in charts],
         "t": rounded(series.t),
-        "y": [rounded(np.stack([np.asarray(line) for line in chart.values(series)])) for chart in charts],
-        "windows": [{"words": window.title, "start": window.start, "end": window.end} for window in shown],
+        "y": [
+            rounded(np.stack([np.asarray(line) for line in chart.values(series)]))
+            for chart in charts
+        ],
+        "windows": [
+            {"words": window.title, "start": window.start, "end": window.end}
+            for window in shown
+        ],
         "events": events_of(result),
         "film": film(result, detail.frames) if drawable(result.scene) else None,
     }
@@ -325,7 +444,14 @@ def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
 def metric_rows(tiles: Sequence[Any]) -> list[Data]:
     """Key figures for the script, as `key_figures` gives them."""
     return [
-        {"words": words, "text": str(value), "si": value.si, "unit": value.si_unit, "note": note, "decides": decides}
+        {
+            "words": words,
+            "text": str(value),
+            "si": value.si,
+            "unit": value.si_unit,
+            "note": note,
+            "decides": decides,
+        }
         for words, value, note, decides in tiles
     ]
 
@@ -333,4 +459,9 @@ def metric_rows(tiles: Sequence[Any]) -> list[Data]:
 def embedded(data: Data) -> str:
     """Data as JSON that can stand in an element of a page, whatever texts it holds."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
-    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e").replace("\u2028", "\\u2028")
+    return (
+        text.replace("&", "\\u0026")
+        .replace("<", "\\u003c")
+        .replace(">", "\\u003e")
+        .replace("\u2028", "\\u2028")
+    )

@@ -1,4 +1,5 @@
-"""Outputs of a run: one self-contained HTML page, and files in a folder, written all or not at all."""
+"""Outputs of a run: one self-contained HTML page, and files in a folder, written all or
+not at all."""
 
 import base64
 import csv
@@ -75,10 +76,13 @@ Subject: TypeAlias = Result | Ledger | Comparison
 
 
 class Picture(NamedTuple):
-    """A figure of a run: the function that draws it, title, and condition on the result.
+    """A figure of a run: the function that draws it, title, and condition on the
+    result.
 
-    - `options`: further arguments of the function, so that one function can draw several figures
-    - `drawn`: the script of a page draws this; the figure is for paper, and for readers without scripts
+    - `options`: further arguments of the function, so that one function can draw
+      several figures
+    - `drawn`: the script of a page draws this; the figure is for paper, and for readers
+      without scripts
     """
 
     drawing: Callable[..., Figure]
@@ -96,7 +100,9 @@ class Picture(NamedTuple):
     def caption(self) -> str:
         """Caption: docstring of the function, without its arguments and errors."""
         words = inspect.getdoc(self.drawing) or ""
-        return " ".join(re.split(r"\n\n(?:- |Raises |Example)", words)[0].replace("`", "").split())
+        return " ".join(
+            re.split(r"\n\n(?:- |Raises |Example)", words)[0].replace("`", "").split()
+        )
 
     def figure(self, subject: Subject) -> Figure:
         """The figure of what a page is about."""
@@ -132,23 +138,41 @@ PICTURES = (
         drawn=True,
     ),
     Picture(plot.lining_map, "Normal load of every lining", options=("normal_load",)),
-    Picture(plot.stages, "Stages of the staged brake", lambda run: run.scene.brake.in_series),
-    Picture(plot.contacts, "Which linings slide", lambda run: bool(run.record.modes.contacts)),  # pyright: ignore
+    Picture(
+        plot.stages, "Stages of the staged brake", lambda run: run.scene.brake.in_series
+    ),
+    Picture(
+        plot.contacts,
+        "Which linings slide",
+        lambda run: bool(run.record.modes.contacts),
+    ),  # pyright: ignore
     Picture(plot.temperatures, "Temperatures", lambda run: run.scene.heated),
-    Picture(plot.depth, "Through the depth of the rim", lambda run: bool(run.scene.network.walls)),
-    Picture(plot.lining_map, "Temperature of every lining", _each_lining_has_heat, ("temperature",)),
+    Picture(
+        plot.depth,
+        "Through the depth of the rim",
+        lambda run: bool(run.scene.network.walls),
+    ),
+    Picture(
+        plot.lining_map,
+        "Temperature of every lining",
+        _each_lining_has_heat,
+        ("temperature",),
+    ),
 )
 
 
 def lasted(result: Result) -> bool:
-    """Whether a run has a positive duration; one that fails at its start has nothing to draw."""
+    """Whether a run has a positive duration; one that fails at its start has nothing to
+    draw."""
     start, end = span(result)
     return end > start
 
 
 def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
     """Yield all figures that apply to a result, and report the current one."""
-    wanted = [picture for picture in PICTURES if lasted(result) and picture.wanted(result)]
+    wanted = [
+        picture for picture in PICTURES if lasted(result) and picture.wanted(result)
+    ]
     for i, picture in enumerate(wanted):
         progress.now("figures", i, len(wanted))
         yield picture
@@ -156,11 +180,16 @@ def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
 
 def draw(subject: Subject, picture: Picture) -> Contents:
     """One figure, as an image inside the page."""
-    about = {"name": picture.key, "title": picture.title, "caption": picture.caption, "drawn": picture.drawn}
+    about = {
+        "name": picture.key,
+        "title": picture.title,
+        "caption": picture.caption,
+        "drawn": picture.drawn,
+    }
     return {**about, "address": data_uri(picture.figure(subject))}
 
 
-# --- the page ---------------------------------------------------------------------------------------------------------
+# --- the page -----------------------------------------------------------------------
 
 #: rows of a table of sensitivities that are shown
 _MOST = 20
@@ -185,25 +214,33 @@ def report(
     rtol: float = 1e-10,
     progress: bool | Progress | None = False,
 ) -> str:
-    """Write a run as one self-contained HTML page: no network, no other files. Returns the page.
+    """Write a run as one self-contained HTML page: no network, no other files. Returns
+    the page.
 
-    Verdict and key results come first, inputs last. Charts show values at the cursor and can be zoomed, a film shows
-    the brake moment by moment; on paper and without scripts there are still figures instead.
+    Verdict and key results come first, inputs last. Charts show values at the cursor
+    and can be zoomed, a film shows the brake moment by moment; on paper and without
+    scripts there are still figures instead.
 
-    - `run`: a result, or a scene, which is run to its end or its failure with the tolerance `rtol`
-    - `path`: file to write the page to; an existing file is replaced, whole or not at all
-    - `sensitivity`: metrics whose derivatives by every parameter of the scene are shown; metrics without a value in
-      this run are named
-    - `span`: half of the range of each parameter in the tornado charts, 1 % of its value, or as in
-      `simbrake.sensitivity` by path; the page says which
-    - `limits`: maximum permissible values of metrics (SI, or texts such as "450 degC"), and of `max_pressure`, the
-      maximum mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
-      of the page says which are exceeded
-    - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene file
-    - `check`: run a second time, to estimate the errors of the first run; or such an estimate (`Result.accuracy()`)
+    - `run`: a result, or a scene, which is run to its end or its failure with the
+      tolerance `rtol`
+    - `path`: file to write the page to; an existing file is replaced, whole or not at
+      all
+    - `sensitivity`: metrics whose derivatives by every parameter of the scene are
+      shown; metrics without a value in this run are named
+    - `span`: half of the range of each parameter in the tornado charts, 1 % of its
+      value, or as in `simbrake.sensitivity` by path; the page says which
+    - `limits`: maximum permissible values of metrics (SI, or texts such as "450 degC"),
+      and of `max_pressure`, the maximum mean pressure on a lining (Pa); the scene's own
+      permissible temperature is always evaluated. The heading of the page says which
+      are exceeded
+    - `title`: heading of the page
+    - `files`: name → text, shown at the end, such as the scene file
+    - `check`: run a second time, to estimate the errors of the first run; or such an
+      estimate (`Result.accuracy()`)
     - `progress`: report progress on stderr: `True`, or `None` on a terminal only
 
-    Numbers are in readable units; the exact value in SI units is in the `value` of each `<data>` element.
+    Numbers are in readable units; the exact value in SI units is in the `value` of each
+    `<data>` element.
 
     Raises `InputError` for errors of the scene, unknown metrics and limits.
 
@@ -218,13 +255,19 @@ def report(
     faults.attempt(check_metrics, scene, sensitivity)
     faults.report()
     with shown_progress(progress, "report", "compiling the run…") as progress:
-        result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=progress)
+        result = (
+            run
+            if isinstance(run, Result)
+            else simulate(run, rtol=rtol, throw=False, progress=progress)
+        )
         parts = contents(result, bounds, title, files or {}, progress)
         if sensitivity:
             parts |= _sensitivities(result, sensitivity, span, progress)
         if check is True:
             progress.now("second run, for the error estimate")
-        parts["accuracy"] = accuracy(result, progress) if check is True else check or None
+        parts["accuracy"] = (
+            accuracy(result, progress) if check is True else check or None
+        )
     text = render(parts)
     if path is not None:
         with whole_file(Path(path)) as file:
@@ -233,7 +276,11 @@ def report(
 
 
 def contents(
-    result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str], progress: Progress
+    result: Result,
+    limits: Mapping[str, float],
+    title: str,
+    files: Mapping[str, str],
+    progress: Progress,
 ) -> Contents:
     """Contents of the page of one result."""
     progress.now("post-processing…")
@@ -245,17 +292,33 @@ def contents(
     linings += "" if brake.rims == 1 else f" on each of {brake.rims} rims"
     events = event_table(result.events)
     checks = limit_checks(result, limits)
-    origin = {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
-    origin["machine"] = {name: value for name, value in origin["machine"].items() if name != "one_function"}
+    origin = {
+        name: value
+        for name, value in provenance(result).items()
+        if name not in ("scene", "outcome")
+    }
+    origin["machine"] = {
+        name: value
+        for name, value in origin["machine"].items()
+        if name != "one_function"
+    }
     return {
-        **head(result, checks, title or f"A run of a {brake.kind} with {brake.linings.count} {linings}"),
+        **head(
+            result,
+            checks,
+            title or f"A run of a {brake.kind} with {brake.linings.count} {linings}",
+        ),
         "kind": "report",
-        "data": {"run": live(result), "still": still(scene)} if lasted(result) else None,
+        "data": {"run": live(result), "still": still(scene)}
+        if lasted(result)
+        else None,
         "parts": [part for part in parts if not part["path"].startswith("heat")],
         "thermal_parts": [part for part in parts if part["path"].startswith("heat")],
         "duty": duty_words(scene),
         "duty_picture": draw(result, DUTY) if lasted(result) else None,
-        "pictures": [draw(result, picture) for picture in pictures_of(result, progress)],
+        "pictures": [
+            draw(result, picture) for picture in pictures_of(result, progress)
+        ],
         "counts": event_counts(result.events),
         "events": events,
         "fold": len(events) > _FOLD,
@@ -273,10 +336,15 @@ def contents(
 
 
 def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
-    """Contents of every page: title, verdict, key results; those of some pages alone empty."""
+    """Contents of every page: title, verdict, key results; those of some pages alone
+    empty."""
     summary = result.report().summary
     closure = digits(summary["energy"]["closure"], 2)
-    status = result.status.replace("_", " ").capitalize() if result.ok else f"Failed: {result.status}"
+    status = (
+        result.status.replace("_", " ").capitalize()
+        if result.ok
+        else f"Failed: {result.status}"
+    )
     return {
         "title": title,
         "verdict": result.verdict(checks),
@@ -292,18 +360,31 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
     }
 
 
-def film_page(result: Result, title: str, count: int, duration: float, start: float | None, end: float | None) -> str:
+def film_page(
+    result: Result,
+    title: str,
+    count: int,
+    duration: float,
+    start: float | None,
+    end: float | None,
+) -> str:
     """A page with the film of a run and its charts alone.
 
     Raises `InputError` for times outside the run.
     """
-    run = {**live(result, Detail(frames=2)), "film": film(result, count, duration, start, end)}
+    run = {
+        **live(result, Detail(frames=2)),
+        "film": film(result, count, duration, start, end),
+    }
     data = {"still": still(result.scene), "run": run}
-    return render({**head(result, limit_checks(result, {}), title), "kind": "film", "data": data})
+    return render(
+        {**head(result, limit_checks(result, {}), title), "kind": "film", "data": data}
+    )
 
 
 def _scene_text(scene: Scene) -> dict[str, str]:
-    """The scene as a file that can be run again, or the reason why it cannot be written."""
+    """The scene as a file that can be run again, or the reason why it cannot be
+    written."""
     try:
         return {"As a scene file, as it was run": scene_text(scene)}
     except InputError as error:
@@ -325,14 +406,22 @@ def flat(mapping: Mapping[str, object], above: str = "") -> list[tuple[str, str]
 
 
 def _sensitivities(
-    result: Result, metrics: Sequence[Metric], span: float | Mapping[str, float | str] | None, progress: Progress
+    result: Result,
+    metrics: Sequence[Metric],
+    span: float | Mapping[str, float | str] | None,
+    progress: Progress,
 ) -> Contents:
-    """Sections of the metrics that have a value in this run, and the names of the others."""
-    there = [metric for metric in metrics if result.ok and happened(measure(result, metric))]
+    """Sections of the metrics that have a value in this run, and the names of the
+    others."""
+    there = [
+        metric for metric in metrics if result.ok and happened(measure(result, metric))
+    ]
     tables: list[SensitivityTable] = []
     if there:
         rtol = float(result.rtol)
-        tables = tables_of(result.scene, there, span=span, most=_BARS, rtol=rtol, progress=progress)
+        tables = tables_of(
+            result.scene, there, span=span, most=_BARS, rtol=rtol, progress=progress
+        )
     sections = [
         {
             "words": title_of(table.metric),
@@ -349,7 +438,9 @@ def _sensitivities(
     elif isinstance(span, Mapping):
         ranges = "The ranges of the charts are those given."
     else:
-        ranges = f"The ranges of the charts are ± {digits(100 * span)} % of each parameter."
+        ranges = (
+            f"The ranges of the charts are ± {digits(100 * span)} % of each parameter."
+        )
     without = [name_of(metric) for metric in metrics if metric not in there]
     return {"sensitivities": sections, "ranges": ranges, "without": without}
 
@@ -363,53 +454,90 @@ def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
     ]
     lines = []
     for row in rows:
-        rounding = row.value and abs(row.elasticity) < _ROUNDING  # rounding errors are shown as 0
+        rounding = (
+            row.value and abs(row.elasticity) < _ROUNDING
+        )  # rounding errors are shown as 0
         influence = [
             Number("0" if rounding else digits(value, count), si=str(value))
             for value, count in ((row.derivative, 5), (row.elasticity, 4))
         ]
-        lines.append((row.path, row.meaning, number(row.value, row.unit), *influence, row.note))
+        lines.append(
+            (row.path, row.meaning, number(row.value, row.unit), *influence, row.note)
+        )
     return Table(columns, lines)
 
 
 def template_file(name: str) -> str:
     """A file of the templates, with what it needs to stand inside a page."""
-    return importlib.resources.files("simbrake").joinpath("templates", name).read_text("utf-8")
+    return (
+        importlib.resources.files("simbrake")
+        .joinpath("templates", name)
+        .read_text("utf-8")
+    )
 
 
 def render(parts: Mapping[str, Any]) -> str:
-    """The page with these contents. The template escapes every text; no script but the page's own can run."""
+    """The page with these contents. The template escapes every text; no script but the
+    page's own can run."""
     loader = jinja2.PackageLoader("simbrake", "templates")
-    settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
+    settings = {
+        "autoescape": True,
+        "trim_blocks": True,
+        "lstrip_blocks": True,
+        "undefined": jinja2.StrictUndefined,
+    }
     environment = jinja2.Environment(loader=loader, **settings)
     environment.filters |= {"digits": digits, "number": number}
-    names = ["uplot/uPlot.iife.min.js", "page.js", *(["sliders.js"] if parts["panel"] else [])]
+    names = [
+        "uplot/uPlot.iife.min.js",
+        "page.js",
+        *(["sliders.js"] if parts["panel"] else []),
+    ]
     scripts = [template_file(name) for name in names]
-    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts]
+    hashes = [
+        base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+        for text in scripts
+    ]
     allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
     allowed += " 'wasm-unsafe-eval'" if parts["kind"] == "live" else ""
     policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
     policy += "; connect-src 'self'" if parts["kind"] == "app" else ""
-    inlined = {"scripts": map(Markup, scripts), "uplot_style": Markup(template_file("uplot/uPlot.min.css"))}
+    inlined = {
+        "scripts": map(Markup, scripts),
+        "uplot_style": Markup(template_file("uplot/uPlot.min.css")),
+    }
     data: Data | None = parts["data"]
-    shown = {**parts, **inlined, "policy": policy, "data": None if data is None else Markup(embedded(data))}
+    shown = {
+        **parts,
+        **inlined,
+        "policy": policy,
+        "data": None if data is None else Markup(embedded(data)),
+    }
     return environment.get_template("page.html").render(shown)
 
 
-# --- files ------------------------------------------------------------------------------------------------------------
+# --- files --------------------------------------------------------------------------
 
 
 def write_run(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> list[Path]:
-    """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
+    """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure
+    that the run has as PNG.
 
     - `checks`: limits shown in the summaries
     """
-    with Progress("run", "series") as progress, whole_folder(folder) as (scratch, written):
+    with (
+        Progress("run", "series") as progress,
+        whole_folder(folder) as (scratch, written),
+    ):
         write_json(scratch / "summary.json", summary_with_limits(result, checks))
-        (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
+        (scratch / "summary.txt").write_text(
+            text_with_limits(result, checks) + "\n", "utf-8"
+        )
         names, table = _series_table(result)
         with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerow(names)  # names of bodies may hold anything
+            csv.writer(file, lineterminator="\n").writerow(
+                names
+            )  # names of bodies may hold anything
             np.savetxt(file, table, fmt="%.12g", delimiter=",", encoding="utf-8")
         progress.now("labelled data")
         save(result, scratch / "result.nc")
@@ -419,16 +547,28 @@ def write_run(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> lis
 
 
 def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m columns"]]:
-    """Column names with units, and the series on an even grid with the values before and after every event."""
-    series = both_sides(result, np.linspace(*span(result), 1001), np.unique([e.time for e in result.events]))
+    """Column names with units, and the series on an even grid with the values before
+    and after every event."""
+    series = both_sides(
+        result,
+        np.linspace(*span(result), 1001),
+        np.unique([e.time for e in result.events]),
+    )
     names: list[str] = []
     columns: list[np.ndarray] = []
     for name, column in flat_series(series, pairs=result.tells_pairs_apart).items():
         values = np.asarray(column)
         unit = f" [{about_column(name).unit}]" if about_column(name).unit else ""
-        each = ["_".join(str(i + 1) for i in place) for place in np.ndindex(values.shape[1:])]
+        each = [
+            "_".join(str(i + 1) for i in place)
+            for place in np.ndindex(values.shape[1:])
+        ]
         labels = result.nodes if name == "temperature" else each
-        names += [name + unit] if values.ndim == 1 else [f"{name}_{label}{unit}" for label in labels]
+        names += (
+            [name + unit]
+            if values.ndim == 1
+            else [f"{name}_{label}{unit}" for label in labels]
+        )
         columns += list(values.reshape(len(values), -1).T)
     return names, np.stack(columns, axis=1)
 
@@ -438,12 +578,15 @@ def write_json(file: Path, data: object) -> None:
 
 
 def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
-    """Write `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
+    """Write `sensitivity.json`, and of each metric its rows as CSV and its tornado
+    chart."""
     with whole_folder(folder) as (scratch, written):
         write_json(scratch / "sensitivity.json", [table.as_dict() for table in tables])
         for table in tables:
             name = table.metric.replace(".", "_")
-            with (scratch / f"sensitivity_{name}.csv").open("w", encoding="utf-8", newline="") as file:
+            with (scratch / f"sensitivity_{name}.csv").open(
+                "w", encoding="utf-8", newline=""
+            ) as file:
                 writer = csv.writer(file)
                 writer.writerow(Sensitivity._fields)
                 writer.writerows(table.rows)

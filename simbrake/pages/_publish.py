@@ -1,4 +1,5 @@
-"""A publication: a page with the C of its scene as WebAssembly, so that every move of a slider is a run."""
+"""A publication: a page with the C of its scene as WebAssembly, so that every move of a
+slider is a run."""
 
 import base64
 import gzip
@@ -22,7 +23,17 @@ from ..outputs.log import FAILURES, STATUS_MESSAGES, Event, Status
 from ..outputs.metrics import METRICS
 from ..parts.scene import Scene
 from ..runs.edit import entry_of
-from ..runs.measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_checks, measure, title_of, unit_of
+from ..runs.measure import (
+    PRESSURE,
+    ROOM,
+    LimitCheck,
+    Limited,
+    judged,
+    limit_checks,
+    measure,
+    title_of,
+    unit_of,
+)
 from ..runs.result import Result
 from ..runs.simulate import room_for, simulate
 from ..runs.verdict import RESERVE, SLIDING, SMALL_MARGIN, STILL_MOVING
@@ -35,11 +46,20 @@ from ._rows import deciding
 OTHER_PAGES = "simbrake report and simbrake app make pages of it"
 #: rows of the curves: more than a page has pixels
 _ROWS = 600
-_FLAGS = ("-target", "wasm32-wasi", "-mexec-model=reactor", "-O2", "-std=c99", "-ffp-contract=off", "-s")
+_FLAGS = (
+    "-target",
+    "wasm32-wasi",
+    "-mexec-model=reactor",
+    "-O2",
+    "-std=c99",
+    "-ffp-contract=off",
+    "-s",
+)
 
 
 class Published(NamedTuple):
-    """What a page has: sliders, metrics, and the size (bytes) of its program and of the page."""
+    """What a page has: sliders, metrics, and the size (bytes) of its program and of the
+    page."""
 
     sliders: int
     metrics: int
@@ -48,7 +68,8 @@ class Published(NamedTuple):
 
     def __str__(self) -> str:
         return (
-            f"{self.sliders} sliders, {self.metrics} metrics; the page has {self.size / 1e6:.2g} MB, "
+            f"{self.sliders} sliders, {self.metrics} metrics; the page has "
+            f"{self.size / 1e6:.2g} MB, "
             f"{self.program / 1e6:.2g} MB of them its program"
         )
 
@@ -63,15 +84,22 @@ def publish(
     progress: Progress,
     rtol: float = 1e-10,
 ) -> Published:
-    """Write the page of a scene that its reader's browser runs, with sliders for `ranges`, or else for all parameters.
+    """Write the page of a scene that its reader's browser runs, with sliders for
+    `ranges`, or else for all parameters.
 
     Raises `InputError` for a scene that has no C form.
     """
     base = simulate(scene, rtol=rtol, throw=False)
-    metrics = [name for name, metric in METRICS.items() if not metric.energy and not metric.needs.lacks(scene)]
+    metrics = [
+        name
+        for name, metric in METRICS.items()
+        if not metric.energy and not metric.needs.lacks(scene)
+    ]
     metrics.append("energy.friction_heat")
     progress.now("printing")
-    notes = [f"Relative tolerance {rtol:g}. Checks between several numbers of a scene are not made here."]
+    notes = [
+        f"Relative tolerance {rtol:g}. Checks between several numbers of a scene are not made here."
+    ]
     steps = possible_inputs(scene) is not None
     # other numbers may need more steps
     room = max(256, 2 * room_for(base))
@@ -82,7 +110,9 @@ def publish(
 
     export, text = printed()
     progress.now("compiling")
-    program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
+    program = gzip.compress(
+        _compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0
+    )
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
     places = export.places()
     body = scene.brake.words.body
@@ -99,7 +129,10 @@ def publish(
         "span": _places(export, "initial.time") + _places(export, "end_time"),
         "metrics": [*_metrics(metrics, base, limited.limits)],
         "coverage": _coverage(limited, base, checks),
-        "statuses": [STATUS_MESSAGES[status].replace("the pulley", f"the {body}") for status in Status],
+        "statuses": [
+            STATUS_MESSAGES[status].replace("the pulley", f"the {body}")
+            for status in Status
+        ],
         "reasons": [f"{reason.id}: {reason.words}" for reason in REASONS],
         "colours": list(COLOURS),
         "ratios": [
@@ -107,12 +140,19 @@ def publish(
             {
                 "key": "sliding",
                 "words": SLIDING,
-                "reasons": [i for i, reason in enumerate(REASONS) if reason.id in STILL_MOVING],
+                "reasons": [
+                    i for i, reason in enumerate(REASONS) if reason.id in STILL_MOVING
+                ],
             },
         ],
         "small": SMALL_RESERVE,
-        "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
-        "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],
+        "failures": {
+            int(code): [name, what] for code, (name, what, _) in FAILURES.items()
+        },
+        "events": [
+            None,
+            *(look_of_event(Event(0.0, name, None)) for name in export.events),
+        ],
         "time": places["t"][0],
         "charts": [
             {
@@ -128,7 +168,8 @@ def publish(
         **head(base, checks, title),
         "kind": "live",
         "film": False,
-        "panel": "Each move is a run in your browser, as exact as one in Python. Values in fields may leave the range "
+        "panel": "Each move is a run in your browser, as exact as one in Python. "
+        "Values in fields may leave the range "
         "of their slider.",
         "pictures": [draw(base, PICTURES[0])] if base.ok else (),
         "notes": notes,
@@ -137,7 +178,9 @@ def publish(
     page = render(parts)
     with whole_file(path) as file:
         file.write_text(page, "utf-8")
-    return Published(len(data["controls"]), len(metrics), len(program), len(page.encode()))
+    return Published(
+        len(data["controls"]), len(metrics), len(program), len(page.encode())
+    )
 
 
 def _compiled(text: str, steps: bool, rows: int) -> bytes:
@@ -147,10 +190,26 @@ def _compiled(text: str, steps: bool, rows: int) -> bytes:
         (scratch / "scene.c").write_text(text, "utf-8")
         (scratch / "live.c").write_text(template_file("live.c"), "utf-8")
         defined = [f"-DROWS={rows}", *(["-DSTEPS"] if steps else [])]
-        call = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, *defined, "-Wl,-z,stack-size=4194304"]
-        done = subprocess.run([*call, "-o", "live.wasm", "live.c"], cwd=scratch, capture_output=True, text=True)
+        call = [
+            sys.executable,
+            "-m",
+            "ziglang",
+            "cc",
+            *_FLAGS,
+            *defined,
+            "-Wl,-z,stack-size=4194304",
+        ]
+        done = subprocess.run(
+            [*call, "-o", "live.wasm", "live.c"],
+            cwd=scratch,
+            capture_output=True,
+            text=True,
+        )
         if done.returncode:
-            said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
+            said = next(
+                (line for line in done.stderr.splitlines() if "error" in line),
+                done.stderr[-200:],
+            )
             raise input_error("ziglang", f"failed: {said}", OTHER_PAGES)
         return (scratch / "live.wasm").read_bytes()
 
@@ -165,12 +224,21 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
             value = float(np.ravel(fields[field].value)[index or 0])
             about = fields[field].about
             controls.append(
-                {**slider_of(path, value, about, (low, high)), "group": field.rpartition(".")[0] or "scene"}
+                {
+                    **slider_of(path, value, about, (low, high)),
+                    "group": field.rpartition(".")[0] or "scene",
+                }
             )
     else:
         # (limits are those of the start: what a slider moves is a run)
-        there = {leaf.path for leaf in leaves(export.scene.as_run) if not is_limit(leaf)}
-        controls = [control for control in sliders(export.scene) if entry_of(control["path"], there)[0] in there]
+        there = {
+            leaf.path for leaf in leaves(export.scene.as_run) if not is_limit(leaf)
+        }
+        controls = [
+            control
+            for control in sliders(export.scene)
+            if entry_of(control["path"], there)[0] in there
+        ]
     for control in controls:
         field, _ = entry_of(control["path"], fields)
         control["places"] = _places(export, control["path"])
@@ -179,18 +247,20 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
 
 
 def _places(export: Export, path: str) -> list[int]:
-    """Places of a parameter, or of all entries of a list, among the numbers of a scene."""
+    """Places of a parameter, or of all entries of a list, among the numbers of a
+    scene."""
     placed = {leaf.path: leaf.value for leaf in export.placed}
     field, index = entry_of(path, placed)
     places = np.ravel(placed[field]).astype(int).tolist()
     return places if index is None else [places[index]]
 
 
-# --- what the page says of its metrics --------------------------------------------------------------------------------
+# --- what the page says of its metrics ----------------------------------------------
 
 
 def _coverage(limited: Limited, base: Result, checks: Sequence[LimitCheck]) -> Data:
-    """What the page compares with limits, in words, and whether that leaves its verdict `open`."""
+    """What the page compares with limits, in words, and whether that leaves its verdict
+    `open`."""
     missing = judged(base, checks).missing
     names = {check.name for check in checks if check.limit is not None}
     by_load = PRESSURE in names and "max_normal_load" in limited.limits
@@ -201,16 +271,35 @@ def _coverage(limited: Limited, base: Result, checks: Sequence[LimitCheck]) -> D
     return {"words": " ".join(words), "open": bool(aside or missing)}
 
 
-def _metrics(names: Sequence[str], base: Result, limits: Mapping[str, float]) -> Iterator[Data]:
-    """Metrics for the script: words, unit for reading, and whether they decide; `limit`: what they may be at most,
-    `small`: a margin that is less is small."""
+def _metrics(
+    names: Sequence[str], base: Result, limits: Mapping[str, float]
+) -> Iterator[Data]:
+    """Metrics for the script: words, unit for reading, and whether they decide;
+    `limit`: what they may be at most, `small`: a margin that is less is small."""
     values = {name: float(measure(base, name)) for name in names}
     decide = deciding(values)
     for name, value in values.items():
         unit = unit_of(name)
         limit = limits.get(name)
-        factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
-        reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
-        small = 0.0 if limit is None else SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
-        about = {"name": name, "words": title_of(name), **reading, "limit": limit, "small": small}
+        factor, offset, shown = scale(
+            unit, abs(value) if math.isfinite(value) else 1.0, absolute=True
+        )
+        reading = {
+            "factor": factor,
+            "offset": offset,
+            "unit": shown,
+            "si_unit": pretty(unit),
+        }
+        small = (
+            0.0
+            if limit is None
+            else SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
+        )
+        about = {
+            "name": name,
+            "words": title_of(name),
+            **reading,
+            "limit": limit,
+            "small": small,
+        }
         yield {**about, "decides": name in decide}

@@ -26,7 +26,11 @@ def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
     compared = list(comparison.parts())
     verdict = replay.verdict
     answer = replay.answer
-    section = (replay.readable, *compared[:-1], comparison.table.readable(*_COMPARED, title="beside the recording"))
+    section = (
+        replay.readable,
+        *compared[:-1],
+        comparison.table.readable(*_COMPARED, title="beside the recording"),
+    )
     notes = Table(["note"], [(text,) for text in replay.notes])
     return page | {
         "verdict": verdict._replace(headline=answer[0][:1].upper() + answer[0][1:]),
@@ -41,7 +45,11 @@ def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
 #: columns of a comparison for reading
 _COMPARED = (
     "begin",
-    *(f"{channel}_{name}" for channel in ("position", "load") for name in ("count", "rmse", "bias", "within")),
+    *(
+        f"{channel}_{name}"
+        for channel in ("position", "load")
+        for name in ("count", "rmse", "bias", "within")
+    ),
 )
 
 
@@ -80,16 +88,38 @@ def _figures(book: Ledger) -> Iterator[Tile]:
     totals = book.totals
     counts = book.counts
     lowerings = book.lowerings
-    words = {"hook_work": "work at the hook", "drum_work": "work at the drum", "tackle_loss": "loss of the tackle"}
-    words |= {"auxiliary_work": "auxiliary brake or motor", "friction_work": "friction brakes"}
+    words = {
+        "hook_work": "work at the hook",
+        "drum_work": "work at the drum",
+        "tackle_loss": "loss of the tackle",
+    }
+    words |= {
+        "auxiliary_work": "auxiliary brake or motor",
+        "friction_work": "friction brakes",
+    }
     for name, title in words.items():
-        ends = [number(totals.get(f"{name}_{end}"), "J", count=3) for end in ("low", "high")]
+        ends = [
+            number(totals.get(f"{name}_{end}"), "J", count=3) for end in ("low", "high")
+        ]
         note = f"{ends[0]} … {ends[1]}" if name == "hook_work" else ""
         if totals[name] is not None:
-            yield Tile(title, number(totals[name], "J", count=3), note, name in ("hook_work", "friction_work"))
+            yield Tile(
+                title,
+                number(totals[name], "J", count=3),
+                note,
+                name in ("hook_work", "friction_work"),
+            )
     yield Tile("travel downwards", number(totals["travel"], "m", count=3), "")
-    yield Tile("lowerings", Number(str(counts["valid"])), f"{counts['flagged']} more are flagged and left out")
-    yield Tile("load not decidable", Number(str(counts["not_decidable"])), "string, or block alone")
+    yield Tile(
+        "lowerings",
+        Number(str(counts["valid"])),
+        f"{counts['flagged']} more are flagged and left out",
+    )
+    yield Tile(
+        "load not decidable",
+        Number(str(counts["not_decidable"])),
+        "string, or block alone",
+    )
     if lowerings.tare is not None:
         value, low, high = (number(x, "N", count=3) for x in lowerings.tare)
         yield Tile("load without string", value, f"{low} … {high}")
@@ -97,15 +127,20 @@ def _figures(book: Ledger) -> Iterator[Tile]:
 
 def _assumptions(book: Ledger) -> Iterator[str | Table]:
     lowerings = book.lowerings
-    yield Table(["note"], [(text,) for text in dict.fromkeys((*book.notes, *lowerings.log.guesses))])
+    yield Table(
+        ["note"],
+        [(text,) for text in dict.fromkeys((*book.notes, *lowerings.log.guesses))],
+    )
     limits = {name: x for name, x in lowerings.thresholds.items() if x is not None}
     yield Table(["argument", "value"], flat({**book.given, **limits}), "in SI units")
 
 
 def write_ledger(recorded: Ledger | Replay, folder: str | Path) -> list[Path]:
-    """Write a ledger, or a replay with its ledger, into a folder, all or none; return the paths.
+    """Write a ledger, or a replay with its ledger, into a folder, all or none; return
+    the paths.
 
-    The files are `ledger.html` (a page), `.csv`, `.json`, `.png` and `.txt`; of a replay also `replay.csv` and `.png`.
+    The files are `ledger.html` (a page), `.csv`, `.json`, `.png` and `.txt`; of a
+    replay also `replay.csv` and `.png`.
 
     Raises `InputError` where the folder cannot be written.
 
@@ -118,7 +153,9 @@ def write_ledger(recorded: Ledger | Replay, folder: str | Path) -> list[Path]:
     book = recorded.book if isinstance(recorded, Replay) else recorded
     comparison = compare(recorded) if isinstance(recorded, Replay) else None
     with whole_folder(Path(folder)) as (scratch, written):
-        (scratch / "ledger.html").write_text(render(contents(book, comparison)), "utf-8")
+        (scratch / "ledger.html").write_text(
+            render(contents(book, comparison)), "utf-8"
+        )
         (scratch / "ledger.txt").write_text(f"{recorded}\n", "utf-8")
         write_json(scratch / "ledger.json", recorded.as_dict())
         if comparison is not None:

@@ -23,27 +23,32 @@ from .scene import Duty, Scene
 def feeds_back(scene: Scene) -> bool:
     """Whether wear before a run changes the scene."""
     wear = scene.wear
-    return wear is not None and (wear.geometry or wear.heat or wear.take_up_speed is not None)
+    return wear is not None and (
+        wear.geometry or wear.heat or wear.take_up_speed is not None
+    )
 
 
 def _worn(scene: Scene, wear: Wear) -> tuple[Vector, Vector]:
-    """Thickness worn off before the run, and the sizes of the linings: under a band their angles."""
+    """Thickness worn off before the run, and the sizes of the linings: under a band
+    their angles."""
     weights = scene.brake.linings.weights
     return jnp.broadcast_to(jnp.asarray(wear.worn), weights.shape), weights
 
 
 @explained
 def worn_scene(scene: Scene) -> Scene:
-    """The scene with the effects of the wear `h_i` before it (`Wear.worn`); unchanged without feedback.
+    """The scene with the effects of the wear `h_i` before it (`Wear.worn`); unchanged
+    without feedback.
 
         geometry        R_b' = R_b − h̄,  h̄ = Σ β_i h_i/Σ β_i        the band follows the linings inwards
         take_up_speed   T_0'(t) = T_0(t − Δ/u),  Δ = Σ β_i h_i = h̄ Σ β_i    the lever first takes up the slack Δ of the
                         band's length, with its end at the speed u
         heat            lumps of linings: C' = C s_i, conductances from them G' = G/s_i, s_i = 1 − h_i/δ;
-                        `TransmissionPartition`: δ_l' = δ_l − h̄.  Walls of linings: all layers by s_i (`walls_left`)
+                        `TransmissionPartition`: δ_l' = δ_l − h̄.  Walls of linings: all
+                        layers by s_i (`walls_left`)
 
-    The band circle is one, so that its radius falls by the mean; the linkage is not readjusted in between. Faces do not
-    grow or shrink: the inner one stays on the rim.
+    The band circle is one, so that its radius falls by the mean; the linkage is not
+    readjusted in between. Faces do not grow or shrink: the inner one stays on the rim.
 
     Example:
         >>> wear = sb.Wear(5e-14, worn="5 mm", geometry=True)
@@ -71,20 +76,26 @@ def worn_scene(scene: Scene) -> Scene:
 
 
 def _left(h: Array, angle: Array, thickness: Scalar | None, count: int) -> Array:
-    """Remaining share of the thickness of each of `count` bodies (all linings in one: their mean)."""
+    """Remaining share of the thickness of each of `count` bodies (all linings in one:
+    their mean)."""
     share = 1 - h / jnp.asarray(thickness)
-    return share if count > 1 else jnp.sum(share * angle, keepdims=True) / jnp.sum(angle)
+    return (
+        share if count > 1 else jnp.sum(share * angle, keepdims=True) / jnp.sum(angle)
+    )
 
 
 def walls_left(scene: Scene) -> dict[str, Array]:
-    """Remaining share `s_i = 1 − h_i/δ` of the thickness of every wall of linings, for each of its copies.
+    """Remaining share `s_i = 1 − h_i/δ` of the thickness of every wall of linings, for
+    each of its copies.
 
     Layers are thinner by it: `C' = C s_i`, resistance `s_i δ/λ`.
     """
     if scene.wear is None or not scene.wear.heat or scene.heat is None:
         return {}
     h, angle = _worn(scene, scene.wear)
-    walls = [wall for wall in scene.heat.walls if wall.name in lining_bodies(scene.heat)]
+    walls = [
+        wall for wall in scene.heat.walls if wall.name in lining_bodies(scene.heat)
+    ]
     return {wall.name: _left(h, angle, wall.thickness, wall.copies) for wall in walls}
 
 
@@ -106,21 +117,27 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
         if not isinstance(part, TransmissionPartition):
             return part
         mean = jnp.sum(h * angle) / jnp.sum(angle)
-        return with_fields(part, lining_thickness=jnp.asarray(part.lining_thickness) - mean)
+        return with_fields(
+            part, lining_thickness=jnp.asarray(part.lining_thickness) - mean
+        )
 
-    return jax.tree.map(thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition))
+    return jax.tree.map(
+        thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition)
+    )
 
 
-# --- a band turned end for end ----------------------------------------------------------------------------------------
+# --- a band turned end for end ------------------------------------------------------
 
 
 @explained
 def turned_scene(scene: Scene) -> Scene:
-    """The scene with its band turned end for end: its quantities are counted from the other end.
+    """The scene with its band turned end for end: its quantities are counted from the
+    other end.
 
-    That is every number of `brake.linings`, of segments and gaps of the band, of the wear, and the heat capacity of the
-    linings, where it has one entry per lining. Numbers of the places stay: temperatures at the start, free ends of the
-    band. Raises `InputError` for a staged brake, whose linings ride on the pulley.
+    That is every number of `brake.linings`, of segments and gaps of the band, of the
+    wear, and the heat capacity of the linings, where it has one entry per lining.
+    Numbers of the places stay: temperatures at the start, free ends of the band. Raises
+    `InputError` for a staged brake, whose linings ride on the pulley.
 
     Example:
         >>> linings = sb.Lining(0.35, [1.5, 1.5, 1.6])
@@ -132,24 +149,41 @@ def turned_scene(scene: Scene) -> Scene:
     brake = scene.brake
     n = scene.brake.linings.count
     if not isinstance(brake, Brake):
-        raise input_error("brake", f"is a {brake.words.brake}: only one band is turned end for end")
+        raise input_error(
+            "brake", f"is a {brake.words.brake}: only one band is turned end for end"
+        )
     if brake.in_series:
         raise InputError(faults_of_turning(brake))
 
     def reverse(part: PyTree) -> PyTree:
-        tables = TabulatedFade | TabulatedFriction | FrictionChange  # their entries are not linings
+        tables = (
+            TabulatedFade | TabulatedFriction | FrictionChange
+        )  # their entries are not linings
 
         def reversed_entries(x: PyTree) -> PyTree:
             if isinstance(x, FrictionChange):
                 return x.turned(n)
-            return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
+            return (
+                x[::-1]
+                if not isinstance(x, tables)
+                and np.ndim(x) == 1
+                and np.shape(x)[0] in (n, n - 1)
+                else x
+            )
 
-        return jax.tree.map(reversed_entries, part, is_leaf=lambda x: isinstance(x, tables))
+        return jax.tree.map(
+            reversed_entries, part, is_leaf=lambda x: isinstance(x, tables)
+        )
 
-    turned = with_fields(brake, linings=reverse(brake.linings), band=reverse(brake.band))
+    turned = with_fields(
+        brake, linings=reverse(brake.linings), band=reverse(brake.band)
+    )
     scene = with_fields(scene, brake=turned)
     if scene.wear is not None:
-        numbers = {name: reverse(getattr(scene.wear, name)) for name in ("rate", "worn", "permissible")}
+        numbers = {
+            name: reverse(getattr(scene.wear, name))
+            for name in ("rate", "worn", "permissible")
+        }
         scene = with_fields(scene, wear=with_fields(scene.wear, **numbers))
     if scene.heat is not None:
         linings = lining_bodies(scene.heat)

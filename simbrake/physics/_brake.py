@@ -1,4 +1,5 @@
-"""A brake as a hybrid system: mechanism, lever and load, and features, each of which adds its own physics."""
+"""A brake as a hybrid system: mechanism, lever and load, and features, each of which
+adds its own physics."""
 
 import dataclasses
 from collections.abc import Callable, Iterable
@@ -18,7 +19,15 @@ from ..hybrid.struct import Struct, struct_field
 from ..hybrid.system import Instant, variables_of
 from ..loads import AbstractLoad, RecordedMotion
 from ..phases import Phases
-from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, near, next_known_time
+from ..profiles import (
+    AbstractProfile,
+    FunctionProfile,
+    Piece,
+    Real,
+    hides_nothing,
+    near,
+    next_known_time,
+)
 from .mechanism import (
     OPEN,
     AbstractMechanism,
@@ -40,11 +49,13 @@ _ROUNDING = 1e-9
 
 
 class State(NamedTuple):
-    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
-    content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
-    each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
-    without any), of the phase of the duty (`None` without phases), of a hook on an elastic rope (`None` on a rigid
-    one), and the times (s) at which changes of friction began, of those that begin when something happens."""
+    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the
+    mechanism's own, the ledger, the heat content of the thermal nodes over their
+    capacity (K; `None` without heat), the thickness worn off the linings of each pair
+    (m; `None` without wear, and of a pair without), the states of the friction law of
+    each pair (`None` without any), of the phase of the duty (`None` without phases), of
+    a hook on an elastic rope (`None` on a rigid one), and the times (s) at which
+    changes of friction began, of those that begin when something happens."""
 
     phi: Any
     omega: Any
@@ -59,10 +70,12 @@ class State(NamedTuple):
 
 
 class BrakeNow(NamedTuple):
-    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and what features add."""
+    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and
+    what features add."""
 
     load_torque: Any  # M_load (N·m)
-    net_load: Any  # what the other torques on the shaft leave of it, which acts on the mechanism
+    # what the other torques on the shaft leave of it, which acts on the mechanism
+    net_load: Any
     lever_tension: Any = None  # T_0 (N), as the lever would give it
     lever_rate: Any = None  # its rate (N/s)
     contact: Any = None  # a `ContactNow`
@@ -76,9 +89,12 @@ class BrakeNow(NamedTuple):
 class BrakeGuards(NamedTuple):
     """Guards of a brake, or which of them fired; `None`: absent physics has none.
 
-    - `contact`: those of the mechanism;  `dry_shaft`: motion of the shaft, or what its dry friction can hold
-    - `layer_paid_out`, `layer_full`: rope left on its layer;  `friction_table`: to the ends of a table of friction
-    - `phase_end` of the duty;  `rope`: pull of an elastic rope, of a slack one its slack
+    - `contact`: those of the mechanism
+    - `dry_shaft`: motion of the shaft, or what its dry friction can hold
+    - `layer_paid_out`, `layer_full`: rope left on its layer
+    - `friction_table`: to the ends of a table of friction
+    - `phase_end` of the duty
+    - `rope`: pull of an elastic rope, of a slack one its slack
     - `onset`: to what begins changes of friction
     """
 
@@ -93,7 +109,8 @@ class BrakeGuards(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """A brake at one instant: time (s), state, mode, and variables where they are known."""
+    """A brake at one instant: time (s), state, mode, and variables where they are
+    known."""
 
     brake: "BrakeSystem"
     t: Array
@@ -109,8 +126,9 @@ AnyTree = TypeVar("AnyTree")
 
 
 class Feature(Struct):
-    """Physics of a brake beside its mechanism. The brake goes through its features in order; each gets what those
-    before it have made, and gives it back with its own. What a feature does not define stays as it is."""
+    """Physics of a brake beside its mechanism. The brake goes through its features in
+    order; each gets what those before it have made, and gives it back with its own.
+    What a feature does not define stays as it is."""
 
     #: whether it sets its own times (`AbstractHybridSystem.self_timed`)
     self_timed: ClassVar[bool] = False
@@ -120,14 +138,15 @@ class Feature(Struct):
     frees_hook: ClassVar[bool] = False
 
     def jumps(self, brake: "BrakeSystem") -> bool:
-        """Whether its states jump at events, beyond rounding and the speed at a change of the rope's layer."""
+        """Whether its states jump at events, beyond rounding and the speed at a change
+        of the rope's layer."""
         return False
 
     def rests_open(self, brake: "BrakeSystem") -> bool:
         """Whether it may bring the pulley to rest with the band open."""
         return False
 
-    # --- given functions of time --------------------------------------------------------------------------------------
+    # --- given functions of time -----------------------------------------------------
 
     @property
     def profiles(self) -> dict[str, AbstractProfile | Phases]:
@@ -138,10 +157,11 @@ class Feature(Struct):
         """All given functions of time as they are at an instant."""
         return courses
 
-    # --- states -------------------------------------------------------------------------------------------------------
+    # --- states ----------------------------------------------------------------------
 
     def book(self, brake: "BrakeSystem", ledger: Ledger, of_each: Any) -> Ledger:
-        """The ledger with its entries, `of_each` for each: a value at the start, a size, a place in the Jacobian."""
+        """The ledger with its entries, `of_each` for each: a value at the start, a
+        size, a place in the Jacobian."""
         return ledger
 
     def start(self, now: Moment) -> tuple[State, Mode]:
@@ -153,10 +173,11 @@ class Feature(Struct):
         return sizes
 
     def places(self, brake: "BrakeSystem", places: State) -> State:
-        """Places of the states in the Jacobian (see `AbstractHybridSystem.couplings`)."""
+        """Places of the states in the Jacobian (see
+        `AbstractHybridSystem.couplings`)."""
         return places
 
-    # --- at one instant -----------------------------------------------------------------------------------------------
+    # --- at one instant --------------------------------------------------------------
 
     def load_torque(self, now: Moment, torque: Array) -> Array:
         """Torque of the load (N·m)."""
@@ -174,8 +195,11 @@ class Feature(Struct):
         """What is known before the mechanism answers to its loads."""
         return now.z
 
-    def heating_rates(self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair) -> PerPair:
-        """Rates (K/s) of the temperatures that the laws see (`AppliedLoads.heating_rate`)."""
+    def heating_rates(
+        self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair
+    ) -> PerPair:
+        """Rates (K/s) of the temperatures that the laws see
+        (`AppliedLoads.heating_rate`)."""
         return rates
 
     def variables(self, now: Moment) -> BrakeNow:
@@ -195,16 +219,18 @@ class Feature(Struct):
         """Kinetic and elastic energy (J)."""
         return stored
 
-    # --- changes of mode ----------------------------------------------------------------------------------------------
+    # --- changes of mode -------------------------------------------------------------
 
     def at_once(self, mode: Mode, fired: BrakeGuards) -> Mode:
         """The mode at the event, to which all others answer."""
         return mode
 
     def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
-        """Speed of the pulley at an event: exactly 0 where it has come to rest but for rounding.
+        """Speed of the pulley at an event: exactly 0 where it has come to rest but for
+        rounding.
 
-        Else rounding would decide whether a band that closes then holds, or is drawn on by its pulley first.
+        Else rounding would decide whether a band that closes then holds, or is drawn on
+        by its pulley first.
         """
         return omega
 
@@ -212,7 +238,9 @@ class Feature(Struct):
         """State and mode to which the mechanism answers."""
         return now.y, new
 
-    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
+    def after(
+        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+    ) -> tuple[Mode, Array]:
         """The mode after the answer of the mechanism, and the code of the run."""
         return new, code
 
@@ -224,8 +252,11 @@ class Feature(Struct):
         """The state just after a change of mode; `now` is just before it."""
         return new
 
-    def heat_of_jump(self, now: Moment) -> Callable[[State, tuple[Array, ...]], State] | None:
-        """A function that adds the heat (J) of each pair in a jump of the tension to a state; `now` is after it."""
+    def heat_of_jump(
+        self, now: Moment
+    ) -> Callable[[State, tuple[Array, ...]], State] | None:
+        """A function that adds the heat (J) of each pair in a jump of the tension to a
+        state; `now` is after it."""
         return None
 
 
@@ -235,13 +266,15 @@ def numbered(name: str, each: Iterable[_T]) -> dict[str, _T]:
 
 
 def piece_of(mode: Mode, name: str) -> Piece:
-    """The piece on which a given function of time is; one without time breakpoints has only one."""
+    """The piece on which a given function of time is; one without time breakpoints has
+    only one."""
     piece = mode.pieces[name]
     return jnp.asarray(0, jnp.int32) if piece is None else piece
 
 
 def at_phase(profile: Any, y: State | None, mode: Mode) -> Any:
-    """A given function of time, or that of the phase that runs; without phases the state may be left out."""
+    """A given function of time, or that of the phase that runs; without phases the
+    state may be left out."""
     if not isinstance(profile, Phases):
         return profile
     assert y is not None
@@ -249,13 +282,16 @@ def at_phase(profile: Any, y: State | None, mode: Mode) -> Any:
 
 
 class Capacity(NamedTuple):
-    """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
+    """Load and sliding brake at one instant, or at many: torques (N·m) in the direction
+    in which the pulley turns.
 
     - `load`: load torque, less the other torques on the shaft
-    - `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed of the pulley and the
-      temperatures of that instant: of a standard brake one, of a staged brake external, internal
+    - `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at
+      the speed of the pulley and the temperatures of that instant: of a standard brake
+      one, of a staged brake external, internal
     - `settled`: whether the lever is at its last value
-    - `hanging`: torque of what hangs, without drag and the other torques on the shaft: what the brake alone would hold
+    - `hanging`: torque of what hangs, without drag and the other torques on the shaft:
+      what the brake alone would hold
     """
 
     load: Float[Array, "*many"]
@@ -270,23 +306,29 @@ class Capacity(NamedTuple):
 
     @property
     def outweighed(self) -> Bool[Array, "*many"]:
-        """Whether the load exceeds the torque of the sliding brake; a load that equals it keeps the speed constant."""
+        """Whether the load exceeds the torque of the sliding brake; a load that equals
+        it keeps the speed constant."""
         return self.load > self.torque * (1 + _ROUNDING)
 
     @property
     def exceeded(self) -> Bool[Array, "*many"]:
-        """Whether the load exceeds what the brake gives, now and with the final lever force."""
+        """Whether the load exceeds what the brake gives, now and with the final lever
+        force."""
         return self.settled & self.outweighed
 
 
-#: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
+#: passes in which tension and temperature after a jump are settled; each leaves about
+#: 1e-3 of the one before it
 _PASSES = 4
 
 
 def course_of_profile(profile: Any, t: Array, piece: Piece) -> tuple[Real, Real | None]:
-    """A profile as a function of time; of a lever that controls the speed with its torque."""
+    """A profile as a function of time; of a lever that controls the speed with its
+    torque."""
     one = jnp.ones(())
-    return profile.value(t, piece), profile.wanted_torque(t, one, piece, one, one) if profile.controls_speed else None
+    return profile.value(t, piece), profile.wanted_torque(
+        t, one, piece, one, one
+    ) if profile.controls_speed else None
 
 
 def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
@@ -298,14 +340,17 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         φ̇ = ω,   J ω̇ = M_load(t, ω) − Σ M_shaft − M_b
 
-    The only place where physics couples: temperatures go into the friction of the pairs, their power `F v` into the
-    network, the ledger and the wear.
+    The only place where physics couples: temperatures go into the friction of the
+    pairs, their power `F v` into the network, the ledger and the wear.
 
-    - `inertia` `J` (kg·m²) of all that turns with the shaft at the start;  `track_radius` (m) of the rim
-    - `features`: heat, shaft, rope, phases, wear, states of friction laws, of those that the scene has
-    - `rims` `n`, which are alike: the mechanism is that of one, under `M_load/n` and `J/n`; its torque and its powers
-      are `n` times as large on the shaft
-    - `wants`: what the duty says that the brake is to do (`WANTS`), for the verdict alone
+    - `inertia` `J` (kg·m²) of all that turns with the shaft at the start
+    - `track_radius` (m) of the rim
+    - `features`: heat, shaft, rope, phases, wear, states of friction laws, of those
+      that the scene has
+    - `rims` `n`, which are alike: the mechanism is that of one, under `M_load/n` and
+      `J/n`; its torque and its powers are `n` times as large on the shaft
+    - `wants`: what the duty says that the brake is to do (`WANTS`), for the verdict
+      alone
     """
 
     mechanism: AbstractMechanism
@@ -319,7 +364,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def feature(self, kind: type[_T]) -> _T | None:
         """The feature of a kind, `None`: the brake has none."""
-        return next((feature for feature in self.features if isinstance(feature, kind)), None)
+        return next(
+            (feature for feature in self.features if isinstance(feature, kind)), None
+        )
 
     def of_one(self, whole: AnyTree) -> AnyTree:
         """The part of one rim of what the shaft has: load, inertia."""
@@ -344,7 +391,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Names of the friction pairs, first the one on which the lever acts."""
         return tuple(pair.name for pair in self.mechanism.pairs)
 
-    # --- load and lever -----------------------------------------------------------------------------------------------
+    # --- load and lever --------------------------------------------------------------
 
     @property
     def profiles(self) -> dict[str, AbstractProfile | Phases]:
@@ -355,34 +402,52 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return profiles
 
     def courses(self, y: Any, mode: Mode) -> dict[str, Any]:
-        """All given functions of time by name, of those in phases that of the phase that runs."""
+        """All given functions of time by name, of those in phases that of the phase
+        that runs."""
         courses = {"lever": self.lever_at(y, mode), "load": self.load.profile}
-        courses |= {name: at_phase(profile, y, mode) for name, profile in self.profiles.items()}
+        courses |= {
+            name: at_phase(profile, y, mode) for name, profile in self.profiles.items()
+        }
         for feature in self.features:
             courses = feature.courses(Moment(self, jnp.zeros(()), y, mode), courses)
         return courses
 
     @property
     def sampled(self) -> tuple[str, ...]:
-        """Given functions of time that may have features between two breakpoints which only samples see, by name."""
+        """Given functions of time that may have features between two breakpoints which
+        only samples see, by name."""
 
         def simple(profile: AbstractProfile | Phases) -> bool:
-            levers = [phase.lever for phase in profile.each] if isinstance(profile, Phases) else [profile]
+            levers = (
+                [phase.lever for phase in profile.each]
+                if isinstance(profile, Phases)
+                else [profile]
+            )
             return all(hides_nothing(lever, course_of_profile) for lever in levers)
 
-        plain = {"lever": simple(self.lever), "load": hides_nothing(self.load, _course_of_load)}
+        plain = {
+            "lever": simple(self.lever),
+            "load": hides_nothing(self.load, _course_of_load),
+        }
         plain |= {name: simple(profile) for name, profile in self.profiles.items()}
         return tuple(name for name, known in plain.items() if not known)
 
     @property
     def guard_samples(self) -> int:
-        """Points inside a step at which guards are evaluated: none if given functions have no short features."""
+        """Points inside a step at which guards are evaluated: none if given functions
+        have no short features."""
         return 15 if self.sampled else 0
 
     @property
     def machine(self) -> Characteristic:
-        """Force, length, speed and temperature from which typical sizes of the brake's numbers follow."""
-        return Characteristic(self.sizes.torque / self.track_radius, self.track_radius, self.sizes.speed, 100.0)
+        """Force, length, speed and temperature from which typical sizes of the brake's
+        numbers follow."""
+        return Characteristic(
+            self.sizes.torque / self.track_radius,
+            self.track_radius,
+            self.sizes.speed,
+            100.0,
+        )
 
     def typical_numbers(self) -> PyTree:
         sizes = {id(leaf.value): leaf.about.size(self.machine) for leaf in leaves(self)}
@@ -391,16 +456,22 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 sizes |= {id(x): part.typical for x in jax.tree.leaves(part.parameters)}
         import equinox as eqx
 
-        return jax.tree.map(lambda x: sizes.get(id(x), 0.0), eqx.filter(self, eqx.is_inexact_array))
+        return jax.tree.map(
+            lambda x: sizes.get(id(x), 0.0), eqx.filter(self, eqx.is_inexact_array)
+        )
 
     @property
     def jumps(self) -> bool:
-        """Whether states jump at events, beyond rounding and the speed at a change of the rope's layer."""
-        return self.mechanism.stretches or any(feature.jumps(self) for feature in self.features)
+        """Whether states jump at events, beyond rounding and the speed at a change of
+        the rope's layer."""
+        return self.mechanism.stretches or any(
+            feature.jumps(self) for feature in self.features
+        )
 
     @property
     def rests_open(self) -> bool:
-        """Whether the pulley may come to rest with the band open, and no dry friction that holds it."""
+        """Whether the pulley may come to rest with the band open, and no dry friction
+        that holds it."""
         return any(feature.rests_open(self) for feature in self.features)
 
     @property
@@ -418,13 +489,21 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return inertia
         load = self.load.on_layer(mode.layer)
         if self.load.layers is not None:
-            inertia = inertia + (load.inertia() - self.load.on_layer(self.load.layers.first_layer()).inertia())
+            inertia = inertia + (
+                load.inertia()
+                - self.load.on_layer(self.load.layers.first_layer()).inertia()
+            )
         more = load.added_inertia(piece_of(mode, "load"))
         return inertia if more is None else inertia + more
 
-    def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
-        """Torque of the load (N·m), its rope in the layer of the mode; that of a weight at rest without a state `y`."""
-        torque = jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, "load")))
+    def load_torque(
+        self, t: Array, omega: Array, mode: Mode, y: State | None = None
+    ) -> Array:
+        """Torque of the load (N·m), its rope in the layer of the mode; that of a weight
+        at rest without a state `y`."""
+        torque = jnp.asarray(
+            self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, "load"))
+        )
         if y is not None:
             for feature in self.features:
                 torque = feature.load_torque(Moment(self, t, y, mode), torque)
@@ -432,37 +511,64 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
         """Surface states that the law of each pair depends on; `None`: none."""
-        surfaces = [SurfaceState(None, None, factor) for factor in self._factors(t, y, mode)]
+        surfaces = [
+            SurfaceState(None, None, factor) for factor in self._factors(t, y, mode)
+        ]
         for feature in self.features:
             surfaces = feature.surfaces(Moment(self, t, y, mode), surfaces)
-        return tuple(None if all(x is None for x in surface) else surface for surface in surfaces)
+        return tuple(
+            None if all(x is None for x in surface) else surface for surface in surfaces
+        )
 
     def changes(self, y: State, mode: Mode) -> dict[str, Any]:
-        """The courses of the changes of friction by name, also of those that begin when something happens."""
+        """The courses of the changes of friction by name, also of those that begin when
+        something happens."""
         courses = self.courses(y, mode)
-        return {name: courses[name] for name in numbered("friction", self.mechanism.profiles)}
+        return {
+            name: courses[name]
+            for name in numbered("friction", self.mechanism.profiles)
+        }
 
     def _factors(self, t: Array, y: State, mode: Mode) -> tuple[Array | None, ...]:
-        """Factors of the friction of each pair by changes over time, (n,); `None` of a law without."""
+        """Factors of the friction of each pair by changes over time, (n,); `None` of a
+        law without."""
         changes = self.changes(y, mode).items()
-        return self.mechanism.factors([jnp.asarray(course.value(t, piece_of(mode, name))) for name, course in changes])
+        return self.mechanism.factors(
+            [
+                jnp.asarray(course.value(t, piece_of(mode, name)))
+                for name, course in changes
+            ]
+        )
 
-    def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> TwoArrays:
+    def lever_tension(
+        self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces
+    ) -> TwoArrays:
         """`T_0` (N) and its rate as the lever has them."""
         piece = piece_of(mode, "lever")
         lever = self.lever_at(y, mode)
         omega = y.omega
-        given, rate = jax.jvp(lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),))
+        given, rate = jax.jvp(
+            lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),)
+        )
         if not lever.controls_speed:
             return given, rate
         turned = y.phi if y.phase is None else y.phase.turned
-        torque = jnp.asarray(lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode)), turned))
+        torque = jnp.asarray(
+            lever.wanted_torque(
+                t, omega, piece, load, jnp.asarray(self.inertia_at(mode)), turned
+            )
+        )
         follows = lever.follows(piece)
-        gain = self.of_all(self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces))
-        return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
+        gain = self.of_all(
+            self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
+        )
+        return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(
+            follows, 0.0, rate
+        )
 
     def applied(self, t: Array, y: State, mode: Mode) -> tuple[BrakeNow, Surfaces]:
-        """Torques on the shaft, tension of the lever and its rate; and the surfaces of the pairs."""
+        """Torques on the shaft, tension of the lever and its rate; and the surfaces of
+        the pairs."""
         load = self.load_torque(t, y.omega, mode, y)
         z = BrakeNow(load, load)
         for feature in self.features:
@@ -471,7 +577,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         tension, rate = self.lever_tension(t, y, mode, z.net_load, surfaces)
         return z._replace(lever_tension=tension, lever_rate=rate), surfaces
 
-    # --- all of it at one instant -------------------------------------------------------------------------------------
+    # --- all of it at one instant ----------------------------------------------------
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         z, surfaces = self.applied(t, y, mode)
@@ -487,8 +593,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         factor_rates = None
         if self.mechanism.stretches and self.mechanism.profiles:
-            factor_rates = jax.jvp(lambda t: self._factors(t, y, mode), (t,), (jnp.ones_like(t),))[1]
-        acting = self.acting(t, y, mode, z, surfaces)._replace(heating_rate=heating_rate, factor_rates=factor_rates)
+            factor_rates = jax.jvp(
+                lambda t: self._factors(t, y, mode), (t,), (jnp.ones_like(t),)
+            )[1]
+        acting = self.acting(t, y, mode, z, surfaces)._replace(
+            heating_rate=heating_rate, factor_rates=factor_rates
+        )
         contact = self.mechanism.variables(acting, y.omega, y.own, mode)
         z = z._replace(contact=contact, rubs=self.mechanism.rubs(mode, contact))
         for feature in self.features:
@@ -500,24 +610,42 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             load_work=z.load_torque * y.omega,
             lever_work=self.of_all(z.contact.lever_power),
             friction=tuple(self.of_all(_total(rub.force * rub.slip)) for rub in z.rubs),
-            damper_heat=self.of_all(z.contact.damping) if self.mechanism.damps else None,
+            damper_heat=self.of_all(z.contact.damping)
+            if self.mechanism.damps
+            else None,
         )
-        rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
+        rates = State(
+            y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger
+        )
         now = Moment(self, t, y, mode, z)
         for feature in self.features:
             rates = feature.rates(now, rates)
         return rates
 
-    # --- guards and changes of mode -----------------------------------------------------------------------------------
+    # --- guards and changes of mode --------------------------------------------------
 
-    def acting(self, t: Array, y: State, mode: Mode, z: BrakeNow, surfaces: Surfaces | None = None) -> AppliedLoads:
-        """Applied loads as guards and changes of mode see them, which do not need the rates of temperatures."""
+    def acting(
+        self,
+        t: Array,
+        y: State,
+        mode: Mode,
+        z: BrakeNow,
+        surfaces: Surfaces | None = None,
+    ) -> AppliedLoads:
+        """Applied loads as guards and changes of mode see them, which do not need the
+        rates of temperatures."""
         surfaces = self.surfaces(t, y, mode) if surfaces is None else surfaces
         shares = self.of_one((z.net_load, self.inertia_at(mode)))
-        return AppliedLoads(t, z.lever_tension, z.lever_rate, *shares, surfaces, lambda forces: ())
+        return AppliedLoads(
+            t, z.lever_tension, z.lever_rate, *shares, surfaces, lambda forces: ()
+        )
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
-        guards = BrakeGuards(self.mechanism.guards(self.acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
+        guards = BrakeGuards(
+            self.mechanism.guards(
+                self.acting(t, y, mode, z), y.omega, y.own, mode, z.contact
+            )
+        )
         now = Moment(self, t, y, mode, z)
         for feature in self.features:
             guards = feature.margins(now, guards)
@@ -530,7 +658,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             limits = feature.limits(mode, limits)
         return limits
 
-    def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
+    def change(
+        self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]
+    ) -> tuple[Mode, Array]:
         for feature in self.features:
             now = now._replace(mode=feature.at_once(now.mode, fired))
         t = now.t
@@ -540,17 +670,23 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         omega = y.omega
         for feature in self.features:
             omega = feature.settled(Moment(self, t, y, now.mode), fired, omega)
-        moment = EventState(t, omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
+        moment = EventState(
+            t, omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact
+        )
         for feature in self.features:
             y, new = feature.before(Moment(self, t, y, now.mode, now.z), new, fired)
 
-        def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[AppliedLoads, ContactNow]:
+        def ask(
+            mode: Mode, omega: Array, own: PyTree
+        ) -> tuple[AppliedLoads, ContactNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
             return self.acting(t, y, mode, z), z.contact
 
         new, code = self.mechanism.change(moment, new, fired.contact, ask)
         for feature in self.features:
-            new, code = feature.after(Moment(self, t, y, now.mode, now.z), new, fired, code)
+            new, code = feature.after(
+                Moment(self, t, y, now.mode, now.z), new, fired, code
+            )
         return new, code
 
     def code_at_end(self, mode: Mode) -> int:
@@ -563,15 +699,30 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             omega = feature.speed_after(now, after, omega)
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
         new = y._replace(omega=omega, own=own)
-        if self.load.added_inertia(piece_of(after, "load")) is not None:  # mass added in motion brings its energy
-            added = self.inertia_at(after) - self.inertia_at(before._replace(layer=after.layer))
-            new = new._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + 0.5 * added * omega**2))
+        if (
+            self.load.added_inertia(piece_of(after, "load")) is not None
+        ):  # mass added in motion brings its energy
+            added = self.inertia_at(after) - self.inertia_at(
+                before._replace(layer=after.layer)
+            )
+            new = new._replace(
+                ledger=y.ledger._replace(
+                    load_work=y.ledger.load_work + 0.5 * added * omega**2
+                )
+            )
         for feature in self.features:
             new = feature.reset(now, after, new)
-        return self._after_jump(t, y, before, after, new) if self.mechanism.stretches else new
+        return (
+            self._after_jump(t, y, before, after, new)
+            if self.mechanism.stretches
+            else new
+        )
 
-    def _after_jump(self, t: Array, y: State, before: Mode, after: Mode, new: State) -> State:
-        """The state after the jump of tension in a change of mode, with its work and its heat."""
+    def _after_jump(
+        self, t: Array, y: State, before: Mode, after: Mode, new: State
+    ) -> State:
+        """The state after the jump of tension in a change of mode, with its work and
+        its heat."""
         omega = new.omega
         own = new.own
         z = variables_of(self, t, y, before).contact
@@ -579,7 +730,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
         of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
-        found = (feature.heat_of_jump(Moment(self, t, new, after)) for feature in self.features)
+        found = (
+            feature.heat_of_jump(Moment(self, t, new, after))
+            for feature in self.features
+        )
         heaters = [heater for heater in found if heater is not None]
 
         def tension_jump(surfaces: Surfaces) -> tuple[PyTree, Array, tuple[Array, ...]]:
@@ -591,7 +745,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 state = heater(state, heats)
             return state
 
-        # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
+        # the heat of the jump warms the linings, on which the tension after it depends:
+        # settled in a few passes
         def settle(jump: PyTree, _: None) -> tuple[PyTree, None]:
             return tension_jump(self.surfaces(t, heated(new, jump[2]), after)), None
 
@@ -602,16 +757,23 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         else:
             jump = tension_jump(surfaces)
         own, work, heats = jump
-        friction = tuple(one + heat for one, heat in zip(new.ledger.friction, heats, strict=True))
-        ledger = new.ledger._replace(lever_work=new.ledger.lever_work + work, friction=friction)
+        friction = tuple(
+            one + heat for one, heat in zip(new.ledger.friction, heats, strict=True)
+        )
+        ledger = new.ledger._replace(
+            lever_work=new.ledger.lever_work + work, friction=friction
+        )
         return heated(new._replace(own=own, ledger=ledger), heats)
 
-    def _next_known(self, y: Any, mode: Mode) -> tuple[ScalarArray | float, dict[str, Any]]:
-        """The next time breakpoint, and whether it belongs to each given function of time.
+    def _next_known(
+        self, y: Any, mode: Mode
+    ) -> tuple[ScalarArray | float, dict[str, Any]]:
+        """The next time breakpoint, and whether it belongs to each given function of
+        time.
 
-        A pulley at rest, and a lever that begins to pull, must see no input that has ended, nor one that has yet to
-        begin: where its tension falls without going to 0, and where it follows the load, the lever is processed after
-        all others.
+        A pulley at rest, and a lever that begins to pull, must see no input that has
+        ended, nor one that has yet to begin: where its tension falls without going to
+        0, and where it follows the load, the lever is processed after all others.
         """
         courses = self.courses(y, mode)
         lever = courses["lever"]
@@ -623,13 +785,19 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             answers = lever.follows(piece + 1) if lever.controls_speed else False
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
-        return next_known_time(courses, {name: piece_of(mode, name) for name in courses}, waits)
+        return next_known_time(
+            courses, {name: piece_of(mode, name) for name in courses}, waits
+        )
 
     def _next_pieces(self, y: State, mode: Mode, at_stop: Array) -> Mode:
-        """The mode on the piece that begins at a time breakpoint, or in the phase after the one that ends at it."""
+        """The mode on the piece that begins at a time breakpoint, or in the phase after
+        the one that ends at it."""
         _, turns = self._next_known(y, mode)
         pieces = {
-            name: None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turns[name]).astype(jnp.int32)
+            name: None
+            if piece is None
+            else jnp.asarray(piece, jnp.int32)
+            + (at_stop & turns[name]).astype(jnp.int32)
             for name, piece in mode.pieces.items()
         }
         return mode._replace(pieces=pieces)
@@ -639,38 +807,67 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def near(self, mode: Mode, after: Mode) -> "BrakeSystem":
         courses = {"lever": self.lever, "load": self.load, **self.profiles}
-        # (a recorded motion is on the pieces of its lever, also as the course of a motor)
-        names = {id(x): "lever" if isinstance(x, RecordedMotion) else name for name, x in courses.items()}
+        # (a recorded motion is on the pieces of its lever, also as the course of a
+        # motor)
+        names = {
+            id(x): "lever" if isinstance(x, RecordedMotion) else name
+            for name, x in courses.items()
+        }
 
         def cut(part: Any) -> Any:
             name = names.get(id(part))
-            return part if name is None else near(part, piece_of(mode, name), piece_of(after, name))
+            return (
+                part
+                if name is None
+                else near(part, piece_of(mode, name), piece_of(after, name))
+            )
 
         return jax.tree.map(cut, self, is_leaf=lambda x: id(x) in names)
 
-    # --- as results ---------------------------------------------------------------------------------------------------
+    # --- as results ------------------------------------------------------------------
 
     def capacity(
-        self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces, *, static: bool = False
+        self,
+        tension: Array,
+        omega: Array,
+        own: PyTree,
+        surfaces: Surfaces,
+        *,
+        static: bool = False,
     ) -> Float[Array, " pairs"]:
-        """Maximum torque (N·m) of each friction pair, of all rims, as `AbstractMechanism.capacity`."""
-        return self.of_all(self.mechanism.capacity(tension, omega, own, surfaces, static=static))
+        """Maximum torque (N·m) of each friction pair, of all rims, as
+        `AbstractMechanism.capacity`."""
+        return self.of_all(
+            self.mechanism.capacity(tension, omega, own, surfaces, static=static)
+        )
 
-    def shown(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> tuple[BrakeNow, MechanismOutputs]:
-        """Variables and results of the mechanism with torques of all rims; forces are those of one."""
+    def shown(
+        self, t: Array, y: State, mode: Mode, z: BrakeNow
+    ) -> tuple[BrakeNow, MechanismOutputs]:
+        """Variables and results of the mechanism with torques of all rims; forces are
+        those of one."""
         surfaces = self.surfaces(t, y, mode)
-        shown = self.mechanism.shown(z.lever_tension, y.omega, y.own, mode, surfaces, z.contact)
+        shown = self.mechanism.shown(
+            z.lever_tension, y.omega, y.own, mode, surfaces, z.contact
+        )
         if self.rims == 1:
             return z, shown
-        contact = dataclasses.replace(z.contact, brake_torque=self.of_all(z.contact.brake_torque))
+        contact = dataclasses.replace(
+            z.contact, brake_torque=self.of_all(z.contact.brake_torque)
+        )
         torques = (self.of_all((pair.torque, pair.capacity)) for pair in shown.pairs)
         each = zip(shown.pairs, torques, strict=True)
-        pairs = tuple(pair._replace(torque=torque, capacity=capacity) for pair, (torque, capacity) in each)
+        pairs = tuple(
+            pair._replace(torque=torque, capacity=capacity)
+            for pair, (torque, capacity) in each
+        )
         return z._replace(contact=contact), shown._replace(pairs=pairs)
 
-    # --- states -------------------------------------------------------------------------------------------------------
+    # --- states ----------------------------------------------------------------------
 
-    def start(self, t: Array, omega: Array, own: PyTree, heat: Array | None, mode: Mode) -> tuple[State, Mode]:
+    def start(
+        self, t: Array, omega: Array, own: PyTree, heat: Array | None, mode: Mode
+    ) -> tuple[State, Mode]:
         """State and mode at the start; energies and wear are 0."""
         zero = jnp.zeros_like(omega)
         y = State(zero, omega, own, self._ledger(zero), heat)
@@ -680,31 +877,50 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def _ledger(self, of_each: Any) -> Ledger:
         friction = tuple(of_each for _ in self.mechanism.pairs)
-        ledger = Ledger(of_each, of_each, friction, damper_heat=of_each if self.mechanism.damps else None)
+        ledger = Ledger(
+            of_each,
+            of_each,
+            friction,
+            damper_heat=of_each if self.mechanism.damps else None,
+        )
         for feature in self.features:
             ledger = feature.book(self, ledger, of_each)
         return ledger
 
     def scales(self) -> State:
-        sizes = State(1.0, self.sizes.speed, self.mechanism.own_sizes(), self._ledger(jnp.inf))
+        sizes = State(
+            1.0, self.sizes.speed, self.mechanism.own_sizes(), self._ledger(jnp.inf)
+        )
         for feature in self.features:
             sizes = feature.sizes(self, sizes)
         return sizes
 
     def couplings(self) -> State | None:
-        own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
+        own = jax.tree.map(
+            lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes()
+        )
         core = np.asarray(CORE)
         quadrature = np.asarray(QUADRATURE)
         # (the angle moves nothing but a correction of the position)
-        corrects = any(profile.corrects_position for profile in (self.lever, *self.profiles.values()))
-        places = State(core if corrects else quadrature, core, own, self._ledger(quadrature))
+        corrects = any(
+            profile.corrects_position
+            for profile in (self.lever, *self.profiles.values())
+        )
+        places = State(
+            core if corrects else quadrature, core, own, self._ledger(quadrature)
+        )
         for feature in self.features:
             places = feature.places(self, places)
         return places if any(feature.sparse for feature in self.features) else None
 
-    def stored_at(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> TwoArrays:
-        """Kinetic and elastic energy (J) of shaft and mechanism, with an `inertia` (kg·m²) of the shaft."""
-        return self.of_all(self.mechanism.stored(self.of_one(inertia), omega, own, mode))
+    def stored_at(
+        self, inertia: Array, omega: Array, own: PyTree, mode: Mode
+    ) -> TwoArrays:
+        """Kinetic and elastic energy (J) of shaft and mechanism, with an `inertia`
+        (kg·m²) of the shaft."""
+        return self.of_all(
+            self.mechanism.stored(self.of_one(inertia), omega, own, mode)
+        )
 
     def stored(self, t: Array, y: State, mode: Mode) -> TwoArrays:
         """Kinetic and elastic energy (J)."""

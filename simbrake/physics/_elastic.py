@@ -1,4 +1,5 @@
-"""The elastic band: it follows the pulley until its linings slide, stores energy, and stretches as it slides."""
+"""The elastic band: it follows the pulley until its linings slide, stores energy, and
+stretches as it slides."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -37,7 +38,8 @@ from .mechanism import (
 )
 from .sliding import BandFriction, Limit, where_static
 
-#: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives
+#: Newton iterations of a slip speed under states of the law, and those after them that
+#: carry derivatives
 _SEARCH = 8
 _CARRY = 2
 #: search range, and threshold for no solution, over typical speeds
@@ -46,8 +48,8 @@ _OFF = 1e-9
 
 
 class BandState(NamedTuple):
-    """Elongation `x` of the band (m; `None` where it is rigid), and the speed `ω_b` (rad/s) of a bandage that carries
-    it (`None`: the pulley does)."""
+    """Elongation `x` of the band (m; `None` where it is rigid), and the speed `ω_b`
+    (rad/s) of a bandage that carries it (`None`: the pulley does)."""
 
     x: Any
     omega_b: Any = None
@@ -58,18 +60,22 @@ class ElasticNow(ContactNow):
 
     net_tension: Float[
         Array, ""
-    ]  # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the tensions
+        # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the
+        # tensions
+    ]
     band_speed: ScalarArray  # ẋ (m/s)
     upper: ScalarArray  # limits of T_n by friction (N)
     lower: ScalarArray
     slip_gain: Array | None  # 1 + γ > 0: the stretch of the band follows the fade
-    uncorrected_slip: ScalarArray  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
+    uncorrected_slip: (
+        ScalarArray  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
+    )
     limit: Limit  # of the linings, at the limit that counts
 
 
 class Slide(NamedTuple):
-    """A band that slides: `ẋ = ẋ_0 + γ v_s` (`growth`), `v_s` (`slip`), `R_b ω − ẋ_0` (`uncorrected_slip`), and
-    `1 + γ` (`slip_gain`)."""
+    """A band that slides: `ẋ = ẋ_0 + γ v_s` (`growth`), `v_s` (`slip`), `R_b ω − ẋ_0`
+    (`uncorrected_slip`), and `1 + γ` (`slip_gain`)."""
 
     growth: Array
     slip: Array
@@ -78,8 +84,9 @@ class Slide(NamedTuple):
 
 
 class AtLimit(NamedTuple):
-    """The tension `upper` (N) at the limit forwards, or of the way the band slides; `push(rates)`: how it moves with
-    slack tension, speed of the carrier and surfaces; the linings there."""
+    """The tension `upper` (N) at the limit forwards, or of the way the band slides;
+    `push(rates)`: how it moves with slack tension, speed of the carrier and surfaces;
+    the linings there."""
 
     upper: ScalarArray
     push: Callable[..., Array]
@@ -87,13 +94,15 @@ class AtLimit(NamedTuple):
 
 
 class AbstractElasticBand(AbstractBand):
-    """A band on a carrier, a pulley or a bandage: its tensions, and how its stretch follows the carrier (model §3).
+    """A band on a carrier, a pulley or a bandage: its tensions, and how its stretch
+    follows the carrier (model §3).
 
         T_n = C x,  ẋ = R_b ω while it sticks;   T_n = T_0 Π^{±1} while it slides
 
-    While it slides the tension moves with the lever, the speed and the temperatures, and these with the heat of the
-    slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`. States of the friction law whose rates depend
-    on the slip make `ẋ(v_s)` a curve; `1 + γ` is then `1 + dẋ/dv_s`.
+    While it slides the tension moves with the lever, the speed and the temperatures,
+    and these with the heat of the slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`,
+    `v_s = (R_b ω − ẋ_0)/(1 + γ)`. States of the friction law whose rates depend on the
+    slip make `ẋ(v_s)` a curve; `1 + γ` is then `1 + dẋ/dv_s`.
 
     - `stiffness` `C` (N/m); `None`: the band is rigid
     """
@@ -106,7 +115,8 @@ class AbstractElasticBand(AbstractBand):
 
     @property
     def _follows_slip(self) -> bool:
-        """Whether friction changes by the slip itself, with its heat or with states of the law."""
+        """Whether friction changes by the slip itself, with its heat or with states of
+        the law."""
         rates = self.pairs[0].memory
         return self.grip.reads.T or (rates is not None and rates.slip)
 
@@ -115,27 +125,41 @@ class AbstractElasticBand(AbstractBand):
         codes = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
         return (*codes, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(codes)
 
-    # --- at one instant; `omega` is the speed of the carrier ----------------------------------------------------------
+    # --- at one instant; `omega` is the speed of the carrier -------------------------
 
     def at_limit(self, acting: AppliedLoads, omega: Array, mode: Mode) -> AtLimit:
         sliding = slips(mode.band)
         back = mode.band == SLIP_BACK
 
-        def tension(T_0: Array, omega: Array, surface: SurfaceState | None) -> tuple[Array, Limit]:
+        def tension(
+            T_0: Array, omega: Array, surface: SurfaceState | None
+        ) -> tuple[Array, Limit]:
             v = jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius
             limit = self.wrap.limit(T_0, v, surface, back, ~sliding)
             return T_0 * limit.ratio, limit
 
         surface = None if self.wrap.fixed is not None else acting.surfaces[0]
-        return AtLimit(*jax.linearize(tension, acting.tension, omega, surface, has_aux=True))
+        return AtLimit(
+            *jax.linearize(tension, acting.tension, omega, surface, has_aux=True)
+        )
 
-    def tensions(self, slack: Array, stretched: Array | None, band: Array, upper: Array, held: Array) -> TwoArrays:
-        """Slack tension, also that of an open band, and tight one (N): `stretched` is `C x`, `held` that at rest."""
+    def tensions(
+        self,
+        slack: Array,
+        stretched: Array | None,
+        band: Array,
+        upper: Array,
+        held: Array,
+    ) -> TwoArrays:
+        """Slack tension, also that of an open band, and tight one (N): `stretched` is
+        `C x`, `held` that at rest."""
         tight = where_static(band == HELD, held, where_static(slips(band), upper, 0.0))
         if stretched is None:
             return slack, tight
         take_up = band == TAKE_UP
-        return where_static(take_up, stretched, slack), where_static(take_up | (band == ELASTIC), stretched, tight)
+        return where_static(take_up, stretched, slack), where_static(
+            take_up | (band == ELASTIC), stretched, tight
+        )
 
     def band_kinematics(
         self,
@@ -146,9 +170,11 @@ class AbstractElasticBand(AbstractBand):
         carrier: TwoArrays,
         inner: Array | None = None,
     ) -> dict[str, Any]:
-        """State of the band on a `carrier` (`ω`, `ω̇`): variables of every elastic band.
+        """State of the band on a `carrier` (`ω`, `ω̇`): variables of every elastic
+        band.
 
-        - `inner` (W): friction power of the internal pair, which warms the linings as well
+        - `inner` (W): friction power of the internal pair, which warms the linings as
+          well
         """
         band = mode.band
         speed = self.wrap.radius * carrier[0]
@@ -159,7 +185,9 @@ class AbstractElasticBand(AbstractBand):
         if self.stretches:
             slide = self._slide(acting, band == SLIP_BACK, at, speed, carrier[1], inner)
             carried = (band == TAKE_UP) | (band == ELASTIC)
-            band_speed = where_static(carried, speed, where_static(sliding, slide.growth, 0.0))
+            band_speed = where_static(
+                carried, speed, where_static(sliding, slide.growth, 0.0)
+            )
         return {
             "slip_speed": where_static(sliding, slide.slip, 0.0),
             "lever_power": slack * band_speed,
@@ -172,9 +200,16 @@ class AbstractElasticBand(AbstractBand):
         }
 
     def _slide(
-        self, acting: AppliedLoads, back: Array, at: AtLimit, speed: Array, alpha: Array, inner: Array | None
+        self,
+        acting: AppliedLoads,
+        back: Array,
+        at: AtLimit,
+        speed: Array,
+        alpha: Array,
+        inner: Array | None,
     ) -> Slide:
-        """The band in full slip: `x = T_n/C` moves with lever, speed, temperatures and states of the law."""
+        """The band in full slip: `x = T_n/C` moves with lever, speed, temperatures and
+        states of the law."""
         still = jnp.zeros_like(speed)
         fixed = self.wrap.fixed
         surface = acting.surfaces[0]
@@ -187,23 +222,34 @@ class AbstractElasticBand(AbstractBand):
         def ageing(slip: Array) -> PyTree:
             if rates is None or surface is None:
                 return None
-            return pair.memory_rates(surface, where_static(back, -slip, slip), normal, friction * slip)
+            return pair.memory_rates(
+                surface, where_static(back, -slip, slip), normal, friction * slip
+            )
 
         def stretch(
-            pull: Array, alpha: Array, T_rate: Array | None, memory_rate: PyTree, swing: Array | None = None
+            pull: Array,
+            alpha: Array,
+            T_rate: Array | None,
+            memory_rate: PyTree,
+            swing: Array | None = None,
         ) -> Array:
             if fixed is not None or surface is None:
                 return at.push(pull, alpha, None) / self.stiffness
             if surface.factor is not None and swing is None:
                 swing = jnp.zeros_like(surface.factor)
-            return at.push(pull, alpha, SurfaceState(T_rate, memory_rate, swing)) / self.stiffness
+            return (
+                at.push(pull, alpha, SurfaceState(T_rate, memory_rate, swing))
+                / self.stiffness
+            )
 
         drift = None if fixed is not None else acting.heating_rate(None)[0]
         if drift is not None and inner is not None:
             drift = drift + acting.heating_rate((None, inner))[0]
         at_rest = ageing(still)
         swing = None if acting.factor_rates is None else acting.factor_rates[0]
-        growth = stretch(acting.pull, alpha if fixed is None else still, drift, at_rest, swing)
+        growth = stretch(
+            acting.pull, alpha if fixed is None else still, drift, at_rest, swing
+        )
         uncorrected_slip = speed - growth
         if not self._follows_slip:
             return Slide(growth, uncorrected_slip, uncorrected_slip, None)
@@ -215,15 +261,24 @@ class AbstractElasticBand(AbstractBand):
         if rates is not None and rates.bends:
 
             def more(slip: Array) -> Array:
-                return stretch(still, still, None if heating is None else slip * heating, change(slip))
+                return stretch(
+                    still,
+                    still,
+                    None if heating is None else slip * heating,
+                    change(slip),
+                )
 
-            slip, slip_gain = _slip_of(more, uncorrected_slip, self.wrap.radius * self.sizes.speed)
+            slip, slip_gain = _slip_of(
+                more, uncorrected_slip, self.wrap.radius * self.sizes.speed
+            )
             return Slide(speed - slip, slip, uncorrected_slip, slip_gain)
         gamma = stretch(still, still, heating, change(jnp.ones_like(still)))
         slip = uncorrected_slip / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
         return Slide(growth + gamma * slip, slip, uncorrected_slip, 1 + gamma)
 
-    def band_guards(self, acting: AppliedLoads, omega: Array, mode: Mode, z: ElasticNow) -> ContactGuards:
+    def band_guards(
+        self, acting: AppliedLoads, omega: Array, mode: Mode, z: ElasticNow
+    ) -> ContactGuards:
         band = mode.band
         size = self.sizes
         R_b = self.wrap.radius
@@ -235,7 +290,9 @@ class AbstractElasticBand(AbstractBand):
         uncorrected_slip = z.uncorrected_slip / (R_b * size.speed)
         ahead = jnp.where(band == SLIP, uncorrected_slip, 1.0)
         most = jnp.where(take_up, acting.tension, z.upper)
-        above, below = (left * per_newton for left in limit_margins(z.tight_tension, z.lower, most))
+        above, below = (
+            left * per_newton for left in limit_margins(z.tight_tension, z.lower, most)
+        )
         high = jnp.where(bounded | take_up, above, ahead)
         back = jnp.where(band == SLIP_BACK, -uncorrected_slip, 1.0)
         low = jnp.where(bounded, below, back)
@@ -243,17 +300,27 @@ class AbstractElasticBand(AbstractBand):
         return self.margins(acting, omega, mode, (high, low), z.limit.margin, sound)
 
     def lining_margins(self, mode: Mode, z: ElasticNow) -> Float[Array, " twice_n"]:
-        margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.limit.fz) / self.sizes.tension
+        margins = (
+            self.wrap.margins(z.slack_tension, z.tight_tension, z.limit.fz)
+            / self.sizes.tension
+        )
         return jnp.where((mode.band == ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
     def outer_rub(self, mode: Mode, z: ElasticNow) -> ContactState:
-        each, normal = self.wrap.sliding(z.slack_tension, z.limit.fz, mode.band == SLIP_BACK)
-        return ContactState(each if self.pairs[0].apart else z.net_tension, z.slip_speed, sense_of(mode), normal)
+        each, normal = self.wrap.sliding(
+            z.slack_tension, z.limit.fz, mode.band == SLIP_BACK
+        )
+        return ContactState(
+            each if self.pairs[0].apart else z.net_tension,
+            z.slip_speed,
+            sense_of(mode),
+            normal,
+        )
 
     def linings(self, mode: Mode, z: ElasticNow) -> LiningForces:
         return self.wrap.linings(z.slack_tension, z.tight_tension, z.limit.fz)
 
-    # --- changes of mode ----------------------------------------------------------------------------------------------
+    # --- changes of mode -------------------------------------------------------------
 
     def tension_of(self, x: Array, mode: Mode, z: ElasticNow) -> Array:
         """`C x`, with the exact value where it follows from the slack tension."""
@@ -269,7 +336,8 @@ class AbstractElasticBand(AbstractBand):
         rest: ElasticNow,
         motion: MotionAfterEvent,
     ) -> Array:
-        """Mode of an elastic band that the lever pulls, on a carrier that moves or starts to.
+        """Mode of an elastic band that the lever pulls, on a carrier that moves or
+        starts to.
 
         - `there(mode)`: the variables in another mode;  `rest`: those at rest
         """
@@ -281,19 +349,30 @@ class AbstractElasticBand(AbstractBand):
         speed = self.wrap.radius * motion.omega
         was_slack = (old == OPEN) | (old == TAKE_UP)
         tension = self.tension_of(now.own.x, now.mode, now.z)
-        # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
+        # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between
+        # the speeds of the band on them
         lags = C * speed < acting.pull
         takes_up = jnp.where(motion.rising, lags, tension < T_0 - rounding)
-        takes_up = was_slack & (motion.omega > 0) & takes_up & ~((old == TAKE_UP) & fired.high)
+        takes_up = (
+            was_slack & (motion.omega > 0) & takes_up & ~((old == TAKE_UP) & fired.high)
+        )
         low = jnp.where(locked, 0.0, rest.lower)
         high = jnp.where(locked, jnp.inf, rest.upper)
-        # the lever itself draws a slack band tight on a pulley that does not run into it
-        tension = jnp.where(was_slack & (motion.omega <= 0), greater(tension, low), tension)
-        if new.pieces["lever"] is not None:  # late in a run the time breakpoints themselves are rounded
+        # the lever itself draws a slack band tight on a pulley that does not run into
+        # it
+        tension = jnp.where(
+            was_slack & (motion.omega <= 0), greater(tension, low), tension
+        )
+        if (
+            new.pieces["lever"] is not None
+        ):  # late in a run the time breakpoints themselves are rounded
             steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
-            rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
-        # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no
-        # slip speed yet, the direction in which the pulley starts decides
+            rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(
+                locked, 1.0, rest.limit.other
+            )
+        # at a limit of the tension it slides if the slip speed that it would have there
+        # has the right sign; with no slip speed yet, the direction in which the pulley
+        # starts decides
         at_high = tension >= high - rounding
         at_low = tension <= low + rounding
         lags = lags | ((C * speed == acting.pull) & (motion.direction < 0))
@@ -301,11 +380,15 @@ class AbstractElasticBand(AbstractBand):
         trial = jnp.where(back, SLIP_BACK, SLIP)
         way = jnp.where(back, -1.0, 1.0)
         slid = there(new._replace(band=trial))
-        # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
+        # a band that slides stays at its kinetic limit; at rest and elastic the static
+        # one counts
         past = way * (tension - slid.upper)
-        limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
+        limited = jnp.where(back, at_low, at_high) | (
+            (old == trial) & (past >= -rounding)
+        )
         runs = (way * slid.uncorrected_slip > 0) | (
-            (slid.uncorrected_slip == 0) & jnp.where(back, motion.direction < 0, motion.direction > 0)
+            (slid.uncorrected_slip == 0)
+            & jnp.where(back, motion.direction < 0, motion.direction > 0)
         )
         mode = jnp.where(limited & runs, trial, ELASTIC)
         mode = jnp.where((old == ELASTIC) & fired.high, SLIP, mode)
@@ -315,7 +398,11 @@ class AbstractElasticBand(AbstractBand):
         return jnp.where(takes_up, TAKE_UP, mode)
 
     def tension_jump(
-        self, omega: Array, own: BandState, before: tuple[Mode, ElasticNow], after: tuple[Mode, Array]
+        self,
+        omega: Array,
+        own: BandState,
+        before: tuple[Mode, ElasticNow],
+        after: tuple[Mode, Array],
     ) -> Callable[[Surfaces], tuple[BandState, Array, tuple[Array, ...]]]:
         (old, z) = before
         (new, T_0) = after
@@ -333,7 +420,8 @@ class AbstractElasticBand(AbstractBand):
         back = new.band == SLIP_BACK
         tension = self.tension_of(x, old, z)
         drawn_tight = was_open | (old.band == TAKE_UP)
-        # a band that neither slides nor is held by friction keeps its elongation; a released band springs back
+        # a band that neither slides nor is held by friction keeps its elongation; a
+        # released band springs back
         kept = jnp.where(is_open & ~was_open, 0.0, C * x)
 
         def jump(surfaces: Surfaces) -> tuple[BandState, Array, tuple[Array, ...]]:
@@ -342,11 +430,19 @@ class AbstractElasticBand(AbstractBand):
             low = jnp.where(locked, 0.0, T_0 / limit.other)
             high = jnp.where(locked, jnp.inf, upper)
             drawn = greater(tension, low)
-            resting = jnp.where(held, jnp.where(drawn_tight, drawn, tension), jnp.where(sliding, upper, kept))
+            resting = jnp.where(
+                held,
+                jnp.where(drawn_tight, drawn, tension),
+                jnp.where(sliding, upper, kept),
+            )
             T_n = jnp.where(elastic, lesser(drawn, high), resting)
             drift = T_n / C - x
             heat = drift * (T_0 - 0.5 * (C * x + T_n))
-            return own._replace(x=T_n / C), T_0 * drift, (heat, *(jnp.zeros_like(heat) for _ in self.pairs[1:]))
+            return (
+                own._replace(x=T_n / C),
+                T_0 * drift,
+                (heat, *(jnp.zeros_like(heat) for _ in self.pairs[1:])),
+            )
 
         return jump
 
@@ -359,21 +455,29 @@ class ElasticBand(AbstractElasticBand):
     pairs: tuple[Pair, ...]
     sizes: Sizes
 
-    def start(self, omega: Array, elongation: Array) -> tuple[BandState, np.int32, LumpedMode]:
+    def start(
+        self, omega: Array, elongation: Array
+    ) -> tuple[BandState, np.int32, LumpedMode]:
         return BandState(elongation), OPEN, LumpedMode(self.starts_locked)
 
-    def variables(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode) -> ElasticNow:
+    def variables(
+        self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode
+    ) -> ElasticNow:
         band = mode.band
         R_b = self.wrap.radius
         T_0 = acting.tension
         stretched = self.stiffness * own.x
         at = self.at_limit(acting, omega, mode)
         # a held brake bears the load
-        slack, tight = self.tensions(T_0, stretched, band, at.upper, T_0 + acting.load / R_b)
+        slack, tight = self.tensions(
+            T_0, stretched, band, at.upper, T_0 + acting.load / R_b
+        )
         shown = where_static(band == OPEN, 0.0, slack)
         elastic = where_static(band == ELASTIC, stretched - T_0, 0.0)
         net_tension = where_static(slips(band), at.upper - T_0, elastic)
-        alpha = acceleration(acting.load, R_b * net_tension, acting.inertia, band == HELD)
+        alpha = acceleration(
+            acting.load, R_b * net_tension, acting.inertia, band == HELD
+        )
         return ElasticNow(
             slack_tension=shown,
             tight_tension=tight,
@@ -389,44 +493,76 @@ class ElasticBand(AbstractElasticBand):
     def rubs(self, mode: Mode, z: ElasticNow) -> tuple[ContactState, ...]:
         return (self.outer_rub(mode, z),)
 
-    def guards(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, z: ElasticNow) -> ContactGuards:
+    def guards(
+        self,
+        acting: AppliedLoads,
+        omega: Array,
+        own: BandState,
+        mode: Mode,
+        z: ElasticNow,
+    ) -> ContactGuards:
         return self.band_guards(acting, omega, mode, z)
 
-    def change(self, now: EventState, new: Mode, fired: ContactGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
+    def change(
+        self, now: EventState, new: Mode, fired: ContactGuards, ask: EvaluateInMode
+    ) -> tuple[Mode, Array]:
         new = self.relocked(new, fired)
         # at rest: does the band hold the load?
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        beyond = exceeded(rest.tight_tension, rest.lower, rest.upper, self.sizes.slight_torque / self.wrap.radius)
-        motion = self.onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond))
+        beyond = exceeded(
+            rest.tight_tension,
+            rest.lower,
+            rest.upper,
+            self.sizes.slight_torque / self.wrap.radius,
+        )
+        motion = self.onset(
+            now, fired, acting, jnp.where(self.locked_in(new), 0, beyond)
+        )
         new = new._replace(sense=motion.settled(now, new, now.mode.band).sense)
 
         def there(mode: Mode) -> ElasticNow:
             return ask(mode, motion.omega, now.own)[1]
 
-        new = motion.settled(now, new, self.taut_mode(now, new, fired, there, acting, rest, motion))
+        new = motion.settled(
+            now, new, self.taut_mode(now, new, fired, there, acting, rest, motion)
+        )
         return new, self.code_of(fired, jnp.asarray(0, jnp.int32))
 
     def shown(
-        self, tension: Array, omega: Array, own: BandState, mode: Mode, surfaces: Surfaces, z: ElasticNow
+        self,
+        tension: Array,
+        omega: Array,
+        own: BandState,
+        mode: Mode,
+        surfaces: Surfaces,
+        z: ElasticNow,
     ) -> MechanismOutputs:
         pair, along = self.first_shown(tension, omega, mode, surfaces, z)
         return MechanismOutputs((pair,), along, elongation=own.x)
 
-    def stored(self, inertia: Array, omega: Array, own: BandState, mode: Mode) -> TwoArrays:
+    def stored(
+        self, inertia: Array, omega: Array, own: BandState, mode: Mode
+    ) -> TwoArrays:
         return 0.5 * inertia * omega**2, 0.5 * self.stiffness * own.x**2
 
     def own_sizes(self) -> BandState:
         return BandState(self.sizes.tension / self.stiffness)
 
 
-def _slip_of(more: Callable[[Array], Array], uncorrected_slip: Array, size: Array) -> TwoArrays:
-    """The slip speed `v` with `v + more(v) = uncorrected_slip`, `more(0) = 0`, and `1 + d more/dv`.
+def _slip_of(
+    more: Callable[[Array], Array], uncorrected_slip: Array, size: Array
+) -> TwoArrays:
+    """The slip speed `v` with `v + more(v) = uncorrected_slip`, `more(0) = 0`, and
+    `1 + d more/dv`.
 
-    Where there is none it is `uncorrected_slip`, and the slope negative.  `size`: a typical speed
+    Where there is none it is `uncorrected_slip`, and the slope negative.  `size`: a
+    typical speed
     """
 
     def residual(v: Array) -> TwoArrays:
-        return jax.jvp(lambda v: v + more(v) - uncorrected_slip, (v,), (jnp.ones_like(v),))
+        return jax.jvp(
+            lambda v: v + more(v) - uncorrected_slip, (v,), (jnp.ones_like(v),)
+        )
 
     def newton(v: Array, _: None) -> tuple[Array, None]:
         r, slope = residual(v)
@@ -436,9 +572,15 @@ def _slip_of(more: Callable[[Array], Array], uncorrected_slip: Array, size: Arra
         return jnp.clip(newton(v, None)[0], -far, far), None
 
     far = jax.lax.stop_gradient(_FAR * (jnp.abs(uncorrected_slip) + size))
-    v = jax.lax.stop_gradient(jax.lax.scan(search, jax.lax.stop_gradient(uncorrected_slip), None, length=_SEARCH)[0])
+    v = jax.lax.stop_gradient(
+        jax.lax.scan(
+            search, jax.lax.stop_gradient(uncorrected_slip), None, length=_SEARCH
+        )[0]
+    )
     for _ in range(_CARRY):  # each carries derivatives one order further
         v = newton(v, None)[0]
     r, slope = residual(v)
     off = jnp.abs(r) / size
-    return jnp.where(off > _OFF, uncorrected_slip, v), jnp.where(off > _OFF, -jnp.minimum(off, 1.0), slope)
+    return jnp.where(off > _OFF, uncorrected_slip, v), jnp.where(
+        off > _OFF, -jnp.minimum(off, 1.0), slope
+    )

@@ -1,4 +1,5 @@
-"""Changes of friction that begin at a temperature or a stop: when each began, and what begins the others."""
+"""Changes of friction that begin at a temperature or a stop: when each began, and what
+begins the others."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -19,14 +20,16 @@ from .mechanism import Mode, comes_to_rest
 
 
 class OnsetMode(NamedTuple):
-    """Which of the changes have begun (k,) (0, 1), and how often the pulley has come to rest."""
+    """Which of the changes have begun (k,) (0, 1), and how often the pulley has come to
+    rest."""
 
     begun: Any
     stops: Any
 
 
 class Since(NamedTuple):
-    """The course of a factor of friction in the time since its change began (s): 1 until then."""
+    """The course of a factor of friction in the time since its change began (s): 1
+    until then."""
 
     factor: AbstractProfile
     begun: Mark
@@ -40,15 +43,21 @@ class Since(NamedTuple):
 
     def next_knot(self, piece: Piece) -> Array | float:
         knot = self.factor.next_knot(piece)
-        return knot if isinstance(knot, float) else jnp.where(self.begun, self.time + knot, jnp.inf)
+        return (
+            knot
+            if isinstance(knot, float)
+            else jnp.where(self.begun, self.time + knot, jnp.inf)
+        )
 
     def no_more_turns(self, t: Array) -> Mark:
-        """Whether no time breakpoint after `t` is known: of what has not begun there is none."""
+        """Whether no time breakpoint after `t` is known: of what has not begun there is
+        none."""
         return ~self.begun | self.factor.no_more_turns(self._local(t))
 
 
 class Onsets(Feature):
-    """Changes of friction that begin when something happens (`FrictionChange.when`), once each.
+    """Changes of friction that begin when something happens (`FrictionChange.when`),
+    once each.
 
     - `watched`: places of these among all changes of the mechanism
     """
@@ -58,7 +67,9 @@ class Onsets(Feature):
 
     @classmethod
     def of(cls, changes: tuple[FrictionChange, ...]) -> "Onsets":
-        return cls(tuple(i for i, change in enumerate(changes) if change.when is not None))
+        return cls(
+            tuple(i for i, change in enumerate(changes) if change.when is not None)
+        )
 
     def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
         y = now.y
@@ -72,7 +83,9 @@ class Onsets(Feature):
     def start(self, now: Moment) -> tuple[State, Mode]:
         times = now.t + jnp.zeros(len(self.watched))
         none = jnp.zeros(len(self.watched), jnp.int32)
-        return now.y._replace(onset=times), now.mode._replace(onset=OnsetMode(none, jnp.asarray(0, jnp.int32)))
+        return now.y._replace(onset=times), now.mode._replace(
+            onset=OnsetMode(none, jnp.asarray(0, jnp.int32))
+        )
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         return sizes._replace(onset=jnp.full(len(self.watched), jnp.inf))
@@ -90,17 +103,26 @@ class Onsets(Feature):
         onset = now.mode.onset
         margins = list[Array]()
         whens = [brake.mechanism.changes[i].when for i in self.watched]
-        hot = surface_temperatures(brake, now.z) if any(isinstance(x, AtTemperature) for x in whens) else {}
+        hot = (
+            surface_temperatures(brake, now.z)
+            if any(isinstance(x, AtTemperature) for x in whens)
+            else {}
+        )
         for when in whens:
             if isinstance(when, AtTemperature):
                 margins.append(to_temperature(when, hot))
             else:
                 assert isinstance(when, AtStop)
-                margins.append(jnp.where(onset.stops.astype(jnp.float64) >= when.number, -1.0, 1.0))
-        return guards._replace(onset=jnp.where(onset.begun > 0, 1.0, jnp.stack(margins)))
+                margins.append(
+                    jnp.where(onset.stops.astype(jnp.float64) >= when.number, -1.0, 1.0)
+                )
+        return guards._replace(
+            onset=jnp.where(onset.begun > 0, 1.0, jnp.stack(margins))
+        )
 
     def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
-        """Changes that begin do so at this instant, and the mechanism answers to them."""
+        """Changes that begin do so at this instant, and the mechanism answers to
+        them."""
         brake = now.brake
         onset = now.mode.onset
         pieces = dict(new.pieces)
@@ -108,14 +130,19 @@ class Onsets(Feature):
         for k, i in enumerate(self.watched):
             place = f"friction {i}"
             if pieces[place] is not None:
-                first = jnp.asarray(brake.mechanism.profiles[i].first_piece(jnp.zeros(())), jnp.int32)
+                first = jnp.asarray(
+                    brake.mechanism.profiles[i].first_piece(jnp.zeros(())), jnp.int32
+                )
                 pieces[place] = jnp.where(begins[k], first, pieces[place])
         onset = onset._replace(begun=onset.begun | begins.astype(jnp.int32))
         new = new._replace(pieces=pieces, onset=onset)
         return now.y._replace(onset=_times(now, onset.begun)), new
 
-    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
-        """Another stop counts; what it begins is an event at the same instant, after it."""
+    def after(
+        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+    ) -> tuple[Mode, Array]:
+        """Another stop counts; what it begins is an event at the same instant, after
+        it."""
         duty = now.brake.feature(DutyInPhases)
         turned = False if duty is None else duty.rests(now, fired)
         stops = new.onset.stops + comes_to_rest(now.mode, new, turned).astype(jnp.int32)

@@ -1,4 +1,5 @@
-"""A duty in phases: when each began, how far the pulley has turned in it, and what ends it."""
+"""A duty in phases: when each began, how far the pulley has turned in it, and what ends
+it."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -19,8 +20,9 @@ _HEIGHT = 10.0
 
 
 class PhaseState(NamedTuple):
-    """Begin of the phase that runs (s), angle by which the pulley has turned in it (rad), and the sense (±1) in which
-    it turned when the phase or a later piece of it began, 0: at rest."""
+    """Begin of the phase that runs (s), angle by which the pulley has turned in it
+    (rad), and the sense (±1) in which it turned when the phase or a later piece of it
+    began, 0: at rest."""
 
     begun: Any
     turned: Any
@@ -43,7 +45,9 @@ class DutyInPhases(Feature):
         return {**courses, "phase": PhaseEnd(courses["lever"])}
 
     def start(self, now: Moment) -> tuple[State, Mode]:
-        return now.y._replace(phase=PhaseState(now.t, jnp.zeros_like(now.y.omega), jnp.sign(now.y.omega))), now.mode
+        return now.y._replace(
+            phase=PhaseState(now.t, jnp.zeros_like(now.y.omega), jnp.sign(now.y.omega))
+        ), now.mode
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         return sizes._replace(phase=PhaseState(jnp.inf, 1.0, jnp.inf))
@@ -51,14 +55,17 @@ class DutyInPhases(Feature):
     def places(self, brake: BrakeSystem, places: State) -> State:
         # (rates depend on the begin of the phase, but that never moves)
         # (and the angle turned in it is corrected where that of the whole run is)
-        return places._replace(phase=PhaseState(np.asarray(QUADRATURE), places.phi, np.asarray(QUADRATURE)))
+        return places._replace(
+            phase=PhaseState(np.asarray(QUADRATURE), places.phi, np.asarray(QUADRATURE))
+        )
 
     def rates(self, now: Moment, rates: State) -> State:
         zero = jnp.zeros_like(now.y.omega)
         return rates._replace(phase=PhaseState(zero, now.y.omega, zero))
 
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
-        """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint."""
+        """Margin to the end of the phase that runs; 1 where a time ends it, which is a
+        time breakpoint."""
         brake = now.brake
         y = now.y
         mode = now.mode
@@ -71,16 +78,22 @@ class DutyInPhases(Feature):
         margins = []
         for phase, end in ((phase, phase.until) for phase in phases):
             if isinstance(end, AtRest):
-                # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
+                # (the pulley has moved in the phase, if only by rounding: an event at
+                # its begin takes no time)
                 moved = y.phase.turned != 0
                 speed = y.omega / brake.sizes.speed
-                # (of a step in which it turns round and comes back, the angle would say that nothing was)
+                # (of a step in which it turns round and comes back, the angle would say
+                # that nothing was)
                 way = jnp.where(y.phase.way != 0, y.phase.way, jnp.sign(y.phase.turned))
                 still = jnp.where(way != 0, way * speed, 1.0)
                 if phase.motor is None:  # which brings it to rest by itself
                     still = jnp.where(_unwatched(mode), still, 1.0)
-                turns_round = ~_unwatched(mode) & (_way(mode).astype(jnp.float64) * y.phase.turned < 0)
-                margins.append(jnp.where((mode.rests & moved) | turns_round, -1.0, still))
+                turns_round = ~_unwatched(mode) & (
+                    _way(mode).astype(jnp.float64) * y.phase.turned < 0
+                )
+                margins.append(
+                    jnp.where((mode.rests & moved) | turns_round, -1.0, still)
+                )
             elif isinstance(end, AfterTravel):
                 margins.append(1.0 - lowered / end.distance)
             elif isinstance(end, AtHeight):
@@ -95,60 +108,82 @@ class DutyInPhases(Feature):
     def rests(self, now: Moment, fired: BrakeGuards) -> Mark:
         """Whether a phase that waits for rest ends."""
         phase: PhaseNow = now.brake.lever.at(now.mode.phase, now.y.phase.begun)
-        waits = [1.0 if isinstance(one.until, AtRest) else 0.0 for one in phase.whole.each]
+        waits = [
+            1.0 if isinstance(one.until, AtRest) else 0.0 for one in phase.whole.each
+        ]
         return fired.phase_end & (phase.of_each(waits) > 0)
 
     def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
         return jnp.where(self.rests(now, fired), 0.0, omega)
 
     def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
-        """The next phase begins where one is over, if its time has not been (`Mode.phase`)."""
+        """The next phase begins where one is over, if its time has not been
+        (`Mode.phase`)."""
         phases = now.brake.lever
         ended = now.mode.phase
         phase = ended + (fired.phase_end | (new.phase > ended)).astype(jnp.int32)
         begins = (phase > ended) & (phase < phases.total)
-        lever = jnp.where(begins, phases.at(phase, now.t).first_piece(now.t), new.pieces["lever"])
+        lever = jnp.where(
+            begins, phases.at(phase, now.t).first_piece(now.t), new.pieces["lever"]
+        )
         pieces = {**new.pieces, "phase": phase, "lever": lever}
         if now.brake.load.by_phases:
             pieces["load"] = now.brake.load.piece_in_phase(*phases.string_at(phase))
         new = new._replace(pieces=pieces)
         return now.y._replace(phase=_begun_anew(now, new, now.y)), new
 
-    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
-        return new, jnp.where((code == 0) & (new.phase == now.brake.lever.total), ENDED, code)
+    def after(
+        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+    ) -> tuple[Mode, Array]:
+        return new, jnp.where(
+            (code == 0) & (new.phase == now.brake.lever.total), ENDED, code
+        )
 
     def reset(self, now: Moment, after: Mode, new: State) -> State:
         return new._replace(phase=_begun_anew(now, after, new))
 
 
 def _unwatched(mode: Mode) -> Mark:
-    """Whether the pulley may pass through 0 without an event: no contact and no dry friction watches its speed."""
+    """Whether the pulley may pass through 0 without an event: no contact and no dry
+    friction watches its speed."""
     if mode.turn is not None:
         return jnp.asarray(False)
     slides = mode.band == OPEN
-    return slides if mode.inner is None else slides | ((mode.inner != 0) & (mode.band != HELD))
+    return (
+        slides
+        if mode.inner is None
+        else slides | ((mode.inner != 0) & (mode.band != HELD))
+    )
 
 
 def _way(mode: Mode) -> Int[Array, ""]:
     """The way in which a pulley turns whose speed is watched."""
     if mode.turn is not None:
         return mode.turn
-    return mode.sense if mode.inner is None else jnp.where(mode.inner != 0, mode.inner, mode.sense)
+    return (
+        mode.sense
+        if mode.inner is None
+        else jnp.where(mode.inner != 0, mode.inner, mode.sense)
+    )
 
 
 def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> ScalarArray:
-    """Margin to a temperature over 100 K, for the surface temperatures `hot` of all places (K)."""
+    """Margin to a temperature over 100 K, for the surface temperatures `hot` of all
+    places (K)."""
     above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
     return above if end.falling else -above
 
 
 def _begun_anew(now: Moment, after: Mode, y: State) -> PhaseState:
-    """The state after a change of mode to `y`: another phase begins now, unless all are over."""
+    """The state after a change of mode to `y`: another phase begins now, unless all are
+    over."""
     new = (after.phase != now.mode.phase) & (after.phase < now.brake.lever.total)
     state = now.y.phase
     turned = jnp.where(new, 0.0, state.turned)
     return PhaseState(
-        jnp.where(new, now.t, state.begun), turned, jnp.where(new | (state.way == 0), jnp.sign(y.omega), state.way)
+        jnp.where(new, now.t, state.begun),
+        turned,
+        jnp.where(new | (state.way == 0), jnp.sign(y.omega), state.way),
     )
 
 

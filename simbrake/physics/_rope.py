@@ -16,7 +16,8 @@ from .mechanism import BrakeCode, Ledger, Mode
 
 
 class Layers(Feature):
-    """The layers of the rope on the drum (`RopeLayers`), of which one pays out: `Mode.layer`."""
+    """The layers of the rope on the drum (`RopeLayers`), of which one pays out:
+    `Mode.layer`."""
 
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         paid_out, full = now.brake.load.layers.margins(now.y.phi, now.mode.layer)  # pyright: ignore
@@ -25,13 +26,22 @@ class Layers(Feature):
     def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
         return limits._replace(layer_paid_out=np.True_, layer_full=np.True_)
 
-    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
-        code = jnp.where(fired.layer_paid_out & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code)
-        step = fired.layer_full.astype(jnp.int32) - fired.layer_paid_out.astype(jnp.int32)
-        return new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32)), code
+    def after(
+        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+    ) -> tuple[Mode, Array]:
+        code = jnp.where(
+            fired.layer_paid_out & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code
+        )
+        step = fired.layer_full.astype(jnp.int32) - fired.layer_paid_out.astype(
+            jnp.int32
+        )
+        return new._replace(
+            layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32)
+        ), code
 
     def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
-        """Speed of the pulley on another layer, with the kinetic energy that was there before.
+        """Speed of the pulley on another layer, with the kinetic energy that was there
+        before.
 
         Bodies that stick to the pulley follow it.
         """
@@ -47,17 +57,23 @@ class Layers(Feature):
         there = brake.stored_at(old, y.omega, y.own, before)[0]
         others = kinetic(0.0 * y.omega)
         whole = kinetic(y.omega) - others
-        speed = y.omega * jnp.sqrt(jnp.where(whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0))
+        speed = y.omega * jnp.sqrt(
+            jnp.where(
+                whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0
+            )
+        )
         return jnp.where(after.layer == before.layer, omega, speed)
 
 
-# --- an elastic rope --------------------------------------------------------------------------------------------------
+# --- an elastic rope ----------------------------------------------------------------
 
 
 class HookState(NamedTuple):
-    """Speed of the hook downwards (m/s), and the stretch of the rope at the hook beyond that under the weight (m).
+    """Speed of the hook downwards (m/s), and the stretch of the rope at the hook beyond
+    that under the weight (m).
 
-    Beyond that under the weight, so that a hook that hangs still does so exactly, whatever the rounding.
+    Beyond that under the weight, so that a hook that hangs still does so exactly,
+    whatever the rounding.
     """
 
     speed: Any
@@ -83,13 +99,16 @@ class RopeNow(NamedTuple):
 class ElasticRope(Feature):
     """A hook on an elastic rope (`RopeElasticity`).
 
-        F = k e + c ė,   ė = v − ω r/n,   m v̇ = m g − F,   J ω̇ = F r/n − c_d ω − Σ M_shaft − M_b
+        F = k e + c ė,   ė = v − ω r/n,   m v̇ = m g − F,   J ω̇ = F r/n − c_d ω − Σ
+        M_shaft − M_b
 
-    Taut and slack are modes, in the slack one `F = 0`; `J` is without the hook, which only the rope feels. A slack rope
-    has no energy: what is left of its stretch as its pull ends is heat of the damping, less what comes back where it
-    pulls again before that stretch has gone.
+    Taut and slack are modes, in the slack one `F = 0`; `J` is without the hook, which
+    only the rope feels. A slack rope has no energy: what is left of its stretch as its
+    pull ends is heat of the damping, less what comes back where it pulls again before
+    that stretch has gone.
 
-    - `stiffness` `k` (N/m), `damping` `c` (N·s/m);  `excess` `e_0 − m g/k` (m) and `weight` `m g` (N) at the start
+    - `stiffness` `k` (N/m), `damping` `c` (N·s/m)
+    - `excess` `e_0 − m g/k` (m) and `weight` `m g` (N) at the start
     """
 
     stiffness: ScalarArray
@@ -99,13 +118,20 @@ class ElasticRope(Feature):
     frees_hook: ClassVar[bool] = True
 
     @classmethod
-    def of(cls, elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None) -> "ElasticRope":
-        """The rope of a load that hangs still at the start; `piece` of the load at the start."""
+    def of(
+        cls, elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None
+    ) -> "ElasticRope":
+        """The rope of a load that hangs still at the start; `piece` of the load at the
+        start."""
         _, weight = load.hanging(jnp.asarray(0, jnp.int32) if piece is None else piece)  # pyright: ignore
         # pyright: ignore
         k = elastic.at_hook(load.line_count)
         weight = jnp.asarray(weight)
-        excess = jnp.zeros(()) if elastic.stretch is None else jnp.asarray(elastic.stretch) - weight / k
+        excess = (
+            jnp.zeros(())
+            if elastic.stretch is None
+            else jnp.asarray(elastic.stretch) - weight / k
+        )
         return cls(k, jnp.asarray(elastic.damping), excess, weight)
 
     def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
@@ -114,12 +140,16 @@ class ElasticRope(Feature):
     def start(self, now: Moment) -> tuple[State, Mode]:
         brake, _, y, mode, _ = now
         y = y._replace(hook=HookState(y.omega * _per_radian(brake, mode), self.excess))
-        return y, mode._replace(taut=(self.at(brake, y, mode).stretch > 0).astype(jnp.int32))
+        return y, mode._replace(
+            taut=(self.at(brake, y, mode).stretch > 0).astype(jnp.int32)
+        )
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         per_radian = jnp.asarray(brake.load.travel())
         size = brake.sizes
-        hook = HookState(size.speed * per_radian, size.torque / (self.stiffness * per_radian))
+        hook = HookState(
+            size.speed * per_radian, size.torque / (self.stiffness * per_radian)
+        )
         return sizes._replace(hook=hook)
 
     def places(self, brake: BrakeSystem, places: State) -> State:
@@ -128,7 +158,7 @@ class ElasticRope(Feature):
     def jumps(self, brake: BrakeSystem) -> bool:
         return brake.load.added_inertia(jnp.asarray(0, jnp.int32)) is not None
 
-    # --- at one instant -----------------------------------------------------------------------------------------------
+    # --- at one instant --------------------------------------------------------------
 
     def at(self, brake: BrakeSystem, y: State, mode: Mode) -> RopeNow:
         """The rope at one instant."""
@@ -136,11 +166,18 @@ class ElasticRope(Feature):
         rate = y.hook.speed - _per_radian(brake, mode) * y.omega
         force = weight + (self.stiffness * y.hook.excess + self.damping * rate)
         stretch = weight / self.stiffness + y.hook.excess
-        return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, stretch, rate, mass, weight)
+        return RopeNow(
+            jnp.where(mode.taut == 1, force, 0.0), force, stretch, rate, mass, weight
+        )
 
     def stretched(self, brake: BrakeSystem, y: State, mode: Mode) -> Array:
-        """Stretch of the rope since the start (m); exactly 0 of a hook that hangs still."""
-        return y.hook.excess - self.excess + (self.at(brake, y, mode).weight - self.weight) / self.stiffness
+        """Stretch of the rope since the start (m); exactly 0 of a hook that hangs
+        still."""
+        return (
+            y.hook.excess
+            - self.excess
+            + (self.at(brake, y, mode).weight - self.weight) / self.stiffness
+        )
 
     def load_torque(self, now: Moment, torque: Array) -> Array:
         rope = self.at(now.brake, now.y, now.mode)
@@ -156,14 +193,21 @@ class ElasticRope(Feature):
         heat = jnp.where(now.mode.taut == 1, self.damping * rope.rate**2, 0.0)
         ledger = ledger._replace(
             load_work=ledger.load_work + rope.weight * v - rope.force * (v - rope.rate),
-            damper_heat=heat if ledger.damper_heat is None else ledger.damper_heat + heat,
+            damper_heat=heat
+            if ledger.damper_heat is None
+            else ledger.damper_heat + heat,
         )
-        return rates._replace(ledger=ledger, hook=HookState((rope.weight - rope.force) / rope.mass, rope.rate))
+        return rates._replace(
+            ledger=ledger,
+            hook=HookState((rope.weight - rope.force) / rope.mass, rope.rate),
+        )
 
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         rope = now.z.rope
         longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
-        return guards._replace(rope=jnp.where(now.mode.taut == 1, rope.taut_force, -longer) / rope.weight)
+        return guards._replace(
+            rope=jnp.where(now.mode.taut == 1, rope.taut_force, -longer) / rope.weight
+        )
 
     def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
         return limits._replace(rope=mode.taut == 1)
@@ -174,7 +218,7 @@ class ElasticRope(Feature):
         elastic = elastic + 0.5 * self.stiffness * _pulls(now.mode) * rope.stretch**2
         return kinetic + 0.5 * rope.mass * now.y.hook.speed**2, elastic
 
-    # --- changes of mode ----------------------------------------------------------------------------------------------
+    # --- changes of mode -------------------------------------------------------------
 
     def at_once(self, mode: Mode, fired: BrakeGuards) -> Mode:
         # (what the brake does answers the pull after the event of the rope)
@@ -189,13 +233,18 @@ class ElasticRope(Feature):
         pulls = _pulls(before)
         still = _pulls(after)
         e = old.stretch
-        # a rope that pulls takes another weight on slowly; what hangs on the hook brings its energy
+        # a rope that pulls takes another weight on slowly; what hangs on the hook
+        # brings its energy
         excess = y.hook.excess - (1 - pulls) * (then.weight - old.weight) / k
         follows = then.weight / k + excess
-        brought = 0.5 * (then.mass - old.mass) * v**2 + 0.5 * k * pulls * (follows**2 - e**2)
+        brought = 0.5 * (then.mass - old.mass) * v**2 + 0.5 * k * pulls * (
+            follows**2 - e**2
+        )
         left = 0.5 * k * (pulls - still) * follows**2
         ledger = new.ledger
-        ledger = ledger._replace(load_work=ledger.load_work + brought, damper_heat=ledger.damper_heat + left)
+        ledger = ledger._replace(
+            load_work=ledger.load_work + brought, damper_heat=ledger.damper_heat + left
+        )
         return new._replace(ledger=ledger, hook=HookState(v, excess))
 
 

@@ -1,4 +1,5 @@
-"""Sparsity of the Jacobian of a brake with heat: chains of nodes joined by a small core."""
+"""Sparsity of the Jacobian of a brake with heat: chains of nodes joined by a small
+core."""
 
 import itertools
 from collections.abc import Callable
@@ -14,18 +15,23 @@ from ..thermal.network import place_of
 from ._thermal import nodes_of, spans
 from .mechanism import AbstractMechanism, Pair
 
-#: a node of the network: whether it has capacity, and its number among those that have, or have not
+#: a node of the network: whether it has capacity, and its number among those that have,
+#: or have not
 Node = tuple[bool, int]
 
 
 def couplings(heat: Heat, heated: tuple[str, ...] = ()) -> Int[np.ndarray, " k"]:
-    """Sparsity of the Jacobian of the network: core, and places in chains, per node with capacity.
+    """Sparsity of the Jacobian of the network: core, and places in chains, per node
+    with capacity.
 
-    - `heated`: places that heat enters beside that of the network's own friction and sources
+    - `heated`: places that heat enters beside that of the network's own friction and
+      sources
 
-    Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so
-    are those around a face that several links share. Of the rest, nodes where three or more paths meet join the core
-    until only unbranched chains are left. Layers inside a wall of constant properties are marked as linear.
+    Bodies that friction heats or senses are in the core, as every lining's friction
+    depends on those before it, and so are those around a face that several links share.
+    Of the rest, nodes where three or more paths meet join the core until only
+    unbranched chains are left. Layers inside a wall of constant properties are marked
+    as linear.
     """
     joined = _joined(heat)
     near = {i: _reached(joined, (store, i)) for store, i in joined if store}
@@ -51,18 +57,29 @@ def couplings(heat: Heat, heated: tuple[str, ...] = ()) -> Int[np.ndarray, " k"]
             place += 1
             left.discard(here)
             here = next(iter(open_[here] & left), None)
-    return np.where((kinds >= 0) & _inside_plain_walls(heat, len(near), heated), kinds + LINEAR, kinds)
+    return np.where(
+        (kinds >= 0) & _inside_plain_walls(heat, len(near), heated),
+        kinds + LINEAR,
+        kinds,
+    )
 
 
-def _inside_plain_walls(heat: Heat, size: int, heated: tuple[str, ...]) -> Bool[np.ndarray, " k"]:
-    """Nodes with capacity that are layers within a wall of constant properties, reached by conduction alone."""
+def _inside_plain_walls(
+    heat: Heat, size: int, heated: tuple[str, ...]
+) -> Bool[np.ndarray, " k"]:
+    """Nodes with capacity that are layers within a wall of constant properties, reached
+    by conduction alone."""
     inside = np.zeros(size, bool)
     for body in heat.walls:
         m = body.material
-        inside[spans(heat).stores[body.name]] = m.conductivity_slope is None and m.specific_heat_slope is None
+        inside[spans(heat).stores[body.name]] = (
+            m.conductivity_slope is None and m.specific_heat_slope is None
+        )
     reached = [end for link in heat.links for end in (link.a, link.b)]
     reached += [*heated, *(source.a for source in heat.sources)]
-    reached += [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.beyond) if p]
+    reached += [
+        p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.beyond) if p
+    ]
     for store, i in (node for place in reached for node in _nodes(heat, place)):
         if store:
             inside[i] = False
@@ -76,7 +93,9 @@ def _nodes(heat: Heat, place: str) -> list[Node]:
     if name not in where.stores and name not in where.junctions:
         return []
     nodes = nodes_of(heat, where, place)
-    return [(name in where.stores, i) for i in range(nodes.start, nodes.stop, nodes.step)]
+    return [
+        (name in where.stores, i) for i in range(nodes.start, nodes.stop, nodes.step)
+    ]
 
 
 def _joined(heat: Heat) -> dict[Node, set[Node]]:
@@ -91,7 +110,11 @@ def _joined(heat: Heat) -> dict[Node, set[Node]]:
     }
     for body in heat.walls:
         first = where.stores[body.name].start
-        ends += [((True, first + i - 1), (True, first + i)) for i in range(1, body.count) if i % body.layers]
+        ends += [
+            ((True, first + i - 1), (True, first + i))
+            for i in range(1, body.count)
+            if i % body.layers
+        ]
     for link in heat.links:
         a = _nodes(heat, link.a)
         b = _nodes(heat, link.b)
@@ -104,7 +127,8 @@ def _joined(heat: Heat) -> dict[Node, set[Node]]:
 
 
 def _reached(joined: dict[Node, set[Node]], node: Node) -> set[int]:
-    """Other nodes with capacity that a node is joined to, directly or through junctions."""
+    """Other nodes with capacity that a node is joined to, directly or through
+    junctions."""
     reached = set()
     seen = {node}
     front = [node]
@@ -119,32 +143,51 @@ def _reached(joined: dict[Node, set[Node]], node: Node) -> set[int]:
 
 
 def _core(heat: Heat, joined: dict[Node, set[Node]]) -> set[int]:
-    """Nodes that friction heats or senses, and those on links to a face where several links end; of junctions, those
-    beside them."""
+    """Nodes that friction heats or senses, and those on links to a face where several
+    links end; of junctions, those beside them."""
     shared = {face for surface in heat.surfaces for face in surface.faces}
-    places = [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.sensor, pair.beyond) if p]
-    places += [p for link in heat.links if {link.a, link.b} & shared for p in (link.a, link.b)]
+    places = [
+        p
+        for pair in heat.pairs
+        for p in (pair.metal, pair.lining, pair.sensor, pair.beyond)
+        if p
+    ]
+    places += [
+        p for link in heat.links if {link.a, link.b} & shared for p in (link.a, link.b)
+    ]
     nodes = [node for place in places for node in _nodes(heat, place)]
-    return {i for node in nodes for i in ({node[1]} if node[0] else _reached(joined, node))}
+    return {
+        i for node in nodes for i in ({node[1]} if node[0] else _reached(joined, node))
+    }
 
 
-# --- states of friction laws ------------------------------------------------------------------------------------------
+# --- states of friction laws --------------------------------------------------------
 
 
-def couplings_of_memory(mechanism: AbstractMechanism, others: Int[np.ndarray, " n"]) -> Callable[[Pair], PyTree]:
-    """Places of the states of a pair's law in the Jacobian, beside those of all `others`; called pair by pair.
+def couplings_of_memory(
+    mechanism: AbstractMechanism, others: Int[np.ndarray, " n"]
+) -> Callable[[Pair], PyTree]:
+    """Places of the states of a pair's law in the Jacobian, beside those of all
+    `others`; called pair by pair.
 
-    A state of a lining is in the chain, without neighbours, where its rate depends on the core alone (speeds,
-    temperatures) and on itself; else it is one of the core, as all linings are coupled there. A chain of them alone
-    is worthwhile only while its border is the smaller part.
+    A state of a lining is in the chain, without neighbours, where its rate depends on
+    the core alone (speeds, temperatures) and on itself; else it is one of the core, as
+    all linings are coupled there. A chain of them alone is worthwhile only while its
+    border is the smaller part.
     """
-    places = itertools.count(1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1))
+    places = itertools.count(
+        1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1)
+    )
     core = others == CORE
     chained = bool(np.any(others >= 0))
 
     def of(pair: Pair) -> PyTree:
         states, tree = jax.tree.flatten(memory_at_start(pair.law, pair.count))
-        if len(states) > 1 or _couples(mechanism, pair) or not (chained or np.sum(core) < pair.count):
+        if (
+            len(states) > 1
+            or _couples(mechanism, pair)
+            or not (chained or np.sum(core) < pair.count)
+        ):
             return tree.unflatten([np.full(state.shape, CORE) for state in states])
         return tree.unflatten([np.fromiter(itertools.islice(places, pair.count), int)])
 
@@ -152,7 +195,10 @@ def couplings_of_memory(mechanism: AbstractMechanism, others: Int[np.ndarray, " 
 
 
 def _couples(mechanism: AbstractMechanism, pair: Pair) -> bool:
-    """Whether the rate of one lining's state depends on the states of others at the same instant."""
+    """Whether the rate of one lining's state depends on the states of others at the
+    same instant."""
     rates = pair.memory
     assert rates is not None
-    return (mechanism.couples_loads and (rates.p or rates.q)) or (mechanism.stretches and rates.slip)
+    return (mechanism.couples_loads and (rates.p or rates.q)) or (
+        mechanism.stretches and rates.slip
+    )

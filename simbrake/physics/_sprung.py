@@ -1,4 +1,5 @@
-"""The bandage on springs: every lining of a staged brake is a separate body, held or sliding on band and rim."""
+"""The bandage on springs: every lining of a staged brake is a separate body, held or
+sliding on band and rim."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -45,7 +46,7 @@ from .mechanism import (
 )
 from .sliding import LiningFriction, coefficients_of
 
-# --- at rest ----------------------------------------------------------------------------------------------------------
+# --- at rest -------------------------------------------------------------------------
 
 
 _GRID = 32
@@ -59,9 +60,10 @@ class Resting(NamedTuple):
         fixed:   R_b (T_i − T_{i−1}) = θ M_i + Q_i, but T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i;   M_i = q_i (T_i+T_{i−1}) + p_i
         others:  T_i = a_i T_{i−1} + b_i,   λ_i = σ_i M_i
 
-    `arm` `R_b`; `mu` static ratios on the band; `pull` `Q_i`; of the rim `grip` `q_i = R f_i s_i` and `floor` `p_i =
-    R f_i (N_pre,i − m_i r_m ω_i²)`, 0 of linings that have lifted off; `gain` `a_i`, `offset` `b_i` and `sense` `σ_i`
-    of linings that are not `fixed`.
+    `arm` `R_b`; `mu` static ratios on the band; `pull` `Q_i`; of the rim `grip`
+    `q_i = R f_i s_i` and `floor` `p_i = R f_i (N_pre,i − m_i r_m ω_i²)`, 0 of linings
+    that have lifted off; `gain` `a_i`, `offset` `b_i` and `sense` `σ_i` of linings that
+    are not `fixed`.
     """
 
     fixed: Marks
@@ -76,7 +78,8 @@ class Resting(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """A load shared by the linings at rest: `θ`, tensions, and the load torques between which the pulley stays."""
+    """A load shared by the linings at rest: `θ`, tensions, and the load torques between
+    which the pulley stays."""
 
     share: ScalarArray
     tension: Vector
@@ -86,7 +89,9 @@ class Shared(NamedTuple):
 
 def unbounded(r: Resting, before: Array, share: Array) -> Array:
     """`T_i` of fixed linings by the share of their grip on the rim alone."""
-    return ((r.arm + share * r.grip) * before + share * r.floor + r.pull) / (r.arm - share * r.grip)
+    return ((r.arm + share * r.grip) * before + share * r.floor + r.pull) / (
+        r.arm - share * r.grip
+    )
 
 
 def resting_tensions(r: Resting, T_0: ScalarArray, share: ScalarArray) -> Vector:
@@ -101,8 +106,11 @@ def resting_tensions(r: Resting, T_0: ScalarArray, share: ScalarArray) -> Vector
     return jax.lax.scan(lining, T_0, each)[1]
 
 
-def yields_on_band(r: Resting, T_0: ScalarArray, along: Vector, way: Int[Array, ""]) -> Marks:
-    """Linings that break away on the band (the others on the rim) when the pulley starts to move `way` (±1)."""
+def yields_on_band(
+    r: Resting, T_0: ScalarArray, along: Vector, way: Int[Array, ""]
+) -> Marks:
+    """Linings that break away on the band (the others on the rim) when the pulley
+    starts to move `way` (±1)."""
     before = jnp.concatenate([T_0[None], along[:-1]])
     wanted = unbounded(r, before, way.astype(jnp.float64))
     return jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)
@@ -116,20 +124,26 @@ def carried(r: Resting, T_0: ScalarArray, along: Vector) -> ScalarArray:
 
 
 def holding_range(r: Resting, T_0: ScalarArray) -> TwoArrays:
-    """Load torques between which the fixed linings hold the pulley: each at the limit of its weaker pair (θ = ∓1)."""
+    """Load torques between which the fixed linings hold the pulley: each at the limit
+    of its weaker pair (θ = ∓1)."""
     ends = jnp.asarray([-1.0, 1.0])
-    least, most = jax.vmap(lambda share: carried(r, T_0, resting_tensions(r, T_0, share)))(ends)
+    least, most = jax.vmap(
+        lambda share: carried(r, T_0, resting_tensions(r, T_0, share))
+    )(ends)
     return least, most
 
 
 def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> Shared:
-    """The share `θ` of their grip on the rim with which all fixed linings carry the load, and the tensions.
+    """The share `θ` of their grip on the rim with which all fixed linings carry the
+    load, and the tensions.
 
-    `Σ λ_i(θ) = M_load` is one equation for one number, with corners where linings come to their limit on the band. It
-    rises with `θ` while all linings are fixed; where springs move some of them it need not (these press harder on the
-    rim when the tension before them rises), and the last root at which it rises is taken. Three passes over a grid of
-    32 intervals bracket the root, Newton inside the bracket sharpens it, and one last Newton step with a frozen slope
-    carries the exact derivative. A load outside the range is carried up to `θ = ±1`.
+    `Σ λ_i(θ) = M_load` is one equation for one number, with corners where linings come
+    to their limit on the band. It rises with `θ` while all linings are fixed; where
+    springs move some of them it need not (these press harder on the rim when the
+    tension before them rises), and the last root at which it rises is taken. Three
+    passes over a grid of 32 intervals bracket the root, Newton inside the bracket
+    sharpens it, and one last Newton step with a frozen slope carries the exact
+    derivative. A load outside the range is carried up to `θ = ±1`.
     """
     frozen, T_f, load_f = jax.lax.stop_gradient((r, T_0, load))
     steps = jnp.linspace(0.0, 1.0, _GRID + 1)
@@ -140,15 +154,23 @@ def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> Shared:
     def narrow(_: Array, ends: TwoArrays) -> TwoArrays:
         grid = ends[0] + (ends[1] - ends[0]) * steps
         below = jax.vmap(lambda share: sum_at(frozen, T_f, share))(grid) < load_f
-        rising = jnp.max(jnp.where(below[:-1] & ~below[1:], jnp.arange(_GRID, dtype=jnp.int32), -1))
-        i = jnp.where(rising >= 0, rising, jnp.where(below[-1], _GRID - 1, 0)).astype(jnp.int32)
+        rising = jnp.max(
+            jnp.where(below[:-1] & ~below[1:], jnp.arange(_GRID, dtype=jnp.int32), -1)
+        )
+        i = jnp.where(rising >= 0, rising, jnp.where(below[-1], _GRID - 1, 0)).astype(
+            jnp.int32
+        )
         return grid[i], grid[i + 1]
 
     def slope_at(share: Array) -> TwoArrays:
-        value, slope = jax.jvp(lambda share: sum_at(frozen, T_f, share), (share,), (jnp.ones_like(share),))
+        value, slope = jax.jvp(
+            lambda share: sum_at(frozen, T_f, share), (share,), (jnp.ones_like(share),)
+        )
         return value, jnp.where(slope > 0, slope, jnp.inf)
 
-    low, high = jax.lax.fori_loop(0, _ROUNDS, narrow, (-jnp.ones_like(T_f), jnp.ones_like(T_f)))
+    low, high = jax.lax.fori_loop(
+        0, _ROUNDS, narrow, (-jnp.ones_like(T_f), jnp.ones_like(T_f))
+    )
 
     def newton(_: Array, share: Array) -> Array:
         value, slope = slope_at(share)
@@ -162,11 +184,12 @@ def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> Shared:
     return Shared(share, resting_tensions(r, T_0, share), least, most)
 
 
-# --- sprung linings ---------------------------------------------------------------------------------------------------
+# --- sprung linings -----------------------------------------------------------------
 
 
 class SprungState(NamedTuple):
-    """Elongations `e_j` (n − 1,) of the springs at the band circle (m), speeds `ω_i` (n,) of the linings (rad/s)."""
+    """Elongations `e_j` (n − 1,) of the springs at the band circle (m), speeds `ω_i`
+    (n,) of the linings (rad/s)."""
 
     stretch: Any
     speeds: Any
@@ -175,14 +198,16 @@ class SprungState(NamedTuple):
 class SprungMode(NamedTuple):
     """Mode of every lining.
 
-    - `outer` (n,): 0 while lining `i` is held on the band, else the sign of `ω_i` (of no meaning while open)
+    - `outer` (n,): 0 while lining `i` is held on the band, else the sign of `ω_i` (of
+      no meaning while open)
     - `inner` (n,): 0 while it sticks on the rim, else the sign of `ω − ω_i`
-    - `lifted` (n,): 1 of linings that have lifted off the rim (`inner` is then not 0, its sign of no meaning); `None`
-      without centrifugal force
+    - `lifted` (n,): 1 of linings that have lifted off the rim (`inner` is then not 0,
+      its sign of no meaning); `None` without centrifugal force
 
-    Both 0 means that the lining is at rest on a pulley at rest. The label of the band is `OPEN` while the lever does
-    not pull, `HELD` while every lining rests on the band, else `SLIP`, or `SLIP_BACK` with the pulley in reverse.
-    Leaves may have leading axes (rows of a record).
+    Both 0 means that the lining is at rest on a pulley at rest. The label of the band
+    is `OPEN` while the lever does not pull, `HELD` while every lining rests on the
+    band, else `SLIP`, or `SLIP_BACK` with the pulley in reverse. Leaves may have
+    leading axes (rows of a record).
     """
 
     outer: Any
@@ -202,7 +227,8 @@ class SprungMode(NamedTuple):
         return jnp.any(self.fixed, axis=-1)
 
     def slides(self, mode: Mode) -> Int[Array, "*row"]:
-        """The internal pair as a whole: 0 while every lining sticks on the rim, else the sense of the pulley (±1)."""
+        """The internal pair as a whole: 0 while every lining sticks on the rim, else
+        the sense of the pulley (±1)."""
         xp = numpy_of(self.inner)
         return xp.where(xp.all(self.inner == 0, axis=-1), 0, mode.sense)
 
@@ -212,7 +238,8 @@ class SprungMode(NamedTuple):
 
 
 class Coefficients(NamedTuple):
-    """Tension ratios `μ_i` on the band and coefficients `f_i` on the rim, sticking and sliding."""
+    """Tension ratios `μ_i` on the band and coefficients `f_i` on the rim, sticking and
+    sliding."""
 
     mu_static: Vector
     mu_kinetic: Vector
@@ -221,16 +248,19 @@ class Coefficients(NamedTuple):
     inner_kinetic: Vector
 
 
-# --- the mechanism ----------------------------------------------------------------------------------------------------
+# --- the mechanism ------------------------------------------------------------------
 
 
 class SprungGuards(NamedTuple):
     """Guards of a bandage on springs, or which of them fired.
 
-    - `lever`: its force;  `high`, `low`: to the ends of the load that a brake at rest holds; turning, `high` is the
-      motion of the pulley in its sense
-    - of each lining (n,): `inner` and `outer`, friction left of a pair that sticks, else its slip
-    - `locking` of the linings, `None` where that cannot change;  `rim` (n,): load of each on the rim, `None` where none
+    - `lever`: its force
+    - `high`, `low`: to the ends of the load that a brake at rest holds; turning, `high`
+      is the motion of the pulley in its sense
+    - of each lining (n,): `inner` and `outer`, friction left of a pair that sticks,
+      else its slip
+    - `locking` of the linings, `None` where that cannot change
+    - `rim` (n,): load of each on the rim, `None` where none
       lifts off
     """
 
@@ -259,40 +289,49 @@ class SprungNow(ContactNow):
     accelerations: Vector  # ω̇_i (rad/s²)
     stretching: Float[Array, " springs"]  # ė_j (m/s)
     spring_torque: Vector  # Q_i (N·m)
-    outer_limit: Vector  # maximum |G_i| up to which it is held (N), of the tensions there are
+    outer_limit: (
+        Vector  # maximum |G_i| up to which it is held (N), of the tensions there are
+    )
     resting: Resting  # the linings as equations for the tensions
     locking: ScalarArray  # by how much the lining nearest to locking is away from it
     share: ScalarArray  # θ of a pulley at rest, else 0
-    least_hold: ScalarArray  # load torques between which a pulley at rest stays there (N·m), else 0
+    # load torques between which a pulley at rest stays there (N·m), else 0
+    least_hold: ScalarArray
     most_hold: ScalarArray
 
 
 class SprungBandage(AbstractMechanism):
-    """A staged brake on a rigid band whose linings are separate bodies, with springs between neighbours (model §4).
+    """A staged brake on a rigid band whose linings are separate bodies, with springs
+    between neighbours (model §4).
 
-    Per lining (`G_i = T_i − T_{i−1}` from the band, `λ_i` from the rim, `Q_i` from the springs to its neighbours):
+    Per lining (`G_i = T_i − T_{i−1}` from the band, `λ_i` from the rim, `Q_i` from the
+    springs to its neighbours):
 
-        J ω̇ = M_load − Σ λ_i,  J_i ω̇_i = λ_i + Q_i − R_b G_i,  N_i = (T_i + T_{i−1}) s_i
-        M_i = R f_i N_int,i,  N_int,i = N_i + N_pre,i − m_i r_m ω_i² ≥ 0
+        J ω̇ = M_load − Σ λ_i,  J_i ω̇_i = λ_i + Q_i − R_b G_i,  N_i = (T_i + T_{i−1})
+        s_i M_i = R f_i N_int,i,  N_int,i = N_i + N_pre,i − m_i r_m ω_i² ≥ 0
         slides on the band:                     T_i = T_{i−1} μ_i^{±1}, ± = sign of ω_i
         held on the band, slides on the rim:    R_b (T_i − T_{i−1}) = σ_i M_i + Q_i, linear in T_i
         sticks on the rim, slides on the band:  λ_i = R_b G_i − Q_i + J_i ω̇, ω̇ common to pulley and such linings
         neither moves (pulley at rest):         `_at_rest`
 
-    Springs: `S_j = K_j e_j + D_j ė_j`, `ė_j = R_b (ω_j − ω_{j+1})`, `Q_i = R_b (S_{i−1} − S_i)`.
+    Springs: `S_j = K_j e_j + D_j ė_j`, `ė_j = R_b (ω_j − ω_{j+1})`,
+    `Q_i = R_b (S_{i−1} − S_i)`.
 
-    Guards: lever, pulley (two), then two for each lining, `inner` and `outer`, locking where friction fades, and where
-    linings have a centrifugal force the contact of each with the rim:
+    Guards: lever, pulley (two), then two for each lining, `inner` and `outer`, locking
+    where friction fades, and where linings have a centrifugal force the contact of each
+    with the rim:
 
         sticks on the rim:      M_s,i − |λ_i|                             slides there: σ_i (ω − ω_i)
         held on the band:       f_s,i z_i (T_i + T_{i−1}) − |T_i − T_{i−1}|     slides there: sgn(ω_i) ω_i
         neither moves:          what both pairs could hold against its springs
         pulley:                 its speed in motion; at rest how far the load is from both ends of what holds it
 
-    The second line is `T_{i−1}/μ_s ≤ T_i ≤ T_{i−1} μ_s`. Speeds that vanish together with the pulley's have no guard of
-    their own: its guard decides for all linings that come to rest with it.
+    The second line is `T_{i−1}/μ_s ≤ T_i ≤ T_{i−1} μ_s`. Speeds that vanish together
+    with the pulley's have no guard of their own: its guard decides for all linings that
+    come to rest with it.
 
-    - `inertias` `J_i` (kg·m²); `stiffness` `K_j` (N/m), `damping` `D_j` (N·s/m) of the n − 1 springs
+    - `inertias` `J_i` (kg·m²); `stiffness` `K_j` (N/m), `damping` `D_j` (N·s/m) of the
+      n − 1 springs
     """
 
     inertias: Vector
@@ -316,27 +355,45 @@ class SprungBandage(AbstractMechanism):
 
     @property
     def fades(self) -> bool:
-        """Whether a coefficient of friction depends on temperatures of the scene, states of its law, or on time."""
+        """Whether a coefficient of friction depends on temperatures of the scene,
+        states of its law, or on time."""
         if any(pair.memory is not None or pair.law.over_time for pair in self.pairs):
             return True
         return self.grip.reads.T or self._inner_reads.T
 
-    def start(self, omega: Array, elongation: Array) -> tuple[SprungState, np.int32, SprungMode]:
+    def start(
+        self, omega: Array, elongation: Array
+    ) -> tuple[SprungState, np.int32, SprungMode]:
         sense = jnp.where(omega < 0, -1, 1).astype(jnp.int32)
         zeros = jnp.zeros(self.count, jnp.int32)
         lifted = None if self.bandage.mass is None else zeros
         contacts = SprungMode(jnp.broadcast_to(sense, (self.count,)), zeros, lifted)
-        return SprungState(jnp.zeros(self.count - 1), jnp.broadcast_to(omega, (self.count,))), OPEN, contacts
+        return (
+            SprungState(
+                jnp.zeros(self.count - 1), jnp.broadcast_to(omega, (self.count,))
+            ),
+            OPEN,
+            contacts,
+        )
 
-    # --- all of it at one instant -------------------------------------------------------------------------------------
+    # --- all of it at one instant ----------------------------------------------------
 
-    def _coefficients(self, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces) -> Coefficients:
-        """Friction of all linings; their own slip speeds, smooth past the end of the mode, decide while they slide."""
+    def _coefficients(
+        self, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces
+    ) -> Coefficients:
+        """Friction of all linings; their own slip speeds, smooth past the end of the
+        mode, decide while they slide."""
         outer_v = self.band_radius * mode.own.outer.astype(jnp.float64) * own.speeds
-        inner_v = self.track_radius * mode.own.inner.astype(jnp.float64) * (omega - own.speeds)
+        inner_v = (
+            self.track_radius
+            * mode.own.inner.astype(jnp.float64)
+            * (omega - own.speeds)
+        )
 
         on_band, on_rim = self._friction(surfaces, outer_v, inner_v, static=False)
-        band_static, rim_static = self._friction(surfaces, outer_v, inner_v, static=True)
+        band_static, rim_static = self._friction(
+            surfaces, outer_v, inner_v, static=True
+        )
         grip_static = band_static * self.grip.tangent
         return Coefficients(
             mu_static=tension_ratio(grip_static)[0],
@@ -346,25 +403,36 @@ class SprungBandage(AbstractMechanism):
             inner_kinetic=on_rim,
         )
 
-    def _friction(self, surfaces: Surfaces, outer_v: Array, inner_v: Array, *, static: bool) -> tuple[Vector, Vector]:
+    def _friction(
+        self, surfaces: Surfaces, outer_v: Array, inner_v: Array, *, static: bool
+    ) -> tuple[Vector, Vector]:
         """Coefficients of both pairs at slip speeds (m/s) signed by the sense."""
         coefficients = []
         read = (self.grip.reads, self._inner_reads)
-        for pair, v, surface, reads_of in zip(self.pairs, (outer_v, inner_v), surfaces, read, strict=True):
-            contact = (surface or SurfaceState()).contact(jnp.broadcast_to(v, (self.count,)))
+        for pair, v, surface, reads_of in zip(
+            self.pairs, (outer_v, inner_v), surfaces, read, strict=True
+        ):
+            contact = (surface or SurfaceState()).contact(
+                jnp.broadcast_to(v, (self.count,))
+            )
             f = coefficients_of(pair.law, contact, static, by_speed=reads_of.v)
             coefficients.append(jnp.broadcast_to(f, (self.count,)))
         return coefficients[0], coefficients[1]
 
     @property
     def _inner_reads(self) -> Reads:
-        return reads(self.pairs[1].law, self.count, T=self.pairs[1].heat is not None, p=False)
+        return reads(
+            self.pairs[1].law, self.count, T=self.pairs[1].heat is not None, p=False
+        )
 
     def _springs(self, own: SprungState) -> TwoArrays:
-        """Forces of the dampers, a part of `S_j` (N), and torques `Q_i` on the linings (N·m)."""
+        """Forces of the dampers, a part of `S_j` (N), and torques `Q_i` on the linings
+        (N·m)."""
         damped = -self.damping * self.band_radius * jnp.diff(own.speeds)
         force = self.stiffness * own.stretch + damped
-        return damped, self.band_radius * (jnp.pad(force, (1, 0)) - jnp.pad(force, (0, 1)))
+        return damped, self.band_radius * (
+            jnp.pad(force, (1, 0)) - jnp.pad(force, (0, 1))
+        )
 
     def _seat(self, own: SprungState) -> Array:
         """`N_pre,i − m_i r_m ω_i²` (N)."""
@@ -372,7 +440,9 @@ class SprungBandage(AbstractMechanism):
         thrust = self.bandage.centrifugal_force(own.speeds)
         return preload if thrust is None else preload - thrust
 
-    def _resting(self, own: SprungState, mode: Mode, c: Coefficients, Q: Array) -> Resting:
+    def _resting(
+        self, own: SprungState, mode: Mode, c: Coefficients, Q: Array
+    ) -> Resting:
         """The linings as equations for the tensions along the band."""
         stuck = mode.own.inner == 0
         held = mode.own.outer == 0
@@ -386,9 +456,13 @@ class SprungBandage(AbstractMechanism):
         sliding = jnp.where(mode.own.outer > 0, c.mu_kinetic, 1 / c.mu_kinetic)
         gain = jnp.where(held, (R_b + sense * grip) / (R_b - sense * grip), sliding)
         offset = jnp.where(held, (sense * floor + Q) / (R_b - sense * grip), 0.0)
-        return Resting(mode.own.fixed, R_b, c.mu_static, grip, floor, Q, gain, offset, sense)
+        return Resting(
+            mode.own.fixed, R_b, c.mu_static, grip, floor, Q, gain, offset, sense
+        )
 
-    def variables(self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode) -> SprungNow:
+    def variables(
+        self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode
+    ) -> SprungNow:
         R_b = self.band_radius
         stuck = mode.own.inner == 0
         held = mode.own.outer == 0
@@ -466,55 +540,94 @@ class SprungBandage(AbstractMechanism):
         on_rim = jnp.where(inner == 0, 0.0, z.inner_slip)
         return (
             ContactState(z.outer_force, on_band, outer.astype(jnp.float64), z.normal),
-            ContactState(z.inner_torque / self.track_radius, on_rim, inner.astype(jnp.float64), z.load),
+            ContactState(
+                z.inner_torque / self.track_radius,
+                on_rim,
+                inner.astype(jnp.float64),
+                z.load,
+            ),
         )
 
-    # --- guards -------------------------------------------------------------------------------------------------------
+    # --- guards ----------------------------------------------------------------------
 
-    def guards(self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> SprungGuards:
+    def guards(
+        self,
+        acting: AppliedLoads,
+        omega: Array,
+        own: SprungState,
+        mode: Mode,
+        z: SprungNow,
+    ) -> SprungGuards:
         size = self.sizes
         is_open = mode.band == OPEN
         rests = mode.own.rests
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
-        turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
+        turning = jnp.where(
+            is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed
+        )
         above, below = limit_margins(acting.load, z.least_hold, z.most_hold)
         high = jnp.where(rests, above / size.torque, turning)
         low = jnp.where(rests, below / size.torque, 1.0)
-        rim = None if z.rim_margin is None else jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension)
+        rim = (
+            None
+            if z.rim_margin is None
+            else jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension)
+        )
         linings = self._lining_guards(omega, own, mode, z)
-        return SprungGuards(lever, high, low, *linings, z.locking if self.fades else None, rim)
+        return SprungGuards(
+            lever, high, low, *linings, z.locking if self.fades else None, rim
+        )
 
     def limits(self, mode: Mode, none: SprungGuards) -> SprungGuards:
         own = mode.own
         rests = mode.own.rests
         rim = None if none.rim is None else own.lifted == 0
-        return none._replace(high=rests, low=rests, inner=own.inner == 0, outer=own.outer == 0, rim=rim)
+        return none._replace(
+            high=rests, low=rests, inner=own.inner == 0, outer=own.outer == 0, rim=rim
+        )
 
-    def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> TwoArrays:
+    def _lining_guards(
+        self, omega: Array, own: SprungState, mode: Mode, z: SprungNow
+    ) -> TwoArrays:
         stuck = mode.own.inner == 0
         held = mode.own.outer == 0
         torque_scale = self.sizes.torque / self.count
         left = (z.capacity - jnp.abs(z.inner_torque)) / torque_scale
-        inner = contact_margin(mode.own.inner, left, (omega - own.speeds) / self.sizes.speed)
+        inner = contact_margin(
+            mode.own.inner, left, (omega - own.speeds) / self.sizes.speed
+        )
         apart = held & ~stuck  # its slip is the pulley's speed
-        inner = jnp.where(apart if mode.own.lifted is None else apart | (mode.own.lifted != 0), 1.0, inner)
+        inner = jnp.where(
+            apart if mode.own.lifted is None else apart | (mode.own.lifted != 0),
+            1.0,
+            inner,
+        )
         inner = jnp.where(mode.own.fixed, self._spring_margin(z) / torque_scale, inner)
         left = (z.outer_limit - jnp.abs(z.outer_force)) / self.sizes.tension
         outer = contact_margin(mode.own.outer, left, own.speeds / self.sizes.speed)
-        # fixed linings are bounded by their limits on the band; stuck ones move with the pulley
+        # fixed linings are bounded by their limits on the band; stuck ones move with
+        # the pulley
         return inner, jnp.where(stuck | (mode.band == OPEN), 1.0, outer)
 
     def _spring_margin(self, z: SprungNow) -> Array:
-        """Capacity of both pairs of a fixed lining less the torque of its springs (N·m)."""
+        """Capacity of both pairs of a fixed lining less the torque of its springs
+        (N·m)."""
         r = z.resting
         Q = z.spring_torque
         before = jnp.concatenate([z.slack_tension[None], z.tension[:-1]])
         most = jnp.where(Q > 0, before * r.mu, before / r.mu)
-        return r.grip * (most + before) + r.floor + self.band_radius * jnp.abs(most - before) - jnp.abs(Q)
+        return (
+            r.grip * (most + before)
+            + r.floor
+            + self.band_radius * jnp.abs(most - before)
+            - jnp.abs(Q)
+        )
 
-    # --- changes of mode ----------------------------------------------------------------------------------------------
+    # --- changes of mode -------------------------------------------------------------
 
-    def change(self, now: EventState, new: Mode, fired: SprungGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
+    def change(
+        self, now: EventState, new: Mode, fired: SprungGuards, ask: EvaluateInMode
+    ) -> tuple[Mode, Array]:
         old = now.mode
         omega = now.omega
         own = now.own
@@ -529,38 +642,57 @@ class SprungBandage(AbstractMechanism):
         gone = fired.outer
         new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
 
-        # the lever begins to pull: moving linings slide, resting ones are held unless that exceeds their limit
+        # the lever begins to pull: moving linings slide, resting ones are held unless
+        # that exceeds their limit
         grips = was_open & pulls
         starts = grips & (omega == 0)
-        sense = jnp.where(grips & (omega != 0), jnp.sign(omega).astype(jnp.int32), old.sense)
+        sense = jnp.where(
+            grips & (omega != 0), jnp.sign(omega).astype(jnp.int32), old.sense
+        )
         outer = jnp.where(grips, jnp.sign(own.speeds).astype(jnp.int32), new.own.outer)
-        new = new._replace(own=new.own._replace(outer=outer), sense=sense, band=jnp.where(pulls, HELD, OPEN))
+        new = new._replace(
+            own=new.own._replace(outer=outer),
+            sense=sense,
+            band=jnp.where(pulls, HELD, OPEN),
+        )
 
         # pulley and linings come to rest together, start together, or pass through
         stops = ~was_open & ~rests & fired.high
         breaks = rests & (fired.high | fired.low)
         with_pulley = (old.own.inner == 0) | (old.own.outer == 0) | broke | gone
-        together = jnp.where(breaks, old.own.fixed & ~broke, jnp.where(starts, own.speeds == 0, with_pulley))
+        together = jnp.where(
+            breaks,
+            old.own.fixed & ~broke,
+            jnp.where(starts, own.speeds == 0, with_pulley),
+        )
         forced = jnp.where(breaks, jnp.where(fired.high, 1, -1), 0)
         settled = self._settled(omega, own, new, together, forced, ask)
         decides = pulls & (stops | breaks | starts)
-        new = jax.tree.map(lambda a, b: jnp.where(decides, a, b).astype(jnp.int32), settled, new)
+        new = jax.tree.map(
+            lambda a, b: jnp.where(decides, a, b).astype(jnp.int32), settled, new
+        )
 
         # while open, `outer` says nothing and no lining is held
         outer = jnp.where(pulls, new.own.outer, new.sense).astype(jnp.int32)
         moving = jnp.where(new.sense > 0, SLIP, SLIP_BACK)
         band = jnp.where(pulls, jnp.where(jnp.all(outer == 0), HELD, moving), OPEN)
-        new = new._replace(own=new.own._replace(outer=outer), band=band.astype(jnp.int32))
+        new = new._replace(
+            own=new.own._replace(outer=outer), band=band.astype(jnp.int32)
+        )
         locks = jnp.asarray(False) if fired.locking is None else fired.locking
-        if self.fades:  # where friction jumps past the limit, other guards fire before that of locking
+        # where friction jumps past the limit, other guards fire before that of locking
+        if self.fades:
             locks = locks | (z.locking < 0)
         if old.own.lifted is not None:
             turning = self.with_stuck_speeds(omega, own, old, new)
             z = ask(new, *turning)[1]
             inner = new.own.inner
             assert fired.rim is not None
-            lifted = lifted_after(old.own.lifted, z.rim_margin, fired.rim, outer == 0, rounding)
-            # it slides by the torque that it had before, or where it touches again by its speed
+            lifted = lifted_after(
+                old.own.lifted, z.rim_margin, fired.rim, outer == 0, rounding
+            )
+            # it slides by the torque that it had before, or where it touches again by
+            # its speed
             slip = jnp.sign(turning[0] - turning[1].speeds).astype(jnp.int32)
             inner = sense_after(inner, (lifted != 0) & (inner == 0), z.inner_torque)
             back = (lifted == 0) & (old.own.lifted != 0) & (slip != 0)
@@ -569,11 +701,18 @@ class SprungBandage(AbstractMechanism):
         return new, jnp.where(locks, int(BrakeCode.SINGULAR_GEOMETRY), 0)
 
     def _each_lining(
-        self, omega: Array, own: SprungState, mode: Mode, z: SprungNow, broke: Array, gone: Array
+        self,
+        omega: Array,
+        own: SprungState,
+        mode: Mode,
+        z: SprungNow,
+        broke: Array,
+        gone: Array,
     ) -> SprungMode:
         """Mode of each lining after its own guards fired.
 
-        A lining without speed on a pulley without speed, which starts, goes with the stronger pair.
+        A lining without speed on a pulley without speed, which starts, goes with the
+        stronger pair.
         """
         old = mode.own
         stuck = old.inner == 0
@@ -586,27 +725,41 @@ class SprungBandage(AbstractMechanism):
         on_band = slides & jnp.where(still, ~band_yields, gone)
         on_rim = slides & jnp.where(still, band_yields, broke & ~gone)
         inner = sense_after(old.inner, stuck & ~fixed & broke, z.inner_torque)
-        inner = jnp.where(on_band, jnp.where(rests, 0, mode.sense), jnp.where(on_rim, 0, inner))
+        inner = jnp.where(
+            on_band, jnp.where(rests, 0, mode.sense), jnp.where(on_rim, 0, inner)
+        )
         outer = sense_after(old.outer, held & ~stuck & gone, z.outer_force)
-        outer = jnp.where(on_band, 0, jnp.where(on_rim, jnp.where(rests, 0, mode.sense), outer))
+        outer = jnp.where(
+            on_band, 0, jnp.where(on_rim, jnp.where(rests, 0, mode.sense), outer)
+        )
         # springs tear a lining off both: it moves against a pulley at rest
         torn = fixed & broke
         way = driven_way(z.spring_torque)
         outer = jnp.where(torn, way, outer)
         inner = jnp.where(torn, -way, inner)
-        return old._replace(outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32))
+        return old._replace(
+            outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32)
+        )
 
     def _settled(
-        self, omega: Array, own: SprungState, new: Mode, together: Marks, forced: Array, ask: EvaluateInMode
+        self,
+        omega: Array,
+        own: SprungState,
+        new: Mode,
+        together: Marks,
+        forced: Array,
+        ask: EvaluateInMode,
     ) -> Mode:
-        """The mode where the pulley has no speed, and the linings named have none either.
+        """The mode where the pulley has no speed, and the linings named have none
+        either.
 
-        They rest if the load is within what all of them hold (each at the limit of its weaker pair). Otherwise the
-        pulley starts the way of the load, or of the guard that fired (`forced`), and each breaks away at its weaker
-        pair.
+        They rest if the load is within what all of them hold (each at the limit of its
+        weaker pair). Otherwise the pulley starts the way of the load, or of the guard
+        that fired (`forced`), and each breaks away at its weaker pair.
         """
         own_mode = new.own._replace(
-            outer=jnp.where(together, 0, new.own.outer), inner=jnp.where(together, 0, new.own.inner)
+            outer=jnp.where(together, 0, new.own.outer),
+            inner=jnp.where(together, 0, new.own.inner),
         )
         trial = new._replace(own=own_mode)
         load = ask(trial, jnp.zeros_like(omega), own)[0].load
@@ -614,24 +767,43 @@ class SprungBandage(AbstractMechanism):
         T_0 = acting.tension
         r = z.resting._replace(fixed=together)
         least, most = holding_range(r, T_0)
-        way = jnp.where(forced == 0, exceeded(load, least, most, self.sizes.slight_torque), forced)
+        way = jnp.where(
+            forced == 0, exceeded(load, least, most, self.sizes.slight_torque), forced
+        )
         # nothing comes to rest: the pulley passes through zero
         none = ~jnp.any(together)
         way = jnp.where(none, -new.sense, way)
-        yields = yields_on_band(r, T_0, resting_tensions(r, T_0, way.astype(jnp.float64)), way)
+        yields = yields_on_band(
+            r, T_0, resting_tensions(r, T_0, way.astype(jnp.float64)), way
+        )
         outer = jnp.where(together, jnp.where(yields, way, 0), new.own.outer)
         inner = jnp.where(together, jnp.where(yields, 0, way), new.own.inner)
-        return new._replace(own=new.own._replace(outer=outer, inner=inner), sense=jnp.where(way == 0, new.sense, way))
+        return new._replace(
+            own=new.own._replace(outer=outer, inner=inner),
+            sense=jnp.where(way == 0, new.sense, way),
+        )
 
-    def with_stuck_speeds(self, omega: Array, own: SprungState, before: Mode, after: Mode) -> tuple[Array, SprungState]:
+    def with_stuck_speeds(
+        self, omega: Array, own: SprungState, before: Mode, after: Mode
+    ) -> tuple[Array, SprungState]:
         omega = speed_after(omega, before, after, after.own.rests)
-        speeds = jnp.where(after.own.outer == 0, 0.0, jnp.where(after.own.inner == 0, omega, own.speeds))
+        speeds = jnp.where(
+            after.own.outer == 0,
+            0.0,
+            jnp.where(after.own.inner == 0, omega, own.speeds),
+        )
         return omega, own._replace(speeds=speeds)
 
-    # --- results, stored energy, capacity -----------------------------------------------------------------------------
+    # --- results, stored energy, capacity --------------------------------------------
 
     def shown(
-        self, tension: Array, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces, z: SprungNow
+        self,
+        tension: Array,
+        omega: Array,
+        own: SprungState,
+        mode: Mode,
+        surfaces: Surfaces,
+        z: SprungNow,
     ) -> MechanismOutputs:
         on_band = on_rim = None
         if self.shows_friction:
@@ -640,27 +812,46 @@ class SprungBandage(AbstractMechanism):
             on_rim = c.inner_kinetic
         outer = jnp.where(mode.band == OPEN, 0, mode.own.outer)
         inner = mode.own.inner
-        external = PairNow.of(z.outer_force, z.normal, z.outer_slip, outer, z.brake_torque, on_band)
+        external = PairNow.of(
+            z.outer_force, z.normal, z.outer_slip, outer, z.brake_torque, on_band
+        )
         external = external._replace(friction=z.outer_force * self.grip.cosine)
         on_track = z.inner_torque / self.track_radius
         driven = jnp.sum(z.inner_torque)
         most = jnp.sum(z.capacity)
-        internal = PairNow.of(on_track, z.load, z.inner_slip, inner, driven, on_rim, most)
+        internal = PairNow.of(
+            on_track, z.load, z.inner_slip, inner, driven, on_rim, most
+        )
         mean = jnp.mean(own.speeds)
-        return MechanismOutputs((external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds)
+        return MechanismOutputs(
+            (external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds
+        )
 
-    def stored(self, inertia: Array, omega: Array, own: SprungState, mode: Mode) -> TwoArrays:
-        kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.inertias * own.speeds**2)
+    def stored(
+        self, inertia: Array, omega: Array, own: SprungState, mode: Mode
+    ) -> TwoArrays:
+        kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(
+            self.inertias * own.speeds**2
+        )
         return kinetic, 0.5 * jnp.sum(self.stiffness * own.stretch**2)
 
     def own_sizes(self) -> SprungState:
         size = self.sizes
-        return SprungState(size.tension / self.stiffness, jnp.ones_like(self.inertias) * size.speed)
+        return SprungState(
+            size.tension / self.stiffness, jnp.ones_like(self.inertias) * size.speed
+        )
 
     def capacity(
-        self, tension: Array, omega: Array, own: SprungState, surfaces: Surfaces, *, static: bool = False
+        self,
+        tension: Array,
+        omega: Array,
+        own: SprungState,
+        surfaces: Surfaces,
+        *,
+        static: bool = False,
     ) -> Float[Array, " pairs"]:
-        # one sum: every lining in its weaker pair, as at the limit of a pulley at rest (but kinetic unless `static`)
+        # one sum: every lining in its weaker pair, as at the limit of a pulley at rest
+        # (but kinetic unless `static`)
         n = self.count
         speed = jnp.abs(omega)
         arms = self.band_radius * speed, self.track_radius * speed
@@ -671,6 +862,16 @@ class SprungBandage(AbstractMechanism):
         none = jnp.zeros(n)
         every = jnp.ones(n, bool)
         _, Q = self._springs(own)
-        r = Resting(every, self.band_radius, mu, on_rim * self.grip.sine, floor, Q, none, none, none)
+        r = Resting(
+            every,
+            self.band_radius,
+            mu,
+            on_rim * self.grip.sine,
+            floor,
+            Q,
+            none,
+            none,
+            none,
+        )
         least, most = holding_range(r, tension)
         return jnp.where(omega < 0, -least, most)[None]

@@ -1,4 +1,5 @@
-"""A thermal network made ready for integration: temperatures, heat flows, and where friction heat enters."""
+"""A thermal network made ready for integration: temperatures, heat flows, and where
+friction heat enters."""
 
 import functools
 from collections.abc import Callable, Sequence
@@ -30,17 +31,20 @@ from ..thermal.network import (
     place_of,
 )
 
-# --- heat at the faces of the linings ---------------------------------------------------------------------------------
+# --- heat at the faces of the linings ------------------------------------------------
 
 
 #: values at places, or of surfaces by their number
 Values = dict[Any, Array]
 
-_SURFACE_STEPS = 2  # steps where laws depend on surface temperatures: flows are exact to 1e-10 on rims, 1e-6 on linings
+# steps where laws depend on surface temperatures: flows are exact to 1e-10 on rims,
+# 1e-6 on linings
+_SURFACE_STEPS = 2
 
 
 class End(NamedTuple):
-    """End of a link: its temperature where the network has it (of a wall: of the outermost layer), else its surface."""
+    """End of a link: its temperature where the network has it (of a wall: of the
+    outermost layer), else its surface."""
 
     T: Array
     surface: int | None
@@ -49,7 +53,8 @@ class End(NamedTuple):
 class Path(NamedTuple):
     """A link between two ends.
 
-    - `flows`: their number;  `g` (W/K) where it does not depend on temperatures, else `law(T_a, T_b)` gives it
+    - `flows`: their number
+    - `g` (W/K) where it does not depend on temperatures, else `law(T_a, T_b)` gives it
     - `constant`: whether the balances already have `g` where it adds to `e`
     """
 
@@ -62,11 +67,15 @@ class Path(NamedTuple):
 
     def flow(self, T_a: Array, T_b: Array) -> Array:
         """Flow from `b` to `a` (W)."""
-        return jnp.broadcast_to((self.law(T_a, T_b) if self.g is None else self.g) * (T_b - T_a), (self.flows,))
+        return jnp.broadcast_to(
+            (self.law(T_a, T_b) if self.g is None else self.g) * (T_b - T_a),
+            (self.flows,),
+        )
 
 
 class Tangent(NamedTuple):
-    """A flow from `b` to `a` that is linear in the temperatures there: `q − g_a (T_a − S_a) + g_b (T_b − S_b)`."""
+    """A flow from `b` to `a` that is linear in the temperatures there:
+    `q − g_a (T_a − S_a) + g_b (T_b − S_b)`."""
 
     q: Array
     g_a: Array
@@ -101,7 +110,8 @@ class Balances:
         to[key] = to[key] + value if key in to else value
 
     def begin(self, c: int, size: int, e: Array | None) -> None:
-        """Begin the balance of a surface of `size` temperatures, with what is constant in `e`."""
+        """Begin the balance of a surface of `size` temperatures, with what is constant
+        in `e`."""
         self.sizes[c] = size
         if e is not None:
             self.e[c] = e
@@ -123,7 +133,9 @@ class Balances:
             if here.surface is not None and there.surface is not None:
                 self._couple(here.surface, there.surface, g, path.flows)
             elif here.surface is not None:
-                self.enter(here.surface, None if path.constant else g, g * there.T, path.flows)
+                self.enter(
+                    here.surface, None if path.constant else g, g * there.T, path.flows
+                )
 
     def follow(self, path: Path, at: Tangent) -> None:
         """Enter a flow by its tangent."""
@@ -143,10 +155,12 @@ class Balances:
             self.enter(b, at.g_b, at.g_b * at.S_b - at.q, n)
 
     def solve(self) -> Values:
-        """Temperatures of all surfaces, by elimination without subtractions (Grassmann, Taksar & Heyman 1985).
+        """Temperatures of all surfaces, by elimination without subtractions (Grassmann,
+        Taksar & Heyman 1985).
 
-        First go surfaces with one temperature per lining: their rows are independent of each other, and what is left
-        of them in the row of a single temperature is a sum.
+        First go surfaces with one temperature per lining: their rows are independent of
+        each other, and what is left of them in the row of a single temperature is a
+        sum.
         """
         order = sorted(self.e, key=lambda c: self.sizes[c] == 1)
         rows = []
@@ -174,7 +188,8 @@ class Balances:
 
 
 def gathered(values: Array, size: int, flows: int) -> Array:
-    """Values of so many flows where there are `size` temperatures: each, or the sum over all of them."""
+    """Values of so many flows where there are `size` temperatures: each, or the sum
+    over all of them."""
     if size > 1 or flows == 1:
         return values
     return jnp.sum(jnp.broadcast_to(values, (flows,)), keepdims=True)
@@ -183,20 +198,27 @@ def gathered(values: Array, size: int, flows: int) -> Array:
 def flows_of(paths: list[Path], rows: Balances) -> tuple[list[Array], Values]:
     """Flow through each path from `b` to `a` (W), and the temperatures of the surfaces.
 
-    Linear paths are exact. Laws of the temperatures take two steps of Newton's method from the ends' own.
+    Linear paths are exact. Laws of the temperatures take two steps of Newton's method
+    from the ends' own.
 
     - `rows`: balances of the surfaces without the flows of the paths
     """
     for path in paths:
         if path.g is not None:
             rows.conduct(path, path.g)
-    bent = [i for i, path in enumerate(paths) if path.g is None and {path.a.surface, path.b.surface} != {None}]
+    bent = [
+        i
+        for i, path in enumerate(paths)
+        if path.g is None and {path.a.surface, path.b.surface} != {None}
+    ]
     S: Values = {}
     tangents: dict[int, Tangent] = {}
     for _ in range(_SURFACE_STEPS if bent else 1):
         balances = rows.copy()
         for i in bent:
-            tangents[i] = _tangent(paths[i], *(_at(end, S) for end in (paths[i].a, paths[i].b)))
+            tangents[i] = _tangent(
+                paths[i], *(_at(end, S) for end in (paths[i].a, paths[i].b))
+            )
             balances.follow(paths[i], tangents[i])
         S = balances.solve()
     flows = []
@@ -232,7 +254,7 @@ def _tangent(path: Path, T_a: Array, T_b: Array) -> Tangent:
     return Tangent(q, g_a, g_b, T_a, T_b)
 
 
-# --- the network ------------------------------------------------------------------------------------------------------
+# --- the network --------------------------------------------------------------------
 
 
 #: pieces of the given functions of time
@@ -274,7 +296,8 @@ def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
 class Stream(NamedTuple):
     """Coolant at one instant, an entry for each node that a jacket wets.
 
-    - `heat` (W) that it takes up, temperature of its `inlet` (K), heat capacity `rate` (W/K)
+    - `heat` (W) that it takes up, temperature of its `inlet` (K), heat capacity `rate`
+      (W/K)
     """
 
     heat: Float[Array, " wetted"]
@@ -283,7 +306,8 @@ class Stream(NamedTuple):
 
 
 class HeatFlows(NamedTuple):
-    """Heat flows of the network at one instant (W): into each node, and over its border."""
+    """Heat flows of the network at one instant (W): into each node, and over its
+    border."""
 
     into: VectorK
     into_junctions: Float[Array, " j"]
@@ -294,7 +318,8 @@ class HeatFlows(NamedTuple):
 
 
 class Deposit(NamedTuple):
-    """Distribution of the friction heat for given heats of the linings, linear in them."""
+    """Distribution of the friction heat for given heats of the linings, linear in
+    them."""
 
     into: VectorK
     into_junctions: Float[Array, " j"]  # rise of the junctions' temperatures it causes
@@ -303,15 +328,19 @@ class Deposit(NamedTuple):
     lost: Array
     faces: dict[str, Array]
     beyond: Any = None  # part of the heat to metal that went behind the linings
-    coolant: Any = None  # to each wetted node's coolant at once, over junctions; `None` without jackets
+    # to each wetted node's coolant at once, over junctions; `None` without jackets
+    coolant: Any = None
 
 
 class Conditions(NamedTuple):
     """Conditions of a network besides temperatures and time.
 
-    - `speed` (m/s) of the track, `lining_speed` of the outer faces of the linings, 0 where these stand still
-    - `closed`: 1 while the band is closed, else 0;  `pressures` (Pa) of the linings in each friction pair
-    - `seated` (n,), of a staged brake: 1 of a lining that sits on the rim, 0 of one that has lifted off; `None`: all do
+    - `speed` (m/s) of the track, `lining_speed` of the outer faces of the linings, 0
+      where these stand still
+    - `closed`: 1 while the band is closed, else 0
+    - `pressures` (Pa) of the linings in each friction pair
+    - `seated` (n,), of a staged brake: 1 of a lining that sits on the rim, 0 of one
+      that has lifted off; `None`: all do
     """
 
     speed: Any = 0.0
@@ -321,17 +350,19 @@ class Conditions(NamedTuple):
     seated: Any = None
 
 
-# --- the network ready for integration --------------------------------------------------------------------------------
+# --- the network ready for integration ----------------------------------------------
 
 _NEWTON = 8  # iterations for junctions with radiation or free convection
 
 
 class Thermal(Struct):
-    """The network of a scene. Its state is the heat content of each node over its reference capacity,
+    """The network of a scene. Its state is the heat content of each node over its
+    reference capacity,
 
         u = ∫ C(T) dT / C_r = (T − T_r) + ½ b_c (T − T_r)²,   C_r du/dt = Σ heat flows
 
-    so that sums of heat are linear in the state, and their balance closes to rounding with any method.
+    so that sums of heat are linear in the state, and their balance closes to rounding
+    with any method.
     """
 
     heat: Heat
@@ -339,23 +370,33 @@ class Thermal(Struct):
     per_capacity: VectorK  # 1/C_r (K/J)
     slope: VectorK | None
     reference: VectorK
-    # of walls: thermal resistance of half a layer at the reference temperature (K/W), relative change of conductivity
-    # per kelvin, and, where no wall has such a change, conductance from one node to the next (W/K)
+    # of walls: thermal resistance of half a layer at the reference temperature (K/W),
+    # relative change of conductivity per kelvin, and, where no wall has such a change,
+    # conductance from one node to the next (W/K)
     half: VectorK | None
     bend: VectorK | None
     between: Float[Array, " interfaces"] | None
-    through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
-    per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it rejects per kelvin
+    through: tuple[
+        Array | None, ...
+    ]  # conductance of each link from node to node (W/K) where it cannot change
+    per_kelvin: tuple[
+        Array | None, ...
+    ]  # of each surface: constant part of the heat that it rejects per kelvin
     shares: PowerShares | None = None  # of the friction power
-    rims: tuple[int, ...] = struct_field(static=True, default=())  # linings on each, where several bands have one each
-    lifts: bool = struct_field(static=True, default=False)  # whether linings of a staged brake can lift off the rim
+    rims: tuple[int, ...] = struct_field(
+        static=True, default=()
+    )  # linings on each, where several bands have one each
+    lifts: bool = struct_field(
+        static=True, default=False
+    )  # whether linings of a staged brake can lift off the rim
 
     @property
     def spans(self) -> Spans:
         return spans(self.heat)
 
     def rise(self, heat: VectorK) -> VectorK:
-        """Convert heat into each node (W, or J) to the change of its state (K/s, or K)."""
+        """Convert heat into each node (W, or J) to the change of its state (K/s, or
+        K)."""
         return heat * self.per_capacity
 
     def temperatures(self, u: VectorK) -> VectorK:
@@ -369,19 +410,36 @@ class Thermal(Struct):
         d = T - self.reference
         return d if self.slope is None else d + 0.5 * self.slope * d**2
 
-    def _given(self, t: Array, pieces: Pieces) -> tuple[dict[str, Array], list[Array], dict[int, Array]]:
-        """Temperatures of the reservoirs, powers of the sources and flows of the jackets at one instant."""
+    def _given(
+        self, t: Array, pieces: Pieces
+    ) -> tuple[dict[str, Array], list[Array], dict[int, Array]]:
+        """Temperatures of the reservoirs, powers of the sources and flows of the
+        jackets at one instant."""
         left = iter(pieces)
 
         def value(given: AbstractProfile | Array | float) -> Array:
-            now = given.value(t, next(left)) if isinstance(given, AbstractProfile) else given
+            now = (
+                given.value(t, next(left))
+                if isinstance(given, AbstractProfile)
+                else given
+            )
             return jnp.reshape(jnp.asarray(now), (1,))
 
-        temperatures = {b.name: value(b.temperature) for b in self.heat.bodies if isinstance(b, Reservoir)}
+        temperatures = {
+            b.name: value(b.temperature)
+            for b in self.heat.bodies
+            if isinstance(b, Reservoir)
+        }
         powers = [value(source.power) for source in self.heat.sources]
-        return temperatures, powers, {i: value(jacket.flow)[0] for i, jacket in self.heat.jackets.items()}
+        return (
+            temperatures,
+            powers,
+            {i: value(jacket.flow)[0] for i, jacket in self.heat.jackets.items()},
+        )
 
-    def _reader(self, T: Array, T_J: Array, reservoirs: dict[str, Array]) -> Callable[[str], Array]:
+    def _reader(
+        self, T: Array, T_J: Array, reservoirs: dict[str, Array]
+    ) -> Callable[[str], Array]:
         """Temperatures of a place (of a wall: in its outermost layer)."""
         where = self.spans
 
@@ -389,7 +447,9 @@ class Thermal(Struct):
             name, _ = place_of(place)
             if name in reservoirs:
                 return reservoirs[name]
-            return (T if name in where.stores else T_J)[nodes_of(self.heat, where, place)]
+            return (T if name in where.stores else T_J)[
+                nodes_of(self.heat, where, place)
+            ]
 
         return at
 
@@ -402,15 +462,20 @@ class Thermal(Struct):
     @property
     def _keeps_halves(self) -> bool:
         """Whether the resistances from layers to faces cannot change."""
-        return self.bend is None and all(wall.surface_layer is None for wall in self.heat.walls)
+        return self.bend is None and all(
+            wall.surface_layer is None for wall in self.heat.walls
+        )
 
     def _to_faces(self, T: Array, half: Any) -> Any:
-        """Thermal resistance from the outermost layers of walls to their faces (K/W), surface layers included."""
+        """Thermal resistance from the outermost layers of walls to their faces (K/W),
+        surface layers included."""
         for body in self.heat.walls:
             if body.surface_layer is not None:
                 for face in ("front", "back") if body.both else ("front",):
                     nodes = nodes_of(self.heat, self.spans, f"{body.name}.{face}")
-                    half = half.at[nodes].add(body.surface_layer.resistance(T[nodes]) / body.area)
+                    half = half.at[nodes].add(
+                        body.surface_layer.resistance(T[nodes]) / body.area
+                    )
         return half
 
     def flows(
@@ -422,20 +487,31 @@ class Thermal(Struct):
         pieces: Pieces = (),
         more: tuple[tuple[str, Array], ...] = (),
     ) -> HeatFlows:
-        """Heat flows at given temperatures, friction apart; `more`: powers (W) that enter places with capacity."""
+        """Heat flows at given temperatures, friction apart; `more`: powers (W) that
+        enter places with capacity."""
         reservoirs, powers, streams = self._given(t, pieces)
         given: dict[str, Array] = {}
         for source, power in zip(self.heat.sources, powers, strict=True):
             self._enter(given, source.a, power / place_count(self.heat, source.a))
         for place, power in more:
-            self._enter(given, place, jnp.reshape(power / place_count(self.heat, place), (1,)))
+            self._enter(
+                given, place, jnp.reshape(power / place_count(self.heat, place), (1,))
+            )
         half = self._halves(T)
         at = self._reader(T, T_J, reservoirs)
-        into, through = self._through(at, self._to_faces(T, half), around, given, streams)
+        into, through = self._through(
+            at, self._to_faces(T, half), around, given, streams
+        )
         nodes = self._spread(into)
-        if half is not None and any(isinstance(body, Wall) and body.layers > 1 for body in self.heat.bodies):
-            q = (_between(self.heat, half) if self.between is None else self.between) * (T[:-1] - T[1:])
-            nodes = nodes + (jax.lax.pad(q, 0.0, [(1, 0, 0)]) - jax.lax.pad(q, 0.0, [(0, 1, 0)]))
+        if half is not None and any(
+            isinstance(body, Wall) and body.layers > 1 for body in self.heat.bodies
+        ):
+            q = (
+                _between(self.heat, half) if self.between is None else self.between
+            ) * (T[:-1] - T[1:])
+            nodes = nodes + (
+                jax.lax.pad(q, 0.0, [(1, 0, 0)]) - jax.lax.pad(q, 0.0, [(0, 1, 0)])
+            )
         lost = [jnp.sum(into[name]) for name in reservoirs if name in into]
         return HeatFlows(
             into=nodes,
@@ -446,17 +522,31 @@ class Thermal(Struct):
             coolant=self._stream(through, at, streams) if streams else None,
         )
 
-    def _stream(self, through: dict[int, Array], at: Callable[[str], Array], streams: dict[int, Array]) -> Stream:
-        """The coolant of all jackets; `through`: flow from each link's `b` to its `a` (W)."""
+    def _stream(
+        self,
+        through: dict[int, Array],
+        at: Callable[[str], Array],
+        streams: dict[int, Array],
+    ) -> Stream:
+        """The coolant of all jackets; `through`: flow from each link's `b` to its `a`
+        (W)."""
         parts = []
         for i, jacket in self.heat.jackets.items():
             heat = -through[i]
             rate = jacket.rate(Surroundings(flow=streams[i]))
-            parts.append(Stream(heat, *(jnp.broadcast_to(x, heat.shape) for x in (at(jacket.b), rate))))
+            parts.append(
+                Stream(
+                    heat,
+                    *(jnp.broadcast_to(x, heat.shape) for x in (at(jacket.b), rate)),
+                )
+            )
         return jax.tree.map(lambda *each: jnp.concatenate(each), *parts)
 
-    def _enter(self, into: dict[str, Array], place: str, flow: Array, leaves: bool = False) -> None:
-        """Adds a flow to those into a place, or takes it away: node by node, or all of it at the only node."""
+    def _enter(
+        self, into: dict[str, Array], place: str, flow: Array, leaves: bool = False
+    ) -> None:
+        """Adds a flow to those into a place, or takes it away: node by node, or all of
+        it at the only node."""
         n = place_count(self.heat, place)
         if flow.shape != (n,):
             flow = self._gathered(flow, n)
@@ -466,11 +556,14 @@ class Thermal(Struct):
             into[place] = into[place] - flow if leaves else into[place] + flow
 
     def _gathered(self, flow: Array, n: int) -> Vector:
-        """Flows from the linings into the `n` nodes of a place: into each rim those of its own linings."""
+        """Flows from the linings into the `n` nodes of a place: into each rim those of
+        its own linings."""
         if n == 1:
             return jnp.sum(flow, keepdims=True)
         if n == len(self.rims) and flow.shape == (sum(self.rims),):
-            return jnp.stack([jnp.sum(own) for own in jnp.split(flow, np.cumsum(self.rims)[:-1])])
+            return jnp.stack(
+                [jnp.sum(own) for own in jnp.split(flow, np.cumsum(self.rims)[:-1])]
+            )
         return jnp.broadcast_to(flow, (n,))
 
     def _at_linings(self, T: Array, n: int) -> Vector:
@@ -491,17 +584,30 @@ class Thermal(Struct):
             back = into.get(f"{name}.back")
             between = body.layers - 1
             if body.copies == 1 and between:
-                edges = [_nothing(1) if flow is None else flow for flow in (front, back)]
+                edges = [
+                    _nothing(1) if flow is None else flow for flow in (front, back)
+                ]
                 parts += [edges[0], _nothing(between - 1), edges[1]]
                 continue
-            faces = [] if front is None else [jax.lax.pad(front, 0.0, [(0, between, between)])]
-            faces += [] if back is None else [jax.lax.pad(back, 0.0, [(between, 0, between)])]
+            faces = (
+                []
+                if front is None
+                else [jax.lax.pad(front, 0.0, [(0, between, between)])]
+            )
+            faces += (
+                []
+                if back is None
+                else [jax.lax.pad(back, 0.0, [(between, 0, between)])]
+            )
             parts.append(total(faces) if faces else _nothing(body.count))
         return jnp.concatenate(parts)
 
     def _into_junctions(self, into: dict[str, Array]) -> Float[Array, " j"]:
         where = self.spans.junctions
-        parts = [into.get(name, _nothing(here.stop - here.start)) for name, here in where.items()]
+        parts = [
+            into.get(name, _nothing(here.stop - here.start))
+            for name, here in where.items()
+        ]
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
     def _through(
@@ -512,10 +618,12 @@ class Thermal(Struct):
         given: dict[str, Array],
         streams: dict[int, Array],
     ) -> tuple[dict[str, Array], dict[int, Array]]:
-        """Flows into all places: those that are `given`, and those of the links; and from `b` to `a` of each link.
+        """Flows into all places: those that are `given`, and those of the links; and
+        from `b` to `a` of each link.
 
-        A link that alone ends at a wall's face lies in series with half the first layer. Other faces are eliminated.
-        Heat is conserved in any case: a flow that leaves one end enters the other.
+        A link that alone ends at a wall's face lies in series with half the first
+        layer. Other faces are eliminated. Heat is conserved in any case: a flow that
+        leaves one end enters the other.
         """
         surfaces = self.heat.surfaces
         rows = Balances()
@@ -528,7 +636,9 @@ class Thermal(Struct):
             for face in surface.faces:
                 R: Any = _half_at(self.heat, face, half)
                 n = place_count(self.heat, face)
-                rows.enter(i, 1 / R if self.per_kelvin[i] is None else None, at(face) / R, n)
+                rows.enter(
+                    i, 1 / R if self.per_kelvin[i] is None else None, at(face) / R, n
+                )
                 if face in given:
                     rows.enter(i, None, given[face], n)
         paths = self._paths(at, half, around, S, streams)
@@ -550,7 +660,8 @@ class Thermal(Struct):
         S: dict[int, Array],
         streams: dict[int, Array],
     ) -> dict[int, Path]:
-        """The links but for perfect contacts inside a surface; `S`: temperatures of surfaces that lumps set."""
+        """The links but for perfect contacts inside a surface; `S`: temperatures of
+        surfaces that lumps set."""
         surfaces = self.heat.surfaces
         paths = {}
         of = {face: i for i, surface in enumerate(surfaces) for face in surface.faces}
@@ -561,18 +672,27 @@ class Thermal(Struct):
 
         for i, (link, g) in enumerate(zip(self.heat.links, self.through, strict=True)):
             places = (link.a, link.b)
-            halves = [_half_at(self.heat, place, half) for place in places if place not in of]
+            halves = [
+                _half_at(self.heat, place, half) for place in places if place not in of
+            ]
 
             seen = self._around(link, around, streams.get(i, 0.0))
             parts = _parts(self.heat, link, self.lifts)
 
             def law(
-                T_a: Array, T_b: Array, link: Any = link, seen: Any = seen, halves: Any = halves, parts: bool = parts
+                T_a: Array,
+                T_b: Array,
+                link: Any = link,
+                seen: Any = seen,
+                halves: Any = halves,
+                parts: bool = parts,
             ) -> Array:
                 g = _in_series(link.conductance(T_a, T_b, seen), halves)
                 return g * seen.closed if parts else g
 
-            if is_perfect(link, self.heat.bodies) and any(set(places) <= {*s.faces, *s.nodes} for s in surfaces):
+            if is_perfect(link, self.heat.bodies) and any(
+                set(places) <= {*s.faces, *s.nodes} for s in surfaces
+            ):
                 continue
             a, b = (end(place) for place in places)
             booked = g is not None and self._keeps_halves and not parts
@@ -580,33 +700,65 @@ class Thermal(Struct):
                 g = law(a.T, b.T)
             elif g is not None and parts:
                 g = g * seen.closed
-            paths[i] = Path(a, b, max(place_count(self.heat, place) for place in places), g, law, booked)
+            paths[i] = Path(
+                a,
+                b,
+                max(place_count(self.heat, place) for place in places),
+                g,
+                law,
+                booked,
+            )
         return paths
 
-    def _around(self, link: AbstractLink, around: Conditions, flow: Array | float) -> Surroundings:
+    def _around(
+        self, link: AbstractLink, around: Conditions, flow: Array | float
+    ) -> Surroundings:
         """Conditions at the surfaces of one link; `flow` of its coolant."""
         covered = self.heat.stays_covered(link)
         kind = self.heat.kinds.get(place_of(link.a)[0])
         speed = around.speed
         if kind in ("linings", "band"):
             speed = around.lining_speed if kind == "linings" else 0.0
-            speed = jnp.mean(speed) if jnp.ndim(speed) and place_count(self.heat, link.a) == 1 else speed
+            speed = (
+                jnp.mean(speed)
+                if jnp.ndim(speed) and place_count(self.heat, link.a) == 1
+                else speed
+            )
         closed = around.closed
         if covered:
             counts = [place_count(self.heat, place) for place in (link.a, link.b)]
-            closed = 1.0 if around.seated is None else around.seated if max(counts) > 1 else jnp.mean(around.seated)
+            closed = (
+                1.0
+                if around.seated is None
+                else around.seated
+                if max(counts) > 1
+                else jnp.mean(around.seated)
+            )
         return Surroundings(speed, closed, around.pressures[-1 if covered else 0], flow)
 
     def _divide(
-        self, surface: Surface, S: Array, at: Callable[[str], Array], half: Array | None, into: dict[str, Array]
+        self,
+        surface: Surface,
+        S: Array,
+        at: Callable[[str], Array],
+        half: Array | None,
+        into: dict[str, Array],
     ) -> None:
-        """Distributes the flows into faces in perfect contact: what is left goes to the lump that sets their
-        temperature, or to the last of them."""
+        """Distributes the flows into faces in perfect contact: what is left goes to the
+        lump that sets their temperature, or to the last of them."""
         counts = {face: place_count(self.heat, face) for face in surface.faces}
-        rest = surface.nodes[0] if surface.nodes else max(f for f, n in counts.items() if n == surface.size)
+        rest = (
+            surface.nodes[0]
+            if surface.nodes
+            else max(f for f, n in counts.items() if n == surface.size)
+        )
         if len(surface.faces) == 1 and rest in counts:
             return
-        left = [gathered(into.pop(face), surface.size, n) for face, n in counts.items() if face in into]
+        left = [
+            gathered(into.pop(face), surface.size, n)
+            for face, n in counts.items()
+            if face in into
+        ]
         for face, n in counts.items():
             if face != rest:
                 R: Any = _half_at(self.heat, face, half)
@@ -614,8 +766,11 @@ class Thermal(Struct):
                 left.append(-gathered(into[face], surface.size, n))
         self._enter(into, rest, total(left))
 
-    def junctions(self, T: Array, t: Array, around: Conditions, pieces: Pieces = ()) -> Float[Array, " j"]:
-        """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
+    def junctions(
+        self, T: Array, t: Array, around: Conditions, pieces: Pieces = ()
+    ) -> Float[Array, " j"]:
+        """Temperatures of the nodes without capacity, friction apart: no heat stays in
+        them."""
         where = self.spans.junctions
         n = max((here.stop for here in where.values()), default=0)
         if n == 0:
@@ -628,15 +783,26 @@ class Thermal(Struct):
         def improve(T_J: Array, _: None) -> tuple[Array, None]:
             return T_J - self._response(excess, T_J)(excess(T_J)), None
 
-        touching = [k for k in self.heat.links if {place_of(k.a)[0], place_of(k.b)[0]} & set(where)]
-        if not any(depends_on_temperatures(link, self.heat.bodies) for link in touching):
+        touching = [
+            k
+            for k in self.heat.links
+            if {place_of(k.a)[0], place_of(k.b)[0]} & set(where)
+        ]
+        if not any(
+            depends_on_temperatures(link, self.heat.bodies) for link in touching
+        ):
             return improve(start, None)[0]
         return jax.lax.scan(improve, start, None, length=_NEWTON)[0]
 
-    def _response(self, excess: Callable[[Array], Array], T_J: Array) -> Callable[[Array], Array]:
-        """The inverse of the derivative of the junctions' excess heat with respect to their temperatures."""
+    def _response(
+        self, excess: Callable[[Array], Array], T_J: Array
+    ) -> Callable[[Array], Array]:
+        """The inverse of the derivative of the junctions' excess heat with respect to
+        their temperatures."""
         where = self.spans.junctions
-        together = any({place_of(k.a)[0], place_of(k.b)[0]} <= set(where) for k in self.heat.links)
+        together = any(
+            {place_of(k.a)[0], place_of(k.b)[0]} <= set(where) for k in self.heat.links
+        )
         if not together:  # each junction separately
             slope = jax.jvp(excess, (T_J,), (jnp.ones_like(T_J),))[1]
             return lambda q: q / slope
@@ -644,7 +810,8 @@ class Thermal(Struct):
         return lambda q: jnp.linalg.solve(K, q)
 
     def at(self, T: Array, place: str, n: int) -> Vector:
-        """Temperature of a place with capacity (of a wall: its outermost layer) at each of `n` linings."""
+        """Temperature of a place with capacity (of a wall: its outermost layer) at each
+        of `n` linings."""
         return self._at_linings(T[nodes_of(self.heat, self.spans, place)], n)
 
     def tells_apart(self, pair: FrictionHeat | None) -> bool:
@@ -654,7 +821,9 @@ class Thermal(Struct):
         one = jax.ShapeDtypeStruct((1,), np.float64)
         share = jax.eval_shape(pair.partition.share, one, one)
         places = (pair.metal, pair.lining, pair.beyond, pair.sensor)
-        return share.size > 1 or any(place_count(self.heat, place) > 1 for place in places if place is not None)
+        return share.size > 1 or any(
+            place_count(self.heat, place) > 1 for place in places if place is not None
+        )
 
     def deposit(
         self,
@@ -666,8 +835,8 @@ class Thermal(Struct):
         around: Conditions,
         pieces: Pieces = (),
     ) -> Deposit:
-        """Distribution of the friction powers `P` of the linings in a pair, as far as they are heat (W, or J); linear
-        in `P`.
+        """Distribution of the friction powers `P` of the linings in a pair, as far as
+        they are heat (W, or J); linear in `P`.
 
         Where `tells_apart` is false their sum is sufficient, (1,).
         """
@@ -676,7 +845,15 @@ class Thermal(Struct):
         zero = jnp.zeros(())
         if pair is None:
             none = self._none_to_coolant
-            return Deposit(jnp.zeros_like(T), jnp.zeros_like(T_J), zero, zero, jnp.sum(P), {}, coolant=none)
+            return Deposit(
+                jnp.zeros_like(T),
+                jnp.zeros_like(T_J),
+                zero,
+                zero,
+                jnp.sum(P),
+                {},
+                coolant=none,
+            )
         at = self._reader(T, T_J, {})  # heat enters no reservoir
 
         def temperature(place: str | None, other: str | None) -> Array:
@@ -689,7 +866,11 @@ class Thermal(Struct):
         to_lining = P - to_metal if behind is None else P - to_metal - behind
         into: dict[str, Array] = {}
         lost: list[Array] = []
-        for place, part in ((pair.metal, to_metal), (pair.lining, to_lining), (pair.beyond, behind)):
+        for place, part in (
+            (pair.metal, to_metal),
+            (pair.lining, to_lining),
+            (pair.beyond, behind),
+        ):
             if part is not None and place is not None:
                 self._enter(into, place, part)
             elif part is not None:
@@ -709,41 +890,66 @@ class Thermal(Struct):
             change = jax.jvp(flowing, (T_J,), (rise,))[1]
             nodes = nodes + change.into
             away = away + change.lost
-            faces |= {place: faces.get(place, 0.0) + change.faces[place] for place in change.faces}
+            faces |= {
+                place: faces.get(place, 0.0) + change.faces[place]
+                for place in change.faces
+            }
             coolant = None if change.coolant is None else change.coolant.heat
         beyond = None if behind is None else jnp.sum(behind)
-        return Deposit(nodes, rise, jnp.sum(to_metal), jnp.sum(to_lining), away, faces, beyond, coolant)
+        return Deposit(
+            nodes,
+            rise,
+            jnp.sum(to_metal),
+            jnp.sum(to_lining),
+            away,
+            faces,
+            beyond,
+            coolant,
+        )
 
     @property
     def _none_to_coolant(self) -> Float[Array, " wetted"] | None:
         """No heat into the coolant at each wetted node."""
         jackets = self.heat.jackets.values()
-        return jnp.zeros(sum(place_count(self.heat, jacket.a) for jacket in jackets)) if jackets else None
+        return (
+            jnp.zeros(sum(place_count(self.heat, jacket.a) for jacket in jackets))
+            if jackets
+            else None
+        )
 
     def rise_at_once(self, into: VectorK) -> VectorK:
-        """Temperature rise (K) by heat (J) released instantaneously: in walls it goes through their depth."""
+        """Temperature rise (K) by heat (J) released instantaneously: in walls it goes
+        through their depth."""
         parts = []
         for name, here in self.spans.stores.items():
             part = into[here]
             body = body_of(self.heat, name)
             if isinstance(body, Wall):
-                depth = (body.layers,) if body.copies == 1 else (body.copies, body.layers)
+                depth = (
+                    (body.layers,) if body.copies == 1 else (body.copies, body.layers)
+                )
                 C = jnp.sum(self.capacity[here].reshape(depth), axis=-1, keepdims=True)
-                part = jnp.broadcast_to(jnp.sum(part.reshape(depth), axis=-1, keepdims=True) / C, depth)
+                part = jnp.broadcast_to(
+                    jnp.sum(part.reshape(depth), axis=-1, keepdims=True) / C, depth
+                )
             else:
                 part = part * self.per_capacity[here]
             parts.append(part.reshape(-1))
         return jnp.concatenate(parts)
 
-    def surface(self, place: str, T: Array, T_J: Array, faces: dict[str, Array]) -> Array:
-        """Temperature of a place: of a wall's face, from its outermost layer and the heat that enters there."""
+    def surface(
+        self, place: str, T: Array, T_J: Array, faces: dict[str, Array]
+    ) -> Array:
+        """Temperature of a place: of a wall's face, from its outermost layer and the
+        heat that enters there."""
         here = self._reader(T, T_J, {})(place)
         half = _half_at(self.heat, place, self._to_faces(T, self._halves(T)))
         return here if half is None else here + half * faces.get(place, 0.0)
 
 
 def _parts(heat: Heat, link: AbstractLink, lifts: bool) -> bool:
-    """Whether the contact of a link can open in a run; `lifts`: linings of a staged brake can lift off the rim."""
+    """Whether the contact of a link can open in a run; `lifts`: linings of a staged
+    brake can lift off the rim."""
     return opens(link) and (lifts or not heat.stays_covered(link))
 
 
@@ -765,17 +971,21 @@ def total(parts: Sequence[PyTree]) -> PyTree:
 
 
 def _between(heat: Heat, half: Array) -> Float[Array, " interfaces"]:
-    """Conductances from node to node (W/K) for the resistances of half a layer; 0 where no wall's layers touch."""
+    """Conductances from node to node (W/K) for the resistances of half a layer; 0 where
+    no wall's layers touch."""
     touching = np.zeros(half.shape[0] - 1)
     for name, here in spans(heat).stores.items():
         body = body_of(heat, name)
         if isinstance(body, Wall):
-            touching[here.start : here.stop - 1] = np.arange(1, body.count) % body.layers != 0
+            touching[here.start : here.stop - 1] = (
+                np.arange(1, body.count) % body.layers != 0
+            )
     return touching / (half[:-1] + half[1:])
 
 
 def _in_series(g: Array | None, halves: list[Array | None]) -> Array:
-    """Conductance of a link (`None`: perfect contact) with the resistances of half a layer at its ends."""
+    """Conductance of a link (`None`: perfect contact) with the resistances of half a
+    layer at its ends."""
     behind = [half for half in halves if half is not None]
     if not behind:
         assert g is not None
@@ -786,56 +996,117 @@ def _in_series(g: Array | None, halves: list[Array | None]) -> Array:
 
 def _each(per_metre: Array, wall: Wall) -> Array:
     """A property per metre of depth at every node of a wall and its copies."""
-    return (jnp.broadcast_to(per_metre, (wall.copies,))[:, None] * wall.steps[None, :]).reshape(-1)
+    return (
+        jnp.broadcast_to(per_metre, (wall.copies,))[:, None] * wall.steps[None, :]
+    ).reshape(-1)
 
 
-def _numbers(body: Lump | Wall, left: Array | float) -> tuple[Array | float | None, ...]:
-    """Capacity, its slope, reference and start temperature, resistance of half a layer, slope of conductivity."""
+def _numbers(
+    body: Lump | Wall, left: Array | float
+) -> tuple[Array | float | None, ...]:
+    """Capacity, its slope, reference and start temperature, resistance of half a layer,
+    slope of conductivity."""
     if isinstance(body, Lump):
-        return body.capacity, body.capacity_slope, body.reference, body.temperature, None, None
+        return (
+            body.capacity,
+            body.capacity_slope,
+            body.reference,
+            body.temperature,
+            None,
+            None,
+        )
     m = body.material
     area = jnp.asarray(body.area)
     capacity = _each(m.density * m.specific_heat * area * left, body)
     half = _each(left / (2 * area * m.conductivity), body)
-    return capacity, m.specific_heat_slope, m.reference, body.temperature, half, m.conductivity_slope
+    return (
+        capacity,
+        m.specific_heat_slope,
+        m.reference,
+        body.temperature,
+        half,
+        m.conductivity_slope,
+    )
 
 
-def _joined(values: Sequence[Array | float | None], counts: list[int], absent: float = 0.0) -> PyTree:
+def _joined(
+    values: Sequence[Array | float | None], counts: list[int], absent: float = 0.0
+) -> PyTree:
     """Numbers of all bodies, node by node; `None` where no body has any."""
     if all(value is None for value in values):
         return None
     parts = zip(values, counts, strict=True)
-    return jnp.concatenate([jnp.broadcast_to(absent if x is None else jnp.asarray(x), (n,)) for x, n in parts])
+    return jnp.concatenate(
+        [
+            jnp.broadcast_to(absent if x is None else jnp.asarray(x), (n,))
+            for x, n in parts
+        ]
+    )
 
 
 def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     """Conductance of a link between two nodes, if it cannot change during a run."""
     joined = {face for surface in heat.surfaces for face in surface.faces}
     apart = [place for place in (link.a, link.b) if place not in joined]
-    walls = [body for place in apart if isinstance(body := body_of(heat, place_of(place)[0]), Wall)]
-    bends = any(w.material.conductivity_slope is not None or w.surface_layer is not None for w in walls)
+    walls = [
+        body
+        for place in apart
+        if isinstance(body := body_of(heat, place_of(place)[0]), Wall)
+    ]
+    bends = any(
+        w.material.conductivity_slope is not None or w.surface_layer is not None
+        for w in walls
+    )
     if bends or not is_constant(link, heat.bodies):
         return None
     alone = [_half_at(heat, place, half) for place in apart]
     T_a, T_b = (jnp.zeros(place_count(heat, place)) for place in (link.a, link.b))
     g = link.conductance(T_a, T_b, Surroundings())
-    return None if g is None and not any(R is not None for R in alone) else _in_series(g, alone)
+    return (
+        None
+        if g is None and not any(R is not None for R in alone)
+        else _in_series(g, alone)
+    )
 
 
-def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...], lifts: bool) -> tuple[Array | None, ...]:
-    """Heat that each surface gives to its half layers and through links of a constant conductance, per kelvin."""
+def _per_kelvin(
+    heat: Heat, half: Array, through: tuple[Array | None, ...], lifts: bool
+) -> tuple[Array | None, ...]:
+    """Heat that each surface gives to its half layers and through links of a constant
+    conductance, per kelvin."""
     conductances: list[Array | None] = []
-    free = {face for surface in heat.surfaces for face in surface.faces if not surface.nodes}
+    free = {
+        face for surface in heat.surfaces for face in surface.faces if not surface.nodes
+    }
     for surface in heat.surfaces:
         if surface.nodes:
             conductances.append(None)
             continue
-        parts = [(1 / half[nodes_of(heat, spans(heat), face)], face) for face in surface.faces]
+        parts = [
+            (1 / half[nodes_of(heat, spans(heat), face)], face)
+            for face in surface.faces
+        ]
         for link, g in zip(heat.links, through, strict=True):
-            here, there = (link.a, link.b) if link.a in surface.faces else (link.b, link.a)
-            if g is not None and here in surface.faces and there not in free and not _parts(heat, link, lifts):
-                parts.append((g, max((here, there), key=lambda place: place_count(heat, place))))
-        conductances.append(total([gathered(g, surface.size, place_count(heat, place)) for g, place in parts]))
+            here, there = (
+                (link.a, link.b) if link.a in surface.faces else (link.b, link.a)
+            )
+            if (
+                g is not None
+                and here in surface.faces
+                and there not in free
+                and not _parts(heat, link, lifts)
+            ):
+                parts.append(
+                    (g, max((here, there), key=lambda place: place_count(heat, place)))
+                )
+        conductances.append(
+            total(
+                [
+                    gathered(g, surface.size, place_count(heat, place))
+                    for g, place in parts
+                ]
+            )
+        )
     return tuple(conductances)
 
 
@@ -848,12 +1119,18 @@ def assemble_thermal(
 ) -> tuple[Thermal, VectorK]:
     """The network and its initial state.
 
-    - `left`: share of its thickness that each copy of a worn wall still has;  `rims`: number of linings on each
+    - `left`: share of its thickness that each copy of a worn wall still has
+    - `rims`: number of linings on each
     - `lifts`: whether linings can lift off the rim
     """
     stores = [body for body in heat.bodies if isinstance(body, Lump | Wall)]
     counts = [body.count for body in stores]
-    columns = list(zip(*(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores), strict=True))
+    columns = list(
+        zip(
+            *(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores),
+            strict=True,
+        )
+    )
     C, slope, reference, start = (_joined(column, counts) for column in columns[:4])
     half = _joined(columns[4], counts, absent=1.0)
     bend = _joined(columns[5], counts)
@@ -861,6 +1138,24 @@ def assemble_thermal(
     through = tuple(_fixed(heat, link, half) for link in heat.links)
     none = tuple(None for _ in heat.surfaces)
     layered = any(wall.surface_layer is not None for wall in heat.walls)
-    per_kelvin = none if half is None or bend is not None or layered else _per_kelvin(heat, half, through, lifts)
-    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares, rims, lifts)
+    per_kelvin = (
+        none
+        if half is None or bend is not None or layered
+        else _per_kelvin(heat, half, through, lifts)
+    )
+    thermal = Thermal(
+        heat,
+        C,
+        1 / C,
+        slope,
+        reference,
+        half,
+        bend,
+        between,
+        through,
+        per_kelvin,
+        shares,
+        rims,
+        lifts,
+    )
     return thermal, thermal.contents(start)

@@ -34,7 +34,8 @@ from .staged import InternalPair, StagedBrake
 
 
 def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
-    """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event.
+    """System, initial state and initial mode of a scene. The run settles the true first
+    mode itself, as an event.
 
     With feedback of wear the brake is as worn as it is at the start of the run.
     """
@@ -46,10 +47,18 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     lever = scene.lever
     thermal = u = None
     if heat is not None:
-        lifts = isinstance(brake, Brake) and brake.bandage is not None and brake.bandage.mass is not None
-        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.linings_of_rims, lifts)
+        lifts = (
+            isinstance(brake, Brake)
+            and brake.bandage is not None
+            and brake.bandage.mass is not None
+        )
+        thermal, u = assemble_thermal(
+            heat, walls_left(scene), scene.power_shares, brake.linings_of_rims, lifts
+        )
     pairs = _pairs(scene, thermal)
-    still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
+    still = _at_the_start(
+        brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time)
+    )
     t_0 = jnp.asarray(initial.time)
     omega_0 = jnp.asarray(scene.start_speed)
     layer = None if duty.load.layers is None else duty.load.layers.first_layer()
@@ -59,17 +68,29 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     sizes = _sizes(scene, still, omega_0, inertia)
     of_rim = inertia if brake.rims == 1 else inertia / brake.rims
     mechanism = _mechanism(scene, pairs, sizes, still)
-    features: list[Feature] = []  # of what the scene has; each sees the changes of those before it
-    if any(pair.law.temperature_range() is not None and _senses(pair, thermal) for pair in pairs):
+    features: list[
+        Feature
+    ] = []  # of what the scene has; each sees the changes of those before it
+    if any(
+        pair.law.temperature_range() is not None and _senses(pair, thermal)
+        for pair in pairs
+    ):
         features.append(FrictionTables())
     if layer is not None:
         features.append(Layers())
     if scene.shaft:
-        features.append(Shaft(scene.torques, lever if isinstance(lever, Phases) and lever.engages else None))
+        features.append(
+            Shaft(
+                scene.torques,
+                lever if isinstance(lever, Phases) and lever.engages else None,
+            )
+        )
     if thermal is not None:
         features.append(Heating(thermal, brake.linings.weights))
     if scene.wear is not None:
-        features.append(_wearing(scene.wear, pairs[0], 0.5 * of_rim * sizes.speed**2 + sizes.torque))
+        features.append(
+            _wearing(scene.wear, pairs[0], 0.5 * of_rim * sizes.speed**2 + sizes.torque)
+        )
     if any(pair.memory is not None for pair in pairs):
         features.append(Memory())
     if isinstance(lever, Phases):
@@ -79,7 +100,9 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         features.append(Drive(scene.motor, scene.motor.course(duty.lever)))
     if elastic is not None:
         features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
-    if any(change.when is not None for change in mechanism.changes):  # (the last, as it counts the stops of all others)
+    if any(
+        change.when is not None for change in mechanism.changes
+    ):  # (the last, as it counts the stops of all others)
         features.append(Onsets.of(mechanism.changes))
     system = BrakeSystem(
         mechanism=mechanism,
@@ -91,13 +114,18 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         rims=brake.rims,
         wants=duty.wants,
     )
-    own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
+    own, band, own_mode = mechanism.start(
+        omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0)
+    )
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
     pieces: dict[str, Any] = {"load": duty.load_piece(t_0)}
     given = {"lever": lever, **system.profiles}
     if isinstance(lever, Phases):
         pieces["phase"] = jnp.asarray(0, jnp.int32)
-        given = {name: x.at(pieces["phase"], t_0) if isinstance(x, Phases) else x for name, x in given.items()}
+        given = {
+            name: x.at(pieces["phase"], t_0) if isinstance(x, Phases) else x
+            for name, x in given.items()
+        }
     pieces |= {name: first_piece(profile, t_0) for name, profile in given.items()}
     mode = Mode(jnp.asarray(band), sense, own_mode, pieces, layer=layer)
     return system, *system.start(t_0, omega_0, own, u, mode)
@@ -109,17 +137,22 @@ def _with_sums(scene: Scene) -> Scene:
     def is_profile(x: object) -> bool:
         return isinstance(x, AbstractProfile)
 
-    return jax.tree.map(lambda x: x.with_sums() if is_profile(x) else x, scene, is_leaf=is_profile)
+    return jax.tree.map(
+        lambda x: x.with_sums() if is_profile(x) else x, scene, is_leaf=is_profile
+    )
 
 
 def _senses(pair: Pair, thermal: Thermal | None) -> bool:
     """Whether the law of a pair sees temperatures of the scene."""
-    return thermal is not None and pair.heat is not None and pair.heat.sensor is not None
+    return (
+        thermal is not None and pair.heat is not None and pair.heat.sensor is not None
+    )
 
 
 def _wearing(wear: Wear, pair: Pair, energy: Array) -> Wearing:
     assert pair.area is not None
-    # volume k W/f for the friction work of a typical stop, over all linings: f n is of the order of 1
+    # volume k W/f for the friction work of a typical stop, over all linings: f n is of
+    # the order of 1
     turned_at = wear.turned_at if wear.turned_after is None else wear.turned_after
     scale = _positive(jnp.max(wear.rate.at(None) / pair.area) * energy)
     return Wearing(scale, None if turned_at is None else jnp.asarray(turned_at))
@@ -146,7 +179,9 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
         seen = place is not None and place.sensor is not None
         memory = rates_read(part.friction, n, T=seen, p=part.area is not None)
         apart = thermal is not None and thermal.tells_apart(place)
-        by_band = brake.banded and name == "external" and memory is not None and memory.q
+        by_band = (
+            brake.banded and name == "external" and memory is not None and memory.q
+        )
         return Pair(
             name=name,
             field=field,
@@ -164,10 +199,17 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())
 
 
-def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any, t: Array) -> Contact:
+def _at_the_start(
+    linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any, t: Array
+) -> Contact:
     """Inputs of the linings' friction law at the start, without load."""
     hot = None
-    if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
+    if (
+        thermal is not None
+        and u is not None
+        and pair.heat is not None
+        and pair.heat.sensor is not None
+    ):
         hot = thermal.at(thermal.temperatures(u), pair.heat.sensor, pair.count)
     return unloaded(linings, jnp.zeros(linings.count), hot, t)
 
@@ -183,19 +225,26 @@ def _positive(size: Array) -> Array:
 
 
 def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Sizes:
-    """Typical sizes of one rim: the largest slack tension; what its band could hold, or its load; the speed at the
-    start, or the one that the largest torque could give in the run."""
+    """Typical sizes of one rim: the largest slack tension; what its band could hold, or
+    its load; the speed at the start, or the one that the largest torque could give in
+    the run."""
     brake = scene.brake
     duty = scene.duty
     t_0 = jnp.asarray(scene.initial.time)
     tension = _positive(scene.lever.scale())
     capacity = brake.torque(tension, brake.linings.friction.static(still))
-    piece = jnp.asarray(0 if (first := duty.load_piece(t_0)) is None else first, jnp.int32)
+    piece = jnp.asarray(
+        0 if (first := duty.load_piece(t_0)) is None else first, jnp.int32
+    )
     load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
     torque = jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale()))
     if scene.shaft:
-        pieces = tuple(jnp.asarray(law.profile.first_piece(t_0), jnp.int32) for law in scene.shaft)
-        beside = Shaft(scene.torques).turning(t_0, jnp.abs(omega_0), load_0, jnp.asarray(1.0), pieces)
+        pieces = tuple(
+            jnp.asarray(law.profile.first_piece(t_0), jnp.int32) for law in scene.shaft
+        )
+        beside = Shaft(scene.torques).turning(
+            t_0, jnp.abs(omega_0), load_0, jnp.asarray(1.0), pieces
+        )
         torque = jnp.maximum(torque, beside)
     if scene.motor is not None:
         torque = jnp.maximum(torque, jnp.asarray(scene.motor.max_torque))
@@ -203,23 +252,33 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Size
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
     # (of a smaller speed the energy would be 0)
-    speed = jnp.maximum(_positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0))), _SLOWEST)
+    speed = jnp.maximum(
+        _positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0))), _SLOWEST
+    )
     torque = torque if brake.rims == 1 else torque / brake.rims
     return Sizes(tension, torque, speed, _ROUNDING * tension, _ROUNDING * torque)
 
 
-def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> AbstractMechanism:
+def _mechanism(
+    scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact
+) -> AbstractMechanism:
     """Mechanism of a scene: its bodies, and how they stick and slide."""
     brake = scene.brake
     heated = still.T is not None
     if isinstance(brake, AbstractPressedBrake):
-        f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
+        f = jnp.broadcast_to(
+            brake.linings.friction.static(still), (brake.linings.count,)
+        )
         friction = PadFriction(brake.linings, scene.power_shares, heated)  # pyright: ignore
-        return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)  # pyright: ignore
+        return PressedContact(
+            brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes
+        )  # pyright: ignore
     if isinstance(brake, MultiBandBrake):
         return _bands(scene, brake, pairs, sizes, still)
     assert isinstance(brake, Brake)
-    friction = LiningFriction.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
+    friction = LiningFriction.of(
+        brake.linings, scene.network.flash, scene.power_shares, heated=heated
+    )
     linings = brake.linings
     bandage = brake.bandage
     radius = jnp.asarray(brake.band.radius)
@@ -229,37 +288,65 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Conta
         return _chain(scene, brake, pairs, sizes, friction, stiffness)
     if bandage is not None and bandage.spring is not None:
         return _sprung(brake, pairs, sizes, friction)
-    static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
+    static, kinetic = (
+        jnp.broadcast_to(f(still), (n,))
+        for f in (linings.friction.static, linings.friction.kinetic)
+    )
     wrap = BandFriction.of(radius, friction, static, kinetic)
     if bandage is not None:
         rim = InternalPair(bandage, jnp.asarray(brake.pulley.radius), friction.sine)
-        return StagedBrake(wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes)  # pyright: ignore
+        return StagedBrake(
+            wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes
+        )  # pyright: ignore
     if stiffness is None:
         return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)  # pyright: ignore
     return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
-def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> RigidBands:
+def _bands(
+    scene: Scene,
+    brake: MultiBandBrake,
+    pairs: tuple[Pair, ...],
+    sizes: Sizes,
+    still: Contact,
+) -> RigidBands:
     """Several bands: each is made as if it were alone."""
     linings = brake.linings
     n = brake.linings.count
     radius = jnp.asarray(brake.band_radius)
 
     def friction(of: Any) -> LiningFriction:
-        return LiningFriction.of(of, scene.network.flash, scene.power_shares, heated=still.T is not None)
+        return LiningFriction.of(
+            of, scene.network.flash, scene.power_shares, heated=still.T is not None
+        )
 
-    static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
-    each = zip(brake.bands, brake.of_bands(static), brake.of_bands(kinetic), strict=True)
-    wraps = (BandFriction.of(radius, friction(band.linings), *own) for band, *own in each)
+    static, kinetic = (
+        jnp.broadcast_to(f(still), (n,))
+        for f in (linings.friction.static, linings.friction.kinetic)
+    )
+    each = zip(
+        brake.bands, brake.of_bands(static), brake.of_bands(kinetic), strict=True
+    )
+    wraps = (
+        BandFriction.of(radius, friction(band.linings), *own) for band, *own in each
+    )
     bands = tuple(RigidBand(wrap=wrap, pairs=pairs, sizes=sizes) for wrap in wraps)  # pyright: ignore
     shares = brake.lever_shares(kinetic)
-    return RigidBands(bands=bands, shares=shares, grip=friction(linings), pairs=pairs, sizes=sizes)  # pyright: ignore
+    return RigidBands(
+        bands=bands, shares=shares, grip=friction(linings), pairs=pairs, sizes=sizes
+    )  # pyright: ignore
 
 
 def _chain(
-    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: LiningFriction, anchor: Array | None
+    scene: Scene,
+    brake: Brake,
+    pairs: tuple[Pair, ...],
+    sizes: Sizes,
+    friction: LiningFriction,
+    anchor: Array | None,
 ) -> Chain:
-    """A chain, from the onset of slip on: all linings stick, all segments have the tension `C x_0`."""
+    """A chain, from the onset of slip on: all linings stick, all segments have the
+    tension `C x_0`."""
     n = brake.linings.count
     segments = brake.band.segments
     assert segments is not None
@@ -267,7 +354,11 @@ def _chain(
     assert anchor is not None
     mass = jnp.broadcast_to(jnp.asarray(brake.linings.mass), (n,))
     between = jnp.broadcast_to(jnp.asarray(segments.stiffness), (n - 1,))
-    damping = 2 * jnp.asarray(segments.damping_ratio) * jnp.sqrt(between * 0.5 * (mass[1:] + mass[:-1]))
+    damping = (
+        2
+        * jnp.asarray(segments.damping_ratio)
+        * jnp.sqrt(between * 0.5 * (mass[1:] + mass[:-1]))
+    )
     return Chain(
         radius=jnp.asarray(brake.band.radius),
         mass=mass,
@@ -281,7 +372,9 @@ def _chain(
     )
 
 
-def _sprung(brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: LiningFriction) -> SprungBandage:
+def _sprung(
+    brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: LiningFriction
+) -> SprungBandage:
     """A bandage on springs that are not stretched at the start."""
     n = brake.linings.count
     bandage = brake.bandage

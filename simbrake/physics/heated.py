@@ -1,4 +1,5 @@
-"""Heat of a brake: where the friction heat of its pairs enters the thermal network, and what their laws see of it."""
+"""Heat of a brake: where the friction heat of its pairs enters the thermal network, and
+what their laws see of it."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
@@ -12,14 +13,23 @@ from ..friction import SurfaceState
 from ..hybrid.arrays import Array
 from ..phases import Phases
 from ..profiles import AbstractProfile
-from ._brake import BrakeNow, BrakeSystem, Feature, Moment, PerPair, State, numbered, piece_of
+from ._brake import (
+    BrakeNow,
+    BrakeSystem,
+    Feature,
+    Moment,
+    PerPair,
+    State,
+    numbered,
+    piece_of,
+)
 from ._sparsity import couplings
 from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Stream, Thermal, total
 from .mechanism import OPEN, HeatLedger, Ledger, Pair
 from .shaft import Shaft
 
-#: the network at one instant, input of its heat flows: temperatures of nodes and junctions, time, conditions at the
-#: surfaces, pieces of given functions
+#: the network at one instant, input of its heat flows: temperatures of nodes and
+#: junctions, time, conditions at the surfaces, pieces of given functions
 Network = tuple[Array, Array, Array, Conditions, Pieces]
 
 
@@ -38,7 +48,9 @@ class ThermalNow(NamedTuple):
         stream = self.flows.coolant
         if stream is None:
             return None
-        return stream._replace(heat=total([stream.heat, *(deposit.coolant for deposit in self.deposits)]))
+        return stream._replace(
+            heat=total([stream.heat, *(deposit.coolant for deposit in self.deposits)])
+        )
 
 
 class Heating(Feature):
@@ -55,11 +67,18 @@ class Heating(Feature):
     def profiles(self) -> dict[str, AbstractProfile | Phases]:
         return numbered("heat", self.thermal.heat.profiles)
 
-    # --- states: `State.heat` is given --------------------------------------------------------------------------------
+    # --- states: `State.heat` is given -----------------------------------------------
 
     def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
         coolant = of_each if self.thermal.heat.jackets else None
-        heat = HeatLedger(of_each, of_each, of_each, of_each, of_each if _has_band(brake) else None, coolant)
+        heat = HeatLedger(
+            of_each,
+            of_each,
+            of_each,
+            of_each,
+            of_each if _has_band(brake) else None,
+            coolant,
+        )
         return ledger._replace(heat=heat)
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
@@ -67,10 +86,14 @@ class Heating(Feature):
 
     def places(self, brake: BrakeSystem, places: State) -> State:
         shaft = brake.feature(Shaft)
-        heated = () if shaft is None else tuple(law.place for law in shaft.laws if law.place is not None)
+        heated = (
+            ()
+            if shaft is None
+            else tuple(law.place for law in shaft.laws if law.place is not None)
+        )
         return places._replace(heat=couplings(self.thermal.heat, heated))
 
-    # --- at one instant -----------------------------------------------------------------------------------------------
+    # --- at one instant --------------------------------------------------------------
 
     def network(self, now: Moment) -> Network:
         """The thermal network at one instant."""
@@ -80,33 +103,48 @@ class Heating(Feature):
             lining_speed=jnp.abs(brake.mechanism.lining_speed(y.own)),
             closed=jnp.where(mode.band == OPEN, 0.0, 1.0),
             pressures=self._pressures(now) if self.thermal.heat.pressed else (0.0,),
-            seated=None if mode.lifted is None else 1.0 - mode.lifted.astype(jnp.float64),
+            seated=None
+            if mode.lifted is None
+            else 1.0 - mode.lifted.astype(jnp.float64),
         )
         T = self.thermal.temperatures(y.heat)
         pieces = tuple(piece_of(mode, name) for name in self.profiles)
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
 
     def _pressures(self, now: Moment) -> tuple[Array, ...]:
-        """Pressures of the linings (Pa) in each pair; loads do not depend on how fast temperatures change."""
+        """Pressures of the linings (Pa) in each pair; loads do not depend on how fast
+        temperatures change."""
         brake, t, y, mode, _ = now
         applied, surfaces = brake.applied(t, y, mode)
         still = self.at_sensors(brake, jnp.zeros_like(y.heat))
-        acting = brake.acting(t, y, mode, applied, surfaces)._replace(heating_rate=lambda forces: still)
+        acting = brake.acting(t, y, mode, applied, surfaces)._replace(
+            heating_rate=lambda forces: still
+        )
         z = brake.mechanism.variables(acting, y.omega, y.own, mode)
-        shown = brake.mechanism.shown(applied.lever_tension, y.omega, y.own, mode, surfaces, z).pairs
+        shown = brake.mechanism.shown(
+            applied.lever_tension, y.omega, y.own, mode, surfaces, z
+        ).pairs
         each = zip(brake.mechanism.pairs, shown, strict=True)
-        return tuple(jnp.zeros(()) if pair.area is None else now.normal / pair.area for pair, now in each)
+        return tuple(
+            jnp.zeros(()) if pair.area is None else now.normal / pair.area
+            for pair, now in each
+        )
 
     def at_sensors(self, brake: BrakeSystem, T: Array) -> tuple[Array | None, ...]:
         """Values at the nodes on which the laws of the pairs depend."""
         values = []
         for pair in brake.mechanism.pairs:
             sensor = None if pair.heat is None else pair.heat.sensor
-            values.append(None if sensor is None else self.thermal.at(T, sensor, pair.count))
+            values.append(
+                None if sensor is None else self.thermal.at(T, sensor, pair.count)
+            )
         return tuple(values)
 
-    def deposit(self, brake: BrakeSystem, pair: Pair, heat: Array, now: Network) -> Deposit:
-        """Distribution of the friction heat of a pair, for that of its linings on one rim."""
+    def deposit(
+        self, brake: BrakeSystem, pair: Pair, heat: Array, now: Network
+    ) -> Deposit:
+        """Distribution of the friction heat of a pair, for that of its linings on one
+        rim."""
         return self.thermal.deposit(pair.heat, jnp.atleast_1d(brake.of_all(heat)), *now)
 
     def surfaces(self, now: Moment, surfaces: list[SurfaceState]) -> list[SurfaceState]:
@@ -116,17 +154,26 @@ class Heating(Feature):
     def conditions(self, now: Moment) -> BrakeNow:
         network = self.network(now)
         shaft = now.brake.feature(Shaft)
-        flows = self.thermal.flows(*network, () if shaft is None else shaft.heating(now.z.shaft, now.y.omega))
+        flows = self.thermal.flows(
+            *network, () if shaft is None else shaft.heating(now.z.shaft, now.y.omega)
+        )
         return now.z._replace(thermal=ThermalNow(*network[:2], flows, network=network))
 
-    def heating_rates(self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair) -> PerPair:
+    def heating_rates(
+        self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair
+    ) -> PerPair:
         brake = now.brake
         thermal = now.z.thermal
         into = thermal.flows.into
         if forces is not None:
             pairs = zip(brake.mechanism.pairs, forces, strict=True)
             given = [(pair, force) for pair, force in pairs if force is not None]
-            into = total([self.deposit(brake, pair, force, thermal.network).into for pair, force in given])
+            into = total(
+                [
+                    self.deposit(brake, pair, force, thermal.network).into
+                    for pair, force in given
+                ]
+            )
         return self.at_sensors(brake, self.thermal.rise(into))
 
     def variables(self, now: Moment) -> BrakeNow:
@@ -136,20 +183,30 @@ class Heating(Feature):
         deposits = []
         for pair, rub in zip(brake.mechanism.pairs, now.z.rubs, strict=True):
             if jnp.ndim(rub.slip) == 0:
-                # one slip speed for all linings: the mechanism has asked for the heat per unit of it
+                # one slip speed for all linings: the mechanism has asked for the heat
+                # per unit of it
                 deposit = self.deposit(brake, pair, rub.force, thermal.network)
                 deposit = jax.tree.map(lambda x, v=rub.slip: x * v, deposit)
             else:
                 power = rub.force * rub.slip
-                deposit = self.deposit(brake, pair, power if pair.apart else jnp.sum(power), thermal.network)
+                deposit = self.deposit(
+                    brake,
+                    pair,
+                    power if pair.apart else jnp.sum(power),
+                    thermal.network,
+                )
             deposits.append(deposit)
-        hot_junctions = total([thermal.T_junctions, *(deposit.into_junctions for deposit in deposits)])
-        hot = thermal._replace(T_junctions=hot_junctions, deposits=tuple(deposits), network=None)
+        hot_junctions = total(
+            [thermal.T_junctions, *(deposit.into_junctions for deposit in deposits)]
+        )
+        hot = thermal._replace(
+            T_junctions=hot_junctions, deposits=tuple(deposits), network=None
+        )
         return now.z._replace(thermal=hot)
 
     def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
-        """Surface temperatures (K) of rim, linings and band where the scene names them, and of what jackets wet; on
-        walls reconstructed."""
+        """Surface temperatures (K) of rim, linings and band where the scene names them,
+        and of what jackets wet; on walls reconstructed."""
         assert z.thermal is not None
         faces = dict(z.thermal.flows.faces)
         for deposit in z.thermal.deposits:
@@ -158,8 +215,14 @@ class Heating(Feature):
         T = z.thermal.T
         T_J = z.thermal.T_junctions
         heat = self.thermal.heat
-        hot = {kind: self.thermal.surface(place, T, T_J, faces) for kind, place in heat.hot_places.items()}
-        wetted = [self.thermal.surface(jacket.a, T, T_J, faces) for jacket in heat.jackets.values()]
+        hot = {
+            kind: self.thermal.surface(place, T, T_J, faces)
+            for kind, place in heat.hot_places.items()
+        }
+        wetted = [
+            self.thermal.surface(jacket.a, T, T_J, faces)
+            for jacket in heat.jackets.values()
+        ]
         return {**hot, "wetted": jnp.concatenate(wetted)} if wetted else hot
 
     def rates(self, now: Moment, rates: State) -> State:
@@ -169,19 +232,32 @@ class Heating(Feature):
         deposits = z.thermal.deposits
         into = total([flows.into, *(deposit.into for deposit in deposits)])
         pairs = zip(brake.mechanism.pairs, deposits, strict=True)
-        booked: HeatLedger = jax.tree.map(lambda *parts: total(parts), *(_booked(brake, *pair) for pair in pairs))
+        booked: HeatLedger = jax.tree.map(
+            lambda *parts: total(parts), *(_booked(brake, *pair) for pair in pairs)
+        )
         lost = booked.lost + flows.lost
         shaft = brake.feature(Shaft)
         if shaft is not None:  # heat that enters no body
-            lost = lost + total([power for place, power in shaft.powers(z.shaft, now.y.omega) if place is None])
+            lost = lost + total(
+                [
+                    power
+                    for place, power in shaft.powers(z.shaft, now.y.omega)
+                    if place is None
+                ]
+            )
         stream = z.thermal.coolant
-        booked = booked._replace(lost=lost, supplied=flows.supplied, coolant=stream and jnp.sum(stream.heat))
-        return rates._replace(ledger=rates.ledger._replace(heat=booked), heat=self.thermal.rise(into))
+        booked = booked._replace(
+            lost=lost, supplied=flows.supplied, coolant=stream and jnp.sum(stream.heat)
+        )
+        return rates._replace(
+            ledger=rates.ledger._replace(heat=booked), heat=self.thermal.rise(into)
+        )
 
-    # --- jumps --------------------------------------------------------------------------------------------------------
+    # --- jumps -----------------------------------------------------------------------
 
     def heat_of_jump(self, now: Moment) -> Callable[[State, tuple[Array, ...]], State]:
-        # the heat is spread over the linings by their sizes, and through walls, as no time passes
+        # the heat is spread over the linings by their sizes, and through walls, as no
+        # time passes
         brake = now.brake
         network = self.network(now)
         increments = []
@@ -189,22 +265,30 @@ class Heating(Feature):
             share = self.weights / jnp.sum(self.weights) if pair.apart else np.ones(1)
             deposit = self.thermal.deposit(pair.heat, share, *network)
             # of the states per joule (K/J), and its places
-            increments.append((self.thermal.rise_at_once(deposit.into), _booked(brake, pair, deposit)))
+            increments.append(
+                (self.thermal.rise_at_once(deposit.into), _booked(brake, pair, deposit))
+            )
 
         def heated(state: State, heats: tuple[Array, ...]) -> State:
             booked: Any = state.ledger.heat
-            heat = total([state.heat, *(E * rise for E, (rise, _) in zip(heats, increments, strict=True))])
+            heat = total(
+                [
+                    state.heat,
+                    *(E * rise for E, (rise, _) in zip(heats, increments, strict=True)),
+                ]
+            )
             for E, (_, shares) in zip(heats, increments, strict=True):
-                booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)._replace(
-                    supplied=booked.supplied
-                )
+                booked = jax.tree.map(
+                    lambda x, share, E=E: x + E * share, booked, shares
+                )._replace(supplied=booked.supplied)
             return state._replace(heat=heat, ledger=state.ledger._replace(heat=booked))
 
         return heated
 
 
 def sensed(brake: BrakeSystem, u: Array | None) -> tuple[Array | None, ...]:
-    """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
+    """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`;
+    `None`: there are none."""
     heat = brake.feature(Heating)
     if heat is None or u is None:
         return tuple(None for _ in brake.mechanism.pairs)
@@ -231,6 +315,17 @@ def _booked(brake: BrakeSystem, pair: Pair, deposit: Deposit) -> HeatLedger:
     metal = deposit.to_metal
     none = jnp.zeros_like(deposit.to_metal)
     behind = none if deposit.beyond is None else deposit.beyond
-    metal, band = (behind, metal) if pair.on_band else (metal if deposit.beyond is None else metal + behind, none)
+    metal, band = (
+        (behind, metal)
+        if pair.on_band
+        else (metal if deposit.beyond is None else metal + behind, none)
+    )
     coolant = None if deposit.coolant is None else jnp.sum(deposit.coolant)
-    return HeatLedger(metal, deposit.to_linings, deposit.lost, 0.0, band if _has_band(brake) else None, coolant)
+    return HeatLedger(
+        metal,
+        deposit.to_linings,
+        deposit.lost,
+        0.0,
+        band if _has_band(brake) else None,
+        coolant,
+    )

@@ -1,4 +1,5 @@
-"""Interface of a mechanism: rotating bodies, the friction pairs between them, and how these stick and slide."""
+"""Interface of a mechanism: rotating bodies, the friction pairs between them, and how
+these stick and slide."""
 
 import abc
 import enum
@@ -32,8 +33,8 @@ class BrakeCode(enum.IntEnum):
 
 
 class HeatLedger(NamedTuple):
-    """Heat in J since the start: friction heat given to metal, linings and band, heat that was lost, supplied, or
-    carried away by coolants."""
+    """Heat in J since the start: friction heat given to metal, linings and band, heat
+    that was lost, supplied, or carried away by coolants."""
 
     to_metal: Any
     to_linings: Any
@@ -44,8 +45,8 @@ class HeatLedger(NamedTuple):
 
 
 class Ledger(NamedTuple):
-    """Energies in J since the start: work of load and lever, friction work of every pair, and the distribution of its
-    heat (`None`: no heat)."""
+    """Energies in J since the start: work of load and lever, friction work of every
+    pair, and the distribution of its heat (`None`: no heat)."""
 
     load_work: Any
     lever_work: Any
@@ -56,7 +57,7 @@ class Ledger(NamedTuple):
     motor: Any = None  # work that a motor gives
 
 
-# --- modes ------------------------------------------------------------------------------------------------------------
+# --- modes --------------------------------------------------------------------------
 
 
 class BandMode(enum.IntEnum):
@@ -82,13 +83,22 @@ OPEN, TAKE_UP, ELASTIC, SLIP, SLIP_BACK, HELD = (np.int32(label) for label in Ba
 #: meaning of each mode, and its condition (`Π_s` static limits, `v_s` slip speed)
 BAND_MODES = {
     BandMode.OPEN: ("the lever does not pull, the band is free", "`T_0 = 0`"),
-    BandMode.TAKE_UP: ("the pulley draws the band tight, no torque yet", "`C x < T_0` and `ω > 0`"),
+    BandMode.TAKE_UP: (
+        "the pulley draws the band tight, no torque yet",
+        "`C x < T_0` and `ω > 0`",
+    ),
     BandMode.ELASTIC: (
         "band and pulley move together, linings reach their limits one by one",
         "`T_0/Π_s ≤ C x ≤ T_0 Π_s`",
     ),
-    BandMode.SLIP: ("every lining slides, the anchor end is the tight one", "`v_s > 0`"),
-    BandMode.SLIP_BACK: ("every lining slides the other way, the lever end is the tight one", "`v_s < 0`"),
+    BandMode.SLIP: (
+        "every lining slides, the anchor end is the tight one",
+        "`v_s > 0`",
+    ),
+    BandMode.SLIP_BACK: (
+        "every lining slides the other way, the lever end is the tight one",
+        "`v_s < 0`",
+    ),
     BandMode.HELD: (
         "the pulley is at rest (staged brake: the bandage is at rest)",
         "the load is within the static limits; of a staged brake: the internal torque is",
@@ -101,9 +111,9 @@ def slips(band: Any) -> Any:
 
 
 class Label(NamedTuple):
-    """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or is none), the direction in which
-    the pulley turns where the shaft has dry friction (0: it is at rest), the layer of the rope (0: has none), and
-    whether it is taut."""
+    """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or
+    is none), the direction in which the pulley turns where the shaft has dry friction
+    (0: it is at rest), the layer of the rope (0: has none), and whether it is taut."""
 
     band: int
     inner: int = 0
@@ -118,18 +128,22 @@ class Label(NamedTuple):
 
     @property
     def stands(self) -> bool:
-        """Whether dry friction of the shaft alone holds the pulley, the band being open."""
+        """Whether dry friction of the shaft alone holds the pulley, the band being
+        open."""
         return self.band == BandMode.OPEN and self.turn == 0
 
     def __str__(self) -> str:
-        words = BandMode(self.band).name.lower().replace("_", " ") + (" at rest" if self.stands else "")
+        words = BandMode(self.band).name.lower().replace("_", " ") + (
+            " at rest" if self.stands else ""
+        )
         words += f" on layer {self.layer}" if self.layer else ""
         words += "" if self.taut else " under a slack rope"
         return words if self.inner == 0 else f"{words} with internal slip"
 
 
 def turned_since_rest(labels: Sequence[Label], angles: Sequence[float]) -> list[bool]:
-    """Whether the pulley has turned since it last was at rest, or since the start, for each mode with its angle."""
+    """Whether the pulley has turned since it last was at rest, or since the start, for
+    each mode with its angle."""
     rest = angles[0] if len(angles) else 0.0
     turned = []
     for label, angle in zip(labels, angles, strict=True):
@@ -138,26 +152,47 @@ def turned_since_rest(labels: Sequence[Label], angles: Sequence[float]) -> list[
     return turned
 
 
-def events_of_change(before: Label, after: Label, first: bool, turned: bool = False) -> list[str]:
-    """Names of the events in one change of mode; `first` marks the settling at the start of a run.
+def events_of_change(
+    before: Label, after: Label, first: bool, turned: bool = False
+) -> list[str]:
+    """Names of the events in one change of mode; `first` marks the settling at the
+    start of a run.
 
     `turned`: whether the pulley may have come to rest before the open band closes on it
     """
-    if turned and before.band == BandMode.OPEN and not before.stands and after.band == BandMode.HELD and after.rests:
+    if (
+        turned
+        and before.band == BandMode.OPEN
+        and not before.stands
+        and after.band == BandMode.HELD
+        and after.rests
+    ):
         return [*(["layer_change"] if before.layer != after.layer else []), "stop"]
     names = _events_of_band(before, after, first) if before.band != after.band else []
     names = ["layer_change", *names] if before.layer != after.layer else names
     names = ["reversal", *names] if before.turn * after.turn < 0 else names
-    names = names if before.taut == after.taut else ["rope_taut" if after.taut else "rope_slack", *names]
+    names = (
+        names
+        if before.taut == after.taut
+        else ["rope_taut" if after.taut else "rope_slack", *names]
+    )
     if before.stands and not after.rests and not first:
         names = ["restart", *names]
     elif after.stands and not before.rests:
         names = [*names, "stop"]
     if before.inner == 0 and after.inner != 0:
-        return (["restart"] if before.rests and after.band == BandMode.HELD else []) + ["internal_slip"] + names
+        return (
+            (["restart"] if before.rests and after.band == BandMode.HELD else [])
+            + ["internal_slip"]
+            + names
+        )
     if before.inner != 0 and after.inner == 0:
         return names + (
-            ["stop"] if after.rests and "stop" not in names else [] if after.rests else ["internal_restick"]
+            ["stop"]
+            if after.rests and "stop" not in names
+            else []
+            if after.rests
+            else ["internal_restick"]
         )
     return names
 
@@ -184,20 +219,21 @@ def _events_of_band(before: Label, after: Label, first: bool) -> list[str]:
     return names
 
 
-# --- mechanisms -------------------------------------------------------------------------------------------------------
+# --- mechanisms ---------------------------------------------------------------------
 
-#: states of the surfaces that the law of each pair sees: temperatures (K) and the law's own states, (n,); `None` where
-#: the scene has neither
+#: states of the surfaces that the law of each pair sees: temperatures (K) and the law's
+#: own states, (n,); `None` where the scene has neither
 Surfaces = tuple[SurfaceState | None, ...]
 
 
 class ContactState(NamedTuple):
     """A friction pair at one instant; its power is `force · slip`.
 
-    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum unless the pair is `apart`;
-      while they stick it makes no power, and may be any
+    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum
+      unless the pair is `apart`; while they stick it makes no power, and may be any
     - `slip` (m/s): (n,), or one for all linings; 0 while they stick
-    - `sense`: the way it slides (±1), 0 while it sticks, shaped like `slip`;  `normal` (n,): loads (N)
+    - `sense`: the way it slides (±1), 0 while it sticks, shaped like `slip`
+    - `normal` (n,): loads (N)
     """
 
     force: Float[Array, "*n"]
@@ -209,12 +245,16 @@ class ContactState(NamedTuple):
 class Pair(Struct):
     """Constant properties of a friction pair.
 
-    - `name`; `field` of the brake that describes its linings; `law` of friction; `area` (m²) of the linings
+    - `name`; `field` of the brake that describes its linings; `law` of friction; `area`
+      (m²) of the linings
     - `heat`: where its heat goes, `None`: it enters only the energy balance
-    - `wear`: its rate, `None`: none is followed;  `on_band`: whether the linings rub on the band, not on the rim
-    - `apart`: whether the heat, or states of the law, depend on the distribution over the linings
+    - `wear`: its rate, `None`: none is followed
+    - `on_band`: whether the linings rub on the band, not on the rim
+    - `apart`: whether the heat, or states of the law, depend on the distribution over
+      the linings
     - `memory`: what the rates of the law's states depend on, `None`: it has none
-    - `cosine` (n,): friction at the face of a lining over its force along the slip, where rates need it (`None`: 1)
+    - `cosine` (n,): friction at the face of a lining over its force along the slip,
+      where rates need it (`None`: 1)
     """
 
     name: str = struct_field(static=True)
@@ -229,16 +269,19 @@ class Pair(Struct):
     memory: RatesRead | None = struct_field(static=True, default=None)
     cosine: Vector | None = None
 
-    def memory_rates(self, surface: SurfaceState, v: Array, normal: Vector, power: Array) -> PyTree:
+    def memory_rates(
+        self, surface: SurfaceState, v: Array, normal: Vector, power: Array
+    ) -> PyTree:
         """Rates of the states of its law, (n,) each.
 
-        - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all
+        - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each
+          lining: (n,) or one for all
 
-        The law sees `q = f p v` at the face: under a band the force along the slip is `1/cos(β_i/2)` times that, as it
-        acts on the band circle, and so is the power.
+        The law sees `q = f p v` at the face: under a band the force along the slip is
+        `1/cos(β_i/2)` times that, as it acts on the band circle, and so is the power.
 
-        Past the end of a slide, where both are below 0, a rate `g` continues with its slope,
-        `2 g(0) − g(|v|)`.
+        Past the end of a slide, where both are below 0, a rate `g` continues with its
+        slope, `2 g(0) − g(|v|)`.
         """
         still = jnp.zeros(self.count)
         area = self.area
@@ -247,14 +290,20 @@ class Pair(Struct):
         v = v + still
 
         def at(v: Array, q: Array | None) -> PyTree:
-            return jax.tree.map(lambda rate: rate + still, self.law.rates(surface.contact(v, p, q)))
+            return jax.tree.map(
+                lambda rate: rate + still, self.law.rates(surface.contact(v, p, q))
+            )
 
         if self.memory is None or not self.memory.bends:
             return at(v, q)  # a linear rate needs no continuation
         past = v < 0
         at_rest = at(still, None if q is None else still)
-        rates = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
-        return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), rates, at_rest)
+        rates = at(
+            jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q)
+        )
+        return jax.tree.map(
+            lambda rate, still: jnp.where(past, 2 * still - rate, rate), rates, at_rest
+        )
 
     @property
     def wears(self) -> bool:
@@ -262,7 +311,8 @@ class Pair(Struct):
         return self.wear is not None and self.area is not None
 
     def wear_rate(self, rub: ContactState, T: Array | None) -> Vector | None:
-        """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where it is simulated."""
+        """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where
+        it is simulated."""
         if self.wear is None or self.area is None:
             return None
         p = rub.normal / self.area
@@ -273,12 +323,15 @@ class Pair(Struct):
 class PairNow(NamedTuple):
     """A friction pair at one instant, for results; its power is `force · slip`.
 
-    - of every lining (n,): `force` (N) along the slip, at its radius;  `friction` (N) at the face of the lining, at the
-      limit `f N`;  `normal` load (N);  `slip` speed (m/s);  `sense`: the way it slides (±1), 0 while it sticks;
+    - of every lining (n,): `force` (N) along the slip, at its radius
+    - `friction` (N) at the face of the lining, at the limit `f N`;  `normal` load (N);
+      `slip` speed (m/s);  `sense`: the way it slides (±1), 0 while it sticks;
       `at_limit`: whether its friction is at the limit
-    - `torque` (N·m) that the pair passes on;  `capacity` (N·m): up to which it sticks, or with which it slides, `None`
+    - `torque` (N·m) that the pair passes on
+    - `capacity` (N·m): up to which it sticks, or with which it slides, `None`
       where the mechanism has none
-    - `coefficient` (n,) of friction when it slides, `None` where it cannot change, without heat
+    - `coefficient` (n,) of friction when it slides, `None` where it cannot change,
+      without heat
     """
 
     force: Vector
@@ -293,22 +346,33 @@ class PairNow(NamedTuple):
 
     @classmethod
     def of(
-        cls, force: Array, normal: Array, slip: Array, sense: Array, torque: Array, f: Array | None, more: Any = None
+        cls,
+        force: Array,
+        normal: Array,
+        slip: Array,
+        sense: Array,
+        torque: Array,
+        f: Array | None,
+        more: Any = None,
     ) -> "PairNow":
-        """Linings that slide at their friction limit, with friction at the radius of the slip; `more`: capacity."""
+        """Linings that slide at their friction limit, with friction at the radius of
+        the slip; `more`: capacity."""
         return cls(force, force, normal, slip, sense, sense != 0, torque, f, more)
 
 
 class MechanismOutputs(NamedTuple):
     """Results of a mechanism beside its variables.
 
-    A run needs only the loads of sticking linings, and only where a friction law has states that depend on the
-    pressure.
+    A run needs only the loads of sticking linings, and only where a friction law has
+    states that depend on the pressure.
 
-    - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band;  `before` (n,): ahead of it,
+    - `pairs`
+    - `tension` (n,) of the band behind every lining (N), `None` without a band
+    - `before` (n,): ahead of it,
       `None`: that behind the lining before it, of the first one that of the slack end
-    - `None` where there is no such thing: `elongation` of the band (m), `displacement` (n,) of linings along the band
-      circle (m), `bandage_speed` (rad/s), `lining_speed` (n,) (rad/s)
+    - `None` where there is no such thing: `elongation` of the band (m), `displacement`
+      (n,) of linings along the band circle (m), `bandage_speed` (rad/s), `lining_speed`
+      (n,) (rad/s)
     """
 
     pairs: tuple[PairNow, ...]
@@ -323,11 +387,15 @@ class MechanismOutputs(NamedTuple):
 class AppliedLoads(NamedTuple):
     """Applied loads on a mechanism at one instant.
 
-    - `tension` (N): slack tension or force of the lever, and `pull` its rate;  `load` (N·m) on the shaft
-    - `inertia` (kg·m²) of the shaft and all that moves with it;  `surfaces` of the pairs
-    - `heating_rate(forces)`: rates (K/s) of their temperatures by the friction forces of each pair (as in
-      `ContactState`; `None`: not this pair's) per unit of its slip speed, linear in them; without forces, by all else
-    - `factor_rates`: rates (1/s) of the factors by which the friction of each pair is changed; `None` without any
+    - `tension` (N): slack tension or force of the lever, and `pull` its rate
+    - `load` (N·m) on the shaft
+    - `inertia` (kg·m²) of the shaft and all that moves with it
+    - `surfaces` of the pairs
+    - `heating_rate(forces)`: rates (K/s) of their temperatures by the friction forces
+      of each pair (as in `ContactState`; `None`: not this pair's) per unit of its slip
+      speed, linear in them; without forces, by all else
+    - `factor_rates`: rates (1/s) of the factors by which the friction of each pair is
+      changed; `None` without any
     """
 
     t: ScalarArray
@@ -343,13 +411,19 @@ class AppliedLoads(NamedTuple):
 class Mode(NamedTuple):
     """Mode of a brake between two events.
 
-    - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
-    - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are, by name: `lever`, `load`, …;
-      `None` of those without time breakpoints;  `phase`: how many phases of the duty have ended
+    - `band`: label of the whole (`BandMode`)
+    - `sense`: direction in which the pulley moves or last moved, ±1
+    - `own`: the mode of its mechanism
+    - `pieces` on which the given functions of time are, by name: `lever`, `load`, …;
+      `None` of those without time breakpoints;  `phase`: how many phases of the duty
+      have ended
     - `layer` of the rope on the drum that pays out, where it changes (else `None`)
-    - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
-    - `taut`: whether an elastic rope pulls (1), or is slack (0); `None`: the rope is rigid
-    - `onset`: which changes of friction have begun, of those that begin when something happens (an `OnsetMode`)
+    - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley
+      turns, 0 at rest
+    - `taut`: whether an elastic rope pulls (1), or is slack (0); `None`: the rope is
+      rigid
+    - `onset`: which changes of friction have begun, of those that begin when something
+      happens (an `OnsetMode`)
     """
 
     band: Any
@@ -372,21 +446,33 @@ class Mode(NamedTuple):
         none = 0 * self.slides
         turn = none + 1 if self.turn is None else self.turn
         layer = none if self.layer is None else self.layer
-        return Label(self.band, self.slides, turn, layer, none + 1 if self.taut is None else self.taut)
+        return Label(
+            self.band,
+            self.slides,
+            turn,
+            layer,
+            none + 1 if self.taut is None else self.taut,
+        )
 
     @property
     def rests(self) -> Any:
         """Whether the pulley is at rest."""
-        return (self.band == HELD) & (self.slides == 0) if self.turn is None else self.turn == 0
+        return (
+            (self.band == HELD) & (self.slides == 0)
+            if self.turn is None
+            else self.turn == 0
+        )
 
     @property
     def slides(self) -> Any:
-        """The internal pair of a staged brake: 0 while it sticks (or there is none), else ±1."""
+        """The internal pair of a staged brake: 0 while it sticks (or there is none),
+        else ±1."""
         return self.own.slides(self)
 
     @property
     def inner(self) -> Any:
-        """The internal pair of a staged brake whose linings act as one (0 sticks, ±1 slides); `None` of others."""
+        """The internal pair of a staged brake whose linings act as one (0 sticks, ±1
+        slides); `None` of others."""
         return self.own.internal
 
     @property
@@ -396,12 +482,14 @@ class Mode(NamedTuple):
 
     @property
     def locks(self) -> Any:
-        """Whether a lining is self-locking, where that can change in a run (else `None`)."""
+        """Whether a lining is self-locking, where that can change in a run (else
+        `None`)."""
         return self.own.locks
 
     @property
     def lifted(self) -> Any:
-        """Linings that have lifted off the rim, (n,), where their centrifugal force is modelled (else `None`)."""
+        """Linings that have lifted off the rim, (n,), where their centrifugal force is
+        modelled (else `None`)."""
         return self.own.lifted
 
 
@@ -411,9 +499,11 @@ def holds(mode: Mode) -> Any:
 
 
 def comes_to_rest(before: Mode, after: Mode, turned: Any = False) -> Any:
-    """Whether the pulley comes to rest in a change of mode, by the brake or by dry friction of the shaft.
+    """Whether the pulley comes to rest in a change of mode, by the brake or by dry
+    friction of the shaft.
 
-    `turned`: it may have come to rest before the open band closes, by a motor or its load
+    `turned`: it may have come to rest before the open band closes, by a motor or its
+    load
     """
     if after.turn is None:
         return holds(after) & ~holds(before) & ((before.band != OPEN) | turned)
@@ -422,8 +512,8 @@ def comes_to_rest(before: Mode, after: Mode, turned: Any = False) -> Any:
 
 
 class Sizes(NamedTuple):
-    """Typical sizes: slack tension (N), torque (N·m), speed (rad/s); tensions and torques that differ by less than
-    `slight_…` are equal."""
+    """Typical sizes: slack tension (N), torque (N·m), speed (rad/s); tensions and
+    torques that differ by less than `slight_…` are equal."""
 
     tension: ScalarArray
     torque: ScalarArray
@@ -435,7 +525,9 @@ class Sizes(NamedTuple):
 class ContactNow(Struct):
     """Variables that every mechanism has; each adds its own."""
 
-    slack_tension: ScalarArray  # T_0 (N), as the contact has it: 0 while the lever does not pull
+    slack_tension: (
+        ScalarArray  # T_0 (N), as the contact has it: 0 while the lever does not pull
+    )
     tight_tension: ScalarArray  # T_n (N)
     brake_torque: ScalarArray  # M_b (N·m)
     alpha: ScalarArray  # ω̇ (rad/s²)
@@ -446,7 +538,8 @@ class ContactNow(Struct):
 class EventState(NamedTuple):
     """State of a mechanism at one instant, for its changes of mode.
 
-    - `omega` (rad/s), `own` states, `mode`, variables `z` and their rates along the motion `z_rate`
+    - `omega` (rad/s), `own` states, `mode`, variables `z` and their rates along the
+      motion `z_rate`
     """
 
     t: ScalarArray
@@ -458,23 +551,28 @@ class EventState(NamedTuple):
     z_rate: Any
 
 
-#: `ask(mode, omega, own)`: applied loads and variables in another mode, at other speeds, at the same instant
+#: `ask(mode, omega, own)`: applied loads and variables in another mode, at other
+#: speeds, at the same instant
 EvaluateInMode = Callable[[Mode, Array, PyTree], tuple[AppliedLoads, Any]]
 
 
 class AbstractMechanism(Struct):
-    """Bodies that turn, stick and slide: start, rates, guards, changes of mode, stored energy, typical sizes.
+    """Bodies that turn, stick and slide: start, rates, guards, changes of mode, stored
+    energy, typical sizes.
 
-    A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and its applied loads. Other modules see
-    only names, forces and slip speeds of its friction pairs: heat, wear and ledger are elsewhere.
-    Its variables `z` are a `ContactNow`, with `damping` (W) where it has dampers.
+    A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and its
+    applied loads. Other modules see only names, forces and slip speeds of its friction
+    pairs: heat, wear and ledger are elsewhere. Its variables `z` are a `ContactNow`,
+    with `damping` (W) where it has dampers.
 
     - `grip`: friction of the linings on which the lever acts
-    - `distribution`: rule for the load sharing that rigid bodies leave undetermined, in words
+    - `distribution`: rule for the load sharing that rigid bodies leave undetermined, in
+      words
     - `banded`: whether the linings are under a band, which has tensions
     - `resolved`: whether linings move individually
-    - `stretches`: whether it has a band whose stretch follows its friction at once: slip speeds depend on how fast the
-      friction changes, and the tension jumps with changes of mode (`tension_jump`)
+    - `stretches`: whether it has a band whose stretch follows its friction at once:
+      slip speeds depend on how fast the friction changes, and the tension jumps with
+      changes of mode (`tension_jump`)
     - `damps`: whether it has dampers
     """
 
@@ -487,12 +585,16 @@ class AbstractMechanism(Struct):
     damps: ClassVar[bool] = False
 
     @abc.abstractmethod
-    def start(self, omega: Array, elongation: Array) -> tuple[PyTree, Array | np.int32, PyTree]:
-        """Own states, label of the band and own modes at the start; the run settles the true first mode itself, as an
-        event."""
+    def start(
+        self, omega: Array, elongation: Array
+    ) -> tuple[PyTree, Array | np.int32, PyTree]:
+        """Own states, label of the band and own modes at the start; the run settles the
+        true first mode itself, as an event."""
 
     @abc.abstractmethod
-    def variables(self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode) -> ContactNow:
+    def variables(
+        self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode
+    ) -> ContactNow:
         """Algebraic variables at one instant."""
 
     @abc.abstractmethod
@@ -500,26 +602,34 @@ class AbstractMechanism(Struct):
         """Rates of the own states."""
 
     @abc.abstractmethod
-    def guards(self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode, z: ContactNow) -> PyTree:
+    def guards(
+        self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode, z: ContactNow
+    ) -> PyTree:
         """Dimensionless margins by name, positive while the mode holds."""
 
     @abc.abstractmethod
     def limits(self, mode: Mode, none: Any) -> PyTree:
-        """Which guards are limits, up to and including which contacts hold; `none`: all guards, none marked."""
+        """Which guards are limits, up to and including which contacts hold; `none`: all
+        guards, none marked."""
 
     @abc.abstractmethod
-    def change(self, now: EventState, new: Mode, fired: PyTree, ask: EvaluateInMode) -> tuple[Mode, Array]:
-        """The mode after an event, and a code; `new` is the old one on the pieces that begin at this instant, `fired`
-        has the structure of the guards."""
+    def change(
+        self, now: EventState, new: Mode, fired: PyTree, ask: EvaluateInMode
+    ) -> tuple[Mode, Array]:
+        """The mode after an event, and a code; `new` is the old one on the pieces that
+        begin at this instant, `fired` has the structure of the guards."""
 
     @abc.abstractmethod
-    def with_stuck_speeds(self, omega: Array, own: PyTree, before: Mode, after: Mode) -> tuple[Array, PyTree]:
-        """Speed and own states just after a change of mode: bodies that stick or rest have exactly the speed of
-        the body that they stick to."""
+    def with_stuck_speeds(
+        self, omega: Array, own: PyTree, before: Mode, after: Mode
+    ) -> tuple[Array, PyTree]:
+        """Speed and own states just after a change of mode: bodies that stick or rest
+        have exactly the speed of the body that they stick to."""
 
     @property
     def couples_loads(self) -> bool:
-        """Whether the load of a lining depends on the friction of others at the same instant."""
+        """Whether the load of a lining depends on the friction of others at the same
+        instant."""
         return True
 
     @property
@@ -527,36 +637,52 @@ class AbstractMechanism(Struct):
         return False
 
     def tension_jump(
-        self, omega: Array, own: PyTree, before: tuple[Mode, PyTree], after: tuple[Mode, Array]
+        self,
+        omega: Array,
+        own: PyTree,
+        before: tuple[Mode, PyTree],
+        after: tuple[Mode, Array],
     ) -> Callable[[Surfaces], tuple[PyTree, Array, tuple[Array, ...]]]:
-        """The jumps of tension in a change of mode, as a function of the surfaces that the laws of the pairs see.
+        """The jumps of tension in a change of mode, as a function of the surfaces that
+        the laws of the pairs see.
 
-        It gives the own states after them, the work of the lever and the heat of each pair (J). `before`: the mode with
-        its variables, `after` with the tension of the lever;  `omega`, `own` as they are after `with_stuck_speeds`.
+        It gives the own states after them, the work of the lever and the heat of each
+        pair (J). `before`: the mode with its variables, `after` with the tension of the
+        lever;  `omega`, `own` as they are after `with_stuck_speeds`.
         """
         raise TypeError(f"no jumps are defined for {type(self).__name__}")
 
     def lining_margins(self, mode: Mode, z: PyTree) -> Float[Array, " twice_n"]:
-        """Excess of each lining over its static limit while the band is elastic, over the reference tension.
+        """Excess of each lining over its static limit while the band is elastic, over
+        the reference tension.
 
-        The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the anchor for a band pulled the
-        other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every other mode. Linings that slide individually have none.
+        The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the
+        anchor for a band pulled the other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every
+        other mode. Linings that slide individually have none.
         """
         return jnp.zeros(0)
 
     @abc.abstractmethod
     def shown(
-        self, tension: Array, omega: Array, own: PyTree, mode: Mode, surfaces: Surfaces, z: PyTree
+        self,
+        tension: Array,
+        omega: Array,
+        own: PyTree,
+        mode: Mode,
+        surfaces: Surfaces,
+        z: PyTree,
     ) -> MechanismOutputs:
         """Its results at one instant; `tension` is the lever's."""
 
     def lining_speed(self, own: PyTree) -> Array | float:
-        """Speed (m/s) of the linings' outer faces, of each or of all: 0 of linings that do not turn."""
+        """Speed (m/s) of the linings' outer faces, of each or of all: 0 of linings that
+        do not turn."""
         return 0.0
 
     @property
     def shows_friction(self) -> bool:
-        """Whether coefficients of friction are shown: where they can change, or friction heats bodies of the scene."""
+        """Whether coefficients of friction are shown: where they can change, or
+        friction heats bodies of the scene."""
         return any(
             pair.heat is not None
             or pair.memory is not None
@@ -576,25 +702,35 @@ class AbstractMechanism(Struct):
         return tuple(change.factor for change in self.changes)
 
     def factors(self, values: Sequence[Array]) -> tuple[Vector | None, ...]:
-        """Factors of the friction of each pair where the changes have these values; `None`: of a law without."""
+        """Factors of the friction of each pair where the changes have these values;
+        `None`: of a law without."""
         left = iter(values)
-        return tuple(pair.law.factor_of(pair.count, [next(left) for _ in pair.law.over_time]) for pair in self.pairs)
+        return tuple(
+            pair.law.factor_of(pair.count, [next(left) for _ in pair.law.over_time])
+            for pair in self.pairs
+        )
 
     @property
     def tells_pairs_apart(self) -> bool:
-        """Whether pairs have more results than the whole brake: several pairs, or linings that move individually."""
+        """Whether pairs have more results than the whole brake: several pairs, or
+        linings that move individually."""
         return len(self.pairs) > 1 or self.resolved
 
     def gain(self, omega: Array, surfaces: Surfaces) -> ScalarArray:
-        """Torque (N·m) per newton of the lever while the pulley slides at the speed `omega` ≥ 0 (rad/s)."""
-        raise TypeError(f"the torque of {type(self).__name__} does not follow from the lever alone")
+        """Torque (N·m) per newton of the lever while the pulley slides at the speed
+        `omega` ≥ 0 (rad/s)."""
+        raise TypeError(
+            f"the torque of {type(self).__name__} does not follow from the lever alone"
+        )
 
     @abc.abstractmethod
     def rubs(self, mode: Mode, z: PyTree) -> tuple[ContactState, ...]:
         """The friction pairs at one instant."""
 
     @abc.abstractmethod
-    def stored(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> tuple[Array, Array]:
+    def stored(
+        self, inertia: Array, omega: Array, own: PyTree, mode: Mode
+    ) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
 
     @abc.abstractmethod
@@ -603,9 +739,16 @@ class AbstractMechanism(Struct):
 
     @abc.abstractmethod
     def capacity(
-        self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces, *, static: bool = False
+        self,
+        tension: Array,
+        omega: Array,
+        own: PyTree,
+        surfaces: Surfaces,
+        *,
+        static: bool = False,
     ) -> Float[Array, " pairs"]:
-        """Maximum torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley.
+        """Maximum torque (N·m, ≥ 0) of each friction pair against the motion, sliding
+        at the speed of the pulley.
 
         `static`: of pairs that stick, against a load in the direction of `omega`.
         """

@@ -1,4 +1,5 @@
-"""Friction of all linings at one instant, also where it depends on their own heat and load; and under a band."""
+"""Friction of all linings at one instant, also where it depends on their own heat and
+load; and under a band."""
 
 from typing import Any, NamedTuple
 
@@ -20,7 +21,15 @@ from ..brakes.band import (
     tension_ratio,
 )
 from ..brakes.design import AbstractLinings, Lining
-from ..friction import AbstractFriction, Contact, Reads, SurfaceState, continued, reads, remembers
+from ..friction import (
+    AbstractFriction,
+    Contact,
+    Reads,
+    SurfaceState,
+    continued,
+    reads,
+    remembers,
+)
 from ..hybrid import largest, smallest
 from ..hybrid.arrays import Array, ScalarArray, TwoArrays, Vector
 from ..hybrid.struct import AbstractVar, Struct, struct_field
@@ -29,23 +38,29 @@ from ..thermal.heat import FlashTemperature, PowerShares
 #: a number or truth value that may be known while tracing
 Known = Array | bool | float
 
-_SEARCH = 24  # Newton iterations of an implicit coefficient before those that carry derivatives
+# Newton iterations of an implicit coefficient before those that carry derivatives
+_SEARCH = 24
 _CARRY = 2
 _LOOKS = 17  # along the way from the coefficient without flash to the root
 
 
 def where_static(condition: Known, yes: Known, no: Known) -> Array:
-    """`jnp.where`, decided while tracing where the condition is known: a label of a band that is asked about."""
+    """`jnp.where`, decided while tracing where the condition is known: a label of a
+    band that is asked about."""
     if isinstance(condition, bool | np.bool_):
         value = yes if condition else no
         return np.float64(value) if isinstance(value, float) else value  # pyright: ignore  # an array like all others
     return jnp.where(condition, yes, no)
 
 
-def coefficients_of(law: AbstractFriction, contact: Contact, static: Array | bool, *, by_speed: bool) -> Array:
-    """Coefficients of friction: of linings that stick (`static`), else of those that slide.
+def coefficients_of(
+    law: AbstractFriction, contact: Contact, static: Array | bool, *, by_speed: bool
+) -> Array:
+    """Coefficients of friction: of linings that stick (`static`), else of those that
+    slide.
 
-    The slip speeds of the contact are signed by the sense of the slide; `by_speed`: whether the law reads them.
+    The slip speeds of the contact are signed by the sense of the slide; `by_speed`:
+    whether the law reads them.
     """
 
     if static is True:
@@ -59,8 +74,9 @@ def coefficients_of(law: AbstractFriction, contact: Contact, static: Array | boo
 
 
 class Coefficients(NamedTuple):
-    """Coefficients of the linings, and by how much their implicit equations have a solution (1 where explicit): the
-    least slope up to it, or `1 − f z` where that is less."""
+    """Coefficients of the linings, and by how much their implicit equations have a
+    solution (1 where explicit): the least slope up to it, or `1 − f z` where that is
+    less."""
 
     f: Vector
     slope: Array
@@ -69,8 +85,11 @@ class Coefficients(NamedTuple):
 class AbstractLiningFriction(Struct):
     """Friction of the linings of a brake.
 
-    - `linings`;  `shares` of the friction power;  `heated`: whether the scene has the linings' temperatures
-    - `cosine`: friction of a lining over the force that it makes at the radius of the slip
+    - `linings`
+    - `shares` of the friction power
+    - `heated`: whether the scene has the linings' temperatures
+    - `cosine`: friction of a lining over the force that it makes at the radius of the
+      slip
     """
 
     linings: AbstractLinings
@@ -81,7 +100,12 @@ class AbstractLiningFriction(Struct):
     @property
     def reads(self) -> Reads:
         """Inputs that the law reads."""
-        return reads(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
+        return reads(
+            self.linings.friction,
+            self.linings.count,
+            T=self.heated,
+            p=self.linings.area is not None,
+        )
 
     @property
     def remembers(self) -> bool:
@@ -92,21 +116,31 @@ class AbstractLiningFriction(Struct):
     def varies(self) -> bool:
         """Whether the coefficients of sticking linings can change in a run."""
         read = self.reads
-        return read.T or read.p or self.remembers or bool(self.linings.friction.over_time)
+        return (
+            read.T or read.p or self.remembers or bool(self.linings.friction.over_time)
+        )
 
 
 class PadFriction(AbstractLiningFriction):
-    """Friction of linings that are pressed on a turning face: their normal forces do not depend on those of others."""
+    """Friction of linings that are pressed on a turning face: their normal forces do
+    not depend on those of others."""
 
     @property
     def cosine(self) -> float:
         return 1.0
 
-    def coefficients(self, v: Array, surface: SurfaceState | None, N: Array | None, static: Array | bool) -> Vector:
-        """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces `N` (n,).
+    def coefficients(
+        self,
+        v: Array,
+        surface: SurfaceState | None,
+        N: Array | None,
+        static: Array | bool,
+    ) -> Vector:
+        """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces
+        `N` (n,).
 
-        `N` is `None` for a law that does not depend on the pressure;  `surface`: state of the surfaces;  `static`: the
-        linings stick.
+        `N` is `None` for a law that does not depend on the pressure;  `surface`: state
+        of the surfaces;  `static`: the linings stick.
         """
         law = self.linings.friction
         surface = surface or SurfaceState()
@@ -114,15 +148,20 @@ class PadFriction(AbstractLiningFriction):
         if self.linings.area is not None:
             p = jnp.zeros_like(v) if N is None else N / jnp.asarray(self.linings.area)
 
-        return jnp.broadcast_to(coefficients_of(law, surface.contact(v, p), static, by_speed=self.reads.v), v.shape)
+        return jnp.broadcast_to(
+            coefficients_of(law, surface.contact(v, p), static, by_speed=self.reads.v),
+            v.shape,
+        )
 
 
 class LiningFriction(AbstractLiningFriction):
     """Friction of the linings: `f_i(v, T_i, p_i)`.
 
-    Where the law depends on the pressure `p_i = N_i/A_i`, or there is a flash temperature, `f_i` is implicit (an
-    index-1 algebraic equation), since `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is
-    solved from the slack end upwards, on the branch that starts at the coefficient without flash.
+    Where the law depends on the pressure `p_i = N_i/A_i`, or there is a flash
+    temperature, `f_i` is implicit (an index-1 algebraic equation), since
+    `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is solved
+    from the slack end upwards, on the branch that starts at the coefficient without
+    flash.
     """
 
     linings: AbstractLinings
@@ -156,9 +195,14 @@ class LiningFriction(AbstractLiningFriction):
         *,
         heated: bool = False,
     ) -> "LiningFriction":
-        """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
+        """The friction of given linings, with what depends on their angles alone formed
+        once for the whole run."""
         half = jnp.asarray(linings.angle) / 2  # pyright: ignore
-        along, across = (half, half) if getattr(linings, "continuous", False) else (jnp.tan(half), jnp.sin(half))
+        along, across = (
+            (half, half)
+            if getattr(linings, "continuous", False)
+            else (jnp.tan(half), jnp.sin(half))
+        )
         return cls(linings, shares, heated, along, across, flash)  # pyright: ignore
 
     @property
@@ -166,12 +210,19 @@ class LiningFriction(AbstractLiningFriction):
         return self.flash is not None or self.reads.p
 
     def coefficients(
-        self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: Array | bool
+        self,
+        T_0: Array,
+        v: Array,
+        surface: SurfaceState | None,
+        back: Array,
+        *,
+        static: Array | bool,
     ) -> Coefficients:
-        """Coefficients `f_i`; `v` (n,) slip speeds signed by the sense, `surface` state of the surfaces, `back`:
-        tensions fall.
+        """Coefficients `f_i`; `v` (n,) slip speeds signed by the sense, `surface` state
+        of the surfaces, `back`: tensions fall.
 
-        `static`: whether the linings stick, known while tracing or not; theirs are then the static coefficients.
+        `static`: whether the linings stick, known while tracing or not; theirs are then
+        the static coefficients.
         """
         law = self.linings.friction
         n = self.linings.count
@@ -183,10 +234,15 @@ class LiningFriction(AbstractLiningFriction):
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
 
         def at(f: Array, before: Array, i: Array) -> Array:
-            """Residual `f − F(T + ΔT(f), p(f))` of lining `i`, all others masked out."""
+            """Residual `f − F(T + ΔT(f), p(f))` of lining `i`, all others masked
+            out."""
             mu, _ = tension_ratio(self.gripped(f))
             N = self.pressed(before, jnp.where(back, 1 / mu, mu))
-            p = None if self.linings.area is None else N / jnp.asarray(self.linings.area)
+            p = (
+                None
+                if self.linings.area is None
+                else N / jnp.asarray(self.linings.area)
+            )
 
             def pressed(v: Array) -> Array:
                 T = surface.T
@@ -196,7 +252,11 @@ class LiningFriction(AbstractLiningFriction):
                     assert spots is not None
                     heat = 1.0 if self.shares is None else self.shares.heat
                     flashing = T + self.flash.rise(heat * f * spots * v, v)
-                    here = surface._replace(T=flashing if static is False else jnp.where(static, T, flashing))
+                    here = surface._replace(
+                        T=flashing
+                        if static is False
+                        else jnp.where(static, T, flashing)
+                    )
                 return coefficients_of(law, here.contact(v, p), static, by_speed=False)
 
             F = continued(pressed, v) if by_speed else pressed(v)
@@ -204,54 +264,78 @@ class LiningFriction(AbstractLiningFriction):
 
         def lining(before: Array, i: Array) -> tuple[Array, TwoArrays]:
             def residual(f: Array) -> TwoArrays:
-                return jax.jvp(lambda f: at(jnp.full(n, f), before, i), (f,), (jnp.ones_like(f),))
+                return jax.jvp(
+                    lambda f: at(jnp.full(n, f), before, i), (f,), (jnp.ones_like(f),)
+                )
 
             def newton(f: Array, _: None) -> tuple[Array, None]:
                 r, slope = residual(f)
-                return jnp.maximum(f - r / jnp.where(slope > 0.05, slope, 1.0), 0.0), None
+                return jnp.maximum(
+                    f - r / jnp.where(slope > 0.05, slope, 1.0), 0.0
+                ), None
 
             cold = -at(jnp.zeros(n), before, i)  # at f = 0 there is no flash
-            f = jax.lax.stop_gradient(jax.lax.scan(newton, jax.lax.stop_gradient(cold), None, length=_SEARCH)[0])
+            f = jax.lax.stop_gradient(
+                jax.lax.scan(newton, jax.lax.stop_gradient(cold), None, length=_SEARCH)[
+                    0
+                ]
+            )
             for _ in range(_CARRY):  # each carries derivatives one order further
                 f = newton(f, None)[0]
             here = jnp.arange(n, dtype=jnp.int32) == i
             all_fz = self.gripped(f)
             fz = jnp.sum(jnp.where(here, all_fz, 0.0))
             mu = jnp.sum(jnp.where(here, tension_ratio(all_fz)[0], 0.0))
-            # up to the root the residual must rise all the way: beyond a fold the next root lies behind a valley
-            way = jax.lax.stop_gradient(cold) + jnp.linspace(0.0, 1.0, _LOOKS) * (f - jax.lax.stop_gradient(cold))
+            # up to the root the residual must rise all the way: beyond a fold the next
+            # root lies behind a valley
+            way = jax.lax.stop_gradient(cold) + jnp.linspace(0.0, 1.0, _LOOKS) * (
+                f - jax.lax.stop_gradient(cold)
+            )
             r, slopes = jax.vmap(residual)(way)
             slope = jnp.where(jnp.abs(r[-1]) > 1e-9, -jnp.abs(r[-1]), smallest(slopes))
-            # flash can lift a sliding lining over its sticking self, up to where it would lock: no solution either
+            # flash can lift a sliding lining over its sticking self, up to where it
+            # would lock: no solution either
             slope = jnp.minimum(slope, 1 - fz)
             return before * jnp.where(back, 1 / mu, mu), (f, slope)
 
-        _, (f, slope) = jax.lax.scan(lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32))
+        _, (f, slope) = jax.lax.scan(
+            lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32)
+        )
         return Coefficients(f, smallest(slope))
 
     def ratios(self, f: Array) -> tuple[Vector, Array]:
-        """Tension ratios `μ_i`, and by how much the lining nearest to locking is away from it, `1 − max f_i z_i`."""
+        """Tension ratios `μ_i`, and by how much the lining nearest to locking is away
+        from it, `1 − max f_i z_i`."""
         fz = self.gripped(f)
         return tension_ratio(fz)[0], 1 - largest(fz)
 
     def torque(
-        self, radius: Array, T_0: Array, omega: Array, surface: SurfaceState | None, *, static: bool = False
+        self,
+        radius: Array,
+        T_0: Array,
+        omega: Array,
+        surface: SurfaceState | None,
+        *,
+        static: bool = False,
     ) -> ScalarArray:
-        """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
+        """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a
+        band at rest.
 
-        A lining that is self-locking makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
-        `static`: of linings that stick.
+        A lining that is self-locking makes it infinite; in reverse the tight end can
+        only become slack: `R_b T_0`. `static`: of linings that stick.
         """
         back = omega < 0
         v = jnp.broadcast_to(jnp.abs(omega) * radius, (self.linings.count,))
-        mu, margin = self.ratios(self.coefficients(T_0, v, surface, back, static=static).f)
+        mu, margin = self.ratios(
+            self.coefficients(T_0, v, surface, back, static=static).f
+        )
         ratio = where_static(back, 1 / product(mu), product(mu))
         ratio = jnp.where(margin > 0, ratio, jnp.where(back, 0.0, jnp.inf))
         torque = band_torque(radius, T_0, T_0 * ratio)
         return jnp.where(T_0 > 0, jnp.where(back, -torque, torque), 0.0)
 
 
-# --- linings under a band that slide together -------------------------------------------------------------------------
+# --- linings under a band that slide together ---------------------------------------
 
 
 class ConstantLimit(NamedTuple):
@@ -264,7 +348,8 @@ class ConstantLimit(NamedTuple):
 
 
 def _unlocked(fz: Vector) -> Vector:
-    """`f_i z_i`, 0 of a lining that is self-locking: its limit is infinite, and the caller handles it."""
+    """`f_i z_i`, 0 of a lining that is self-locking: its limit is infinite, and the
+    caller handles it."""
     return jnp.where(fz < 1, fz, 0.0)
 
 
@@ -272,10 +357,12 @@ class Limit(NamedTuple):
     """Linings that slide, or are about to, one way.
 
     - `fz` (n,): `f_i z_i` of each, 0 of one that is self-locking
-    - `ratio`: `T_n/T_0`, `Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` while the anchor end is the tight one, else `1/Π`
+    - `ratio`: `T_n/T_0`, `Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` while the anchor end is
+      the tight one, else `1/Π`
     - `other`: `Π` the other way, which differs where the law depends on the pressure
     - `slope`: the least slope of implicit coefficients (1 where explicit)
-    - `margin`: by how much the lining nearest to locking is away from it, `1 − max f_s z`; `None`: it cannot change
+    - `margin`: by how much the lining nearest to locking is away from it,
+      `1 − max f_s z`; `None`: it cannot change
     """
 
     fz: Vector
@@ -286,10 +373,13 @@ class Limit(NamedTuple):
 
 
 class BandFriction(Struct):
-    """The grip of a band on linings: `T_i = T_{i−1} μ_i^{±1}` where they slide, `T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i` else.
+    """The grip of a band on linings: `T_i = T_{i−1} μ_i^{±1}` where they slide,
+    `T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i` else.
 
-    - `radius` `R_b` (m) of the band circle;  `locked`: whether a lining is self-locking at the start
-    - `fixed`: `f_i z_i` (n,) and `Π` of sticking and of sliding linings, formed once where they cannot change in a run
+    - `radius` `R_b` (m) of the band circle
+    - `locked`: whether a lining is self-locking at the start
+    - `fixed`: `f_i z_i` (n,) and `Π` of sticking and of sliding linings, formed once
+      where they cannot change in a run
     """
 
     radius: ScalarArray
@@ -298,8 +388,11 @@ class BandFriction(Struct):
     fixed: ConstantLimit | None
 
     @classmethod
-    def of(cls, radius: Array, grip: LiningFriction, static: Array, kinetic: Array) -> "BandFriction":
-        """The grip of linings whose coefficients are `static` and `kinetic` (n,) at the start."""
+    def of(
+        cls, radius: Array, grip: LiningFriction, static: Array, kinetic: Array
+    ) -> "BandFriction":
+        """The grip of linings whose coefficients are `static` and `kinetic` (n,) at the
+        start."""
         read = grip.reads
         fz = grip.gripped(static)
         fixed = None
@@ -312,17 +405,31 @@ class BandFriction(Struct):
     def count(self) -> int:
         return self.grip.linings.count
 
-    def limit(self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Limit:
+    def limit(
+        self,
+        T_0: Array,
+        v: Array,
+        surface: SurfaceState | None,
+        back: Array,
+        static: Array,
+    ) -> Limit:
         """The limit at the slack tension `T_0`.
 
         - `v`: slip speed (m/s) signed by the sense;  `surface`: state of the surfaces
-        - `back`: the lever end is the tight one;  `static`: the static coefficients count
+        - `back`: the lever end is the tight one
+        - `static`: the static coefficients count
         """
         if self.fixed is not None:
             one = self.fixed
             ratio = where_static(static, one.ratio_static, one.ratio_kinetic)
             signed = where_static(back, 1 / one.ratio_kinetic, ratio)
-            return Limit(where_static(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
+            return Limit(
+                where_static(static, one.static, one.kinetic),
+                signed,
+                ratio,
+                jnp.ones(()),
+                None,
+            )
         grip = self.grip
         margin = None
         v = jnp.broadcast_to(v, (self.count,))
@@ -340,19 +447,27 @@ class BandFriction(Struct):
     def linings(self, T_0: Array, T_n: Array, fz: Array) -> LiningForces:
         """Forces at every lining by the mobilisation rule (model §3)."""
         angle = jnp.asarray(self.grip.linings.angle)  # pyright: ignore
-        return mobilised(T_0, T_n, lining_ratio(fz), angle, continuous=self.grip.continuous)
+        return mobilised(
+            T_0, T_n, lining_ratio(fz), angle, continuous=self.grip.continuous
+        )
 
     def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Vector, Vector]:
-        """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings (N) while every one slides."""
+        """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings
+        (N) while every one slides."""
         signed = where_static(back, -fz, fz)
         mu = lining_ratio(signed)
         along = T_0 * running_product(mu)
         before = jnp.concatenate([T_0[None], along[:-1]])
-        normal = self.grip.pressed(before, mu) if self.grip.continuous else (along + before) * self.grip.sine
+        normal = (
+            self.grip.pressed(before, mu)
+            if self.grip.continuous
+            else (along + before) * self.grip.sine
+        )
         return along - before, normal
 
     def margins(self, T_0: Array, T_n: Array, fz: Array) -> Float[Array, " twice_n"]:
-        """Excess (N) of each lining over its limit, from either end (see `AbstractMechanism.lining_margins`)."""
+        """Excess (N) of each lining over its limit, from either end (see
+        `AbstractMechanism.lining_margins`)."""
         mu = lining_ratio(fz)
         ahead = T_n - T_0 * jnp.cumprod(mu)
         back = T_0 - T_n * jnp.cumprod(mu[::-1])[::-1]

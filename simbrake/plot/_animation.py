@@ -30,15 +30,20 @@ def animate(
     end: float | int | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
 ) -> Path:
-    """Write `pulley` over time as an animation (`.gif`), with a mark that turns with the pulley; returns its path.
+    """Write `pulley` over time as an animation (`.gif`), with a mark that turns with
+    the pulley; returns its path.
 
-    A page with a film, which is slower at a short onset of slip: `simbrake animate SCENE film.html`.
+    A page with a film, which is slower at a short onset of slip:
+    `simbrake animate SCENE film.html`.
 
     - `duration` (s) of the animation and `fps`, its frames a second
-    - `start`, `end` (s) in the run: default from its start until shortly after the first stop
-    - `progress`: a function of the frames done and all of them; `False`: no line on a terminal
+    - `start`, `end` (s) in the run: default from its start until shortly after the
+      first stop
+    - `progress`: a function of the frames done and all of them; `False`: no line on a
+      terminal
 
-    Raises `InputError` for another suffix, times outside the run, and a duration or rate out of range.
+    Raises `InputError` for another suffix, times outside the run, and a duration or
+    rate out of range.
 
     Example:
         >>> sb.plot.animate(result, folder / "stop.gif", duration=0.2, progress=False).name
@@ -48,14 +53,44 @@ def animate(
     file = Path(path)
     first, last = span(result)
     low = first if start is None else float(start)
-    rest = next((first + 1.15 * (event.time - first) for event in result.events if event.name == "stop"), last)
+    rest = next(
+        (
+            first + 1.15 * (event.time - first)
+            for event in result.events
+            if event.name == "stop"
+        ),
+        last,
+    )
     high = float(end) if end is not None else min(rest, last) if rest > low else last
-    faults = [fault_of_times(np.asarray([t]), first, last, name) for name, t in (("start", low), ("end", high))]
+    faults = [
+        fault_of_times(np.asarray([t]), first, last, name)
+        for name, t in (("start", low), ("end", high))
+    ]
     checks = [
-        (file.suffix.lower() == ".gif", "path", f"{file.name!r} is no animation", "let it end in .gif"),
-        (not low >= high, "end", f"{high:g} s is not after the start at {low:g} s", "it must be later"),
-        (0.0 < fps <= 50.0, "fps", f"{fps:g} frames a second cannot be shown", "more than 0, up to 50"),
-        (0.0 < duration * fps <= _FRAMES, "duration", f"makes {duration * fps:.0f} frames", f"1 to {_FRAMES}"),
+        (
+            file.suffix.lower() == ".gif",
+            "path",
+            f"{file.name!r} is no animation",
+            "let it end in .gif",
+        ),
+        (
+            not low >= high,
+            "end",
+            f"{high:g} s is not after the start at {low:g} s",
+            "it must be later",
+        ),
+        (
+            0.0 < fps <= 50.0,
+            "fps",
+            f"{fps:g} frames a second cannot be shown",
+            "more than 0, up to 50",
+        ),
+        (
+            0.0 < duration * fps <= _FRAMES,
+            "duration",
+            f"makes {duration * fps:.0f} frames",
+            f"1 to {_FRAMES}",
+        ),
     ]
     faults += [Fault(path, what, hint) for good, path, what, hint in checks if not good]
     Issues(filter(None, faults)).report()
@@ -69,10 +104,23 @@ def animate(
         with matplotlib.rc_context(STYLE):
             draw_moment(figure, result, t, p, tops)
         for axes in figure.axes:
-            axes.plot(*spot(0.97, np.asarray(p.y.phi) + np.pi / 2).T, marker="o", ms=6, color=ink(), gid="mark")
+            axes.plot(
+                *spot(0.97, np.asarray(p.y.phi) + np.pi / 2).T,
+                marker="o",
+                ms=6,
+                color=ink(),
+                gid="mark",
+            )
 
     figure = Figure(figsize=(8.0 * bands, 9.0), dpi=80)
-    film = FuncAnimation(figure, draw, times, init_func=lambda: None, cache_frame_data=False)
-    with counting(times.size, progress, "frames", after=2.0) as report, whole_file(file) as scratch:
-        film.save(scratch, PillowWriter(fps), progress_callback=lambda i, _: report(i + 1))  # pyright: ignore
+    film = FuncAnimation(
+        figure, draw, times, init_func=lambda: None, cache_frame_data=False
+    )
+    with (
+        counting(times.size, progress, "frames", after=2.0) as report,
+        whole_file(file) as scratch,
+    ):
+        film.save(
+            scratch, PillowWriter(fps), progress_callback=lambda i, _: report(i + 1)
+        )  # pyright: ignore
     return file

@@ -1,4 +1,5 @@
-"""Several runs in one figure: results laid over each other, and metrics over the parameters that were varied."""
+"""Several runs in one figure: results laid over each other, and metrics over the
+parameters that were varied."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -41,24 +42,30 @@ from .drawing import (
     words_of_mark,
 )
 
-# --- results laid over each other -------------------------------------------------------------------------------------
+# --- results laid over each other ----------------------------------------------------
 
 _DASHES = ("-", "--", "-.", ":")
-#: events that are marked on the curves of the speed, where one result has not too many of them
+#: events that are marked on the curves of the speed, where one result has not too many
+#: of them
 _EVENTS = {"slip_onset": "o", "full_slip": "s", "stop": "D"}
 _MOST = 6
 _HOT = ("rim_temperature", "lining_temperature", "band_temperature")
 
 
 @styled
-def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure | None = None) -> Figure:
-    """Results laid over each other: speed, brake torque, tension of a band's tight end, of discs and shoes the normal
-    force, and the hottest surface, as far as the results have them; of levers that hold the speed, their tension.
+def compare(
+    results: Mapping[str, Source] | Sequence[Source], *, figure: Figure | None = None
+) -> Figure:
+    """Results laid over each other: speed, brake torque, tension of a band's tight end,
+    of discs and shoes the normal force, and the hottest surface, as far as the results
+    have them; of levers that hold the speed, their tension.
 
-    Each result has its colour and dashes; marks on the curves of the speed are onset of slip, full slip and stop. Runs
-    that end at rest are cut shortly after the last stop of all.
+    Each result has its colour and dashes; marks on the curves of the speed are onset of
+    slip, full slip and stop. Runs that end at rest are cut shortly after the last stop
+    of all.
 
-    - `results`: two or more by name, or in a list (named a, b, …); each a `Result`, its data set, or a result file
+    - `results`: two or more by name, or in a list (named a, b, …); each a `Result`, its
+      data set, or a result file
 
     Raises `InputError` for fewer than two results, and for a file that is not a result.
 
@@ -68,36 +75,76 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
         >>> [line.get_label() for line in figure.axes[0].lines if line.get_linestyle() != "None"]
         ['20 t', '22 t']
     """
-    named = results if isinstance(results, Mapping) else {chr(97 + i): source for i, source in enumerate(results)}
+    named = (
+        results
+        if isinstance(results, Mapping)
+        else {chr(97 + i): source for i, source in enumerate(results)}
+    )
     if len(named) < 2:
-        raise input_error("results", f"{len(named)} result is no comparison", "give two or more")
+        raise input_error(
+            "results", f"{len(named)} result is no comparison", "give two or more"
+        )
     data = {name: _data(source) for name, source in named.items()}
     held = all(run["status"].item() == Status.LOWERING for run in data.values())
     panels = [("speed", ("omega",)), ("brake torque", ("brake_torque",))]
-    panels += [("tension of\nthe lever", ("slack_tension",)), ("force of\nthe actuator", ("lever_force",))] * held
-    panels += [("tension of\nthe tight end", ("tight_tension",)), ("normal force\non a lining", ("normal_load",))]
+    panels += [
+        ("tension of\nthe lever", ("slack_tension",)),
+        ("force of\nthe actuator", ("lever_force",)),
+    ] * held
+    panels += [
+        ("tension of\nthe tight end", ("tight_tension",)),
+        ("normal force\non a lining", ("normal_load",)),
+    ]
     panels += [("hottest\nsurface", _HOT)]
-    curves = {columns: {name: _curve(run, columns) for name, run in data.items()} for _, columns in panels}
-    panels = [(words, columns) for words, columns in panels if any(y is not None for y in curves[columns].values())]
+    curves = {
+        columns: {name: _curve(run, columns) for name, run in data.items()}
+        for _, columns in panels
+    }
+    panels = [
+        (words, columns)
+        for words, columns in panels
+        if any(y is not None for y in curves[columns].values())
+    ]
     figure = sheet(figure, 9.5, 2.1, rows=len(panels), room=1.7)
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, (words, columns) in zip(rows, panels, strict=True):
-        unit = next(run[column].attrs["units"] for run in data.values() for column in columns if column in run)
-        top = max(float(np.nanmax(np.abs(y))) for y in curves[columns].values() if y is not None)
+        unit = next(
+            run[column].attrs["units"]
+            for run in data.values()
+            for column in columns
+            if column in run
+        )
+        top = max(
+            float(np.nanmax(np.abs(y)))
+            for y in curves[columns].values()
+            if y is not None
+        )
         factor, offset, shown = scale(unit, top, absolute=True)
         for i, (name, y) in enumerate(curves[columns].items()):
             if y is not None:
                 look = {"color": CYCLE[i % len(CYCLE)], "ls": _DASHES[i % len(_DASHES)]}
                 label = name if axes is rows[0] else None
-                axes.plot(data[name]["time"].values, factor * y + offset, label=label, **look)
+                axes.plot(
+                    data[name]["time"].values, factor * y + offset, label=label, **look
+                )
         axes.set_ylabel(f"{words}, {shown}")
-    marked = [event for i, run in enumerate(data.values()) for event in _mark(rows[0], run, i)]
+    marked = [
+        event for i, run in enumerate(data.values()) for event in _mark(rows[0], run, i)
+    ]
     finish(rows)
     ends = [_end(run) for run in data.values()]
-    rows[-1].set(xlabel="time, s", xlim=(min(float(run["time"][0]) for run in data.values()), max(ends)))
+    rows[-1].set(
+        xlabel="time, s",
+        xlim=(min(float(run["time"][0]) for run in data.values()), max(ends)),
+    )
     like: dict[str, Any] = {"color": GREY, "ls": "none", "mfc": "white"}
-    named = {event: words_of_mark(MARKED[event][1]) for event in _EVENTS if event in marked}
-    marks = [Line2D([], [], marker=_EVENTS[event], label=words, **like) for event, words in named.items()]
+    named = {
+        event: words_of_mark(MARKED[event][1]) for event in _EVENTS if event in marked
+    }
+    marks = [
+        Line2D([], [], marker=_EVENTS[event], label=words, **like)
+        for event, words in named.items()
+    ]
     name_marks(figure, [], marks)
     figure.suptitle("results compared")
     return figure
@@ -114,54 +161,92 @@ def _data(source: Source) -> Dataset:
 
 
 def _curve(data: Dataset, columns: Sequence[str]) -> Float[np.ndarray, " t"] | None:
-    """Maximum of the columns that a result has, and of its linings; the normal load where there is no tension."""
+    """Maximum of the columns that a result has, and of its linings; the normal load
+    where there is no tension."""
     banded = "tight_tension" in data
-    names = [name for name in columns if name in data and not (banded and name in ("normal_load", "lever_force"))]
+    names = [
+        name
+        for name in columns
+        if name in data and not (banded and name in ("normal_load", "lever_force"))
+    ]
     curves = [data[name].values.astype(float) for name in names]
-    return np.max([y.reshape(len(y), -1).max(axis=1) for y in curves], axis=0) if curves else None
+    return (
+        np.max([y.reshape(len(y), -1).max(axis=1) for y in curves], axis=0)
+        if curves
+        else None
+    )
 
 
 def _end(data: Dataset) -> float:
-    """Where the curves of a result end (s): a run that ends at rest shortly after its last stop."""
+    """Where the curves of a result end (s): a run that ends at rest shortly after its
+    last stop."""
     start = float(data["time"][0])
     end = float(data["time"][-1])
-    stops = [float(t) for t in data["event_time"].values[data["event_name"].values == "stop"]]
-    return min(end, start + 1.15 * (stops[-1] - start)) if stops and data["status"].item() == Status.STOPPED else end
+    stops = [
+        float(t) for t in data["event_time"].values[data["event_name"].values == "stop"]
+    ]
+    return (
+        min(end, start + 1.15 * (stops[-1] - start))
+        if stops and data["status"].item() == Status.STOPPED
+        else end
+    )
 
 
 def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
-    """Marks at the events of a result on the curve of its speed; returns the names of the events that have some."""
+    """Marks at the events of a result on the curve of its speed; returns the names of
+    the events that have some."""
     t = data["time"].values
     omega = data["omega"].values
     names = []
     for event, marker in _EVENTS.items():
-        times = data["event_time"].values[data["event_name"].values == event].astype(np.float64)
+        times = (
+            data["event_time"]
+            .values[data["event_name"].values == event]
+            .astype(np.float64)
+        )
         if 0 < len(times) <= _MOST:
-            look = {"color": CYCLE[i % len(CYCLE)], "mfc": "white", "ms": 6.0, "ls": "none", "zorder": 4}
+            look = {
+                "color": CYCLE[i % len(CYCLE)],
+                "mfc": "white",
+                "ms": 6.0,
+                "ls": "none",
+                "zorder": 4,
+            }
             axes.plot(times, np.interp(times, t, omega), marker, **look)
             names.append(event)
     return names
 
 
-# --- metrics over parameters ------------------------------------------------------------------------------------------
+# --- metrics over parameters --------------------------------------------------------
 
 #: metrics that are drawn first, if a study has them
-_FIRST = ("stopping_time", "hook_travel", "stopping_angle", "energy.friction_heat", "max_tension")
+_FIRST = (
+    "stopping_time",
+    "hook_travel",
+    "stopping_angle",
+    "energy.friction_heat",
+    "max_tension",
+)
 
 
 @styled
-def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure | None = None) -> Figure:
+def sweep(
+    data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure | None = None
+) -> Figure:
     """Metrics over the parameters of `simbrake.sweep` or `simbrake.ensemble`.
 
-    - a grid of one parameter: a curve with its points, dotted where the sequence of events changes
-    - a grid of two: filled contours, runs that failed hatched, thick lines where the sequence of events changes
+    - a grid of one parameter: a curve with its points, dotted where the sequence of
+      events changes
+    - a grid of two: filled contours, runs that failed hatched, thick lines where the
+      sequence of events changes
     - a parameter of one value is no axis
-    - rows of an ensemble: a point for each run over each parameter, failed ones left out; of more than 50 runs with
-      two parameters points over both, with contours
-    - more than 50 runs: beside it the distribution of the metric, with its 5, 50 and 95 % quantiles
+    - rows of an ensemble: a point for each run over each parameter, failed ones left
+      out; of more than 50 runs with two parameters points over both, with contours
+    - more than 50 runs: beside it the distribution of the metric, with its 5, 50 and 95
+      % quantiles
 
-    `metrics`: names, by default four at most that vary. Raises `InputError` for names that the data does not have, and
-    for grids of more than two parameters.
+    `metrics`: names, by default four at most that vary. Raises `InputError` for names
+    that the data does not have, and for grids of more than two parameters.
 
     Example:
         >>> data = sb.sweep(scene, {"duty.load.mass": [18e3, 20e3, 22e3]}, ["stopping_time"], progress=False)
@@ -176,7 +261,11 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     if grid:
         single = [name for name, size in data.sizes.items() if size == 1]
         data = data.squeeze(single[: len(data.dims) - 1])
-    paths = [str(name) for name in (data.dims if grid else data.coords) if name != "run" and data[name].ndim == 1]
+    paths = [
+        str(name)
+        for name in (data.dims if grid else data.coords)
+        if name != "run" and data[name].ndim == 1
+    ]
     if grid and len(paths) > 2:
         hint = "select one value of the others: data.sel({path: value})"
         raise input_error("data", f"is a grid of {len(paths)} parameters", hint)
@@ -185,8 +274,22 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     plane = len(paths) == 2 and (grid or many)
     columns = min(2, len(shown)) if plane else len(paths) + many
     rows = -(-len(shown) // columns) if plane else len(shown)
-    figure = sheet(figure, max(9.5, 5.8 * columns), 4.4 if plane else 3.4 if columns > 1 else 2.6, rows=rows, room=0.9)
-    share: Any = {} if plane else {"sharex": "col", "sharey": "row", "width_ratios": [1.0] * len(paths) + [0.6] * many}
+    figure = sheet(
+        figure,
+        max(9.5, 5.8 * columns),
+        4.4 if plane else 3.4 if columns > 1 else 2.6,
+        rows=rows,
+        room=0.9,
+    )
+    share: Any = (
+        {}
+        if plane
+        else {
+            "sharex": "col",
+            "sharey": "row",
+            "width_ratios": [1.0] * len(paths) + [0.6] * many,
+        }
+    )
     panels = figure.subplots(rows, columns, squeeze=False, **share)
     for axes in panels.flat[len(shown) if plane else rows * columns :]:
         axes.axis("off")
@@ -203,25 +306,38 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         for axes, path in zip(panels[k], paths, strict=False):
             x, name = _along(data, path)
             if grid:
-                changes |= _curve_with_gaps(axes, x, y, data["sequence"].values, "" if many else "o")
+                changes |= _curve_with_gaps(
+                    axes, x, y, data["sequence"].values, "" if many else "o"
+                )
             else:
-                axes.plot(x, y, ".", color=BLUE, ms=2.0 if many else 4.0, rasterized=many)
+                axes.plot(
+                    x, y, ".", color=BLUE, ms=2.0 if many else 4.0, rasterized=many
+                )
             axes.set_xlabel(name if k == len(shown) - 1 else "")
             axes.grid(alpha=0.3)
         panels[k, 0].set_ylabel(textwrap.fill(label, 28))
         if many:
             _quantiles(panels[k, -1], y)
-            panels[k, -1].set_xlabel("share of the runs, %" if k == len(shown) - 1 else "")
+            panels[k, -1].set_xlabel(
+                "share of the runs, %" if k == len(shown) - 1 else ""
+            )
     failed = int(np.sum(data["code"].values != 0))
-    blank = any(not np.all(np.isfinite(data[name].values.astype(float))) for name in shown) or failed > 0
+    blank = (
+        any(not np.all(np.isfinite(data[name].values.astype(float))) for name in shown)
+        or failed > 0
+    )
     handles: list[Artist] = []
     if grid and changes:
         look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, **_BRIDGE}
         handles.append(Line2D([], [], label="the sequence of events changes", **look))
     if grid and blank:
-        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label=_NO_VALUE))
+        handles.append(
+            Patch(facecolor="white", edgecolor="0.5", hatch="///", label=_NO_VALUE)
+        )
     name_marks(figure, [], handles)
-    figure.suptitle(f"{data['code'].size} runs" + (f", {failed} failed" if failed else ""))
+    figure.suptitle(
+        f"{data['code'].size} runs" + (f", {failed} failed" if failed else "")
+    )
     return figure
 
 
@@ -231,10 +347,13 @@ _FEW = 50
 
 
 def _quantiles(axes: Axes, y: Float[np.ndarray, " n"]) -> None:
-    """Histogram of a metric along its axis, with quantiles; shares are those of all runs."""
+    """Histogram of a metric along its axis, with quantiles; shares are those of all
+    runs."""
     found = y[np.isfinite(y)]
     weights = np.full(found.size, 100.0 / y.size)
-    axes.hist(found, bins=40, weights=weights, orientation="horizontal", color=BLUE, alpha=0.6)
+    axes.hist(
+        found, bins=40, weights=weights, orientation="horizontal", color=BLUE, alpha=0.6
+    )
     for p, style in ((95, "--"), (50, "-"), (5, ":")) if found.size else ():
         at = float(np.percentile(found, p))
         axes.axhline(at, color=ink(), lw=1.2, ls=style, label=f"{p} % below {at:.4g}")
@@ -242,10 +361,15 @@ def _quantiles(axes: Axes, y: Float[np.ndarray, " n"]) -> None:
 
 
 def _along(data: Dataset, path: str) -> tuple[Float[np.ndarray, " n"], str]:
-    """Values of a parameter for reading, and its name in words with their unit; two of one name have their path."""
+    """Values of a parameter for reading, and its name in words with their unit; two of
+    one name have their path."""
     values = data[path].values.astype(float)
     factor, offset, unit = _scale(data, path, values)
-    alike = [name for name in data.coords if data[name].attrs.get("meaning") == data[path].attrs.get("meaning")]
+    alike = [
+        name
+        for name in data.coords
+        if data[name].attrs.get("meaning") == data[path].attrs.get("meaning")
+    ]
     words = str(data[path].attrs.get("meaning", path))
     return factor * values + offset, f"{words if len(alike) == 1 else path}{unit}"
 
@@ -256,14 +380,19 @@ _FINE = 241
 
 
 @styled
-def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | None = None) -> Figure:
-    """Where a brake is within its limits: a grid of two parameters of `simbrake.sweep`, with one line for each limit.
+def permissible(
+    data: Dataset, limits: Mapping[str, float], *, figure: Figure | None = None
+) -> Figure:
+    """Where a brake is within its limits: a grid of two parameters of `simbrake.sweep`,
+    with one line for each limit.
 
-    - `limits`: metric → permissible value (SI), the greatest, or the least of a metric that begins with `min_`
-    - green: within all limits; red: one is exceeded, or the load is not stopped or held, as the `colour` of the run
-      says; hatched: the run failed, or has no value
+    - `limits`: metric → permissible value (SI), the greatest, or the least of a metric
+      that begins with `min_`
+    - green: within all limits; red: one is exceeded, or the load is not stopped or
+      held, as the `colour` of the run says; hatched: the run failed, or has no value
 
-    Raises `InputError` for a grid of another number of parameters, and for metrics that the data does not have.
+    Raises `InputError` for a grid of another number of parameters, and for metrics that
+    the data does not have.
 
     Example:
         >>> grid = {"duty.load.mass": [16e3, 20e3, 24e3], "initial.omega": [18.0, 22.0]}
@@ -271,10 +400,16 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
         >>> sb.plot.permissible(data, {"stopping_time": 1.0}).axes[0].get_xlabel()
         'mass on the hook, t'
     """
-    if not hasattr(data, "data_vars") or len(data["code"].dims) != 2 or min(data["code"].shape) < 2:
+    if (
+        not hasattr(data, "data_vars")
+        or len(data["code"].dims) != 2
+        or min(data["code"].shape) < 2
+    ):
         hint = "give the data set of simbrake.sweep over two parameters"
         raise input_error("data", "is no grid of two parameters", hint)
-    if missing := [name for name in limits if name not in data.data_vars] or ([] if limits else ["a limit"]):
+    if missing := [name for name in limits if name not in data.data_vars] or (
+        [] if limits else ["a limit"]
+    ):
         hint = f"there are: {', '.join(map(str, data.data_vars))}"
         raise input_error("limits", f"the data is without {', '.join(missing)}", hint)
     (x, name), (y, other) = (_along(data, str(path)) for path in data["code"].dims)
@@ -284,27 +419,52 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     for metric, limit in limits.items():
         value = data[metric].values.astype(float)
         least = metric.startswith("min_")
-        margins.append(np.where(good & np.isfinite(value), (value - limit) * (1.0 if least else -1.0), np.nan))
+        margins.append(
+            np.where(
+                good & np.isfinite(value),
+                (value - limit) * (1.0 if least else -1.0),
+                np.nan,
+            )
+        )
         factor, offset, unit = _scale(data, metric, np.asarray([limit]))
-        most = f"{factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
+        most = (
+            f"{factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
+        )
         lines.append(f"{metric_words(metric)} {'≥' if least else '≤'} {most}")
     figure = sheet(figure, 8.0, 5.6)
     axes = figure.subplots()
-    axes.set(xlabel=name, ylabel=other, xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
+    axes.set(
+        xlabel=name, ylabel=other, xlim=(x.min(), x.max()), ylim=(y.min(), y.max())
+    )
     # on a finer grid, so that the region ends on the lines
     u, v = (np.linspace(ends[0], ends[-1], _FINE) for ends in (x, y))
-    fine = [RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v))) for margin in margins]
+    fine = [
+        RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v)))
+        for margin in margins
+    ]
     lost = np.zeros(good.shape)
     if "colour" in data:
         lost = (good & (data["colour"].values == Colour.RED)).astype(float)
-    runs_on = RegularGridInterpolator((x, y), lost, method="nearest")(tuple(np.meshgrid(u, v))) > 0
+    runs_on = (
+        RegularGridInterpolator((x, y), lost, method="nearest")(
+            tuple(np.meshgrid(u, v))
+        )
+        > 0
+    )
     blank = np.isnan(np.sum(fine, axis=0)) & ~runs_on
-    within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0) & ~runs_on)
+    within = np.where(
+        blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0) & ~runs_on
+    )
     # (pale on any paper)
     red = "#e0503c"
     green = "#4cb474"
     alpha = 0.28
-    shades: Any = {"cmap": ListedColormap([red, green]), "vmin": 0.0, "vmax": 1.0, "shading": "nearest"}
+    shades: Any = {
+        "cmap": ListedColormap([red, green]),
+        "vmin": 0.0,
+        "vmax": 1.0,
+        "shading": "nearest",
+    }
     axes.pcolormesh(u, v, within, alpha=alpha, rasterized=True, **shades)
     handles: list[Artist] = [Patch(color=green, alpha=alpha, label="within all limits")]
     handles.append(Patch(color=red, alpha=alpha, label=_NOT_WITHIN))
@@ -314,11 +474,22 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
         if np.nanmin(there, initial=np.inf) < 0 < np.nanmax(there, initial=-np.inf):
             axes.contour(u, v, there, levels=[0.0], colors=[colour], linewidths=2.0)
         else:
-            label += ": kept everywhere" if np.nanmax(there, initial=-np.inf) >= 0 else ": exceeded everywhere"
+            label += (
+                ": kept everywhere"
+                if np.nanmax(there, initial=-np.inf) >= 0
+                else ": exceeded everywhere"
+            )
         handles.append(Line2D([], [], color=colour, lw=2.0, label=label))
     if blank.any():
         axes.contourf(u, v, blank, levels=[0.5, 1.5], colors=["white"], hatches=["///"])
-        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label="no value, or failed"))
+        handles.append(
+            Patch(
+                facecolor="white",
+                edgecolor="0.5",
+                hatch="///",
+                label="no value, or failed",
+            )
+        )
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
     figure.suptitle(f"permissible map, {data['code'].size} runs")
     return figure
@@ -327,17 +498,25 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
 def _label(axes: Axes, lines: Any, **look: Any) -> None:
     """Numbers on contours, but those that the border would cut."""
     for text in axes.clabel(lines, fontsize=TEXT, fmt="%.4g", **look):
-        x, y = axes.transAxes.inverted().transform(axes.transData.transform(text.get_position()))
+        x, y = axes.transAxes.inverted().transform(
+            axes.transData.transform(text.get_position())
+        )
         text.set_visible(0.05 < x < 0.95 and 0.05 < y < 0.95)
 
 
 def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
     """Names of the metrics to be drawn."""
-    names = [str(name) for name, variable in data.data_vars.items() if "meaning" not in variable.attrs]
+    names = [
+        str(name)
+        for name, variable in data.data_vars.items()
+        if "meaning" not in variable.attrs
+    ]
     if asked is not None:
         if missing := [name for name in asked if name not in names]:
             hint = f"there are: {', '.join(names)}"
-            raise input_error("metrics", f"the data is without {', '.join(missing)}", hint)
+            raise input_error(
+                "metrics", f"the data is without {', '.join(missing)}", hint
+            )
         return list(asked)
 
     def varies(name: str) -> bool:
@@ -345,14 +524,20 @@ def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
         values = values[np.isfinite(values)]
         return values.size > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
-    order = [name for name in _FIRST if name in names] + [name for name in names if name not in _FIRST]
+    order = [name for name in _FIRST if name in names] + [
+        name for name in names if name not in _FIRST
+    ]
     varying = [name for name in order if varies(name)][:4]
     if not varying:
-        raise input_error("data", "has no metric that varies", "vary a parameter that matters")
+        raise input_error(
+            "data", "has no metric that varies", "vary a parameter that matters"
+        )
     return varying
 
 
-def _scale(data: Dataset, name: str, values: Float[np.ndarray, " n"]) -> tuple[float, float, str]:
+def _scale(
+    data: Dataset, name: str, values: Float[np.ndarray, " n"]
+) -> tuple[float, float, str]:
     """Factor, offset and unit after a comma for reading a metric or a parameter."""
     top = float(np.nanmax(np.abs(values), initial=0.0))
     factor, offset, unit = scale(data[name].attrs.get("units", ""), top, absolute=True)
@@ -364,10 +549,14 @@ _BRIDGE: Any = {"ls": ":", "lw": 1.0}
 
 
 def _curve_with_gaps(
-    axes: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], sequence: np.ndarray, marker: str
+    axes: Axes,
+    x: Float[np.ndarray, " n"],
+    y: Float[np.ndarray, " n"],
+    sequence: np.ndarray,
+    marker: str,
 ) -> bool:
-    """A curve through the points of each sequence of events, dotted from one to the next; points without a value are
-    hatched. Whether there is anything dotted."""
+    """A curve through the points of each sequence of events, dotted from one to the
+    next; points without a value are hatched. Whether there is anything dotted."""
     changes = np.flatnonzero(np.diff(sequence))
     bridged = [i for i in changes if np.all(np.isfinite(y[i : i + 2]))]
     for part in np.split(np.arange(len(x)), 1 + changes):
@@ -376,9 +565,16 @@ def _curve_with_gaps(
         axes.plot(x[i : i + 2], y[i : i + 2], color=BLUE, **_BRIDGE)
     edges = _edges(x)
     blank = np.flatnonzero(np.isnan(y))
-    for part in np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)) if blank.size else ():
+    for part in (
+        np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)) if blank.size else ()
+    ):
         axes.axvspan(
-            float(edges[part[0]]), float(edges[part[-1] + 1]), facecolor="none", edgecolor="0.6", hatch="///", lw=0
+            float(edges[part[0]]),
+            float(edges[part[-1] + 1]),
+            facecolor="none",
+            edgecolor="0.6",
+            hatch="///",
+            lw=0,
         )
     return bool(bridged)
 
@@ -389,20 +585,35 @@ def _edges(x: Float[np.ndarray, " n"]) -> Float[np.ndarray, " m"]:
     return np.concatenate([x[:1], middle, x[-1:]])
 
 
-def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, "..."], label: str) -> None:
-    """Contours of a metric over two parameters: of a grid filled, runs without a value hatched; of rows of runs over
-    their points."""
+def _contours(
+    axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, "..."], label: str
+) -> None:
+    """Contours of a metric over two parameters: of a grid filled, runs without a value
+    hatched; of rows of runs over their points."""
     (x, name), (y, other) = (_along(data, path) for path in paths)
     good = np.isfinite(z)
     sequence = data["sequence"].values
     axes.set(xlabel=name, ylabel=other)
     if z.ndim == 1:
-        dots = axes.scatter(x[good], y[good], 6.0, z[good], cmap="viridis", alpha=0.5, lw=0, rasterized=True)
+        dots = axes.scatter(
+            x[good],
+            y[good],
+            6.0,
+            z[good],
+            cmap="viridis",
+            alpha=0.5,
+            lw=0,
+            rasterized=True,
+        )
         axes.figure.colorbar(dots, ax=axes, label=label, pad=0.01)
-        if good.sum() > 3 and abs(np.corrcoef(x[good], y[good])[0, 1]) < 1.0 - 1e-9:  # else they lie on a line
+        if (
+            good.sum() > 3 and abs(np.corrcoef(x[good], y[good])[0, 1]) < 1.0 - 1e-9
+        ):  # else they lie on a line
             near = Triangulation(*(w[good] / np.ptp(w[good]) for w in (x, y))).triangles
             mesh = Triangulation(x[good], y[good], near)
-            lines = axes.tricontour(mesh, z[good], levels=7, colors=ink(), linewidths=1.0)
+            lines = axes.tricontour(
+                mesh, z[good], levels=7, colors=ink(), linewidths=1.0
+            )
             _label(axes, lines)
         return
     axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
@@ -414,13 +625,30 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
             (levels > low + 1e-6 * (high - low)) & (levels < high)
         ]  # none between values equal but rounding
         filled = axes.contourf(x, y, z.T, levels=levels, cmap="viridis", extend="both")
-        lines = axes.contour(x, y, z.T, levels=filled.levels, colors="white", linewidths=0.8)
+        lines = axes.contour(
+            x, y, z.T, levels=filled.levels, colors="white", linewidths=0.8
+        )
         _label(axes, lines, colors="white")
     a = _edges(x)
     b = _edges(y)
     for i, j in np.argwhere(np.isnan(z)):
         cell = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///", "lw": 0}
-        axes.fill([a[i], a[i + 1], a[i + 1], a[i]], [b[j], b[j], b[j + 1], b[j + 1]], gid="failed", **cell)
-    across = [[(a[i + 1], b[j]), (a[i + 1], b[j + 1])] for i, j in np.argwhere(np.diff(sequence, axis=0))]
-    along = [[(a[i], b[j + 1]), (a[i + 1], b[j + 1])] for i, j in np.argwhere(np.diff(sequence, axis=1))]
-    axes.add_collection(LineCollection([*across, *along], colors=VERMILLION, linewidths=2.5, gid="sequence"))
+        axes.fill(
+            [a[i], a[i + 1], a[i + 1], a[i]],
+            [b[j], b[j], b[j + 1], b[j + 1]],
+            gid="failed",
+            **cell,
+        )
+    across = [
+        [(a[i + 1], b[j]), (a[i + 1], b[j + 1])]
+        for i, j in np.argwhere(np.diff(sequence, axis=0))
+    ]
+    along = [
+        [(a[i], b[j + 1]), (a[i + 1], b[j + 1])]
+        for i, j in np.argwhere(np.diff(sequence, axis=1))
+    ]
+    axes.add_collection(
+        LineCollection(
+            [*across, *along], colors=VERMILLION, linewidths=2.5, gid="sequence"
+        )
+    )

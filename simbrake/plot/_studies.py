@@ -1,4 +1,5 @@
-"""Figures of many runs: sensitivities, fits, distributions, layouts, wear over the life."""
+"""Figures of many runs: sensitivities, fits, distributions, layouts, wear over the
+life."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -41,11 +42,14 @@ from .drawing import (
 
 
 @styled
-def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = None) -> Figure:
-    """Tornado chart: effect of every parameter on a metric over its range, the largest on top.
+def tornado(
+    table: SensitivityTable, *, most: int = 12, figure: Figure | None = None
+) -> Figure:
+    """Tornado chart: effect of every parameter on a metric over its range, the largest
+    on top.
 
-    Lines across a bar are where its derivative alone would lead to: what the bar differs by is curvature. Without
-    ranges in the table: elasticities.
+    Lines across a bar are where its derivative alone would lead to: what the bar
+    differs by is curvature. Without ranges in the table: elasticities.
 
     Example:
         >>> (table,) = sb.sensitivity(scene, ["stopping_time"], ["duty.load.mass"])
@@ -64,20 +68,40 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         for side, end in ends:
             axes.barh(y, end - base, left=base, color=colours[side], height=0.7)
         if row.tangent is not None:
-            axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, ink(), lw=1.5)
-        spread = number(row.half, row.unit, absolute=False, count=3, beside=abs(row.value))
+            axes.vlines(
+                [base - row.tangent, base + row.tangent],
+                y - 0.35,
+                y + 0.35,
+                ink(),
+                lw=1.5,
+            )
+        spread = number(
+            row.half, row.unit, absolute=False, count=3, beside=abs(row.value)
+        )
         half = f" ± {spread}" if ranged else ""
         labels.append(f"\n{number(row.value, row.unit, count=4)}{half}")
     names = _parameters([row for row, _ in bars])
-    axes.set_yticks(range(len(bars)), [f"{name}{value}" for name, value in zip(names, labels, strict=True)])
+    axes.set_yticks(
+        range(len(bars)),
+        [f"{name}{value}" for name, value in zip(names, labels, strict=True)],
+    )
     axes.axvline(base, color=ink(), lw=0.9)
     name = metric_words(table.metric)
     axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
     if ranged:
-        ends = [(BLUE, "parameter at its lower bound"), (VERMILLION, "at its upper bound")]
-        handles: list[Artist] = [Patch(color=colour, label=words) for colour, words in ends]
-        handles.append(Line2D([], [], color=ink(), lw=1.5, label="by the derivative alone"))
-        name_marks(figure, [], handles, "each parameter over its range, the others fixed")
+        ends = [
+            (BLUE, "parameter at its lower bound"),
+            (VERMILLION, "at its upper bound"),
+        ]
+        handles: list[Artist] = [
+            Patch(color=colour, label=words) for colour, words in ends
+        ]
+        handles.append(
+            Line2D([], [], color=ink(), lw=1.5, label="by the derivative alone")
+        )
+        name_marks(
+            figure, [], handles, "each parameter over its range, the others fixed"
+        )
         axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
         figure.suptitle(f"{name} {number(table.value, table.unit, count=4)}")
     axes.grid(axis="x", alpha=0.3)
@@ -87,16 +111,21 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
 def _parameters(rows: Sequence[Sensitivity]) -> list[str]:
     """Parameters in words, with their paths where several have the same words."""
     meanings = [row.meaning or row.path for row in rows]
-    names = [f"{m} ({r.path})" if meanings.count(m) > 1 else m for m, r in zip(meanings, rows, strict=True)]
+    names = [
+        f"{m} ({r.path})" if meanings.count(m) > 1 else m
+        for m, r in zip(meanings, rows, strict=True)
+    ]
     return [textwrap.fill(name, 36) for name in names]
 
 
 @styled
 def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> Figure:
-    """Measured columns over a run, one panel each: what was measured, its standard deviation, and the run.
+    """Measured columns over a run, one panel each: what was measured, its standard
+    deviation, and the run.
 
-    Axes have units for reading (within `simbrake.results.display_units("rig")` those of a rig). Raises `InputError` for
-    columns that are not in a run of the scene, and for times outside it.
+    Axes have units for reading (within `simbrake.results.display_units("rig")` those of
+    a rig). Raises `InputError` for columns that are not in a run of the scene, and for
+    times outside it.
 
     Example:
         >>> data = sb.studies.Measured.of([0.2, 0.4, 0.6], {"omega": [24.1, 19.6, 13.9]})
@@ -115,10 +144,14 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         if isinstance(values, Fault):
             faults.append(values)
             continue
-        factor, offset, name = scale(part.unit, float(np.max(np.abs(part.value))), absolute=True)
+        factor, offset, name = scale(
+            part.unit, float(np.max(np.abs(part.value))), absolute=True
+        )
         dots = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
         spread = None if part.sigma is None else factor * part.sigma
-        axes.errorbar(part.t, factor * part.value + offset, spread, label="measured", **dots)
+        axes.errorbar(
+            part.t, factor * part.value + offset, spread, label="measured", **dots
+        )
         axes.plot(s.t, factor * np.asarray(values) + offset, color=BLUE, label="run")
         axes.set_ylabel(_label(part, name))
     faults.report()
@@ -139,11 +172,15 @@ def _label(points: Points, unit: str) -> str:
 
 
 @styled
-def calibration(fit: Calibration, recording: str | None = None, *, figure: Figure | None = None) -> Figure:
-    """Measured values with their standard deviations and the runs before and after a fit; below, residuals in σ.
+def calibration(
+    fit: Calibration, recording: str | None = None, *, figure: Figure | None = None
+) -> Figure:
+    """Measured values with their standard deviations and the runs before and after a
+    fit; below, residuals in σ.
 
-    One column of panels for each measured column, and one for single values such as event times. Of several recordings
-    one is drawn, by default that with the largest residual.
+    One column of panels for each measured column, and one for single values such as
+    event times. Of several recordings one is drawn, by default that with the largest
+    residual.
 
     Example:
         >>> data = sb.studies.Measured.of([0.2, 0.6], {"omega": [24.1, 13.9]}, sigma={"omega": 0.1})
@@ -153,14 +190,29 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
         'speed of the pulley, rad/s'
     """
     each, parts = fit.of(recording)
-    columns, singles = ([part for part in parts if (part.t is None) == single] for single in (False, True))
+    columns, singles = (
+        [part for part in parts if (part.t is None) == single]
+        for single in (False, True)
+    )
     widths = [2.5] * len(columns) + [1] * bool(singles)
     figure = sheet(figure, 3.0 + 4.6 * len(columns) + 2.0 * bool(singles), 6.0)
-    axes = figure.subplots(2, len(widths), squeeze=False, sharex="col", height_ratios=[2, 1], width_ratios=widths)
+    axes = figure.subplots(
+        2,
+        len(widths),
+        squeeze=False,
+        sharex="col",
+        height_ratios=[2, 1],
+        width_ratios=widths,
+    )
     before = {"color": "0.5", "label": "before"}
     fitted = {"color": BLUE, "label": "fitted"}
-    runs = [(simulate(each.before, throw=False), before, "--"), (simulate(each.scene, throw=False), fitted, "-")]
-    for (above, below), part, points in zip(axes.T[: len(columns)], columns, each.data.points, strict=True):
+    runs = [
+        (simulate(each.before, throw=False), before, "--"),
+        (simulate(each.scene, throw=False), fitted, "-"),
+    ]
+    for (above, below), part, points in zip(
+        axes.T[: len(columns)], columns, each.data.points, strict=True
+    ):
         shift = ZERO if part.unit == "K" else 0.0
         times = points.t
         for result, look, style in runs:
@@ -168,16 +220,29 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
             values = np.asarray(pick(result, s, points.column, points.entry)) - shift
             above.plot(s.t, values, style, **look)
         dots = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
-        above.errorbar(times, part.measured - shift, part.sigma, label=r"measured $\pm\,\sigma$", **dots)
+        above.errorbar(
+            times,
+            part.measured - shift,
+            part.sigma,
+            label=r"measured $\pm\,\sigma$",
+            **dots,
+        )
         above.set_ylabel(_label(points, "°C" if shift else pretty(part.unit)))
         below.plot(times, part.scaled, ".", color=BLUE, ms=4)
         below.set_xlabel("time, s")
     if singles:
         names = [part.name.replace("_", " ") for part in singles]
-        was = np.asarray([(part.before - part.measured)[0] / part.sigma[0] for part in singles])
+        was = np.asarray(
+            [(part.before - part.measured)[0] / part.sigma[0] for part in singles]
+        )
         now = np.asarray([part.scaled[0] for part in singles])
-        for panel, values, look in ((axes[0, -1], was, before), (axes[1, -1], now, fitted)):
-            panel.bar(names, np.where(np.isfinite(values), values, 0.0), width=0.3, **look)  # no bar: it did not occur
+        for panel, values, look in (
+            (axes[0, -1], was, before),
+            (axes[1, -1], now, fitted),
+        ):
+            panel.bar(
+                names, np.where(np.isfinite(values), values, 0.0), width=0.3, **look
+            )  # no bar: it did not occur
             panel.set_xlim(-0.6, len(names) - 0.4)
             panel.axhline(0.0, color=ink(), lw=0.8)
         axes[0, -1].set_ylabel(r"(model − measured)$/\sigma$ (–)")
@@ -186,16 +251,21 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
     for panel in axes[1]:
         panel.axhspan(-1, 1, color=BLUE, alpha=0.1, lw=0)
     axes[1, 0].set_ylabel(r"(model − measured)$/\sigma$ (–)")
-    figure.suptitle(f"calibration: {fit.message}; $\\chi^2$ {fit.chi2:.4g}, {fit.freedom} degrees of freedom")
+    figure.suptitle(
+        f"calibration: {fit.message}; $\\chi^2$ {fit.chi2:.4g}, {fit.freedom} degrees of freedom"
+    )
     return figure
 
 
-# --- uncertain results ------------------------------------------------------------------------------------------------
+# --- uncertain results --------------------------------------------------------------
 
 
 @styled
-def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = None) -> Figure:
-    """Histogram and cumulative share of a metric, quantiles with their intervals, and its limit where it has one.
+def distribution(
+    found: Uncertainty, metric: Metric, *, figure: Figure | None = None
+) -> Figure:
+    """Histogram and cumulative share of a metric, quantiles with their intervals, and
+    its limit where it has one.
 
     Example:
         >>> found = sb.uncertainty(scene, {"duty.load.mass": (18e3, 22e3)}, ("stopping_time",), n=64, progress=False)
@@ -207,35 +277,66 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
     s = found.statistics[name]
     x = np.asarray(found.data[name], np.float64)
     x = np.sort(x[np.isfinite(x) & (np.asarray(found.data["code"]) == 0)])
-    factor, offset, unit = scale(s.unit, float(np.abs(x).max(initial=0.0)), absolute=True)
+    factor, offset, unit = scale(
+        s.unit, float(np.abs(x).max(initial=0.0)), absolute=True
+    )
     x = x * factor + offset
     figure = sheet(figure, 8.5, 7.8)
     density, cumulative = figure.subplots(2, 1, sharex=True)
     bins = int(np.clip(np.sqrt(len(x)), 5, 40))
     if len(x):
-        density.hist(x, bins=bins, weights=np.full(len(x), 100 / found.runs), color=BLUE, alpha=0.6)
-        cumulative.step(x, 100 * np.arange(1, len(x) + 1) / len(x), where="post", color=BLUE)
+        density.hist(
+            x,
+            bins=bins,
+            weights=np.full(len(x), 100 / found.runs),
+            color=BLUE,
+            alpha=0.6,
+        )
+        cumulative.step(
+            x, 100 * np.arange(1, len(x) + 1) / len(x), where="post", color=BLUE
+        )
     for p, e in s.quantiles.items():
         at, low, high = (factor * value + offset for value in e)
         ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
         bounded = np.isfinite(ends).all()
-        cumulative.errorbar([at], [100 * p], xerr=ends if bounded else None, fmt="o", ms=4, capsize=4, color=ink())
+        cumulative.errorbar(
+            [at],
+            [100 * p],
+            xerr=ends if bounded else None,
+            fmt="o",
+            ms=4,
+            capsize=4,
+            color=ink(),
+        )
         shift, side = ((-8, 5), "right") if p > 0.5 else ((8, -11), "left")
         place = {"xytext": shift, "textcoords": "offset points", "ha": side}
         cumulative.annotate(f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), **place)
     limit = found.limits.get(name)
     if limit is not None and np.ndim(limit) == 0:
-        p = next(f for words, f in found.failures.items() if words.startswith(f"{name} > ")).probability
+        p = next(
+            f for words, f in found.failures.items() if words.startswith(f"{name} > ")
+        ).probability
         words = f"limit, exceeded with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"
         for panel in (density, cumulative):
-            panel.axvline(factor * float(limit) + offset, color=VERMILLION, ls="--", label=words)
+            panel.axvline(
+                factor * float(limit) + offset, color=VERMILLION, ls="--", label=words
+            )
         finish([density])
     density.set_ylabel(f"share of {found.runs} runs, %")
     words = metric_words(name)
     suffix = f", {unit}" if unit else ""
     cumulative.set(xlabel=f"{words}{suffix}", ylabel="cumulative share, %")
-    rest = "" if s.count == found.runs else f", which {s.count} of {found.runs} runs have"
-    bars = Line2D([], [], color=ink(), marker="o", ms=4, label=f"quantile, {100 * found.confidence:g} % interval")
+    rest = (
+        "" if s.count == found.runs else f", which {s.count} of {found.runs} runs have"
+    )
+    bars = Line2D(
+        [],
+        [],
+        color=ink(),
+        marker="o",
+        ms=4,
+        label=f"quantile, {100 * found.confidence:g} % interval",
+    )
     name_marks(figure, [], [bars])
     figure.suptitle(f"{words}{rest}")
     for panel in (density, cumulative):
@@ -243,19 +344,24 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
     return figure
 
 
-# --- wear over the life -----------------------------------------------------------------------------------------------
+# --- wear over the life -------------------------------------------------------------
 
 _MARKS = 5  # lines along the band in one panel
 
 
 @styled
-def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None = None) -> Figure:
-    """Thickness worn off along the band after parts of the life, and below over the number of brake applications.
+def wear(
+    lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None = None
+) -> Figure:
+    """Thickness worn off along the band after parts of the life, and below over the
+    number of brake applications.
 
-    - `lives`: one life, or several by name (layouts, a band turned or not): a panel on top for each
+    - `lives`: one life, or several by name (layouts, a band turned or not): a panel on
+      top for each
     - below left: the most and the least worn lining;  right: maximum over mean wear
 
-    Linings are counted from the slack end at the start, and keep their number where the band is turned.
+    Linings are counted from the slack end at the start, and keep their number where the
+    band is turned.
 
     Example:
         >>> figure = sb.plot.wear(life)
@@ -268,49 +374,91 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
     top = upper.subplots(1, len(named), squeeze=False, sharey=True)[0]
     left, right = lower.subplots(1, 2)
     longest = max(life.brakings for life in named.values())
-    factor, words = (1e3, ", thousands") if longest >= 1e4 else (1.0, "")  # of numbers of brake applications
+    factor, words = (
+        (1e3, ", thousands") if longest >= 1e4 else (1.0, "")
+    )  # of numbers of brake applications
     colours = ScalarMappable(Normalize(0.0, longest / factor), "viridis")
     for i, (axes, (name, life)) in enumerate(zip(top, named.items(), strict=True)):
-        axes.set_title("\n".join(part for part in (name, f"{life.brakings:.0f} brake applications") if part))
+        axes.set_title(
+            "\n".join(
+                part
+                for part in (name, f"{life.brakings:.0f} brake applications")
+                if part
+            )
+        )
         _along_the_band(axes, life, colours, factor)
         colour = CYCLE[i % 5]
-        done = np.unique(np.concatenate([np.linspace(0.0, life.brakings, 200), life.history.brakings]))
+        done = np.unique(
+            np.concatenate(
+                [np.linspace(0.0, life.brakings, 200), life.history.brakings]
+            )
+        )
         worn = _worn_after(life, done)
-        left.plot(done / factor, 1e3 * worn.max(axis=1), color=colour, label=name or "most worn")
+        left.plot(
+            done / factor,
+            1e3 * worn.max(axis=1),
+            color=colour,
+            label=name or "most worn",
+        )
         left.plot(done / factor, 1e3 * worn.min(axis=1), color=colour, ls="--")
         uneven = worn[1:].max(axis=1) / worn[1:].mean(axis=1)
         right.plot(done[1:] / factor, uneven, color=colour, label=name or None)
         for at in life.turned_at:
             left.axvline(at / factor, color=colour, lw=0.9, ls=":")
             right.axvline(at / factor, color=colour, lw=0.9, ls=":")
-            place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "top", "ha": "right"}
-            left.annotate("turned ", (at / factor, 0.97), xytext=(-2, 0), color=colour, **place)
+            place = {
+                "xycoords": ("data", "axes fraction"),
+                "textcoords": "offset points",
+                "va": "top",
+                "ha": "right",
+            }
+            left.annotate(
+                "turned ", (at / factor, 0.97), xytext=(-2, 0), color=colour, **place
+            )
     top[0].set_ylabel("worn off, mm")
     upper.colorbar(colours, ax=list(top), label=f"brake applications{words}", pad=0.01)
     left.plot([], [], color=GREY, ls="--", label="least worn")
     left.set(ylabel="worn off, mm", ylim=(0.0, None))
-    right.set(ylabel="maximum over\nmean wear so far (–)", ylim=(0.98, 1.05 * right.get_ylim()[1]))
+    right.set(
+        ylabel="maximum over\nmean wear so far (–)",
+        ylim=(0.98, 1.05 * right.get_ylim()[1]),
+    )
     for axes in (left, right):
         axes.set_xlabel(f"brake applications{words}")
         finish([axes])
     return figure
 
 
-def _worn_after(life: LiningLife, done: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m n"]:
-    """Thickness (m) worn off after numbers of brake applications; nearly straight between points of the history."""
+def _worn_after(
+    life: LiningLife, done: Float[np.ndarray, " m"]
+) -> Float[np.ndarray, "m n"]:
+    """Thickness (m) worn off after numbers of brake applications; nearly straight
+    between points of the history."""
     h = life.history
-    return np.stack([np.interp(done, h.brakings, h.worn[:, i]) for i in range(h.worn.shape[1])], axis=1)
+    return np.stack(
+        [np.interp(done, h.brakings, h.worn[:, i]) for i in range(h.worn.shape[1])],
+        axis=1,
+    )
 
 
-def _along_the_band(axes: Axes, life: LiningLife, colours: ScalarMappable, factor: float) -> None:
+def _along_the_band(
+    axes: Axes, life: LiningLife, colours: ScalarMappable, factor: float
+) -> None:
     """Lines over the linings at even parts of the life."""
     n = len(life.permissible)
     linings = np.arange(1, n + 1)
     done = np.linspace(0.0, life.brakings, _MARKS + 1)[1:]
     for count, worn in zip(done, _worn_after(life, done), strict=True):
-        axes.plot(linings, 1e3 * worn, "o-", ms=3.5, color=colours.to_rgba(count / factor))
+        axes.plot(
+            linings, 1e3 * worn, "o-", ms=3.5, color=colours.to_rgba(count / factor)
+        )
     limit = {"color": GREY, "ls": "--", "lw": 1.0, "label": "permissible"}
-    axes.stairs(1e3 * life.permissible, np.append(linings - 0.5, n + 0.5), baseline=None, **limit)
+    axes.stairs(
+        1e3 * life.permissible,
+        np.append(linings - 0.5, n + 0.5),
+        baseline=None,
+        **limit,
+    )
     top = 1.12e3 * float(life.permissible.max())
     axes.set(xlabel="lining, from the slack end", xlim=(0.5, n + 0.5), ylim=(0.0, top))
     axes.set_xticks(linings if n <= 12 else linings[:: 1 + n // 12])

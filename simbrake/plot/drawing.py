@@ -1,4 +1,5 @@
-"""Shared parts of figures: style, titles, colours, marks at events, windows and grids of time, legends."""
+"""Shared parts of figures: style, titles, colours, marks at events, windows and grids
+of time, legends."""
 
 import base64
 import contextlib
@@ -35,7 +36,8 @@ P = ParamSpec("P")
 
 ZERO = 273.15  # K
 
-#: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal Design*, 2008)
+#: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal
+#: Design*, 2008)
 BLUE = "#0072B2"
 SKY = "#56B4E9"
 GREEN = "#009E73"
@@ -63,10 +65,13 @@ MARKED = {
 
 
 def line_of(event: Event) -> tuple[str, str] | None:
-    """Colour and label of the line at an event: of a whole pair, or of a mark of the whole brake; else `None`."""
+    """Colour and label of the line at an event: of a whole pair, or of a mark of the
+    whole brake; else `None`."""
     if event.name in MARKED or event.lining is not None:
         return MARKED.get(event.name)
-    return next(((GREY, mark.words) for mark in known_marks() if mark.event == event.name), None)
+    return next(
+        ((GREY, mark.words) for mark in known_marks() if mark.event == event.name), None
+    )
 
 
 #: dashes of the lines at events, so that they differ without colours as well
@@ -88,7 +93,8 @@ STYLE: Any = {  # (as rcParams)
     "axes.formatter.useoffset": False,
     "legend.title_fontsize": TEXT,
 }
-# mean width of a letter, width of a line of the legend with its spaces, in sizes of text
+# mean width of a letter, width of a line of the legend with its spaces, in sizes of
+# text
 _LETTER = 0.52
 _HANDLE = 3.6
 
@@ -107,14 +113,17 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
             figure = draw(*args, **kwargs)
         for axes in figure.axes:
             keep_level(axes)
-            axes.tick_params(which="both", labelsize=TEXT)  # further ticks are made when the figure is written
+            axes.tick_params(
+                which="both", labelsize=TEXT
+            )  # further ticks are made when the figure is written
         return figure
 
     return drawn
 
 
 def keep_level(axes: Axes) -> None:
-    """From 0 on where all values are equal to a thousandth: no axis of rounding errors."""
+    """From 0 on where all values are equal to a thousandth: no axis of rounding
+    errors."""
     low, high = axes.dataLim.intervaly
     if axes.get_autoscaley_on() and 0.0 <= high - low <= 1e-3 * abs(high):
         axes.set_ylim(*sorted((0.0, 1.2 * high or 1.0)))
@@ -125,7 +134,8 @@ _title: ContextVar[str] = ContextVar("title", default="")
 
 @contextlib.contextmanager
 def titled(title: str) -> Iterator[None]:
-    """Figures of a run that are drawn inside begin with this title, others with the kind of the brake.
+    """Figures of a run that are drawn inside begin with this title, others with the
+    kind of the brake.
 
     Example:
         >>> with sb.plot.titled("stop of 20 t"):
@@ -144,9 +154,16 @@ def title_of_scene(scene: Scene) -> str:
     """The title in force, else the scene in words."""
     lining = scene.brake.words.lining
     n = scene.brake.linings.count
-    start = f"initial speed {number(scene.start_speed, 'rad/s')}" if float(scene.start_speed) else "from rest"
+    start = (
+        f"initial speed {number(scene.start_speed, 'rad/s')}"
+        if float(scene.start_speed)
+        else "from rest"
+    )
     each = f" on each of {scene.brake.rims} rims" if scene.brake.rims > 1 else ""
-    return _title.get() or f"{scene.brake.kind}, {n} {lining}{'s' * (n > 1)}{each}, {start}"
+    return (
+        _title.get()
+        or f"{scene.brake.kind}, {n} {lining}{'s' * (n > 1)}{each}, {start}"
+    )
 
 
 def head(figure: Figure, scene: Scene, words: str) -> None:
@@ -166,16 +183,31 @@ def metric_words(name: str) -> str:
     return words[:1].lower() + words[1:]
 
 
-def sheet(figure: Figure | None, width: float, height: float, *, rows: int = 1, room: float = 0.0) -> Figure:
-    """The figure to draw into: the one given, or a new one of this width, for `rows` of this height with `room` around
-    them (inch)."""
-    return Figure(figsize=(width, room + rows * height), layout="constrained") if figure is None else figure
+def sheet(
+    figure: Figure | None,
+    width: float,
+    height: float,
+    *,
+    rows: int = 1,
+    room: float = 0.0,
+) -> Figure:
+    """The figure to draw into: the one given, or a new one of this width, for `rows` of
+    this height with `room` around them (inch)."""
+    return (
+        Figure(figsize=(width, room + rows * height), layout="constrained")
+        if figure is None
+        else figure
+    )
 
 
 def one_run(result: Result) -> Result:
     """The result, if it is one run. Raises `InputError` for a batch of them."""
     if np.ndim(result.record.count) > 0:
-        raise input_error("result", "is a batch of runs", "draw one of them: jax.tree.map(lambda x: x[0], …)")
+        raise input_error(
+            "result",
+            "is a batch of runs",
+            "draw one of them: jax.tree.map(lambda x: x[0], …)",
+        )
     return result
 
 
@@ -186,7 +218,8 @@ def span(result: Result) -> tuple[float, float]:
 
 
 class Window(NamedTuple):
-    """A part of a run (s) that has a column of panels: all of it, or the onset of slip `enlarged`."""
+    """A part of a run (s) that has a column of panels: all of it, or the onset of slip
+    `enlarged`."""
 
     start: float
     end: float
@@ -195,7 +228,9 @@ class Window(NamedTuple):
 
     def label_time(self, axes: Axes) -> None:
         """Time in s, or in ms where a short time is enlarged."""
-        milliseconds = self.enlarged and self.end - self.start < 0.5 and self.end < 10.0  # longer numbers are in s
+        milliseconds = (
+            self.enlarged and self.end - self.start < 0.5 and self.end < 10.0
+        )  # longer numbers are in s
         if milliseconds:
             axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
         if self.start > 9 * (self.end - self.start):  # long numbers
@@ -204,59 +239,100 @@ class Window(NamedTuple):
 
 
 def windows(result: Result) -> list[Window]:
-    """The part of a run to be drawn, and the onset of slip where it is short, but not at once.
+    """The part of a run to be drawn, and the onset of slip where it is short, but not
+    at once.
 
-    A run that ends at rest is cut shortly after its last stop; the onset reaches to the first full slip or lock.
+    A run that ends at rest is cut shortly after its last stop; the onset reaches to the
+    first full slip or lock.
     """
     start, end = span(result)
     events = result.events
-    # oscillations after the stop, as of the linings of a chain, are no motion of the pulley
+    # oscillations after the stop, as of the linings of a chain, are no motion of the
+    # pulley
     moves = [e for e in events if e.name in MARKED]
     if moves and moves[-1].name == "stop" and moves[-1].time > start:
         end = min(end, start + 1.15 * (moves[-1].time - start))
-    slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), end)
-    begin = max((e.time for e in events if e.name == "slip_onset" and e.time <= slip), default=start)
+    slip = next(
+        (
+            e.time
+            for e in events
+            if e.name in ("full_slip", "external_lock") and e.time > start
+        ),
+        end,
+    )
+    begin = max(
+        (e.time for e in events if e.name == "slip_onset" and e.time <= slip),
+        default=start,
+    )
     took = slip - (start if begin - start < slip - begin else begin)
-    onset = Window(max(slip - 1.3 * took, start), slip + 0.3 * took, True, "up to full slip, enlarged")
-    whole = Window(start, end, title="whole run" if end == span(result)[1] else "until rest")
-    return [whole, onset] if 1e-6 * (end - start) < took < 0.25 * (end - start) else [whole]
+    onset = Window(
+        max(slip - 1.3 * took, start),
+        slip + 0.3 * took,
+        True,
+        "up to full slip, enlarged",
+    )
+    whole = Window(
+        start, end, title="whole run" if end == span(result)[1] else "until rest"
+    )
+    return (
+        [whole, onset]
+        if 1e-6 * (end - start) < took < 0.25 * (end - start)
+        else [whole]
+    )
 
 
 def strong_applications(result: Result) -> Times:
-    """When the brake applications begin (s) that give at least a third of the friction heat of the strongest one."""
+    """When the brake applications begin (s) that give at least a third of the friction
+    heat of the strongest one."""
     table = result.stops
     begin = np.asarray(table["time"]) - np.asarray(table["motion_time"])
     heat = np.asarray(table["energy"])
     return begin[3 * heat >= heat.max()] if len(table) else begin
 
 
-def application(result: Result, time: float, title: str, cooling: float = 4.0) -> list[Window]:
-    """Of a run with several stops the brake application that holds a time, and its cooling, so many times as long; else
-    nothing."""
+def application(
+    result: Result, time: float, title: str, cooling: float = 4.0
+) -> list[Window]:
+    """Of a run with several stops the brake application that holds a time, and its
+    cooling, so many times as long; else nothing."""
     table = result.stops
     if len(table) < 2:
         return []
     stops = np.asarray(table["time"])
     (first, last) = span(result)
     i = min(int(np.searchsorted(stops, time, side="left")), len(stops) - 1)
-    i -= i > 0 and time < stops[i] - table["motion_time"][i]  # hottest after a stop, before the next motion
+    i -= (
+        i > 0 and time < stops[i] - table["motion_time"][i]
+    )  # hottest after a stop, before the next motion
     braked = max(table["braking_time"][i], time - stops[i])
     end = min(stops[i] + cooling * braked, last)
-    return [Window(max(stops[i] - 1.2 * table["braking_time"][i], first), end, title=title)]
+    return [
+        Window(max(stops[i] - 1.2 * table["braking_time"][i], first), end, title=title)
+    ]
 
 
-def marks(axes: Axes, result: Result, window: Window, *, front: bool = False) -> list[Event]:
-    """Vertical lines at events inside the window, none on its left side; returns these events.
+def marks(
+    axes: Axes, result: Result, window: Window, *, front: bool = False
+) -> list[Event]:
+    """Vertical lines at events inside the window, none on its left side; returns these
+    events.
 
     `front`: the lines lie over a map, on white; none where they are many.
     """
-    lines = [(e, line_of(e)) for e in result.events if window.start < e.time <= window.end]
+    lines = [
+        (e, line_of(e)) for e in result.events if window.start < e.time <= window.end
+    ]
     shown = [(event, line[0]) for event, line in lines if line is not None]
     if front and len(shown) > 12:
         return []
-    faint = 1.0 if len(shown) <= 40 else 0.3  # many stops: the lines must not hide the curves
+    faint = (
+        1.0 if len(shown) <= 40 else 0.3
+    )  # many stops: the lines must not hide the curves
     for event, colour in shown:
-        look: dict[str, Any] = {"color": colour, "ls": _DASHES.get(event.name, (0, (4, 2)))}
+        look: dict[str, Any] = {
+            "color": colour,
+            "ls": _DASHES.get(event.name, (0, (4, 2))),
+        }
         if front:
             axes.axvline(event.time, color="white", lw=2.6)
             axes.axvline(event.time, lw=1.4, **look)
@@ -270,20 +346,34 @@ def words_of_mark(words: str) -> str:
     return words.replace("t₀", "$t_0$").replace("t₁", "$t_1$")
 
 
-def name_marks(figure: Figure, events: Iterable[Event], others: Iterable[Artist] = (), rule: str = "") -> None:
-    """Below the panels what the lines at events mean, after `others`; above them a `rule` to read the figure."""
+def name_marks(
+    figure: Figure,
+    events: Iterable[Event],
+    others: Iterable[Artist] = (),
+    rule: str = "",
+) -> None:
+    """Below the panels what the lines at events mean, after `others`; above them a
+    `rule` to read the figure."""
     handles = list(others)
     for name, line in {event.name: line_of(event) for event in events}.items():
         assert line is not None
         look: dict[str, Any] = {"color": line[0], "ls": _DASHES.get(name, (0, (4, 2)))}
         handles.append(Line2D([], [], label=words_of_mark(line[1]), **look))
     if handles or rule:
-        place = _in_columns(figure.bbox.width / figure.dpi, [h.get_label() for h in handles])
-        figure.legend(handles=handles, title=_fill(figure, rule) or None, loc="outside lower center", **place)
+        place = _in_columns(
+            figure.bbox.width / figure.dpi, [h.get_label() for h in handles]
+        )
+        figure.legend(
+            handles=handles,
+            title=_fill(figure, rule) or None,
+            loc="outside lower center",
+            **place,
+        )
 
 
 def both_sides(result: Result, times: Times, events: Float[np.ndarray, " e"]) -> Series:
-    """The series at times in order, and at those of events both before and after them."""
+    """The series at times in order, and at those of events both before and after
+    them."""
     after = result.series(np.union1d(times, events))
     if not events.size:
         return after
@@ -293,17 +383,23 @@ def both_sides(result: Result, times: Times, events: Float[np.ndarray, " e"]) ->
 
 
 def dense_grid(result: Result, low: float, high: float) -> Series:
-    """The series on a dense grid, with the values before and after every event in it."""
+    """The series on a dense grid, with the values before and after every event in
+    it."""
     inside = np.unique([e.time for e in result.events if low < e.time < high])
     return both_sides(result, cells(result, low, high), inside)
 
 
 def cells(result: Result, low: float, high: float) -> Times:
-    """Edges (s) of the cells of a map over time: even ones, events, and steps, which are dense during fast changes."""
+    """Edges (s) of the cells of a map over time: even ones, events, and steps, which
+    are dense during fast changes."""
     t = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
     steps = t[(t > low) & (t < high)]
     events = [e.time for e in result.events if low < e.time < high]
-    edges = np.unique(np.concatenate([np.linspace(low, high, 600), events, steps[:: 1 + len(steps) // 2400]]))
+    edges = np.unique(
+        np.concatenate(
+            [np.linspace(low, high, 600), events, steps[:: 1 + len(steps) // 2400]]
+        )
+    )
     # events that rounding keeps apart are one edge
     kept = np.append(True, np.diff(edges) > 1e-12 * (high - low))
     return edges[kept]
@@ -311,13 +407,22 @@ def cells(result: Result, low: float, high: float) -> Times:
 
 def _in_columns(width: float, labels: Iterable[Any]) -> dict[str, Any]:
     """Settings of a legend with as many columns as fit into a width (inch)."""
-    longest = max(len(re.sub(r"\\\w+|[${}_^]", "", str(label))) for label in (*labels, ""))
+    longest = max(
+        len(re.sub(r"\\\w+|[${}_^]", "", str(label))) for label in (*labels, "")
+    )
     columns = int(72 * width / (TEXT * (_LETTER * longest + _HANDLE)))
-    return {"ncols": max(1, columns), "frameon": False, "borderpad": 0.2, "labelspacing": 0.3, "handlelength": 1.9}
+    return {
+        "ncols": max(1, columns),
+        "frameon": False,
+        "borderpad": 0.2,
+        "labelspacing": 0.3,
+        "handlelength": 1.9,
+    }
 
 
 def finish(panels: Iterable[Axes]) -> None:
-    """Grids, and where something has a name a legend in lines above the panel, so that it covers nothing."""
+    """Grids, and where something has a name a legend in lines above the panel, so that
+    it covers nothing."""
     for panel in panels:
         panel.grid(alpha=0.3)
         labels = panel.get_legend_handles_labels()[1]
@@ -326,11 +431,15 @@ def finish(panels: Iterable[Axes]) -> None:
         width = panel.get_position().width * panel.figure.bbox.width / panel.figure.dpi
         place = _in_columns(width, labels)
         place["ncols"] = min(place["ncols"], len(labels))
-        panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, **place)
+        panel.legend(
+            loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, **place
+        )
         lines = -(-len(labels) // place["ncols"])
         for side in ("left", "center"):
             if panel.get_title(side):
-                panel.set_title(panel.get_title(side), loc=side, pad=6.0 + 1.35 * TEXT * lines)
+                panel.set_title(
+                    panel.get_title(side), loc=side, pad=6.0 + 1.35 * TEXT * lines
+                )
 
 
 #: a figure whose SVG is longer is a PNG instead (bytes)
@@ -343,11 +452,12 @@ _LIGHT_GREEN = "#2cc498"
 
 
 def data_uri(figure: Figure) -> str:
-    """A figure for a page, the same for the same figure: SVG, on a dark screen a dark one, or PNG where that is shorter
-    to load."""
+    """A figure for a page, the same for the same figure: SVG, on a dark screen a dark
+    one, or PNG where that is shorter to load."""
     kind = "svg+xml"
     file = io.BytesIO()
-    # text drawn as paths, independent of fonts; ids from a hash with a fixed salt; no date
+    # text drawn as paths, independent of fonts; ids from a hash with a fixed salt; no
+    # date
     with matplotlib.rc_context({"svg.hashsalt": "simbrake", "svg.fonttype": "path"}):
         figure.savefig(file, format="svg", metadata={"Date": None})
     content = _dark_too(file.getvalue().decode()).encode()
@@ -360,16 +470,25 @@ def data_uri(figure: Figure) -> str:
 
 
 def _dark_too(svg: str) -> str:
-    """An SVG of Matplotlib with rules for dark screens: paper dark, dark greys light, blue and green lighter."""
+    """An SVG of Matplotlib with rules for dark screens: paper dark, dark greys light,
+    blue and green lighter."""
     dark = {"#ffffff": _DARK_PAPER, BLUE.lower(): SKY, GREEN.lower(): _LIGHT_GREEN}
-    rules = [f"svg {{ fill: {_LIGHT_INK}; }}"]  # (text that is black has no colour of its own)
-    for kind, colour in sorted(set(re.findall(r"(stroke|fill): (#[0-9a-f]{6})\b", svg))):
+    rules = [
+        f"svg {{ fill: {_LIGHT_INK}; }}"
+    ]  # (text that is black has no colour of its own)
+    for kind, colour in sorted(
+        set(re.findall(r"(stroke|fill): (#[0-9a-f]{6})\b", svg))
+    ):
         red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
         grey = max(red, green, blue) - min(red, green, blue) < 6
-        other = dark.get(colour) or (f"#{3 * f'{235 - red:02x}'}" if grey and red < 120 else None)
+        other = dark.get(colour) or (
+            f"#{3 * f'{235 - red:02x}'}" if grey and red < 120 else None
+        )
         # (white is the paper as an area; as a line or a text it stands on a map)
         where = "path" if colour == "#ffffff" else ""
         if other is not None and (kind, colour) != ("stroke", "#ffffff"):
-            rules.append(f'{where}[style*="{kind}: {colour}"] {{ {kind}: {other} !important; }}')
+            rules.append(
+                f'{where}[style*="{kind}: {colour}"] {{ {kind}: {other} !important; }}'
+            )
     style = f"<style>@media screen and (prefers-color-scheme: dark) {{ {' '.join(rules)} }}</style>"
     return re.sub(r"(<svg [^>]*>)", rf"\1{style}", svg, count=1)

@@ -1,4 +1,5 @@
-"""The pulley and its linings, seen along the shaft: tension and load along the band, pads, shoes."""
+"""The pulley and its linings, seen along the shaft: tension and load along the band,
+pads, shoes."""
 
 import math
 from collections.abc import Callable
@@ -41,7 +42,9 @@ from .drawing import (
     styled,
 )
 
-Ends: TypeAlias = Float[np.ndarray, "n 2"]  # angles (rad) at which each lining begins and ends
+Ends: TypeAlias = Float[
+    np.ndarray, "n 2"
+]  # angles (rad) at which each lining begins and ends
 PerLining: TypeAlias = Float[np.ndarray, " n"]
 
 #: colour of stick and slip; light for sticking, so that numbers stay readable
@@ -59,62 +62,93 @@ BAND = 1.21
 
 
 def lining_edges(brake: AbstractBandBrake, band: int = 0) -> Ends:
-    """Angles (rad) at which each lining of a band begins and ends, from the slack end on, gaps between them included.
+    """Angles (rad) at which each lining of a band begins and ends, from the slack end
+    on, gaps between them included.
 
     Of bands in parallel the first one, as all have its gaps.
     """
     stiffness: Any = brake.stiffnesses[band]
     if isinstance(stiffness, ParallelBands):
         stiffness = stiffness.bands[0]
-    gap = getattr(stiffness, "gap", 0.0) if isinstance(stiffness, AbstractStiffness) else 0.0
+    gap = (
+        getattr(stiffness, "gap", 0.0)
+        if isinstance(stiffness, AbstractStiffness)
+        else 0.0
+    )
     angle = np.asarray(brake.bands_of_linings[band].weights, np.float64)
     return side_by_side(angle, np.asarray(gap, np.float64))
 
 
 def side_by_side(angle: PerLining, gap: float | np.ndarray = 0.0) -> Ends:
-    """Angles at which linings begin and end, with one gap between all of them or one for each."""
+    """Angles at which linings begin and end, with one gap between all of them or one
+    for each."""
     begin = np.append(0.0, np.cumsum(angle[:-1] + gap))
     return np.stack([begin, begin + angle], axis=1)
 
 
 def on_circle(edges: Ends) -> Ends:
-    """Angles in the figure (rad, counter-clockwise from the right) of angles from the slack end on.
+    """Angles in the figure (rad, counter-clockwise from the right) of angles from the
+    slack end on.
 
-    The wrap is centred on the top. The pulley turns counter-clockwise: it runs onto the band at the right, the tight
-    end, and off at the left.
+    The wrap is centred on the top. The pulley turns counter-clockwise: it runs onto the
+    band at the right, the tight end, and off at the left.
     """
     return math.pi / 2 + float(np.max(edges)) / 2 - edges
 
 
 def spot(radius: float | Array, angle: float | Array) -> Float[np.ndarray, "... 2"]:
     """Points at a radius and an angle."""
-    return np.stack(np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle)), axis=-1)
+    return np.stack(
+        np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle)), axis=-1
+    )
 
 
 def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> None:
-    """The rim, and on it a ring of linings for each friction pair, that under the band outermost, by stick and slip."""
+    """The rim, and on it a ring of linings for each friction pair, that under the band
+    outermost, by stick and slip."""
     axes.add_patch(Wedge((0, 0), RIM, 0, 360, width=0.06, color="0.6", zorder=1))
     radii = np.linspace(*LINING, len(contacts) + 1)[::-1]
-    for (pair, states), outer, inner in zip(contacts.items(), radii, radii[1:], strict=False):
+    for (pair, states), outer, inner in zip(
+        contacts.items(), radii, radii[1:], strict=False
+    ):
         for (begin, end), state in zip(np.degrees(angles), states, strict=True):
-            look: dict[str, Any] = {"fc": CONTACT_COLOURS[state], "ec": "white", "lw": 0.8, "gid": pair, "zorder": 2}
-            axes.add_patch(Wedge((0, 0), outer, end, begin, width=outer - inner, **look))
+            look: dict[str, Any] = {
+                "fc": CONTACT_COLOURS[state],
+                "ec": "white",
+                "lw": 0.8,
+                "gid": pair,
+                "zorder": 2,
+            }
+            axes.add_patch(
+                Wedge((0, 0), outer, end, begin, width=outer - inner, **look)
+            )
 
 
 def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
     """The band with its two straight ends and their labels, slack end first."""
     first = angles[0, 0]
     last = angles[-1, 1]
-    axes.plot(*spot(BAND, np.linspace(first, last, 400)).T, color=GREY, lw=2.5, zorder=3)
+    axes.plot(
+        *spot(BAND, np.linspace(first, last, 400)).T, color=GREY, lw=2.5, zorder=3
+    )
     for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
         start = spot(BAND, angle)
         tangent = direction * spot(1.0, angle + 0.5 * math.pi)
-        _draw_arrow(axes, start, start + 0.5 * tangent, mutation_scale=14, color=GREY, lw=2.5)
-        place = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
+        _draw_arrow(
+            axes, start, start + 0.5 * tangent, mutation_scale=14, color=GREY, lw=2.5
+        )
+        place = {
+            "xytext": (0, -3),
+            "textcoords": "offset points",
+            "ha": "center",
+            "va": "top",
+        }
         axes.annotate(words, tuple(start + 0.52 * tangent), **place)
 
 
-def _draw_arrow(axes: Axes, start: Float[np.ndarray, "2"], end: Float[np.ndarray, "2"], **look: Any) -> None:
+def _draw_arrow(
+    axes: Axes, start: Float[np.ndarray, "2"], end: Float[np.ndarray, "2"], **look: Any
+) -> None:
     axes.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle="-|>", **look))
 
 
@@ -123,7 +157,17 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     if omega != 0.0:
         low = -50.0
         high = 230.0
-        axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, theta1=low, theta2=high, color=ink(), lw=1.4))
+        axes.add_patch(
+            Arc(
+                (0, 0),
+                2 * radius,
+                2 * radius,
+                theta1=low,
+                theta2=high,
+                color=ink(),
+                lw=1.4,
+            )
+        )
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
@@ -131,13 +175,21 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     axes.text(0, 0, words, ha="center", va="center")
 
 
-def _contact_legend(contacts: dict[str, np.ndarray], lining: str = "lining") -> list[Artist]:
+def _contact_legend(
+    contacts: dict[str, np.ndarray], lining: str = "lining"
+) -> list[Artist]:
     """Patches for the contacts that occur."""
-    present = set(np.concatenate([states.ravel() for states in contacts.values()]).tolist())
-    return [Patch(color=CONTACT_COLOURS[c], label=f"{lining} {words}") for c, words in WORDS.items() if c in present]
+    present = set(
+        np.concatenate([states.ravel() for states in contacts.values()]).tolist()
+    )
+    return [
+        Patch(color=CONTACT_COLOURS[c], label=f"{lining} {words}")
+        for c, words in WORDS.items()
+        if c in present
+    ]
 
 
-# --- along the band ---------------------------------------------------------------------------------------------------
+# --- along the band -----------------------------------------------------------------
 
 # where the scales begin, and their length; of the load inwards
 _TENSION = (1.30, 0.72)
@@ -150,19 +202,25 @@ _BARS: tuple[dict[str, Any], ...] = (
 
 
 @styled
-def pulley(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
-    """Tension of the band and normal load of every lining on the pulley's circle at one time (Z, Fig. 5).
+def pulley(
+    result: Result, time: float | int | None = None, *, figure: Figure | None = None
+) -> Figure:
+    """Tension of the band and normal load of every lining on the pulley's circle at one
+    time (Z, Fig. 5).
 
-    Outwards the tension `T_0…T_n` (kN) at the ends of each lining, joined by a line to guide the eye; inwards the
-    normal load `N_i` (kN) of each lining. Linings at their true angles, coloured by stick and slip. Of a staged brake
-    the outer half of a lining shows the band on it, the inner half the lining on the rim, whose load has an
+    Outwards the tension `T_0…T_n` (kN) at the ends of each lining, joined by a line to
+    guide the eye; inwards the normal load `N_i` (kN) of each lining. Linings at their
+    true angles, coloured by stick and slip. Of a staged brake the outer half of a
+    lining shows the band on it, the inner half the lining on the rim, whose load has an
     outline.
 
     - `time` (s): default that of the maximum tension; at an event the values after it
 
-    Of alike rims one is drawn; unlike bands have a circle each, side by side in one scale.
+    Of alike rims one is drawn; unlike bands have a circle each, side by side in one
+    scale.
 
-    Raises `InputError` for a time outside the run, for a batch of runs and for a brake without a band (`pressed`).
+    Raises `InputError` for a time outside the run, for a batch of runs and for a brake
+    without a band (`pressed`).
 
     Example:
         >>> figure = sb.plot.pulley(result, 0.5)
@@ -172,7 +230,14 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     brake = banded_brake(one_run(result).scene)
     t, p = _moment(result, time, "max_tension", lambda p: p.shown.tension)
     figure = sheet(figure, 10.0 * len(brake.bands_of_linings), 10.8)
-    draw_moment(figure, result, t, p, tops_of(p), ", at the maximum tension" if time is None else "")
+    draw_moment(
+        figure,
+        result,
+        t,
+        p,
+        tops_of(p),
+        ", at the maximum tension" if time is None else "",
+    )
     return figure
 
 
@@ -180,10 +245,19 @@ def tops_of(p: Probe) -> tuple[float, float]:
     """Largest tension and load (kN) at some instants: the ends of the two scales."""
     tensions = tension_before(p.shown, p.flows.contact.slack_tension), p.shown.tension
     loads = [pair.normal for pair in p.shown.pairs]
-    return max(float(np.max(x)) for x in tensions) / 1e3, max(float(np.max(x)) for x in loads) / 1e3
+    return max(float(np.max(x)) for x in tensions) / 1e3, max(
+        float(np.max(x)) for x in loads
+    ) / 1e3
 
 
-def draw_moment(figure: Figure, result: Result, t: float, p: Probe, tops: tuple[float, float], why: str = "") -> None:
+def draw_moment(
+    figure: Figure,
+    result: Result,
+    t: float,
+    p: Probe,
+    tops: tuple[float, float],
+    why: str = "",
+) -> None:
     """Draw a run at a time into a figure; `tops` as of `tops_of`, `why` that time."""
     brake = banded_brake(result.scene)
     contacts = lining_contacts(result, p)
@@ -197,25 +271,42 @@ def draw_moment(figure: Figure, result: Result, t: float, p: Probe, tops: tuple[
         own = slice(last[j] - brake.bands_of_linings[j].count, last[j])
         angles = on_circle(lining_edges(brake, j))
         tension = np.append(ahead[own][0], behind[own])
-        _draw_wheel(axes, angles, {pair: states[0, own] for pair, states in contacts.items()})
-        _draw_around(axes, angles, int(own.start), tension, [load[own] for load in loads], tops)
+        _draw_wheel(
+            axes, angles, {pair: states[0, own] for pair, states in contacts.items()}
+        )
+        _draw_around(
+            axes, angles, int(own.start), tension, [load[own] for load in loads], tops
+        )
         _draw_rotation(axes, float(p.y.omega[0]), 0.2)
         axes.set_title(f"band {j + 1}" if bands > 1 else "")
     title = f"tension of the band and normal load of the linings at $t$ = {digits(t, 4)} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
     title += f" of {brake.rims} rims" if brake.rims > 1 else ""
     rules = [brake.force_words] if brake.force_words else []
-    rules += ["outer half of a lining: band on lining, inner half: lining on rim"] * (len(contacts) > 1)
+    rules += ["outer half of a lining: band on lining, inner half: lining on rim"] * (
+        len(contacts) > 1
+    )
     if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
         rules.append(f"load sharing of sticking linings: {distribution}")
     head(figure, result.scene, title)
     handles: list[Artist] = [
-        Line2D([], [], color=BLUE, marker="o", ms=3, label="tension $T$ of the band, kN, outwards"),
-        Patch(color=GREEN, alpha=0.75, label="normal load $N$ of a lining, kN, inwards"),
+        Line2D(
+            [],
+            [],
+            color=BLUE,
+            marker="o",
+            ms=3,
+            label="tension $T$ of the band, kN, outwards",
+        ),
+        Patch(
+            color=GREEN, alpha=0.75, label="normal load $N$ of a lining, kN, inwards"
+        ),
     ]
     if len(contacts) > 1:
-        handles.append(Patch(fill=False, ec=GREY, label="load of a lining on the rim, kN"))
+        handles.append(
+            Patch(fill=False, ec=GREY, label="load of a lining on the rim, kN")
+        )
     name_marks(figure, [], [*handles, *_contact_legend(contacts)], "\n".join(rules))
 
 
@@ -227,78 +318,135 @@ def _draw_around(
     loads: list[PerLining],
     tops: tuple[float, float],
 ) -> None:
-    """Numbers of the linings of a band, of which `first` are before it, its tension and loads (kN), and its ends.
+    """Numbers of the linings of a band, of which `first` are before it, its tension and
+    loads (kN), and its ends.
 
     `tops`: maxima of the two scales
     """
-    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(loads)  # of the outermost ring
+    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(
+        loads
+    )  # of the outermost ring
     for i, angle in enumerate(angles.mean(axis=1)):
         x, y = spot(middle, angle)
         axes.text(x, y, str(first + i + 1), ha="center", va="center", zorder=4)
     _draw_tension(axes, tension, angles, tops[0])
     _draw_load(axes, loads, angles, tops[1])
     reverse = tension[-1] < tension[0]
-    slack, tight = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
-    ends = (f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} kN", f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN")
+    slack, tight = (
+        ("lever end, now tight", "anchor end, now slack")
+        if reverse
+        else ("slack end", "tight end")
+    )
+    ends = (
+        f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} kN",
+        f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN",
+    )
     _draw_band(axes, angles, ends)
     axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
     axes.axis("off")
 
 
-def _moment(result: Result, time: float | int | None, peak: str, values: Callable[[Probe], Any]) -> tuple[float, Probe]:
-    """The time to draw, by default that of the maximum of some values, and the run there."""
+def _moment(
+    result: Result, time: float | int | None, peak: str, values: Callable[[Probe], Any]
+) -> tuple[float, Probe]:
+    """The time to draw, by default that of the maximum of some values, and the run
+    there."""
     if time is not None:
         t = float(times_within([time], *span(result), "time")[0])
         return t, look(result, t)
     t = float(result.report().peaks[peak].time)
     # what jumps at an event has its maximum on one side of it
-    return t, max((look(result, t, left=left) for left in (False, True)), key=lambda p: float(np.max(values(p))))
+    return t, max(
+        (look(result, t, left=left) for left in (False, True)),
+        key=lambda p: float(np.max(values(p))),
+    )
 
 
-def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angles: Ends, gid: str) -> float:
+def _rings(
+    axes: Axes,
+    top: float,
+    count: int,
+    scale: tuple[float, float],
+    angles: Ends,
+    gid: str,
+) -> float:
     """Arcs of a scale with their values; returns the value at its far end."""
     top = top if top > 0 else 1.0
-    ticks = [x for x in MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, top) if 0 <= x <= top * 1.0001]
+    ticks = [
+        x
+        for x in MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, top)
+        if 0 <= x <= top * 1.0001
+    ]
     turn = np.linspace(angles[0, 0], angles[-1, 1], 300)
     for value in ticks:
         radius = scale[0] + scale[1] * value / top
         axes.plot(*spot(radius, turn).T, color="0.85", lw=0.7, zorder=0, gid="scale")
         # outside of the wrap, at its slack end, where the curve is low
         x, y = spot(radius, turn[0] + 0.05 / radius)
-        words = f"{value:g} kN" if value == (ticks[0] if scale[1] < 0 else ticks[-1]) else f"{value:g}"  # the outermost
+        words = (
+            f"{value:g} kN"
+            if value == (ticks[0] if scale[1] < 0 else ticks[-1])
+            else f"{value:g}"
+        )  # the outermost
         place = {"ha": "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
         axes.text(x, y, words, color=GREY, rotation_mode="anchor", gid=gid, **place)
     return top
 
 
-def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bool, **look: Any) -> None:
+def _radial(
+    axes: Axes, radius: float, angle: float, words: str, *, outwards: bool, **look: Any
+) -> None:
     """A number written along the radius, always readable from below or the side."""
     degrees = math.degrees(angle) % 360
     flipped = 90 < degrees < 270
     x, y = spot(radius, angle)
-    place: dict[str, Any] = {"ha": "left" if outwards != flipped else "right", "va": "center"}
-    place |= {"rotation": degrees - 180 if flipped else degrees, "rotation_mode": "anchor"}
+    place: dict[str, Any] = {
+        "ha": "left" if outwards != flipped else "right",
+        "va": "center",
+    }
+    place |= {
+        "rotation": degrees - 180 if flipped else degrees,
+        "rotation_mode": "anchor",
+    }
     axes.text(x, y, words, zorder=5, **place, **look)
 
 
-def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends, most: float) -> None:
+def _draw_tension(
+    axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends, most: float
+) -> None:
     top = _rings(axes, most, 4, _TENSION, angles, "tension scale")
     radius = _TENSION[0] + _TENSION[1] * tension / top
     # both ends of each lining: over a gap the tension stays
     turn = angles.ravel()
     r = np.stack([radius[:-1], radius[1:]], axis=1).ravel()
-    axes.fill(*np.concatenate([spot(r, turn), spot(_TENSION[0], turn)[::-1]]).T, color=BLUE, alpha=0.12, lw=0, zorder=1)
-    axes.plot(*spot(r, turn).T, color=BLUE, marker="o", ms=3, lw=1.2, gid="tension", zorder=4)
+    axes.fill(
+        *np.concatenate([spot(r, turn), spot(_TENSION[0], turn)[::-1]]).T,
+        color=BLUE,
+        alpha=0.12,
+        lw=0,
+        zorder=1,
+    )
+    axes.plot(
+        *spot(r, turn).T, color=BLUE, marker="o", ms=3, lw=1.2, gid="tension", zorder=4
+    )
     step = -(-len(angles) // 30)
     for i, angle in enumerate(np.append(angles[:, 0], angles[-1, 1])):
-        axes.plot(*spot(np.array([_TENSION[0], radius[i]]), angle).T, color=BLUE, lw=0.7, zorder=3)
+        axes.plot(
+            *spot(np.array([_TENSION[0], radius[i]]), angle).T,
+            color=BLUE,
+            lw=0.7,
+            zorder=3,
+        )
         if i % step == 0 or i == len(angles):
             words = f"{tension[i]:.3g}" if tension[i] < 1000 else f"{tension[i]:.0f}"
-            _radial(axes, radius[i] + 0.04, angle, words, outwards=True, gid="T", color=BLUE)
+            _radial(
+                axes, radius[i] + 0.04, angle, words, outwards=True, gid="T", color=BLUE
+            )
 
 
 def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) -> None:
-    """Loads of the linings inwards: filled those of the first friction pair, as outlines those of the others."""
+    """Loads of the linings inwards: filled those of the first friction pair, as
+    outlines those of the others."""
     top = _rings(axes, most, 2, _LOAD, angles, "load scale")
     step = -(-len(angles) // 30)
     for i, (begin, end) in enumerate(np.degrees(angles)):
@@ -306,24 +454,47 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) ->
         width = 0.36 * (begin - end)
         for k, load in enumerate(loads):
             depth = -_LOAD[1] * load[i] / top
-            axes.add_patch(Wedge((0, 0), _LOAD[0], middle - width, middle + width, width=depth, **_BARS[min(k, 1)]))
+            axes.add_patch(
+                Wedge(
+                    (0, 0),
+                    _LOAD[0],
+                    middle - width,
+                    middle + width,
+                    width=depth,
+                    **_BARS[min(k, 1)],
+                )
+            )
         if i % step == 0:
-            _radial(axes, 0.92, math.radians(middle), f"{loads[0][i]:.3g}", outwards=False, gid="N", color="#00604a")
+            _radial(
+                axes,
+                0.92,
+                math.radians(middle),
+                f"{loads[0][i]:.3g}",
+                outwards=False,
+                gid="N",
+                color="#00604a",
+            )
 
 
-# --- pads and shoes ---------------------------------------------------------------------------------------------------
+# --- pads and shoes -----------------------------------------------------------------
 
 
 @styled
-def pressed(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
-    """Pads of a disc brake, or shoes of a double-shoe brake, at one time, with the pressure and the forces on them.
+def pressed(
+    result: Result, time: float | int | None = None, *, figure: Figure | None = None
+) -> Figure:
+    """Pads of a disc brake, or shoes of a double-shoe brake, at one time, with the
+    pressure and the forces on them.
 
-    Left the linings at their true angles and radii, coloured by stick and slip; right the pressure along a lining
-    (MPa): of pads over the radius, of shoes over the angle from the pin.
+    Left the linings at their true angles and radii, coloured by stick and slip; right
+    the pressure along a lining (MPa): of pads over the radius, of shoes over the angle
+    from the pin.
 
-    - `time` (s): default that of the maximum normal force; at an event the values after it
+    - `time` (s): default that of the maximum normal force; at an event the values after
+      it
 
-    Raises `InputError` for a time outside the run, for a batch of runs and for another kind of brake.
+    Raises `InputError` for a time outside the run, for a batch of runs and for another
+    kind of brake.
 
     Example:
         >>> figure = sb.plot.pressed(disc)
@@ -332,8 +503,14 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     """
     brake = one_run(result).scene.brake
     if not isinstance(brake, DiscBrake | ShoeBrake):
-        hint = "draw it with `plot.pulley`" if brake.banded else "`plot.stop` and `plot.lining_map` show its forces"
-        raise input_error("brake", f"is a {brake.words.brake}: this draws discs and drums", hint)
+        hint = (
+            "draw it with `plot.pulley`"
+            if brake.banded
+            else "`plot.stop` and `plot.lining_map` show its forces"
+        )
+        raise input_error(
+            "brake", f"is a {brake.words.brake}: this draws discs and drums", hint
+        )
     t, p = _moment(result, time, "max_normal_load", lambda p: p.shown.pairs[0].normal)
     contacts = lining_contacts(result, p)
     (pair,) = p.shown.pairs
@@ -341,7 +518,9 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     friction = np.asarray(pair.friction)[0]
     figure = sheet(figure, 11.0, 6.6)
     wheel, course = figure.subplots(1, 2, width_ratios=[1.3, 1])
-    colours = [CONTACT_COLOURS[state] for (states,) in contacts.values() for state in states]
+    colours = [
+        CONTACT_COLOURS[state] for (states,) in contacts.values() for state in states
+    ]
     if isinstance(brake, DiscBrake):
         edge = _disc(wheel, course, brake, normal, colours)
     else:
@@ -354,35 +533,67 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
         f"{brake.words.lining} {i + 1}: $N$ = {N / 1e3:.4g} kN, friction {F / 1e3:.4g} kN"
         for i, (N, F) in enumerate(zip(normal, friction, strict=True))
     ]
-    shown = lines if len(lines) <= 4 else [*lines[:2], f"… {len(lines) - 3} more …", lines[-1]]
-    wheel.text(0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top")
+    shown = (
+        lines
+        if len(lines) <= 4
+        else [*lines[:2], f"… {len(lines) - 3} more …", lines[-1]]
+    )
+    wheel.text(
+        0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top"
+    )
     force = float(p.flows.contact.slack_tension[0]) / 1e3
     torque = float(p.flows.contact.brake_torque[0]) / 1e3
     forces = f"force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m"
-    head(figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}")
+    head(
+        figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}"
+    )
     _draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
     name_marks(figure, [], _contact_legend(contacts, brake.words.lining))
     return figure
 
 
-def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colours: list[str]) -> float:
-    """Pads at their callipers, evenly around the disc, the one in front of the two faces; returns the extent."""
+def _disc(
+    wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colours: list[str]
+) -> float:
+    """Pads at their callipers, evenly around the disc, the one in front of the two
+    faces; returns the extent."""
     pads = brake.linings
     inner = float(pads.inner_radius)
     outer = float(pads.outer_radius)
     angle = math.degrees(float(pads.angle))
     edge = 1.06 * outer
-    wheel.add_patch(Wedge((0, 0), edge, 0, 360, width=edge - 0.9 * inner, color="0.85", zorder=1))
+    wheel.add_patch(
+        Wedge((0, 0), edge, 0, 360, width=edge - 0.9 * inner, color="0.85", zorder=1)
+    )
     callipers = -(-pads.count // 2)
     for i in range(callipers):
         middle = 90.0 + 360.0 * i / callipers
         ends = (middle - angle / 2, middle + angle / 2)
-        pad = Wedge((0, 0), outer, *ends, width=outer - inner, fc=colours[2 * i], ec=GREY, gid="pad", zorder=2)
+        pad = Wedge(
+            (0, 0),
+            outer,
+            *ends,
+            width=outer - inner,
+            fc=colours[2 * i],
+            ec=GREY,
+            gid="pad",
+            zorder=2,
+        )
         wheel.add_patch(pad)
         x, y = spot(0.5 * (inner + outer), math.radians(middle))
         words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
         wheel.text(x, y, words, ha="center", va="center", zorder=3)
-    wheel.add_patch(Circle((0, 0), float(brake.radius), fill=False, ec=BLUE, ls="--", lw=1.0, zorder=1.5))
+    wheel.add_patch(
+        Circle(
+            (0, 0),
+            float(brake.radius),
+            fill=False,
+            ec=BLUE,
+            ls="--",
+            lw=1.0,
+            zorder=1.5,
+        )
+    )
     radius = np.linspace(inner, outer, 100)
     highest = float(np.asarray(pads.greatest_pressure(normal.max())))
     pressure = 1e-6 * highest * np.asarray(pads.pressure.share(radius, inner))
@@ -390,35 +601,71 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colour
     mean = 1e-6 * float(normal.max()) / float(pads.area)
     effective = 1e3 * float(brake.radius)
     course.axhline(mean, color="0.5", ls=":", label=f"mean {mean:.4g} MPa")
-    course.axvline(effective, color=BLUE, ls="--", label=f"effective radius {effective:.4g} mm")
+    course.axvline(
+        effective, color=BLUE, ls="--", label=f"effective radius {effective:.4g} mm"
+    )
     course.set_xlabel("radius, mm")
     return 1.1 * edge
 
 
-def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colours: list[str]) -> float:
-    """Shoes with their pins at the bottom; left the leading one, as the drum turns counter-clockwise, to its pin."""
+def _drum(
+    wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colours: list[str]
+) -> float:
+    """Shoes with their pins at the bottom; left the leading one, as the drum turns
+    counter-clockwise, to its pin."""
     shoes = brake.linings
     r = float(shoes.radius)
     start = float(shoes.start)
     end = float(shoes.end)
-    wheel.add_patch(Wedge((0, 0), 1.08 * r, 0, 360, width=0.06 * r, color="0.75", zorder=1))
+    wheel.add_patch(
+        Wedge((0, 0), 1.08 * r, 0, 360, width=0.06 * r, color="0.75", zorder=1)
+    )
     theta = np.linspace(start, end, 200)
     pressures = [float(brake.greatest_pressure(N)) for N in normal]
     highest = math.sin(min(max(0.5 * math.pi, start), end))
     for i, (pressure, side) in enumerate(zip(pressures, (-1.0, 1.0), strict=True)):
-        # a pin a little beside the vertical through the shaft; angles count from it, up along the shoe's side
+        # a pin a little beside the vertical through the shaft; angles count from it, up
+        # along the shoe's side
         pin = -0.5 * math.pi + side * 0.12
         ends = sorted(np.degrees(pin + side * np.array([start, end])).tolist())
-        wheel.add_patch(Wedge((0, 0), 1.02 * r, *ends, width=0.1 * r, fc=colours[i], ec=GREY, gid="shoe", zorder=2))
-        wheel.plot(*spot(float(brake.pin), pin), marker="o", ms=9, mfc="white", mec=GREY, zorder=4)
+        wheel.add_patch(
+            Wedge(
+                (0, 0),
+                1.02 * r,
+                *ends,
+                width=0.1 * r,
+                fc=colours[i],
+                ec=GREY,
+                gid="shoe",
+                zorder=2,
+            )
+        )
+        wheel.plot(
+            *spot(float(brake.pin), pin),
+            marker="o",
+            ms=9,
+            mfc="white",
+            mec=GREY,
+            zorder=4,
+        )
         p = pressure * np.sin(theta) / highest
         colour = GREEN if i else BLUE
-        line = spot(0.92 * r - 0.45 * r * p / (max(pressures) or 1.0), pin + side * theta)
+        line = spot(
+            0.92 * r - 0.45 * r * p / (max(pressures) or 1.0), pin + side * theta
+        )
         base = spot(0.92 * r, pin + side * theta)
-        wheel.fill(*np.concatenate([line, base[::-1]]).T, color=colour, alpha=0.25, lw=0, gid="pressure")
+        wheel.fill(
+            *np.concatenate([line, base[::-1]]).T,
+            color=colour,
+            alpha=0.25,
+            lw=0,
+            gid="pressure",
+        )
         x, y = spot(0.97 * r, pin + side * 0.5 * (start + end))
         wheel.text(x, y, str(i + 1), ha="center", va="center")
         words = "leading ahead" if i == 0 else "trailing ahead"
-        course.plot(np.degrees(theta), 1e-6 * p, color=colour, label=f"shoe {i + 1}, {words}")
+        course.plot(
+            np.degrees(theta), 1e-6 * p, color=colour, label=f"shoe {i + 1}, {words}"
+        )
     course.set_xlabel("angle from the pin, °")
     return 1.15 * r

@@ -1,6 +1,8 @@
-"""Results of a run: series, events, energies, friction at each lining; data sets, files.
+"""Results of a run: series, events, energies, friction at each lining; data sets,
+files.
 
-The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+The names are in `__init__.pyi`, each with its module, which is imported at the first
+use of the name.
 """
 
 import importlib
@@ -32,9 +34,13 @@ __getattr__ = answers(
     gone={
         **dict.fromkeys(
             ("Beside", "SideBySide"),
-            "compare two at a time; pandas.DataFrame([one.metrics for one in results]) shows several",
+            "compare two at a time; pandas.DataFrame([one.metrics for one in results]) "
+            "shows several",
         ),
-        **dict.fromkeys(("EventError", "StateError"), "simbrake.results.ErrorEstimate is of events and states too"),
+        **dict.fromkeys(
+            ("EventError", "StateError"),
+            "simbrake.results.ErrorEstimate is of events and states too",
+        ),
     },
     others=_found,
 )

@@ -2,7 +2,16 @@
 
 from .._base._table import display_units
 from ..outputs.duty import DutyKind
-from ..outputs.log import EVENTS, FAILURES, Event, Events, SimulationError, Stage, Status, internal_slip_tension
+from ..outputs.log import (
+    EVENTS,
+    FAILURES,
+    Event,
+    Events,
+    SimulationError,
+    Stage,
+    Status,
+    internal_slip_tension,
+)
 from ..outputs.metrics import METRICS, Mark, Metric, metric_names
 from ..outputs.probe import integral
 from ..outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series

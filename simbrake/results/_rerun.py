@@ -21,12 +21,14 @@ def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> 
     """Run a stored result again: its scene, with its solver and settings.
 
     - `source`: a result file, a data set or a `Result`
-    - `scene`: needed where the file holds no text of it (a custom law): a scene of the same parts, whose parameters
-      are replaced by those stored
-    - `solver`: needed where the stored one is no solver of diffrax without options, and not `Rodas5P`
+    - `scene`: needed where the file holds no text of it (a custom law): a scene of the
+      same parts, whose parameters are replaced by those stored
+    - `solver`: needed where the stored one is no solver of diffrax without options, and
+      not `Rodas5P`
 
-    With the same versions on the same machine the result is the same to the last bit. A run that fails is returned, as
-    `simulate(..., throw=False)` does. Raises `InputError`.
+    With the same versions on the same machine the result is the same to the last bit. A
+    run that fails is returned, as `simulate(..., throw=False)` does. Raises
+    `InputError`.
 
     Example:
         >>> sb.results.rerun(result).status
@@ -40,7 +42,15 @@ def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> 
         scene = scene_from_text(text)
     else:
         hint = "give a scene of the same parts: rerun(…, scene=…)"
-        raise InputError([Fault("scene", f"is not in the file as text ({stored['scene']['why']})", hint)])
+        raise InputError(
+            [
+                Fault(
+                    "scene",
+                    f"is not in the file as text ({stored['scene']['why']})",
+                    hint,
+                )
+            ]
+        )
     longest = settings["max_step"]
     return simulate(
         scene,
@@ -58,7 +68,11 @@ def _filled(scene: Scene, stored: Settings) -> Scene:
     own = parts(scene)
     theirs = stored["parts"]
     faults = [
-        Fault(path or "scene", f"is {own.get(path)}, in the stored run {theirs.get(path)}", "give a scene of its parts")
+        Fault(
+            path or "scene",
+            f"is {own.get(path)}, in the stored run {theirs.get(path)}",
+            "give a scene of its parts",
+        )
         for path in sorted(own.keys() | theirs.keys())
         if own.get(path) != theirs.get(path)
     ]
@@ -67,7 +81,9 @@ def _filled(scene: Scene, stored: Settings) -> Scene:
     for path in sorted(shapes.keys() | values.keys()):
         if path not in shapes or path not in values:
             where = "the stored run" if path in shapes else "the scene given"
-            faults.append(Fault(path, f"is absent in {where}", "give a scene of its parts"))
+            faults.append(
+                Fault(path, f"is absent in {where}", "give a scene of its parts")
+            )
         elif shapes[path] != values[path].shape:
             what = f"is of shape {shapes[path]}, in the stored run {values[path].shape}"
             faults.append(Fault(path, what, "give a scene of its parts"))
@@ -84,4 +100,12 @@ def _solver_of(name: str) -> Any:
     solver = getattr(diffrax, name, None)
     if isinstance(solver, type) and issubclass(solver, diffrax.AbstractERK):
         return solver()
-    raise InputError([Fault("settings.method", f"{name} cannot be made by its name", "give it: rerun(…, solver=…)")])
+    raise InputError(
+        [
+            Fault(
+                "settings.method",
+                f"{name} cannot be made by its name",
+                "give it: rerun(…, solver=…)",
+            )
+        ]
+    )

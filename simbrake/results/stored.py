@@ -1,4 +1,5 @@
-"""A run as one labelled data set with its provenance, and netCDF files that hold all of it."""
+"""A run as one labelled data set with its provenance, and netCDF files that hold all of
+it."""
 
 import dataclasses
 import hashlib
@@ -25,7 +26,13 @@ from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..outputs.duty import stop_variables
 from ..outputs.metrics import about_output
-from ..outputs.quantities import SERIES_COLUMNS, Series, about_column, flat, times_within
+from ..outputs.quantities import (
+    SERIES_COLUMNS,
+    Series,
+    about_column,
+    flat,
+    times_within,
+)
 from ..parts.scene import Scene, warnings
 from ..runs.result import Result
 from ..thermal.network import Junction, Reservoir, Wall
@@ -35,7 +42,8 @@ if TYPE_CHECKING:
 else:
     DataArray = Dataset = Any  # xarray is imported when a data set is needed
 
-#: of the data set, in its attribute `format`; its number increases when the layout changes
+#: of the data set, in its attribute `format`; its number increases when the layout
+#: changes
 FORMAT = "simbrake result 1"
 #: times of an even grid
 POINTS = 1001
@@ -49,7 +57,9 @@ _STAGE_FIELDS = {
     "lever_work": ("J", "work of the lever in the stage"),
     "load_work": ("J", "work of the load in the stage"),
 }
-Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]  # dimensions, values, unit and meaning
+Variable = tuple[
+    tuple[str, ...], np.ndarray, dict[str, str]
+]  # dimensions, values, unit and meaning
 Variables = dict[str, Variable]
 
 
@@ -60,20 +70,26 @@ Settings = dict[str, Any]
 
 @explained
 def dataset(result: Result, times: Any = None) -> Dataset:
-    """A concrete result as an `xarray.Dataset`; every variable has its `units` (SI, `1`: none) and `meaning`.
+    """A concrete result as an `xarray.Dataset`; every variable has its `units` (SI,
+    `1`: none) and `meaning`.
 
-    - over `time`: all columns of `Series`, those of single linings also over `lining` (from 1, from the slack end), and
-      those of each friction pair, as `internal_torque`, where there are several or linings move individually;
-      `temperature` over `node`; of a wall `<wall>_layer_temperature` over `<wall>_layer` with the depth of the layers'
-      centres `<wall>_depth` (m), and over `<wall>_copy` where there are several
-    - `side`: at an event, and where a given profile has a corner or a jump, a time occurs twice: with the values
-      before (−1) and after (+1); elsewhere 0. `data.isel(time=data.side >= 0)` has every time once
-    - `event_time`, `event_name`, `event_lining` (0: no single lining) over `event`; of a staged brake `stage_…` over
-      `stage`; metrics and `energy.…` as single numbers (times of events that do not occur are `inf`)
-    - `status`, `code`, and in the attribute `provenance` (JSON) the data of `simbrake.results.provenance`
+    - over `time`: all columns of `Series`, those of single linings also over `lining`
+      (from 1, from the slack end), and those of each friction pair, as
+      `internal_torque`, where there are several or linings move individually;
+      `temperature` over `node`; of a wall `<wall>_layer_temperature` over
+      `<wall>_layer` with the depth of the layers' centres `<wall>_depth` (m), and over
+      `<wall>_copy` where there are several
+    - `side`: at an event, and where a given profile has a corner or a jump, a time
+      occurs twice: with the values before (−1) and after (+1); elsewhere 0.
+      `data.isel(time=data.side >= 0)` has every time once
+    - `event_time`, `event_name`, `event_lining` (0: no single lining) over `event`; of
+      a staged brake `stage_…` over `stage`; metrics and `energy.…` as single numbers
+      (times of events that do not occur are `inf`)
+    - `status`, `code`, and in the attribute `provenance` (JSON) the data of
+      `simbrake.results.provenance`
 
-    `times` (s): by default 1001 even ones and all events and corners. Raises `InputError` for times
-    outside the run, `ValueError` for a traced or batched result.
+    `times` (s): by default 1001 even ones and all events and corners. Raises
+    `InputError` for times outside the run, `ValueError` for a traced or batched result.
 
     Example:
         >>> data = sb.dataset(result, [0.0, 1.0])
@@ -83,37 +99,59 @@ def dataset(result: Result, times: Any = None) -> Dataset:
     import xarray as xr
 
     if not result.concrete:
-        raise ValueError("a traced or batched result has no data set: use one result outside of jit and vmap")
+        raise ValueError(
+            "a traced or batched result has no data set: use one result outside of jit and vmap"
+        )
     series, t, side = _sampled(result, times)
     linings = np.arange(series.normal_load.shape[1]) + 1
     coords = {
         "time": _variable("time", t, "s", SERIES_COLUMNS["t"].meaning),
-        "side": _variable("time", side, "1", "-1 just before an event, +1 just after it, 0 elsewhere"),
-        "lining": _variable("lining", linings, "1", "lining, of a band from the slack end"),
+        "side": _variable(
+            "time", side, "1", "-1 just before an event, +1 just after it, 0 elsewhere"
+        ),
+        "lining": _variable(
+            "lining", linings, "1", "lining, of a band from the slack end"
+        ),
     }
     data = _columns(result, series)
     for field, (dims, values, _) in data.items():
         if f"{field}_state" in dims:
             states = np.arange(values.shape[1]) + 1
-            coords[dims[1]] = _variable(dims[1], states, "1", "state of the friction law")
+            coords[dims[1]] = _variable(
+                dims[1], states, "1", "state of the friction law"
+            )
     if series.temperature is not None:
         coords["node"] = _variable("node", result.nodes, "1", "thermal node")
         _add_walls(result, np.asarray(series.temperature), coords, data)
-    data |= _events(result) | _stages(result) | stop_variables(result.stops) | _numbers(result)
+    data |= (
+        _events(result)
+        | _stages(result)
+        | stop_variables(result.stops)
+        | _numbers(result)
+    )
     attrs = {
         "format": FORMAT,
         "title": f"brake run: {result.message}",
-        "provenance": json.dumps(provenance(result), ensure_ascii=False, allow_nan=False),
+        "provenance": json.dumps(
+            provenance(result), ensure_ascii=False, allow_nan=False
+        ),
     }
     return xr.Dataset(data, coords, attrs)
 
 
-def _variable(dims: str | tuple[str, ...], values: Any, units: str, meaning: str) -> Variable:
-    return (dims,) if isinstance(dims, str) else dims, np.asarray(values), {"units": units or "1", "meaning": meaning}
+def _variable(
+    dims: str | tuple[str, ...], values: Any, units: str, meaning: str
+) -> Variable:
+    return (
+        (dims,) if isinstance(dims, str) else dims,
+        np.asarray(values),
+        {"units": units or "1", "meaning": meaning},
+    )
 
 
 def instants(result: Result) -> Float[np.ndarray, " k"]:
-    """Times (s) after the start of all events, and of the corners and jumps of given profiles, each once."""
+    """Times (s) after the start of all events, and of the corners and jumps of given
+    profiles, each once."""
     record = result.record
     n = int(record.count)
     t = np.asarray(record.rows.t)
@@ -122,8 +160,11 @@ def instants(result: Result) -> Float[np.ndarray, " k"]:
     return times[times > t[0]]  # nothing comes before the start
 
 
-def _sampled(result: Result, times: Any) -> tuple[Series, Float[np.ndarray, " m"], Int[np.ndarray, " m"]]:
-    """The series at the times wanted, in order, at events before and after; these times, and the side of each."""
+def _sampled(
+    result: Result, times: Any
+) -> tuple[Series, Float[np.ndarray, " m"], Int[np.ndarray, " m"]]:
+    """The series at the times wanted, in order, at events before and after; these
+    times, and the side of each."""
     record = result.record
     start = float(np.asarray(record.rows.t)[0])
     end = float(np.asarray(record.t_end))
@@ -149,7 +190,8 @@ def _sampled(result: Result, times: Any) -> tuple[Series, Float[np.ndarray, " m"
 
 
 def _columns(result: Result, series: Series) -> Variables:
-    """Columns of a series as variables; a place of one node has no dimension beside the time."""
+    """Columns of a series as variables; a place of one node has no dimension beside the
+    time."""
     n = series.normal_load.shape[1]
     data = {}
     for field, values in flat(series, pairs=result.tells_pairs_apart).items():
@@ -160,9 +202,20 @@ def _columns(result: Result, series: Series) -> Variables:
             value = value.astype(np.int64)
         wetted = field.startswith(("coolant_", "wetted_"))
         last = "node" if field == "temperature" else "jacket" if wetted else "lining"
-        dims = ("time", *(() if value.ndim == 1 else (last,) if value.ndim == 2 else (f"{field}_state", last)))
+        dims = (
+            "time",
+            *(
+                ()
+                if value.ndim == 1
+                else (last,)
+                if value.ndim == 2
+                else (f"{field}_state", last)
+            ),
+        )
         if (value.ndim == 2 and last != "node" and value.shape[1] != n) or wetted:
-            single = value.shape[1] == 1  # else of the rims of several bands, or of several jackets
+            single = (
+                value.shape[1] == 1
+            )  # else of the rims of several bands, or of several jackets
             several = "jacket" if wetted else "band"
             dims = ("time",) if single else ("time", several)
             value = value[:, 0] if single else value
@@ -170,7 +223,12 @@ def _columns(result: Result, series: Series) -> Variables:
     return data
 
 
-def _add_walls(result: Result, temperature: Float[np.ndarray, "m nodes"], coords: Variables, data: Variables) -> None:
+def _add_walls(
+    result: Result,
+    temperature: Float[np.ndarray, "m nodes"],
+    coords: Variables,
+    data: Variables,
+) -> None:
     """Temperatures of every wall by its layers, and where these lie."""
     first = 0
     for body in result.scene.network.bodies:
@@ -183,16 +241,27 @@ def _add_walls(result: Result, temperature: Float[np.ndarray, "m nodes"], coords
         name = _free(body.name, data)
         layer = f"{name}_layer"
         copy = f"{name}_copy"
-        coords[layer] = _variable(layer, np.arange(body.layers) + 1, "1", f"layer of {body.name}, from its front")
+        coords[layer] = _variable(
+            layer,
+            np.arange(body.layers) + 1,
+            "1",
+            f"layer of {body.name}, from its front",
+        )
         depth = np.asarray(body.centres, float)
-        coords[f"{name}_depth"] = _variable(layer, depth, "m", "depth of the layer's centre below the front")
+        coords[f"{name}_depth"] = _variable(
+            layer, depth, "m", "depth of the layer's centre below the front"
+        )
         values = temperature[:, layers]
         dims = ("time", layer)
         if body.copies > 1:
             values = values.reshape(-1, body.copies, body.layers)
             dims = ("time", copy, layer)
-            coords[copy] = _variable(copy, np.arange(body.copies) + 1, "1", f"which of the walls {body.name}")
-        data[f"{name}_layer_temperature"] = _variable(dims, values, "K", f"temperature of {body.name} in its layers")
+            coords[copy] = _variable(
+                copy, np.arange(body.copies) + 1, "1", f"which of the walls {body.name}"
+            )
+        data[f"{name}_layer_temperature"] = _variable(
+            dims, values, "K", f"temperature of {body.name} in its layers"
+        )
 
 
 def _free(name: str, data: Variables) -> str:
@@ -208,9 +277,15 @@ def _events(result: Result) -> Variables:
     names = [e.name for e in result.events]
     linings = np.asarray([e.lining or 0 for e in result.events], np.int64)
     return {
-        "event_time": _variable("event", np.asarray(times, float), "s", "time of the event"),
-        "event_name": _variable("event", np.asarray(names, str), "1", "name of the event"),
-        "event_lining": _variable("event", linings, "1", "lining (from 1) that it concerns, 0: no single one"),
+        "event_time": _variable(
+            "event", np.asarray(times, float), "s", "time of the event"
+        ),
+        "event_name": _variable(
+            "event", np.asarray(names, str), "1", "name of the event"
+        ),
+        "event_lining": _variable(
+            "event", linings, "1", "lining (from 1) that it concerns, 0: no single one"
+        ),
     }
 
 
@@ -219,7 +294,11 @@ def _stages(result: Result) -> Variables:
         return {}
     names = np.asarray([stage.name for stage in result.stages], str)
     return {"stage_name": _variable("stage", names, "1", "name of the stage")} | {
-        f"stage_{field}": _variable("stage", np.asarray([getattr(s, field) for s in result.stages], float), *about)
+        f"stage_{field}": _variable(
+            "stage",
+            np.asarray([getattr(s, field) for s in result.stages], float),
+            *about,
+        )
         for field, about in _STAGE_FIELDS.items()
     }
 
@@ -232,39 +311,54 @@ def _numbers(result: Result) -> Variables:
     variables = {}
     for name, value in {**summary["metrics"], **summary["at"]}.items():
         if name not in energies:  # heats are among the energies
-            value = value if isinstance(value, int) else float(np.inf if value is None else value)
+            value = (
+                value
+                if isinstance(value, int)
+                else float(np.inf if value is None else value)
+            )
             variables[name] = ((), np.asarray(value), about_output(name))
     variables |= {
-        f"energy.{name}": ((), np.asarray(value), about_output(f"energy.{name}")) for name, value in energies.items()
+        f"energy.{name}": ((), np.asarray(value), about_output(f"energy.{name}"))
+        for name, value in energies.items()
     }
     about = {
         "steps": (int(stats.accepted), "steps accepted"),
         "rejected": (int(stats.rejected), "step attempts rejected for their error"),
         "retaken": (int(stats.retaken), "steps taken again, shorter, at events"),
         "segments": (int(stats.segments), "parts of the run between events"),
-        "code": (int(result.code), "0 if the run reached its end time, else the failure code"),
+        "code": (
+            int(result.code),
+            "0 if the run reached its end time, else the failure code",
+        ),
         "status": (result.status, "status of the run"),
         "method": (result.method_name, "solver of the run"),
         "rtol": (float(result.rtol), "relative tolerance of the run"),
     }
-    return variables | {name: _variable((), value, "1", meaning) for name, (value, meaning) in about.items()}
+    return variables | {
+        name: _variable((), value, "1", meaning)
+        for name, (value, meaning) in about.items()
+    }
 
 
-# --- provenance ----------------------------------------------------------------------------------------------------
+# --- provenance ---------------------------------------------------------------------
 
 PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
 
 
 @explained
 def provenance(result: Result) -> dict[str, Any]:
-    """Provenance of a concrete result, as plain values of JSON, without user, host or path.
+    """Provenance of a concrete result, as plain values of JSON, without user, host or
+    path.
 
     - `simbrake`, `versions`, `machine`, `date` (UTC, ISO 8601, of this call)
-    - `scene`: `toml`, the text of a scene file, or `null` and `why` for a scene that cannot be written, as one with a
-      custom law; `numbers` (path, value, unit, SI) and `parts` (path → class or word) of any scene
-    - `settings`: the options of `simulate`;  `outcome`: status, code and counts of the solver
+    - `scene`: `toml`, the text of a scene file, or `null` and `why` for a scene that
+      cannot be written, as one with a custom law; `numbers` (path, value, unit, SI) and
+      `parts` (path → class or word) of any scene
+    - `settings`: the options of `simulate`
+    - `outcome`: status, code and counts of the solver
 
-    `simbrake.results.rerun` runs it again. Raises `ValueError` for a traced or batched result.
+    `simbrake.results.rerun` runs it again. Raises `ValueError` for a traced or batched
+    result.
 
     Example:
         >>> about = sb.results.provenance(result)
@@ -272,13 +366,18 @@ def provenance(result: Result) -> dict[str, Any]:
         ('Dopri8', 'stopped')
     """
     if not result.concrete:
-        raise ValueError("a traced or batched result has no provenance: use one result outside of jit and vmap")
+        raise ValueError(
+            "a traced or batched result has no provenance: use one result outside of jit and vmap"
+        )
     stats = result.record.stats
     limits = result.limits
     longest = float(limits.max_step)
     return {
         "simbrake": str(importlib.import_module("simbrake").__version__),
-        "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
+        "versions": {
+            "python": platform.python_version(),
+            **{name: version(name) for name in PACKAGES},
+        },
         "machine": machine(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "scene": scene_dict(result.scene),
@@ -294,7 +393,10 @@ def provenance(result: Result) -> dict[str, Any]:
             "code": int(result.code),
             "message": result.message,
             "warnings": warnings(result.scene),
-            **{name: int(count) for name, count in zip(stats._fields, stats, strict=True)},
+            **{
+                name: int(count)
+                for name, count in zip(stats._fields, stats, strict=True)
+            },
         },
     }
 
@@ -305,7 +407,14 @@ def machine() -> dict[str, Any]:
     info = Path("/proc/cpuinfo")
     if info.exists():
         lines = info.read_text("utf-8", errors="replace").splitlines()
-        cpu = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), cpu)
+        cpu = next(
+            (
+                line.split(":", 1)[1].strip()
+                for line in lines
+                if line.startswith("model name")
+            ),
+            cpu,
+        )
     return {
         "cpu": cpu,
         "architecture": platform.machine(),
@@ -320,27 +429,36 @@ def scene_dict(scene: Scene) -> dict[str, Any]:
     """A scene as text where a scene file can hold it, and its numbers and parts."""
     toml, why = _toml(scene)
     numbers = [
-        {"path": leaf.path, "value": np.asarray(leaf.value, float).tolist(), "unit": leaf.about.unit}
+        {
+            "path": leaf.path,
+            "value": np.asarray(leaf.value, float).tolist(),
+            "unit": leaf.about.unit,
+        }
         for leaf in leaves(scene)
     ]
     return {"toml": toml, "why": why, "numbers": numbers, "parts": parts(scene)}
 
 
 def _toml(scene: Scene) -> tuple[str | None, str | None]:
-    """The text of a scene file that restores the same scene exactly, or the reason why there is none."""
+    """The text of a scene file that restores the same scene exactly, or the reason why
+    there is none."""
     try:
         text = scene_text(scene)
         back = scene_from_text(text)
     except InputError as error:
         return None, "; ".join(str(fault) for fault in error.faults)
     same = parts(back) == parts(scene) and all(
-        a.path == b.path and np.array_equal(a.value, b.value) for a, b in zip(leaves(back), leaves(scene), strict=True)
+        a.path == b.path and np.array_equal(a.value, b.value)
+        for a, b in zip(leaves(back), leaves(scene), strict=True)
     )
-    return (text, None) if same else (None, "the text does not give the same scene back")
+    return (
+        (text, None) if same else (None, "the text does not give the same scene back")
+    )
 
 
 def parts(node: Any, path: str = "") -> dict[str, Any]:
-    """Structure of a scene beside its numbers with units: path → name of the class, or value of a word or count.
+    """Structure of a scene beside its numbers with units: path → name of the class, or
+    value of a word or count.
 
     Classes that are not of simbrake are named with their module.
     """
@@ -353,10 +471,14 @@ def parts(node: Any, path: str = "") -> dict[str, Any]:
         for field in dataclasses.fields(node):
             value = getattr(node, field.name)
             if "quantity" not in field.metadata or dataclasses.is_dataclass(value):
-                structure |= parts(value, f"{path}.{field.name}" if path else field.name)
+                structure |= parts(
+                    value, f"{path}.{field.name}" if path else field.name
+                )
     elif isinstance(node, bool | int | float | str):
         structure[path] = node
-    elif isinstance(node, np.ndarray | jax.Array):  # numbers of a custom law that name no unit
+    elif isinstance(
+        node, np.ndarray | jax.Array
+    ):  # numbers of a custom law that name no unit
         structure[path] = np.asarray(node).tolist()
     elif node is not None:
         structure[path] = _name(node if callable(node) else type(node))
@@ -369,17 +491,19 @@ def _name(thing: Any) -> str:
     return name if str(module).split(".")[0] == "simbrake" else f"{module}.{name}"
 
 
-# --- files ------------------------------------------------------------------------------------------------------------
+# --- files --------------------------------------------------------------------------
 
 _CHECK = "sha256"
 
 
 @explained
 def save(result: Result | Dataset, path: str | Path) -> Path:
-    """Write a result, or a data set of `simbrake.dataset`, to one netCDF file (`.nc`): whole, or not at all.
+    """Write a result, or a data set of `simbrake.dataset`, to one netCDF file (`.nc`):
+    whole, or not at all.
 
-    The format is the classic one, which xarray, MATLAB, Octave, R and Panoply open. `read_result` gives the same data
-    set back, to the last bit. Tables for other programs are written by xarray and pandas, as the recipe
+    The format is the classic one, which xarray, MATLAB, Octave, R and Panoply open.
+    `read_result` gives the same data set back, to the last bit. Tables for other
+    programs are written by xarray and pandas, as the recipe
     `docs/recipes/result_tables.py` does. Raises `InputError`.
 
     Example:
@@ -391,7 +515,15 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     path = _netcdf(path)
     data = dataset(result) if isinstance(result, Result) else result
     if getattr(data, "attrs", {}).get("format") != FORMAT:
-        raise InputError([Fault(str(path), "the object to be saved is not a result", "give a Result, or its dataset")])
+        raise InputError(
+            [
+                Fault(
+                    str(path),
+                    "the object to be saved is not a result",
+                    "give a Result, or its dataset",
+                )
+            ]
+        )
     data = _normalised(data)
     data.attrs[_CHECK] = _checksum(data)
     if path.is_dir():
@@ -403,9 +535,11 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
 
 @explained
 def read_result(path: str | Path) -> Dataset:
-    """The data set (`xarray.Dataset`) of a result file, or of a folder of `simbrake run --out`.
+    """The data set (`xarray.Dataset`) of a result file, or of a folder of
+    `simbrake run --out`.
 
-    Raises `InputError` for a file that is missing, of another kind, damaged, or changed after it was written.
+    Raises `InputError` for a file that is missing, of another kind, damaged, or changed
+    after it was written.
 
     Example:
         >>> import tempfile
@@ -424,11 +558,29 @@ def read_result(path: str | Path) -> Dataset:
         earlier = data.attrs.pop("checksum", None)  # another hash, before 0.1.0
     except Exception as error:  # any exception in a user's file is reported in one line
         words = f"cannot be read as a result ({type(error).__name__})"
-        raise InputError([Fault(str(path), words, "give netCDF as `simbrake.save` writes it")]) from error
+        raise InputError(
+            [Fault(str(path), words, "give netCDF as `simbrake.save` writes it")]
+        ) from error
     if data.attrs.get("format") != FORMAT:
-        raise InputError([Fault(str(path), "is not a result of a run", f"its attribute `format` must be {FORMAT!r}")])
+        raise InputError(
+            [
+                Fault(
+                    str(path),
+                    "is not a result of a run",
+                    f"its attribute `format` must be {FORMAT!r}",
+                )
+            ]
+        )
     if earlier is None and checksum != _checksum(data):
-        raise InputError([Fault(str(path), "is damaged, or was changed after it was written", "save the result again")])
+        raise InputError(
+            [
+                Fault(
+                    str(path),
+                    "is damaged, or was changed after it was written",
+                    "save the result again",
+                )
+            ]
+        )
     return data
 
 
@@ -436,13 +588,17 @@ def _netcdf(path: str | Path) -> Path:
     """The path of a result file, which ends in .nc."""
     path = Path(path)
     if path.suffix.lower() != ".nc":
-        hint = "results are kept as netCDF, .nc; docs/recipes/result_tables.py writes tables for other programs"
+        hint = (
+            "results are kept as netCDF, .nc; docs/recipes/result_tables.py writes "
+            "tables for other programs"
+        )
         raise InputError([Fault(str(path), f"has the suffix {path.suffix!r}", hint)])
     return path
 
 
 def _normalised(data: Dataset) -> Dataset:
-    """The data set as files hold it: 64-bit numbers, plain strings, attributes that are texts, no encodings."""
+    """The data set as files hold it: 64-bit numbers, plain strings, attributes that are
+    texts, no encodings."""
     import xarray as xr
 
     def texts(attrs: Mapping[Any, Any]) -> dict[str, str]:
@@ -450,11 +606,19 @@ def _normalised(data: Dataset) -> Dataset:
 
     def plain(variable: DataArray) -> Variable:
         values = np.asarray(variable.values)
-        kind = {"i": np.int64, "u": np.int64, "b": np.int64, "f": np.float64}.get(values.dtype.kind, str)
-        return tuple(map(str, variable.dims)), values.astype(kind), texts(variable.attrs)
+        kind = {"i": np.int64, "u": np.int64, "b": np.int64, "f": np.float64}.get(
+            values.dtype.kind, str
+        )
+        return (
+            tuple(map(str, variable.dims)),
+            values.astype(kind),
+            texts(variable.attrs),
+        )
 
     coords = {name: plain(variable) for name, variable in data.coords.items()}
-    return xr.Dataset({k: plain(v) for k, v in data.data_vars.items()}, coords, texts(data.attrs))
+    return xr.Dataset(
+        {k: plain(v) for k, v in data.data_vars.items()}, coords, texts(data.attrs)
+    )
 
 
 def _checksum(data: Dataset) -> str:
@@ -465,8 +629,22 @@ def _checksum(data: Dataset) -> str:
         variable = data.variables[name]
         values = variable.values
         is_number = values.dtype.kind in "if"
-        content = values.astype(values.dtype.newbyteorder("<")).tobytes() if is_number else values.tolist()
-        check.update(repr([name, variable.dims, values.shape, sorted(variable.attrs.items()), content]).encode())
+        content = (
+            values.astype(values.dtype.newbyteorder("<")).tobytes()
+            if is_number
+            else values.tolist()
+        )
+        check.update(
+            repr(
+                [
+                    name,
+                    variable.dims,
+                    values.shape,
+                    sorted(variable.attrs.items()),
+                    content,
+                ]
+            ).encode()
+        )
     return check.hexdigest()
 
 
@@ -474,9 +652,15 @@ def origin(source: Source) -> Settings:
     """Provenance of a stored result, from a file or a data set, or of a result."""
     if isinstance(source, Result):
         return provenance(source)
-    data, name = (read_result(source), str(source)) if isinstance(source, str | Path) else (source, "data set")
+    data, name = (
+        (read_result(source), str(source))
+        if isinstance(source, str | Path)
+        else (source, "data set")
+    )
     try:
         return json.loads(data.attrs["provenance"])
     except (AttributeError, KeyError, ValueError) as error:
         what = "has no provenance"
-        raise InputError([Fault(name, what, "give a result file, or a data set of simbrake.dataset")]) from error
+        raise InputError(
+            [Fault(name, what, "give a result file, or a data set of simbrake.dataset")]
+        ) from error

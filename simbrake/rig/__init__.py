@@ -1,6 +1,8 @@
-"""What a rig records: its log as it is in files, the lowerings in it, and the duty of its brake.
+"""What a rig records: its log as it is in files, the lowerings in it, and the duty of
+its brake.
 
-The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+The names are in `__init__.pyi`, each with its module, which is imported at the first
+use of the name.
 """
 
 from .._base._arguments import public_names

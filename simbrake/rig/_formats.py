@@ -1,4 +1,5 @@
-"""Recordings as they are in files: WITSML, LAS and rig CSV as columns of numbers and texts, before any meaning."""
+"""Recordings as they are in files: WITSML, LAS and rig CSV as columns of numbers and
+texts, before any meaning."""
 
 import dataclasses
 import io
@@ -18,7 +19,8 @@ from .._base._nulls import EMPTY
 from .._base._text_table import HEAD, PIECE, File, Rows, cells_of, opened
 from ._grammar import is_date_name, says_time
 
-#: bytes of a whole file, unpacked; columns of a table; depth of an XML; errors of one kind that are listed
+#: bytes of a whole file, unpacked; columns of a table; depth of an XML; errors of one
+#: kind that are listed
 _MOST_BYTES = 1 << 32
 _MOST_COLUMNS = 2000
 _DEEPEST = 50
@@ -28,11 +30,15 @@ _NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?")
 
 @dataclasses.dataclass
 class Table:
-    """Columns of one table of a file: names, units and descriptions as written, numbers, and texts of the others.
+    """Columns of one table of a file: names, units and descriptions as written,
+    numbers, and texts of the others.
 
-    - `texts`: of the columns that hold times or words, by their place;  `nulls`: the file's null values
-    - `index`: place of the column that the file calls its index, `index_type` what it says of it
-    - `row_word`, `row_numbers`: how a row is named in a message;  `well`: its name, as the file has it
+    - `texts`: of the columns that hold times or words, by their place
+    - `nulls`: the file's null values
+    - `index`: place of the column that the file calls its index, `index_type` what it
+      says of it
+    - `row_word`, `row_numbers`: how a row is named in a message
+    - `well`: its name, as the file has it
     - `remarks`: what was assumed while reading
     """
 
@@ -54,7 +60,8 @@ class Table:
         return f"{self.row_word} {int(self.row_numbers[i])}"
 
     def fill(self, rows: Rows) -> None:
-        """Take the rows. Raises `InputError` for damaged ones; the last one may be cut off, which is told."""
+        """Take the rows. Raises `InputError` for damaged ones; the last one may be cut
+        off, which is told."""
         self.row_numbers, self.values = rows.finish()
         self.texts = rows.texts
         self.row_word = rows.word
@@ -67,60 +74,110 @@ class Table:
         faults = Issues()
         for row, count in wrong[:_LISTED]:
             what = f"has {count} cells under {rows.count} columns"
-            faults.add(f"{rows.path} {rows.word} {row}", what, "the row is damaged: remove or repair it")
+            faults.add(
+                f"{rows.path} {rows.word} {row}",
+                what,
+                "the row is damaged: remove or repair it",
+            )
         if wrong[_LISTED:]:
-            faults.add(str(rows.path), f"has {len(wrong)} rows with another number of cells in all")
+            faults.add(
+                str(rows.path),
+                f"has {len(wrong)} rows with another number of cells in all",
+            )
         if not self.row_numbers.size and not faults:
-            faults.add(str(rows.path), "has no rows of values", "it is cut off: export the log again")
+            faults.add(
+                str(rows.path),
+                "has no rows of values",
+                "it is cut off: export the log again",
+            )
         faults.report()
         for i, (count, row, text) in rows.odd.items():
             if np.isfinite(self.values[i]).sum() < count:
-                self.remarks.append(f"{self.names[i]}: holds words, not used")  # which may be names of people
+                self.remarks.append(
+                    f"{self.names[i]}: holds words, not used"
+                )  # which may be names of people
             else:
                 where = f"{text[:40]!r} in {rows.word} {row}"
-                self.remarks.append(f"{self.names[i]}: {count} cells are no numbers ({where}), taken as missing")
+                self.remarks.append(
+                    f"{self.names[i]}: {count} cells are no numbers ({where}), taken as missing"
+                )
         for row, count in short:
-            self.remarks.append(f"{rows.word} {row}, the last, has {count} of {rows.count} cells: left out")
+            self.remarks.append(
+                f"{rows.word} {row}, the last, has {count} of {rows.count} cells: left out"
+            )
 
 
-def tables_of(path: Path, progress: Callable[[int], object], texts: Sequence[str] = ()) -> list[Table]:
-    """Tables of a WITSML, LAS or CSV file, packed (`.xz`, `.gz`) or not; `texts` names columns to be kept as text.
+def tables_of(
+    path: Path, progress: Callable[[int], object], texts: Sequence[str] = ()
+) -> list[Table]:
+    """Tables of a WITSML, LAS or CSV file, packed (`.xz`, `.gz`) or not; `texts` names
+    columns to be kept as text.
 
-    `progress` is called with the bytes of the file that have been read. Raises `InputError` with what cannot be read.
+    `progress` is called with the bytes of the file that have been read. Raises
+    `InputError` with what cannot be read.
     """
     kinds = ("*.xml", "*.xml.xz", "*.las", "*.csv")
     with opened(path, *kinds, most=_MOST_BYTES, progress=progress) as file:
         if not file.head.strip():
-            raise input_error(str(path), "is empty", "give a WITSML, LAS or CSV recording")
-        text = file.head.decode(file.encoding or "latin-1", "replace").lstrip("\ufeff\xef\xbb\xbf \t\r\n")
+            raise input_error(
+                str(path), "is empty", "give a WITSML, LAS or CSV recording"
+            )
+        text = file.head.decode(file.encoding or "latin-1", "replace").lstrip(
+            "\ufeff\xef\xbb\xbf \t\r\n"
+        )
         if text.startswith("<"):
             return _Witsml(file, texts).read()
-        first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+        first = next(
+            (
+                line
+                for line in text.splitlines()
+                if line.strip() and not line.startswith("#")
+            ),
+            "",
+        )
         return _las(file, texts) if first.startswith("~") else [_csv(file, texts)]
 
 
-def _kept_as_text(names: Sequence[str], sample: Sequence[Sequence[str]], wanted: Sequence[str]) -> list[int]:
-    """Columns of times, and of names of activities, by the names and by some rows of cells."""
+def _kept_as_text(
+    names: Sequence[str], sample: Sequence[Sequence[str]], wanted: Sequence[str]
+) -> list[int]:
+    """Columns of times, and of names of activities, by the names and by some rows of
+    cells."""
     kept = []
     for i, name in enumerate(names):
-        cells = [row[i].strip() for row in sample if i < len(row) and row[i].strip() not in EMPTY][:20]
+        cells = [
+            row[i].strip()
+            for row in sample
+            if i < len(row) and row[i].strip() not in EMPTY
+        ][:20]
         letters = re.sub(r"[^A-Z]", "", name.upper())
-        # without separators in its cells (`20261127`, `052324`) only a name says that a column has dates or clocks
-        named = name in wanted or is_date_name(name) or letters in ("TIME", "CLOCK", "HHMMSS")
+        # without separators in its cells (`20261127`, `052324`) only a name says that a
+        # column has dates or clocks
+        named = (
+            name in wanted
+            or is_date_name(name)
+            or letters in ("TIME", "CLOCK", "HHMMSS")
+        )
         timed = sum(map(says_time, cells)) > 0.5 * len(cells)
-        active = re.search(r"ACTIVITY|ACTC|STATE$|MODE$", letters) and cells and not _NUMBER.fullmatch(cells[0])
+        active = (
+            re.search(r"ACTIVITY|ACTC|STATE$|MODE$", letters)
+            and cells
+            and not _NUMBER.fullmatch(cells[0])
+        )
         if named or timed or active:
             kept.append(i)
     return kept
 
 
-# --- WITSML -----------------------------------------------------------------------------------------------------------
+# --- WITSML -------------------------------------------------------------------------
 
 
 class _Witsml(ElementTree.TreeBuilder):
-    """Logs of a WITSML 1.3 or 1.4 document, while its tree is built; rows leave the tree as they come.
+    """Logs of a WITSML 1.3 or 1.4 document, while its tree is built; rows leave the
+    tree as they come.
 
-    A document type is refused: no log has one, and its entities may grow without bounds or name files.
+    A document type is refused: no log has one, and its entities may grow without bounds
+    or name files.
     """
 
     def __init__(self, file: File, texts: Sequence[str]) -> None:
@@ -145,11 +202,18 @@ class _Witsml(ElementTree.TreeBuilder):
             raise InputError([self._damaged(error)]) from None
         except InputError:
             raise
-        except (LookupError, ValueError) as error:  # an encoding that the parser does not know
+        except (
+            LookupError,
+            ValueError,
+        ) as error:  # an encoding that the parser does not know
             self._refuse(f"cannot be read: {error}", "give it in UTF-8")
         if not self.tables:
             other = root.tag not in ("logs", "log")
-            what = f"has no log with data: its root is <{root.tag}>" if other else "has no data"
+            what = (
+                f"has no log with data: its root is <{root.tag}>"
+                if other
+                else "has no data"
+            )
             self._refuse(what, "give a WITSML 1.3 or 1.4 log")
         return self.tables
 
@@ -163,12 +227,23 @@ class _Witsml(ElementTree.TreeBuilder):
         errors = expat.errors
         words = expat.ErrorString(error.code)
         place = f"{self.file.path} line {error.position[0]}"
-        if words in (errors.XML_ERROR_NO_ELEMENTS, errors.XML_ERROR_UNCLOSED_TOKEN, errors.XML_ERROR_PARTIAL_CHAR):
-            return Fault(place, f"ends{inside}{after}", "it is cut off: export the log again")
-        return Fault(place, f"is no well-formed XML ({words}){inside}{after}", "repair it")
+        if words in (
+            errors.XML_ERROR_NO_ELEMENTS,
+            errors.XML_ERROR_UNCLOSED_TOKEN,
+            errors.XML_ERROR_PARTIAL_CHAR,
+        ):
+            return Fault(
+                place, f"ends{inside}{after}", "it is cut off: export the log again"
+            )
+        return Fault(
+            place, f"is no well-formed XML ({words}){inside}{after}", "repair it"
+        )
 
     def doctype(self, *_: object) -> None:
-        self._refuse("declares a document type (DTD), which no log needs", "remove it from the XML")
+        self._refuse(
+            "declares a document type (DTD), which no log needs",
+            "remove it from the XML",
+        )
 
     def start(self, tag: Any, attrs: Any) -> Any:
         element = super().start(tag.rpartition("}")[2], attrs)
@@ -208,24 +283,56 @@ class _Witsml(ElementTree.TreeBuilder):
         """The columns, where the first row of a log comes."""
 
         def said(name: str) -> str:
-            return next((element.text.strip() for element in self._open[0].iter(name) if element.text), "")
+            return next(
+                (
+                    element.text.strip()
+                    for element in self._open[0].iter(name)
+                    if element.text
+                ),
+                "",
+            )
 
-        curves = [{x.tag: (x.text or "").strip() for x in curve} for curve in self._open[0].iter("logCurveInfo")]
+        curves = [
+            {x.tag: (x.text or "").strip() for x in curve}
+            for curve in self._open[0].iter("logCurveInfo")
+        ]
         curves.sort(key=lambda curve: _whole(curve.get("columnIndex")))
         listed = said("mnemonicList") or said("header")
-        names = [name.strip() for name in listed.split(",")] if listed else [c.get("mnemonic", "") for c in curves]
+        names = (
+            [name.strip() for name in listed.split(",")]
+            if listed
+            else [c.get("mnemonic", "") for c in curves]
+        )
         if not names or len(names) > _MOST_COLUMNS:
-            what = "lists no curves" if not names else f"lists {len(names)} curves, more than {_MOST_COLUMNS}"
+            what = (
+                "lists no curves"
+                if not names
+                else f"lists {len(names)} curves, more than {_MOST_COLUMNS}"
+            )
             where = f"{self.file.path} <log>"
             raise input_error(where, what, "mnemonicList, or logCurveInfo, names them")
         by_name = {curve.get("mnemonic", ""): curve for curve in curves}
         units = [unit.strip() for unit in said("unitList").split(",")]
         if len(units) != len(names):
             units = [by_name.get(name, {}).get("unit", "") for name in names]
-        nulls = [_real(element.text or "") for element in self._open[0].iter("nullValue")]
+        nulls = [
+            _real(element.text or "") for element in self._open[0].iter("nullValue")
+        ]
         index = said("indexCurve") or names[0]
-        column = next((_whole(x.get("columnIndex")) - 1 for x in self._open[0].iter("indexCurve")), -1)
-        place = names.index(index) if index in names else column if 0 <= column < len(names) else 0
+        column = next(
+            (
+                _whole(x.get("columnIndex")) - 1
+                for x in self._open[0].iter("indexCurve")
+            ),
+            -1,
+        )
+        place = (
+            names.index(index)
+            if index in names
+            else column
+            if 0 <= column < len(names)
+            else 0
+        )
         self._table = Table(
             names,
             units,
@@ -237,7 +344,9 @@ class _Witsml(ElementTree.TreeBuilder):
         )
         delimiter = said("dataDelimiter") or ","
         texts = {place, *_kept_as_text(names, [line.split(delimiter)], self.wanted)}
-        self._rows = Rows(self.file.path, len(names), delimiter, sorted(texts), word="row")
+        self._rows = Rows(
+            self.file.path, len(names), delimiter, sorted(texts), word="row"
+        )
 
     def _flush(self) -> None:
         if self._rows is not None:
@@ -266,17 +375,20 @@ def _real(text: str) -> float | None:
         return None
 
 
-# --- LAS --------------------------------------------------------------------------------------------------------------
+# --- LAS ----------------------------------------------------------------------------
 
-#: sections of rows: ~A of LAS 1 and 2, ~Log_Data[1] | Log_Definition[1] and ~ASCII | CURVE of LAS 3
+#: sections of rows: ~A of LAS 1 and 2, ~Log_Data[1] | Log_Definition[1] and ~ASCII |
+#: CURVE of LAS 3
 _DATA = re.compile(
-    r"~(?:A\w*|(?P<kind>Log|Drilling)_Data(?P<number>\[\d+\])?)\s*(?:\|\s*(?P<of>\S+))?.*", re.IGNORECASE
+    r"~(?:A\w*|(?P<kind>Log|Drilling)_Data(?P<number>\[\d+\])?)\s*(?:\|\s*(?P<of>\S+))?.*",
+    re.IGNORECASE,
 )
 _OTHER_DATA = re.compile(r"~(\w+_Data)\b.*", re.IGNORECASE)
 
 
 def _las(file: File, texts: Sequence[str]) -> list[Table]:
-    """Tables of a LAS 1.2, 2 or 3 file: the headers by lasio, the rows as those of the other formats."""
+    """Tables of a LAS 1.2, 2 or 3 file: the headers by lasio, the rows as those of the
+    other formats."""
     head: dict[str, list[str]] = {}  # lines of the header by the title of their section
     section: list[str] | _LasTable | None = None
     found: list[_LasTable] = []
@@ -290,14 +402,24 @@ def _las(file: File, texts: Sequence[str]) -> list[Table]:
                 data = _DATA.fullmatch(title)
                 other = _OTHER_DATA.match(title)
                 if data is not None:
-                    section = _LasTable(file.path, title.split()[0], _header(file.path, head, data), texts)
+                    section = _LasTable(
+                        file.path,
+                        title.split()[0],
+                        _header(file.path, head, data),
+                        texts,
+                    )
                     found.append(section)
                 elif other is not None:
                     section = None
                     remarks.append(f"~{other[1]} is not read")
                 else:
-                    section = head.setdefault(title[1:].split("|")[0].strip().lower(), [])
-            lines = ["" if line.lstrip().startswith("#") else line for line in piece[a + 1 : b]]
+                    section = head.setdefault(
+                        title[1:].split("|")[0].strip().lower(), []
+                    )
+            lines = [
+                "" if line.lstrip().startswith("#") else line
+                for line in piece[a + 1 : b]
+            ]
             if isinstance(section, _LasTable):
                 section.add(lines, first + a + 1)
             elif section is not None:
@@ -317,14 +439,28 @@ def _header(path: Path, head: Mapping[str, list[str]], data: re.Match[str]) -> A
     lasio = needed("lasio", "reads the header of LAS files", "rig")
     kind = data["kind"]
     curves = data["of"] or (f"{kind}_Definition{data['number'] or ''}" if kind else "C")
-    # a curve section of LAS 2 is named by its letter, and ~Curve and ~Log_Definition are one
-    begins = {"Version": ("v",), "Well": ("w",), "Curve": (curves.lower(), *(() if kind == "Drilling" else ("c",)))}
+    # a curve section of LAS 2 is named by its letter, and ~Curve and ~Log_Definition
+    # are one
+    begins = {
+        "Version": ("v",),
+        "Well": ("w",),
+        "Curve": (curves.lower(), *(() if kind == "Drilling" else ("c",))),
+    }
     text = ""
     for title, starts in begins.items():
-        lines = [lines for start in starts for name, lines in head.items() if name.startswith(start)]
-        text += "".join(f"{line}\n" for line in [f"~{title}", *(lines[0] if lines else ())])
+        lines = [
+            lines
+            for start in starts
+            for name, lines in head.items()
+            if name.startswith(start)
+        ]
+        text += "".join(
+            f"{line}\n" for line in [f"~{title}", *(lines[0] if lines else ())]
+        )
     try:
-        return lasio.read(io.StringIO(text + "~A\n"), ignore_data=True, ignore_header_errors=False)
+        return lasio.read(
+            io.StringIO(text + "~A\n"), ignore_data=True, ignore_header_errors=False
+        )
     except Exception as error:  # any exception of the parser: the header is not LAS
         what = f"is no LAS file that lasio reads: {error}"
         raise input_error(str(path), what, "LAS 1.2, 2 and 3 are read") from None
@@ -338,10 +474,14 @@ class _LasTable:
         self.texts = texts
         if not las.curves or len(las.curves) > _MOST_COLUMNS:
             what = f"lists {len(las.curves)} curves"
-            raise input_error(f"{path} ~Curve", what, f"name the columns of {title} there")
+            raise input_error(
+                f"{path} ~Curve", what, f"name the columns of {title} there"
+            )
 
         def value(name: str) -> str:
-            return next((str(s[name].value) for s in (las.version, las.well) if name in s), "")
+            return next(
+                (str(s[name].value) for s in (las.version, las.well) if name in s), ""
+            )
 
         separators = {"COMMA": ",", ",": ",", "TAB": "\t"}
         self.separator = separators.get(value("DLM").strip().upper(), " ")
@@ -350,7 +490,10 @@ class _LasTable:
         described = [_described(curve.descr or "") for curve in las.curves]
         self.table = Table(
             [curve.original_mnemonic for curve in las.curves],
-            [curve.unit or form for curve, (_, form) in zip(las.curves, described, strict=True)],
+            [
+                curve.unit or form
+                for curve, (_, form) in zip(las.curves, described, strict=True)
+            ],
             [words for words, _ in described],
             nulls=() if null is None else (null,),
             index=0,
@@ -367,7 +510,9 @@ class _LasTable:
             self._kept += " ".join(lines).split()
             count = len(names)
             whole = len(self._kept) // count * count
-            lines = [" ".join(self._kept[i : i + count]) for i in range(0, whole, count)]
+            lines = [
+                " ".join(self._kept[i : i + count]) for i in range(0, whole, count)
+            ]
             del self._kept[:whole]
             first = self._row
             self._row += len(lines)
@@ -375,9 +520,14 @@ class _LasTable:
             sample = next((line for line in lines if line.strip()), None)
             if sample is None:
                 return
-            texts = {0, *_kept_as_text(names, [cells_of(sample, self.separator)], self.texts)}
+            texts = {
+                0,
+                *_kept_as_text(names, [cells_of(sample, self.separator)], self.texts),
+            }
             word = "row" if self.wrapped else "line"
-            self.rows = Rows(self.path, len(names), self.separator, sorted(texts), word=word)
+            self.rows = Rows(
+                self.path, len(names), self.separator, sorted(texts), word=word
+            )
         self.rows.add(lines, first)
 
     def finish(self, rows: Rows) -> Table:
@@ -388,26 +538,35 @@ class _LasTable:
 
 
 def _described(text: str) -> tuple[str, str]:
-    """The description of a curve without the format behind it, `{F10.4}`, and the format of a date."""
+    """The description of a curve without the format behind it, `{F10.4}`, and the
+    format of a date."""
     match = re.search(r"\s*\{(.*?)\}.*", text)
     if match is None:
         return text, ""
     return text[: match.start()], match[1] if "YY" in match[1].upper() else ""
 
 
-# --- CSV --------------------------------------------------------------------------------------------------------------
+# --- CSV ----------------------------------------------------------------------------
 
 
 def _csv(file: File, texts: Sequence[str]) -> Table:
-    """Columns of a rig CSV: a row of names, perhaps one of units, then rows of values."""
+    """Columns of a rig CSV: a row of names, perhaps one of units, then rows of
+    values."""
     pieces = file.lines()
     start = next(pieces, [])
     separator, header = _header_of(file.path, start)
     place = f"{file.path} line {header + 1}"
-    split = [[cell.strip() for cell in cells_of(line, separator)] for line in start[header : header + 40]]
+    split = [
+        [cell.strip() for cell in cells_of(line, separator)]
+        for line in start[header : header + 40]
+    ]
     names = split[0]
     units = [""] * len(names)
-    remarks = [f"line {header + 1} names the columns; the lines before it are left out"] if header else []
+    remarks = (
+        [f"line {header + 1} names the columns; the lines before it are left out"]
+        if header
+        else []
+    )
     first = header + 1
     under = next((i for i, row in enumerate(split[1:], 1) if any(row)), 0)
     if under and not any(map(_is_value, split[under])):
@@ -416,17 +575,25 @@ def _csv(file: File, texts: Sequence[str]) -> Table:
         remarks.append(f"line {first} has the units")
     for i, name in enumerate(names):
         match = HEAD.match(name)
-        if match is not None and not (units[i] or re.search(r"yyyy|hh:?mm", name, re.IGNORECASE)):
+        if match is not None and not (
+            units[i] or re.search(r"yyyy|hh:?mm", name, re.IGNORECASE)
+        ):
             names[i] = match["name"]
             units[i] = match["unit"].strip()
     if len(names) > _MOST_COLUMNS:
-        raise input_error(place, f"has {len(names)} columns", f"at most {_MOST_COLUMNS}")
+        raise input_error(
+            place, f"has {len(names)} columns", f"at most {_MOST_COLUMNS}"
+        )
     for name, times in Counter(filter(None, names)).items():
         if times > 1:
             raise input_error(place, f"names {name} {times} times", "one column each")
-    sample = [cells_of(line, separator) for line in start[first : first + 200] if line.strip()]
+    sample = [
+        cells_of(line, separator) for line in start[first : first + 200] if line.strip()
+    ]
     number = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*")
-    comma = separator != "," and any(number.fullmatch(cell) for row in sample for cell in row)
+    comma = separator != "," and any(
+        number.fullmatch(cell) for row in sample for cell in row
+    )
     if comma:
         remarks.append("numbers have decimal commas")
     wanted = _kept_as_text(names, sample, texts)
@@ -447,9 +614,13 @@ def _is_value(cell: str) -> bool:
 
 
 def _header_of(path: Path, lines: list[str]) -> tuple[str, int]:
-    """Separator, and place of the row of names: the first one with as many cells as most of the rows below."""
+    """Separator, and place of the row of names: the first one with as many cells as
+    most of the rows below."""
     for separator in (";", "\t", ",", "|"):
-        head = [[cell.strip() for cell in cells_of(line, separator)] if line.strip() else [] for line in lines[:200]]
+        head = [
+            [cell.strip() for cell in cells_of(line, separator)] if line.strip() else []
+            for line in lines[:200]
+        ]
         counts = [len(cells) for cells in head if len(cells) > 1]
         wide = max(counts, key=counts.count, default=0)
         if counts.count(wide) < 2 or len(counts) < 0.5 * sum(map(bool, head)):

@@ -1,4 +1,5 @@
-"""Texts that say a time: the forms of dates, clocks and zones that loggers write, each by an example."""
+"""Texts that say a time: the forms of dates, clocks and zones that loggers write, each
+by an example."""
 
 import functools
 import re
@@ -20,10 +21,19 @@ _MONTHS = [
     "nov(?:ember)?",
     "dec(?:ember)?",
 ]
-_WEEKDAYS = ["mon", "tue(?:s)?", "wed(?:nes)?", "thu(?:rs?)?", "fri", "sat(?:ur)?", "sun"]
+_WEEKDAYS = [
+    "mon",
+    "tue(?:s)?",
+    "wed(?:nes)?",
+    "thu(?:rs?)?",
+    "fri",
+    "sat(?:ur)?",
+    "sun",
+]
 _MONTH = f"(?:{'|'.join(_MONTHS)})"
 _WEEKDAY = rf"(?:(?P<weekday>(?:{'|'.join(_WEEKDAYS)})(?:day)?)\.?,?\s*)?"
-#: dates by an example; of `a`, `b`, `c` only the column as a whole tells which is the day
+#: dates by an example; of `a`, `b`, `c` only the column as a whole tells which is the
+#: day
 DATES = {
     "2020-01-29": rf"{_WEEKDAY}(?P<y>\d{{4}})[-/. ](?P<m>\d{{1,2}}|{_MONTH})[-/. ](?P<d>\d{{1,2}})",
     "29/01/2020": rf"{_WEEKDAY}(?P<a>\d{{1,2}})[-/.](?P<b>\d{{1,2}})[-/.](?P<c>\d{{4}}|\d{{2}})",
@@ -55,7 +65,9 @@ _ABBREVIATIONS = {
     -7: "MST PDT",
     -8: "PST",
 }
-_EAST = {name: hours for hours, names in _ABBREVIATIONS.items() for name in names.split()}
+_EAST = {
+    name: hours for hours, names in _ABBREVIATIONS.items() for name in names.split()
+}
 #: zones by an example
 ZONES = {
     "Z": "Z",
@@ -67,7 +79,11 @@ ZONES = {
 
 def _any(forms: dict[str, str]) -> str:
     """A pattern of all forms, without the names of their parts."""
-    return "(?:" + "|".join(re.sub(r"\(\?P<\w+>", "(?:", form) for form in forms.values()) + ")"
+    return (
+        "(?:"
+        + "|".join(re.sub(r"\(\?P<\w+>", "(?:", form) for form in forms.values())
+        + ")"
+    )
 
 
 def _patterns(forms: dict[str, str]) -> list[re.Pattern[str]]:
@@ -81,7 +97,8 @@ _ZONES = _patterns(ZONES)
 
 @functools.cache
 def _wholes(date: str) -> list[re.Pattern[str]]:
-    """Patterns of times with dates as `date`: before the clock, behind it, or around it as in `Jan 29 03:00 2020`."""
+    """Patterns of times with dates as `date`: before the clock, behind it, or around it
+    as in `Jan 29 03:00 2020`."""
     clock = rf"(?P<clock>{_any(CLOCKS)})(?:\s*[(\[]?(?P<zone>{_any(ZONES)})[)\]]?)?"
     between = r"(?:\s*[T,;_:/-]\s*|\s+|(?<=\d{8})(?=\d{6}))"
     first = rf"(?P<date>{date})(?:{between}{clock})?"
@@ -99,7 +116,8 @@ class Said(NamedTuple):
 
 
 def said(text: str, date: str = _any(DATES)) -> Said | None:
-    """The parts of a time, of which all of the text is one; `None` where it is none; `date` is the pattern of dates."""
+    """The parts of a time, of which all of the text is one; `None` where it is none;
+    `date` is the pattern of dates."""
     found = None
     for pattern in _wholes(date):
         match = pattern.fullmatch(text)
@@ -118,22 +136,31 @@ def is_date_name(name: str) -> bool:
 
 
 def says_time(text: str) -> bool:
-    """Whether a cell is a time by its looks: a number is one only where it is a date and a clock."""
+    """Whether a cell is a time by its looks: a number is one only where it is a date
+    and a clock."""
     one = said(text)
-    return one is not None and (bool(one.date and one.clock) or not re.fullmatch(r"\d+[.,]?\d*", text))
+    return one is not None and (
+        bool(one.date and one.clock) or not re.fullmatch(r"\d+[.,]?\d*", text)
+    )
 
 
 def forms() -> str:
     """All accepted forms, in words."""
     dates, clocks, zones = (" | ".join(kind) for kind in (DATES, CLOCKS, ZONES))
     return (
-        f"accepted: dates as {dates} (with - / or . between, also behind the name of their day), clocks as {clocks}, "
-        f"one behind the other in any order, behind the clock its zone as {zones}; or numbers in a unit of time"
+        f"accepted: dates as {dates} (with - / or . between, also behind the name of "
+        f"their day), clocks as {clocks}, "
+        f"one behind the other in any order, behind the clock its zone as {zones}; or "
+        "numbers in a unit of time"
     )
 
 
 def _parts(patterns: list[re.Pattern[str]], text: str) -> dict[str, str]:
-    return next({k: x for k, x in m.groupdict().items() if x} for p in patterns if (m := p.fullmatch(text)))
+    return next(
+        {k: x for k, x in m.groupdict().items() if x}
+        for p in patterns
+        if (m := p.fullmatch(text))
+    )
 
 
 def is_open(date: str) -> bool:
@@ -142,7 +169,8 @@ def is_open(date: str) -> bool:
 
 
 def day_of(date: str, order: str) -> int | None:
-    """Days since 1970 of a date, its numbers in an `order` as `dmy` where it is open; `None` where it is no day."""
+    """Days since 1970 of a date, its numbers in an `order` as `dmy` where it is open;
+    `None` where it is no day."""
     of = _parts(_DATES, date)
     if "a" in of:
         of |= dict(zip(order, (of["a"], of["b"], of["c"]), strict=True))
@@ -156,11 +184,16 @@ def day_of(date: str, order: str) -> int | None:
     except ValueError:
         return None
     weekday = of.get("weekday", _WEEKDAYS[at.weekday()])
-    return at.toordinal() - 719163 if _WEEKDAYS[at.weekday()].startswith(weekday[:3].lower()) else None
+    return (
+        at.toordinal() - 719163
+        if _WEEKDAYS[at.weekday()].startswith(weekday[:3].lower())
+        else None
+    )
 
 
 def seconds_of(clock: str) -> float | None:
-    """Seconds since midnight, of more than a day too; `None` where a clock never shows it."""
+    """Seconds since midnight, of more than a day too; `None` where a clock never shows
+    it."""
     of = _parts(_CLOCKS, clock)
     hour = int(of["hour"])
     minute = int(of["minute"])
@@ -170,21 +203,30 @@ def seconds_of(clock: str) -> float | None:
             return None
         hour = hour % 12 + 12 * (of["half"].lower() == "p")
     # (60 is a leap second)
-    return hour * 3600.0 + minute * 60.0 + second if minute < 60 and second < 61 else None
+    return (
+        hour * 3600.0 + minute * 60.0 + second if minute < 60 and second < 61 else None
+    )
 
 
 def east_of(zone: str, local: float) -> float | None:
-    """Seconds by which a zone is ahead of UTC at a `local` time (s since 1970); `None` where there is no such zone."""
+    """Seconds by which a zone is ahead of UTC at a `local` time (s since 1970); `None`
+    where there is no such zone."""
     of = _parts(_ZONES, zone)
     if "sign" in of:
         hours = int(of["hours"])
         minutes = int(of.get("minutes", "0"))
         size = hours * 3600.0 + minutes * 60.0
-        return (size if of["sign"] == "+" else -size) if hours < 15 and minutes < 60 else None
+        return (
+            (size if of["sign"] == "+" else -size)
+            if hours < 15 and minutes < 60
+            else None
+        )
     if "place" not in of:
         return 3600.0 * _EAST[zone.upper()]
     try:
-        at = datetime(1970, 1, 1, tzinfo=ZoneInfo(of["place"])) + timedelta(seconds=local)
+        at = datetime(1970, 1, 1, tzinfo=ZoneInfo(of["place"])) + timedelta(
+            seconds=local
+        )
     except (KeyError, ValueError, OverflowError):  # ZoneInfoNotFoundError is a KeyError
         return None
     offset = at.utcoffset()

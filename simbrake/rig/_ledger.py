@@ -1,4 +1,5 @@
-"""The duty of a rig's brakes, lowering by lowering: energies at hook and drum, what cannot be separated, totals."""
+"""The duty of a rig's brakes, lowering by lowering: energies at hook and drum, what
+cannot be separated, totals."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
@@ -10,7 +11,16 @@ from .._base._faults import Issues, input_error
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
 from ._log import Log
-from ._lowerings import COLUMNS, LOADS, Lowering, Lowerings, column_of, counted, in_seconds, lowerings
+from ._lowerings import (
+    COLUMNS,
+    LOADS,
+    Lowering,
+    Lowerings,
+    column_of,
+    counted,
+    in_seconds,
+    lowerings,
+)
 
 _GRAVITY = 9.80665  # m/s^2
 #: tension of a rope behind a turning sheave with roller bearings over that before it
@@ -26,12 +36,14 @@ _HEAVE = 0.01
 
 
 def tackle_efficiency(lines: float, sheave: float = _SHEAVE) -> float:
-    """Efficiency of a tackle in lowering: pull of the fast line times the lines, over the load of the hook.
+    """Efficiency of a tackle in lowering: pull of the fast line times the lines, over
+    the load of the hook.
 
         T_f = W (K − 1)/(K (K^n − 1)),    η = n T_f/W
 
-    The rope runs from the drum into the tackle, so that its tension grows by `K` (`sheave`) at each of `n` sheaves:
-    `W = T_f (K + K² + … + K^n)`. `K` is 1.04 with roller bearings (API RP 9B).
+    The rope runs from the drum into the tackle, so that its tension grows by `K`
+    (`sheave`) at each of `n` sheaves: `W = T_f (K + K² + … + K^n)`. `K` is 1.04 with
+    roller bearings (API RP 9B).
 
     Example:
         >>> round(sb.rig.tackle_efficiency(8), 4), sb.rig.tackle_efficiency(8, 1.0)
@@ -44,13 +56,18 @@ def tackle_efficiency(lines: float, sheave: float = _SHEAVE) -> float:
 
 @frozen
 class Entry:
-    """What one lowering asks of the brakes, in SI units; `None` where the log and the arguments do not say it.
+    """What one lowering asks of the brakes, in SI units; `None` where the log and the
+    arguments do not say it.
 
-    - `lowering`: travel, load and work of the hook;  `mean_power`: its work over its duration
-    - `kinetic_energy`: `½ m v²` of the load at the top speed, which the brakes take in the stop (it is in the work)
-    - `tackle_loss`, `drum_work`: the part of the work that the sheaves take, and that at the drum, with its interval
+    - `lowering`: travel, load and work of the hook
+    - `mean_power`: its work over its duration
+    - `kinetic_energy`: `½ m v²` of the load at the top speed, which the brakes take in
+      the stop (it is in the work)
+    - `tackle_loss`, `drum_work`: the part of the work that the sheaves take, and that
+      at the drum, with its interval
     - `drum_speed`: of the top speed, rad/s;  `drum_torque`: of the mean load, N·m
-    - `auxiliary_work`, `friction_work`: of an auxiliary brake or a motor, and of the friction brakes
+    - `auxiliary_work`, `friction_work`: of an auxiliary brake or a motor, and of the
+      friction brakes
     - `refused`: why nothing is said of the drum
     """
 
@@ -68,7 +85,9 @@ class Entry:
     refused: str = ""
 
 
-_ENTRY = tuple(field.name for field in dataclasses.fields(Entry) if field.name != "lowering")
+_ENTRY = tuple(
+    field.name for field in dataclasses.fields(Entry) if field.name != "lowering"
+)
 _SUMS = [
     "travel",
     "hook_work",
@@ -83,10 +102,12 @@ _SUMS = [
 
 @frozen
 class Ledger(Tabular):
-    """Energies of all lowerings of a log, with totals by trip and by day; flagged lowerings are in no total.
+    """Energies of all lowerings of a log, with totals by trip and by day; flagged
+    lowerings are in no total.
 
     - `entries`: one for each lowering;  `settings`: the arguments;  `notes`: to be read
-    - `separable`: whether the work of the friction brakes is told apart from that of an auxiliary brake or motor
+    - `separable`: whether the work of the friction brakes is told apart from that of an
+      auxiliary brake or motor
     """
 
     lowerings: Lowerings
@@ -100,13 +121,19 @@ class Ledger(Tabular):
         yield from self.tables
         yield f"given: {', '.join(f'{name} = {text}' for name, text in self.given.items())}"
         yield from self.lowerings.basis
-        yield from (f"- {note}" for note in dict.fromkeys((*self.lowerings.log.guesses, *self.notes)))
+        yield from (
+            f"- {note}"
+            for note in dict.fromkeys((*self.lowerings.log.guesses, *self.notes))
+        )
 
     @property
     def given(self) -> dict[str, str]:
         """The arguments that are known, in words."""
         known = {name: x for name, x in self.settings.items() if x is not None}
-        return {name: digits(x, 4) if isinstance(x, int | float) else str(x) for name, x in known.items()}
+        return {
+            name: digits(x, 4) if isinstance(x, int | float) else str(x)
+            for name, x in known.items()
+        }
 
     @property
     def largest(self) -> Entry | None:
@@ -116,20 +143,28 @@ class Ledger(Tabular):
 
     @property
     def counts(self) -> dict[str, int]:
-        """Lowerings in the totals, those of them whose load is not decidable, and those that are flagged."""
+        """Lowerings in the totals, those of them whose load is not decidable, and those
+        that are flagged."""
         valid = self.lowerings.valid
         every = len(self.lowerings)
         unsure = sum(one.kind == LOADS[0] for one in valid)
-        return {"valid": len(valid), "not_decidable": unsure, "flagged": every - len(valid)}
+        return {
+            "valid": len(valid),
+            "not_decidable": unsure,
+            "flagged": every - len(valid),
+        }
 
     @property
     def answer(self) -> tuple[str, ...]:
-        """What a crew asks: the largest lowering, the whole work, what is not decidable, flagged, or hidden by gaps."""
+        """What a crew asks: the largest lowering, the whole work, what is not
+        decidable, flagged, or hidden by gaps."""
         counts = self.counts
         totals = self.totals
         largest = self.largest
         flags = sorted({flag for one in self.lowerings.lowerings for flag in one.flags})
-        aside = f"flagged and left out: {counts['flagged']}" + (f" ({', '.join(flags)})" if flags else "")
+        aside = f"flagged and left out: {counts['flagged']}" + (
+            f" ({', '.join(flags)})" if flags else ""
+        )
         if refused := sum(bool(one.refused) for one in self.entries):
             aside += f"; motion of the drum refused: {refused}"
         lost = self.lowerings.lost
@@ -138,12 +173,22 @@ class Ledger(Tabular):
         one = largest.lowering
         when = in_seconds(one.start) if one.start else f"{digits(one.begin, 6)} s"
         assumed = (
-            " (by an assumed share; at most all of it)" if any(shares_of(self.settings["auxiliary"]).values()) else ""
+            " (by an assumed share; at most all of it)"
+            if any(shares_of(self.settings["auxiliary"]).values())
+            else ""
         )
-        at_drum = {"drum_work": "at the drum", "friction_work": f"by the friction brakes{assumed}"}
-        drum = (f", {number(totals[x], 'J', count=3)} {words}" for x, words in at_drum.items() if totals[x] is not None)
+        at_drum = {
+            "drum_work": "at the drum",
+            "friction_work": f"by the friction brakes{assumed}",
+        }
+        drum = (
+            f", {number(totals[x], 'J', count=3)} {words}"
+            for x, words in at_drum.items()
+            if totals[x] is not None
+        )
         return (
-            f"largest lowering: {_work(dataclasses.asdict(one))} at the hook, {number(one.travel, 'm', count=3)} at up "
+            f"largest lowering: {_work(dataclasses.asdict(one))} at the hook, "
+            f"{number(one.travel, 'm', count=3)} at up "
             f"to {number(one.top_speed, 'm/s', count=3)}, {when}",
             f"all of {counted(counts['valid'])}: {_work(totals)} at the hook{''.join(drum)}",
             f"load of string or block not decidable: {counts['not_decidable']}; {aside}",
@@ -152,13 +197,21 @@ class Ledger(Tabular):
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """For reading: the lowerings at the hook, at the drum if it is known, gaps, totals by trip and by day."""
+        """For reading: the lowerings at the hook, at the drum if it is known, gaps,
+        totals by trip and by day."""
         rows = self.table
         first = "start" if self.lowerings.log.start else "begin"
         drum = rows.readable(first, *_DRUM, title="at the drum")
-        known = any(not column.hidden for column in drum.columns if column.name != first)
-        totals = (table.readable(*(column.name for column in table.columns)) for table in (self.by_trip, self.by_day))
-        gaps = self.lowerings.gap_table.readable(first, "duration", "change", "cut", "rest", title="gaps")
+        known = any(
+            not column.hidden for column in drum.columns if column.name != first
+        )
+        totals = (
+            table.readable(*(column.name for column in table.columns))
+            for table in (self.by_trip, self.by_day)
+        )
+        gaps = self.lowerings.gap_table.readable(
+            first, "duration", "change", "cut", "rest", title="gaps"
+        )
         return (
             rows.readable(first, *_HOOK, title="at the hook"),
             *([drum] if known else []),
@@ -170,20 +223,34 @@ class Ledger(Tabular):
     def table(self) -> Table:
         """A row for each lowering, hook and drum."""
         names = [*COLUMNS, *_ENTRY]
-        return Table(map(column_of, names), ([_value(entry, name) for name in names] for entry in self.entries))
+        return Table(
+            map(column_of, names),
+            ([_value(entry, name) for name in names] for entry in self.entries),
+        )
 
     def _totals(self, name: str, key: Callable[[Lowering], object]) -> Table:
         groups: dict[object, list[Entry]] = {}
         for one in self.entries:
             if not one.lowering.flags:
                 groups.setdefault(key(one.lowering), []).append(one)
-        rows = [[label, len(members), *(_sum(members, what) for what in _SUMS)] for label, members in groups.items()]
-        return Table([name, Column("lowerings"), *map(column_of, _SUMS)], rows, f"by {name}")
+        rows = [
+            [label, len(members), *(_sum(members, what) for what in _SUMS)]
+            for label, members in groups.items()
+        ]
+        return Table(
+            [name, Column("lowerings"), *map(column_of, _SUMS)], rows, f"by {name}"
+        )
 
     @property
     def by_day(self) -> Table:
-        """Totals of each day, of the calendar where the log has dates, else of 24 h from the first row."""
-        return self._totals("day", lambda one: one.start[:10] if one.start else f"{int(one.begin // 86400) + 1}")
+        """Totals of each day, of the calendar where the log has dates, else of 24 h
+        from the first row."""
+        return self._totals(
+            "day",
+            lambda one: (
+                one.start[:10] if one.start else f"{int(one.begin // 86400) + 1}"
+            ),
+        )
 
     @property
     def by_trip(self) -> Table:
@@ -220,7 +287,12 @@ class Ledger(Tabular):
             }
         )
 
-    __getattr__ = staticmethod(answers("Ledger", gone={"write": "simbrake.pages.write_ledger(book, folder) writes it"}))
+    __getattr__ = staticmethod(
+        answers(
+            "Ledger",
+            gone={"write": "simbrake.pages.write_ledger(book, folder) writes it"},
+        )
+    )
 
 
 #: columns for reading
@@ -242,7 +314,9 @@ _DRUM = tuple(name for name in _ENTRY if name not in _HOOK)
 
 def _work(values: Mapping[str, Any]) -> str:
     """Work of the hook with its interval."""
-    work, low, high = (number(values[f"hook_work{end}"], "J", count=3) for end in ("", "_low", "_high"))
+    work, low, high = (
+        number(values[f"hook_work{end}"], "J", count=3) for end in ("", "_low", "_high")
+    )
     return f"{work} ({low} to {high})"
 
 
@@ -267,24 +341,32 @@ def ledger(
     auxiliary: float | Mapping[str, float] | None = None,
     trip_pause: float = 3600.0,
 ) -> Ledger:
-    """The duty ledger of a log: energies of each lowering at hook and drum, totals by trip and by day.
+    """The duty ledger of a log: energies of each lowering at hook and drum, totals by
+    trip and by day.
 
-        W_drum = η W_hook,   W_loss = (1 − η) W_hook,   ω = n v/r,   M = η F r/n,   E = ½ m v²
+        W_drum = η W_hook,   W_loss = (1 − η) W_hook,   ω = n v/r,   M = η F r/n,   E =
+        ½ m v²
 
-    - `of`: a log, or its lowerings where thresholds other than the usual ones are wanted
+    - `of`: a log, or its lowerings where thresholds other than the usual ones are
+      wanted
     - `lines`: lines strung `n`, else those that the log has
     - `drum_radius` `r` (m): effective, to the middle of the rope
-    - `efficiency` `η` of the tackle in lowering, else `tackle_efficiency(lines)`, which is told
-    - `block_mass` (kg): of block and top drive, the mass `m` where they are lowered alone; else `m` is static load/g
-    - `brake`: `friction`, `auxiliary` or `regenerative` (`simbrake.rig.BRAKES`);  `auxiliary`: share of the work at the
-      drum that the auxiliary brake or the motor takes, one number or one by kind of load. Without it the two are not
-      separable from the log, and stay one: `drum_work`
+    - `efficiency` `η` of the tackle in lowering, else `tackle_efficiency(lines)`, which
+      is told
+    - `block_mass` (kg): of block and top drive, the mass `m` where they are lowered
+      alone; else `m` is static load/g
+    - `brake`: `friction`, `auxiliary` or `regenerative` (`simbrake.rig.BRAKES`)
+    - `auxiliary`: share of the work at the drum that the auxiliary brake or the motor
+      takes, one number or one by kind of load. Without it the two are not separable
+      from the log, and stay one: `drum_work`
     - `trip_pause` (s): a longer time without lowerings ends a trip
 
-    The motion of the drum needs the distance between block and crown. Where the log has a heave-compensated height
-    alone, and the heave is unknown or exceeds 1 % of a lowering, nothing is said of the drum in it (`Entry.refused`).
+    The motion of the drum needs the distance between block and crown. Where the log has
+    a heave-compensated height alone, and the heave is unknown or exceeds 1 % of a
+    lowering, nothing is said of the drum in it (`Entry.refused`).
 
-    Raises `InputError` with all arguments that cannot be, and where the lines strung change in the log.
+    Raises `InputError` with all arguments that cannot be, and where the lines strung
+    change in the log.
 
     Example:
         >>> import pathlib, tempfile
@@ -299,8 +381,17 @@ def ledger(
         >>> book.entries[0].drum_speed
         20.0
     """
-    settings: dict[str, Any] = {"lines": lines, "drum_radius": drum_radius, "efficiency": efficiency}
-    settings |= {"block_mass": block_mass, "brake": brake, "auxiliary": auxiliary, "trip_pause": trip_pause}
+    settings: dict[str, Any] = {
+        "lines": lines,
+        "drum_radius": drum_radius,
+        "efficiency": efficiency,
+    }
+    settings |= {
+        "block_mass": block_mass,
+        "brake": brake,
+        "auxiliary": auxiliary,
+        "trip_pause": trip_pause,
+    }
     faults_of_settings(**settings).report()
     found = of if isinstance(of, Lowerings) else lowerings(of)
     notes = list(found.notes)
@@ -308,32 +399,54 @@ def ledger(
     strung = lines_of(found.log, notes) if lines is None else lines
     if efficiency is None and strung is not None:
         efficiency = tackle_efficiency(strung)
-        notes.append(f"efficiency of the tackle {digits(efficiency, 3)}, by sheaves of {_SHEAVE}; efficiency= if not")
+        notes.append(
+            f"efficiency of the tackle {digits(efficiency, 3)}, by sheaves of "
+            f"{_SHEAVE}; efficiency= if not"
+        )
     if strung is not None:
-        notes.append("the recorded load is taken as that of the hook; a gauge at the dead line reads more in lowering")
+        notes.append(
+            "the recorded load is taken as that of the hook; a gauge at the dead line "
+            "reads more in lowering"
+        )
     if brake == "friction":
         shares |= dict.fromkeys(LOADS, 0.0)
-    separable = all(shares.get(kind) is not None for kind in {one.kind for one in found.valid})
+    separable = all(
+        shares.get(kind) is not None for kind in {one.kind for one in found.valid}
+    )
     if not separable:
-        what = "an auxiliary brake or a motor" if brake is None else BRAKES[brake].partition("and ")[2]
+        what = (
+            "an auxiliary brake or a motor"
+            if brake is None
+            else BRAKES[brake].partition("and ")[2]
+        )
         notes.append(
-            f"the shares of friction brakes and of {what} are not separable from this log: auxiliary= gives them"
+            f"the shares of friction brakes and of {what} are not separable from this "
+            "log: auxiliary= gives them"
         )
     if efficiency is None:
-        notes.append("without lines= or efficiency= nothing is said of the tackle and the drum")
+        notes.append(
+            "without lines= or efficiency= nothing is said of the tackle and the drum"
+        )
     entries = tuple(
-        _entry(found.log, one, strung, drum_radius, efficiency, block_mass, shares) for one in found.lowerings
+        _entry(found.log, one, strung, drum_radius, efficiency, block_mass, shares)
+        for one in found.lowerings
     )
     refused = [one for one in entries if one.refused]
     if refused and efficiency is not None:
-        notes.append(f"drum: {len(refused)} of {len(entries)} lowerings are refused, {refused[0].refused}")
+        notes.append(
+            f"drum: {len(refused)} of {len(entries)} lowerings are refused, {refused[0].refused}"
+        )
     settings |= {"lines": strung, "efficiency": efficiency}
     return Ledger(found, entries, settings, separable, tuple(notes))
 
 
 def shares_of(auxiliary: float | Mapping[str, float] | None) -> dict[str, Any]:
     """Share of the auxiliary brake by kind of load."""
-    return dict(auxiliary) if isinstance(auxiliary, Mapping) else dict.fromkeys(LOADS, auxiliary)
+    return (
+        dict(auxiliary)
+        if isinstance(auxiliary, Mapping)
+        else dict.fromkeys(LOADS, auxiliary)
+    )
 
 
 #: positive arguments of `ledger` with their SI units
@@ -341,7 +454,10 @@ POSITIVE = {"lines": "1", "drum_radius": "m", "block_mass": "kg", "trip_pause": 
 
 
 def faults_of_settings(
-    efficiency: float | None, brake: str | None, auxiliary: float | Mapping[str, float] | None, **positive: float | None
+    efficiency: float | None,
+    brake: str | None,
+    auxiliary: float | Mapping[str, float] | None,
+    **positive: float | None,
 ) -> Issues:
     """Errors of arguments of `ledger`."""
     shares = shares_of(auxiliary)
@@ -349,18 +465,36 @@ def faults_of_settings(
     for name, x in positive.items():
         if x is not None and not (np.isfinite(x) and x > 0):
             unit = POSITIVE[name]
-            faults.add(name, f"{x} is not a positive number", "" if unit == "1" else f"in {unit}")
+            faults.add(
+                name,
+                f"{x} is not a positive number",
+                "" if unit == "1" else f"in {unit}",
+            )
     if efficiency is not None and not 0 < efficiency <= 1:
         faults.add("efficiency", f"{efficiency} is out of range", "0 < efficiency ≤ 1")
     if brake is not None and brake not in BRAKES:
-        faults.add("brake", f"unknown kind {brake!r}", f"there are: {', '.join(BRAKES)}")
+        faults.add(
+            "brake", f"unknown kind {brake!r}", f"there are: {', '.join(BRAKES)}"
+        )
     for kind, share in shares.items():
         if kind not in LOADS:
-            faults.add(f"auxiliary {kind}", "is no kind of load", f"there are: {', '.join(LOADS)}")
+            faults.add(
+                f"auxiliary {kind}",
+                "is no kind of load",
+                f"there are: {', '.join(LOADS)}",
+            )
         if share is not None and not 0 <= share <= 1:
-            faults.add("auxiliary", f"{share} is out of range", "a share of the work at the drum, 0 to 1")
+            faults.add(
+                "auxiliary",
+                f"{share} is out of range",
+                "a share of the work at the drum, 0 to 1",
+            )
     if brake == "friction" and any(shares.values()):
-        faults.add("auxiliary", "is given beside brake='friction'", "which has no auxiliary brake")
+        faults.add(
+            "auxiliary",
+            "is given beside brake='friction'",
+            "which has no auxiliary brake",
+        )
     return Issues(dict.fromkeys(faults))
 
 
@@ -371,9 +505,17 @@ def lines_of(log: Log, notes: list[str]) -> float | None:
         return None
     rows = channel.updates
     if rows.size > 1:
-        first, then, when = (digits(float(x), 6) for x in (*channel.value[rows[:2]], log.t[rows[1]]))
-        what = f"lines strung change from {first} to {then} {when} s after the first row"
-        raise input_error(f"{log.source} column {channel.mnemonic}", what, "split the log there, or give lines=")
+        first, then, when = (
+            digits(float(x), 6) for x in (*channel.value[rows[:2]], log.t[rows[1]])
+        )
+        what = (
+            f"lines strung change from {first} to {then} {when} s after the first row"
+        )
+        raise input_error(
+            f"{log.source} column {channel.mnemonic}",
+            what,
+            "split the log there, or give lines=",
+        )
     count = float(channel.value[rows[0]]) if rows.size else 0.0
     if count < 1:
         return None
@@ -389,7 +531,9 @@ def refusal(log: Log, one: Lowering) -> str:
     heave = log.channels.get("heave")
     if heave is None:
         return f"{name} is heave-compensated, and the heave is not recorded"
-    inside = heave.value[slice(*np.searchsorted(log.t, (one.begin, one.end), side="right"))]
+    inside = heave.value[
+        slice(*np.searchsorted(log.t, (one.begin, one.end), side="right"))
+    ]
     inside = inside[~np.isnan(inside)]
     if not inside.size:
         return f"{name} is heave-compensated, and the heave has no value"
@@ -397,7 +541,8 @@ def refusal(log: Log, one: Lowering) -> str:
     if moved <= _HEAVE * one.travel:
         return ""
     return (
-        f"{name} is heave-compensated, and the heave of {digits(moved, 3)} m exceeds 1 % of {digits(one.travel, 3)} m"
+        f"{name} is heave-compensated, and the heave of {digits(moved, 3)} m "
+        f"exceeds 1 % of {digits(one.travel, 3)} m"
     )
 
 
@@ -410,8 +555,17 @@ def _entry(
     block_mass: float | None,
     shares: Mapping[str, float | None],
 ) -> Entry:
-    mass = block_mass if block_mass is not None and one.kind == "block" else one.static_load / _GRAVITY
-    entry = Entry(one, one.hook_work / one.duration, 0.5 * mass * one.top_speed**2, refused=refusal(log, one))
+    mass = (
+        block_mass
+        if block_mass is not None and one.kind == "block"
+        else one.static_load / _GRAVITY
+    )
+    entry = Entry(
+        one,
+        one.hook_work / one.duration,
+        0.5 * mass * one.top_speed**2,
+        refused=refusal(log, one),
+    )
     if efficiency is None or entry.refused:
         return entry
     drum: dict[str, float | None] = {

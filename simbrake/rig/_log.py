@@ -1,4 +1,5 @@
-"""A rig's log: its channels by what they are, in SI units, with what was assumed while reading it."""
+"""A rig's log: its channels by what they are, in SI units, with what was assumed while
+reading it."""
 
 import dataclasses
 import functools
@@ -19,7 +20,8 @@ from ._formats import tables_of
 
 
 class Role(NamedTuple):
-    """What a channel is: its SI unit, its meaning, and patterns of its names as letters and digits, the best first."""
+    """What a channel is: its SI unit, its meaning, and patterns of its names as letters
+    and digits, the best first."""
 
     unit: str
     meaning: str
@@ -32,7 +34,12 @@ ROLES: dict[str, Role] = {
     "compensated_position": Role(
         "m",
         "height of the block less the heave of the rig",
-        (r"BLOCKCOMP\w*", r"BPOSCOMP\w*", rf"{_BLOCK}(?:POS\w*|HEIGHT)(?<!UN)COMP\w*", rf"COMPENSATED{_BLOCK}\w*"),
+        (
+            r"BLOCKCOMP\w*",
+            r"BPOSCOMP\w*",
+            rf"{_BLOCK}(?:POS\w*|HEIGHT)(?<!UN)COMP\w*",
+            rf"COMPENSATED{_BLOCK}\w*",
+        ),
     ),
     "block_position": Role(
         "m",
@@ -70,14 +77,24 @@ ROLES: dict[str, Role] = {
     ),
     "heave": Role("m", "heave of the rig", (r"RIGHEAVE|HEAVE?", r"HEAVEPOS\w*")),
     "bit_depth": Role(
-        "m", "depth of the bit", (r"DBTM|DBIT|BITDEP\w*|DEPTHBIT|BDEP|BITMD|BITPOS\w*|BITMEASUREDDEPTH",)
+        "m",
+        "depth of the bit",
+        (r"DBTM|DBIT|BITDEP\w*|DEPTHBIT|BDEP|BITMD|BITPOS\w*|BITMEASUREDDEPTH",),
     ),
-    "hole_depth": Role("m", "depth of the hole", (r"DMEA|HOLEDEP\w*|TOTALDEPTH|DEPTHHOLE|DEPTH?",)),
-    "weight_on_bit": Role("N", "weight on the bit", (r"WOB(?:AVG?|A)?|SWOB|WEIGHTONBIT",)),
+    "hole_depth": Role(
+        "m", "depth of the hole", (r"DMEA|HOLEDEP\w*|TOTALDEPTH|DEPTHHOLE|DEPTH?",)
+    ),
+    "weight_on_bit": Role(
+        "N", "weight on the bit", (r"WOB(?:AVG?|A)?|SWOB|WEIGHTONBIT",)
+    ),
     "activity": Role(
-        "", "activity as the log has it", (r"ACTC[12]?|(?:RIG)?ACTIVITY(?:CODE)?|RIGSTATE|RIGMODE|ACTCODE?",)
+        "",
+        "activity as the log has it",
+        (r"ACTC[12]?|(?:RIG)?ACTIVITY(?:CODE)?|RIGSTATE|RIGMODE|ACTCODE?",),
     ),
-    "lines_strung": Role("1", "lines strung", (r"LINESSTRUNG|NLINES|(?:NUM|NUMBER)(?:OF)?LINES|LINS",)),
+    "lines_strung": Role(
+        "1", "lines strung", (r"LINESSTRUNG|NLINES|(?:NUM|NUMBER)(?:OF)?LINES|LINS",)
+    ),
 }
 #: without a usable one of these nothing can be said of a lowering
 _NEEDED = ("block_position", "hook_load")
@@ -85,7 +102,8 @@ _NEEDED = ("block_position", "hook_load")
 _MOTION = (*_NEEDED, "compensated_position", "hook_load_min", "hook_load_max", "heave")
 #: sizes, by SI unit, that no rig has, and of which nothing can be computed
 _ABSURD = {"m": 1e6, "N": 1e12}
-#: units as logs write them (in lower case), by the SI unit; the table of simbrake has the others
+#: units as logs write them (in lower case), by the SI unit; the table of simbrake has
+#: the others
 _POUND = 4.4482216152605
 _TONNE = 9806.65
 _SPELLED: dict[str, dict[str, float]] = {
@@ -108,11 +126,27 @@ _SPELLED: dict[str, dict[str, float]] = {
     },
 }
 _SPELLINGS = {
-    si: {name: factor for names, factor in units.items() for name in names.split()} for si, units in _SPELLED.items()
+    si: {name: factor for names, factor in units.items() for name in names.split()}
+    for si, units in _SPELLED.items()
 }
 #: spellings that have another meaning elsewhere
 _DOUBTFUL = {"tonf", "ton", "tons", "mt"}
-_NO_UNIT = ("", *["unitless", "none", "-", "--", "---", "n/a", "na", "euc", "null", "dimensionless", "undefined"])
+_NO_UNIT = (
+    "",
+    *[
+        "unitless",
+        "none",
+        "-",
+        "--",
+        "---",
+        "n/a",
+        "na",
+        "euc",
+        "null",
+        "dimensionless",
+        "undefined",
+    ],
+)
 #: spacing of rows that is a gap, as a multiple of the usual one, and at least (s)
 _GAP = 10.0
 _GAP_S = 20.0
@@ -120,10 +154,13 @@ _GAP_S = 20.0
 
 @frozen
 class Channel:
-    """One column of a log: `value` (n,) at the times `t` (n,) of the rows, NaN where it has none.
+    """One column of a log: `value` (n,) at the times `t` (n,) of the rows, NaN where it
+    has none.
 
-    - `mnemonic`, `unit`: as in the file;  `si`: unit of `value`; a column without a role stays in its unit, `si` empty
-    - `role`: key of `simbrake.rig.ROLES`, or empty;  `nulls`: number of rows without value
+    - `mnemonic`, `unit`: as in the file
+    - `si`: unit of `value`; a column without a role stays in its unit, `si` empty
+    - `role`: key of `simbrake.rig.ROLES`, or empty
+    - `nulls`: number of rows without value
     - `words`: of a column of words `value` is the place in this list
     """
 
@@ -141,18 +178,21 @@ class Channel:
 
     @functools.cached_property
     def updates(self) -> np.ndarray:
-        """Rows (k,) in which the value is another one than in the row with a value before: the rest is held."""
+        """Rows (k,) in which the value is another one than in the row with a value
+        before: the rest is held."""
         rows = np.flatnonzero(~np.isnan(self.value))
         x = self.value[rows]
         return rows[np.append(True, x[1:] != x[:-1])] if rows.size else rows
 
     @functools.cached_property
     def interval(self) -> float:
-        """Usual time (s) between two updates while the value changes; NaN where it hardly does.
+        """Usual time (s) between two updates while the value changes; NaN where it
+        hardly does.
 
-        The median of the times between updates, each weighted by the change, so that a block at rest does not count;
-        of times up to twice the shorter ones (a tenth of the updates, or of the change), so that a load which is
-        constant between two steps does not count either.
+        The median of the times between updates, each weighted by the change, so that a
+        block at rest does not count; of times up to twice the shorter ones (a tenth of
+        the updates, or of the change), so that a load which is constant between two
+        steps does not count either.
         """
         t = self.t[self.updates]
         x = self.value[self.updates]
@@ -173,9 +213,11 @@ class Channel:
 
     @functools.cached_property
     def period(self) -> float:
-        """Mean time (s) between two updates while the value changes; 0 where it changes in nearly each row.
+        """Mean time (s) between two updates while the value changes; 0 where it changes
+        in nearly each row.
 
-        A value that is read each 5 s stands in rows of 2 s for 4 and 6 s by turns, which `interval` is one of.
+        A value that is read each 5 s stands in rows of 2 s for 4 and 6 s by turns,
+        which `interval` is one of.
         """
         t = self.t[self.updates]
         x = self.value[self.updates]
@@ -196,19 +238,30 @@ class Channel:
 
     @property
     def held(self) -> bool:
-        """Whether values are repeated between updates, so that differences of rows are no rates."""
-        return bool(self.interval > 1.5 * np.median(np.diff(self.t))) if self.t.size > 3 else False
+        """Whether values are repeated between updates, so that differences of rows are
+        no rates."""
+        return (
+            bool(self.interval > 1.5 * np.median(np.diff(self.t)))
+            if self.t.size > 3
+            else False
+        )
 
 
 @frozen
 class Log(Tabular):
-    """A recording of a rig in SI units: `log["hook_load"].value`, `log["BPOS"].updates`.
+    """A recording of a rig in SI units: `log["hook_load"].value`,
+    `log["BPOS"].updates`.
 
     - `source`: what it is called in results, see `show_names` of `read`
-    - `t` (n,): seconds from the first row;  `start`: time of the first row in ISO 8601, `None` in a log without date
-    - `channels`: by role;  `columns`: all of them;  `guesses`: sentences on what was assumed, to be read
-    - `gaps` (g, 2): begin and end of the times without rows;  `repeated`: rows with the time of the row before
-    - `compensated`: whether the only block position is heave-compensated, which the drum does not follow
+    - `t` (n,): seconds from the first row
+    - `start`: time of the first row in ISO 8601, `None` in a log without date
+    - `channels`: by role
+    - `columns`: all of them
+    - `guesses`: sentences on what was assumed, to be read
+    - `gaps` (g, 2): begin and end of the times without rows
+    - `repeated`: rows with the time of the row before
+    - `compensated`: whether the only block position is heave-compensated, which the
+      drum does not follow
     """
 
     source: str
@@ -227,11 +280,15 @@ class Log(Tabular):
         for column in self.columns:
             if column.mnemonic == name:
                 return column
-        there = ", ".join([*self.channels, *(c.mnemonic for c in self.columns if not c.role)])
+        there = ", ".join(
+            [*self.channels, *(c.mnemonic for c in self.columns if not c.role)]
+        )
         raise KeyError(f"no channel {name!r}; there are: {there}")
 
     def __contains__(self, name: str) -> bool:
-        return name in self.channels or any(column.mnemonic == name for column in self.columns)
+        return name in self.channels or any(
+            column.mnemonic == name for column in self.columns
+        )
 
     @property
     def compensated(self) -> bool:
@@ -240,7 +297,9 @@ class Log(Tabular):
     @property
     def position(self) -> Channel:
         """Height of the block: as the drum moves it, or else less the heave."""
-        return self.channels["compensated_position" if self.compensated else "block_position"]
+        return self.channels[
+            "compensated_position" if self.compensated else "block_position"
+        ]
 
     @property
     def interval(self) -> float:
@@ -248,11 +307,16 @@ class Log(Tabular):
         return float(np.median(np.diff(self.t)))
 
     def parts(self) -> Iterator[str | Table]:
-        hours = f"{self.t.size} rows over {digits(self.t[-1] / 3600, 3)} h, one each {digits(self.interval, 3)} s"
+        hours = (
+            f"{self.t.size} rows over {digits(self.t[-1] / 3600, 3)} h, one each "
+            f"{digits(self.interval, 3)} s"
+        )
         yield f"{self.source}: {hours}, from {self.start or 'a time without date'}"
         yield self._table
         lost = np.sum(self.gaps[:, 1] - self.gaps[:, 0])
-        yield f"gaps: {len(self.gaps)}" + (f", {digits(lost, 4)} s in all" if len(self.gaps) else "")
+        yield f"gaps: {len(self.gaps)}" + (
+            f", {digits(lost, 4)} s in all" if len(self.gaps) else ""
+        )
         yield "assumed:" if self.guesses else "nothing assumed"
         yield from (f"- {guess}" for guess in self.guesses)
 
@@ -273,15 +337,42 @@ class Log(Tabular):
         rows = []
         for role, x in self.channels.items():
             some = x.nulls < x.value.size
-            low, high = (np.nanmin(x.value), np.nanmax(x.value)) if some else (None, None)
-            rows.append((role, x.mnemonic, x.unit, x.nulls, len(x.updates), x.interval, x.held, low, high, x.si))
+            low, high = (
+                (np.nanmin(x.value), np.nanmax(x.value)) if some else (None, None)
+            )
+            rows.append(
+                (
+                    role,
+                    x.mnemonic,
+                    x.unit,
+                    x.nulls,
+                    len(x.updates),
+                    x.interval,
+                    x.held,
+                    low,
+                    high,
+                    x.si,
+                )
+            )
         return Table(columns, rows)
 
     def as_dict(self) -> dict[str, Any]:
         """What is known of the log and its channels, without the values."""
-        about = {"source": self.source, "start": self.start, "rows": self.t.size, "duration": float(self.t[-1])}
-        about |= {"interval": self.interval, "gaps": self.gaps, "repeated": self.repeated, "guesses": self.guesses}
-        return plain({**about, "compensated": self.compensated, "channels": self._table})
+        about = {
+            "source": self.source,
+            "start": self.start,
+            "rows": self.t.size,
+            "duration": float(self.t[-1]),
+        }
+        about |= {
+            "interval": self.interval,
+            "gaps": self.gaps,
+            "repeated": self.repeated,
+            "guesses": self.guesses,
+        }
+        return plain(
+            {**about, "compensated": self.compensated, "channels": self._table}
+        )
 
 
 def read(
@@ -294,27 +385,38 @@ def read(
     show_names: bool = False,
     progress: Callable[[int, int], object] | bool | None = None,
 ) -> Log:
-    """Read the recording of a rig: WITSML 1.3 or 1.4 (XML), LAS 1.2 to 3 (extra `rig`), or CSV, also as `.xz` or `.gz`.
+    """Read the recording of a rig: WITSML 1.3 or 1.4 (XML), LAS 1.2 to 3 (extra `rig`),
+    or CSV, also as `.xz` or `.gz`.
 
-    Columns are recognised by their mnemonic and unit; what was assumed is in `Log.guesses` and printed with the log.
+    Columns are recognised by their mnemonic and unit; what was assumed is in
+    `Log.guesses` and printed with the log.
 
-    - `names`: columns by role, `{"block_position": "BLK [ft]"}`, the unit in brackets where the file lacks it
-    - `null`: values that mean no value, instead of the file's and of -999.25 and the like
-    - `time`: the column of times, or those of date and clock, and the format that each row must have, of its date,
-      `("Day", "Clock", "%d/%m/%Y")`, or of all, `("Time", "%H:%M:%S %d/%m/%Y")`
-    - `offset`: seconds by which the clock of the hook load is ahead of that of the block position
-    - `show_names`: call the log by its well and its file in results; else it is `log`, as both may be confidential
-    - `progress`: as of an ensemble: `True`, `False`, or a function of the bytes read and their number
+    - `names`: columns by role, `{"block_position": "BLK [ft]"}`, the unit in brackets
+      where the file lacks it
+    - `null`: values that mean no value, instead of the file's and of -999.25 and the
+      like
+    - `time`: the column of times, or those of date and clock, and the format that each
+      row must have, of its date, `("Day", "Clock", "%d/%m/%Y")`, or of all,
+      `("Time", "%H:%M:%S %d/%m/%Y")`
+    - `offset`: seconds by which the clock of the hook load is ahead of that of the
+      block position
+    - `show_names`: call the log by its well and its file in results; else it is `log`,
+      as both may be confidential
+    - `progress`: as of an ensemble: `True`, `False`, or a function of the bytes read
+      and their number
 
-    CSV: a row of names, perhaps one of units; commas, semicolons (then decimal commas), tabs; UTF-8, UTF-16 or Latin-1.
+    CSV: a row of names, perhaps one of units; commas, semicolons (then decimal commas),
+    tabs; UTF-8, UTF-16 or Latin-1.
 
-    Times: date and clock in either order, in one or two columns, perhaps with a zone, a clock alone (midnight is seen),
-    or numbers. Whether `03/02/2020` is in February or in March is decided by all rows, or else told. The error of a
-    time that is not understood lists the accepted forms.
+    Times: date and clock in either order, in one or two columns, perhaps with a zone, a
+    clock alone (midnight is seen), or numbers. Whether `03/02/2020` is in February or
+    in March is decided by all rows, or else told. The error of a time that is not
+    understood lists the accepted forms.
 
-    Raises `InputError` with all of these at once: no block position, no hook load, no usable time, times that run
-    backwards, a unit that is not known, nothing but nulls; damaged files with row or element. A document type or an
-    entity in an XML is refused.
+    Raises `InputError` with all of these at once: no block position, no hook load, no
+    usable time, times that run backwards, a unit that is not known, nothing but nulls;
+    damaged files with row or element. A document type or an entity in an XML is
+    refused.
 
     Example:
         >>> import pathlib, tempfile
@@ -330,10 +432,16 @@ def read(
     file = Path(path)
     wanted = dict(names or {})
     faults = Issues(
-        Fault(f"names {role}", "is no role", f"there are: {', '.join(ROLES)}") for role in wanted if role not in ROLES
+        Fault(f"names {role}", "is no role", f"there are: {', '.join(ROLES)}")
+        for role in wanted
+        if role not in ROLES
     )
     if offset is not None and not np.isfinite(offset):
-        faults.add("offset", f"{offset} is no time", "seconds, positive where the load's clock is ahead")
+        faults.add(
+            "offset",
+            f"{offset} is no time",
+            "seconds, positive where the load's clock is ahead",
+        )
     clock = [time] if isinstance(time, str) else list(time or ())
     size = file.stat().st_size if file.is_file() else 0
     try:
@@ -345,11 +453,17 @@ def read(
     wanted = {role: wanted[role] for role in wanted if role in ROLES}
     table = max(tables, key=lambda table: _likeness(table, wanted))
     count = len(tables)
-    remarks = [f"the file has {count} logs: the one with {len(table.names)} curves is read"] if count > 1 else []
+    remarks = (
+        [f"the file has {count} logs: the one with {len(table.names)} curves is read"]
+        if count > 1
+        else []
+    )
     given = null if null is None or isinstance(null, Sequence) else [null]
     source = ", ".join(filter(None, (table.well, file.name))) if show_names else "log"
     guesses = [*remarks, *table.remarks]
-    return _Reading(str(path), source, table, wanted, given, clock, offset or 0.0, guesses, faults).log()
+    return _Reading(
+        str(path), source, table, wanted, given, clock, offset or 0.0, guesses, faults
+    ).log()
 
 
 def _likeness(table: FileTable, names: Mapping[str, str]) -> tuple[bool, int]:
@@ -364,7 +478,11 @@ def _plain_unit(text: str) -> str:
 
 def _unit_of(text: str, si: str) -> Unit:
     """A unit as logs write it. Raises `ValueError` for what is none."""
-    factor = None if text.strip() in ("mN", "MN") else _SPELLINGS.get(si, {}).get(_plain_unit(text))
+    factor = (
+        None
+        if text.strip() in ("mN", "MN")
+        else _SPELLINGS.get(si, {}).get(_plain_unit(text))
+    )
     return unit(text, si) if factor is None else Unit(factor)
 
 
@@ -375,13 +493,22 @@ def _letters(name: str) -> str:
 def _roles(
     table: FileTable, names: Mapping[str, str], guesses: list[str], faults: Issues
 ) -> dict[str, tuple[int, str]]:
-    """Column and unit of each role: by `names`, or by mnemonic, or else by the description."""
+    """Column and unit of each role: by `names`, or by mnemonic, or else by the
+    description."""
     roles: dict[str, tuple[int, str]] = {}
     for role, text in names.items():
         match = re.fullmatch(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]", text)
-        name, of = (text, None) if text in table.names or match is None else (match["name"], match["unit"])
+        name, of = (
+            (text, None)
+            if text in table.names or match is None
+            else (match["name"], match["unit"])
+        )
         if name not in table.names:
-            faults.add(f"names {role}", f"{text!r} is no column", f"there are: {', '.join(table.names)}")
+            faults.add(
+                f"names {role}",
+                f"{text!r} is no column",
+                f"there are: {', '.join(table.names)}",
+            )
             continue
         i = table.names.index(name)
         roles[role] = i, table.units[i] if of is None else of
@@ -391,31 +518,47 @@ def _roles(
         if i in taken or i == table.index:
             continue
         for role, about in ROLES.items():
-            rank = next((k for k, p in enumerate(about.names) if re.fullmatch(p, _letters(name))), None)
+            rank = next(
+                (
+                    k
+                    for k, p in enumerate(about.names)
+                    if re.fullmatch(p, _letters(name))
+                ),
+                None,
+            )
             if rank is not None:
                 by_name.setdefault(role, []).append((rank, i))
                 break
     for role, about in ROLES.items():
-        if role in roles or (role == "compensated_position" and "block_position" in names):
+        if role in roles or (
+            role == "compensated_position" and "block_position" in names
+        ):
             continue
         columns = [i for _, i in sorted(by_name.get(role, ()))]
         if not columns:
             columns = [
                 i
                 for i, words in enumerate(table.descriptions)
-                if i not in taken and any(re.fullmatch(p, _letters(words)) for p in about.names)
+                if i not in taken
+                and any(re.fullmatch(p, _letters(words)) for p in about.names)
             ]
-            guesses += [f"{role}: {table.names[i]}, by its description {table.descriptions[i]!r}" for i in columns[:1]]
+            guesses += [
+                f"{role}: {table.names[i]}, by its description {table.descriptions[i]!r}"
+                for i in columns[:1]
+            ]
         if columns:
             roles[role] = columns[0], table.units[columns[0]]
             if columns[1:]:
                 others = ", ".join(table.names[i] for i in columns[1:])
-                guesses.append(f"{role}: {table.names[columns[0]]} rather than {others}")
+                guesses.append(
+                    f"{role}: {table.names[columns[0]]} rather than {others}"
+                )
     return roles
 
 
 def _merged(x: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """The last value in each `group` (n,) of rows: rows of one time may fill in turn."""
+    """The last value in each `group` (n,) of rows: rows of one time may fill in
+    turn."""
     import pandas as pd
 
     return pd.Series(x).groupby(group).last().to_numpy()
@@ -423,8 +566,8 @@ def _merged(x: np.ndarray, group: np.ndarray) -> np.ndarray:
 
 @dataclasses.dataclass
 class _Reading:
-    """A table of a file on its way to a log, with its errors and what is assumed; `null`, `clock`, `offset` as given to
-    `read`."""
+    """A table of a file on its way to a log, with its errors and what is assumed;
+    `null`, `clock`, `offset` as given to `read`."""
 
     path: str
     source: str
@@ -446,7 +589,11 @@ class _Reading:
             self.guesses += times.remarks
         self._nulls(() if times is None else times.used)
         if times is not None:
-            full = [table.values[i] for role, (i, _) in roles.items() if role in _MOTION and table.values[i].size]
+            full = [
+                table.values[i]
+                for role, (i, _) in roles.items()
+                if role in _MOTION and table.values[i].size
+            ]
             # rows that share a time may be readings of their own, or fill in turn
             each = any(np.isnan(x).mean() < 0.4 for x in full)
             seconds, rows = self._ordered(times.seconds, spread=each)
@@ -456,13 +603,26 @@ class _Reading:
             if scale is not None and of_column[i][0] in _MOTION:
                 self._sized(i, ROLES[of_column[i][0]].unit, float(scale.factor))
         if not {"block_position", "compensated_position"} & roles.keys():
-            there = ", ".join(f"{n} [{u}]" if u else n for n, u in zip(table.names, table.units, strict=True))
-            self.fault("", "has no block position", f"names={{'block_position': 'COLUMN'}}; there are: {there}")
+            there = ", ".join(
+                f"{n} [{u}]" if u else n
+                for n, u in zip(table.names, table.units, strict=True)
+            )
+            self.fault(
+                "",
+                "has no block position",
+                f"names={{'block_position': 'COLUMN'}}; there are: {there}",
+            )
         if "hook_load" not in roles:
-            self.fault("", "has no hook load", "names={'hook_load': 'COLUMN'} says which column it is")
+            self.fault(
+                "",
+                "has no hook load",
+                "names={'hook_load': 'COLUMN'} says which column it is",
+            )
         if self.faults or seconds is None or times is None:
             raise InputError(self.faults)
-        t = np.round(seconds - seconds[0], 6)  # times since 1970 are known to a microsecond at best
+        t = np.round(
+            seconds - seconds[0], 6
+        )  # times since 1970 are known to a microsecond at best
         t_load = t - self.offset if self.offset else t
         channels: list[Channel] = []
         for i, name in enumerate(table.names):
@@ -481,7 +641,17 @@ class _Reading:
             table.values[i] = np.empty(0)
             role = "" if scale is None and role != "activity" else role
             si = ROLES[role].unit if role else ""
-            channels.append(Channel(name, of, role, si, t_load if role.startswith("hook_load") else t, x, words))
+            channels.append(
+                Channel(
+                    name,
+                    of,
+                    role,
+                    si,
+                    t_load if role.startswith("hook_load") else t,
+                    x,
+                    words,
+                )
+            )
         return Log(
             self.source,
             start_of(seconds[0], times.zone) if times.dated else None,
@@ -496,7 +666,9 @@ class _Reading:
     def fault(self, where: str, problem: str, hint: str = "") -> None:
         self.faults.add(f"{self.path}{where}", problem, hint)
 
-    def _ordered(self, seconds: np.ndarray, spread: bool) -> tuple[np.ndarray | None, Any]:
+    def _ordered(
+        self, seconds: np.ndarray, spread: bool
+    ) -> tuple[np.ndarray | None, Any]:
         """Times that increase, and the rows that have them."""
         self._repeated = 0
         self._group = None
@@ -516,12 +688,18 @@ class _Reading:
             many = f", as {back.size} rows do" if back.size > 1 else ""
             what = f"runs {digits(-steps[i - 1], 4)} s backwards{many}"
             self.fault(
-                f" {self.table.row(i)}, time", what, "sort the rows, or split the recording where its clock was set"
+                f" {self.table.row(i)}, time",
+                what,
+                "sort the rows, or split the recording where its clock was set",
             )
             return None, slice(None)
         self._repeated = int(np.sum(steps == 0))
         if not steps.any():
-            self.fault("", "has the same time in all rows", "time='COLUMN' says which column the time is")
+            self.fault(
+                "",
+                "has the same time in all rows",
+                "time='COLUMN' says which column the time is",
+            )
             return None, slice(None)
         first = np.append(True, steps > 0)
         group = np.cumsum(first) - 1
@@ -533,12 +711,15 @@ class _Reading:
             place = np.arange(seconds.size) - np.flatnonzero(first)[group]
             seconds = starts[group] + length[group] * place / count[group]
             self.guesses.append(
-                f"{self._repeated} rows repeat a time: rows of one time are spread evenly up to the next"
+                f"{self._repeated} rows repeat a time: rows of one time are spread "
+                "evenly up to the next"
             )
         elif self._repeated:
             self._group = group
             seconds = starts
-            self.guesses.append(f"{self._repeated} rows repeat the time of the row before: they are read as one row")
+            self.guesses.append(
+                f"{self._repeated} rows repeat the time of the row before: they are read as one row"
+            )
         return seconds, rows
 
     def _nulls(self, times: Sequence[int]) -> None:
@@ -551,12 +732,16 @@ class _Reading:
             if not x.size or i in times:
                 continue
             if np.isinf(x).any():
-                self.guesses.append(f"{table.names[i]}: infinite values are taken as missing")
+                self.guesses.append(
+                    f"{table.names[i]}: infinite values are taken as missing"
+                )
                 x[np.isinf(x)] = np.nan
             for value in take_nulls(x, nulls):
                 if value not in own and self.null is None:
                     other.setdefault(value, []).append(table.names[i])
-        self.guesses += [told_as_null(value, columns) for value, columns in other.items()]
+        self.guesses += [
+            told_as_null(value, columns) for value, columns in other.items()
+        ]
 
     def _scale(self, role: str, i: int, text: str) -> Unit | None:
         """The unit of a column with a role; `None` where it is left without one."""
@@ -571,7 +756,11 @@ class _Reading:
             what = "has nothing but nulls" if empty else "has no load above zero"
             if role in _NEEDED or role == "compensated_position":
                 what = "holds words, not numbers" if i in self.table.texts else what
-                self.fault(where, what, f"names={{{role!r}: 'COLUMN'}} says which other column it is")
+                self.fault(
+                    where,
+                    what,
+                    f"names={{{role!r}: 'COLUMN'}} says which other column it is",
+                )
             else:
                 self.guesses.append(f"{role}: {name} {what}, not used")
             return None
@@ -584,7 +773,9 @@ class _Reading:
             of = _unit_of(text, about.unit)
             if key in _DOUBTFUL and about.unit == "N":
                 size = f"the metric one, {digits(float(of.factor) / 1e3)} kN"
-                self.guesses.append(f"{name}: {text} is {size}; if not, names={{{role!r}: '{name} [tonfUS]'}}")
+                self.guesses.append(
+                    f"{name}: {text} is {size}; if not, names={{{role!r}: '{name} [tonfUS]'}}"
+                )
             return of
         except ValueError as error:
             also = ", kdaN, klbs, tonf" if about.unit == "N" else ""
@@ -606,7 +797,8 @@ class _Reading:
             self.fault(where, what, "remove the row, or give this as a null value")
 
     def _without_unit(self, role: str, name: str, x: np.ndarray) -> Unit | None:
-        """SI where the size of the values agrees with it, which is told; else an error of a needed channel."""
+        """SI where the size of the values agrees with it, which is told; else an error
+        of a needed channel."""
         high = float(np.nanquantile(np.abs(x), 0.99))
         si = ROLES[role].unit
         if role in _MOTION and (high <= 60.0 if si == "m" else high >= 2e4):
@@ -616,14 +808,25 @@ class _Reading:
         if role in _NEEDED or role == "compensated_position":
             may = "m or ft" if si == "m" else "kN, t or klbf"
             hint = f"names={{{role!r}: '{name} [{may.split()[-1]}]'}}"
-            self.fault(f" column {name}", f"has no unit, and values up to {digits(high, 3)} may be {may}", hint)
+            self.fault(
+                f" column {name}",
+                f"has no unit, and values up to {digits(high, 3)} may be {may}",
+                hint,
+            )
         else:
             self.guesses.append(f"{role}: {name} has no unit, not used")
         return None
 
     def _words(self, texts: list[str]) -> tuple[tuple[str, ...], np.ndarray]:
-        words = {text: i for i, text in enumerate(dict.fromkeys(text.strip() for text in texts if text.strip()))}
-        return tuple(words), np.array([words.get(text.strip(), np.nan) for text in texts], float)
+        words = {
+            text: i
+            for i, text in enumerate(
+                dict.fromkeys(text.strip() for text in texts if text.strip())
+            )
+        }
+        return tuple(words), np.array(
+            [words.get(text.strip(), np.nan) for text in texts], float
+        )
 
     def _gaps(self, t: np.ndarray) -> np.ndarray:
         steps = np.diff(t)
@@ -635,12 +838,18 @@ class _Reading:
         by_role = {c.role: c for c in channels if c.role}
         if "block_position" not in by_role:
             name = by_role["compensated_position"].mnemonic
-            said.append(f"{name} is heave-compensated: the drum follows the distance between block and crown instead")
+            said.append(
+                f"{name} is heave-compensated: the drum follows the distance between "
+                "block and crown instead"
+            )
         for role, c in by_role.items():
             if c.held and role in _MOTION:
                 said.append(
-                    f"{c.mnemonic}: updated each {digits(c.interval, 3)} s and held between, updates alone are used"
+                    f"{c.mnemonic}: updated each {digits(c.interval, 3)} s and held "
+                    "between, updates alone are used"
                 )
         if self.offset:
-            said.append(f"times of the hook load are reduced by {digits(self.offset, 4)} s (offset)")
+            said.append(
+                f"times of the hook load are reduced by {digits(self.offset, 4)} s (offset)"
+            )
         return said

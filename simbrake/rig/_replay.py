@@ -1,4 +1,5 @@
-"""A rig's log replayed on a scene: temperatures, wear and margins of its brake over the recorded trip."""
+"""A rig's log replayed on a scene: temperatures, wear and margins of its brake over the
+recorded trip."""
 
 import dataclasses
 import functools
@@ -22,27 +23,40 @@ from ..runs.verdict import Verdict
 from ..shaft import AbstractAuxiliaryBrake, TackleLoss
 from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of
 from ._log import Channel, Log
-from ._lowerings import LOADS, Course, Lowering, Lowerings, column_of, course_of, in_seconds, lowerings, spans_of
+from ._lowerings import (
+    LOADS,
+    Course,
+    Lowering,
+    Lowerings,
+    column_of,
+    course_of,
+    in_seconds,
+    lowerings,
+    spans_of,
+)
 
-#: acceleration of the hook (m/s²) below which its load is that of the weight; share by which readings are off, and
-#: time (s) for which they are, where the weight has changed
+#: acceleration of the hook (m/s²) below which its load is that of the weight; share by
+#: which readings are off, and time (s) for which they are, where the weight has changed
 _QUIET = 0.5
 _CHANGED = 0.02
 _LASTS = 3.0
-#: update intervals within which a height that stays the same in a motion may have been read late
+#: update intervals within which a height that stays the same in a motion may have been
+#: read late
 _LATE = 2.05
-#: points of motion and load have places for a power of this, and at least so many: logs share a program
+#: points of motion and load have places for a power of this, and at least so many: logs
+#: share a program
 _PLACES = 4
 _FEWEST = 64
 #: times at which a run is looked at in one series, which has many columns
 _AT_ONCE = 1 << 14
 
 
-# --- the reconstruction -----------------------------------------------------------------------------------------------
+# --- the reconstruction -------------------------------------------------------------
 
 
 class Motion(NamedTuple):
-    """One motion between two rests: heights (m) at its updates `t` (k,) (s), and the lowering that it is, if any."""
+    """One motion between two rests: heights (m) at its updates `t` (k,) (s), and the
+    lowering that it is, if any."""
 
     t: np.ndarray
     height: np.ndarray
@@ -54,11 +68,13 @@ class Reconstruction:
     """The motion of the drum and the load on the hook that a replay takes from a log.
 
     - `t` (n,): updates of the height in motions, and a point between two of them
-    - `angle`, `speed` (n,): of the drum since the first row (rad, rad/s), positive downwards; straight lines of the
-      speed, so that the angle is a parabola between two points, monotone in each motion, and meets each update
-    - `skipped` (n,): by what the block of the log is lower (m) than that of the replay, after noise at rest and
-      jumps of the encoder
-    - `hook`: masses by the quiet readings of the load, and when each begins;  `load`: its readings
+    - `angle`, `speed` (n,): of the drum since the first row (rad, rad/s), positive
+      downwards; straight lines of the speed, so that the angle is a parabola between
+      two points, monotone in each motion, and meets each update
+    - `skipped` (n,): by what the block of the log is lower (m) than that of the replay,
+      after noise at rest and jumps of the encoder
+    - `hook`: masses by the quiet readings of the load, and when each begins
+    - `load`: its readings
     """
 
     t: np.ndarray
@@ -80,11 +96,18 @@ class Reconstruction:
     def slope(self) -> np.ndarray:
         """Acceleration of the drum (rad/s²) behind each point."""
         span = np.diff(self.t, append=self.t[-1])
-        return np.where(span > 0, np.diff(self.speed, append=0.0) / np.where(span > 0, span, 1.0), 0.0)
+        return np.where(
+            span > 0,
+            np.diff(self.speed, append=0.0) / np.where(span > 0, span, 1.0),
+            0.0,
+        )
 
     def hook_work(self, begin: float, end: float) -> float:
-        """`∫F dx` (J) between two times, the load in straight lines between its readings."""
-        knots = np.concatenate([[begin, end], *(t[(t > begin) & (t < end)] for t in (self.t, self.load.t))])
+        """`∫F dx` (J) between two times, the load in straight lines between its
+        readings."""
+        knots = np.concatenate(
+            [[begin, end], *(t[(t > begin) & (t < end)] for t in (self.t, self.load.t))]
+        )
         knots = np.unique(knots)
         t = np.stack([knots[:-1], 0.5 * (knots[1:] + knots[:-1]), knots[1:]])
         x = np.asarray(self.hook.travelled(self.angle_at(t)))
@@ -96,10 +119,12 @@ class Reconstruction:
 
 
 def _from(at: float, h: np.ndarray, room: float) -> np.ndarray:
-    """Monotone heights (k,) of a motion from the height `at` of the replay's block on, up to that of the log.
+    """Monotone heights (k,) of a motion from the height `at` of the replay's block on,
+    up to that of the log.
 
-    The motion is longer or shorter by what the replay has skipped: by the `room` (m) at most, so that a jump of the
-    encoder moves nothing; a hoisting by any way shorter, as behind a lowering that is left out.
+    The motion is longer or shorter by what the replay has skipped: by the `room` (m) at
+    most, so that a jump of the encoder moves nothing; a hoisting by any way shorter, as
+    behind a lowering that is left out.
     """
     up = h[-1] > h[0]
     lift = at - h[0]
@@ -108,9 +133,11 @@ def _from(at: float, h: np.ndarray, room: float) -> np.ndarray:
     return np.append(at, (np.maximum if up else np.minimum)(h[1:], at))
 
 
-def _slow(t: np.ndarray, h: np.ndarray, limits: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Points of what lies between two motions: from where it leaves its first height to where it reaches its last one,
-    one each `heave`."""
+def _slow(
+    t: np.ndarray, h: np.ndarray, limits: Mapping[str, Any]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points of what lies between two motions: from where it leaves its first height to
+    where it reaches its last one, one each `heave`."""
     heave = limits["heave"]
     ends = h[[0, -1]]
     down = h[-1] < h[0]
@@ -128,7 +155,8 @@ def _slow(t: np.ndarray, h: np.ndarray, limits: Mapping[str, Any]) -> tuple[np.n
 
 
 def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]:
-    """Monotone motions in the order of time: lowerings, hoistings, and what lies between them beyond the noise."""
+    """Monotone motions in the order of time: lowerings, hoistings, and what lies
+    between them beyond the noise."""
     limits = found.thresholds
     heave = found.thresholds["heave"]
     down, up = spans_of(found, height, load)
@@ -167,26 +195,34 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
 
 
 def _points(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times and speeds of straight lines that lead from rest to rest through monotone angles (k,).
+    """Times and speeds of straight lines that lead from rest to rest through monotone
+    angles (k,).
 
-    The speed at an update is the mean of those of the chords beside it, weighted as in a parabola, and at most twice
-    each of them, so that it never changes its sign (van Leer's limiter, *J. Comput. Phys.* 32, 1979).
+    The speed at an update is the mean of those of the chords beside it, weighted as in
+    a parabola, and at most twice each of them, so that it never changes its sign (van
+    Leer's limiter, *J. Comput. Phys.* 32, 1979).
     """
     span = np.diff(t)
     chord = np.diff(angle) / span
     at = np.zeros(t.size)
     mean = (chord[1:] * span[:-1] + chord[:-1] * span[1:]) / (span[1:] + span[:-1])
-    at[1:-1] = np.sign(mean) * np.minimum(np.abs(mean), 2 * np.minimum(np.abs(chord[1:]), np.abs(chord[:-1])))
-    # (a stop under the pulled lever is found in fewer steps than a speed that only touches 0)
+    at[1:-1] = np.sign(mean) * np.minimum(
+        np.abs(mean), 2 * np.minimum(np.abs(chord[1:]), np.abs(chord[:-1]))
+    )
+    # (a stop under the pulled lever is found in fewer steps than a speed that only
+    # touches 0)
     at[-1] = max(1e-3 * chord[-1], 0.0)
     middle = 0.5 * (t[1:] + t[:-1])
     between = 2 * chord - 0.5 * (at[1:] + at[:-1])
-    times, speeds = (np.stack(x, axis=1).ravel() for x in ((t[:-1], middle), (at[:-1], between)))
+    times, speeds = (
+        np.stack(x, axis=1).ravel() for x in ((t[:-1], middle), (at[:-1], between))
+    )
     return np.append(times, [t[-1], t[-1]]), np.append(speeds, [at[-1], 0.0])
 
 
 def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Levels of readings, and when each begins: a new one where they are off on the same side for some time.
+    """Levels of readings, and when each begins: a new one where they are off on the
+    same side for some time.
 
     What is off for less, as while a load gets faster, is in no level.
     """
@@ -212,22 +248,28 @@ def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             count = len(off)
             off = []
     levels = [np.median(x[of]) for of in members]
-    return np.asarray([0.0, *(0.5 * (t[of[0]] + t[of[0] - 1]) for of in members[1:])]), np.maximum(levels, 0.0)
+    return np.asarray(
+        [0.0, *(0.5 * (t[of[0]] + t[of[0] - 1]) for of in members[1:])]
+    ), np.maximum(levels, 0.0)
 
 
 def _filled(x: np.ndarray, end: float | None = None) -> np.ndarray:
-    """Values up to a common size: the last one repeated, or times behind the `end` of the run."""
+    """Values up to a common size: the last one repeated, or times behind the `end` of
+    the run."""
     size = _FEWEST
     while size < x.size:
         size *= _PLACES
     more = size - x.size
-    return np.append(x, np.full(more, x[-1]) if end is None else end + np.arange(1.0, more + 1))
+    return np.append(
+        x, np.full(more, x[-1]) if end is None else end + np.arange(1.0, more + 1)
+    )
 
 
 def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     """The motion and the load of a log, on the drum and the rope of a `hook`.
 
-    The rope is on the drum with all its turns (`RopeLayers.turns`) where the block is at its highest.
+    The rope is on the drum with all its turns (`RopeLayers.turns`) where the block is
+    at its highest.
     """
     log = found.log
     height = course_of(log.position, found.thresholds["spacing"])
@@ -245,12 +287,18 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         angles = [x / per_radian for x in travels]
     else:
         turns = rope.turns
-        grid = np.unique(np.append(np.arange(0.0, turns, rope.turns_per_layer), turns))[::-1]
+        grid = np.unique(np.append(np.arange(0.0, turns, rope.turns_per_layer), turns))[
+            ::-1
+        ]
         paid = np.asarray(hook.travelled(2 * np.pi * (turns - grid)))
         if lowest - highest > paid[-1]:
             far, most = (number(x, "m", count=4) for x in (lowest - highest, paid[-1]))
             hint = "give those that are on the drum with the block at its highest"
-            raise input_error("duty.load.rope.turns", f"pay out {most} of the hook, the log has {far}", hint)
+            raise input_error(
+                "duty.load.rope.turns",
+                f"pay out {most} of the hook, the log has {far}",
+                hint,
+            )
         left = [np.interp(np.append(x, 0.0) - highest, paid, grid) for x in travels]
         angles = [2 * np.pi * (x[-1] - x[:-1]) for x in left]
         rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))
@@ -258,45 +306,69 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     for one, travel, turned in zip(motions, travels, angles, strict=True):
         off = height.value[0] - one.height[0] - travel[0]
         # (from rest to rest, also between pauses in a motion)
-        for a, b in np.flatnonzero(np.diff(np.diff(turned) != 0, prepend=False, append=False)).reshape(-1, 2):
+        for a, b in np.flatnonzero(
+            np.diff(np.diff(turned) != 0, prepend=False, append=False)
+        ).reshape(-1, 2):
             times, speeds = _points(one.t[a : b + 1], turned[a : b + 1])
-            along = turned[a] + np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
+            along = turned[a] + np.append(
+                0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))
+            )
             first = int(times[0] <= points[-1][0, -1])
-            points.append(np.stack([times, along, speeds, np.full(times.size, off)])[:, first:])
+            points.append(
+                np.stack([times, along, speeds, np.full(times.size, off)])[:, first:]
+            )
     last, turned, _, off = points[-1][:, -1]
     if last < log.t[-1]:
         points.append(np.array([[log.t[-1], turned, 0.0, off]]).T)
     t, angle, speed, skipped = np.concatenate(points, axis=1)
-    shared = {name: getattr(hook, name) for name in ("drum_radius", "line_count", "gravity", "drag")}
+    shared = {
+        name: getattr(hook, name)
+        for name in ("drum_radius", "line_count", "gravity", "drag")
+    }
     still = RecordedLoad([0.0], [0.0], **shared, rope=rope)  # pyright: ignore
     path = Reconstruction(t, angle, speed, skipped, still, load, motions)
-    rate = per_radian * path.slope[np.clip(np.searchsorted(t, load.t, side="right") - 1, 0, t.size - 1)]
+    rate = (
+        per_radian
+        * path.slope[
+            np.clip(np.searchsorted(t, load.t, side="right") - 1, 0, t.size - 1)
+        ]
+    )
     quiet = np.abs(rate) < _QUIET
     for one in motions:  # all readings of one that is never quiet
         inside = (load.t >= one.t[0]) & (load.t <= one.t[-1])
         quiet |= inside & (np.count_nonzero(quiet & inside) < 2)
     gravity = shared["gravity"]
-    begins, masses = _levels(load.t[quiet], load.value[quiet] / (gravity - np.minimum(rate, 0.5 * gravity)[quiet]))
+    begins, masses = _levels(
+        load.t[quiet],
+        load.value[quiet] / (gravity - np.minimum(rate, 0.5 * gravity)[quiet]),
+    )
     hook = RecordedLoad(_filled(begins, t[-1]), _filled(masses), **shared, rope=rope)  # pyright: ignore
     return dataclasses.replace(path, hook=hook)
 
 
-# --- the scene of a replay --------------------------------------------------------------------------------------------
+# --- the scene of a replay ----------------------------------------------------------
 
 
 def _tensions(scene: Scene) -> tuple[float, float]:
-    """Largest slack tensions (N) of the levers of a scene that hold the speed, and of those that are pulled."""
+    """Largest slack tensions (N) of the levers of a scene that hold the speed, and of
+    those that are pulled."""
     lever = scene.lever
-    levers = [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    levers = (
+        [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    )
     held, pulled = (
-        max((float(x.scale()) for x in levers if x.controls_speed == which), default=0.0) for which in (True, False)
+        max(
+            (float(x.scale()) for x in levers if x.controls_speed == which), default=0.0
+        )
+        for which in (True, False)
     )
     # (one for the other as in a programme in words)
     return held or 2 * pulled, pulled or 0.5 * held
 
 
 def settings_of(scene: Scene, log: Log) -> dict[str, Any]:
-    """What a scene says of tackle and drum, as arguments of `ledger`; lines strung only where the log has none."""
+    """What a scene says of tackle and drum, as arguments of `ledger`; lines strung only
+    where the log has none."""
     hook = scene.duty.load
     if not isinstance(hook, AbstractHookLoad):
         return {}
@@ -317,46 +389,81 @@ def _motor(scene: Scene, path: Reconstruction, notes: list[str]) -> Motor:
         most = float(scene.motor.max_speed)
         if fastest > most:
             high, limit = (number(x, "rad/s", count=3) for x in (fastest, most))
-            notes.append(f"the drum turns at up to {high}, the motor of the scene at {limit}: this limit is left out")
-        return dataclasses.replace(scene.motor, speed=None, max_speed=max(fastest, most))
-    notes.append("the scene has no motor: one without limits hoists; for the brake that is time to cool")
+            notes.append(
+                f"the drum turns at up to {high}, the motor of the scene at {limit}: "
+                "this limit is left out"
+            )
+        return dataclasses.replace(
+            scene.motor, speed=None, max_speed=max(fastest, most)
+        )
+    notes.append(
+        "the scene has no motor: one without limits hoists; for the brake that is time to cool"
+    )
     mass = np.max(path.hook.masses)
     per_radian = float(path.hook.travel())
     inertia = scene.brake.inertia + mass * per_radian**2
-    torque = 4 * (mass * path.hook.gravity * per_radian + inertia * np.max(np.abs(path.slope)))
+    torque = 4 * (
+        mass * path.hook.gravity * per_radian + inertia * np.max(np.abs(path.slope))
+    )
     return Motor(torque, torque * fastest, fastest)
 
 
 def _scene_of(
-    scene: Scene, found: Lowerings, path: Reconstruction, shares: Mapping[str, float | None], notes: list[str]
+    scene: Scene,
+    found: Lowerings,
+    path: Reconstruction,
+    shares: Mapping[str, float | None],
+    notes: list[str],
 ) -> Scene:
     """The scene with lever, load and motor of the reconstruction."""
     share = np.zeros(path.t.size)
     for t, _, one in path.motions:
-        kind = LOADS[found.load[np.searchsorted(found.log.t, 0.5 * (t[0] + t[-1]))]] if one is None else one.kind
+        kind = (
+            LOADS[found.load[np.searchsorted(found.log.t, 0.5 * (t[0] + t[-1]))]]
+            if one is None
+            else one.kind
+        )
         share[(path.t >= t[0]) & (path.t < t[-1])] = shares.get(kind) or 0.0
     speed = PiecewiseLinear(_filled(path.t, path.t[-1]), _filled(path.speed))
-    lever = RecordedMotion(speed, _filled(path.angle), *_tensions(scene), _filled(share))
-    shaft = tuple(law for law in scene.shaft if not isinstance(law, AbstractAuxiliaryBrake))
+    lever = RecordedMotion(
+        speed, _filled(path.angle), *_tensions(scene), _filled(share)
+    )
+    shaft = tuple(
+        law for law in scene.shaft if not isinstance(law, AbstractAuxiliaryBrake)
+    )
     if len(shaft) < len(scene.shaft):
-        notes.append("auxiliary brakes on the shaft are left out: auxiliary= is their share of what is lowered")
+        notes.append(
+            "auxiliary brakes on the shaft are left out: auxiliary= is their share of "
+            "what is lowered"
+        )
     if scene.duty.load.elastic is not None:
         notes.append("the rope is taken as rigid")
-    duty = dataclasses.replace(scene.duty, **{scene.duty.lever_field: lever, "load": path.hook, "wants": ""})
+    duty = dataclasses.replace(
+        scene.duty, **{scene.duty.lever_field: lever, "load": path.hook, "wants": ""}
+    )
     motor = _motor(scene, path, notes)
-    return dataclasses.replace(scene, duty=duty, initial=Initial(0.0), end_time=path.t[-1], shaft=shaft, motor=motor)
+    return dataclasses.replace(
+        scene,
+        duty=duty,
+        initial=Initial(0.0),
+        end_time=path.t[-1],
+        shaft=shaft,
+        motor=motor,
+    )
 
 
-# --- what it says -----------------------------------------------------------------------------------------------------
+# --- what it says -------------------------------------------------------------------
 
 
 @frozen
 class ReplayedLowering:
     """One lowering in a replay, SI units; `None` behind the end of a run that failed.
 
-    - `recorded_travel`, `recorded_work`: of the reconstruction;  `travel`, `hook_work`: of the simulation, with their
+    - `recorded_travel`, `recorded_work`: of the reconstruction
+    - `travel`, `hook_work`: of the simulation, with their
       deviations as shares of it
-    - `friction_heat` of the brake, and the hottest that its parts are (K, by metric), up to the next lowering
+    - `friction_heat` of the brake, and the hottest that its parts are (K, by metric),
+      up to the next lowering
     """
 
     lowering: Lowering
@@ -372,10 +479,12 @@ class ReplayedLowering:
 
 @frozen
 class Replay(Tabular):
-    """A log replayed on a scene: `result` is that of a run as any other, `lowerings` what is in each of them.
+    """A log replayed on a scene: `result` is that of a run as any other, `lowerings`
+    what is in each of them.
 
     - `book`: the ledger of the log;  `path`: the reconstruction that the run follows
-    - `bound`: the same run with the auxiliary brake or motor out, `None` where no share of them is assumed
+    - `bound`: the same run with the auxiliary brake or motor out, `None` where no share
+      of them is assumed
     - `settings`: share of the motor, tensions of the lever;  `notes`: to be read
     """
 
@@ -399,44 +508,72 @@ class Replay(Tabular):
 
     @property
     def hottest(self) -> ReplayedLowering | None:
-        """The lowering with the highest temperature of the rim (else of another part, else with the most heat)."""
+        """The lowering with the highest temperature of the rim (else of another part,
+        else with the most heat)."""
         done = [one for one in self.lowerings if one.friction_heat is not None]
         place = next(iter(done[0].hottest), None) if done else None
-        return max(done, key=lambda one: one.hottest[place] if place else one.friction_heat, default=None)  # pyright: ignore
+        return max(
+            done,
+            key=lambda one: one.hottest[place] if place else one.friction_heat,
+            default=None,
+        )  # pyright: ignore
 
     @property
     def answer(self) -> tuple[str, ...]:
-        """What a crew asks: the hottest lowering, the verdict with the smallest margin, how well it follows the log."""
+        """What a crew asks: the hottest lowering, the verdict with the smallest margin,
+        how well it follows the log."""
         most = self.hottest
         if most is None:
             return (f"the run failed before the first lowering: {self.result.message}",)
-        temperatures = [f"{HOT[name]} {number(x, 'K', count=3)}" for name, x in most.hottest.items()]
-        when = in_seconds(most.lowering.start) if most.lowering.start else f"{digits(most.lowering.begin, 6)} s"
+        temperatures = [
+            f"{HOT[name]} {number(x, 'K', count=3)}" for name, x in most.hottest.items()
+        ]
+        when = (
+            in_seconds(most.lowering.start)
+            if most.lowering.start
+            else f"{digits(most.lowering.begin, 6)} s"
+        )
         heat = f"{number(most.friction_heat, 'J', count=3)} in the brake"
         words = ", ".join([heat, *temperatures, *most.lowering.flags])
         verdict = self.verdict
-        margins = [f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]]
+        margins = [
+            f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]
+        ]
         off = (
             f"{what} {100 * max(abs(getattr(one, name) or 0.0) for one in self.lowerings):.2g} %"
-            for what, name in (("travel", "travel_deviation"), ("hook work", "work_deviation"))
+            for what, name in (
+                ("travel", "travel_deviation"),
+                ("hook work", "work_deviation"),
+            )
         )
         return (
             f"hottest lowering: {when}, {words}",
-            f"{verdict.colour} {verdict.reason}: {verdict.sentence}; {'; '.join(margins) or 'no margin'}",
+            f"{verdict.colour} {verdict.reason}: {verdict.sentence}; "
+            f"{'; '.join(margins) or 'no margin'}",
             *self.upper_bound,
             f"simulated against recorded: {', '.join(off)} at most in a lowering",
         )
 
     @property
     def upper_bound(self) -> tuple[str, ...]:
-        """Heat and temperatures without the assumed share of auxiliary brake or motor, in words; empty without one."""
+        """Heat and temperatures without the assumed share of auxiliary brake or motor,
+        in words; empty without one."""
         if self.bound is None or self.bound_verdict is None:
             return ()
-        taken, most = (number(run.energy["friction_heat"], "J", count=3) for run in (self.result, self.bound))
-        hot = [f"{HOT[name]} up to {number(self.bound[name], 'K', count=3)}" for name in self.lowerings[0].hottest]
-        words = ", ".join([f"{most} in the friction brakes", *hot, self.bound_verdict.colour])
+        taken, most = (
+            number(run.energy["friction_heat"], "J", count=3)
+            for run in (self.result, self.bound)
+        )
+        hot = [
+            f"{HOT[name]} up to {number(self.bound[name], 'K', count=3)}"
+            for name in self.lowerings[0].hottest
+        ]
+        words = ", ".join(
+            [f"{most} in the friction brakes", *hot, self.bound_verdict.colour]
+        )
         return (
-            f"upper bound, by a second run with the auxiliary brake or motor out: {words}: {self.bound.status}; "
+            "upper bound, by a second run with the auxiliary brake or motor out: "
+            f"{words}: {self.bound.status}; "
             f"with the assumed share {taken}",
         )
 
@@ -465,7 +602,9 @@ class Replay(Tabular):
         first = "start" if self.book.lowerings.log.start else "begin"
         names = (column.name for column in self.table.columns)
         return self.table.readable(
-            first, *(x for x in names if x not in ("start", "begin")), title="replayed on the scene"
+            first,
+            *(x for x in names if x not in ("start", "begin")),
+            title="replayed on the scene",
         )
 
     def parts(self) -> Iterator[str | Table]:
@@ -477,33 +616,47 @@ class Replay(Tabular):
         yield from list(self.book.parts())[len(self.book.answer) :]
 
     def as_dict(self) -> dict[str, Any]:
-        """The ledger, and below `replay` the run: the place of the `hottest` lowering, `metrics`, all in SI units."""
+        """The ledger, and below `replay` the run: the place of the `hottest` lowering,
+        `metrics`, all in SI units."""
         most = self.hottest
         replay = {
             **_of_run(self.result, self.verdict),
             "hottest": None if most is None else self.lowerings.index(most),
             "lowerings": self.table,
-            "bound": None if not (self.bound and self.bound_verdict) else _of_run(self.bound, self.bound_verdict),
+            "bound": None
+            if not (self.bound and self.bound_verdict)
+            else _of_run(self.bound, self.bound_verdict),
             "settings": self.settings,
             "notes": self.notes,
         }
         return {**self.book.as_dict(), "replay": plain(replay)}
 
     __getattr__ = staticmethod(
-        answers("Replay", gone={"write": "simbrake.pages.write_ledger(replay, folder) writes it"})
+        answers(
+            "Replay",
+            gone={"write": "simbrake.pages.write_ledger(replay, folder) writes it"},
+        )
     )
 
 
 def _of_run(result: Result, verdict: Verdict) -> dict[str, Any]:
     """What a replay says of a run in JSON."""
-    known = {"code": int(result.code), "status": result.status, "metrics": result.metrics, "energy": result.energy}
+    known = {
+        "code": int(result.code),
+        "status": result.status,
+        "metrics": result.metrics,
+        "energy": result.energy,
+    }
     return {**known, "verdict": verdict.as_dict()}
 
 
 def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, float]:
     """Largest distance (m) of the hook from the reconstruction, and when (s)."""
     t = path.t[path.t <= float(result.record.t_end)]
-    away = np.abs(np.asarray(result.series(t).hook_position) - np.asarray(path.hook.travelled(path.angle_at(t))))
+    away = np.abs(
+        np.asarray(result.series(t).hook_position)
+        - np.asarray(path.hook.travelled(path.angle_at(t)))
+    )
     return away.max(), t[away.argmax()]
 
 
@@ -513,31 +666,51 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
     spans = [(one.begin, one.end) for one in done]
     inside = [span for span in spans if span[1] <= end]
     from_ = np.asarray(path.hook.times)
-    knots = [np.concatenate([[a], from_[(from_ > a) & (from_ < b)], [b]]) for a, b in inside]
+    knots = [
+        np.concatenate([[a], from_[(from_ > a) & (from_ < b)], [b]]) for a, b in inside
+    ]
     until = [min(a, end) for a, _ in spans[1:]] + [end]
     heat = np.zeros(0)
     rows = np.zeros((0, 2), int)
     if inside:
         series = result.series(np.concatenate(knots))
-        x = np.split(np.asarray(series.hook_position), np.cumsum([t.size for t in knots])[:-1])
+        x = np.split(
+            np.asarray(series.hook_position), np.cumsum([t.size for t in knots])[:-1]
+        )
         ends = np.array([[a, b] for (a, _), b in zip(inside, until, strict=False)])
-        heat = np.diff(np.asarray(result.series(ends.ravel()).friction_heat).reshape(ends.shape))[:, 0]
+        heat = np.diff(
+            np.asarray(result.series(ends.ravel()).friction_heat).reshape(ends.shape)
+        )[:, 0]
         record = result.report()._record
         t = np.asarray(record.rows.t)[: int(record.count) + 1]
         rows = np.searchsorted(t, ends - 1e-9 * end)
     maxima = result.report().maxima_between([(int(a), int(b)) for a, b in rows]).between
     hottest = {name: maxima[name] for name in HOT if name in maxima}
     for i, (one, (a, b)) in enumerate(zip(done, spans, strict=True)):
-        far = float(np.diff(np.asarray(path.hook.travelled(path.angle_at(np.array([a, b])))))[0])
+        far = float(
+            np.diff(np.asarray(path.hook.travelled(path.angle_at(np.array([a, b])))))[0]
+        )
         work = path.hook_work(a, b)
         if i >= len(inside):
             yield ReplayedLowering(one, far, work)
             continue
-        hanging = path.hook.masses[np.searchsorted(from_, knots[i][:-1], side="right") - 1]
+        hanging = path.hook.masses[
+            np.searchsorted(from_, knots[i][:-1], side="right") - 1
+        ]
         own = float(np.sum(hanging * path.hook.gravity * np.diff(x[i])))
         travel = float(x[i][-1] - x[i][0])
         tops = {name: float(tops[i]) for name, tops in hottest.items()}
-        yield ReplayedLowering(one, far, work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops)
+        yield ReplayedLowering(
+            one,
+            far,
+            work,
+            travel,
+            travel / far - 1,
+            own,
+            own / work - 1,
+            float(heat[i]),
+            tops,
+        )
 
 
 def replay(
@@ -548,34 +721,41 @@ def replay(
     rtol: float = 1e-8,
     progress: Progress | Report | bool | None = False,
 ) -> Replay:
-    """Replay a log on a scene: temperatures, wear, margins over the whole trip, hoisting and rests included.
+    """Replay a log on a scene: temperatures, wear, margins over the whole trip,
+    hoisting and rests included.
 
-    Recorded are the motion of the drum and the weight on the hook; brake, rope, tackle, heat and wear are the scene's:
+    Recorded are the motion of the drum and the weight on the hook; brake, rope, tackle,
+    heat and wear are the scene's:
 
-    - **motion**: monotone parabolas through all updates of the height in a motion; lever and motor follow it
-      (`RecordedMotion`). Between motions the drum rests; slow ways of more than `heave` in between, as in drilling, are
-      one motion. Smaller ones are made up for in the next of these or in the next hoisting
-    - **weight**: levels of the load in quiet intervals, in which the hook is accelerated by less than 0.5 m/s², which
-      is taken off; a new one where readings are off by 2 % for 3 s. It gives the masses, and the model the inertia,
-      which is in the recorded load already
-    - **brake**: the largest tensions of the levers in the scene hold the drum at rest (`pull`), and are the `limit` in
-      lowering (one is twice the other where it lacks one). In hoisting it is open
-    - **motor** of the scene with its limits, else one without limits: it hoists, drives a block down that is too light
-      to reach the recorded speed, and takes the share `auxiliary` of what is lowered (of a `Ledger` its share), one
-      number or one by kind of load. An auxiliary brake counts as such a share, too. Without a share all of it is heat
-      of the friction brakes, an upper bound; beside a share, which is an assumption, a second run gives this bound
-      (`Replay.bound`)
+    - **motion**: monotone parabolas through all updates of the height in a motion;
+      lever and motor follow it (`RecordedMotion`). Between motions the drum rests; slow
+      ways of more than `heave` in between, as in drilling, are one motion. Smaller ones
+      are made up for in the next of these or in the next hoisting
+    - **weight**: levels of the load in quiet intervals, in which the hook is
+      accelerated by less than 0.5 m/s², which is taken off; a new one where readings
+      are off by 2 % for 3 s. It gives the masses, and the model the inertia, which is
+      in the recorded load already
+    - **brake**: the largest tensions of the levers in the scene hold the drum at rest
+      (`pull`), and are the `limit` in lowering (one is twice the other where it lacks
+      one). In hoisting it is open
+    - **motor** of the scene with its limits, else one without limits: it hoists, drives
+      a block down that is too light to reach the recorded speed, and takes the share
+      `auxiliary` of what is lowered (of a `Ledger` its share), one number or one by
+      kind of load. An auxiliary brake counts as such a share, too. Without a share all
+      of it is heat of the friction brakes, an upper bound; beside a share, which is an
+      assumption, a second run gives this bound (`Replay.bound`)
     - **gaps** of the log: the block moves evenly to where it is behind one
     - **rope**: its turns are those on the drum with the block at its highest
 
-    The duty, the start and the end of the scene do not matter but for lines, drum, rope and tensions. Runs of logs of
-    about one length share one compiled program.
+    The duty, the start and the end of the scene do not matter but for lines, drum, rope
+    and tensions. Runs of logs of about one length share one compiled program.
 
     - `of`: a log, its lowerings, or its ledger;  `rtol`, `progress`: as of `simulate`
 
-    A run that fails is returned with its code (`Replay.result`). Raises `InputError` where the lines strung of log and
-    scene differ, where the height is heave-compensated and the heave unknown or above 1 % of a lowering, where nothing
-    is lowered, and with all errors of the scene.
+    A run that fails is returned with its code (`Replay.result`). Raises `InputError`
+    where the lines strung of log and scene differ, where the height is
+    heave-compensated and the heave unknown or above 1 % of a lowering, where nothing is
+    lowered, and with all errors of the scene.
 
     Example:
         >>> import pathlib, tempfile
@@ -589,17 +769,31 @@ def replay(
         4.0
     """
     require_scene(scene)
-    found = of.lowerings if isinstance(of, Ledger) else of if isinstance(of, Lowerings) else lowerings(of)
+    found = (
+        of.lowerings
+        if isinstance(of, Ledger)
+        else of
+        if isinstance(of, Lowerings)
+        else lowerings(of)
+    )
     log = found.log
     hook = scene.duty.load
     notes = list[str]()
     if auxiliary is None and isinstance(of, Ledger):
-        auxiliary = 0.0 if of.settings["brake"] == "friction" else of.settings["auxiliary"]
+        auxiliary = (
+            0.0 if of.settings["brake"] == "friction" else of.settings["auxiliary"]
+        )
     faults = faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
     if not isinstance(hook, AbstractHookLoad):
-        faults.add("duty.load", f"a {type(hook).__name__} has no hook", "give lines and drum: `HookLoad`")
+        faults.add(
+            "duty.load",
+            f"a {type(hook).__name__} has no hook",
+            "give lines and drum: `HookLoad`",
+        )
         raise InputError(faults)
-    known: dict[str, Any] = settings_of(scene, log) | {"auxiliary": None if faults else auxiliary}
+    known: dict[str, Any] = settings_of(scene, log) | {
+        "auxiliary": None if faults else auxiliary
+    }
     book = of if isinstance(of, Ledger) else ledger(found, **known)
     lines = float(hook.line_count)
     strung = book.settings["lines"]
@@ -612,23 +806,41 @@ def replay(
         what = f"{len(refused)} of {len(found.valid)} lowerings: {refused[0]}"
         faults.add(f"{log.source} column {log.position.mnemonic}", what, hint)
     if not found.valid:
-        faults.add(log.source, "has no lowering without flags", "print sb.rig.lowerings(log)")
+        faults.add(
+            log.source, "has no lowering without flags", "print sb.rig.lowerings(log)"
+        )
     if not max(_tensions(scene)) > 0:
-        faults.add(f"duty.{scene.duty.lever_field}", "is never pulled", "give the tension that holds the load")
+        faults.add(
+            f"duty.{scene.duty.lever_field}",
+            "is never pulled",
+            "give the tension that holds the load",
+        )
     faults.report()
     if auxiliary is None:
         whole = "the friction brakes take all that is lowered, an upper bound"
-        notes.append(f"{whole}: auxiliary= is the share of a motor or an auxiliary brake")
+        notes.append(
+            f"{whole}: auxiliary= is the share of a motor or an auxiliary brake"
+        )
     lost = sum(not gap.rest for gap in found.gaps)
     if lost:
-        notes.append(f"in {lost} gaps of the log the block moves evenly to where it is behind: nothing else is known")
+        notes.append(
+            f"in {lost} gaps of the log the block moves evenly to where it is behind: "
+            "nothing else is known"
+        )
     path = reconstruct(found, hook)
     shares = shares_of(auxiliary)
     own = _scene_of(scene, found, path, shares, notes)
     steps = 1 << int(np.ceil(np.log2(10 * path.t.size + 4096)))
 
     def run(scene: Scene) -> Result:
-        return simulate(scene, rtol=rtol, max_steps=steps, max_events=steps, throw=False, progress=progress)
+        return simulate(
+            scene,
+            rtol=rtol,
+            max_steps=steps,
+            max_events=steps,
+            throw=False,
+            progress=progress,
+        )
 
     result = run(own)
     bound = run(_scene_of(scene, found, path, {}, [])) if any(shares.values()) else None
@@ -637,20 +849,35 @@ def replay(
         if behind > found.thresholds["heave"]:
             far = f"{words}the hook is up to {number(behind, 'm', count=3)} off the recorded motion"
             notes.append(f"{far}, at {digits(when, 6)} s: lever or motor are too weak")
-    settings = {"auxiliary": auxiliary, "limit": float(own.duty.lever.limit), "pull": float(own.duty.lever.pull)}  # pyright: ignore
-    return Replay(book, path, result, tuple(_replayed(path, result)), bound, settings, tuple(notes))
+    settings = {
+        "auxiliary": auxiliary,
+        "limit": float(own.duty.lever.limit),
+        "pull": float(own.duty.lever.pull),
+    }  # pyright: ignore
+    return Replay(
+        book,
+        path,
+        result,
+        tuple(_replayed(path, result)),
+        bound,
+        settings,
+        tuple(notes),
+    )
 
 
-# --- beside the recording ---------------------------------------------------------------------------------------------
+# --- beside the recording -----------------------------------------------------------
 
 
 class Match(NamedTuple):
     """How well a simulated channel meets the recorded one, in the unit of the log.
 
-    - `count` of recorded updates;  `coverage`: share of them at which the simulation has a value
-    - `rmse`, `bias`: root of the mean square, and mean, of simulated less recorded values, `None` without any
-    - `within`: share of all updates met within the resolution: of the height 1 % of the travel, or a step of the
-      reading; of the load its recorded lowest and highest values, else 3 %
+    - `count` of recorded updates
+    - `coverage`: share of them at which the simulation has a value
+    - `rmse`, `bias`: root of the mean square, and mean, of simulated less recorded
+      values, `None` without any
+    - `within`: share of all updates met within the resolution: of the height 1 % of the
+      travel, or a step of the reading; of the load its recorded lowest and highest
+      values, else 3 %
     """
 
     count: int
@@ -661,9 +888,11 @@ class Match(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """A channel of a log beside its simulation: values (n,) in SI units at its updates `t` (n,), NaN behind the end.
+    """A channel of a log beside its simulation: values (n,) in SI units at its updates
+    `t` (n,), NaN behind the end.
 
-    - `unit` of the log, which has `factor` SI units;  `matches` of each lowering, and of all of them together
+    - `unit` of the log, which has `factor` SI units
+    - `matches` of each lowering, and of all of them together
     """
 
     unit: str
@@ -677,7 +906,8 @@ class Compared(NamedTuple):
 
 @frozen
 class Comparison(Tabular):
-    """Simulated beside recorded height of the block and load of the hook, in the units of the log."""
+    """Simulated beside recorded height of the block and load of the hook, in the units
+    of the log."""
 
     replay: Replay
     position: Compared
@@ -686,32 +916,57 @@ class Comparison(Tabular):
     @property
     def table(self) -> Table:
         """A row for each lowering."""
-        names = [f"{channel}_{name}" for channel in ("position", "load") for name in Match._fields]
+        names = [
+            f"{channel}_{name}"
+            for channel in ("position", "load")
+            for name in Match._fields
+        ]
         columns = [column_of("begin"), *(Column(name, show=".4g") for name in names)]
-        each = zip(self.replay.lowerings, self.position.matches, self.load.matches, strict=True)
-        return Table(columns, [[one.lowering.begin, *position, *load] for one, position, load in each])
+        each = zip(
+            self.replay.lowerings, self.position.matches, self.load.matches, strict=True
+        )
+        return Table(
+            columns,
+            [[one.lowering.begin, *position, *load] for one, position, load in each],
+        )
 
     def parts(self) -> Iterator[str | Table]:
         for name, of in (("position", self.position), ("load", self.load)):
             total = of.total
             off = (
-                () if total.rmse is None else (f"RMSE {total.rmse:.4g} {of.unit}", f"bias {total.bias:+.3g} {of.unit}")
+                ()
+                if total.rmse is None
+                else (
+                    f"RMSE {total.rmse:.4g} {of.unit}",
+                    f"bias {total.bias:+.3g} {of.unit}",
+                )
             )
-            shares = f"{100 * total.coverage:.3g} % of {total.count} updates covered, {100 * total.within:.3g} % within"
+            shares = (
+                f"{100 * total.coverage:.3g} % of {total.count} updates covered, "
+                f"{100 * total.within:.3g} % within"
+            )
             yield f"{name}: {', '.join([*off, shares])} the resolution"
         yield self.table
 
     def as_dict(self) -> dict[str, Any]:
         """Matches of each lowering and in total, with their units."""
         channels = {"position": self.position, "load": self.load}
-        totals = {name: {"unit": of.unit, **of.total._asdict()} for name, of in channels.items()}
+        totals = {
+            name: {"unit": of.unit, **of.total._asdict()}
+            for name, of in channels.items()
+        }
         return plain({**totals, "lowerings": self.table})
 
 
 def _compared(
-    channel: Channel, course: Course, simulated: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], spans: np.ndarray
+    channel: Channel,
+    course: Course,
+    simulated: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    spans: np.ndarray,
 ) -> Compared:
-    """A channel in the spans (k, n) of the lowerings; `bounds` (n,) of what meets it."""
+    """A channel in the spans (k, n) of the lowerings; `bounds` (n,) of what meets
+    it."""
 
     def match(at: np.ndarray) -> Match:
         own = simulated[at]
@@ -726,28 +981,45 @@ def _compared(
 
     total = match(np.asarray(spans.any(axis=0)))
     unit = channel.unit or channel.si
-    return Compared(unit, channel.factor, course.t, course.value, simulated, tuple(map(match, spans)), total)
+    return Compared(
+        unit,
+        channel.factor,
+        course.t,
+        course.value,
+        simulated,
+        tuple(map(match, spans)),
+        total,
+    )
 
 
 def _simulated(result: Result, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Travel (m) of the hook and load (N) on it at the times `t` (n,), NaN behind the end of the run.
+    """Travel (m) of the hook and load (N) on it at the times `t` (n,), NaN behind the
+    end of the run.
 
-    Of a drum at rest the start of a step stands for all times in it, as neither changes.
+    Of a drum at rest the start of a step stands for all times in it, as neither
+    changes.
     """
     record = result.record.compact()
     row = record.find(t)
     rests = holds(record.modes)[row] & (t <= float(record.t_end))
     at, back = np.unique(np.where(rests, record.rows.t[row], t), return_inverse=True)
-    parts = (result.series(x, fill=True) for x in np.split(at, range(_AT_ONCE, at.size, _AT_ONCE)))
-    travel, force = zip(*((part.hook_position, part.hook_load) for part in parts), strict=True)
+    parts = (
+        result.series(x, fill=True)
+        for x in np.split(at, range(_AT_ONCE, at.size, _AT_ONCE))
+    )
+    travel, force = zip(
+        *((part.hook_position, part.hook_load) for part in parts), strict=True
+    )
     return np.concatenate(travel)[back], np.concatenate(force)[back]
 
 
 def compare(replay: Replay) -> Comparison:
-    """Compare a replay with its log: block position and hook load at their updates in lowerings, in the rig's units.
+    """Compare a replay with its log: block position and hook load at their updates in
+    lowerings, in the rig's units.
 
-    The simulated height begins with the first of the log, and is lower by what the replay skips (noise at rest, jumps
-    of the encoder). The simulated load is that of the hook: weight less inertia.
+    The simulated height begins with the first of the log, and is lower by what the
+    replay skips (noise at rest, jumps of the encoder). The simulated load is that of
+    the hook: weight less inertia.
     """
     path = replay.path
     log = replay.book.lowerings.log
@@ -756,18 +1028,37 @@ def compare(replay: Replay) -> Comparison:
     load = path.load
 
     def spans(course: Course) -> np.ndarray:
-        return np.array([(course.t >= x.lowering.begin) & (course.t <= x.lowering.end) for x in replay.lowerings])
+        return np.array(
+            [
+                (course.t >= x.lowering.begin) & (course.t <= x.lowering.end)
+                for x in replay.lowerings
+            ]
+        )
 
-    at = np.clip(np.searchsorted(path.t, height.t, side="right") - 1, 0, path.t.size - 1)
+    at = np.clip(
+        np.searchsorted(path.t, height.t, side="right") - 1, 0, path.t.size - 1
+    )
     travel, force = _simulated(result, np.concatenate([height.t, load.t]))
     block = height.value[0] - path.skipped[at] - travel[: height.t.size]
     inside = spans(height)
     steps = np.abs(np.diff(height.value))
     travels = np.array([x.recorded_travel for x in replay.lowerings])
     room = np.maximum(0.01 * travels @ inside, np.min(steps[steps > 0]))
-    position = _compared(log.position, height, block, (height.value - room, height.value + room), inside)
-    bounds = load.value - 0.03 * np.abs(load.value), load.value + 0.03 * np.abs(load.value)
+    position = _compared(
+        log.position, height, block, (height.value - room, height.value + room), inside
+    )
+    bounds = (
+        load.value - 0.03 * np.abs(load.value),
+        load.value + 0.03 * np.abs(load.value),
+    )
     ends = [log.channels.get(f"hook_load_{end}") for end in ("min", "max")]
     if all(end is not None and end.nulls < end.value.size for end in ends):
-        bounds = tuple(np.interp(load.t, x.t[~np.isnan(x.value)], x.value[~np.isnan(x.value)]) for x in ends)  # pyright: ignore
-    return Comparison(replay, position, _compared(log["hook_load"], load, force[height.t.size :], bounds, spans(load)))  # pyright: ignore
+        bounds = tuple(
+            np.interp(load.t, x.t[~np.isnan(x.value)], x.value[~np.isnan(x.value)])
+            for x in ends
+        )  # pyright: ignore
+    return Comparison(
+        replay,
+        position,
+        _compared(log["hook_load"], load, force[height.t.size :], bounds, spans(load)),
+    )  # pyright: ignore

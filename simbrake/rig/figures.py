@@ -13,24 +13,30 @@ from ._replay import Comparison
 
 #: colours of the kinds of load
 _KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
-#: spans of time of a long line, and what is shown of each: a figure has no more points across
+#: spans of time of a long line, and what is shown of each: a figure has no more points
+#: across
 _SHOWN = 1500
 _ENDS = (np.fmin, np.fmax)
 
 
 def _thinned(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A long line by its lowest and highest values in so many equal times as a figure can show."""
+    """A long line by its lowest and highest values in so many equal times as a figure
+    can show."""
     if t.size <= 4 * _SHOWN:
         return t, x
     begins = np.unique(np.searchsorted(t, np.linspace(t[0], t[-1], _SHOWN + 1)[:-1]))
-    both = [np.stack(ends, axis=1).ravel() for ends in ([t[begins]] * 2, [f.reduceat(x, begins) for f in _ENDS])]
+    both = [
+        np.stack(ends, axis=1).ravel()
+        for ends in ([t[begins]] * 2, [f.reduceat(x, begins) for f in _ENDS])
+    ]
     return both[0], both[1]
 
 
 @explained
 @styled
 def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
-    """Height of the block with its lowerings, and the work of the hook in each with its interval, by kind of load.
+    """Height of the block with its lowerings, and the work of the hook in each with its
+    interval, by kind of load.
 
     Lowerings that are flagged, and in no total, are red.
 
@@ -47,40 +53,66 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     unit, word = (3600.0, "h") if long else (1.0, "s")
     position = log.position
     above.plot(*_thinned(position.t / unit, position.value), color="0.6", lw=1.0)
-    most = max((abs(one.hook_work_high) for one in entries if np.isfinite(one.hook_work_high)), default=0.0)
+    most = max(
+        (abs(one.hook_work_high) for one in entries if np.isfinite(one.hook_work_high)),
+        default=0.0,
+    )
     factor, _, name = scale("J", most)
     by_colour: dict[str, list[Lowering]] = {}
     for one in entries:
-        by_colour.setdefault(VERMILLION if one.flags else _KINDS[one.kind], []).append(one)
+        by_colour.setdefault(VERMILLION if one.flags else _KINDS[one.kind], []).append(
+            one
+        )
     for colour, alike in by_colour.items():
         # heights of all of them as one line, with a gap behind each
-        spans = [slice(*np.searchsorted(position.t, (one.begin - 1e-6, one.end + 1e-6))) for one in alike]
+        spans = [
+            slice(*np.searchsorted(position.t, (one.begin - 1e-6, one.end + 1e-6)))
+            for one in alike
+        ]
         times, heights = (
-            np.concatenate([np.append(x[span], np.nan) for span in spans]) for x in (position.t / unit, position.value)
+            np.concatenate([np.append(x[span], np.nan) for span in spans])
+            for x in (position.t / unit, position.value)
         )
         above.plot(times, heights, color=colour, lw=2.0)
         middle = np.array([one.begin + 0.5 * one.duration for one in alike]) / unit
-        low, work, high = factor * np.array([(one.hook_work_low, one.hook_work, one.hook_work_high) for one in alike]).T
+        low, work, high = (
+            factor
+            * np.array(
+                [
+                    (one.hook_work_low, one.hook_work, one.hook_work_high)
+                    for one in alike
+                ]
+            ).T
+        )
         below.vlines(middle, 0.0, work, color=colour, lw=3.0, alpha=0.6)
-        below.errorbar(middle, work, [work - low, high - work], fmt="none", ecolor=GREY, capsize=3)
+        below.errorbar(
+            middle, work, [work - low, high - work], fmt="none", ecolor=GREY, capsize=3
+        )
     above.set_ylabel("height, m")
     below.set_ylabel(f"work, {name}")
     below.set_xlabel(f"time from the first row, {word}")
     below.set_ylim(min(0.0, below.get_ylim()[0]), None)
     finish((above, below))
     kinds = {one.kind for one in entries if not one.flags}
-    shown = [Patch(color=colour, label=kind) for kind, colour in _KINDS.items() if kind in kinds]
+    shown = [
+        Patch(color=colour, label=kind)
+        for kind, colour in _KINDS.items()
+        if kind in kinds
+    ]
     if len(book.lowerings.valid) < len(entries):
         shown.append(Patch(color=VERMILLION, label="flagged"))
     figure.legend(handles=shown, loc="outside lower center", ncols=4, frameon=False)
-    figure.suptitle(f"{len(book.lowerings.valid)} lowerings, work of the hook by {book.lowerings.interval_by}")
+    figure.suptitle(
+        f"{len(book.lowerings.valid)} lowerings, work of the hook by {book.lowerings.interval_by}"
+    )
     return figure
 
 
 @explained
 @styled
 def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
-    """Recorded and simulated height of the block and load of the hook, in the units of the log, and temperatures.
+    """Recorded and simulated height of the block and load of the hook, in the units of
+    the log, and temperatures.
 
     Example:
         >>> figure = sb.rig.figures.replay(comparison)
@@ -90,18 +122,45 @@ def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
     result = comparison.replay.result
     end = float(result.record.t_end)
     unit, word = (3600.0, "h") if end > 7200.0 else (1.0, "s")
-    hot = {"rim": "rim_temperature", "linings": "lining_temperature", "band": "band_temperature"}
+    hot = {
+        "rim": "rim_temperature",
+        "linings": "lining_temperature",
+        "band": "band_temperature",
+    }
     series = result.series(np.linspace(0.0, end, 2000))
-    shown = {name: x for name, column in hot.items() if (x := getattr(series, column)) is not None}
+    shown = {
+        name: x
+        for name, column in hot.items()
+        if (x := getattr(series, column)) is not None
+    }
     rows = 3 if shown else 2
     figure = sheet(figure, 9.0, 2.0, rows=rows, room=0.6)
     panels = figure.subplots(rows, 1, sharex=True)
-    for axes, of, label in zip(panels, (comparison.position, comparison.load), ("height", "hook load"), strict=False):
-        axes.plot(*_thinned(of.t / unit, of.recorded / of.factor), color="0.6", lw=2.0, label="recorded")
-        axes.plot(*_thinned(of.t / unit, of.simulated / of.factor), color=BLUE, lw=0.8, label="simulated")
+    for axes, of, label in zip(
+        panels,
+        (comparison.position, comparison.load),
+        ("height", "hook load"),
+        strict=False,
+    ):
+        axes.plot(
+            *_thinned(of.t / unit, of.recorded / of.factor),
+            color="0.6",
+            lw=2.0,
+            label="recorded",
+        )
+        axes.plot(
+            *_thinned(of.t / unit, of.simulated / of.factor),
+            color=BLUE,
+            lw=0.8,
+            label="simulated",
+        )
         axes.set_ylabel(f"{label}, {of.unit}")
-    for (name, x), colour in zip(shown.items(), (VERMILLION, ORANGE, GREEN), strict=False):
-        panels[2].plot(series.t / unit, np.max(x, axis=1) - 273.15, color=colour, label=name)
+    for (name, x), colour in zip(
+        shown.items(), (VERMILLION, ORANGE, GREEN), strict=False
+    ):
+        panels[2].plot(
+            series.t / unit, np.max(x, axis=1) - 273.15, color=colour, label=name
+        )
         panels[2].set_ylabel("temperature, °C")
     panels[-1].set_xlabel(f"time from the first row, {word}")
     for axes in panels[1:]:

@@ -1,4 +1,5 @@
-"""Estimated errors of one run: of its metrics, of the times of its events, and of its states."""
+"""Estimated errors of one run: of its metrics, of the times of its events, and of its
+states."""
 
 import dataclasses
 import difflib
@@ -42,10 +43,13 @@ _SHARES = np.array([0.0, 0.25, 0.5, 0.75])
 
 
 class ErrorEstimate(NamedTuple):
-    """A number of a run with its estimated error, both in its SI unit; `None` where it has no value.
+    """A number of a run with its estimated error, both in its SI unit; `None` where it
+    has no value.
 
-    - `value`: of a metric or an energy; of an event its time; of a kind of states the largest in the run
-    - `layers`: part of the error that the layers of walls make; of temperatures with those of the surfaces
+    - `value`: of a metric or an energy; of an event its time; of a kind of states the
+      largest in the run
+    - `layers`: part of the error that the layers of walls make; of temperatures with
+      those of the surfaces
     - `lining` of an event;  `time` (s) at which states have their largest error
 
     Example:
@@ -65,7 +69,11 @@ class ErrorEstimate(NamedTuple):
     @property
     def relative(self) -> float | None:
         """Error as a share of the value; of a temperature as a share of the kelvins."""
-        return self.error / abs(self.value) if self.error is not None and self.value else None
+        return (
+            self.error / abs(self.value)
+            if self.error is not None and self.value
+            else None
+        )
 
     @property
     def is_of_layers(self) -> bool:
@@ -77,7 +85,7 @@ def _worst(estimates: Iterable[ErrorEstimate]) -> ErrorEstimate:
     return max(estimates, key=lambda one: one.error or 0.0)
 
 
-# --- states by kind ---------------------------------------------------------------------------------------------------
+# --- states by kind -----------------------------------------------------------------
 
 
 class Kind(NamedTuple):
@@ -116,8 +124,16 @@ def kinds_of(record: Record) -> list[Kind]:
     kinds = []
     for path, leaf in jax.tree_util.tree_leaves_with_path(record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
-        name = names[-1] if names[0] in ("own", "phase") else ".".join(names) if names[0] == "hook" else names[0]
-        kinds += [_KINDS.get(name, Kind(name, name.replace("_", " "), ""))] * int(np.size(leaf))
+        name = (
+            names[-1]
+            if names[0] in ("own", "phase")
+            else ".".join(names)
+            if names[0] == "hook"
+            else names[0]
+        )
+        kinds += [_KINDS.get(name, Kind(name, name.replace("_", " "), ""))] * int(
+            np.size(leaf)
+        )
     return kinds
 
 
@@ -126,11 +142,12 @@ def _temperatures(thermal: Any, u: Any) -> Any:
     return jax.vmap(thermal.temperatures)(u)
 
 
-# --- two runs, segment by segment -------------------------------------------------------------------------------------
+# --- two runs, segment by segment ---------------------------------------------------
 
 
 class Segment(NamedTuple):
-    """Rows of a run from one event or time breakpoint to the next, and the mode in between."""
+    """Rows of a run from one event or time breakpoint to the next, and the mode in
+    between."""
 
     first: int
     last: int
@@ -141,7 +158,11 @@ def _segments(scan: Scan, brief: float) -> list[Segment]:
     """Segments of a concrete run that last longer than `brief` (s)."""
     t = np.asarray(scan.record.rows.t)
     modes = np.asarray(scan.record.rows.mode)
-    spans = [(int(a), int(b)) for a, b in zip(*segments_of(scan.record), strict=True) if t[b + 1] - t[a] > brief]
+    spans = [
+        (int(a), int(b))
+        for a, b in zip(*segments_of(scan.record), strict=True)
+        if t[b + 1] - t[a] > brief
+    ]
     return [Segment(a, b, tuple(modes[a].tolist())) for a, b in spans]
 
 
@@ -157,7 +178,8 @@ def _words(event: Event | None) -> str:
 
 
 def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]], str]:
-    """The same events of two runs, those of one name in the order of time; or where the runs differ first, in words."""
+    """The same events of two runs, those of one name in the order of time; or where the
+    runs differ first, in words."""
     if Counter(map(_named, a)) == Counter(map(_named, b)):
         others: dict[tuple[str, int | None], list[Event]] = {}
         for event in b:
@@ -165,13 +187,16 @@ def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]]
         return [(event, others[_named(event)].pop(0)) for event in a], ""
     for i, (mine, theirs) in enumerate(itertools.zip_longest(a, b)):
         if mine is None or theirs is None or _named(mine) != _named(theirs):
-            return [], f"event {i + 1} is {_words(mine)} in this run, {_words(theirs)} in the second"
+            return (
+                [],
+                f"event {i + 1} is {_words(mine)} in this run, {_words(theirs)} in the second",
+            )
     return [], ""
 
 
 class Difference(NamedTuple):
-    """How far two runs lie apart: the `error` of metrics, of times of events in the order of the log, and of states by
-    kind; and why only metrics can be compared."""
+    """How far two runs lie apart: the `error` of metrics, of times of events in the
+    order of the log, and of states by kind; and why only metrics can be compared."""
 
     metrics: list[ErrorEstimate]
     events: list[ErrorEstimate]
@@ -180,20 +205,34 @@ class Difference(NamedTuple):
 
 
 def metrics_of_run(result: Result) -> dict[str, float | None]:
-    """Metrics of a concrete result and its energies as `energy.…`; no residuals, which are no values of the run."""
+    """Metrics of a concrete result and its energies as `energy.…`; no residuals, which
+    are no values of the run."""
     energies = {f"energy.{name}": float(value) for name, value in result.energy.items()}
-    energies = {name: value for name, value in energies.items() if name not in RESIDUALS}
-    metrics = {name: value for name, value in result.metrics.items() if f"energy.{name}" not in energies}
-    times = {f"{name}_time": float(peak.time) for name, peak in result.report().peaks.items()}
+    energies = {
+        name: value for name, value in energies.items() if name not in RESIDUALS
+    }
+    metrics = {
+        name: value
+        for name, value in result.metrics.items()
+        if f"energy.{name}" not in energies
+    }
+    times = {
+        f"{name}_time": float(peak.time) for name, peak in result.report().peaks.items()
+    }
     return {
         **metrics,
-        **{k: v for k, v in times.items() if metrics.get(k.removesuffix("_time")) is not None},
+        **{
+            k: v
+            for k, v in times.items()
+            if metrics.get(k.removesuffix("_time")) is not None
+        },
         **energies,
     }
 
 
 def difference(a: Result, b: Result) -> Difference:
-    """How far two runs of one scene lie apart; states at the ends of the first one's steps and inside them."""
+    """How far two runs of one scene lie apart; states at the ends of the first one's
+    steps and inside them."""
     mine = a.report()
     theirs = b.report()
     ours = metrics_of_run(a)
@@ -206,8 +245,16 @@ def difference(a: Result, b: Result) -> Difference:
     pairs, problem = _in_pairs(mine.events, theirs.events)
     segments = None if problem else _matched(mine.scan, theirs.scan)
     if segments is None:
-        return Difference(metrics, [], [], problem or "between two events the modes of the runs differ")
-    events = [ErrorEstimate(x.name, "s", float(x.time), abs(x.time - y.time), lining=x.lining) for x, y in pairs]
+        return Difference(
+            metrics,
+            [],
+            [],
+            problem or "between two events the modes of the runs differ",
+        )
+    events = [
+        ErrorEstimate(x.name, "s", float(x.time), abs(x.time - y.time), lining=x.lining)
+        for x, y in pairs
+    ]
     return Difference(metrics, events, _of_states(mine.scan, theirs.scan, segments))
 
 
@@ -221,10 +268,13 @@ def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
     return None
 
 
-def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> list[ErrorEstimate]:
+def _of_states(
+    a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]
+) -> list[ErrorEstimate]:
     pairs = []
     for mine, theirs in segments:
-        # times that lie between the same events in both runs: after an event of one of them alone, states may jump
+        # times that lie between the same events in both runs: after an event of one of
+        # them alone, states may jump
         begin = max(a.steps.t0[mine.first], b.steps.t0[theirs.first])
         end = min(a.steps.t1[mine.last], b.steps.t1[theirs.last])
         if begin > end:
@@ -235,8 +285,12 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> lis
         pairs.append((*_places(a, mine, times), *_places(b, theirs, times)))
     if not pairs:
         return []
-    own, place, row, share = (np.concatenate(column) for column in zip(*pairs, strict=True))
-    some = np.unique(np.linspace(0, len(own) - 1, min(len(own), _INSTANTS)).round().astype(int))
+    own, place, row, share = (
+        np.concatenate(column) for column in zip(*pairs, strict=True)
+    )
+    some = np.unique(
+        np.linspace(0, len(own) - 1, min(len(own), _INSTANTS)).round().astype(int)
+    )
     own = own[some]
     place = place[some]
     row = row[some]
@@ -258,28 +312,42 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> lis
             v = _node_temperatures(b, v)
         if kind.name == "temperature" and finer:
             v = merged(*(thermal_of(scan.record.system).heat for scan in (a, b)), v)  # pyright: ignore
-            faces = (scan.look(*at).hot for scan, at in ((a, (own, place)), (b, (row, share))))
-            u, v = (np.column_stack([T, *hot.values()]) for T, hot in zip((u, v), faces, strict=True))
+            faces = (
+                scan.look(*at).hot
+                for scan, at in ((a, (own, place)), (b, (row, share)))
+            )
+            u, v = (
+                np.column_stack([T, *hot.values()])
+                for T, hot in zip((u, v), faces, strict=True)
+            )
         apart = np.max(np.abs(u - v), axis=1)
         worst = int(np.argmax(apart))
         largest = float(np.max(np.abs(u)))
-        states.append(ErrorEstimate(kind.name, kind.unit, largest, float(apart[worst]), time=float(t[worst])))
+        states.append(
+            ErrorEstimate(
+                kind.name, kind.unit, largest, float(apart[worst]), time=float(t[worst])
+            )
+        )
     return states
 
 
-def _places(scan: Scan, segment: Segment, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _places(
+    scan: Scan, segment: Segment, times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Rows and shares of their steps at times between the ends of a segment."""
     starts = scan.steps.t0[segment.first : segment.last + 1]
     row = segment.first + np.searchsorted(starts, times, side="right") - 1
     span = scan.steps.t1[row] - scan.steps.t0[row]
     # (the end of a segment is that of its last step that lasts)
-    share = np.where(span > 0, (times - scan.steps.t0[row]) / np.where(span > 0, span, 1.0), 1.0)
+    share = np.where(
+        span > 0, (times - scan.steps.t0[row]) / np.where(span > 0, span, 1.0), 1.0
+    )
     return row, np.clip(share, 0.0, 1.0)
 
 
 def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Flat states at a share of the steps named; at their ends as recorded, not changed by rounding, but before the
-    jump of the speed at a change of the rope's layer."""
+    """Flat states at a share of the steps named; at their ends as recorded, not changed
+    by rounding, but before the jump of the speed at a change of the rope's layer."""
     steps = scan.steps
     inside = (share > 0.0) & (share < 1.0)
     if scan.record.system.load.layers is not None:  # pyright: ignore
@@ -295,23 +363,29 @@ def _node_temperatures(scan: Scan, u: np.ndarray) -> np.ndarray:
     return in_lanes(lambda rows: _temperatures(thermal_of(system), rows), u)
 
 
-# --- the second run ---------------------------------------------------------------------------------------------------
+# --- the second run -----------------------------------------------------------------
 
 
 def longest_step(record: Record) -> float:
-    """Longest step (s) of the second run: such that it cuts the steps of the first, all but the shortest, in two."""
+    """Longest step (s) of the second run: such that it cuts the steps of the first, all
+    but the shortest, in two."""
     h = np.diff(np.asarray(record.rows.t)[: int(record.count) + 1])
     h = h[h > 0]
     low = 0.0
     high = float(np.max(h, initial=0.0))
     for _ in range(60 if high else 0):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if np.sum(np.ceil(h / middle)) <= 2 * len(h) else (middle, high)
+        low, high = (
+            (low, middle)
+            if np.sum(np.ceil(h / middle)) <= 2 * len(h)
+            else (middle, high)
+        )
     return high or math.inf
 
 
 def second_run(result: Result, progress: Any = False) -> Result:
-    """The same scene with the same solver at `second_rtol`, by the program that the first run has compiled."""
+    """The same scene with the same solver at `second_rtol`, by the program that the
+    first run has compiled."""
     limits = result.limits
     options: dict[str, Any] = {
         "solver": _solver_again(result),
@@ -322,36 +396,47 @@ def second_run(result: Result, progress: Any = False) -> Result:
         "progress": progress,
     }
     second = simulate(result.scene, max_steps=limits.max_steps, **options)
-    if limits.max_steps is not None and int(second.code) == Code.STEP_LIMIT:  # it needs more of them than the first
+    if (
+        limits.max_steps is not None and int(second.code) == Code.STEP_LIMIT
+    ):  # it needs more of them than the first
         second = simulate(result.scene, **options)
     return second
 
 
 def finer_run(result: Result, progress: Any = False) -> Result | None:
-    """The same run with finer layers, and the method that fits them; `None` without walls."""
+    """The same run with finer layers, and the method that fits them; `None` without
+    walls."""
     if not result.scene.network.walls:
         return None
     scene = with_finer_layers(result.scene, cuts_of(result))
     limits = result.limits
-    options: dict[str, Any] = {"max_step": float(limits.max_step), "max_events": int(limits.max_events)}
-    return simulate(scene, rtol=float(result.rtol), throw=False, progress=progress, **options)
+    options: dict[str, Any] = {
+        "max_step": float(limits.max_step),
+        "max_events": int(limits.max_events),
+    }
+    return simulate(
+        scene, rtol=float(result.rtol), throw=False, progress=progress, **options
+    )
 
 
 def _solver_again(result: Result) -> Any:
-    """The solver of the run as it was given, which finds the compiled program: the method of a record may be a variant
-    of it that fits the system."""
+    """The solver of the run as it was given, which finds the compiled program: the
+    method of a record may be a variant of it that fits the system."""
     used = result.record.method
     if isinstance(used, Rodas5P):
         return Rodas5P()
     usual = solver_of(result.scene)
-    return usual if getattr(usual, "solver", None) == getattr(used, "solver", "") else used
+    return (
+        usual if getattr(usual, "solver", None) == getattr(used, "solver", "") else used
+    )
 
 
-# --- the estimate -----------------------------------------------------------------------------------------------------
+# --- the estimate -------------------------------------------------------------------
 
 
 def _scope(heat: Heat, problem: str) -> str:
-    """What an estimate covers and what not; `problem`: why the layers of walls are not in it."""
+    """What an estimate covers and what not; `problem`: why the layers of walls are not
+    in it."""
     layers = ""
     beyond = ["the model and its parameters"]
     if heat.walls and problem:
@@ -361,23 +446,30 @@ def _scope(heat: Heat, problem: str) -> str:
     elif heat.bodies:
         beyond.insert(0, "differences of temperature inside bodies of one temperature")
     return (
-        f"covers the integration in time: steps, events, states and maximum values inside steps{layers}. Does not "
+        "covers the integration in time: steps, events, states and maximum values "
+        f"inside steps{layers}. Does not "
         f"cover {', '.join(beyond)}, or a pulse in a profile that no step looked at"
     )
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Accuracy(Tabular):
-    """Estimated errors of a run, from a second one, and with walls in layers from a third one with finer layers.
+    """Estimated errors of a run, from a second one, and with walls in layers from a
+    third one with finer layers.
 
-    - `metrics` (with energies), `events` (of their times), `states` (of each kind, at any time): the estimated errors;
-      `problem`: empty, or why there is none (the three are empty then)
-    - `rtol` of the run, `second_rtol` and `max_step` (s) of the second;  `steps` and `second_steps` taken, `seconds` of
+    - `metrics` (with energies), `events` (of their times), `states` (of each kind, at
+      any time): the estimated errors; `problem`: empty, or why there is none (the three
+      are empty then)
+    - `rtol` of the run, `second_rtol` and `max_step` (s) of the second
+    - `steps` and `second_steps` taken, `seconds` of
       the second run
-    - `scope`: what the errors cover, and what not;  `finer_steps` and `finer_seconds` of the run with finer
-      layers, 0 without;  `finer_problem`: empty, or why the layers are in no error, or in those of metrics alone
+    - `scope`: what the errors cover, and what not
+    - `finer_steps` and `finer_seconds` of the run with finer layers, 0 without;
+      `finer_problem`: empty, or why the layers are in no error, or in those of metrics
+      alone
 
-    `accuracy["stopping_time"]` is the error of a metric or of a kind of states. Printing it shows all of them.
+    `accuracy["stopping_time"]` is the error of a metric or of a kind of states.
+    Printing it shows all of them.
 
     Example:
         >>> found = result.accuracy()
@@ -401,7 +493,9 @@ class Accuracy(Tabular):
     finer_problem: str = ""
 
     def __getitem__(self, name: str) -> float | None:
-        errors = {estimate.name: estimate.error for estimate in (*self.metrics, *self.states)}
+        errors = {
+            estimate.name: estimate.error for estimate in (*self.metrics, *self.states)
+        }
         if name not in errors:
             near = difflib.get_close_matches(name, errors, n=3, cutoff=0.4)
             hint = self.problem or f"nearest: {', '.join(near or errors)}"
@@ -416,20 +510,36 @@ class Accuracy(Tabular):
         return _worst(self.events).error if self.events else None
 
     def _layers_of(self, state: ErrorEstimate) -> str:
-        """Words behind an error that is mostly that of the layers of walls: often of the first instants of a heating,
-        so that maxima are more exact."""
+        """Words behind an error that is mostly that of the layers of walls: often of
+        the first instants of a heating, so that maxima are more exact."""
         if not state.is_of_layers:
             return ""
-        maxima = [metric for metric in self.metrics if metric.name in HOT and metric.error is not None]
-        beside = f"; maxima {_size(_worst(maxima).error, 'K')}" if state.unit == "K" and maxima else ""
+        maxima = [
+            metric
+            for metric in self.metrics
+            if metric.name in HOT and metric.error is not None
+        ]
+        beside = (
+            f"; maxima {_size(_worst(maxima).error, 'K')}"
+            if state.unit == "K" and maxima
+            else ""
+        )
         return f" (by the layers of walls{beside})"
 
     @property
     def how(self) -> str:
         """From which runs."""
-        longest = f" and steps of at most {number(self.max_step, 's', count=3)}" if math.isfinite(self.max_step) else ""
+        longest = (
+            f" and steps of at most {number(self.max_step, 's', count=3)}"
+            if math.isfinite(self.max_step)
+            else ""
+        )
         again = f"a second run with rtol {digits(self.second_rtol, 2)}{longest}"
-        finer = f", and one with finer layers: {self.finer_steps} steps" if self.finer_steps else ""
+        finer = (
+            f", and one with finer layers: {self.finer_steps} steps"
+            if self.finer_steps
+            else ""
+        )
         return f"{again}: {self.second_steps} steps after {self.steps}{finer}"
 
     @property
@@ -437,39 +547,71 @@ class Accuracy(Tabular):
         """The estimate in one line."""
         if self.problem:
             return f"no estimate of the error: {self.problem}"
-        said = [] if self.event_time is None else [f"event times {_size(self.event_time, 's')}"]
+        said = (
+            []
+            if self.event_time is None
+            else [f"event times {_size(self.event_time, 's')}"]
+        )
         said += [
             f"{_KIND_WORDS[state.name]} {_size(state.error, state.unit)}{self._layers_of(state)}"
             for state in self.states
             if state.error
         ]
-        without = f"; not all have that of the layers of walls: {self.finer_problem}" if self.finer_problem else ""
-        return f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; from {self.how}{without}"
+        without = (
+            f"; not all have that of the layers of walls: {self.finer_problem}"
+            if self.finer_problem
+            else ""
+        )
+        return (
+            f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; "
+            f"from {self.how}{without}"
+        )
 
     def parts(self) -> Iterator[str | Table]:
-        """The errors; then how they were found, and what the estimate does not cover."""
+        """The errors; then how they were found, and what the estimate does not
+        cover."""
         yield f"accuracy {self.line}"
         if not self.problem:
             yield self.table()
         if self.seconds:
-            yield f"cost     {self.second_steps} steps after {self.steps}, {number(self.seconds, 's', count=3)}"
+            yield (
+                f"cost     {self.second_steps} steps after {self.steps}, "
+                f"{number(self.seconds, 's', count=3)}"
+            )
         if self.finer_steps:
             seconds = number(self.finer_seconds, "s", count=3)
             yield f"         {self.finer_steps} steps with finer layers, {seconds}"
         yield f"scope    {self.scope}"
 
     def table(self) -> Table:
-        """Errors of metrics with a value, of the times of events, by name the largest, and of states at any time."""
+        """Errors of metrics with a value, of the times of events, by name the largest,
+        and of states at any time."""
         by_name: dict[str, list[ErrorEstimate]] = {}
         for event in self.events:
             by_name.setdefault(event.name, []).append(event)
-        times = {f"Time of {name.replace('_', ' ')} ({len(events)})": events for name, events in by_name.items()}
+        times = {
+            f"Time of {name.replace('_', ' ')} ({len(events)})": events
+            for name, events in by_name.items()
+        }
         estimates = [
-            *((title_of(metric.name), metric) for metric in self.metrics if metric.value is not None),
+            *(
+                (title_of(metric.name), metric)
+                for metric in self.metrics
+                if metric.value is not None
+            ),
             *((title, _worst(events)) for title, events in times.items()),
-            *((f"{_KIND_WORDS[state.name].capitalize()} at any time", state) for state in self.states),
+            *(
+                (f"{_KIND_WORDS[state.name].capitalize()} at any time", state)
+                for state in self.states
+            ),
         ]
-        columns = ["of", Column("value"), Column("error"), Column("relative"), Column("at")]
+        columns = [
+            "of",
+            Column("value"),
+            Column("error"),
+            Column("relative"),
+            Column("at"),
+        ]
         layered = any(one.layers for _, one in estimates)
         if layered:
             columns.append(Column("layers", heading="by the layers"))
@@ -487,19 +629,37 @@ class Accuracy(Tabular):
         return Table(columns, rows)
 
     def as_dict(self) -> Entry:
-        """`{estimated, problem, scope, metrics, events, states, cost}` of JSON, numbers in SI."""
-        cost = ("rtol", "second_rtol", "steps", "second_steps", "finer_steps", "finer_seconds")
+        """`{estimated, problem, scope, metrics, events, states, cost}` of JSON, numbers
+        in SI."""
+        cost = (
+            "rtol",
+            "second_rtol",
+            "steps",
+            "second_steps",
+            "finer_steps",
+            "finer_seconds",
+        )
         entry = {
             "estimated": not self.problem,
             "problem": self.problem,
             "scope": self.scope,
-            "metrics": {one.name: _values(one, "unit", "value", "error", "layers") for one in self.metrics},
-            "events": [_values(one, "name", "lining", "error", "layers", time=one.value) for one in self.events],
+            "metrics": {
+                one.name: _values(one, "unit", "value", "error", "layers")
+                for one in self.metrics
+            },
+            "events": [
+                _values(one, "name", "lining", "error", "layers", time=one.value)
+                for one in self.events
+            ],
             "states": {
-                one.name: _values(one, "name", "unit", "error", "time", "layers", largest=one.value)
+                one.name: _values(
+                    one, "name", "unit", "error", "time", "layers", largest=one.value
+                )
                 for one in self.states
             },
-            "cost": _values(self, *cost, second_max_step=self.max_step, second_seconds=self.seconds),
+            "cost": _values(
+                self, *cost, second_max_step=self.max_step, second_seconds=self.seconds
+            ),
             "finer_problem": self.finer_problem,
         }
         return plain(entry)
@@ -514,33 +674,44 @@ _KIND_WORDS = {kind.name: kind.words for kind in _KINDS.values()}
 
 def _size(error: float | None, unit: str) -> Number:
     """An error in its SI unit."""
-    return Number("—") if error is None else Number(digits(error, 2), pretty(unit), repr(error), pretty(unit))
+    return (
+        Number("—")
+        if error is None
+        else Number(digits(error, 2), pretty(unit), repr(error), pretty(unit))
+    )
 
 
 @explained
 def accuracy(result: Result, progress: Any = False) -> Accuracy:
-    """Estimate the errors of a concrete result: of every metric, of the time of every event, of every kind of states.
+    """Estimate the errors of a concrete result: of every metric, of the time of every
+    event, of every kind of states.
 
         error ≈ |value − value of a second run| + ε √steps |value|          (ε = 2⁻⁵²: what rounding leaves)
 
-    The second run has the same solver at a tolerance 100 times tighter, 1e-12 at the loosest and 1e-13 at the tightest,
-    and steps so short that the first run's would be cut in two; so its own error is a small part of the difference. (It
-    is a tolerance, not a list of halved steps, as a tolerance needs no other compiled program.) Where the events of the
-    two runs are not the same ones in the same order there is no estimate, and `problem` says where they differ first. A
-    run that ended early has none either.
+    The second run has the same solver at a tolerance 100 times tighter, 1e-12 at the
+    loosest and 1e-13 at the tightest, and steps so short that the first run's would be
+    cut in two; so its own error is a small part of the difference. (It is a tolerance,
+    not a list of halved steps, as a tolerance needs no other compiled program.) Where
+    the events of the two runs are not the same ones in the same order there is no
+    estimate, and `problem` says where they differ first. A run that ended early has
+    none either.
 
-    States are compared at the ends of the first run's steps and at three times inside each, in a long run at some 4096
-    of these. So the errors of states are those of `Result.series` at any time, but for one: between the times of an
-    event in the two runs, where a state may jump in one of them only. Forces and torques of a series have none.
+    States are compared at the ends of the first run's steps and at three times inside
+    each, in a long run at some 4096 of these. So the errors of states are those of
+    `Result.series` at any time, but for one: between the times of an event in the two
+    runs, where a state may jump in one of them only. Forces and torques of a series
+    have none.
 
-    Of a scene with walls, a third run has every layer cut in two, or in four, eight, … where the first is too thick for
-    the time of heating; and its own compiled program. What it changes beyond the errors in time is added 2.2-fold:
-    `error + 2.2 max(|value − value with finer layers| − 2 error, 0)`. That covers an error that is proportional to the
-    thickness, as of friction that sees the mean of a layer; of surfaces it falls with the square. `layers` of each
-    error is that part.
+    Of a scene with walls, a third run has every layer cut in two, or in four, eight, …
+    where the first is too thick for the time of heating; and its own compiled program.
+    What it changes beyond the errors in time is added 2.2-fold: `error + 2.2 max(|value
+    − value with finer layers| − 2 error, 0)`. That covers an error that is proportional
+    to the thickness, as of friction that sees the mean of a layer; of surfaces it falls
+    with the square. `layers` of each error is that part.
 
-    It covers the integration in time and the layers of walls, not differences of temperature inside a `Lump`, the model
-    and its parameters, or a pulse in a profile that no step looked at. `progress` as for `simulate`.
+    It covers the integration in time and the layers of walls, not differences of
+    temperature inside a `Lump`, the model and its parameters, or a pulse in a profile
+    that no step looked at. `progress` as for `simulate`.
 
     Raises `InputError` for a traced result or a batch.
 
@@ -549,20 +720,32 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         ''
     """
     if not result.concrete:
-        raise InputError([Fault("accuracy", "needs one result with values", "take it outside of jit, vmap and grad")])
+        raise InputError(
+            [
+                Fault(
+                    "accuracy",
+                    "needs one result with values",
+                    "take it outside of jit, vmap and grad",
+                )
+            ]
+        )
     rtol = float(result.rtol)
     steps = int(result.record.stats.accepted)
     network = result.scene.network
     if not result.ok:
         why = f"the run ended early ({result.status}) and was not repeated"
         scope = _scope(network, "no estimate")
-        return Accuracy(rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why, scope=scope)
+        return Accuracy(
+            rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why, scope=scope
+        )
     start = time.perf_counter()
     second = second_run(result, progress)
     seconds = time.perf_counter() - start
     second_steps = int(second.record.stats.accepted)
     longest = min(longest_step(result.record), float(result.limits.max_step))
-    estimate = functools.partial(Accuracy, rtol, second_rtol(rtol), longest, steps, second_steps, seconds)
+    estimate = functools.partial(
+        Accuracy, rtol, second_rtol(rtol), longest, steps, second_steps, seconds
+    )
     if not second.ok:
         why = f"the second run failed ({second.status}): {second.message}"
         return estimate(problem=why, scope=_scope(network, "no estimate"))
@@ -580,12 +763,15 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         found = _with_layers(found, difference(result, finer))
     else:
         why = f"the run with finer layers failed ({finer.status})"
-        found = dataclasses.replace(found, finer_problem=why, scope=_scope(network, why))
+        found = dataclasses.replace(
+            found, finer_problem=why, scope=_scope(network, why)
+        )
     return dataclasses.replace(found, **cost, finer_seconds=time.perf_counter() - start)
 
 
 def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
-    """The estimate with the errors of the layers of walls, from the difference to a run with finer ones."""
+    """The estimate with the errors of the layers of walls, from the difference to a run
+    with finer ones."""
 
     def added(one: ErrorEstimate, other: ErrorEstimate) -> ErrorEstimate:
         if one.error is None or other.error is None:
@@ -596,37 +782,72 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
     metrics = tuple(map(added, found.metrics, apart.metrics))
     if apart.problem:
         why = f"with finer layers {apart.problem}"
-        hottest = max((metric.layers or 0.0 for metric in metrics if metric.name in HOT), default=0.0)
+        hottest = max(
+            (metric.layers or 0.0 for metric in metrics if metric.name in HOT),
+            default=0.0,
+        )
         states = tuple(
-            state._replace(error=(state.error or 0.0) + hottest, layers=hottest) if state.unit == "K" else state
+            state._replace(error=(state.error or 0.0) + hottest, layers=hottest)
+            if state.unit == "K"
+            else state
             for state in found.states
         )
-        return dataclasses.replace(found, metrics=metrics, states=states, finer_problem=why)
+        return dataclasses.replace(
+            found, metrics=metrics, states=states, finer_problem=why
+        )
     states = []
     for state, other in zip(found.states, apart.states, strict=True):
         whole = added(state, other)
-        states.append(whole._replace(time=other.time, value=other.value) if whole.is_of_layers else whole)
+        states.append(
+            whole._replace(time=other.time, value=other.value)
+            if whole.is_of_layers
+            else whole
+        )
     events = tuple(map(added, found.events, apart.events))
-    return dataclasses.replace(found, metrics=metrics, events=events, states=tuple(states))
+    return dataclasses.replace(
+        found, metrics=metrics, events=events, states=tuple(states)
+    )
 
 
-def _estimates(result: Result, apart: Difference) -> Iterator[tuple[ErrorEstimate, ...]]:
-    """Errors of metrics, events and states: how far two runs lie apart, and what rounding leaves."""
+def _estimates(
+    result: Result, apart: Difference
+) -> Iterator[tuple[ErrorEstimate, ...]]:
+    """Errors of metrics, events and states: how far two runs lie apart, and what
+    rounding leaves."""
     steps = int(result.record.stats.accepted)
     scan = result.report().scan
-    times_of_peaks = {f"{name}_time" for name, metric in METRICS.items() if metric.greatest}
+    times_of_peaks = {
+        f"{name}_time" for name, metric in METRICS.items() if metric.greatest
+    }
     span = float(np.max(scan.steps.t1)) - float(np.min(scan.steps.t0))
-    energy = max((abs(one.value) for one in apart.metrics if one.name.startswith("energy.") and one.value), default=0.0)
+    energy = max(
+        (
+            abs(one.value)
+            for one in apart.metrics
+            if one.name.startswith("energy.") and one.value
+        ),
+        default=0.0,
+    )
 
     def with_rounding(one: ErrorEstimate, least: float = 0.0) -> ErrorEstimate:
-        return one._replace(error=float((one.error or 0.0) + rounding(steps, max(abs(one.value or 0.0), least))))
+        return one._replace(
+            error=float(
+                (one.error or 0.0) + rounding(steps, max(abs(one.value or 0.0), least))
+            )
+        )
 
     metrics = []
     for one in apart.metrics:
-        if one.error is not None and (one.error or one.value):  # (what is 0 in both is no sum)
-            one = with_rounding(one, {"s": _INSTANT * span, "J": energy}.get(one.unit, 0.0))
+        if one.error is not None and (
+            one.error or one.value
+        ):  # (what is 0 in both is no sum)
+            one = with_rounding(
+                one, {"s": _INSTANT * span, "J": energy}.get(one.unit, 0.0)
+            )
             if one.name in times_of_peaks:
-                one = one._replace(error=(one.error or 0.0) + _root_of_rounding(scan, one.value or 0.0))
+                one = one._replace(
+                    error=(one.error or 0.0) + _root_of_rounding(scan, one.value or 0.0)
+                )
         metrics.append(one)
     yield tuple(metrics)
     yield tuple(with_rounding(one, _INSTANT * span) for one in apart.events)
@@ -634,8 +855,11 @@ def _estimates(result: Result, apart: Difference) -> Iterator[tuple[ErrorEstimat
 
 
 def _root_of_rounding(scan: Scan, t: float) -> float:
-    """How exactly the time of a maximum inside a step is known: over √ε of the step it changes by rounding alone."""
+    """How exactly the time of a maximum inside a step is known: over √ε of the step it
+    changes by rounding alone."""
     steps = scan.steps
-    row = int(np.clip(np.searchsorted(steps.t0, t, side="right") - 1, 0, len(steps.t0) - 1))
+    row = int(
+        np.clip(np.searchsorted(steps.t0, t, side="right") - 1, 0, len(steps.t0) - 1)
+    )
     inside = steps.t0[row] < t < steps.t1[row]
     return math.sqrt(EPS) * float(steps.t1[row] - steps.t0[row]) if inside else 0.0

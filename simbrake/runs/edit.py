@@ -29,7 +29,13 @@ from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from ..brakes.design import Lining
 from ..hybrid.struct import with_value_at
 from ..parts.scene import Scene, require_scene
-from ..thermal.heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
+from ..thermal.heat import (
+    EffusivityPartition,
+    FlashTemperature,
+    FrictionHeat,
+    Heat,
+    TransmissionPartition,
+)
 from ..thermal.materials import Material
 from ..thermal.network import AbstractLink, Body, Conductance, Lump, Wall, place_of
 
@@ -37,7 +43,8 @@ _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?[0-9]{1,9})\])?$", re.DOT
 
 
 def entry_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
-    """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a field as a whole."""
+    """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a
+    field as a whole."""
     match = _INDEXED.match(path)
     assert match is not None
     if path in fields:
@@ -58,7 +65,8 @@ class Inputs(dict[str, Leaf]):
         return self[entry_of(path, self)[0]].about
 
     def twice(self, paths: Iterable[str]) -> dict[str, str]:
-        """Paths that mean a number which an earlier one means as well: path → the earlier one."""
+        """Paths that mean a number which an earlier one means as well: path → the
+        earlier one."""
         first_paths: dict[tuple[str, int | None], str] = {}
         repeats = {}
         for path in paths:
@@ -73,7 +81,8 @@ class Inputs(dict[str, Leaf]):
 
 
 class _Slot(NamedTuple):
-    """A place for a number: its value, its metadata, and whether the physics behind it may be absent."""
+    """A place for a number: its value, its metadata, and whether the physics behind it
+    may be absent."""
 
     value: Any
     about: Quantity
@@ -81,9 +90,12 @@ class _Slot(NamedTuple):
 
 
 def _slots(scene: Any) -> dict[str, _Slot]:
-    """Every number of a scene that may be set, also those that are absent now, and laws in the place of a number."""
+    """Every number of a scene that may be set, also those that are absent now, and laws
+    in the place of a number."""
     return {
-        below(path, field): _Slot(getattr(part, field.name), about, field.default is None)
+        below(path, field): _Slot(
+            getattr(part, field.name), about, field.default is None
+        )
         for path, part, unit in parts_below(scene)
         for field in dataclasses.fields(part)
         if (about := about_of(field, unit))
@@ -91,7 +103,8 @@ def _slots(scene: Any) -> dict[str, _Slot]:
 
 
 def parse_assignments(assignments: list[str]) -> dict[str, Any]:
-    """`path=value` pairs: numbers, with a unit if need be, lists in brackets, or `none` for physics to be absent."""
+    """`path=value` pairs: numbers, with a unit if need be, lists in brackets, or `none`
+    for physics to be absent."""
     values = {}
     faults = []
     for text in assignments:
@@ -99,11 +112,19 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
         path = path.strip()
         value = value.strip()
         if not equals or not path or not value:
-            faults.append(Fault(text, "is not of the form path=value", "as in brake.band.stiffness=2e5"))
+            faults.append(
+                Fault(
+                    text,
+                    "is not of the form path=value",
+                    "as in brake.band.stiffness=2e5",
+                )
+            )
             continue
         # (a list, or a number with its unit, is read where the path is known)
         assigned = None if value.lower() == "none" else value
-        values[path] = np.asarray(float(value)) if assigned and _is_float(value) else assigned
+        values[path] = (
+            np.asarray(float(value)) if assigned and _is_float(value) else assigned
+        )
     if faults:
         raise InputError(faults)
     return values
@@ -111,11 +132,13 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
 
 @explained
 def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
-    """The scene with other numbers: `{"brake.band.stiffness": 3e5, "brake.linings.angle[0]": 0.2}`.
+    """The scene with other numbers: `{"brake.band.stiffness": 3e5,
+    "brake.linings.angle[0]": 0.2}`.
 
-    Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array field counts for every entry.
-    `brake.linings.count` changes the number of equal linings over the same wrap angle.
-    Raises `InputError` with all unknown paths and the nearest names, and with values that do not fit.
+    Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array
+    field counts for every entry. `brake.linings.count` changes the number of equal
+    linings over the same wrap angle. Raises `InputError` with all unknown paths and the
+    nearest names, and with values that do not fit.
 
     Example:
         >>> sb.with_values(scene, {"initial.omega": 18.0}).initial
@@ -136,7 +159,9 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             continue
         if isinstance(value, str):
             reader = NumberReader()
-            value = reader.number(value, slots[path].about, full, slots[path].about.unit)
+            value = reader.number(
+                value, slots[path].about, full, slots[path].about.unit
+            )
             faults += reader.faults
             if reader.faults:
                 continue
@@ -145,7 +170,13 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         if i is not None:
             size = np.size(old) if np.ndim(old) == 1 else 0
             if not -size <= i < size:
-                faults.append(Fault(full, f"there is no entry {i}", f"{path} has {size} entries, from 0"))
+                faults.append(
+                    Fault(
+                        full,
+                        f"there is no entry {i}",
+                        f"{path} has {size} entries, from 0",
+                    )
+                )
                 continue
             if np.ndim(new) != 0 or new is None:
                 faults.append(Fault(full, "one number is needed for one entry"))
@@ -156,14 +187,24 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
                 faults.append(Fault(full, "cannot be absent", "give a number"))
                 continue
         elif np.ndim(old) == 1 and np.ndim(new) == 0:
-            new = jnp.broadcast_to(new, np.shape(old)) if isinstance(new, jax.Array) else np.full(np.shape(old), new)
+            new = (
+                jnp.broadcast_to(new, np.shape(old))
+                if isinstance(new, jax.Array)
+                else np.full(np.shape(old), new)
+            )
         scene = with_value_at(scene, path, new)
         slots[path] = slots[path]._replace(value=new)
         if dataclasses.is_dataclass(old):  # and so are its numbers
-            slots = {name: slot for name, slot in slots.items() if not name.startswith(f"{path}.")}
+            slots = {
+                name: slot
+                for name, slot in slots.items()
+                if not name.startswith(f"{path}.")
+            }
     faults += presence_below(scene)
     if faults:
-        raise InputError([*faults, *faults_of_values(scene)])  # with those of the values that could be read
+        raise InputError(
+            [*faults, *faults_of_values(scene)]
+        )  # with those of the values that could be read
     return scene
 
 
@@ -171,32 +212,54 @@ _COUNT = "brake.linings.count"
 
 
 def _with_count(scene: Scene, value: Any, faults: Faults) -> Scene:
-    """The scene with another number of equal linings, their parameters unchanged; errors go to `faults`."""
+    """The scene with another number of equal linings, their parameters unchanged;
+    errors go to `faults`."""
     brake: Any = scene.brake
     linings = brake.linings
     n = brake.linings.count
-    size = float(value) if np.ndim(value) == 0 and not isinstance(value, str | None) else math.nan
+    size = (
+        float(value)
+        if np.ndim(value) == 0 and not isinstance(value, str | None)
+        else math.nan
+    )
     bodies = scene.network.bodies if scene.heated else ()
     own = [leaf for leaf in jax.tree.leaves(linings) if np.ndim(leaf)]
-    others = [leaf for leaf in jax.tree.leaves((brake.band, brake.bandage)) if np.ndim(leaf)]
+    others = [
+        leaf for leaf in jax.tree.leaves((brake.band, brake.bandage)) if np.ndim(leaf)
+    ]
     if not (size.is_integer() and 1 <= size <= 10_000):
-        faults.append(Fault(_COUNT, f"{value} is not a number of linings", "a whole number from 1"))
+        faults.append(
+            Fault(
+                _COUNT, f"{value} is not a number of linings", "a whole number from 1"
+            )
+        )
     elif (
         others
         or any(np.ptp(leaf) > 0 for leaf in own)
         or any(getattr(body, "copies", body.count) == n > 1 for body in bodies)
     ):
-        faults.append(Fault(_COUNT, "linings differ, or other parts have a number for each", "change the scene's file"))
+        faults.append(
+            Fault(
+                _COUNT,
+                "linings differ, or other parts have a number for each",
+                "change the scene's file",
+            )
+        )
     else:
-        resized = jax.tree.map(lambda x: np.full(int(size), x[0]) if np.ndim(x) else x, linings)
+        resized = jax.tree.map(
+            lambda x: np.full(int(size), x[0]) if np.ndim(x) else x, linings
+        )
         angle = np.full(int(size), float(linings.wrap) / size)
         linings = dataclasses.replace(resized, angle=angle)
-        scene = dataclasses.replace(scene, brake=dataclasses.replace(brake, linings=linings))
+        scene = dataclasses.replace(
+            scene, brake=dataclasses.replace(brake, linings=linings)
+        )
     return scene
 
 
 def _unknown(scene: Scene, full: str, path: str, slots: Collection[str]) -> Fault:
-    """Error of a path that is no number of a scene, with what to write instead where that is known."""
+    """Error of a path that is no number of a scene, with what to write instead where
+    that is known."""
     fault = fault_of_path(full, path, slots)
     where, _, name = path.rpartition(".")
     part = next((part for at, part, _ in parts_below(scene) if at == where), None)
@@ -207,21 +270,29 @@ def _unknown(scene: Scene, full: str, path: str, slots: Collection[str]) -> Faul
 def fault_of_path(full: str, path: str, slots: Collection[str]) -> Fault:
     """Error of a path that means no number, with the nearest ones."""
     near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
-    tail = [name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]]
+    tail = [
+        name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]
+    ]
     names = list(dict.fromkeys([*tail, *near]))[:4]
     hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
     return Fault(full, "there is no such number in the scene", hint)
 
 
 def fault_of_limit(path: str) -> Fault | None:
-    """Error of a limit, or of all of them, among the parameters of a run; `None` for any other path."""
+    """Error of a limit, or of all of them, among the parameters of a run; `None` for
+    any other path."""
     if path.partition(".")[0] != "limits":
         return None
-    return Fault(path, "is no parameter of a run", "what a run gives is compared with a limit: set it in the scene")
+    return Fault(
+        path,
+        "is no parameter of a run",
+        "what a run gives is compared with a limit: set it in the scene",
+    )
 
 
 def with_inputs(scene: Scene, values: dict[str, Any]) -> Scene:
-    """The scene with other numbers on which its run depends. Raises `InputError` as `with_values`, and for limits."""
+    """The scene with other numbers on which its run depends. Raises `InputError` as
+    `with_values`, and for limits."""
     if limits := [fault for fault in map(fault_of_limit, values) if fault is not None]:
         raise InputError(limits)
     return with_values(scene, values)
@@ -234,9 +305,11 @@ def unknown_paths(scene: Scene, paths: Iterable[str]) -> list[str]:
 
 
 def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[float]:
-    """Values for a number of the scene, each in SI or with its unit, as `["40 t", "80 t"]`.
+    """Values for a number of the scene, each in SI or with its unit, as
+    `["40 t", "80 t"]`.
 
-    Raises `InputError` for an unknown path, for what is not a number in its range, and where only some have a unit.
+    Raises `InputError` for an unknown path, for what is not a number in its range, and
+    where only some have a unit.
     """
     slots = _slots(scene)
     name = entry_of(path, slots)[0]
@@ -247,15 +320,20 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[
     values = [reader.number(text, about, path, about.unit) for text in texts]
     bare = [text for text in map(str, texts) if _is_float(text)]
     if not reader.faults and 0 < len(bare) < len(texts):
-        reader.fault(path, f"{bare[0].strip()} has no unit, others have one", "give all of them their unit")
+        reader.fault(
+            path,
+            f"{bare[0].strip()} has no unit, others have one",
+            "give all of them their unit",
+        )
     if reader.faults:
         raise InputError(reader.faults)
     return [float(value) for value in values]
 
 
 def numbers_in_si(scene: Scene, path: str, values: Any) -> Any:
-    """Values for a number of the scene, of which some have a unit, as numbers in SI: `["40 t", "80 t"]` as by
-    `read_numbers`, `"40 t"` as one. Without any text they are what they are."""
+    """Values for a number of the scene, of which some have a unit, as numbers in SI:
+    `["40 t", "80 t"]` as by `read_numbers`, `"40 t"` as one. Without any text they are
+    what they are."""
     if isinstance(values, np.ndarray) and values.dtype.kind in "OU":
         values = values.tolist()
     if not has_units(values):
@@ -274,7 +352,8 @@ def _is_float(text: str) -> bool:
 
 
 def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
-    """The scene where numbers replace numbers, as in loops over runs; `None` where some values are something else.
+    """The scene where numbers replace numbers, as in loops over runs; `None` where some
+    values are something else.
 
     The places of numbers among the leaves are known for each structure.
     """
@@ -283,7 +362,11 @@ def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
     for path, value in values.items():
         name, entry = entry_of(path, places)
         i = places.get(name)
-        if i is None or not isinstance(value, float | int | np.floating) or isinstance(value, bool):
+        if (
+            i is None
+            or not isinstance(value, float | int | np.floating)
+            or isinstance(value, bool)
+        ):
             return None
         old = numbers[i]
         if not isinstance(old, np.ndarray) or old.dtype != np.float64:
@@ -304,32 +387,43 @@ def _places(structure: Any, count: int) -> dict[str, int]:
     leaves = [np.zeros(()) for _ in range(count)]
     numbers = {id(leaf): i for i, leaf in enumerate(leaves)}
     slots = _slots(jax.tree.unflatten(structure, leaves))
-    return {path: numbers[id(slot.value)] for path, slot in slots.items() if id(slot.value) in numbers}
+    return {
+        path: numbers[id(slot.value)]
+        for path, slot in slots.items()
+        if id(slot.value) in numbers
+    }
 
 
 def _with_entry(old: Any, i: int, value: Any) -> Any:
-    if isinstance(old, jax.Array) or isinstance(value, jax.Array):  # traced ones among them
+    if isinstance(old, jax.Array) or isinstance(
+        value, jax.Array
+    ):  # traced ones among them
         return jnp.asarray(old).at[i].set(value)
     new = np.array(old, dtype=np.float64)
     new[i] = value
     return new
 
 
-# --- other materials --------------------------------------------------------------------------------------------------
+# --- other materials ----------------------------------------------------------------
 
 
 @explained
-def with_materials(scene: Scene, rim: Material | None = None, lining: Material | None = None) -> Scene:
+def with_materials(
+    scene: Scene, rim: Material | None = None, lining: Material | None = None
+) -> Scene:
     """The scene with its rim, its linings, or both of another material; the sizes stay.
 
-    What changes with the `rim`: the wall at the place `heat.rim`; lumps that hang on it by a given `Conductance`, which
-    are cast in one piece with it (flange, rebords, disc): capacities by the ratio of `ρ c`, conductances by that of
-    `λ`; the flash temperature of spots that run over it. With the `lining`: the wall at `heat.linings`. With either:
-    shares of the friction heat that follow from materials (`EffusivityPartition`, and the conductivities of a
-    `TransmissionPartition`; its heat transfer coefficients and the lining's surface layer stay, and so do given
+    What changes with the `rim`: the wall at the place `heat.rim`; lumps that hang on it
+    by a given `Conductance`, which are cast in one piece with it (flange, rebords,
+    disc): capacities by the ratio of `ρ c`, conductances by that of `λ`; the flash
+    temperature of spots that run over it. With the `lining`: the wall at
+    `heat.linings`. With either: shares of the friction heat that follow from materials
+    (`EffusivityPartition`, and the conductivities of a `TransmissionPartition`; its
+    heat transfer coefficients and the lining's surface layer stay, and so do given
     shares).
 
-    Raises `InputError` where the scene does not say what they are made of: a lump has no material.
+    Raises `InputError` where the scene does not say what they are made of: a lump has
+    no material.
 
     Example:
         >>> heated = sb.read_scene(sb.files.shipped("heated"))
@@ -341,7 +435,9 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
     named = named_materials(heat)
     faults = [
         Fault(f"heat.{part}", "has no material in this scene", "make it a Wall")
-        for part, new, has_material in zip(("rim", "linings"), (rim, lining), named, strict=True)
+        for part, new, has_material in zip(
+            ("rim", "linings"), (rim, lining), named, strict=True
+        )
         if new is not None and not has_material
     ]
     if faults:
@@ -352,7 +448,9 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
         heat = _of_rim(heat, rim)
     wall = wall_at(heat, heat.linings)
     if lining is not None and wall is not None:
-        heat = _with_bodies(heat, {wall.name: dataclasses.replace(wall, material=lining)})
+        heat = _with_bodies(
+            heat, {wall.name: dataclasses.replace(wall, material=lining)}
+        )
     pairs: dict[str, Any] = {
         name: _shared(heat, getattr(heat, name), rim, lining)
         for name in ("friction", "external")
@@ -362,9 +460,15 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
 
 
 def named_materials(heat: Heat) -> tuple[bool, bool]:
-    """Whether a network says what the rim, and what the linings are made of: as a wall, or in a share of the heat."""
-    shared = any(isinstance(pair.partition, EffusivityPartition | TransmissionPartition) for pair in heat.pairs)
-    return wall_at(heat, heat.rim) is not None, shared or wall_at(heat, heat.linings) is not None
+    """Whether a network says what the rim, and what the linings are made of: as a wall,
+    or in a share of the heat."""
+    shared = any(
+        isinstance(pair.partition, EffusivityPartition | TransmissionPartition)
+        for pair in heat.pairs
+    )
+    return wall_at(heat, heat.rim) is not None, shared or wall_at(
+        heat, heat.linings
+    ) is not None
 
 
 def wall_at(heat: Heat, place: str | None) -> Wall | None:
@@ -376,7 +480,9 @@ def wall_at(heat: Heat, place: str | None) -> Wall | None:
 
 
 def _with_bodies(heat: Heat, others: dict[str, Body]) -> Heat:
-    return dataclasses.replace(heat, bodies=tuple(others.get(body.name, body) for body in heat.bodies))
+    return dataclasses.replace(
+        heat, bodies=tuple(others.get(body.name, body) for body in heat.bodies)
+    )
 
 
 def _of_rim(heat: Heat, new: Material) -> Heat:
@@ -385,39 +491,67 @@ def _of_rim(heat: Heat, new: Material) -> Heat:
     old = wall.material
     others: dict[str, Body] = {wall.name: dataclasses.replace(wall, material=new)}
     links: list[AbstractLink] = []
-    own = {place_of(place)[0] for place in (heat.linings, heat.band) if place is not None}
+    own = {
+        place_of(place)[0] for place in (heat.linings, heat.band) if place is not None
+    }
     by_name = {body.name: body for body in heat.bodies}
     stored = new.density * new.specific_heat / (old.density * old.specific_heat)
     led = new.conductivity / old.conductivity
     for link in heat.links:
         ends = [place_of(link.a)[0], place_of(link.b)[0]]
         there = by_name[ends[1 - ends.index(wall.name)]] if wall.name in ends else None
-        if isinstance(link, Conductance) and isinstance(there, Lump) and there.name not in own:
-            others[there.name] = dataclasses.replace(there, capacity=there.capacity * stored)
+        if (
+            isinstance(link, Conductance)
+            and isinstance(there, Lump)
+            and there.name not in own
+        ):
+            others[there.name] = dataclasses.replace(
+                there, capacity=there.capacity * stored
+            )
             link = dataclasses.replace(link, value=link.value * led)  # pyright: ignore
         links.append(link)
     flash = heat.flash
     if flash is not None and _runs_over(flash, old):
-        flash = dataclasses.replace(flash, conductivity=new.conductivity, diffusivity=new.diffusivity)
-    return dataclasses.replace(_with_bodies(heat, others), links=tuple(links), flash=flash)
+        flash = dataclasses.replace(
+            flash, conductivity=new.conductivity, diffusivity=new.diffusivity
+        )
+    return dataclasses.replace(
+        _with_bodies(heat, others), links=tuple(links), flash=flash
+    )
 
 
 def _runs_over(flash: FlashTemperature, rim: Material) -> bool:
-    """Whether the spots of the flash temperature run over the rim: they have its numbers."""
+    """Whether the spots of the flash temperature run over the rim: they have its
+    numbers."""
     numbers = (flash.conductivity, flash.diffusivity, rim.conductivity, rim.diffusivity)
     if any(isinstance(number, Tracer) for number in numbers):
-        return True  # a law of spots that run over the lining has the lining's numbers, which one rarely writes
-    return bool(np.allclose(np.asarray(numbers[:2], float), np.asarray(numbers[2:], float), rtol=1e-9))
+        # a law of spots that run over the lining has the lining's numbers, which one
+        # rarely writes
+        return True
+    return bool(
+        np.allclose(
+            np.asarray(numbers[:2], float), np.asarray(numbers[2:], float), rtol=1e-9
+        )
+    )
 
 
-def _shared(heat: Heat, pair: FrictionHeat, rim: Material | None, lining: Material | None) -> FrictionHeat:
-    """A friction pair with the share of the heat that follows from the new materials."""
+def _shared(
+    heat: Heat, pair: FrictionHeat, rim: Material | None, lining: Material | None
+) -> FrictionHeat:
+    """A friction pair with the share of the heat that follows from the new
+    materials."""
     law = pair.partition
     changes = {}
     wall = wall_at(heat, heat.rim)
-    on_rim = pair.metal is not None and wall is not None and place_of(pair.metal)[0] == wall.name
+    on_rim = (
+        pair.metal is not None
+        and wall is not None
+        and place_of(pair.metal)[0] == wall.name
+    )
     if isinstance(law, EffusivityPartition):
-        changes = ({"metal": rim} if rim is not None and on_rim else {}) | ({"lining": lining} if lining else {})
+        changes = ({"metal": rim} if rim is not None and on_rim else {}) | (
+            {"lining": lining} if lining else {}
+        )
     elif isinstance(law, TransmissionPartition):
         if rim is not None:
             changes["rim_conductivity"] = rim.conductivity

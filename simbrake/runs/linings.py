@@ -1,4 +1,5 @@
-"""Friction pairs lining by lining: forces and contact at any time, and sums over a run."""
+"""Friction pairs lining by lining: forces and contact at any time, and sums over a
+run."""
 
 import enum
 import itertools
@@ -20,14 +21,24 @@ from ..hybrid import SKIPPED, Record
 from ..hybrid.arrays import Array, Vector
 from ..hybrid.struct import Struct, struct_field
 from ..outputs.extremes import peak_of_each
-from ..outputs.probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
+from ..outputs.probe import (
+    POINTS,
+    Number,
+    Probe,
+    RunJit,
+    as_tree,
+    integral,
+    probe_many,
+    record_of,
+)
 from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
 from ..parts.scene import band_brake
 from ..physics._brake import BrakeSystem
 from ..physics.heated import thermal_of
 from .result import Result, look
 
-#: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
+#: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of
+#: pressure, slip speed, temperature
 WearRate = Number | Callable[..., Any]
 #: a result, or its record
 Run = Result | Record
@@ -39,14 +50,20 @@ VIEW_OF_HEAT = View("friction heat since the start", "kJ", 1e-3)
 def fault_of_pair(pair: str, pairs: Iterable[str]) -> Fault | None:
     """Error of the name of a friction pair in a brake with these `pairs`."""
     names = list(pairs)
-    return None if pair in names else Fault("pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}")
+    return (
+        None
+        if pair in names
+        else Fault(
+            "pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}"
+        )
+    )
 
 
 def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     """Forces, slip speeds, pressures and temperatures of the linings in a probe.
 
-    - `pair`: its name; `external` is the one on which the lever acts, of a staged brake band on linings, beside
-      `internal`, linings on rim
+    - `pair`: its name; `external` is the one on which the lever acts, of a staged brake
+      band on linings, beside `internal`, linings on rim
 
     Raises `InputError` for a pair that the brake does not have.
 
@@ -75,25 +92,33 @@ _OF_BAND = ("tension", "displacement", *_OF_EDGES)
 
 
 def wearing(rate: WearRate, r: Rubbing, place: Number | Array | None = None) -> Array:
-    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` and `place` as in `lining_wear`."""
+    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` and `place` as in
+    `lining_wear`."""
     pressure = r.pressure if place is None else r.pressure_at(place)
-    value: Any = rate(pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
+    value: Any = (
+        rate(pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
+    )
     return value * pressure * r.speed  # pyright: ignore
 
 
 class _Picked(Struct):
-    """Integrand of `integral`, taken from a probe: a PyTree, so that it compiles once for each structure."""
+    """Integrand of `integral`, taken from a probe: a PyTree, so that it compiles once
+    for each structure."""
 
     record: Record
     pair: str = struct_field(static=True)
     quantity: str = struct_field(static=True, default="friction_power")
-    over: str | None = struct_field(static=True, default=None)  # with its weight, by which the quantity is multiplied
+    over: str | None = struct_field(
+        static=True, default=None
+    )  # with its weight, by which the quantity is multiplied
     rate: Any = None  # of wear, instead of the quantity
     place: Any = None  # within the linings, of wear
 
     def __call__(self, p: Probe) -> PyTree:
         if self.rate is not None:
-            return wearing(self.rate, rubbing(self.record, p, pair=self.pair), self.place)
+            return wearing(
+                self.rate, rubbing(self.record, p, pair=self.pair), self.place
+            )
         view = _seen(self.record, p, self.pair)
         value = _each(view, self.quantity)
         if self.over is None:
@@ -111,7 +136,8 @@ def _seen(run: Run, p: Probe, pair: str) -> PairSeen:
 
 
 def _each(view: PairSeen, quantity: str) -> Array:
-    """A quantity of every lining. Raises `InputError` where the run does not have it."""
+    """A quantity of every lining. Raises `InputError` where the run does not have
+    it."""
     value = LINING_QUANTITIES[quantity].of(view.p, view)
     if value is None:
         raise InputError([_absent(view.system, quantity)])
@@ -126,27 +152,54 @@ def _check(
     over: str = "time",
     quantities: Iterable[str] = LINING_QUANTITIES,
 ) -> None:
-    """Raises `InputError` for a pair, a quantity or a weight that the run does not have."""
+    """Raises `InputError` for a pair, a quantity or a weight that the run does not
+    have."""
     system = _system(run)
     missing = fault_of_pair(pair, system.pair_names)
     faults = [] if missing is None else [missing]
     if over not in WEIGHTS:
-        faults.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
+        faults.append(
+            Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}")
+        )
     if quantity not in quantities:
-        faults.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(quantities)}"))
+        faults.append(
+            Fault(
+                "quantity",
+                f"{quantity!r} is none",
+                f"there are: {', '.join(quantities)}",
+            )
+        )
     if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
-        faults.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
+        faults.append(
+            Fault(
+                "pair",
+                f"{quantity} is of the band, not of the {pair} pair",
+                "leave it out",
+            )
+        )
     if quantity in _OF_EDGES and not system.mechanism.banded:
-        faults.append(Fault("quantity", f"{quantity} is of linings under a band", "look at their pressure"))
+        faults.append(
+            Fault(
+                "quantity",
+                f"{quantity} is of linings under a band",
+                "look at their pressure",
+            )
+        )
     if quantity.endswith("pressure") and not faults:
         friction_pair = system.mechanism.pairs[system.pair_names.index(pair)]
         if friction_pair.area is None:
-            faults.append(Fault(f"brake.{friction_pair.field}.area", "is missing", "a pressure is looked at"))
+            faults.append(
+                Fault(
+                    f"brake.{friction_pair.field}.area",
+                    "is missing",
+                    "a pressure is looked at",
+                )
+            )
     if faults:
         raise InputError(faults)
 
 
-# --- over a run -------------------------------------------------------------------------------------------------------
+# --- over a run ---------------------------------------------------------------------
 
 
 @explained
@@ -155,11 +208,13 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
 
         W_i = ∫ |T_i − T_{i−1}| |v_i| dt,   |T_i − T_{i−1}| = f_i N_i/cos(β_i/2)                       (model §1, §6.1)
 
-    Its sum, over all alike rims, is the friction heat of the pair in the ledger, less the heat of jumps (restart,
-    break-away, release of an elastic band), which is booked at an instant for the band as a whole and belongs to no
-    lining.
+    Its sum, over all alike rims, is the friction heat of the pair in the ledger, less
+    the heat of jumps (restart, break-away, release of an elastic band), which is booked
+    at an instant for the band as a whole and belongs to no lining.
 
-    - `run`: a `Result` or its record, concrete or traced;  `pair`: as in `rubbing`;  `points`: as in `integral`
+    - `run`: a `Result` or its record, concrete or traced
+    - `pair`: as in `rubbing`
+    - `points`: as in `integral`
 
     Raises `InputError` for a pair that the brake does not have.
 
@@ -174,19 +229,27 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
 
 @explained
 def lining_wear(
-    run: Run, rate: WearRate, *, pair: str = "external", place: Number | None = None, points: int = POINTS
+    run: Run,
+    rate: WearRate,
+    *,
+    pair: str = "external",
+    place: Number | None = None,
+    points: int = POINTS,
 ) -> Vector:
     """Depth worn off every lining over a run, in m (model §7; Archard).
 
         h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i
 
-    - `rate` `I` (m³/(N·m) = m²/N): a number, one per lining, or a function of pressure (Pa), slip speed (m/s) and the
-      temperature (K) that the pair's friction law sees (`None` without heat), each (m, n); use one function again, as
-      each compiles anew, or a `jax.tree_util.Partial` or an `equinox.Module` with its numbers as leaves
-    - `place` within every lining, with the pressure there (`brakes.pressure_within`): 0 its edge towards the slack end
-      of the band, 1 that towards the tight end; `None`: with its mean pressure
+    - `rate` `I` (m³/(N·m) = m²/N): a number, one per lining, or a function of pressure
+      (Pa), slip speed (m/s) and the temperature (K) that the pair's friction law sees
+      (`None` without heat), each (m, n); use one function again, as each compiles anew,
+      or a `jax.tree_util.Partial` or an `equinox.Module` with its numbers as leaves
+    - `place` within every lining, with the pressure there (`brakes.pressure_within`): 0
+      its edge towards the slack end of the band, 1 that towards the tight end; `None`:
+      with its mean pressure
 
-    The wear does not act back on the run. Raises `InputError` where the areas are missing.
+    The wear does not act back on the run. Raises `InputError` where the areas are
+    missing.
 
     Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
 
@@ -201,22 +264,35 @@ def lining_wear(
     record = record_of(run)
     rate = as_tree(rate) if callable(rate) else jnp.asarray(as_number(rate))
     return integral(
-        record, _Picked(record, pair, rate=rate, place=None if place is None else jnp.asarray(place)), points=points
+        record,
+        _Picked(
+            record, pair, rate=rate, place=None if place is None else jnp.asarray(place)
+        ),
+        points=points,
     )
 
 
 @explained
-def lining_mean(run: Run, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS) -> Vector:
+def lining_mean(
+    run: Run,
+    quantity: str,
+    *,
+    over: str = "slip",
+    pair: str = "external",
+    points: int = POINTS,
+) -> Vector:
     """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
 
-    - `quantity`: `tension_increment` `|T_i − T_{i−1}|` (N), `normal_load` `N_i` (N), `pressure` `N_i/A_i` (Pa),
-      `slack_edge_pressure`, `tight_edge_pressure` (Pa, `brakes.pressure_within`) and their `edge_pressure_ratio`
-      `T_i/T_{i−1}`, `slip_speed` (m/s), `friction_power` (W)
-    - `over`: the weight `w`: `time` 1, `slip` `|v_i|` (the mean over the distance that the lining rubs), `work` the
-      lining's own friction power
+    - `quantity`: `tension_increment` `|T_i − T_{i−1}|` (N), `normal_load` `N_i` (N),
+      `pressure` `N_i/A_i` (Pa), `slack_edge_pressure`, `tight_edge_pressure` (Pa,
+      `brakes.pressure_within`) and their `edge_pressure_ratio` `T_i/T_{i−1}`,
+      `slip_speed` (m/s), `friction_power` (W)
+    - `over`: the weight `w`: `time` 1, `slip` `|v_i|` (the mean over the distance that
+      the lining rubs), `work` the lining's own friction power
 
-    `nan` where the weight is 0 throughout. With an elastic band the mean over time looks at the time before full slip
-    as well, where linings come to their limit one by one inside a step: there the quadrature converges slowly.
+    `nan` where the weight is 0 throughout. With an elastic band the mean over time
+    looks at the time before full slip as well, where linings come to their limit one by
+    one inside a step: there the quadrature converges slowly.
 
     Example:
         >>> [round(float(x)) for x in sb.results.lining_mean(result, "normal_load")[[0, -1]]]
@@ -224,12 +300,16 @@ def lining_mean(run: Run, quantity: str, *, over: str = "slip", pair: str = "ext
     """
     _check(run, pair, quantity, over=over)
     record = record_of(run)
-    above, below = integral(record, _Picked(record, pair, quantity, over), points=points)
+    above, below = integral(
+        record, _Picked(record, pair, quantity, over), points=points
+    )
     return above / below
 
 
 def _peaks(record: Record, pair: str, quantity: str) -> Vector:
-    return peak_of_each(record, lambda record, p: _each(_seen(record, p, pair), quantity))
+    return peak_of_each(
+        record, lambda record, p: _each(_seen(record, p, pair), quantity)
+    )
 
 
 _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
@@ -237,7 +317,8 @@ _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
 
 @explained
 def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Vector:
-    """Maximum value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`).
+    """Maximum value over a run of a quantity of every lining (`quantity` and `pair` as
+    in `lining_mean`).
 
     Example:
         >>> sb.results.lining_peak(result, "normal_load").shape
@@ -247,7 +328,7 @@ def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Vector:
     return _peaks_of_record(record_of(run), pair=pair, quantity=quantity)
 
 
-# --- contact and load of every lining ---------------------------------------------------------------------------------
+# --- contact and load of every lining -----------------------------------------------
 
 
 class Contact(enum.IntEnum):
@@ -256,7 +337,9 @@ class Contact(enum.IntEnum):
     SLIDES_BACK = 0  # the partner runs behind
     FREE = 1  # nothing presses it
     STICKS = 2
-    AT_LIMIT = 3  # still moves with its partner, its friction is used up (`k` counts these)
+    AT_LIMIT = (
+        3  # still moves with its partner, its friction is used up (`k` counts these)
+    )
     SLIDES = 4
 
 
@@ -270,24 +353,30 @@ WORDS = {
 
 
 def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:
-    """Contact of every lining in each friction pair, (m, n) `Contact`s by the names of the pairs.
+    """Contact of every lining in each friction pair, (m, n) `Contact`s by the names of
+    the pairs.
 
-    Where the linings act as one, those at their limit while the band is elastic follow from the mobilisation rule
-    (model §3).
+    Where the linings act as one, those at their limit while the band is elastic follow
+    from the mobilisation rule (model §3).
     """
     contacts = {}
     for name, now in zip(_system(result).pair_names, p.shown.pairs, strict=True):
         stays = np.where(now.at_limit, Contact.AT_LIMIT, Contact.STICKS)
         moves = np.where(now.sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
-        contacts[name] = np.where(now.normal > 0, np.where(now.sense == 0, stays, moves), Contact.FREE)
+        contacts[name] = np.where(
+            now.normal > 0, np.where(now.sense == 0, stays, moves), Contact.FREE
+        )
     return contacts
 
 
-def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "external") -> np.ndarray:
-    """A quantity of every lining in SI units in the cells between `edges` (s), (cells, n) or (cells, 1).
+def lining_values(
+    result: Result, quantity: str, edges: Any, *, pair: str = "external"
+) -> np.ndarray:
+    """A quantity of every lining in SI units in the cells between `edges` (s), (cells,
+    n) or (cells, 1).
 
-    The value in the middle of each cell; `friction_heat` is that at its end, by the midpoint rule. One column alone:
-    the scene has one surface for all linings.
+    The value in the middle of each cell; `friction_heat` is that at its end, by the
+    midpoint rule. One column alone: the scene has one surface for all linings.
 
     Raises `InputError` for what the run does not have.
     """
@@ -296,7 +385,10 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
     p = look(result, 0.5 * (edges[1:] + edges[:-1]))
     view = _seen(result, p, pair)
     if quantity == HEAT:
-        return np.cumsum(float(view.hot) * np.asarray(view.rubs.power) * np.diff(edges)[:, None], axis=0)
+        return np.cumsum(
+            float(view.hot) * np.asarray(view.rubs.power) * np.diff(edges)[:, None],
+            axis=0,
+        )
     values = LINING_QUANTITIES[quantity].of(p, view)
     if values is None:
         raise InputError([_absent(view.system, quantity)])
@@ -309,29 +401,38 @@ def _absent(system: BrakeSystem, quantity: str) -> Fault:
     no_band = ("the brake has no band", "look at its normal_load")
     why = {
         "temperature": (
-            "the scene has no heat" if cold else "the heat of the scene names no linings",
+            "the scene has no heat"
+            if cold
+            else "the heat of the scene names no linings",
             "there are no temperatures of linings to look at",
         ),
         "friction_coefficient": (
-            "the scene has no heat" if cold else "no friction heats a body of the scene",
+            "the scene has no heat"
+            if cold
+            else "no friction heats a body of the scene",
             "the coefficient of friction is of interest where it fades",
         ),
-        "displacement": ("only linings of a chain have a displacement", "give brake.band.segments"),
+        "displacement": (
+            "only linings of a chain have a displacement",
+            "give brake.band.segments",
+        ),
         "tension": no_band,
         "worn_thickness": ("the scene has no wear of that pair", "give it a `Wear`"),
     }
     return Fault("quantity", *why.get(quantity, no_band))
 
 
-# --- overlap coefficients ---------------------------------------------------------------------------------------------
+# --- overlap coefficients -----------------------------------------------------------
 
 
 class RunningIn(Struct):
-    """Contact that grows with the friction work `W` of a pair, as surfaces wear into one another (after K).
+    """Contact that grows with the friction work `W` of a pair, as surfaces wear into
+    one another (after K).
 
         c(W) = 1 − (1 − c_0) exp(−W/W_0)
 
-    - `start` `c_0`: nominal area initially in contact, as a share; `work` `W_0` (J) after which 63 % of the rest is won
+    - `start` `c_0`: nominal area initially in contact, as a share; `work` `W_0` (J)
+      after which 63 % of the rest is won
 
     Example:
         >>> round(float(sb.results.RunningIn(0.4, "2 MJ").share(2e6)), 4)
@@ -342,13 +443,17 @@ class RunningIn(Struct):
     work: Scalar = quantity("J", "friction work of running-in", positive=True)
 
     def share(self, W: Any) -> Any:
-        return 1 - (1 - np.asarray(self.start)) * np.exp(-np.asarray(W) / np.asarray(self.work))
+        return 1 - (1 - np.asarray(self.start)) * np.exp(
+            -np.asarray(W) / np.asarray(self.work)
+        )
 
 
 class Overlap(NamedTuple):
-    """Overlap coefficients at the times `t` (s); a standard brake has only those of linings on rim, the internal ones.
+    """Overlap coefficients at the times `t` (s); a standard brake has only those of
+    linings on rim, the internal ones.
 
-    Dynamic: share of the track area whose pair slides; static: share whose pair sticks (K, Fig. 5, in our reading).
+    Dynamic: share of the track area whose pair slides; static: share whose pair sticks
+    (K, Fig. 5, in our reading).
 
     Example:
         >>> sb.results.overlap(result, [0.0, 0.5]).internal_static
@@ -364,10 +469,11 @@ class Overlap(NamedTuple):
 
 @explained
 def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
-    """`Σ A_i/A_track` of the external pair (`None` on a standard brake) and of linings and rim; about 0.75 (S).
+    """`Σ A_i/A_track` of the external pair (`None` on a standard brake) and of linings
+    and rim; about 0.75 (S).
 
-    Without areas or the rim's width the linings are taken to be as wide as the track: `Σ β_i/2π`. Raises `InputError`
-    for a brake without a band.
+    Without areas or the rim's width the linings are taken to be as wide as the track:
+    `Σ β_i/2π`. Raises `InputError` for a brake without a band.
 
     Example:
         >>> external, internal = sb.results.geometric_overlap(scene.brake)
@@ -382,16 +488,22 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
     def share(area: Any, radius: Any) -> float:
         if area is None or width is None:
             return wrap
-        return float(np.sum(np.broadcast_to(np.asarray(area), (n,))) / (2 * math.pi * radius * np.asarray(width)))
+        return float(
+            np.sum(np.broadcast_to(np.asarray(area), (n,)))
+            / (2 * math.pi * radius * np.asarray(width))
+        )
 
     # the last pair rubs on the rim, one before it on the band
     *outer, inner = (brake.rubbing_part(pair).area for pair in brake.pairs)
-    return share(outer[0], brake.band.radius) if outer else None, share(inner, brake.pulley.radius)
+    return share(outer[0], brake.band.radius) if outer else None, share(
+        inner, brake.pulley.radius
+    )
 
 
 @explained
 def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
-    """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear.
+    """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with
+    contact that grows by wear.
 
     Raises `InputError` for times outside the run, and for a brake without a band.
 
@@ -403,22 +515,31 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
     nominal = geometric_overlap(band_brake(result.scene))
     coefficients = []
     for pair, share in zip(
-        s.pairs.values(), (coefficient for coefficient in nominal if coefficient is not None), strict=True
+        s.pairs.values(),
+        (coefficient for coefficient in nominal if coefficient is not None),
+        strict=True,
     ):
         grown = 1.0 if running_in is None else running_in.share(pair.friction_work)
-        # linings of a bandage touch the rim while band and interference outweigh the centrifugal force
+        # linings of a bandage touch the rim while band and interference outweigh the
+        # centrifugal force
         touches = np.asarray(pair.normal_load) > 0
         slides = np.asarray(pair.sense) != 0
-        coefficients.append(tuple(share * grown * np.mean(touches & each, axis=1) for each in (slides, ~slides)))
+        coefficients.append(
+            tuple(
+                share * grown * np.mean(touches & each, axis=1)
+                for each in (slides, ~slides)
+            )
+        )
     *outer, inner = coefficients
     external = outer[0] if outer else (None, None)
     return Overlap(np.asarray(s.t), external[0], external[1], inner[0], inner[1])
 
 
-# --- wear of the ring -------------------------------------------------------------------------------------------------
+# --- wear of the ring ---------------------------------------------------------------
 
 
-#: Gauss–Legendre points in every step, through which speed and wear rates are polynomials
+#: Gauss–Legendre points in every step, through which speed and wear rates are
+#: polynomials
 _POINTS = 12
 _HALVINGS = 55
 _NODES, _WEIGHTS = (np.asarray(x) for x in legendre.leggauss(_POINTS))
@@ -428,8 +549,10 @@ _TO_SERIES = np.linalg.inv(legendre.legvander(_NODES, _POINTS - 1))
 class RingWear(NamedTuple):
     """Depth worn off the linings of a ring that travels under the band.
 
-    - `travel` `ψ` (rad) in the run;  `depth` (m,) of each lining of the ring (m), mean over its face
-    - `stations` (n,): depth worn off at each station of the band (m): of linings that do not travel
+    - `travel` `ψ` (rad) in the run
+    - `depth` (m,) of each lining of the ring (m), mean over its face
+    - `stations` (n,): depth worn off at each station of the band (m): of linings that
+      do not travel
 
     Example:
         >>> sb.results.RingWear(0.3, np.array([2e-6, 3e-6]), np.array([1e-6, 4e-6])).over_least
@@ -442,21 +565,32 @@ class RingWear(NamedTuple):
 
     @property
     def over_least(self) -> tuple[float, float]:
-        """Maximum over minimum wear, with and without travel; infinite where a lining has none."""
+        """Maximum over minimum wear, with and without travel; infinite where a lining
+        has none."""
         ends = ((np.max(h), np.min(h)) for h in (self.depth, self.stations))
-        with_travel, without = (float(most / least) if least > 0 else math.inf for most, least in ends)
+        with_travel, without = (
+            float(most / least) if least > 0 else math.inf for most, least in ends
+        )
         return with_travel, without
 
 
-def overlaps(angle: Float[np.ndarray, " n"], count: int, psi: Float[np.ndarray, " k"]) -> Float[np.ndarray, "k n m"]:
-    """Angles (rad) by which `count` linings of a ring overlap stations of the central angles `angle` at the travel `ψ`.
+def overlaps(
+    angle: Float[np.ndarray, " n"], count: int, psi: Float[np.ndarray, " k"]
+) -> Float[np.ndarray, "k n m"]:
+    """Angles (rad) by which `count` linings of a ring overlap stations of the central
+    angles `angle` at the travel `ψ`.
 
-    Stations begin at the slack end; lining `j = 0…m − 1` of the ring covers `[j, j + 1] 2π/m − ψ`.
+    Stations begin at the slack end; lining `j = 0…m − 1` of the ring covers
+    `[j, j + 1] 2π/m − ψ`.
     """
     width = 2 * math.pi / count
     begin = np.cumsum(angle) - angle
-    ahead = np.mod(width * np.arange(count) - psi[:, None, None] - begin[:, None], 2 * math.pi)
-    return np.clip(angle[:, None] - ahead, 0, width) + np.clip(ahead + width - 2 * math.pi, 0, angle[:, None])
+    ahead = np.mod(
+        width * np.arange(count) - psi[:, None, None] - begin[:, None], 2 * math.pi
+    )
+    return np.clip(angle[:, None] - ahead, 0, width) + np.clip(
+        ahead + width - 2 * math.pi, 0, angle[:, None]
+    )
 
 
 @takes_values
@@ -468,34 +602,65 @@ def ring_wear(
     pair: str = "external",
     start: float = 0.0,
 ) -> RingWear:
-    """Wear of a staged brake whose linings are a full ring that travels under the band (K: change of position).
+    """Wear of a staged brake whose linings are a full ring that travels under the band
+    (K: change of position).
 
         ψ = ∫ ω_b dt,   h_j = (m/2π) ∫ Σ_i ḣ_i o_ij(ψ) dt,   ḣ_i = I p_i v_i
 
-    Loads, speeds, temperatures and wear rates `ḣ_i` are those of the `n` fixed stations under the band, the scene's
-    linings; lining `j` of the ring, at `θ_j − ψ` (the pulley runs on at the tight end, linings are counted from the
-    slack end), takes from each as much as their arcs overlap (`o_ij`, rad). Overlaps of a station sum to `β_i`.
+    Loads, speeds, temperatures and wear rates `ḣ_i` are those of the `n` fixed stations
+    under the band, the scene's linings; lining `j` of the ring, at `θ_j − ψ` (the
+    pulley runs on at the tight end, linings are counted from the slack end), takes from
+    each as much as their arcs overlap (`o_ij`, rad). Overlaps of a station sum to
+    `β_i`.
 
-    - `count` `m`: linings of the ring; inertia and preload of the scene's bandage are then those of the whole ring, its
-      masses those of the arcs `β_i`
-    - `rate` `I`: as in `lining_wear`, `None`: that of the scene's wear;  `pair`: whose faces, `external` or `internal`
+    - `count` `m`: linings of the ring; inertia and preload of the scene's bandage are
+      then those of the whole ring, its masses those of the arcs `β_i`
+    - `rate` `I`: as in `lining_wear`, `None`: that of the scene's wear
+    - `pair`: whose faces, `external` or `internal`
     - `start` (rad): travel before the run, as of earlier stops
 
-    Integrals are exact between the corners of `o_ij`: `ψ` and `ḣ_i` are polynomials through 12 points of each step.
-    Raises `InputError` for a brake without a bandage that is one body, a traced result, and missing areas or rate.
+    Integrals are exact between the corners of `o_ij`: `ψ` and `ḣ_i` are polynomials
+    through 12 points of each step. Raises `InputError` for a brake without a bandage
+    that is one body, a traced result, and missing areas or rate.
     """
     scene = result.scene
     brake = result.scene.brake
     if not result.concrete:
-        raise InputError([Fault("result", "is traced or a batch", "give one result with values")])
+        raise InputError(
+            [Fault("result", "is traced or a batch", "give one result with values")]
+        )
     if not brake.in_series or brake.resolved:
-        raise InputError([Fault("brake", "has no ring of linings", "take a staged brake whose bandage is one body")])
+        raise InputError(
+            [
+                Fault(
+                    "brake",
+                    "has no ring of linings",
+                    "take a staged brake whose bandage is one body",
+                )
+            ]
+        )
     if brake.rubbing_part(pair).area is None:
-        raise InputError([Fault(f"brake.{brake.pairs[pair].field}.area", "is missing", "wear depends on the pressure")])
+        raise InputError(
+            [
+                Fault(
+                    f"brake.{brake.pairs[pair].field}.area",
+                    "is missing",
+                    "wear depends on the pressure",
+                )
+            ]
+        )
     if rate is None:
-        rate = None if scene.wear is None else scene.wear.rate if pair == "external" else scene.wear.internal
+        rate = (
+            None
+            if scene.wear is None
+            else scene.wear.rate
+            if pair == "external"
+            else scene.wear.internal
+        )
     if rate is None:
-        raise InputError([Fault("rate", "is missing", "give a wear rate, or the scene a `Wear`")])
+        raise InputError(
+            [Fault("rate", "is missing", "give a wear rate, or the scene a `Wear`")]
+        )
     record = record_of(result)
     angle = np.asarray(brake.linings.weights)
     steps = np.flatnonzero(np.asarray(record.rows.kind)[: int(record.count)] != SKIPPED)
@@ -506,20 +671,35 @@ def ring_wear(
     speed = np.asarray(p.shown.bandage_speed)
     worn = np.asarray(wearing(rate, rubbing(result.record, p, pair=pair)))
     # of every step Legendre series over −1…1 of the travel and of the wear rates
-    speeds = np.tensordot(speed.reshape(-1, _POINTS), _TO_SERIES, axes=(1, 1)) * 0.5 * span[:, None]
+    speeds = (
+        np.tensordot(speed.reshape(-1, _POINTS), _TO_SERIES, axes=(1, 1))
+        * 0.5
+        * span[:, None]
+    )
     turning = legendre.legint(speeds, lbnd=-1, axis=1)
-    rates = np.einsum("kp,spn->skn", _TO_SERIES, worn.reshape(len(steps), _POINTS, -1)) * 0.5 * span[:, None, None]
+    rates = (
+        np.einsum("kp,spn->skn", _TO_SERIES, worn.reshape(len(steps), _POINTS, -1))
+        * 0.5
+        * span[:, None, None]
+    )
     gained = legendre.legval(1.0, turning.T)
     begins = start + np.cumsum(gained) - gained
     depth = np.zeros(count)
     for psi, series, own in zip(begins, turning, rates, strict=True):
         if np.any(own):
             depth += _worn_in(angle, count, psi, series, own)
-    return RingWear(float(np.sum(gained)), depth * count / (2 * math.pi), 2 * np.sum(rates[:, 0], axis=0))
+    return RingWear(
+        float(np.sum(gained)),
+        depth * count / (2 * math.pi),
+        2 * np.sum(rates[:, 0], axis=0),
+    )
 
 
-def _worn_in(angle: np.ndarray, count: int, psi: float, turning: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """`∫ Σ_i ḣ_i o_ij dt` (m·rad) over a step, from the series of its travel and of its wear rates."""
+def _worn_in(
+    angle: np.ndarray, count: int, psi: float, turning: np.ndarray, rates: np.ndarray
+) -> np.ndarray:
+    """`∫ Σ_i ḣ_i o_ij dt` (m·rad) over a step, from the series of its travel and of its
+    wear rates."""
     width = 2 * math.pi / count
     edges = np.append(0.0, np.cumsum(angle))
     low, high = sorted((psi, psi + legendre.legval(1.0, turning)))
@@ -540,5 +720,7 @@ def _worn_in(angle: np.ndarray, count: int, psi: float, turning: np.ndarray, rat
     for a, b in itertools.pairwise(ends):
         x = 0.5 * (a + b) + 0.5 * (b - a) * _NODES
         share = overlaps(angle, count, psi + legendre.legval(x, turning))
-        worn += np.einsum("k,kn,knm->m", 0.5 * (b - a) * _WEIGHTS, legendre.legval(x, rates).T, share)
+        worn += np.einsum(
+            "k,kn,knm->m", 0.5 * (b - a) * _WEIGHTS, legendre.legval(x, rates).T, share
+        )
     return worn

@@ -37,17 +37,23 @@ from .report import body_of, hottest_first
 from .report import text as text_of
 from .result import Result, greatest_values
 
-#: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
+#: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a
+#: `Result` to a number
 Metric = str | Callable[[Result], Any]
 
 
 def name_of(metric: Metric) -> str:
     """Name of a metric in tables."""
-    return metric if isinstance(metric, str) else getattr(metric, "__name__", type(metric).__name__)
+    return (
+        metric
+        if isinstance(metric, str)
+        else getattr(metric, "__name__", type(metric).__name__)
+    )
 
 
 def unit_of(metric: Metric) -> str:
-    """SI unit of a metric; empty for a function, whose unit is unknown, and for an unknown name."""
+    """SI unit of a metric; empty for a function, whose unit is unknown, and for an
+    unknown name."""
     entry = metric_of(metric) if isinstance(metric, str) else None
     return "" if entry is None else entry.unit
 
@@ -59,11 +65,14 @@ def title_of(metric: str) -> str:
     if (entry := metric_of(metric)) is not None:
         return entry.title
     base = METRICS.get(metric.removesuffix("_time"))
-    return metric.replace("_", " ").capitalize() if base is None else f"{base.title}, when"
+    return (
+        metric.replace("_", " ").capitalize() if base is None else f"{base.title}, when"
+    )
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
-    """Raises `InputError` with every name that a run of the scene does not have, or that two metrics have."""
+    """Raises `InputError` with every name that a run of the scene does not have, or
+    that two metrics have."""
     require_scene(scene)
     names = metric_names(scene)
     faults = []
@@ -71,12 +80,22 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
         if isinstance(asked, str) and asked not in names:
             near = difflib.get_close_matches(asked, names, n=3, cutoff=0.4)
             hint = (
-                f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(names)}, or a function of the result"
+                f"nearest: {', '.join(near)}"
+                if near
+                else f"there are: {', '.join(names)}, or a function of the result"
             )
             faults.append(Fault(asked, "is not a metric of this scene", hint))
         elif not isinstance(asked, str) and not callable(asked):
-            faults.append(Fault(repr(asked), "is not a metric", "a name, or a function of the result to a number"))
-    counts = Counter(name_of(asked) for asked in metrics if isinstance(asked, str) or callable(asked))
+            faults.append(
+                Fault(
+                    repr(asked),
+                    "is not a metric",
+                    "a name, or a function of the result to a number",
+                )
+            )
+    counts = Counter(
+        name_of(asked) for asked in metrics if isinstance(asked, str) or callable(asked)
+    )
     faults += [
         Fault(name, "is asked for twice", "functions are distinguished by their names")
         for name, count in counts.items()
@@ -87,11 +106,13 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
 
 
 def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
-    """One number of a result, concrete or traced; `inf` for times of what did not happen.
+    """One number of a result, concrete or traced; `inf` for times of what did not
+    happen.
 
     - `arrays`: whether a user's function may give an array
 
-    Raises `InputError` with the name of a user's function that fails, or gives no number.
+    Raises `InputError` with the name of a user's function that fails, or gives no
+    number.
     """
     if not isinstance(metric, str):
         name = name_of(metric)
@@ -100,20 +121,33 @@ def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
             value = jnp.asarray(metric(result), jnp.float64)
         except Exception as error:
             what = f"raises {type(error).__name__}: {error}"
-            raise InputError(faults_of_tracing(error) or [Fault(name, what, hint)]) from error
+            raise InputError(
+                faults_of_tracing(error) or [Fault(name, what, hint)]
+            ) from error
         if value.ndim and not arrays:
             raise InputError([Fault(name, "is an array", hint)])
         return value
-    if metric not in METRICS and metric.startswith("energy."):  # of a pair, or of a torque on the shaft
+    if metric not in METRICS and metric.startswith(
+        "energy."
+    ):  # of a pair, or of a torque on the shaft
         return jnp.asarray(result.energy[metric.removeprefix("energy.")])
     value = getattr(result, metric)
     return jnp.asarray(getattr(value, "value", value))
 
 
-def measure_all(result: Result, metrics: Sequence[Metric], *, arrays: bool = False) -> list[Array]:
-    """Several numbers of a result (see `measure`); maxima of a traced one from one walk over it."""
-    names = [metric for metric in metrics if isinstance(metric, str) and metric in METRICS]
-    greatest = () if result.concrete else tuple(name for name in names if METRICS[name].greatest)
+def measure_all(
+    result: Result, metrics: Sequence[Metric], *, arrays: bool = False
+) -> list[Array]:
+    """Several numbers of a result (see `measure`); maxima of a traced one from one walk
+    over it."""
+    names = [
+        metric for metric in metrics if isinstance(metric, str) and metric in METRICS
+    ]
+    greatest = (
+        ()
+        if result.concrete
+        else tuple(name for name in names if METRICS[name].greatest)
+    )
     maxima = greatest_values(result, greatest)
 
     def one(metric: Metric) -> Array:
@@ -125,7 +159,8 @@ def measure_all(result: Result, metrics: Sequence[Metric], *, arrays: bool = Fal
 
 
 def named(result: Result, name: str) -> Any:
-    """A metric or an energy of a result by its name, a float of a concrete one. Raises `KeyError` with near names."""
+    """A metric or an energy of a result by its name, a float of a concrete one. Raises
+    `KeyError` with near names."""
     try:
         check_metrics(result.scene, [name] if isinstance(name, str) else [repr(name)])
     except InputError as error:
@@ -140,27 +175,56 @@ def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
     return np.isfinite(np.asarray(value))
 
 
-# --- limits -----------------------------------------------------------------------------------------------------------
+# --- limits -------------------------------------------------------------------------
 
 #: a limit on what is not a metric: it needs the areas of the linings
 PRESSURE = "max_pressure"
 
 
-def _limits_part(name: str, base: type, about: str, fields: Mapping[str, Any], **others: Any) -> Any:
-    """A part of a scene with a number of each metric in `fields`, and other fields by name with their types."""
-    kinds = dict.fromkeys(fields, Scalar | None) | {word: kind for word, (kind, _) in others.items()}
-    body = {"__module__": __name__, "__doc__": about, "__annotations__": kinds, "faults_with": _faults_of_limits}
-    body |= {word: quantity(entry.unit, f"limit: {entry.meaning}", default=None) for word, entry in fields.items()}
+def _limits_part(
+    name: str, base: type, about: str, fields: Mapping[str, Any], **others: Any
+) -> Any:
+    """A part of a scene with a number of each metric in `fields`, and other fields by
+    name with their types."""
+    kinds = dict.fromkeys(fields, Scalar | None) | {
+        word: kind for word, (kind, _) in others.items()
+    }
+    body = {
+        "__module__": __name__,
+        "__doc__": about,
+        "__annotations__": kinds,
+        "faults_with": _faults_of_limits,
+    }
+    body |= {
+        word: quantity(entry.unit, f"limit: {entry.meaning}", default=None)
+        for word, entry in fields.items()
+    }
     kind: Any = type(base)  # (which makes a dataclass of the fields)
-    return kind(name, (base,), body | {word: field for word, (_, field) in others.items()})
+    return kind(
+        name, (base,), body | {word: field for word, (_, field) in others.items()}
+    )
 
 
 def _faults_of_limits(self: Any, path: str, scene: Scene) -> Faults:
     faults = []
     for name in self.given:
         lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""
-        lacks = lacks or ("it has no areas of its linings" if name == PRESSURE and not _has_area(scene) else "")
-        faults += [Fault(f"{path}.{name}", f"no run of this scene has it: {lacks}", "leave it out")] if lacks else []
+        lacks = lacks or (
+            "it has no areas of its linings"
+            if name == PRESSURE and not _has_area(scene)
+            else ""
+        )
+        faults += (
+            [
+                Fault(
+                    f"{path}.{name}",
+                    f"no run of this scene has it: {lacks}",
+                    "leave it out",
+                )
+            ]
+            if lacks
+            else []
+        )
     return faults
 
 
@@ -170,7 +234,11 @@ EnergyLimits = _limits_part(
     "EnergyLimits",
     Part,
     "Permissible values of energies over a run: a field for each.",
-    {name.removeprefix("energy."): metric for name, metric in _LIMITED.items() if metric.energy},
+    {
+        name.removeprefix("energy."): metric
+        for name, metric in _LIMITED.items()
+        if metric.energy
+    },
 )
 Limits = _limits_part(
     "Limits",
@@ -188,23 +256,38 @@ Limits = _limits_part(
         (array(90000.), array(2000000.))
     """,
     {name: metric for name, metric in _LIMITED.items() if not metric.energy},
-    max_pressure=(Scalar | None, quantity("Pa", "limit: maximum mean pressure on a lining", default=None)),
+    max_pressure=(
+        Scalar | None,
+        quantity("Pa", "limit: maximum mean pressure on a lining", default=None),
+    ),
     energy=(
         EnergyLimits | None,
         struct_field(
-            converter=lambda value: EnergyLimits(**value) if isinstance(value, Mapping) else value, default=None
+            converter=lambda value: (
+                EnergyLimits(**value) if isinstance(value, Mapping) else value
+            ),
+            default=None,
         ),
     ),
 )
 
 
 def with_limits(scene: Scene, limits: Mapping[str, float]) -> Scene:
-    """The scene with these limits (SI) among its own, but for energies that only some scenes have (`heat_internal`)."""
-    applicable = {name: most for name, most in limits.items() if name in _LIMITED or name == PRESSURE}
+    """The scene with these limits (SI) among its own, but for energies that only some
+    scenes have (`heat_internal`)."""
+    applicable = {
+        name: most
+        for name, most in limits.items()
+        if name in _LIMITED or name == PRESSURE
+    }
     if not applicable:
         return scene
     whole = {**({} if scene.limits is None else scene.limits.given), **applicable}
-    energy = {name.removeprefix("energy."): whole.pop(name) for name in [*whole] if name.startswith("energy.")}
+    energy = {
+        name.removeprefix("energy."): whole.pop(name)
+        for name in [*whole]
+        if name.startswith("energy.")
+    }
     return dataclasses.replace(scene, limits=Limits(**whole, energy=energy or None))
 
 
@@ -223,7 +306,9 @@ class LimitVerdict(enum.StrEnum):
     """Verdict on one limit."""
 
     WITHIN = "within limit"
-    WITHIN_SO_FAR = "within limit so far"  # the run failed: how it would have gone on is not known
+    WITHIN_SO_FAR = (
+        "within limit so far"  # the run failed: how it would have gone on is not known
+    )
     SMALL = "small margin"
     EXCEEDED = "exceeded"
     NO_LIMIT = "no limit"
@@ -234,11 +319,15 @@ class LimitVerdict(enum.StrEnum):
         """Its colour, `None` if it has none."""
         if self in (LimitVerdict.NO_LIMIT, LimitVerdict.NOT_EVALUATED):
             return None
-        return {LimitVerdict.EXCEEDED: Colour.RED, LimitVerdict.SMALL: Colour.AMBER}.get(self, Colour.GREEN)
+        return {
+            LimitVerdict.EXCEEDED: Colour.RED,
+            LimitVerdict.SMALL: Colour.AMBER,
+        }.get(self, Colour.GREEN)
 
 
 class LimitCheck(NamedTuple):
-    """One limit and the value in a run, in SI: `name` of the metric (or `max_pressure`), `note`: when, or why not.
+    """One limit and the value in a run, in SI: `name` of the metric (or
+    `max_pressure`), `note`: when, or why not.
 
     Example:
         >>> check = sb.results.limit_checks(result, {"stopping_time": 9.0})[-1]
@@ -255,12 +344,18 @@ class LimitCheck(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """`limit − value`, below 0 where the limit is exceeded; `None` without one of the two."""
-        return None if self.limit is None or self.value is None else self.limit - self.value
+        """`limit − value`, below 0 where the limit is exceeded; `None` without one of
+        the two."""
+        return (
+            None
+            if self.limit is None or self.value is None
+            else self.limit - self.value
+        )
 
     @property
     def margin_percent(self) -> float | None:
-        """The margin in percent of the limit; of a temperature in percent of its rise above 20 °C."""
+        """The margin in percent of the limit; of a temperature in percent of its rise
+        above 20 °C."""
         if self.margin is None or self.limit is None:
             return None
         whole = self.limit - ROOM if self.unit == "K" else self.limit
@@ -271,12 +366,26 @@ class LimitCheck(NamedTuple):
         """The margin with its unit and in percent, empty without one."""
         if self.margin is None:
             return ""
-        percent = "" if self.margin_percent is None else f" ({digits(self.margin_percent, 3)} %)"
+        percent = (
+            ""
+            if self.margin_percent is None
+            else f" ({digits(self.margin_percent, 3)} %)"
+        )
         return f"{number(self.margin, self.unit, count=4, absolute=False)}{percent}"
 
     def as_dict(self) -> Entry:
-        """`{name, verdict, value, limit, margin, margin_percent, unit, note}`, numbers in SI."""
-        names = ("name", "verdict", "value", "limit", "margin", "margin_percent", "unit", "note")
+        """`{name, verdict, value, limit, margin, margin_percent, unit, note}`, numbers
+        in SI."""
+        names = (
+            "name",
+            "verdict",
+            "value",
+            "limit",
+            "margin",
+            "margin_percent",
+            "unit",
+            "note",
+        )
         return {name: plain(getattr(self, name)) for name in names}
 
     def __str__(self) -> str:
@@ -291,20 +400,27 @@ class LimitCheck(NamedTuple):
 def read_limits(
     scene: Scene, limits: Mapping[str, int | float | str], path: str = "limits[{!r}]"
 ) -> tuple[dict[str, float], Faults]:
-    """Limits in SI, given as numbers or as texts with a unit; and the faults: unknown metrics, what is not a number.
+    """Limits in SI, given as numbers or as texts with a unit; and the faults: unknown
+    metrics, what is not a number.
 
     `path`: where a limit stands, for the faults, with a place for its name
     """
     reader = NumberReader()
     numbers = {}
     if PRESSURE in limits and not _has_area(scene):
-        reader.fault(path.format(PRESSURE), "needs the areas of the linings", "give brake.linings.area")
+        reader.fault(
+            path.format(PRESSURE),
+            "needs the areas of the linings",
+            "give brake.linings.area",
+        )
     names = (*metric_names(scene), PRESSURE)
     try:
         check_metrics(scene, [name for name in limits if name != PRESSURE])
     except InputError as error:
         reader.faults += error.faults
-    for name, value in ((name, value) for name, value in limits.items() if name in names):
+    for name, value in (
+        (name, value) for name, value in limits.items() if name in names
+    ):
         unit = "Pa" if name == PRESSURE else unit_of(name)
         if isinstance(value, np.generic | np.ndarray) and np.ndim(value) == 0:
             value = value.item()  # (a reader knows numbers of Python)
@@ -314,13 +430,20 @@ def read_limits(
 
 
 def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], Faults]:
-    """Limits in SI from texts `METRIC=VALUE` with or without a unit, as `--limit` has them; and the faults."""
+    """Limits in SI from texts `METRIC=VALUE` with or without a unit, as `--limit` has
+    them; and the faults."""
     faults: Faults = []
     limit_texts: dict[str, str] = {}
     for text in texts:
         name, _, value = (part.strip() for part in text.partition("="))
         if not name or not value:
-            faults.append(Fault(f"--limit {text}", "is not of the form METRIC=VALUE", 'as in "max_tension=120 kN"'))
+            faults.append(
+                Fault(
+                    f"--limit {text}",
+                    "is not of the form METRIC=VALUE",
+                    'as in "max_tension=120 kN"',
+                )
+            )
         elif name in limit_texts:
             faults.append(Fault(f"--limit {name}", "is given twice", "one limit each"))
         limit_texts |= {name: value} if name and value else {}
@@ -330,13 +453,16 @@ def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], 
 
 @explained
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
-    """All limits of a concrete result with their verdicts: temperatures, the hottest place first, then the others.
+    """All limits of a concrete result with their verdicts: temperatures, the hottest
+    place first, then the others.
 
-    `limits`: metric (or `max_pressure`) → maximum permissible value in SI, as `read_limits` gives them; beside them
-    the allowable values of the scene's own parts (`Heat`, `Lining`, `Strength`, `Lever`, `Wear`) are evaluated. Also
-    listed, without a verdict, are temperatures, tension and load on a lining that have no limit. A value equal to its
-    limit is within it. What did not happen (a stop that never came) exceeds its limit in a run that reached its
-    end time; in a run that failed it is not evaluated.
+    `limits`: metric (or `max_pressure`) → maximum permissible value in SI, as
+    `read_limits` gives them; beside them the allowable values of the scene's own parts
+    (`Heat`, `Lining`, `Strength`, `Lever`, `Wear`) are evaluated. Also listed, without
+    a verdict, are temperatures, tension and load on a lining that have no limit. A
+    value equal to its limit is within it. What did not happen (a stop that never came)
+    exceeds its limit in a run that reached its end time; in a run that failed it is not
+    evaluated.
 
     Example:
         >>> checks = sb.results.limit_checks(result, {"stopping_time": 1.0})
@@ -360,34 +486,63 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
     checks = [check(name) for name in hot]
     if _LININGS not in hot:
         heated = result.scene.heated
-        note = "the thermal part names no place as that of the linings" if heated else "the scene has no thermal part"
-        checks.append(LimitCheck(_LININGS, limits.get(_LININGS), None, "K", LimitVerdict.NOT_EVALUATED, note))
+        note = (
+            "the thermal part names no place as that of the linings"
+            if heated
+            else "the scene has no thermal part"
+        )
+        checks.append(
+            LimitCheck(
+                _LININGS,
+                limits.get(_LININGS),
+                None,
+                "K",
+                LimitVerdict.NOT_EVALUATED,
+                note,
+            )
+        )
     available = metric_names(result.scene)
-    checks += [check(name) for name in _USUAL if name in available and name not in limits]
+    checks += [
+        check(name) for name in _USUAL if name in available and name not in limits
+    ]
     pressure = limits.get(PRESSURE, result.scene.brake.linings.permissible_pressure)
     wear = result.scene.wear
     if pressure is not None:
-        checks.append(_nearest(result, PRESSURE, np.asarray(lining_peak(result, "pressure")), pressure, "Pa"))
+        checks.append(
+            _nearest(
+                result,
+                PRESSURE,
+                np.asarray(lining_peak(result, "pressure")),
+                pressure,
+                "Pa",
+            )
+        )
     checks += [check(name) for name in limits if name not in HOT and name != PRESSURE]
     if wear is not None and wear.permissible is not None:
         worn = np.asarray(wear.worn) + np.asarray(result.worn_thickness)
         more = ", with what was worn off before the run"
-        checks.append(_nearest(result, "worn_thickness", worn, wear.permissible, "m", more))
+        checks.append(
+            _nearest(result, "worn_thickness", worn, wear.permissible, "m", more)
+        )
     return checks
 
 
 class Limited(NamedTuple):
-    """Limits where of many runs nothing is kept but metrics: `limits` of those, in SI; `aside` are the names of other
-    limits."""
+    """Limits where of many runs nothing is kept but metrics: `limits` of those, in SI;
+    `aside` are the names of other limits."""
 
     limits: dict[str, float]
     aside: tuple[str, ...]
 
     @classmethod
-    def of(cls, scene: Scene, limits: Mapping[str, float], metrics: Sequence[str]) -> "Limited":
-        """All limits of a run that are maxima: those given, and of the parts of the scene.
+    def of(
+        cls, scene: Scene, limits: Mapping[str, float], metrics: Sequence[str]
+    ) -> "Limited":
+        """All limits of a run that are maxima: those given, and of the parts of the
+        scene.
 
-        Of linings that are alike a pressure is limited by the load that gives it, and wear by what may still be lost.
+        Of linings that are alike a pressure is limited by the load that gives it, and
+        wear by what may still be lost.
         """
         every = {**allowable_values(scene), **limits}
         aside = []
@@ -400,16 +555,29 @@ class Limited(NamedTuple):
 
         pressure = every.pop(PRESSURE, scene.brake.linings.permissible_pressure)
         if pressure is not None:
-            least("max_normal_load", np.asarray(pressure) * np.asarray(scene.brake.linings.area), PRESSURE)
+            least(
+                "max_normal_load",
+                np.asarray(pressure) * np.asarray(scene.brake.linings.area),
+                PRESSURE,
+            )
         if scene.wear is not None and scene.wear.permissible is not None:
-            least("greatest_wear", np.asarray(scene.wear.permissible) - np.asarray(scene.wear.worn), "worn_thickness")
+            least(
+                "greatest_wear",
+                np.asarray(scene.wear.permissible) - np.asarray(scene.wear.worn),
+                "worn_thickness",
+            )
         # (the reserve has a limit in every scene that has one)
         wanted = [*every, *([] if METRICS[HOLDING].needs.lacks(scene) else [HOLDING])]
         aside += [name for name in wanted if name not in metrics]
-        return cls({name: limit for name, limit in every.items() if name in metrics}, tuple(aside))
+        return cls(
+            {name: limit for name, limit in every.items() if name in metrics},
+            tuple(aside),
+        )
 
 
-def _nearest(result: Result, name: str, value: np.ndarray, limit: Any, unit: str, more: str = "") -> LimitCheck:
+def _nearest(
+    result: Result, name: str, value: np.ndarray, limit: Any, unit: str, more: str = ""
+) -> LimitCheck:
     """The lining that is nearest its limit."""
     most = np.broadcast_to(np.asarray(limit), value.shape)
     i = int(first_largest(value / most))
@@ -417,17 +585,33 @@ def _nearest(result: Result, name: str, value: np.ndarray, limit: Any, unit: str
     return _judged(result, name, float(most[i]), float(value[i]), unit, note)
 
 
-def _judged(result: Result, name: str, bound: float, value: float, unit: str, note: str) -> LimitCheck:
+def _judged(
+    result: Result, name: str, bound: float, value: float, unit: str, note: str
+) -> LimitCheck:
     if not np.isfinite(value):
         verdict = LimitVerdict.EXCEEDED if result.ok else LimitVerdict.NOT_EVALUATED
-        note = "did not happen in this run" if result.ok else "the run failed before it happened"
+        note = (
+            "did not happen in this run"
+            if result.ok
+            else "the run failed before it happened"
+        )
         return LimitCheck(name, bound, None, unit, verdict, note)
     within = LimitVerdict.WITHIN if result.ok else LimitVerdict.WITHIN_SO_FAR
-    return LimitCheck(name, bound, value, unit, within if value <= bound else LimitVerdict.EXCEEDED, note)
+    return LimitCheck(
+        name,
+        bound,
+        value,
+        unit,
+        within if value <= bound else LimitVerdict.EXCEEDED,
+        note,
+    )
 
 
-def _when(result: Result, summary: Entry, name: str, bound: float, marked: float | None) -> str:
-    """When a maximum value was reached, and when it first passed its limit, where that is an event."""
+def _when(
+    result: Result, summary: Entry, name: str, bound: float, marked: float | None
+) -> str:
+    """When a maximum value was reached, and when it first passed its limit, where that
+    is an event."""
     time = summary["at"].get(f"{name}_time")
     value = summary["metrics"].get(name)
     if time is None:
@@ -436,20 +620,29 @@ def _when(result: Result, summary: Entry, name: str, bound: float, marked: float
     note = f"maximum at {number(time, 's')}"
     if mark is None or value is None or value <= bound or bound != marked:
         return note
-    times = [event["time"] for event in summary["events"] if event["name"] == mark.event]
+    times = [
+        event["time"] for event in summary["events"] if event["name"] == mark.event
+    ]
     often = "" if len(times) < 2 else f", {len(times)} times in all"
-    early = "above it from the start; " if np.max(result.report().scan.seen.passing[name][0]) > bound else ""
-    return (f"first exceeded at {number(min(times), 's')}{often}; " if times else early) + note
+    early = (
+        "above it from the start; "
+        if np.max(result.report().scan.seen.passing[name][0]) > bound
+        else ""
+    )
+    return (
+        f"first exceeded at {number(min(times), 's')}{often}; " if times else early
+    ) + note
 
 
-# --- what the limits cover --------------------------------------------------------------------------------------------
+# --- what the limits cover ----------------------------------------------------------
 
 
 class Judged(NamedTuple):
     """What the limits of a run cover.
 
-    - `given` of `of` limits: of the parts under load in the run, one each;  `missing`: those without a limit, in words,
-      with the metrics (one suffices) that can have one in `limits`;  `not_modelled`: what a brake has beside them
+    - `given` of `of` limits: of the parts under load in the run, one each
+    - `missing`: those without a limit, in words, with the metrics (one suffices) that
+      can have one in `limits`;  `not_modelled`: what a brake has beside them
 
     Example:
         >>> judged = result.verdict({"max_tension": "120 kN"}).judged
@@ -467,11 +660,16 @@ class Judged(NamedTuple):
         if not self.of:
             return ""
         none = f", none for {', '.join(self.missing)}" if self.missing else ""
-        beside = f"; not modelled: {', '.join(self.not_modelled)}" if self.not_modelled else ""
+        beside = (
+            f"; not modelled: {', '.join(self.not_modelled)}"
+            if self.not_modelled
+            else ""
+        )
         return f"{self.given} of {self.of} material limits given{none}{beside}"
 
 
-#: a part of a brake in words → metrics, one of which has to have a limit where the first that a run has is above 0
+#: a part of a brake in words → metrics, one of which has to have a limit where the
+#: first that a run has is above 0
 _PARTS = {
     "band tension": ("max_tension", "max_band_stress"),
     "anchor stress": ("max_anchor_stress",),
@@ -483,13 +681,18 @@ _PARTS = {
 
 
 def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
-    """What the limits among `checks` cover of the parts of a brake that were under load."""
+    """What the limits among `checks` cover of the parts of a brake that were under
+    load."""
     summary = result.report().summary
     scene = result.scene
     metrics = summary["metrics"]
     words = scene.brake.words
     limited = {check.name for check in checks if check.limit is not None}
-    parts = {name.replace("lining", words.lining): names for name, names in _PARTS.items() if metrics.get(names[0])}
+    parts = {
+        name.replace("lining", words.lining): names
+        for name, names in _PARTS.items()
+        if metrics.get(names[0])
+    }
     if scene.duty.lever.controls_speed:  # (it is compared with the maximum of its own)
         parts.pop("lever force", None)
     rubs = bool(summary["energy"]["friction_heat"])
@@ -521,9 +724,16 @@ def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
 
 def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
     """The summary of a result with the verdict and the limits."""
-    return text_of(result.report().summary, [f"verdict  {result.verdict(checks)}", *limit_lines(checks)])
+    return text_of(
+        result.report().summary,
+        [f"verdict  {result.verdict(checks)}", *limit_lines(checks)],
+    )
 
 
 def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
     """The same as `run --json` prints it: `Result.summary`, `limits` and `verdict`."""
-    return {**result.summary(), "limits": limit_dicts(checks), "verdict": result.verdict(checks).as_dict()}
+    return {
+        **result.summary(),
+        "limits": limit_dicts(checks),
+        "verdict": result.verdict(checks).as_dict(),
+    }

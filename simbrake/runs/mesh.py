@@ -1,4 +1,5 @@
-"""Walls whose layers are too thick for the heating of a run: warnings, and the same scene with finer layers."""
+"""Walls whose layers are too thick for the heating of a run: warnings, and the same
+scene with finer layers."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -16,7 +17,8 @@ from ..physics.heated import thermal_of
 from ..thermal.mesh import Coarse, coarse, cuts_for, finer, heated_faces
 from ..thermal.network import Wall, nodes_at, place_of
 
-#: heat that is none, as a share of that of the run;  errors of a temperature (K) that nobody minds
+#: heat that is none, as a share of that of the run;  errors of a temperature (K) that
+#: nobody minds
 _NONE = 1e-9
 _LITTLE = 0.1
 #: intervals of a heating that are looked at, at most
@@ -24,7 +26,8 @@ _INTERVALS = 400
 
 
 class Heating(NamedTuple):
-    """What heats a face of a wall up to its highest temperature: times (s) and the friction work until them (J)."""
+    """What heats a face of a wall up to its highest temperature: times (s) and the
+    friction work until them (J)."""
 
     wall: Wall
     face: str | None
@@ -34,21 +37,29 @@ class Heating(NamedTuple):
 
 
 def heatings(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> Iterator[Heating]:
-    """Of each face of a wall that friction heats, and whose temperature a run reports."""
+    """Of each face of a wall that friction heats, and whose temperature a run
+    reports."""
     walls = {wall.name: wall for wall in scene.network.walls}
     faces = heated_faces(scene.network) if walls else set()
-    places = {kind: place for kind, place in scene.network.hot_places.items() if place in faces}
+    places = {
+        kind: place
+        for kind, place in scene.network.hot_places.items()
+        if place in faces
+    }
     for name, kind in HOT.items():
         if kind in places and name in peaks:
             body, face = place_of(places[kind])
-            work = np.asarray(scan.seen.friction_heat)[:, _pairs(scene, kind)].sum(axis=1)
+            work = np.asarray(scan.seen.friction_heat)[:, _pairs(scene, kind)].sum(
+                axis=1
+            )
             stretch = _stretch(np.asarray(scan.seen.t), work, float(peaks[name].time))
             if stretch is not None:
                 yield Heating(walls[body], face, peaks[name], *stretch)
 
 
 def thick_layers(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> list[str]:
-    """Warnings of heated walls with layers that are too thick for the heating up to their highest temperature."""
+    """Warnings of heated walls with layers that are too thick for the heating up to
+    their highest temperature."""
     messages = []
     for wall, face, peak, times, work in heatings(scene, scan, peaks):
         found = coarse(wall, face, times, work)
@@ -62,16 +73,21 @@ def thick_layers(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> list[st
 
 
 def cuts_of(result: Any) -> dict[str, int]:
-    """By the name of a wall, how often its layers are to be cut in two, so that their error falls to half at least.
+    """By the name of a wall, how often its layers are to be cut in two, so that their
+    error falls to half at least.
 
-    Once, but where the first layer of a heated wall is too thick for the time of heating.
+    Once, but where the first layer of a heated wall is too thick for the time of
+    heating.
     """
     scene = result.scene
     report = result.report()
     cuts = dict[str, int]()
     if result.ok:
         for wall, face, _, times, _ in heatings(scene, report.scan, report.peaks):
-            cuts[wall.name] = max(cuts.get(wall.name, 1), cuts_for(wall, face, float(times[-1] - times[0])))
+            cuts[wall.name] = max(
+                cuts.get(wall.name, 1),
+                cuts_for(wall, face, float(times[-1] - times[0])),
+            )
     return cuts
 
 
@@ -81,25 +97,32 @@ def with_finer_layers(scene: Scene, cuts: Mapping[str, int]) -> Scene:
 
 
 def _pairs(scene: Scene, kind: str) -> slice:
-    """Friction pairs that heat a place: of a staged brake the first is on the band, the last on the rim."""
+    """Friction pairs that heat a place: of a staged brake the first is on the band, the
+    last on the rim."""
     if not scene.brake.in_series:
         return slice(None)
     return slice(0, 1) if kind in ("band", "outer") else slice(-1, None)
 
 
 def _outermost(scan: Scan, wall: Wall, face: str | None, t: float) -> np.ndarray:
-    """Temperatures (K) of the outermost layer of each copy of a wall in the row of a run that begins at `t`."""
+    """Temperatures (K) of the outermost layer of each copy of a wall in the row of a
+    run that begins at `t`."""
     thermal = thermal_of(scan.record.system)  # pyright: ignore
     assert thermal is not None
     row = int(np.searchsorted(scan.steps.t0, t, side="right")) - 1
-    T = np.asarray(thermal.temperatures(jax.tree.map(lambda column: column[row], scan.record.states).heat))
+    T = np.asarray(
+        thermal.temperatures(
+            jax.tree.map(lambda column: column[row], scan.record.states).heat
+        )
+    )
     return T[thermal.spans.stores[wall.name]][nodes_at(wall, face)]
 
 
 def _stretch(
     t: Float[np.ndarray, " m"], work: Float[np.ndarray, " m"], peak: float
 ) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]] | None:
-    """Times and work from where friction began to work without a pause, before a peak, to where it ended."""
+    """Times and work from where friction began to work without a pause, before a peak,
+    to where it ended."""
     lasts = np.diff(t) > 0
     begins = t[:-1][lasts]
     ends = t[1:][lasts]
@@ -113,7 +136,11 @@ def _stretch(
     last = int(np.min(rests[rests > before[-1]], initial=len(works)))
     times = np.append(begins[first], ends[first:last])
     heat = np.append(0.0, np.cumsum(gained[first:last]))
-    some = np.unique(np.linspace(0, len(times) - 1, min(len(times), _INTERVALS + 1)).round().astype(int))
+    some = np.unique(
+        np.linspace(0, len(times) - 1, min(len(times), _INTERVALS + 1))
+        .round()
+        .astype(int)
+    )
     return times[some], heat[some]
 
 
@@ -124,8 +151,12 @@ def _words(place: str, found: Coarse, rise: float) -> str:
     too = "high" if found.share > 0 else "low"
     remedy = "give it more layers, thin at the face"
     if found.layers:
-        remedy = f"{found.layers} layers, the first {number(found.better, 'm', count=2)} thick, would do"
+        remedy = (
+            f"{found.layers} layers, the first "
+            f"{number(found.better, 'm', count=2)} thick, would do"
+        )
     return (
-        f"mesh: {place}: its layers, the first {first} thick, are too thick for {time} of heating: the rise of "
+        f"mesh: {place}: its layers, the first {first} thick, are too thick for {time} "
+        "of heating: the rise of "
         f"{digits(rise, 3)} K is some {error} K too {too}; {remedy}"
     )

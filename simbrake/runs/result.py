@@ -1,4 +1,5 @@
-"""Result of a run: states at any time, event log, metrics, energies and a result code."""
+"""Result of a run: states at any time, event log, metrics, energies and a result
+code."""
 
 import copy
 import functools
@@ -24,7 +25,15 @@ from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid.arrays import Array
 from ..loads import Driller
 from ..outputs.extremes import peaks
-from ..outputs.log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
+from ..outputs.log import (
+    FAILURES,
+    STATUS_MESSAGES,
+    Events,
+    Stage,
+    Status,
+    failure_of,
+    status_of,
+)
 from ..outputs.metrics import (
     METRICS,
     ByName,
@@ -49,7 +58,14 @@ from ..outputs.probe import (
     runs_away,
     terminal_speed,
 )
-from ..outputs.quantities import SERIES_COLUMNS, Series, array_of_times, outside, series_of, times_within
+from ..outputs.quantities import (
+    SERIES_COLUMNS,
+    Series,
+    array_of_times,
+    outside,
+    series_of,
+    times_within,
+)
 from ..parts.scene import Scene
 from ..phases import AbstractEnd, AfterTravel, AtHeight, AtRest, AtTemperature, Phases
 from ..physics._brake import BrakeSystem, Capacity
@@ -59,26 +75,36 @@ from ..physics.mechanism import BrakeCode
 from ..thermal.heat import node_names
 from .report import Report, labels_of
 
-# --- derivatives that exist on one side only --------------------------------------------------------------------------
+# --- derivatives that exist on one side only -----------------------------------------
 
 
 #: two events within this share of a run are nearly simultaneous
 NEAR = 1e-6
-#: a guard is grazed if it passes 0 so slowly that its size of order one would take this many runs
+#: a guard is grazed if it passes 0 so slowly that its size of order one would take this
+#: many runs
 GRAZE = 1e4
 
 
 def jumps_at_start(scene: Scene) -> list[str]:
-    """Profiles of the scene that jump exactly at its start: an earlier jump changes nothing, a later one does."""
+    """Profiles of the scene that jump exactly at its start: an earlier jump changes
+    nothing, a later one does."""
     start = float(scene.initial.time)
     parts = {leaf.path: np.asarray(leaf.value, float) for leaf in leaves(scene)}
     notes = []
     for path, times in parts.items():
         values = parts.get(f"{path.removesuffix('times')}values")
-        if path.endswith(".times") and values is not None and times.ndim == 1 and times.shape == values.shape:
+        if (
+            path.endswith(".times")
+            and values is not None
+            and times.ndim == 1
+            and times.shape == values.shape
+        ):
             at_start = np.flatnonzero(times == start)
             if len(at_start) > 1 and np.any(values[at_start] != values[at_start[0]]):
-                notes.append(f"{path}: a jump at the start: derivatives by its time are those of an earlier one, 0")
+                notes.append(
+                    f"{path}: a jump at the start: derivatives by its time are those "
+                    "of an earlier one, 0"
+                )
     return notes
 
 
@@ -94,14 +120,24 @@ def near_ties(record: Record) -> list[str]:
     notes = []
     for i in np.flatnonzero((np.diff(times) > 0) & (np.diff(times) < NEAR * whole)):
         if landed[i] or landed[i + 1]:
-            what = "events" if landed[i] and landed[i + 1] else "an event and a corner of a given function"
-            words = f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s later nearly coincide"
-            notes.append(f"{words}: derivatives are one-sided, valid until the two change their order")
+            what = (
+                "events"
+                if landed[i] and landed[i + 1]
+                else "an event and a corner of a given function"
+            )
+            words = (
+                f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s "
+                "later nearly coincide"
+            )
+            notes.append(
+                f"{words}: derivatives are one-sided, valid until the two change their order"
+            )
     return notes
 
 
 def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
-    """Times, rates (1/s) at which the guards that fired reached 0, and whether others reached 0 at the same instant.
+    """Times, rates (1/s) at which the guards that fired reached 0, and whether others
+    reached 0 at the same instant.
 
     Guards that move alike, as those of speed and slip under a steady lever, are one.
     """
@@ -114,8 +150,12 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
         fired = record.rows.guard[i]
         packed = ravel_pytree(y)[0]
         f = flat.rhs(t, packed, mode)
-        g, rate = jax.jvp(lambda t, y: flat.guards(t, y, mode), (t, packed), (jnp.ones_like(t), f))
-        normals = jnp.column_stack(jax.jacfwd(lambda t, y: flat.guards(t, y, mode), (0, 1))(t, packed))
+        g, rate = jax.jvp(
+            lambda t, y: flat.guards(t, y, mode), (t, packed), (jnp.ones_like(t), f)
+        )
+        normals = jnp.column_stack(
+            jax.jacfwd(lambda t, y: flat.guards(t, y, mode), (0, 1))(t, packed)
+        )
         size = jnp.linalg.norm(normals, axis=1)
         alike = jnp.abs(normals @ normals[fired]) >= (1 - 1e-9) * size * size[fired]
         together = ~alike & (rate < 0) & (jnp.abs(g) <= 1e-12 * jnp.abs(rate) * span)
@@ -141,22 +181,34 @@ def passages(record: Record) -> list[str]:
     if not len(index):
         return []
     padded = np.pad(index, (0, -len(index) % 16), mode="edge").astype(np.int32)
-    times, rates, together = (np.asarray(x)[: len(index)] for x in _approaches(record, padded))
+    times, rates, together = (
+        np.asarray(x)[: len(index)] for x in _approaches(record, padded)
+    )
     whole = t[int(record.count)] - t[0]
     slow = times[np.abs(rates) * whole * GRAZE < 1]
     several = times[together]
     return [
-        *(f"the event at {time:.9g} s is only just reached: a small change may remove it" for time in slow),
-        *(f"several thresholds are reached at {time:.9g} s: derivatives are one-sided there" for time in several),
+        *(
+            f"the event at {time:.9g} s is only just reached: a small change may remove it"
+            for time in slow
+        ),
+        *(
+            f"several thresholds are reached at {time:.9g} s: derivatives are one-sided there"
+            for time in several
+        ),
     ]
 
 
 def one_sided(result: "Result") -> tuple[str, ...]:
     """Where derivatives of a concrete run are one-sided or no longer valid."""
-    return (*jumps_at_start(result.scene), *near_ties(result.record), *passages(result.record))
+    return (
+        *jumps_at_start(result.scene),
+        *near_ties(result.record),
+        *passages(result.record),
+    )
 
 
-# --- the result -------------------------------------------------------------------------------------------------------
+# --- the result ---------------------------------------------------------------------
 
 
 _last_report: Report | None = None
@@ -170,11 +222,14 @@ T = TypeVar("T")
 
 
 def _of_each(find: Callable[["Result"], T]) -> Callable[["Result"], T]:
-    """Values of a result; of a batch of results (not of one with values alone) those of each."""
+    """Values of a result; of a batch of results (not of one with values alone) those of
+    each."""
 
     @functools.wraps(find)
     def find_each(result: "Result") -> T:
-        return jax.vmap(find)(result) if np.ndim(result.record.count) > 0 else find(result)
+        return (
+            jax.vmap(find)(result) if np.ndim(result.record.count) > 0 else find(result)
+        )
 
     return find_each
 
@@ -194,10 +249,11 @@ class RunLimits:
 class Result:
     """The outcome of `simulate`: a PyTree, through which jit, vmap and grad pass.
 
-    Every metric of the scene is an attribute, as `result.stopping_time` (s): a number, `inf` for the time of what did
-    not happen (`null` in the summary), whose derivatives are NaN; a maximum value is a `Peak` with its time and its
-    lining. A metric that the scene does not have raises `ValueError`. First derivatives of everything continuous are
-    available, forward and reverse.
+    Every metric of the scene is an attribute, as `result.stopping_time` (s): a number,
+    `inf` for the time of what did not happen (`null` in the summary), whose derivatives
+    are NaN; a maximum value is a `Peak` with its time and its lining. A metric that the
+    scene does not have raises `ValueError`. First derivatives of everything continuous
+    are available, forward and reverse.
 
     Example:
         >>> result.status, round(result["stopping_time"], 4)
@@ -212,15 +268,19 @@ class Result:
     method_name: str = field(metadata={"static": True})
     limits: RunLimits
 
-    # --- metrics that pass through jit, vmap and grad -----------------------------------------------------------
+    # --- metrics that pass through jit, vmap and grad --------------------------------
 
     def __getattr__(self, name: str) -> Any:
         if name not in METRICS:
-            if hasattr(type(self), name):  # a property of this name failed on an attribute of something else
+            if hasattr(
+                type(self), name
+            ):  # a property of this name failed on an attribute of something else
                 return object.__getattribute__(self, name)
             over_time = f"; over time it is result.series(times).{name}"
             hint = over_time if name in SERIES_COLUMNS else near(name, dir(self))
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
+            raise AttributeError(
+                f"{type(self).__name__!r} object has no attribute {name!r}{hint}"
+            )
         return _of_each(lambda result: _metric(result, name))(self)
 
     @property
@@ -232,15 +292,18 @@ class Result:
 
     @property
     def code(self) -> Int[Array, "..."]:
-        """0 if the run reached its end time, else a failure code (`simbrake.results.FAILURES`)."""
+        """0 if the run reached its end time, else a failure code
+        (`simbrake.results.FAILURES`)."""
         return self.record.code
 
     @property
     @_of_each
     def worn_thickness(self) -> Float[Array, "*batch n"]:
-        """Thickness that every lining lost in the run (n,), in m; on a staged brake at both its faces.
+        """Thickness that every lining lost in the run (n,), in m; on a staged brake at
+        both its faces.
 
-        Differentiable. What had been worn off before is `scene.wear.worn`. Raises `ValueError` without wear.
+        Differentiable. What had been worn off before is `scene.wear.worn`. Raises
+        `ValueError` without wear.
         """
         if self.record.y_end.worn is None:
             raise ValueError("the scene has no wear: give it a `Wear`")
@@ -267,49 +330,67 @@ class Result:
     @property
     @_of_each
     def energy(self) -> dict[str, Array]:
-        """Energies over the run in J, and the residuals of their balances over the largest energy exchanged.
+        """Energies over the run in J, and the residuals of their balances over the
+        largest energy exchanged.
 
-        `kinetic_change + elastic_change = load_work + lever_work + motor_work − friction_heat` (model §1); less
-        `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of
-        dampers, less `shaft_work` of other torques on the shaft. Of the heat: `friction_heat + shaft_work +
-        heat_supplied = heat_stored + heat_lost`, less `heat_to_coolant` of water jackets; the friction heat entered
-        `heat_to_metal`, `heat_to_linings`, `heat_to_band`, and no body with `heat_elsewhere`; `heat_lost` goes to the
-        air and other reservoirs, and to parts that are not modelled.
+        `kinetic_change + elastic_change = load_work + lever_work + motor_work −
+        friction_heat` (model §1); less `electrical_work` and `mechanical_work` where
+        the scene splits the friction power, less `damper_heat` of dampers, less
+        `shaft_work` of other torques on the shaft. Of the heat: `friction_heat +
+        shaft_work + heat_supplied = heat_stored + heat_lost`, less `heat_to_coolant`
+        of water jackets; the friction heat entered `heat_to_metal`,
+        `heat_to_linings`, `heat_to_band`, and no body with `heat_elsewhere`;
+        `heat_lost` goes to the air and other reservoirs, and to parts that are not
+        modelled.
 
-        The residuals `closure` and `heat_closure` are no error estimates: they show energy that is lost, and see
-        neither the error of the integration in time nor those of the mesh in depth and of the model.
+        The residuals `closure` and `heat_closure` are no error estimates: they show
+        energy that is lost, and see neither the error of the integration in time nor
+        those of the mesh in depth and of the model.
         """
         return energies(self.record)
 
     @property
     @_of_each
     def end_capacity(self) -> Capacity:
-        """Load torque and maximum torque of the sliding brake (N·m) at the end of the run, in the sense of rotation.
+        """Load torque and maximum torque of the sliding brake (N·m) at the end of the
+        run, in the sense of rotation.
 
-        With kinetic friction at the speed and the temperatures of the end; meaningful while the pulley turns. A
-        run whose load exceeds that torque, with the lever at its last value, ends as `runaway`; one whose load equals
-        it turns at constant speed.
+        With kinetic friction at the speed and the temperatures of the end; meaningful
+        while the pulley turns. A run whose load exceeds that torque, with the lever at
+        its last value, ends as `runaway`; one whose load equals it turns at constant
+        speed.
         """
         return end_capacity(self.record)
 
     def series(self, ts: Any, *, left: bool = False, fill: bool = False) -> Series:
-        """States and forces at the times `ts` (m,) in s: inside a step by a shorter step of the method itself.
+        """States and forces at the times `ts` (m,) in s: inside a step by a shorter
+        step of the method itself.
 
-        `accuracy()` estimates the largest error of each kind of states at any time, inside steps as well. Forces and
-        torques have no estimate.
+        `accuracy()` estimates the largest error of each kind of states at any time,
+        inside steps as well. Forces and torques have no estimate.
 
         At an event the values after it, or with `left` those before.
 
-        Raises `InputError` for times outside the run (rounding at its ends is allowed for). With `fill` their values
-        are NaN instead, and all columns are float64. Under jit, vmap and grad nothing can be raised: there real
-        numbers are NaN outside the run, and whole numbers the least of their type (−2147483648 for int32).
+        Raises `InputError` for times outside the run (rounding at its ends is allowed
+        for). With `fill` their values are NaN instead, and all columns are float64.
+        Under jit, vmap and grad nothing can be raised: there real numbers are NaN
+        outside the run, and whole numbers the least of their type (−2147483648 for
+        int32).
         """
         concrete = self.concrete and not is_traced(ts)
         if concrete and not fill:
             p = look(self, ts, left=left, path="ts", hint="; fill=True gives NaN there")
             return series_of(p, self._system)
-        xp, record = (np, self.record.compact()) if concrete else (jnp, jax.tree.map(jnp.asarray, self.record))
-        ts = array_of_times(ts, "ts") if concrete else jnp.atleast_1d(jnp.asarray(ts, np.float64))
+        xp, record = (
+            (np, self.record.compact())
+            if concrete
+            else (jnp, jax.tree.map(jnp.asarray, self.record))
+        )
+        ts = (
+            array_of_times(ts, "ts")
+            if concrete
+            else jnp.atleast_1d(jnp.asarray(ts, np.float64))
+        )
         t = record.rows.t
         start = t[0]
         end = t[record.count]
@@ -329,11 +410,11 @@ class Result:
 
     @property
     def tells_pairs_apart(self) -> bool:
-        """Whether files and tables have the columns of each friction pair: of a brake with several pairs, or whose
-        linings move by themselves."""
+        """Whether files and tables have the columns of each friction pair: of a brake
+        with several pairs, or whose linings move by themselves."""
         return self._system.mechanism.tells_pairs_apart
 
-    # --- for people: concrete results only ---------------------------------------------------------------------
+    # --- for people: concrete results only -------------------------------------------
 
     @property
     def concrete(self) -> bool:
@@ -349,33 +430,63 @@ class Result:
         """This result. Raises `InputError` unless it is concrete."""
         if self.concrete:
             return self
-        what = "is traced" if is_traced_run(self.record) else f"is a batch of {np.shape(self.record.count)}"
-        works = 'numbers work there: `result.stopping_time`, `result["stopping_time"]`, `result.code == 0`'
+        what = (
+            "is traced"
+            if is_traced_run(self.record)
+            else f"is a batch of {np.shape(self.record.count)}"
+        )
+        works = (
+            "numbers work there: `result.stopping_time`, "
+            '`result["stopping_time"]`, `result.code == 0`'
+        )
         raise InputError(
-            [Fault("result", what, f"{works}; take all else of one result, outside of jit, vmap and grad")]
+            [
+                Fault(
+                    "result",
+                    what,
+                    f"{works}; take all else of one result, outside of jit, vmap and grad",
+                )
+            ]
         )
 
     @property
     def status(self) -> str:
-        """`stopped`, `held`, `not_stopped`, `not_followed`, `runaway`, `lowering`, `driven`, `released`, or the name of
-        a failure code."""
+        """`stopped`, `held`, `not_stopped`, `not_followed`, `runaway`, `lowering`,
+        `driven`, `released`, or the name of a failure code."""
         if not self.ok:
             return FAILURES[int(self.code)][0]  # pyright: ignore
         if self._never_follows():
             return str(Status.NOT_FOLLOWED)
-        moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
+        moved = bool(
+            np.any(
+                np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0
+            )
+        )
         (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
         record = self.record
         driven = bool(ends_driven(record))
         return str(
-            status_of(end, moved, driven, lambda: bool(runs_away(record)), lambda: bool(lowers_steadily(record)))
+            status_of(
+                end,
+                moved,
+                driven,
+                lambda: bool(runs_away(record)),
+                lambda: bool(lowers_steadily(record)),
+            )
         )
 
     def _never_follows(self) -> bool:
-        """Whether a lever or a motor that is to keep a speed throughout never brings the pulley near it."""
+        """Whether a lever or a motor that is to keep a speed throughout never brings
+        the pulley near it."""
         lever = self.scene.duty.lever
         motor = self.scene.motor
-        course = lever.speed if isinstance(lever, Driller) else None if motor is None else motor.speed
+        course = (
+            lever.speed
+            if isinstance(lever, Driller)
+            else None
+            if motor is None
+            else motor.speed
+        )
         if course is None:
             return False
         rows = self.record.rows
@@ -392,7 +503,9 @@ class Result:
         """The status in words, with what to do next where it failed."""
         if self.ok:
             status = Status(self.status)
-            words = STATUS_MESSAGES[status].replace("the pulley", f"the {self.scene.brake.words.body}")
+            words = STATUS_MESSAGES[status].replace(
+                "the pulley", f"the {self.scene.brake.words.body}"
+            )
             if status is Status.RUNAWAY:
                 return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs))}"
             if status is Status.LOWERING:
@@ -400,18 +513,33 @@ class Result:
             (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
             if end.stands:
                 body = self.scene.brake.words.body
-                return f"the {body} is at rest with the brake open: dry friction of the shaft holds it"
-            if status is Status.STOPPED and self.scene.motor is not None:  # (which may have brought it there)
+                return (
+                    f"the {body} is at rest with the brake open: dry friction of "
+                    "the shaft holds it"
+                )
+            if (
+                status is Status.STOPPED and self.scene.motor is not None
+            ):  # (which may have brought it there)
                 words = f"the {self.scene.brake.words.body} is at rest, and the brake holds it"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
-            words = words.replace("holds it", "holds it on the springs of its band") if swings else words
+            words = (
+                words.replace("holds it", "holds it on the springs of its band")
+                if swings
+                else words
+            )
             return words + (self._of_hook() if end.rests else "")
         what, hint = failure_of(int(self.code), self.scene.brake.words)
         if int(self.code) == BrakeCode.PHASE_NEVER_ENDS:
             what = f"{what}: {self._waiting()}"
-            hint = "pull harder, or take a lighter load" if self._too_weak_to_rest else hint
+            hint = (
+                "pull harder, or take a lighter load"
+                if self._too_weak_to_rest
+                else hint
+            )
         labels = labels_of(self.record)
-        changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]
+        changes = [
+            label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]
+        ][-4:]
         words = " → ".join(str(label) for label in changes)
         if int(self.code) in (Code.CHATTER, Code.ZENO, Code.EVENT_LIMIT):
             words += f"; last guards: {', '.join(self.record.last_guards(4))}"
@@ -419,7 +547,8 @@ class Result:
         return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
 
     def _of_hook(self) -> str:
-        """How the hook swings at the end over a drum at rest, in words; nothing below 1 % of its weight."""
+        """How the hook swings at the end over a drum at rest, in words; nothing below 1
+        % of its weight."""
         system = self._system
         (_, y, mode) = ends_of(self.record)[1]
         elastic = system.feature(ElasticRope)
@@ -441,16 +570,24 @@ class Result:
         """The end of the phase that runs at the end."""
         lever = self._system.lever
         assert isinstance(lever, Phases)
-        return lever.each[int(lever.place(np.asarray(self.record.mode_end.phase, np.int32)))].until
+        return lever.each[
+            int(lever.place(np.asarray(self.record.mode_end.phase, np.int32)))
+        ].until
 
     @property
     def _too_weak_to_rest(self) -> bool:
-        """Whether a phase waits for a stop that the sliding brake cannot bring about."""
+        """Whether a phase waits for a stop that the sliding brake cannot bring
+        about."""
         turns = float(self.record.y_end.omega) != 0.0
-        return turns and isinstance(self._end_awaited, AtRest) and bool(self.end_capacity.outweighed)
+        return (
+            turns
+            and isinstance(self._end_awaited, AtRest)
+            and bool(self.end_capacity.outweighed)
+        )
 
     def _waiting(self) -> str:
-        """The phase that runs at the end, what it waits for, how far that is, and why a load runs away."""
+        """The phase that runs at the end, what it waits for, how far that is, and why a
+        load runs away."""
         record = self.record
         lever = self._system.lever
         end = self._end_awaited
@@ -460,60 +597,90 @@ class Result:
         turns = y.omega != 0.0
         body = self.scene.brake.words.body
         travel = self.scene.duty.load.travel()
-        motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
+        motion = (
+            f"turns at {number(y.omega, 'rad/s')}"
+            if turns
+            else f"the {body} is at rest"
+        )
         now, more = (motion, []) if turns else ("waits", [motion])
         if isinstance(end, AtHeight) and self.scene.initial.block_height is not None:
-            height = float(self.scene.initial.block_height) - float(self.scene.duty.load.travelled(y.phi))  # pyright: ignore
+            height = float(self.scene.initial.block_height) - float(
+                self.scene.duty.load.travelled(y.phi)
+            )  # pyright: ignore
             now = f"is at {number(height, 'm')}"
             more = [motion]
         elif isinstance(end, AfterTravel) and travel is not None:
             now = f"is at {number(y.phase.turned * travel, 'm')}"
             more = [motion]
         elif isinstance(end, AtTemperature):
-            hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
+            hot = getattr(
+                self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature"
+            )
             now = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}"
             more = [motion]
-        if end.rising if isinstance(end, AtHeight) else isinstance(end, AfterTravel) and float(end.distance) < 0:
+        if (
+            end.rising
+            if isinstance(end, AtHeight)
+            else isinstance(end, AfterTravel) and float(end.distance) < 0
+        ):
             more.append("upwards it needs `motor`, with a speed below 0")
         if turns:
             capacity = self.end_capacity
             words = _torques(capacity, list(self.scene.brake.pairs))
             more.append(
-                f"the load runs away: {words}" if capacity.outweighed and not lowers_steadily(record) else words
+                f"the load runs away: {words}"
+                if capacity.outweighed and not lowers_steadily(record)
+                else words
             )
-        return ", ".join([f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}", *more])
+        return ", ".join(
+            [
+                f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}",
+                *more,
+            ]
+        )
 
     def report(self) -> Report:
-        """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
+        """Event log, metrics and summary of a concrete result; the last one made is
+        kept, as it scans the whole run."""
         global _last_report
-        report = _last_report  # (read once: another thread may put its own in the same place)
+        # (read once: another thread may put its own in the same place)
+        report = _last_report
         other = report is None or report.result.record.rows.t is not self.record.rows.t
-        if report is None or other or report.result.scene.limits is not self.scene.limits:
+        if (
+            report is None
+            or other
+            or report.result.scene.limits is not self.scene.limits
+        ):
             report = _last_report = Report(self._of_one())
         return report
 
     @property
     def events(self) -> Events:
-        """The event log: mode changes and lining limits in order of time; `events["stop"]` are those of one name."""
+        """The event log: mode changes and lining limits in order of time;
+        `events["stop"]` are those of one name."""
         return Events(self.report().events)
 
     @property
     def stops(self) -> Table:
-        """The stops in order, one row each: time, times in motion and under the band, angle, travel of the hook where
-        there is one, friction heat since the stop before, and until the next restart the highest temperatures of rim,
-        linings and band where the scene names them. In SI units; the printed table is in readable ones."""
+        """The stops in order, one row each: time, times in motion and under the band,
+        angle, travel of the hook where there is one, friction heat since the stop
+        before, and until the next restart the highest temperatures of rim, linings and
+        band where the scene names them. In SI units; the printed table is in readable
+        ones."""
         return self.report().stops
 
     @property
     def stages(self) -> list[Stage]:
-        """Stages of a staged brake in order: name, times, heat of both pairs, work of lever and load."""
+        """Stages of a staged brake in order: name, times, heat of both pairs, work of
+        lever and load."""
         if not self.scene.brake.in_series:
             raise ValueError("only a staged brake (with a bandage) has stages")
         return self.report().stages
 
     @property
     def metrics(self) -> dict[str, float | None]:
-        """Main numbers of the run in SI units, `None` where something did not happen."""
+        """Main numbers of the run in SI units, `None` where something did not
+        happen."""
         return ByName(self.report().metrics)
 
     def summary(self) -> Entry:
@@ -521,35 +688,47 @@ class Result:
         return copy.deepcopy(self.report().summary)
 
     def verdict(self, limits: Mapping[str, float | str] | Any = None) -> Any:
-        """Whether limits are exceeded or near: colour, one line, and every limit with its margin.
+        """Whether limits are exceeded or near: colour, one line, and every limit with
+        its margin.
 
-        - `limits`: maximum permissible values by metric, as `{"max_tension": "120 kN"}`, beside those of the scene
+        - `limits`: maximum permissible values by metric, as
+          `{"max_tension": "120 kN"}`, beside those of the scene
 
         `simbrake.results.verdict` describes what it says.
         """
         return _above("runs.verdict").verdict(self._of_one(), limits)
 
     def derivative_notes(self) -> tuple[str, ...]:
-        """Where derivatives of this run are one-sided or no longer valid, as far as the run itself shows it.
+        """Where derivatives of this run are one-sided or no longer valid, as far as the
+        run itself shows it.
 
-        Jumps of a profile at the start, events that nearly coincide, several at one instant, events that are only
-        just reached, and what did not happen, whose derivatives are NaN. `simbrake.sensitivity` compares with
-        differences on both sides as well, parameter by parameter.
+        Jumps of a profile at the start, events that nearly coincide, several at one
+        instant, events that are only just reached, and what did not happen, whose
+        derivatives are NaN. `simbrake.sensitivity` compares with differences on both
+        sides as well, parameter by parameter.
 
         Example:
             >>> result.derivative_notes()
             ()
         """
         known = self._of_one().metrics
-        never = [name for name in metric_names(self.scene) if known.get(name, 0.0) is None]
-        notes = [f"no derivative (NaN) of what did not happen: {', '.join(never)}"] if never else []
+        never = [
+            name for name in metric_names(self.scene) if known.get(name, 0.0) is None
+        ]
+        notes = (
+            [f"no derivative (NaN) of what did not happen: {', '.join(never)}"]
+            if never
+            else []
+        )
         return (*one_sided(self), *notes)
 
     def accuracy(self) -> Any:
-        """Estimated errors of metrics, event times and states, from more runs: `simbrake.results.Accuracy`.
+        """Estimated errors of metrics, event times and states, from more runs:
+        `simbrake.results.Accuracy`.
 
-        `simbrake.results.accuracy` describes how. The second run takes two to four times the first, and no compiling.
-        Walls in layers take a third one, with finer layers and its own compiled program.
+        `simbrake.results.accuracy` describes how. The second run takes two to four
+        times the first, and no compiling. Walls in layers take a third one, with finer
+        layers and its own compiled program.
         """
         return _above("runs.accuracy").accuracy(self)
 
@@ -562,28 +741,49 @@ class Result:
         return _above("results").dataset(self, times)
 
     def __getitem__(self, name: str) -> Any:
-        """A number of the run by its name: `result["stopping_time"]`, `result["energy.friction_heat"]`; of a maximum
-        value the value. Raises `KeyError` with the nearest names."""
+        """A number of the run by its name: `result["stopping_time"]`,
+        `result["energy.friction_heat"]`; of a maximum value the value. Raises
+        `KeyError` with the nearest names."""
         return _above("runs.measure").named(self, name)
 
     __iter__ = None  # (names are looked up, not counted)
 
     def __str__(self) -> str:
         measured = _above("runs.measure")
-        return measured.text_with_limits(self, measured.limit_checks(self, {})) if self.concrete else repr(self)
+        return (
+            measured.text_with_limits(self, measured.limit_checks(self, {}))
+            if self.concrete
+            else repr(self)
+        )
 
     def __repr__(self) -> str:
         if self.concrete:
             return str(self)
-        kind = "traced" if is_traced_run(self.record) else f"batch of {np.shape(self.record.count)}"
+        kind = (
+            "traced"
+            if is_traced_run(self.record)
+            else f"batch of {np.shape(self.record.count)}"
+        )
         return f"Result({kind}, {self.scene.brake.kind}, {self.method_name})"
 
     def _repr_html_(self) -> str:
-        return _above("runs.verdict").page_of(self) if self.concrete else f"<pre>{html.escape(repr(self))}</pre>"
+        return (
+            _above("runs.verdict").page_of(self)
+            if self.concrete
+            else f"<pre>{html.escape(repr(self))}</pre>"
+        )
 
 
-def look(result: Result, times: Any, *, left: bool = False, path: str = "times", hint: str = "") -> Probe:
-    """States and forces of one concrete run at the times (s), at an event after it, or with `left` before it.
+def look(
+    result: Result,
+    times: Any,
+    *,
+    left: bool = False,
+    path: str = "times",
+    hint: str = "",
+) -> Probe:
+    """States and forces of one concrete run at the times (s), at an event after it, or
+    with `left` before it.
 
     Raises `InputError` for times outside the run.
     """
@@ -595,12 +795,14 @@ def look(result: Result, times: Any, *, left: bool = False, path: str = "times",
 
 
 def _above(module: str) -> Any:
-    """A module that builds on this one, for shortcuts of a result; loaded when it is used."""
+    """A module that builds on this one, for shortcuts of a result; loaded when it is
+    used."""
     return importlib.import_module(f"simbrake.{module}")
 
 
 def _torques(capacity: Capacity, names: list[str]) -> str:
-    """Torque of the hanging load and capacity of a brake in words; of one with several pairs, which is the weakest."""
+    """Torque of the hanging load and capacity of a brake in words; of one with several
+    pairs, which is the weakest."""
     load = number(capacity.hanging, "N*m")
     most = number(capacity.torque, "N*m")
     weaker = ""
@@ -629,7 +831,9 @@ def greatest_values(result: Result, names: tuple[str, ...]) -> dict[str, Peak]:
     """Metrics that are maxima over a traced run, all from one walk over it."""
     if not names:
         return {}
-    found = _differentiable_maxima(names, tuple(map(identity_of, names)))(result.scene.as_run, result.record)
+    found = _differentiable_maxima(names, tuple(map(identity_of, names)))(
+        result.scene.as_run, result.record
+    )
     return dict(zip(names, found, strict=True))
 
 
@@ -640,8 +844,14 @@ def _differentiable_maxima(
     """Maxima of traced runs; `asked`: what a program for them depends on."""
 
     def find(scene: Scene, record: Record) -> tuple[Peak, ...]:
-        found = [METRICS[name].of_peak(peak, scene) for name, peak in peaks(record, names).items()]
-        return tuple(peak._replace(value=_where_it_happened(peak.value, scene, record)) for peak in found)
+        found = [
+            METRICS[name].of_peak(peak, scene)
+            for name, peak in peaks(record, names).items()
+        ]
+        return tuple(
+            peak._replace(value=_where_it_happened(peak.value, scene, record))
+            for peak in found
+        )
 
     return with_stored_slopes(find, ("maxima", *names)) if asked == names else find
 
@@ -655,10 +865,17 @@ def _differentiable(name: str, metric: Metric) -> Callable[[Scene, Record], Arra
             return energies(record)[name.removeprefix("energy.")]
         return _where_it_happened(metric.find(record, scene), scene, record)
 
-    return with_stored_slopes(find, ("metric", name)) if isinstance(identity_of(name), str) else find
+    return (
+        with_stored_slopes(find, ("metric", name))
+        if isinstance(identity_of(name), str)
+        else find
+    )
 
 
 def _where_it_happened(value: Array, scene: Scene, record: Record) -> Array:
-    """The same value. It has no derivative (NaN) where it is infinite, as the time of what did not happen, and where
-    the record was too short for the run: a constant has the derivative 0, which would look like an answer."""
-    return without_slope(value, jnp.isinf(value) | (record.code == Code.STEP_LIMIT), scene)
+    """The same value. It has no derivative (NaN) where it is infinite, as the time of
+    what did not happen, and where the record was too short for the run: a constant has
+    the derivative 0, which would look like an answer."""
+    return without_slope(
+        value, jnp.isinf(value) | (record.code == Code.STEP_LIMIT), scene
+    )

@@ -1,4 +1,5 @@
-"""Running a scene: from a scene to a result, long runs in stretches, programs prepared once for many runs."""
+"""Running a scene: from a scene to a result, long runs in stretches, programs prepared
+once for many runs."""
 
 import dataclasses
 import functools
@@ -66,11 +67,11 @@ from .measure import Metric, check_metrics, measure_all, name_of, unit_of
 from .mesh import cuts_of, with_finer_layers
 from .result import Result, RunLimits
 
-# --- errors of answers ------------------------------------------------------------------------------------------------
+# --- errors of answers ---------------------------------------------------------------
 
 
-#: factor between the tolerances of the two runs; the loosest one of the second, and the tightest, below which rounding
-#: governs the steps
+#: factor between the tolerances of the two runs; the loosest one of the second, and the
+#: tightest, below which rounding governs the steps
 RATIO = 100.0
 TIGHT = 1e-12
 TIGHTEST = 1e-13
@@ -81,19 +82,22 @@ EPS = 2.0**-52
 def second_rtol(rtol: float) -> float:
     """Tolerance of a second run beside which the error of the first one counts alone.
 
-    100 times tighter, and at least as tight as 1e-12: at a loose tolerance many steps are as short as events and
-    time breakpoints make them, and would be the same steps again. Not below 1e-13, where rounding governs.
+    100 times tighter, and at least as tight as 1e-12: at a loose tolerance many steps
+    are as short as events and time breakpoints make them, and would be the same steps
+    again. Not below 1e-13, where rounding governs.
     """
     return float(np.clip(rtol / RATIO, TIGHTEST, TIGHT))
 
 
-#: factor from what finer layers change to the error of the layers: 2 where that is proportional to their thickness, as
-#: of friction that sees the mean of a layer, and a little more; where it falls with the square, 4/3 would be enough
+#: factor from what finer layers change to the error of the layers: 2 where that is
+#: proportional to their thickness, as of friction that sees the mean of a layer, and a
+#: little more; where it falls with the square, 4/3 would be enough
 _OF_LAYERS = 2.2
 
 
 def error_of_layers(apart: Any, error: Any) -> Any:
-    """Error of the layers of walls: from the difference to a run with finer ones, and the error in time.
+    """Error of the layers of walls: from the difference to a run with finer ones, and
+    the error in time.
 
     The difference counts where the errors in time of both runs do not explain it.
     """
@@ -101,13 +105,15 @@ def error_of_layers(apart: Any, error: Any) -> Any:
 
 
 def rounding(steps: Any, size: Any) -> Any:
-    """What rounding leaves of a number of this size that is summed over so many steps."""
+    """What rounding leaves of a number of this size that is summed over so many
+    steps."""
     return EPS * np.sqrt(np.maximum(steps, 1)) * np.abs(size)
 
 
 class PreparedAccuracy(NamedTuple):
-    """Estimated errors of a prepared run: of its metrics by name, as they are in the answer (`None`, in arrays NaN,
-    where one has no value); steps of both runs; and `problem`, empty, or why there is no estimate.
+    """Estimated errors of a prepared run: of its metrics by name, as they are in the
+    answer (`None`, in arrays NaN, where one has no value); steps of both runs; and
+    `problem`, empty, or why there is no estimate.
 
     Example:
         >>> prepared = sb.prepare(scene, ["stopping_time"])
@@ -126,33 +132,48 @@ def of_answers(first: Any, second: Any) -> PreparedAccuracy:
     counts = first.accepted, second.accepted
     for which, answer in (("the run", first), ("the second run", second)):
         if answer.code:
-            return PreparedAccuracy({}, *counts, f"{which} failed ({FAILURES[answer.code][0]})")  # pyright: ignore
+            return PreparedAccuracy(
+                {}, *counts, f"{which} failed ({FAILURES[answer.code][0]})"
+            )  # pyright: ignore
     if (first.events, first.segments) != (second.events, second.segments):
         words = f"the runs have {first.events} and {second.events} events"
-        return PreparedAccuracy({}, *counts, f"{words} in {first.segments} and {second.segments} segments")
+        return PreparedAccuracy(
+            {}, *counts, f"{words} in {first.segments} and {second.segments} segments"
+        )
     errors: dict[str, Any] = {}
     for name, value in first.metrics.items():
         error = errors_between(value, second.metrics[name], first.accepted)
-        errors[name] = error if error.ndim else None if np.isnan(error) else float(error)
+        errors[name] = (
+            error if error.ndim else None if np.isnan(error) else float(error)
+        )
     return PreparedAccuracy(errors, *counts)
 
 
 def with_layers(found: PreparedAccuracy, first: Any, finer: Any) -> PreparedAccuracy:
-    """The errors with those of the layers of walls, from the answer of the same run with finer layers."""
+    """The errors with those of the layers of walls, from the answer of the same run
+    with finer layers."""
     if finer.code:
         why = f"the run with finer layers failed ({FAILURES[finer.code][0]})"  # pyright: ignore
         return found._replace(errors={}, problem=why)
     errors = {}
     for name, error in found.errors.items():
-        apart = np.abs(np.asarray(first.metrics[name], float) - np.asarray(finer.metrics[name], float))
+        apart = np.abs(
+            np.asarray(first.metrics[name], float)
+            - np.asarray(finer.metrics[name], float)
+        )
         error = np.asarray(np.nan if error is None else error)
-        whole = np.where(np.isfinite(apart), error + error_of_layers(apart, error), np.nan)
-        errors[name] = whole if whole.ndim else None if np.isnan(whole) else float(whole)
+        whole = np.where(
+            np.isfinite(apart), error + error_of_layers(apart, error), np.nan
+        )
+        errors[name] = (
+            whole if whole.ndim else None if np.isnan(whole) else float(whole)
+        )
     return found._replace(errors=errors)
 
 
 def errors_between(a: Any, b: Any, steps: Any) -> np.ndarray:
-    """Errors of values `a` from those of a second run, NaN where one of them is not finite."""
+    """Errors of values `a` from those of a second run, NaN where one of them is not
+    finite."""
     a = np.asarray(a, float)
     b = np.asarray(b, float)
     both = np.isfinite(a) & np.isfinite(b)
@@ -161,7 +182,7 @@ def errors_between(a: Any, b: Any, steps: Any) -> np.ndarray:
     return np.where(both, error, np.nan)
 
 
-# --- runs -------------------------------------------------------------------------------------------------------------
+# --- runs ---------------------------------------------------------------------------
 
 
 #: step attempts or events that may be asked for
@@ -183,17 +204,21 @@ if TYPE_CHECKING:
 
     Solver: TypeAlias = AbstractMethod | diffrax.AbstractERK
 else:
-    Solver = Any  # an explicit solver of diffrax, whose import nobody waits for, or a method of `simbrake.hybrid`
+    # an explicit solver of diffrax, whose import nobody waits for, or a method of
+    # `simbrake.hybrid`
+    Solver = Any
 
 
 def posed(
     packing: Packing, numbers: VectorK, max_steps: int
 ) -> tuple[tuple[BrakeSystem, State, Mode, Array, Array], Settings]:
-    """What is to be integrated: system, state and mode at the start, times; and the settings of the integrator."""
+    """What is to be integrated: system, state and mode at the start, times; and the
+    settings of the integrator."""
     scene, rtol, max_step, max_events = packing.unpack(numbers)
     system, state, mode = assemble(scene)
     if system.guard_samples:
-        # a user-defined profile may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
+        # a user-defined profile may hide a pulse: with the samples inside a step,
+        # 1/1000 of the run is looked at
         span = jnp.asarray(scene.end_time) - jnp.asarray(scene.initial.time)
         max_step = jnp.minimum(max_step, span / _SLICES)
     settings = Settings(
@@ -210,11 +235,12 @@ def posed(
 def _stretch_program(
     packing: Packing, method: AbstractMethod, tiered: bool, device: Any
 ) -> tuple[TieredProgram | Program, np.ndarray]:
-    """One stretch of all runs of one structure, compiled: a function of the numbers, the state left by the stretch
-    before and its length, in one vector; and the state at the start of the first.
+    """One stretch of all runs of one structure, compiled: a function of the numbers,
+    the state left by the stretch before and its length, in one vector; and the state at
+    the start of the first.
 
-    - `tiered`: compiled quickly at first: linings that move by themselves may take few steps or many, and LLVM's
-      optimiser up to 40 s
+    - `tiered`: compiled quickly at first: linings that move by themselves may take few
+      steps or many, and LLVM's optimiser up to 40 s
     """
 
     n = packing.size
@@ -222,29 +248,48 @@ def _stretch_program(
     def begun(x: Array) -> np.ndarray:
         return beginning(*posed(packing, x, STRETCH)[0][:4])
 
-    size = _cache.cached("beginning", (packing, method), lambda: jax.eval_shape(begun, np.ones(n)).shape[0])
+    size = _cache.cached(
+        "beginning",
+        (packing, method),
+        lambda: jax.eval_shape(begun, np.ones(n)).shape[0],
+    )
 
     def run(x: Array) -> tuple[Record, Array]:
         problem, settings = posed(packing, x[:n], STRETCH)
-        return solve_segment(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
+        return solve_segment(
+            *problem, method, settings, x[n:-1], x[-1].astype(jnp.int32)
+        )
 
     def make(quick: bool) -> Program:
         numbers = np.ones(n + size + 1)
-        return compiled(run, numbers, device=device, subject=("stretch", packing, method), quick=quick)
+        return compiled(
+            run,
+            numbers,
+            device=device,
+            subject=("stretch", packing, method),
+            quick=quick,
+        )
 
     return TieredProgram(make) if tiered else make(False), np.full(size, np.nan)
 
 
 def long_run(
-    numbers: Array, packing: Packing, method: AbstractMethod, rooms: Sequence[int], report: Report | None = None
+    numbers: Array,
+    packing: Packing,
+    method: AbstractMethod,
+    rooms: Sequence[int],
+    report: Report | None = None,
 ) -> Record:
-    """A run of up to `rooms[-1]` step attempts; its record has space for the least of `rooms` that is enough.
+    """A run of up to `rooms[-1]` step attempts; its record has space for the least of
+    `rooms` that is enough.
 
-    The record of one program is the same to the last bit whether progress is shown or not: it only makes stretches
-    shorter.
+    The record of one program is the same to the last bit whether progress is shown or
+    not: it only makes stretches shorter.
     """
     scene: Scene = packing.unpack(numbers)[0]
-    program, carried = _stretch_program(packing, method, scene.brake.resolved, run_device())
+    program, carried = _stretch_program(
+        packing, method, scene.brake.resolved, run_device()
+    )
     t = float(scene.initial.time)
     end = float(scene.end_time)
     if report is not None:
@@ -254,48 +299,67 @@ def long_run(
     length = STRETCH if report is None else _FIRST
     while True:
         begun = time.monotonic()
-        part, carried = program.call(np.concatenate([numbers, carried, [float(min(length, left))]]))
+        part, carried = program.call(
+            np.concatenate([numbers, carried, [float(min(length, left))]])
+        )
         count = int(part.count)
-        rows.append(jax.tree.map(lambda leaf, n=count: np.asarray(leaf)[:n].copy(), part.rows))
+        rows.append(
+            jax.tree.map(lambda leaf, n=count: np.asarray(leaf)[:n].copy(), part.rows)
+        )
         left -= count
         if int(part.code) != Code.STEP_LIMIT or left <= 0:
             break
         if report is not None:
             report(float(part.t_end), end)
             spent = max(time.monotonic() - begun, 1e-6)
-            length = int(np.clip(length * np.clip(_TARGET / spent, 0.25, 4.0), 1, STRETCH))
+            length = int(
+                np.clip(length * np.clip(_TARGET / spent, 0.25, 4.0), 1, STRETCH)
+            )
     if report is not None:
         report(float(part.t_end), end)
     used = rooms[-1] - left
     return concatenate(rows, part, next(size for size in rooms if used <= size))
 
 
-# --- one run ----------------------------------------------------------------------------------------------------------
+# --- one run ------------------------------------------------------------------------
 
-#: thermal nodes from which a run is compiled with LLVM's optimiser at once: without it loops over them take 8 times
-#: as long
+#: thermal nodes from which a run is compiled with LLVM's optimiser at once: without it
+#: loops over them take 8 times as long
 _MANY_NODES = 200
-#: step attempts up to which the parts of a derivative are left in pieces: as one function they run five times as fast,
-#: but compile for up to 13 s longer
+#: step attempts up to which the parts of a derivative are left in pieces: as one
+#: function they run five times as fast, but compile for up to 13 s longer
 _SHORT = 8192
-#: rows of the record when the caller sets no limit: the next is tried if one was too short
+#: rows of the record when the caller sets no limit: the next is tried if one was too
+#: short
 _STEPS = (STRETCH, 16384, 131072)
 
 
 def _marked(scene: Scene) -> Scene:
-    """The scene with a start that is not a number if any number in it is not finite: such a run ends before it begins.
+    """The scene with a start that is not a number if any number in it is not finite:
+    such a run ends before it begins.
 
-    Else an infinite inertia or capacity would leave only its energies without a value, and the code would not say so.
+    Else an infinite inertia or capacity would leave only its energies without a value,
+    and the code would not say so.
     """
-    total = sum(jnp.sum(0.0 * jnp.asarray(number, jnp.float64)) for number in jax.tree.leaves(scene))
+    total = sum(
+        jnp.sum(0.0 * jnp.asarray(number, jnp.float64))
+        for number in jax.tree.leaves(scene)
+    )
     start = jnp.asarray(scene.initial.time, jnp.float64)
     start = jnp.where(jnp.isfinite(jax.lax.stop_gradient(total)), start, jnp.nan)
     return with_value_at(scene, "initial.time", start)
 
 
-def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
-    """The run of all scenes of one structure, a function of their numbers and of the limits."""
-    joins = max_steps > _SHORT and jax.default_backend() == "cpu" and accelerators("cpu").one_function
+def run_of_numbers(
+    packing: Packing, method: AbstractMethod, max_steps: int
+) -> Callable[[Array], Record]:
+    """The run of all scenes of one structure, a function of their numbers and of the
+    limits."""
+    joins = (
+        max_steps > _SHORT
+        and jax.default_backend() == "cpu"
+        and accelerators("cpu").one_function
+    )
 
     def run(numbers: Array) -> Record:
         problem, settings = posed(packing, numbers, max_steps)
@@ -306,7 +370,9 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
 
 
 @Kept
-def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> TieredProgram:
+def _program(
+    packing: Packing, method: AbstractMethod, max_steps: int, device: Any
+) -> TieredProgram:
     """The compiled run of all scenes of one structure."""
     run = run_of_numbers(packing, method, max_steps)
     subject = ("run", packing, method, max_steps)
@@ -315,13 +381,18 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
         return Packed.of(run(numbers))
 
     def make(quick: bool) -> Program:
-        return compiled(packed, np.ones(packing.size), device=device, subject=subject, quick=quick)
+        return compiled(
+            packed, np.ones(packing.size), device=device, subject=subject, quick=quick
+        )
 
-    return TieredProgram(make, quick=len(node_names(packing.stand_in()[0].network)) < _MANY_NODES)
+    return TieredProgram(
+        make, quick=len(node_names(packing.stand_in()[0].network)) < _MANY_NODES
+    )
 
 
 class _Part(NamedTuple):
-    """A run as part of a larger program. JAX compiles `run` by itself where that is not compiled as a whole."""
+    """A run as part of a larger program. JAX compiles `run` by itself where that is not
+    compiled as a whole."""
 
     call: Callable[..., Record]  # (scene, relative tolerance, longest step, events)
     run: Any
@@ -334,42 +405,79 @@ class _Part(NamedTuple):
 
 @Kept
 def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
-    """The run as part of a larger program: as one function where it is not differentiated (`joined`)."""
+    """The run as part of a larger program: as one function where it is not
+    differentiated (`joined`)."""
     run = jax.jit(run_of_numbers(packing, method, max_steps))
     joinable = accelerators("cpu").one_function
 
     def of_problem(run: Callable[[Array], Record]) -> Callable[..., Record]:
         return lambda scene, *limits: run(pack((_marked(scene), *limits), jnp)[0])
 
-    whole = functools.partial(joined, run) if jax.default_backend() == "cpu" and joinable else run
+    whole = (
+        functools.partial(joined, run)
+        if jax.default_backend() == "cpu" and joinable
+        else run
+    )
     inside = of_problem(whole)
-    return _Part(with_stored_slopes(of_problem(run), ("run", packing, method, max_steps), inside), run)
+    return _Part(
+        with_stored_slopes(
+            of_problem(run), ("run", packing, method, max_steps), inside
+        ),
+        run,
+    )
 
 
 def require_64_bits() -> None:
     """Raises `RuntimeError` if JAX is not in 64-bit mode."""
     if not jax.config.jax_enable_x64:  # pyright: ignore
         raise RuntimeError(
-            "simbrake computes in 64 bits: events cannot be located in 32. Importing it turns them on; here they were "
-            'turned off by JAX_ENABLE_X64=0 or jax.config.update("jax_enable_x64", False): remove that'
+            "simbrake computes in 64 bits: events cannot be located in 32. Importing "
+            "it turns them on; here they were "
+            'turned off by JAX_ENABLE_X64=0 or jax.config.update("jax_enable_x64", '
+            "False): remove that"
         )
 
 
 def require_compiling() -> None:
-    """Raises `InputError` where JAX compiles nothing: its jit is off, it has no device, or this process was forked."""
+    """Raises `InputError` where JAX compiles nothing: its jit is off, it has no device,
+    or this process was forked."""
     if jax.config.jax_disable_jit:  # pyright: ignore
-        raise InputError([Fault("JAX_DISABLE_JIT", "is set, and runs are compiled", "unset it, or jax_disable_jit")])
+        raise InputError(
+            [
+                Fault(
+                    "JAX_DISABLE_JIT",
+                    "is set, and runs are compiled",
+                    "unset it, or jax_disable_jit",
+                )
+            ]
+        )
     run_device()
 
 
-def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
-    """Raises `InputError` where a tolerance or a limit is out of range; traced ones are not checked."""
+def check_limits(
+    rtol: Number,
+    max_step: Number = np.inf,
+    max_steps: int | None = None,
+    max_events: int = 0,
+) -> None:
+    """Raises `InputError` where a tolerance or a limit is out of range; traced ones are
+    not checked."""
     faults = faults_of_tolerance(rtol)
-    if not isinstance(max_step, Tracer) and not (np.asarray(max_step).dtype.kind in "fiu" and np.all(max_step > 0)):
-        faults.append(Fault("max_step", f"{shown(max_step)} s is out of range", "the longest step must be > 0 s"))
+    if not isinstance(max_step, Tracer) and not (
+        np.asarray(max_step).dtype.kind in "fiu" and np.all(max_step > 0)
+    ):
+        faults.append(
+            Fault(
+                "max_step",
+                f"{shown(max_step)} s is out of range",
+                "the longest step must be > 0 s",
+            )
+        )
     for name, limit in (("max_steps", max_steps), ("max_events", max_events)):
         if limit is not None:
-            faults += faults_of_whole(name, limit, Whole("attempts or events", 0, _MOST_ALLOWED))
+            faults += faults_of_whole(
+                name, limit, Whole("attempts or events", 0, _MOST_ALLOWED)
+            )
     if faults:
         raise InputError(faults)
 
@@ -383,8 +491,8 @@ _explicit = functools.cache(lambda: ExplicitRungeKutta.shipped("Dopri8"))
 
 
 def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
-    """Limits of the step attempts, tried one after the other; a scene of many events begins with the second, and none
-    is below the number of points of a history."""
+    """Limits of the step attempts, tried one after the other; a scene of many events
+    begins with the second, and none is below the number of points of a history."""
     if max_steps:
         return (max_steps,)
     many = scene.brake.resolved or getattr(scene.duty.lever, "knot_count", 0) > 40
@@ -392,12 +500,14 @@ def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
     return tuple(n for n in _STEPS[many:] if n > points) or _STEPS[-1:]
 
 
-#: how many times the step attempts of a run a differentiated one may take, as it resolves tangents too
+#: how many times the step attempts of a run a differentiated one may take, as it
+#: resolves tangents too
 _DIFFERENTIATED = 2
 
 
 def room_for(result: Result, *, differentiated: bool = False) -> int:
-    """Step attempts to allow in runs like this one, a power of two: programs round differently, and need a few more."""
+    """Step attempts to allow in runs like this one, a power of two: programs round
+    differently, and need a few more."""
     count = int(result.record.count) * (_DIFFERENTIATED if differentiated else 1)
     return 1 << math.ceil(math.log2(1.25 * count + 48))
 
@@ -416,25 +526,31 @@ def simulate(
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
-    - `solver`: an explicit diffrax solver with error estimate (`Tsit5()` is faster above a tolerance of 1e-6), or
-      `hybrid.Rodas5P()` for stiff scenes. By default `diffrax.Dopri8()`, and Rodas5P where a thermal node, drag or a
-      state of a friction law is so fast that stability would govern an explicit method (the summary says why). Under
-      jit, vmap or grad values are unknown: there a scene with heat gets Rodas5P unless a solver is given
-    - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
+    - `solver`: an explicit diffrax solver with error estimate (`Tsit5()` is faster
+      above a tolerance of 1e-6), or `hybrid.Rodas5P()` for stiff scenes. By default
+      `diffrax.Dopri8()`, and Rodas5P where a thermal node, drag or a state of a
+      friction law is so fast that stability would govern an explicit method (the
+      summary says why). Under jit, vmap or grad values are unknown: there a scene with
+      heat gets Rodas5P unless a solver is given
+    - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size
+      of each state
     - `max_step`: longest step (s), for user-defined profiles with short features
-    - `max_steps`: step attempts allowed (1024, then 16 and 128 times as many, if not given; under a JAX
-      transformation 1024)
+    - `max_steps`: step attempts allowed (1024, then 16 and 128 times as many, if not
+      given; under a JAX transformation 1024)
     - `max_events`: events allowed
-    - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the result
-    - `progress`: `True` reports on stderr the share of the time simulated and the longest time left, `None` does
-      so on a terminal only; a function is called with `(t, end_time)`, first when all is compiled. Runs of up to
-      1024 step attempts report nothing
+    - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the
+      result
+    - `progress`: `True` reports on stderr the share of the time simulated and the
+      longest time left, `None` does so on a terminal only; a function is called with
+      `(t, end_time)`, first when all is compiled. Runs of up to 1024 step attempts
+      report nothing
 
-    A new number in the scene never re-traces; a new structure (more linings, another law) compiles anew. Under jit,
-    vmap or grad nothing is raised and the caller looks at `result.code`.
+    A new number in the scene never re-traces; a new structure (more linings, another
+    law) compiles anew. Under jit, vmap or grad nothing is raised and the caller looks
+    at `result.code`.
 
-    Raises `InputError` with all errors of the scene (or of these options) at once, `SimulationError`, and
-    `RuntimeError` if JAX is not in 64-bit mode.
+    Raises `InputError` with all errors of the scene (or of these options) at once,
+    `SimulationError`, and `RuntimeError` if JAX is not in 64-bit mode.
 
     Example:
         >>> sb.simulate(scene).status
@@ -447,15 +563,23 @@ def simulate(
     solver = solver_of(scene, solver)
     method = method_of(scene, solver)
     name = solver_name(solver)
-    rtol_, longest = (np.asarray(x, np.float64) if np.isscalar(x) else x for x in (rtol, max_step))
+    rtol_, longest = (
+        np.asarray(x, np.float64) if np.isscalar(x) else x for x in (rtol, max_step)
+    )
     events = np.asarray(max_events, np.int32)
     limits = RunLimits(longest, events, max_steps)
     problem = scene.as_run, rtol_, longest, events
     if is_traced((scene, rtol, max_step)):
-        # (of an array of NumPy under `vmap` JAX makes no constant for a function with derivatives of its own)
-        scene, *more = jax.tree.map(lambda x: jnp.array(x) if isinstance(x, Tracer) else x, (scene, *problem[1:]))
+        # (of an array of NumPy under `vmap` JAX makes no constant for a function with
+        # derivatives of its own)
+        scene, *more = jax.tree.map(
+            lambda x: jnp.array(x) if isinstance(x, Tracer) else x,
+            (scene, *problem[1:]),
+        )
         problem = scene.as_run, *more
-        record = _part(Packing.of(problem), method, max_steps or _STEPS[0]).call(*problem)
+        record = _part(Packing.of(problem), method, max_steps or _STEPS[0]).call(
+            *problem
+        )
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack(problem)
     rooms = step_limits(scene, max_steps)
@@ -475,20 +599,27 @@ def simulate(
 
 
 def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
-    """The solver given, or the one that `simulate` chooses for a scene. Raises `InputError` for what is no solver."""
+    """The solver given, or the one that `simulate` chooses for a scene. Raises
+    `InputError` for what is no solver."""
     if solver is not None:
         try:
             as_method(solver)
         except TypeError as error:
-            hint = "give an explicit solver of diffrax, as diffrax.Tsit5(), or a method of simbrake.hybrid"
-            raise InputError([Fault("solver", f"{shown(solver)} does not fit here", hint)]) from error
+            hint = (
+                "give an explicit solver of diffrax, as diffrax.Tsit5(), or a "
+                "method of simbrake.hybrid"
+            )
+            raise InputError(
+                [Fault("solver", f"{shown(solver)} does not fit here", hint)]
+            ) from error
         return solver
     return solver_for(stiffness(scene)[0] if not is_traced(scene) else scene.heated)
 
 
 def method_of(scene: Scene, solver: Solver) -> AbstractMethod:
     """The method of a scene's run with a solver."""
-    # with heat the equations are long: a program in which they stand once compiles and runs faster
+    # with heat the equations are long: a program in which they stand once compiles and
+    # runs faster
     return as_method(solver).rolled() if scene.heated else as_method(solver)
 
 
@@ -507,37 +638,56 @@ _EVENTS = np.asarray(10_000, np.int32)
 
 
 def simulate_lane(
-    scene: Scene, solver: Solver, rtol: Array, max_steps: int, room: int, names: Sequence[str] = ()
+    scene: Scene,
+    solver: Solver,
+    rtol: Array,
+    max_steps: int,
+    room: int,
+    names: Sequence[str] = (),
 ) -> tuple[Result, dict[str, Array]]:
-    """As `simulate` under `vmap`, with a record of the events alone (see `hybridsolve_lane`), for `room` of them; and
-    the maxima of that name (not of the holding reserve, which only the end of a run decides)."""
+    """As `simulate` under `vmap`, with a record of the events alone (see
+    `hybridsolve_lane`), for `room` of them; and the maxima of that name (not of the
+    holding reserve, which only the end of a run decides)."""
     scene = checked(scene)
     longest = np.asarray(np.inf)
     numbers, packing = pack((_marked(scene), rtol, longest, _EVENTS), jnp)
     problem, settings = posed(packing, numbers, max_steps)
     system, y0, mode0, *_ = problem
-    watched = watched_metrics(flatten(system, *templates(y0, mode0)), names) if names else None
-    record, tops = hybridsolve_lane(*problem, method_of(scene, solver), settings, room, watched)
-    result = Result(scene, record, rtol, solver_name(solver), RunLimits(longest, _EVENTS, max_steps))
+    watched = (
+        watched_metrics(flatten(system, *templates(y0, mode0)), names)
+        if names
+        else None
+    )
+    record, tops = hybridsolve_lane(
+        *problem, method_of(scene, solver), settings, room, watched
+    )
+    result = Result(
+        scene, record, rtol, solver_name(solver), RunLimits(longest, _EVENTS, max_steps)
+    )
     if tops is None:
         return result, {}
     peaks = zip(names, tops, strict=True)
-    return result, {name: METRICS[name].of_peak(Peak(top, top, top), scene).value for name, top in peaks}
+    return result, {
+        name: METRICS[name].of_peak(Peak(top, top, top), scene).value
+        for name, top in peaks
+    }
 
 
-# --- prepared once: numbers in, metrics and their derivatives out, without any tracing or checking --------------------
+# --- prepared once: numbers in, metrics and their derivatives out, without any tracing or checking
 
 #: numbers by path, a whole vector of them, or those of the prepared scene
 Values = Mapping[str, Any] | np.ndarray | None
 
 _MOST_STEPS = 1 << 20
-#: lines up to which derivatives are compiled as one function: with Rodas5P it would take minutes
+#: lines up to which derivatives are compiled as one function: with Rodas5P it would
+#: take minutes
 _LONGEST_SLOPES = 26_000
 _COUNTS = 6  # code and counts of steps, behind the metrics
 
 
 class PreparedResult(NamedTuple):
-    """Answer of a prepared run: metrics by name (`inf`: a time that never came), result code, counts of steps.
+    """Answer of a prepared run: metrics by name (`inf`: a time that never came), result
+    code, counts of steps.
 
     Example:
         >>> answer = sb.prepare(scene, ["stopping_time"])({"initial.omega": 18.0})
@@ -546,7 +696,9 @@ class PreparedResult(NamedTuple):
     """
 
     metrics: dict[str, Any]
-    code: int  # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
+    code: (
+        int  # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
+    )
     accepted: int
     rejected: int
     retaken: int
@@ -555,7 +707,8 @@ class PreparedResult(NamedTuple):
 
 
 class Places(dict[str, slice]):
-    """Path of a number → where it lies in the vector of all of them; also of an entry of a list.
+    """Path of a number → where it lies in the vector of all of them; also of an entry
+    of a list.
 
     Raises `KeyError` with the nearest paths where there is none.
     """
@@ -569,7 +722,9 @@ class Places(dict[str, slice]):
             return whole
         entries = range(whole.start, whole.stop)
         if not -len(entries) <= index < len(entries):
-            raise KeyError(f"{path}: there is no entry {index}; {field} has {len(entries)} entries, from 0")
+            raise KeyError(
+                f"{path}: there is no entry {index}; {field} has {len(entries)} entries, from 0"
+            )
         return slice(entries[index], entries[index] + 1)
 
 
@@ -577,7 +732,8 @@ class Places(dict[str, slice]):
 class Prepared:
     """A scene compiled for fast runs with other numbers; made by `prepare`.
 
-    - `numbers` (k,): all numbers of the scene but its limits, as one vector; `places`: path → where they lie in it
+    - `numbers` (k,): all numbers of the scene but its limits, as one vector; `places`:
+      path → where they lie in it
     - `metrics`: names in the order of `gradient`'s rows
     - `program`: the compiled run, with the seconds that tracing and compiling took
 
@@ -608,15 +764,23 @@ class Prepared:
         self._asked = tuple(metrics)
         self.numbers, self._like = pack(scene.as_run)
         self.places = self._places()
-        #: of the metrics in the program's result, in their order; known once it is traced
+        #: of the metrics in the program's result, in their order; known once it is
+        #: traced
         self._spans: list[tuple[str, int | slice]] = []
         self.program = self._compile()
         self._slope: Program | None = None
-        self._finer: Prepared | None = None  # the same scene with finer layers, once it is needed
+        self._finer: Prepared | None = (
+            None  # the same scene with finer layers, once it is needed
+        )
 
     def __repr__(self) -> str:
-        units = {name: unit_of(metric) for name, metric in zip(self.metrics, self._asked, strict=True)}
-        asked = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in units.items())
+        units = {
+            name: unit_of(metric)
+            for name, metric in zip(self.metrics, self._asked, strict=True)
+        }
+        asked = ", ".join(
+            f"{name} [{unit}]" if unit else name for name, unit in units.items()
+        )
         counts = f"{len(self.places)} parameters ({self.numbers.size} numbers)"
         how = f"{solver_name(self.solver)}, rtol {self.rtol:g}, at most {self.max_steps} steps"
         return f"Prepared({self.scene.brake.kind}: {counts} → {asked}; {how})"
@@ -626,43 +790,67 @@ class Prepared:
         counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
         slices = Places()
         for leaf in leaves(counted):
-            first = int(np.min(leaf.value, initial=self.numbers.size))  # (a list may be empty)
+            first = int(
+                np.min(leaf.value, initial=self.numbers.size)
+            )  # (a list may be empty)
             slices[leaf.path] = slice(first, first + int(np.size(leaf.value)))
         return slices
 
     def _run(self, numbers: VectorK, max_steps: int) -> Float[Array, " out"]:
         scene = self._like.unpack(numbers[:-2])
         (rtol, max_step) = numbers[-2:]
-        limits = {"max_step": max_step, "max_steps": max_steps, "max_events": self.max_events}
+        limits = {
+            "max_step": max_step,
+            "max_steps": max_steps,
+            "max_events": self.max_events,
+        }
         result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
         values = measure_all(result, self._asked, arrays=True)
         ends = np.cumsum([0, *(value.size for value in values)]).tolist()
-        wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], values, strict=False)]
+        wheres = [
+            a if value.ndim == 0 else slice(a, b)
+            for a, b, value in zip(ends, ends[1:], values, strict=False)
+        ]
         self._spans = list(zip(self.metrics, wheres, strict=True))
-        counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
+        counts = jnp.stack(
+            [jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)]
+        )
         return jnp.concatenate([*(jnp.ravel(value) for value in values), counts])
 
     def _subject(self, what: str, max_steps: int) -> tuple:
         """Key of the compiled programs."""
-        return what, self._like, [*map(identity_of, self._asked)], self.solver, max_steps, self.max_events
+        return (
+            what,
+            self._like,
+            [*map(identity_of, self._asked)],
+            self.solver,
+            max_steps,
+            self.max_events,
+        )
 
     def _compile(self) -> Program:
         numbers = self.inputs(self.numbers, self.rtol)
         run = functools.partial(self._run, max_steps=self.max_steps)
-        program = compiled(run, numbers, subject=self._subject("prepared", self.max_steps))
+        program = compiled(
+            run, numbers, subject=self._subject("prepared", self.max_steps)
+        )
 
         def spans() -> list[tuple[str, int | slice]]:
             if not self._spans:
                 jax.eval_shape(run, numbers)
             return self._spans
 
-        self._spans = _cache.cached("spans", self._subject("spans", self.max_steps), spans)
+        self._spans = _cache.cached(
+            "spans", self._subject("spans", self.max_steps), spans
+        )
         return program
 
     def vector(self, values: Values = None) -> Array:
-        """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is.
+        """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`),
+        or such a vector as it is.
 
-        Raises `InputError` for a path that is not there, and for values of another shape.
+        Raises `InputError` for a path that is not there, and for values of another
+        shape.
         """
         if values is None:
             return self.numbers
@@ -678,7 +866,13 @@ class Prepared:
         if np.shape(values) != self.numbers.shape:
             what = f"{shown(values)} does not fit here"
             raise InputError(
-                [Fault("values", what, f"give values by path, or a vector of {self.numbers.size} numbers")]
+                [
+                    Fault(
+                        "values",
+                        what,
+                        f"give values by path, or a vector of {self.numbers.size} numbers",
+                    )
+                ]
             )
         return values
 
@@ -686,23 +880,40 @@ class Prepared:
         try:
             return self.places[path]
         except KeyError:
-            with_inputs(self.scene, {str(path): 0.0})  # raises what is wrong with an unknown path
-            raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")]) from None
+            with_inputs(
+                self.scene, {str(path): 0.0}
+            )  # raises what is wrong with an unknown path
+            raise InputError(
+                [
+                    Fault(
+                        path,
+                        "is absent in the prepared scene",
+                        "prepare a scene that has it",
+                    )
+                ]
+            ) from None
 
     def _read(self, path: str, value: Any, place: slice) -> np.ndarray:
         """A value that is no number or list of numbers: texts with a unit."""
         size = place.stop - place.start
         try:
-            return np.broadcast_to(np.asarray(numbers_in_si(self.scene, path, value), np.float64), size)
+            return np.broadcast_to(
+                np.asarray(numbers_in_si(self.scene, path, value), np.float64), size
+            )
         except (ValueError, TypeError) as error:
             if isinstance(error, InputError):
                 raise
             numbers = "one number" if size == 1 else f"one number or a list of {size}"
-            raise InputError([Fault(path, f"{shown(value)} does not fit here", f"give {numbers}")]) from None
+            raise InputError(
+                [Fault(path, f"{shown(value)} does not fit here", f"give {numbers}")]
+            ) from None
 
     @explained
-    def __call__(self, values: Values = None, *, rtol: float | None = None) -> PreparedResult:
-        """Runs with these numbers (and another tolerance); what a run of `simulate` would raise is in `code`.
+    def __call__(
+        self, values: Values = None, *, rtol: float | None = None
+    ) -> PreparedResult:
+        """Runs with these numbers (and another tolerance); what a run of `simulate`
+        would raise is in `code`.
 
         Values are taken as they are: `check` looks at them first.
         """
@@ -715,12 +926,16 @@ class Prepared:
             self.max_steps = 4 * self.max_steps
             self.program = self._compile()
             return self(values, rtol=rtol)
-        values = {name: out[where].item() if type(where) is int else out[where] for name, where in self._spans}
+        values = {
+            name: out[where].item() if type(where) is int else out[where]
+            for name, where in self._spans
+        }
         counts = int(accepted), int(rejected), int(retaken), int(events), int(segments)
         return PreparedResult(ByName(values), int(code), *counts)
 
     def inputs(self, numbers: Array, rtol: float) -> np.ndarray:
-        """What its programs are called with: all numbers of the scene, the tolerance and the longest step."""
+        """What its programs are called with: all numbers of the scene, the tolerance
+        and the longest step."""
         whole = np.empty(numbers.size + 2)
         whole[:-2] = numbers
         whole[-2] = rtol
@@ -728,17 +943,21 @@ class Prepared:
         return whole
 
     def gradient(self, values: Values = None) -> np.ndarray:
-        """Derivatives of all metrics with respect to all numbers, (metrics, k), by one reverse pass for each metric.
+        """Derivatives of all metrics with respect to all numbers, (metrics, k), by one
+        reverse pass for each metric.
 
-        NaN for a metric that is infinite, and where the run fails (`code` of a call says how). Compiles at the first
-        call. Its steps resolve the derivatives as well: a run takes up to twice as many as without.
+        NaN for a metric that is infinite, and where the run fails (`code` of a call
+        says how). Compiles at the first call. Its steps resolve the derivatives as
+        well: a run takes up to twice as many as without.
         """
         numbers = self.inputs(self.vector(values), self.rtol)
         while True:
             if self._slope is None:
                 slopes = functools.partial(self._slopes, max_steps=self._slope_steps)
                 subject = self._subject("gradient", self._slope_steps)
-                self._slope = compiled(slopes, numbers, longest=_LONGEST_SLOPES, subject=subject)
+                self._slope = compiled(
+                    slopes, numbers, longest=_LONGEST_SLOPES, subject=subject
+                )
             *slope, code = np.asarray(self._slope.call(numbers))
             if code != Code.STEP_LIMIT or self._slope_steps >= _MOST_STEPS:
                 return np.reshape(slope, (-1, self.numbers.size))
@@ -770,14 +989,18 @@ class Prepared:
 
     def scene_with(self, values: Values = None) -> Scene:
         """The scene with these numbers, not checked."""
-        return dataclasses.replace(self._like.unpack(self.vector(values)), limits=self.scene.limits)
+        return dataclasses.replace(
+            self._like.unpack(self.vector(values)), limits=self.scene.limits
+        )
 
     def accuracy(self, values: Values = None) -> PreparedAccuracy:
-        """Estimated errors of the metrics of a run with these numbers, by a second run of the same program at the
-        tolerance of `Result.accuracy`: `simbrake.results.PreparedAccuracy`.
+        """Estimated errors of the metrics of a run with these numbers, by a second run
+        of the same program at the tolerance of `Result.accuracy`:
+        `simbrake.results.PreparedAccuracy`.
 
-        Events are counted in both runs, not compared; nothing is compiled. Of walls the errors of the layers are added,
-        from a third run with finer layers; its program is compiled at the first call.
+        Events are counted in both runs, not compared; nothing is compiled. Of walls the
+        errors of the layers are added, from a third run with finer layers; its program
+        is compiled at the first call.
         """
         first = self(values)
         found = of_answers(first, self(values, rtol=second_rtol(self.rtol)))
@@ -786,19 +1009,35 @@ class Prepared:
         if self._finer is None:
             limits = {"max_step": self.max_step, "max_events": self.max_events}
             cuts = cuts_of(simulate(self.scene, rtol=self.rtol, **limits, throw=False))
-            self._finer = prepare(with_finer_layers(self.scene, cuts), self._asked, rtol=self.rtol, **limits)
+            self._finer = prepare(
+                with_finer_layers(self.scene, cuts),
+                self._asked,
+                rtol=self.rtol,
+                **limits,
+            )
         heat = self.scene.network
         finer = self._finer.scene.network
-        given = {path: np.asarray(self.vector(values))[place] for path, place in self.places.items()}
+        given = {
+            path: np.asarray(self.vector(values))[place]
+            for path, place in self.places.items()
+        }
         given = {path: np.squeeze(array)[None] for path, array in given.items()}
-        numbers = {path: array[0] for path, array in finer_values(heat, finer, given).items()}
+        numbers = {
+            path: array[0] for path, array in finer_values(heat, finer, given).items()
+        }
         return with_layers(found, first, self._finer(numbers))
 
     def result(self, values: Values = None) -> Result:
         """The whole `Result` of a run with these numbers, by `simulate`."""
         scene = self.check(values)
-        limits = {"max_step": self.max_step, "max_steps": self.max_steps, "max_events": self.max_events}
-        return simulate(scene, solver=self.solver, rtol=self.rtol, throw=False, **limits)
+        limits = {
+            "max_step": self.max_step,
+            "max_steps": self.max_steps,
+            "max_events": self.max_events,
+        }
+        return simulate(
+            scene, solver=self.solver, rtol=self.rtol, throw=False, **limits
+        )
 
 
 @explained
@@ -812,18 +1051,22 @@ def prepare(
     max_steps: int | None = None,
     max_events: int = 10_000,
 ) -> Prepared:
-    """Compiles a scene's run for many calls with other numbers, each some tens of microseconds: loops, live displays.
+    """Compiles a scene's run for many calls with other numbers, each some tens of
+    microseconds: loops, live displays.
 
         run = simbrake.prepare(scene, ["stopping_time"])
         run({"initial.omega": 18.0}).metrics["stopping_time"]
         run.gradient({"initial.omega": 18.0})[0, run.places["brake.pulley.inertia"]]
 
-    - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number or an array
-    - `solver`, `rtol`, `max_step` (s), `max_events`: as for `simulate`, chosen once for the scene given
-    - `max_steps`: step attempts to allocate; by default what the scene's own run needs and a quarter more. A run
-      that needs more is compiled again with more
+    - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number
+      or an array
+    - `solver`, `rtol`, `max_step` (s), `max_events`: as for `simulate`, chosen once for
+      the scene given
+    - `max_steps`: step attempts to allocate; by default what the scene's own run needs
+      and a quarter more. A run that needs more is compiled again with more
 
-    Raises `InputError` for errors of the scene or metrics, and `SimulationError` where the scene's own run fails.
+    Raises `InputError` for errors of the scene or metrics, and `SimulationError` where
+    the scene's own run fails.
 
     Example:
         >>> prepared = sb.prepare(scene, ["stopping_time"])
@@ -835,4 +1078,6 @@ def prepare(
     solver = solver_of(scene, solver)
     limits = {"max_step": max_step, "max_events": max_events}
     run = functools.partial(simulate, scene, solver=solver, rtol=rtol, **limits)
-    return Prepared(scene, metrics, solver, rtol, max_steps or room_for(run()), **limits)
+    return Prepared(
+        scene, metrics, solver, rtol, max_steps or room_for(run()), **limits
+    )

@@ -1,4 +1,5 @@
-"""A brake in steps that the caller sets: for co-simulation, control loops and models of the rig around it."""
+"""A brake in steps that the caller sets: for co-simulation, control loops and models of
+the rig around it."""
 
 import dataclasses
 import functools
@@ -43,7 +44,8 @@ _ATTEMPTS = 256
 
 
 class Advanced(NamedTuple):
-    """Outcome of `Stepper.advance`: the time reached (s), and the events on the way, in order.
+    """Outcome of `Stepper.advance`: the time reached (s), and the events on the way, in
+    order.
 
     Example:
         >>> stepper = sb.Stepper(scene, inputs=["lever"])
@@ -55,17 +57,20 @@ class Advanced(NamedTuple):
     events: list[Event]
 
 
-# --- inputs that are held between two calls ---------------------------------------------------------------------------
+# --- inputs that are held between two calls -----------------------------------------
 
 
 @dataclasses.dataclass(frozen=True)
 class HeldInput:
     """An input of the caller: a function of time with a jump wherever it was changed.
 
-    - `where`: the profile in the scene that it takes the place of;  `unit` of that profile
-    - `times`, `values` (2 k,): the last jumps, each as two points at one time; `piece`: how many points the run has
-      passed. What a lag still feels of older jumps is in the height of the first
-    - `delay`, `lag` (s) of an actuator;  `said`: all that was commanded, by time: the first `count` of a list that
+    - `where`: the profile in the scene that it takes the place of
+    - `unit` of that profile
+    - `times`, `values` (2 k,): the last jumps, each as two points at one time; `piece`:
+      how many points the run has passed. What a lag still feels of older jumps is in
+      the height of the first
+    - `delay`, `lag` (s) of an actuator
+    - `said`: all that was commanded, by time: the first `count` of a list that
       later inputs go on with
     """
 
@@ -87,15 +92,24 @@ class HeldInput:
         """The input with another value from `t` on."""
         if value == self.level:
             return self
-        if t == self.said[0][0] and not (self.delay or self.lag):  # it is what the run begins with
-            return dataclasses.replace(self, values=np.full_like(self.values, value), said=[(t, value)], count=1)
+        if t == self.said[0][0] and not (
+            self.delay or self.lag
+        ):  # it is what the run begins with
+            return dataclasses.replace(
+                self,
+                values=np.full_like(self.values, value),
+                said=[(t, value)],
+                count=1,
+            )
         times = self.times
         values = self.values
         piece = self.piece
         # of a lag one jump that is over stays, to hold what is left of all before
         if piece >= (2 if self.lag is None else 4):
             if self.lag is not None:
-                left = (values[1] - values[0]) * math.exp(-(times[2] - times[0]) / self.lag)
+                left = (values[1] - values[0]) * math.exp(
+                    -(times[2] - times[0]) / self.lag
+                )
                 values = values.copy()
                 values[2] -= left
             times = times[2:]
@@ -103,23 +117,37 @@ class HeldInput:
             piece = piece - 2
         times = np.append(times, [t, t])
         values = np.append(values, [self.level, value])
-        if len(times) > len(self.times):  # commands that wait in the dead time: space for as many again
+        if len(times) > len(
+            self.times
+        ):  # commands that wait in the dead time: space for as many again
             more = len(self.times)
             times = np.concatenate([np.full(more - 2, times[0]), times])
             values = np.concatenate([np.full(more - 2, values[0]), values])
             piece += more - 2
-        said = self.said if len(self.said) == self.count else self.said[: self.count]  # another went on with it
+        said = (
+            self.said if len(self.said) == self.count else self.said[: self.count]
+        )  # another went on with it
         said.append((t, value))
-        return dataclasses.replace(self, times=times, values=values, piece=piece, said=said, count=self.count + 1)
+        return dataclasses.replace(
+            self,
+            times=times,
+            values=values,
+            piece=piece,
+            said=said,
+            count=self.count + 1,
+        )
 
     def history(self) -> PiecewiseLinear:
         """All that was commanded, as a profile of a scene."""
         times, values = np.asarray(self.said[: self.count]).T
-        return PiecewiseLinear(np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1])  # jumps
+        return PiecewiseLinear(
+            np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1]
+        )  # jumps
 
 
 def _held(scene: Scene, name: str) -> HeldInput | Fault:
-    """The input `name` of a scene, before anything was commanded: what the scene itself gives at its start."""
+    """The input `name` of a scene, before anything was commanded: what the scene itself
+    gives at its start."""
     duty = scene.duty
     start = float(np.asarray(scene.initial.time))
     field = duty.lever_field if name == "lever" else "load"
@@ -130,8 +158,13 @@ def _held(scene: Scene, name: str) -> HeldInput | Fault:
     lag = None
     if name == "load":
         if not isinstance(part, TorqueLoad):
-            hint = 'a load given by its torque: load = {torque = "12 kN*m"}, and the mass of the hook in the inertia'
-            return Fault("duty.load", f"a {type(part).__name__} gives its torque by itself", hint)
+            hint = (
+                'a load given by its torque: load = {torque = "12 kN*m"}, and the '
+                "mass of the hook in the inertia"
+            )
+            return Fault(
+                "duty.load", f"a {type(part).__name__} gives its torque by itself", hint
+            )
         part = part.profile
         where = (*where, "profile")
         unit = "N*m"
@@ -153,31 +186,56 @@ def _held(scene: Scene, name: str) -> HeldInput | Fault:
         hint = "give the lever as a tension, a force, or a Driller, whose speed is then the input"
         return Fault(path, f"{type(part).__name__} sets the lever by itself", hint)
     if unit in ("N", "Pa") and not float(np.asarray(part.scale())) > 0:
-        return Fault(path, "is 0 at all times", "give the largest that will be commanded")
-    first = float(np.asarray(part.value(start - delay, part.first_piece(start - delay))))
+        return Fault(
+            path, "is 0 at all times", "give the largest that will be commanded"
+        )
+    first = float(
+        np.asarray(part.value(start - delay, part.first_piece(start - delay)))
+    )
     size = 2 if lag is None else 4
     # jumps before the first command have no height, and are over
     past = np.full(size, start - delay - 1.0)
-    return HeldInput(unit, where, past, np.full(size, first), size, delay, lag, [(start, first)])
+    return HeldInput(
+        unit, where, past, np.full(size, first), size, delay, lag, [(start, first)]
+    )
 
 
-def held_inputs(scene: Scene, inputs: Sequence[str] | str, rtol: float = 1e-10) -> dict[str, HeldInput]:
-    """The inputs of a stepper before the first command. Raises `InputError` for those that the scene cannot have."""
+def held_inputs(
+    scene: Scene, inputs: Sequence[str] | str, rtol: float = 1e-10
+) -> dict[str, HeldInput]:
+    """The inputs of a stepper before the first command. Raises `InputError` for those
+    that the scene cannot have."""
     faults = faults_of_tolerance(rtol)
     inputs = [inputs] if isinstance(inputs, str) else inputs
     hint = f"inputs are {' and '.join(_INPUTS)}"
-    faults += [Fault(name, "is no input", hint) for name in inputs if name not in _INPUTS]
-    held = {name: _held(scene, name) for name in dict.fromkeys(inputs) if name in _INPUTS}
+    faults += [
+        Fault(name, "is no input", hint) for name in inputs if name not in _INPUTS
+    ]
+    held = {
+        name: _held(scene, name) for name in dict.fromkeys(inputs) if name in _INPUTS
+    }
     faults += [fault for fault in held.values() if isinstance(fault, Fault)]
     if isinstance(scene.duty.lever, Phases) and "lever" not in inputs:
         path = f"duty.{scene.duty.lever_field}"
-        faults.append(Fault(path, "a duty in phases ends by itself", "run it by simulate, or give it a tension"))
+        faults.append(
+            Fault(
+                path,
+                "a duty in phases ends by itself",
+                "run it by simulate, or give it a tension",
+            )
+        )
     if faults:
         raise InputError(faults)
-    return {name: held_input for name, held_input in held.items() if isinstance(held_input, HeldInput)}
+    return {
+        name: held_input
+        for name, held_input in held.items()
+        if isinstance(held_input, HeldInput)
+    }
 
 
-def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLinear]]) -> Scene:
+def _commanded(
+    scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLinear]]
+) -> Scene:
     """The scene with other profiles at the places `where`."""
     for where, profile in held:
         scene = with_value_at(scene, ".".join(where), profile)
@@ -185,7 +243,8 @@ def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLine
 
 
 class InputShape(NamedTuple):
-    """What of an input shapes the program: its name, its place, and how many points it has."""
+    """What of an input shapes the program: its name, its place, and how many points it
+    has."""
 
     name: str
     where: tuple[str, ...]
@@ -195,8 +254,9 @@ class InputShape(NamedTuple):
 def step_of_numbers(
     packing: Packing, method: AbstractMethod, shapes: tuple[InputShape, ...]
 ) -> tuple[Callable[[Array], Record], int, tuple[int, int]]:
-    """One integration between two times, a function of one vector: the numbers of the scene, points of the inputs,
-    both times, state and mode. And the size of what comes before the times, and those of state and mode.
+    """One integration between two times, a function of one vector: the numbers of the
+    scene, points of the inputs, both times, state and mode. And the size of what comes
+    before the times, and those of state and mode.
 
     A state that is not a number is the start.
     """
@@ -217,7 +277,10 @@ def step_of_numbers(
     def run(x: Array) -> Record:
         system, y, mode, settings = start(x)
         points = (x[a:b].reshape(2, -1) for a, b in itertools.pairwise(ends.tolist()))
-        profiles = [(shape.where, PiecewiseLinear(*pair)) for shape, pair in zip(shapes, points, strict=True)]
+        profiles = [
+            (shape.where, PiecewiseLinear(*pair))
+            for shape, pair in zip(shapes, points, strict=True)
+        ]
         scene = _commanded(packing.unpack(x[:n])[0], profiles)
         system = dataclasses.replace(system, lever=scene.lever, load=scene.duty.load)
         t = x[ends[-1]]
@@ -225,7 +288,9 @@ def step_of_numbers(
         now = x[ends[-1] + 2 :]
         begins = jnp.isnan(now[0])
         flat_y = jnp.where(begins, ravel(y, jnp.float64), now[:ny])
-        flat_mode = jnp.where(begins, pack_mode(mode), jnp.where(begins, 0.0, now[ny:]).astype(jnp.int32))
+        flat_mode = jnp.where(
+            begins, pack_mode(mode), jnp.where(begins, 0.0, now[ny:]).astype(jnp.int32)
+        )
         problem = system, unravel(flat_y, y), unravel(flat_mode, mode), t, end
         return hybridsolve(*problem, method, settings)
 
@@ -234,7 +299,10 @@ def step_of_numbers(
 
 @functools.partial(Kept, lines=lambda kept: kept[0].lines)
 def _program(
-    packing: Packing, method: AbstractMethod, shapes: tuple[InputShape, ...], device: Any
+    packing: Packing,
+    method: AbstractMethod,
+    shapes: tuple[InputShape, ...],
+    device: Any,
 ) -> tuple[Program, int]:
     """The step compiled, and the size of state and mode."""
     run, before, sizes = step_of_numbers(packing, method, shapes)
@@ -243,14 +311,20 @@ def _program(
         return Packed.of(run(x))
 
     subject = ("step", packing, method, shapes)
-    return compiled(packed, np.ones(before + 2 + sum(sizes)), device=device, subject=subject, quick=True), sum(sizes)
+    return compiled(
+        packed,
+        np.ones(before + 2 + sum(sizes)),
+        device=device,
+        subject=subject,
+        quick=True,
+    ), sum(sizes)
 
 
 def _size(tree: Any) -> int:
     return sum(math.prod(leaf.shape) for leaf in jax.tree.leaves(tree))
 
 
-# --- the stepper ------------------------------------------------------------------------------------------------------
+# --- the stepper --------------------------------------------------------------------
 
 
 def _at_end(record: Record) -> tuple[np.ndarray, np.ndarray]:
@@ -259,7 +333,8 @@ def _at_end(record: Record) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _events(record: Record, first: bool) -> list[Event]:
-    """Changes of mode in a record, by the names of the log; `first`: it begins the run."""
+    """Changes of mode in a record, by the names of the log; `first`: it begins the
+    run."""
     labels = labels_of(record)
     t = np.asarray(record.rows.t)
     # pyright: ignore
@@ -269,7 +344,9 @@ def _events(record: Record, first: bool) -> list[Event]:
     for i, (before, after) in enumerate(itertools.pairwise(labels)):
         if before == after:
             continue
-        names = events_of_change(before, after, settles and bool(t[i + 1] == t[0]), driven)
+        names = events_of_change(
+            before, after, settles and bool(t[i + 1] == t[0]), driven
+        )
         events += [Event(float(t[i + 1]), name) for name in names]
         settles = False
     return events
@@ -277,32 +354,41 @@ def _events(record: Record, first: bool) -> list[Event]:
 
 @functools.partial(RunJit, quick=True)
 def _seen(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Probe:
-    return seen_at(system, *jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], (t, y, mode)))
+    return seen_at(
+        system, *jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], (t, y, mode))
+    )
 
 
 @explained
 class Stepper:
-    """A scene advanced in steps of any length, with all its events inside them, under inputs that the caller holds.
+    """A scene advanced in steps of any length, with all its events inside them, under
+    inputs that the caller holds.
 
         stepper = sb.Stepper(scene, inputs=["lever"])
         while stepper.omega > 0:
             stepper.advance("10 ms", lever=controller(stepper.omega))
 
-    - `inputs`: `"lever"`, `"load"`, or both, instead of the scene's own, which apply before the first command and whose
-      maximum sets the scale of tolerances. The lever is the slack tension or the force of a `ForceDuty` (N), the hand
-      force of a `Lever`, the command of an `Actuator` or the pressure of a `Cylinder` (Pa), which follow with their
-      dead time and lag, or the speed of a `Driller` (rad/s); the load is the torque of a `TorqueLoad` (N·m)
-    - `solver`, `rtol`: as for `simulate`;  `state`: of an earlier stepper, to go on from
+    - `inputs`: `"lever"`, `"load"`, or both, instead of the scene's own, which apply
+      before the first command and whose maximum sets the scale of tolerances. The lever
+      is the slack tension or the force of a `ForceDuty` (N), the hand force of a
+      `Lever`, the command of an `Actuator` or the pressure of a `Cylinder` (Pa), which
+      follow with their dead time and lag, or the speed of a `Driller` (rad/s); the load
+      is the torque of a `TorqueLoad` (N·m)
+    - `solver`, `rtol`: as for `simulate`
+    - `state`: of an earlier stepper, to go on from
 
-    Between two calls an input stays what it was; a change is a jump, at which an elastic band gives or takes work at
-    once. What is read is the state at the end of the last step, under the inputs of that step; before the first one the
-    lever has not yet acted. `end_time` of the scene has no effect. A stop does not end it: the brake holds, and may be
-    released.
+    Between two calls an input stays what it was; a change is a jump, at which an
+    elastic band gives or takes work at once. What is read is the state at the end of
+    the last step, under the inputs of that step; before the first one the lever has not
+    yet acted. `end_time` of the scene has no effect. A stop does not end it: the brake
+    holds, and may be released.
 
-    Each step is a separate integration, so that results depend on the lengths of the steps within the tolerance. Equal
-    commands lead from equal states to equal states, to the last bit.
+    Each step is a separate integration, so that results depend on the lengths of the
+    steps within the tolerance. Equal commands lead from equal states to equal states,
+    to the last bit.
 
-    Raises `InputError` for errors of the scene, unknown inputs and a state of another scene.
+    Raises `InputError` for errors of the scene, unknown inputs and a state of another
+    scene.
 
     Example:
         >>> stepper = sb.Stepper(scene, inputs=["lever"])
@@ -334,31 +420,61 @@ class Stepper:
         self._numbers, self._packing = pack((scene, *limits))
         self._method = method_of(scene, self.solver)
         shapes = self._packing.shapes, solver_name(self.solver), sorted(self._held)
-        self._digest = hashlib.sha256(self._numbers.tobytes() + repr(shapes).encode()).hexdigest()
+        self._digest = hashlib.sha256(
+            self._numbers.tobytes() + repr(shapes).encode()
+        ).hexdigest()
         self.time = float(np.asarray(scene.initial.time))
         self._begun = False
-        self._record = record = self._integrate(self.time, self.time, None, None, self._held)
+        self._record = record = self._integrate(
+            self.time, self.time, None, None, self._held
+        )
         self._y, self._mode = _at_end(record)
         if state is not None:
             self.restore(state)
 
     def _integrate(
-        self, t: float, end: float, y: np.ndarray | None, mode: np.ndarray | None, held: Mapping[str, "HeldInput"]
+        self,
+        t: float,
+        end: float,
+        y: np.ndarray | None,
+        mode: np.ndarray | None,
+        held: Mapping[str, "HeldInput"],
     ) -> Record:
         """From one time to another, or as far as one call of the program comes."""
-        shapes = tuple(InputShape(name, held_input.where, len(held_input.times)) for name, held_input in held.items())
+        shapes = tuple(
+            InputShape(name, held_input.where, len(held_input.times))
+            for name, held_input in held.items()
+        )
         program, size = _program(self._packing, self._method, shapes, run_device())
-        now = np.full(size, np.nan) if y is None or mode is None else np.concatenate([y, mode])
-        points = [x for held_input in held.values() for x in (held_input.times, held_input.values)]
-        record: Record = program.call(np.concatenate([self._numbers, *points, [t, end], now])).unpack()
+        now = (
+            np.full(size, np.nan)
+            if y is None or mode is None
+            else np.concatenate([y, mode])
+        )
+        points = [
+            x
+            for held_input in held.values()
+            for x in (held_input.times, held_input.values)
+        ]
+        record: Record = program.call(
+            np.concatenate([self._numbers, *points, [t, end], now])
+        ).unpack()
         if int(record.code) not in (Code.COMPLETED, Code.STEP_LIMIT):
-            result = Result(self.scene, record, np.asarray(self.rtol), solver_name(self.solver), self._limits)
+            result = Result(
+                self.scene,
+                record,
+                np.asarray(self.rtol),
+                solver_name(self.solver),
+                self._limits,
+            )
             raise SimulationError(f"{result.status}: {result.message}", result)
         return record
 
     @property
     def _state_now(self) -> tuple[State, Mode]:
-        return unravel(self._y, self._record.y_like), unravel(self._mode, self._record.mode_like)
+        return unravel(self._y, self._record.y_like), unravel(
+            self._mode, self._record.mode_like
+        )
 
     @property
     def _label(self) -> Label:
@@ -385,10 +501,11 @@ class Stepper:
         return float(self._state_now[0].omega)
 
     def advance(self, dt: float | str, **inputs: float | str) -> Advanced:
-        """Advances by `dt` (s, or a text with a unit) with inputs that are held from now on, in SI or with a unit.
+        """Advances by `dt` (s, or a text with a unit) with inputs that are held from
+        now on, in SI or with a unit.
 
-        Raises `InputError` for values that do not fit, and `SimulationError` where the step fails with a code; the
-        stepper is then unchanged.
+        Raises `InputError` for values that do not fit, and `SimulationError` where the
+        step fails with a code; the stepper is then unchanged.
         """
         span, held = self._read(dt, inputs)
         t = self.time
@@ -403,7 +520,10 @@ class Stepper:
             t = float(record.t_end)
             (y, mode) = _at_end(record)
             pieces = unravel(mode, record.mode_like).pieces
-            held = {name: dataclasses.replace(held_input, piece=int(pieces[name])) for name, held_input in held.items()}
+            held = {
+                name: dataclasses.replace(held_input, piece=int(pieces[name]))
+                for name, held_input in held.items()
+            }
         self.time = t
         self._y = y
         self._mode = mode
@@ -412,31 +532,53 @@ class Stepper:
         self._begun = self._begun or span > 0
         return Advanced(t, events)
 
-    def _read(self, dt: float | str, inputs: Mapping[str, float | str]) -> tuple[float, dict[str, HeldInput]]:
+    def _read(
+        self, dt: float | str, inputs: Mapping[str, float | str]
+    ) -> tuple[float, dict[str, HeldInput]]:
         reader = NumberReader()
         held = dict(self._held)
         # a number may come from an array, as those of a controller do
-        dt, *values = (x.item() if getattr(x, "ndim", None) == 0 else x for x in (dt, *inputs.values()))  # pyright: ignore
-        span = reader.number(dt, Quantity("s", "length of the step", low=0.0), "dt", "s")
+        dt, *values = (
+            x.item() if getattr(x, "ndim", None) == 0 else x
+            for x in (dt, *inputs.values())
+        )  # pyright: ignore
+        span = reader.number(
+            dt, Quantity("s", "length of the step", low=0.0), "dt", "s"
+        )
         for name, entry in zip(inputs, values, strict=True):
             if name not in held:
-                names = ", ".join(held) or "none: name them in Stepper(scene, inputs=[…])"
+                names = (
+                    ", ".join(held) or "none: name them in Stepper(scene, inputs=[…])"
+                )
                 reader.fault(name, "is no input of this stepper", f"inputs are {names}")
                 continue
             unit = held[name].unit
-            value = reader.number(entry, Quantity(unit, name, low=0.0 if unit == "N" else None), name, unit)
-            held[name] = held[name].told(self.time, value) if isinstance(value, float) else held[name]
+            value = reader.number(
+                entry,
+                Quantity(unit, name, low=0.0 if unit == "N" else None),
+                name,
+                unit,
+            )
+            held[name] = (
+                held[name].told(self.time, value)
+                if isinstance(value, float)
+                else held[name]
+            )
         if reader.faults:
             raise InputError(reader.faults)
         return span, held
 
     def _on_pieces(self, mode: np.ndarray, held: Mapping[str, HeldInput]) -> np.ndarray:
         unpacked: Mode = unravel(mode, self._record.mode_like)
-        pieces = unpacked.pieces | {name: np.asarray(held_input.piece) for name, held_input in held.items()}
-        flat = [np.ravel(leaf) for leaf in jax.tree.leaves(unpacked._replace(pieces=pieces))]
+        pieces = unpacked.pieces | {
+            name: np.asarray(held_input.piece) for name, held_input in held.items()
+        }
+        flat = [
+            np.ravel(leaf) for leaf in jax.tree.leaves(unpacked._replace(pieces=pieces))
+        ]
         return np.concatenate(flat).astype(np.int32)
 
-    # --- reading, saving and restoring the state ----------------------------------------------------------------------
+    # --- reading, saving and restoring the state -------------------------------------
 
     def series(self) -> Series:
         """All columns of a `Series` at the present time, each of one row.
@@ -450,12 +592,16 @@ class Stepper:
         return series_of(probe, self._record.system)  # pyright: ignore
 
     def __getitem__(self, name: str) -> Any:
-        """A column of `series` at the present time by its name: a number, or one for each lining or node."""
-        # (a series has no reserve where no load is held; here the next step may hold one)
+        """A column of `series` at the present time by its name: a number, or one for
+        each lining or node."""
+        # (a series has no reserve where no load is held; here the next step may hold
+        # one)
         columns = flat(self.series(), pairs=True)
         columns.setdefault("holding_reserve", np.full(1, np.nan))
         if name not in columns:
-            raise KeyError(f"{name!r} is no column of this scene; there are {', '.join(columns)}")
+            raise KeyError(
+                f"{name!r} is no column of this scene; there are {', '.join(columns)}"
+            )
         value = np.asarray(columns[name])[0]
         return value.item() if np.ndim(value) == 0 else value
 
@@ -467,25 +613,47 @@ class Stepper:
         return str(self._label)
 
     def state(self) -> dict[str, np.ndarray]:
-        """State to continue from, with the commands that wait in a dead time: arrays by name.
+        """State to continue from, with the commands that wait in a dead time: arrays by
+        name.
 
-        `np.savez(file, **stepper.state())` saves it, and `stepper.restore(np.load(file))` continues from there.
+        `np.savez(file, **stepper.state())` saves it, and
+        `stepper.restore(np.load(file))` continues from there.
         """
-        arrays = {"scene": np.asarray(self._digest), "time": np.asarray(self.time), "begun": np.asarray(self._begun)}
+        arrays = {
+            "scene": np.asarray(self._digest),
+            "time": np.asarray(self.time),
+            "begun": np.asarray(self._begun),
+        }
         arrays |= {"y": self._y.copy(), "mode": self._mode.copy()}
         for name, held in self._held.items():
             points = np.stack([held.times, held.values])
-            arrays |= {f"{name}_points": points, f"{name}_piece": np.asarray(held.piece)}
+            arrays |= {
+                f"{name}_points": points,
+                f"{name}_piece": np.asarray(held.piece),
+            }
             arrays |= {f"{name}_history": np.asarray(held.said[: held.count])}
         return arrays
 
     def restore(self, state: Mapping[str, Any]) -> "Stepper":
-        """The stepper as it was when `state` was taken. Raises `InputError` for a state of another scene."""
+        """The stepper as it was when `state` was taken. Raises `InputError` for a state
+        of another scene."""
         kept = {name: np.asarray(state[name]) for name in state}
         missing = set(self.state()) ^ set(kept)
         if missing or str(kept["scene"]) != self._digest:
-            what = f"has other entries ({', '.join(sorted(missing))})" if missing else "is of another scene"
-            raise InputError([Fault("state", what, "of a stepper of the same scene, inputs, solver and tolerance")])
+            what = (
+                f"has other entries ({', '.join(sorted(missing))})"
+                if missing
+                else "is of another scene"
+            )
+            raise InputError(
+                [
+                    Fault(
+                        "state",
+                        what,
+                        "of a stepper of the same scene, inputs, solver and tolerance",
+                    )
+                ]
+            )
         self.time = float(kept["time"])
         self._begun = bool(kept["begun"])
         self._y = np.array(kept["y"])
@@ -495,21 +663,37 @@ class Stepper:
             said = [(t, value) for t, value in kept[f"{name}_history"].tolist()]
             piece = int(kept[f"{name}_piece"])
             self._held[name] = dataclasses.replace(
-                held, times=times, values=values, piece=piece, said=said, count=len(said)
+                held,
+                times=times,
+                values=values,
+                piece=piece,
+                said=said,
+                count=len(said),
             )
         # (columns are read under the inputs of the record)
-        self._record = self._integrate(self.time, self.time, self._y, self._mode, self._held)
+        self._record = self._integrate(
+            self.time, self.time, self._y, self._mode, self._held
+        )
         return self
 
     def history(self) -> Scene:
-        """The scene of what has happened so far: all commands as profiles, and the present time as its end.
+        """The scene of what has happened so far: all commands as profiles, and the
+        present time as its end.
 
-        `simbrake.simulate(stepper.history())` is the same run in one piece, with its whole report.
+        `simbrake.simulate(stepper.history())` is the same run in one piece, with its
+        whole report.
         """
-        commanded = _commanded(self.scene, [(held.where, held.history()) for held in self._held.values()])
+        commanded = _commanded(
+            self.scene, [(held.where, held.history()) for held in self._held.values()]
+        )
         return with_fields(commanded, end_time=np.asarray(self.time))
 
     def __repr__(self) -> str:
-        inputs = ", ".join(f"{name} {number(held.level, held.unit)}" for name, held in self._held.items())
-        now = f"t = {number(self.time, 's')}, {number(self.omega, 'rad/s')}, {self.mode}"
+        inputs = ", ".join(
+            f"{name} {number(held.level, held.unit)}"
+            for name, held in self._held.items()
+        )
+        now = (
+            f"t = {number(self.time, 's')}, {number(self.omega, 'rad/s')}, {self.mode}"
+        )
         return f"Stepper({self.scene.brake.kind}: {now}; inputs: {inputs or 'none'})"

@@ -1,6 +1,8 @@
-"""Studies of a scene: many runs, sensitivities, uncertainty, calibration, and the life of the linings.
+"""Studies of a scene: many runs, sensitivities, uncertainty, calibration, and the life
+of the linings.
 
-The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+The names are in `__init__.pyi`, each with its module, which is imported at the first
+use of the name.
 """
 
 from .._base._arguments import public_names
@@ -15,7 +17,8 @@ __getattr__ = answers(
         "FRICTION": "docs/typical_values.md has the ranges of friction materials",
         "GlobalSensitivity": _INDICES,
         "KnownSpread": "simbrake.uncertainty takes ranges of your inputs",
-        "known_spread": "simbrake.uncertainty takes ranges of your inputs; docs/typical_values.md has some",
+        "known_spread": "simbrake.uncertainty takes ranges of your inputs; "
+        "docs/typical_values.md has some",
         "MorrisTable": _INDICES,
         "SobolTable": _INDICES,
         "morris": _INDICES,

@@ -1,4 +1,5 @@
-"""Fitting parameters of a scene to measured data: bounded least squares, errors, and undetermined parameters."""
+"""Fitting parameters of a scene to measured data: bounded least squares, errors, and
+undetermined parameters."""
 
 import dataclasses
 import enum
@@ -48,9 +49,11 @@ class State(enum.StrEnum):
 class Outcome(enum.StrEnum):
     """What a fit has learned.
 
-    - `CONVERGED`: the residual no longer decreases, and the data determine every parameter, or a bound does
+    - `CONVERGED`: the residual no longer decreases, and the data determine every
+      parameter, or a bound does
     - `NOT_DETERMINED`: it no longer decreases, but the data leave parameters open
-    - `NOT_CONVERGED`: the search ended before: limit of evaluations, rejected points, interruption
+    - `NOT_CONVERGED`: the search ended before: limit of evaluations, rejected points,
+      interruption
 
     Example:
         >>> [str(outcome) for outcome in sb.studies.Outcome]
@@ -64,12 +67,15 @@ class Outcome(enum.StrEnum):
 
 @frozen
 class FixedNumber:
-    """A fixed number of the scene that the data do not tell apart from a fitted parameter.
+    """A fixed number of the scene that the data do not tell apart from a fitted
+    parameter.
 
-    - `path`, `value` (SI; the largest entry of a list, of which all entries change in proportion)
+    - `path`, `value` (SI; the largest entry of a list, of which all entries change in
+      proportion)
     - `parameter`: path of the fitted one;  `correlation` of the two if both were fitted
-    - `shift`: relative change of the parameter per relative change of the number, `(dθ/θ)/(dk/k)` (`dθ/(dk/k)` where θ
-      is 0): an error of 1 % in the number is one of `shift` % in the parameter, which its standard error leaves out
+    - `shift`: relative change of the parameter per relative change of the number,
+      `(dθ/θ)/(dk/k)` (`dθ/(dk/k)` where θ is 0): an error of 1 % in the number is one
+      of `shift` % in the parameter, which its standard error leaves out
 
     Example:
         >>> sb.studies.FixedNumber("drum", 0.4, "m", "friction", 0.999, -1.2).shift
@@ -86,12 +92,15 @@ class FixedNumber:
 
 @frozen
 class Parameter:
-    """One fitted parameter, in SI units; `path` is `initial.omega@NAME` of one that only the recording NAME has.
+    """One fitted parameter, in SI units; `path` is `initial.omega@NAME` of one that
+    only the recording NAME has.
 
-    - `standard_error`: `inf` where the data do not determine the parameter, NaN at a bound (the other errors assume it
-      as fixed);  `interval`: confidence interval of `Calibration.confidence`, symmetric in the scale of the fit
-    - `profile`: values at which `min χ²` over all other parameters exceeds its least value by the quantile of χ² for
-      the confidence; `±inf` where it does not up to the bound, `None` where it was not asked for
+    - `standard_error`: `inf` where the data do not determine the parameter, NaN at a
+      bound (the other errors assume it as fixed);  `interval`: confidence interval of
+      `Calibration.confidence`, symmetric in the scale of the fit
+    - `profile`: values at which `min χ²` over all other parameters exceeds its least
+      value by the quantile of χ² for the confidence; `±inf` where it does not up to the
+      bound, `None` where it was not asked for
     - `low`, `high`: the bounds;  `logarithmic`: fitted on a logarithmic scale
     """
 
@@ -110,8 +119,8 @@ class Parameter:
 
 @frozen
 class Residuals:
-    """Measured and fitted values of one column or event, in SI units; `scaled` is (model − measured)/σ. Of several
-    recordings the name is `omega@NAME`."""
+    """Measured and fitted values of one column or event, in SI units; `scaled` is
+    (model − measured)/σ. Of several recordings the name is `omega@NAME`."""
 
     name: str
     unit: str
@@ -133,8 +142,8 @@ class Residuals:
 
 @frozen
 class FittedRecording:
-    """A recording in a fit: its data, its scene with the start values and with the fitted ones. The name is empty where
-    it is the only one."""
+    """A recording in a fit: its data, its scene with the start values and with the
+    fitted ones. The name is empty where it is the only one."""
 
     name: str
     data: Measured
@@ -146,19 +155,25 @@ class FittedRecording:
 class Calibration(Tabular):
     """A fit of a scene's parameters to measured data of one or more recordings.
 
-    - `parameters`, `covariance`, `correlation` (p, p), in the order of the parameters; SI units. Open parameters have
-      infinite variances, parameters at a bound NaN, and both NaN covariances
-    - `chi2 = Σ ((model − measured)/σ)²`, `freedom` degrees of freedom; `absolute`: the σ are absolute, else errors are
-      scaled by `chi2/freedom`;  `probability` of a larger `chi2` where they are
+    - `parameters`, `covariance`, `correlation` (p, p), in the order of the parameters;
+      SI units. Open parameters have infinite variances, parameters at a bound NaN, and
+      both NaN covariances
+    - `chi2 = Σ ((model − measured)/σ)²`, `freedom` degrees of freedom; `absolute`: the
+      σ are absolute, else errors are scaled by `chi2/freedom`;  `probability` of a
+      larger `chi2` where they are
     - `singular_values` of the Jacobian in standard deviations per range of the bounds
-    - `open`: combinations that the data do not determine: `dθ_i/θ_i` of each parameter by path (`dθ_i` where `θ_i` is
-      0), the largest 1
-    - `scene`: the scene with the fitted numbers;  `before`: with the start values. Of several recordings both have the
+    - `open`: combinations that the data do not determine: `dθ_i/θ_i` of each parameter
+      by path (`dθ_i` where `θ_i` is 0), the largest 1
+    - `scene`: the scene with the fitted numbers
+    - `before`: with the start values. Of several recordings both have the
       shared parameters alone, and `recordings` has the scene and the data of each
-    - `outcome`, `message`: why the search ended;  `converged`: whether it ended at a minimum, also where the data do
+    - `outcome`, `message`: why the search ended
+    - `converged`: whether it ended at a minimum, also where the data do
       not determine every parameter
-    - `fixed`: fixed numbers that correlate by more than 0.99 with a fitted one, those with the largest effect first
-    - `evaluations` of model and Jacobian together, `failures`: rejected trial points, by reason
+    - `fixed`: fixed numbers that correlate by more than 0.99 with a fitted one, those
+      with the largest effect first
+    - `evaluations` of model and Jacobian together, `failures`: rejected trial points,
+      by reason
     """
 
     parameters: tuple[Parameter, ...]
@@ -188,14 +203,26 @@ class Calibration(Tabular):
     def __getitem__(self, path: str) -> Parameter:
         return {parameter.path: parameter for parameter in self.parameters}[path]
 
-    def of(self, recording: str | None = None) -> tuple[FittedRecording, list[Residuals]]:
-        """A recording and its residuals, by default that with the largest residual. Raises `InputError`."""
+    def of(
+        self, recording: str | None = None
+    ) -> tuple[FittedRecording, list[Residuals]]:
+        """A recording and its residuals, by default that with the largest residual.
+        Raises `InputError`."""
         parts = iter(self.residuals)
-        rows = {each.name: (each, [next(parts) for _ in each.data.all]) for each in self.recordings}
+        rows = {
+            each.name: (each, [next(parts) for _ in each.data.all])
+            for each in self.recordings
+        }
         if recording is None:
-            return max(rows.values(), key=lambda row: max(part.largest for part in row[1]))
+            return max(
+                rows.values(), key=lambda row: max(part.largest for part in row[1])
+            )
         if recording not in rows:
-            raise input_error("recording", f"there is no {recording!r}", f"there are: {', '.join(rows)}")
+            raise input_error(
+                "recording",
+                f"there is no {recording!r}",
+                f"there are: {', '.join(rows)}",
+            )
         return rows[recording]
 
     @property
@@ -226,9 +253,18 @@ class Calibration(Tabular):
         if self.probability is not None and self.probability < _UNLIKELY:
             text += ": the model does not explain the data"
         if self.fixed:
-            named = [f"{one.path} ({one.correlation:+.4f} with {one.parameter})" for one in self.fixed[:_NAMED]]
-            more = f" and {len(self.fixed) - _NAMED} more" if len(self.fixed) > _NAMED else ""
-            text += f"; cannot be told apart from fixed numbers: {', '.join(named)}{more}"
+            named = [
+                f"{one.path} ({one.correlation:+.4f} with {one.parameter})"
+                for one in self.fixed[:_NAMED]
+            ]
+            more = (
+                f" and {len(self.fixed) - _NAMED} more"
+                if len(self.fixed) > _NAMED
+                else ""
+            )
+            text += (
+                f"; cannot be told apart from fixed numbers: {', '.join(named)}{more}"
+            )
         return text
 
     @property
@@ -237,15 +273,29 @@ class Calibration(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data for JSON; `null` where a number is infinite or unknown."""
-        names = "outcome headline converged message confidence covariance correlation chi2 chi2_start reduced_chi2"
+        names = (
+            "outcome headline converged message confidence covariance correlation "
+            "chi2 chi2_start reduced_chi2"
+        )
         names += " singular_values open fixed evaluations failures solver loss warnings"
         data: dict[str, Any] = {name: getattr(self, name) for name in names.split()}
         parameters = map(dataclasses.asdict, self.parameters)
-        data["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
+        data["parameters"] = [
+            p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters
+        ]
         data["degrees_of_freedom"] = self.freedom
-        data |= {"probability_of_larger_chi2": self.probability, "absolute_sigma": self.absolute}
+        data |= {
+            "probability_of_larger_chi2": self.probability,
+            "absolute_sigma": self.absolute,
+        }
         data["residuals"] = [
-            {"name": r.name, "unit": r.unit, "count": r.scaled.size, "chi2": r.scaled @ r.scaled, "largest": r.largest}
+            {
+                "name": r.name,
+                "unit": r.unit,
+                "count": r.scaled.size,
+                "chi2": r.scaled @ r.scaled,
+                "largest": r.largest,
+            }
             for r in self.residuals
         ]
         return plain(data)
@@ -254,56 +304,87 @@ class Calibration(Tabular):
         yield self.headline
         columns = [("path", "parameter"), Column("value"), "unit"]
         columns += [Column("standard error", show=".2g")]
-        columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")]
+        columns += [
+            Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")
+        ]
         profiled = any(p.profile for p in self.parameters)
-        columns += [Column(f"profile {end}") for end in ("from", "to") if profiled] + [Column("start")]
+        columns += [Column(f"profile {end}") for end in ("from", "to") if profiled] + [
+            Column("start")
+        ]
         rows = [
             (p.path, p.value, "" if p.unit == "1" else p.unit)
-            + ((p.standard_error, *p.interval) if p.state == State.FITTED else (None,) * 3)
+            + (
+                (p.standard_error, *p.interval)
+                if p.state == State.FITTED
+                else (None,) * 3
+            )
             + (p.profile or (None, None)) * profiled
             + (p.start, _words(p))
             for p in self.parameters
         ]
         yield Table([*columns, ("state", "")], rows)
         yield self._quality()
-        for i, j in zip(*np.nonzero(np.abs(np.tril(self.correlation, -1)) > 0.9), strict=True):
+        for i, j in zip(
+            *np.nonzero(np.abs(np.tril(self.correlation, -1)) > 0.9), strict=True
+        ):
             pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
             yield f"corr     {self.correlation[i, j]:+.4f} between {pair}"
         for one in self.open:
-            shares = (f"{path} {share:+.3g}" for path, share in one.items() if abs(share) >= _SMALL)
+            shares = (
+                f"{path} {share:+.3g}"
+                for path, share in one.items()
+                if abs(share) >= _SMALL
+            )
             yield f"open     {', '.join(shares)} (relative changes) together"
         for one in self.fixed:
-            shift = f"shifts {one.parameter} by {one.shift:+.3g} %, correlation {one.correlation:+.4f}"
+            shift = (
+                f"shifts {one.parameter} by {one.shift:+.3g} %, correlation "
+                f"{one.correlation:+.4f}"
+            )
             yield f"fixed    {one.path} +1 % {shift}"
         data = [
             ("name", "data"),
             Column("values"),
             Column("rms", display_units="σ", show=".3g"),
         ]
-        rows = [(r.name, r.scaled.size, np.sqrt(np.mean(r.scaled**2)), r.largest) for r in self.residuals]
+        rows = [
+            (r.name, r.scaled.size, np.sqrt(np.mean(r.scaled**2)), r.largest)
+            for r in self.residuals
+        ]
         yield Table([*data, Column("maximum", display_units="σ", show=".3g")], rows)
         yield from (f"warning  {text}" for text in self.warnings)
         refused = sum(self.failures.values())
-        yield f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} rejected"
+        yield (
+            f"solver   {self.solver}, {self.evaluations} runs with derivatives, "
+            f"{refused} rejected"
+        )
 
     def _quality(self) -> str:
         text = f"χ²       {self.chi2_start:.5g} → {self.chi2:.5g}"
         text += f", {self._reduced}" if self.freedom > 0 else ", no degrees of freedom"
         if self.probability is not None:
             return f"{text}; a larger one has probability {self.probability:.2g}"
-        return text if self.absolute else f"{text}; errors are scaled by it, as σ are not absolute"
+        return (
+            text
+            if self.absolute
+            else f"{text}; errors are scaled by it, as σ are not absolute"
+        )
 
 
 def _words(p: Parameter) -> str:
     if p.state == State.OPEN:
         at = ", and it reached a bound" if p.value in (p.low, p.high) else ""
         return f"standard error infinite: not determined by the data{at}"
-    return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
+    return {
+        State.AT_LOW: "at its lower bound",
+        State.AT_HIGH: "at its upper bound",
+    }.get(p.state, "")
 
 
 #: smaller shares of a combination are not named
 _SMALL = 0.01
-#: correlation above which a fixed number is not told apart from a fitted one, and how many the headline names
+#: correlation above which a fixed number is not told apart from a fitted one, and how
+#: many the headline names
 _TIED = 0.99
 _NAMED = 3
 #: probability of χ² below which model and data disagree
@@ -312,7 +393,9 @@ _UNLIKELY = 1e-3
 _BETTER = 0.01
 
 
-def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, rtol: float) -> Calibration:
+def assess(
+    search: Search, scene: Scene, *, absolute: bool, confidence: float, rtol: float
+) -> Calibration:
     """The calibration at the best point of a search."""
     from scipy import stats  # slow to import: loaded by a fit only
 
@@ -324,7 +407,9 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
     theta = box.up(z)
     residual = search.residual(best)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
-    if fixed.any():  # noise alone drives an undetermined parameter to a bound: then the bound fixes it, not the data
+    # noise alone drives an undetermined parameter to a bound: then the bound fixes it,
+    # not the data
+    if fixed.any():
         whole = _identified(search, z, np.zeros_like(fixed), absolute)
         fixed = fixed & ~whole.concerned
     known = _identified(search, z, fixed, absolute)
@@ -339,14 +424,34 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
     # noise that is known is normal, else the scatter of the residuals gives Student's t
     noise_known = absolute and search.loss == "linear"
     law = stats.norm if noise_known else stats.t(freedom)
-    quantile = float(law.ppf(0.5 + confidence / 2)) if noise_known or freedom > 0 else np.inf
-    ends = [np.where(concerned, side * np.inf, box.up(z + side * quantile * error)).tolist() for side in (-1.0, 1.0)]
+    quantile = (
+        float(law.ppf(0.5 + confidence / 2)) if noise_known or freedom > 0 else np.inf
+    )
+    ends = [
+        np.where(concerned, side * np.inf, box.up(z + side * quantile * error)).tolist()
+        for side in (-1.0, 1.0)
+    ]
     states = [
-        State.OPEN if c else State.FITTED if not at else State.AT_LOW if here == 0 else State.AT_HIGH
+        State.OPEN
+        if c
+        else State.FITTED
+        if not at
+        else State.AT_LOW
+        if here == 0
+        else State.AT_HIGH
         for c, at, here in zip(concerned, fixed, z, strict=True)
     ]
     inputs = Inputs(scene)
-    columns = (theta, error * slope, [*zip(*ends, strict=True)], states, box.start, box.low, box.high, box.logarithmic)
+    columns = (
+        theta,
+        error * slope,
+        [*zip(*ends, strict=True)],
+        states,
+        box.start,
+        box.low,
+        box.high,
+        box.logarithmic,
+    )
     columns = (c if isinstance(c, list) else c.tolist() for c in columns)
     parameters = tuple(
         Parameter(path, inputs.about(field).unit, *row)  # pyright: ignore
@@ -355,13 +460,21 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
     covariance = covariance * np.outer(slope, slope)
     covariance[concerned] = covariance[:, concerned] = np.nan
     covariance[concerned, concerned] = np.inf
-    probability = float(stats.chi2.sf(chi2, freedom)) if noise_known and freedom > 0 else None
+    probability = (
+        float(stats.chi2.sf(chi2, freedom)) if noise_known and freedom > 0 else None
+    )
     start = model(box.start)
     # without absolute standard deviations residuals are scaled by the scatter
     scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
-    columns = map(model.split, (search.measured, scatter * search.sigma, start.values, best.values))
+    columns = map(
+        model.split,
+        (search.measured, scatter * search.sigma, start.values, best.values),
+    )
     rows = zip(model.parts, *columns, strict=True)
-    residuals = tuple(Residuals(r.label(part.name), part.unit, part.t, *row) for (r, part), *row in rows)  # pyright: ignore
+    residuals = tuple(
+        Residuals(r.label(part.name), part.unit, part.t, *row)
+        for (r, part), *row in rows
+    )  # pyright: ignore
     names = [paths[i] for i in np.flatnonzero(~fixed)]
     solver = model.run.solver
     outcome = Outcome.CONVERGED
@@ -370,21 +483,33 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
         outcome = Outcome.NOT_CONVERGED
     elif concerned.any():
         outcome = Outcome.NOT_DETERMINED
-        message = f"the data do not determine {', '.join(paths[i] for i in np.flatnonzero(concerned))}"
+        message = (
+            "the data do not determine "
+            f"{', '.join(paths[i] for i in np.flatnonzero(concerned))}"
+        )
     changes = known.open * (slope / np.where(theta == 0, 1.0, theta))[~fixed]
     changes = [one / one[np.argmax(np.abs(one))] for one in changes]
-    rows = zip(model.recordings, model.scenes(box.start), model.scenes(theta), strict=True)
-    recordings = tuple(FittedRecording(each.name, each.data, *scenes) for each, *scenes in rows)
+    rows = zip(
+        model.recordings, model.scenes(box.start), model.scenes(theta), strict=True
+    )
+    recordings = tuple(
+        FittedRecording(each.name, each.data, *scenes) for each, *scenes in rows
+    )
     if len(recordings) == 1:
         ends = recordings[0].before, recordings[0].scene
     else:
-        both = ({path: x[i] for i, path in enumerate(paths[: model.shared])} for x in (box.start, theta))
+        both = (
+            {path: x[i] for i, path in enumerate(paths[: model.shared])}
+            for x in (box.start, theta)
+        )
         ends = tuple(with_values(scene, values) for values in both)
     return Calibration(
         parameters=parameters,
         covariance=covariance,
         chi2=chi2,
-        chi2_start=float(np.sum(search.residual(start) ** 2)) if model.refused(start) is None else np.inf,
+        chi2_start=float(np.sum(search.residual(start) ** 2))
+        if model.refused(start) is None
+        else np.inf,
         freedom=freedom,
         absolute=absolute,
         probability=probability,
@@ -414,7 +539,9 @@ def _profiled(search: Search, fit: Calibration) -> Calibration:
     assert search.best is not None
     (least, z, _) = search.best
     box = search.box
-    law, scatter = (stats.norm, 1.0) if fit.absolute else (stats.t(fit.freedom), fit.reduced_chi2)
+    law, scatter = (
+        (stats.norm, 1.0) if fit.absolute else (stats.t(fit.freedom), fit.reduced_chi2)
+    )
     quantile = float(law.ppf(0.5 + fit.confidence / 2))
     slope = box.slope(box.up(z))
     rise = scatter * quantile**2
@@ -423,20 +550,38 @@ def _profiled(search: Search, fit: Calibration) -> Calibration:
     with Progress("calibrate", "profiles…"):
         for i, p in enumerate(parameters[: search.model.shared]):
             reached = search.profile(z, i, rise, quantile * p.standard_error / slope[i])
-            ends = [x if np.isinf(x) else box.up(np.where(np.arange(z.size) == i, x, z))[i] for x in reached]
-            parameters[i] = dataclasses.replace(p, profile=(float(ends[0]), float(ends[1])))
+            ends = [
+                x if np.isinf(x) else box.up(np.where(np.arange(z.size) == i, x, z))[i]
+                for x in reached
+            ]
+            parameters[i] = dataclasses.replace(
+                p, profile=(float(ends[0]), float(ends[1]))
+            )
     if search.best[0] < least - _BETTER * rise:
         values = zip(search.model.paths, box.up(search.best[1]), strict=True)
         there = ", ".join(f"{path} = {value:.5g}" for path, value in values)
-        warnings = (*warnings, f"a profile has passed a better fit: start again from {there}")
-    return dataclasses.replace(fit, parameters=tuple(parameters), warnings=warnings, evaluations=search.model.run.runs)
+        warnings = (
+            *warnings,
+            f"a profile has passed a better fit: start again from {there}",
+        )
+    return dataclasses.replace(
+        fit,
+        parameters=tuple(parameters),
+        warnings=warnings,
+        evaluations=search.model.run.runs,
+    )
 
 
 def _tied(
-    search: Search, z: np.ndarray, theta: np.ndarray, free: np.ndarray, concerned: np.ndarray, scene: Scene
+    search: Search,
+    z: np.ndarray,
+    theta: np.ndarray,
+    free: np.ndarray,
+    concerned: np.ndarray,
+    scene: Scene,
 ) -> tuple[FixedNumber, ...]:
-    """Fixed numbers that are not told apart from fitted parameters, those with the largest effect in standard errors
-    first."""
+    """Fixed numbers that are not told apart from fitted parameters, those with the
+    largest effect in standard errors first."""
     if not (free & ~concerned).any():
         return ()
     slope = search.box.slope(theta)
@@ -451,37 +596,59 @@ def _tied(
         i = which[k]
         shift = ties.shift[k] * slope[which[k]]
         error = float(np.sqrt(max(ties.variance[k], 0.0))) * slope[i]
-        if strength[k] > _TIED and abs(shift) > error:  # else an error of the whole number would not matter
+        if (
+            strength[k] > _TIED and abs(shift) > error
+        ):  # else an error of the whole number would not matter
             relative = float(shift / theta[i]) if theta[i] else float(shift)
             unit = inputs[path].about.unit
             correlation = float(ties.correlation[k])
-            row = FixedNumber(path, value, unit, search.model.paths[i], correlation, relative)
+            row = FixedNumber(
+                path, value, unit, search.model.paths[i], correlation, relative
+            )
             rows.append((abs(shift) / error if error > 0 else np.inf, row))
     rows.sort(key=lambda row: -row[0])
     return tuple(row for _, row in rows)
 
 
-def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool) -> Identified:
+def _identified(
+    search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool
+) -> Identified:
     if fixed.all():
-        return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), np.zeros((0, 0)), 0)
+        return Identified(
+            np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), np.zeros((0, 0)), 0
+        )
     fit = search.look(z)[0]
     jacobian = search.jacobian(z, fit)[:, ~fixed]
     residual = search.residual(fit)
-    settings = {"loss": search.loss, "loss_scale": search.loss_scale, "noise": search.noise}
+    settings = {
+        "loss": search.loss,
+        "loss_scale": search.loss_scale,
+        "noise": search.noise,
+    }
     return identify(jacobian, residual, absolute=absolute, **settings)
 
 
-def _warnings(search: Search, z: np.ndarray, chi2: float, probability: float | None) -> list[str]:
+def _warnings(
+    search: Search, z: np.ndarray, chi2: float, probability: float | None
+) -> list[str]:
     warnings = []
     if probability is not None and probability > 1 - _UNLIKELY and chi2 > 0:
-        warnings.append("χ² is improbably small: the standard deviations of the data are too large")
+        warnings.append(
+            "χ² is improbably small: the standard deviations of the data are too large"
+        )
     least = min((cost for cost, _ in search.ends), default=np.inf)
-    equal = [end for cost, end in search.ends if cost <= least * 1.01 + 1e-12 * search.measured.size]
+    equal = [
+        end
+        for cost, end in search.ends
+        if cost <= least * 1.01 + 1e-12 * search.measured.size
+    ]
     far = [end for end in equal if np.max(np.abs(end - z)) > 0.05]
     if far:
         values = zip(search.model.paths, search.box.up(far[0]), strict=True)
         there = ", ".join(f"{path} = {value:.5g}" for path, value in values)
-        warnings.append(f"not unique: {len(far)} other starts end equally well elsewhere, one at {there}")
+        warnings.append(
+            f"not unique: {len(far)} other starts end equally well elsewhere, one at {there}"
+        )
     return warnings
 
 
@@ -504,31 +671,42 @@ def calibrate(
     max_evaluations: int = 200,
     profile: bool = False,
 ) -> Calibration:
-    """Fit parameters of a scene, within bounds, to measured data of one or more recordings.
+    """Fit parameters of a scene, within bounds, to measured data of one or more
+    recordings.
 
         min ½ Σ ρ(((model − measured)/σ)²)
 
-    - `bounds`: `{"brake.linings.friction.coefficient": (0.2, 0.5)}` in SI or as texts with units, paths as in
-      `with_values`; where both are positive and their ratio exceeds 100 the search is logarithmic
-    - `data`: `read_measured(…)` or `Measured.of(…)`; of several recordings a list (their names are 1, 2, …), or a
-      dictionary by name. Numbers that are known of a recording are in its `Measured.known`
-    - `per_recording`: bounds of parameters that differ between recordings; `bounds` are those of shared ones
-    - `start`: start values, by default the scene's (those known of a recording); `"initial.omega@NAME"` is that of one
+    - `bounds`: `{"brake.linings.friction.coefficient": (0.2, 0.5)}` in SI or as texts
+      with units, paths as in `with_values`; where both are positive and their ratio
+      exceeds 100 the search is logarithmic
+    - `data`: `read_measured(…)` or `Measured.of(…)`; of several recordings a list
+      (their names are 1, 2, …), or a dictionary by name. Numbers that are known of a
+      recording are in its `Measured.known`
+    - `per_recording`: bounds of parameters that differ between recordings; `bounds` are
+      those of shared ones
+    - `start`: start values, by default the scene's (those known of a recording);
+      `"initial.omega@NAME"` is that of one
     - `rtol`, `solver`, `max_steps`: as for `simulate`
-    - `loss`: `linear`, or against outliers `soft_l1`, `huber`, `cauchy`, `arctan` of residuals beyond `loss_scale` σ
-    - `absolute`: whether the σ are absolute (errors from them alone) or only weights (errors scaled by the scatter of
-      the residuals, Student's t); by default absolute where all are given
-    - `starts`: number of starts, the first at `start`, the others spread over the bounds (Halton); the best fit counts
-    - `method`: `trf` or `dogbox` of `scipy.optimize.least_squares`;  `max_evaluations` of each start
+    - `loss`: `linear`, or against outliers `soft_l1`, `huber`, `cauchy`, `arctan` of
+      residuals beyond `loss_scale` σ
+    - `absolute`: whether the σ are absolute (errors from them alone) or only weights
+      (errors scaled by the scatter of the residuals, Student's t); by default absolute
+      where all are given
+    - `starts`: number of starts, the first at `start`, the others spread over the
+      bounds (Halton); the best fit counts
+    - `method`: `trf` or `dogbox` of `scipy.optimize.least_squares`
+    - `max_evaluations` of each start
 
-    - `profile`: whether to find profile intervals of the shared parameters too, in some 10 to 100 evaluations each
+    - `profile`: whether to find profile intervals of the shared parameters too, in some
+      10 to 100 evaluations each
 
-    A trial point whose run fails, or in which a measured event does not occur, is rejected: the step is shortened, and
-    the reason is counted in `Calibration.failures`. Ctrl-C ends the search with the best point found so far.
+    A trial point whose run fails, or in which a measured event does not occur, is
+    rejected: the step is shortened, and the reason is counted in
+    `Calibration.failures`. Ctrl-C ends the search with the best point found so far.
 
     Raises `InputError` with all errors, also where no start has all measured events.
-    Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7; profiles after Pawitan,
-    In All Likelihood (2001), 3.4.
+    Source: errors after Björck, Numerical Methods for Least Squares Problems (1996),
+    1.1, 2.7; profiles after Pawitan, In All Likelihood (2001), 3.4.
     """
     issues = Issues()
     issues.choice("loss", loss, LOSSES)
@@ -538,27 +716,53 @@ def calibrate(
     issues.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
     issues.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
     if profile and loss != "linear":
-        issues.add("profile", f"is not known of the loss {loss}", 'it needs loss="linear"')
-    issues.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
+        issues.add(
+            "profile", f"is not known of the loss {loss}", 'it needs loss="linear"'
+        )
+    issues.unless(
+        max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1"
+    )
     own = per_recording or {}
     recordings = recordings_of(scene, data, issues)
     box = box_of_all(recordings, bounds, own, start or {}, issues)
-    absolute = _absoluteness(recordings, absolute, len(bounds) + len(own) * len(recordings), issues)
+    absolute = _absoluteness(
+        recordings, absolute, len(bounds) + len(own) * len(recordings), issues
+    )
     issues.report()
     solver = solver_within(recordings, {**bounds, **own}) if solver is None else solver
-    model = FitModel(recordings, tuple(bounds), tuple(own), solver=solver, rtol=rtol, max_steps=max_steps)
+    model = FitModel(
+        recordings,
+        tuple(bounds),
+        tuple(own),
+        solver=solver,
+        rtol=rtol,
+        max_steps=max_steps,
+    )
     model.check(box.start)
-    search = Search(model, box, *model.arrays, loss, loss_scale, method, max_evaluations, starts)
+    search = Search(
+        model, box, *model.arrays, loss, loss_scale, method, max_evaluations, starts
+    )
     search.run()
     fit = assess(search, scene, absolute=absolute, confidence=confidence, rtol=rtol)
-    notes = dict.fromkeys(f"data: {note}" for each in recordings for note in each.data.notes)
+    notes = dict.fromkeys(
+        f"data: {note}" for each in recordings for note in each.data.notes
+    )
     fit = dataclasses.replace(fit, warnings=(*fit.warnings, *notes))
     return _profiled(search, fit) if profile and fit.converged else fit
 
 
-def _absoluteness(recordings: Sequence[Recording], wanted: bool | None, parameters: int, issues: Issues) -> bool:
+def _absoluteness(
+    recordings: Sequence[Recording],
+    wanted: bool | None,
+    parameters: int,
+    issues: Issues,
+) -> bool:
     """Whether standard deviations are absolute; adds their errors."""
-    parts = [(each.label(part.name), part.sigma) for each in recordings for part in each.data.all]
+    parts = [
+        (each.label(part.name), part.sigma)
+        for each in recordings
+        for part in each.data.all
+    ]
     without = [name for name, sigma in parts if sigma is None]
     count = sum(each.data.count for each in recordings)
     hint = "give its measuring error, as a column …_sigma or by sigma={…}"

@@ -1,4 +1,5 @@
-"""Chunks of an ensemble: the pool of workers that computes them, and the folder that keeps the finished ones."""
+"""Chunks of an ensemble: the pool of workers that computes them, and the folder that
+keeps the finished ones."""
 
 import contextlib
 import dataclasses
@@ -34,8 +35,13 @@ class Task:
     last: bool = True  # no higher limit of the steps follows
 
     def final(self, columns: Columns) -> np.ndarray:
-        """Which runs are done: the others reached the limit of the steps and get a higher one."""
-        return np.full(len(self.runs), True) if self.last else columns["code"] != int(Code.STEP_LIMIT)
+        """Which runs are done: the others reached the limit of the steps and get a
+        higher one."""
+        return (
+            np.full(len(self.runs), True)
+            if self.last
+            else columns["code"] != int(Code.STEP_LIMIT)
+        )
 
 
 class LostWorkersError(Exception):
@@ -45,8 +51,9 @@ class LostWorkersError(Exception):
 class Pool:
     """Chunks at work on `workers`; `start` begins those of one job.
 
-    `idle` is called about every half second without a result; it, and `lost` of an error in a chunk (`None`: cancelled
-    by somebody else), raise `LostWorkersError` where none is to come.
+    `idle` is called about every half second without a result; it, and `lost` of an
+    error in a chunk (`None`: cancelled by somebody else), raise `LostWorkersError`
+    where none is to come.
     """
 
     def __init__(
@@ -74,7 +81,9 @@ class Pool:
         """Finished tasks in the order in which they finish, until none is left."""
         while self._waiting:
             self.look()
-            finished, _ = wait(self._waiting, timeout=0.5, return_when=FIRST_COMPLETED)  # in between, Ctrl-C is handled
+            finished, _ = wait(
+                self._waiting, timeout=0.5, return_when=FIRST_COMPLETED
+            )  # in between, Ctrl-C is handled
             if not finished and not self._ended:
                 self._idle()
             for future in finished:
@@ -90,13 +99,17 @@ class Pool:
     def cancel(self) -> None:
         """Start nothing new; what is running finishes and is among the results."""
         self._ended = True
-        self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
+        self._waiting = {
+            future: task
+            for future, task in self._waiting.items()
+            if not future.cancel()
+        }
 
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[Callable[[], None]]:
-    """A function that raises `KeyboardInterrupt` after Ctrl-C, which is raised nowhere else meanwhile: in a callback of
-    JAX it would be lost."""
+    """A function that raises `KeyboardInterrupt` after Ctrl-C, which is raised nowhere
+    else meanwhile: in a callback of JAX it would be lost."""
     came = threading.Event()
 
     def look() -> None:
@@ -117,14 +130,19 @@ def interruptible() -> Iterator[Callable[[], None]]:
 
 @contextlib.contextmanager
 def threads(workers: int | None) -> Iterator[Pool]:
-    """Threads that each hand chunks to a compiled program, which runs outside of Python's lock: on a CPU one per core,
-    on accelerators one per device, at most `workers`."""
+    """Threads that each hand chunks to a compiled program, which runs outside of
+    Python's lock: on a CPU one per core, on accelerators one per device, at most
+    `workers`."""
     devices = jax.devices()
     free = queue.SimpleQueue[Any]()
     on_cpu = devices[0].platform == "cpu"
     count = len(devices)
     if on_cpu:
-        cores = len(os.sched_getaffinity(0)) if "sched_getaffinity" in dir(os) else os.cpu_count() or 1
+        cores = (
+            len(os.sched_getaffinity(0))
+            if "sched_getaffinity" in dir(os)
+            else os.cpu_count() or 1
+        )
         count = max(cores, count)
     count = count if workers is None else min(workers, count)
     for device in itertools.islice(itertools.cycle(devices), count):
@@ -139,30 +157,41 @@ def threads(workers: int | None) -> Iterator[Pool]:
 
     executor = ThreadPoolExecutor(count, thread_name_prefix="simbrake")
     try:
-        yield Pool(count, lambda job, tasks: [executor.submit(run, job, task) for task in tasks], on_cpu)
+        yield Pool(
+            count,
+            lambda job, tasks: [executor.submit(run, job, task) for task in tasks],
+            on_cpu,
+        )
     finally:
         executor.shutdown(cancel_futures=True)
 
 
-# --- finished chunks on disk ------------------------------------------------------------------------------------------
+# --- finished chunks on disk --------------------------------------------------------
 
 
 def _difference(name: str, before: Any, now: Any) -> str:
     if isinstance(before, dict) and isinstance(now, dict):
         both = dict.fromkeys([*before, *now])
-        return "; ".join(_difference(f"{k}", before.get(k), now.get(k)) for k in both if before.get(k) != now.get(k))
+        return "; ".join(
+            _difference(f"{k}", before.get(k), now.get(k))
+            for k in both
+            if before.get(k) != now.get(k)
+        )
     return f"{name}: {before} there, {now} here"
 
 
 class Store:
-    """A folder with a manifest and a file for every finished chunk, each written whole or not at all.
+    """A folder with a manifest and a file for every finished chunk, each written whole
+    or not at all.
 
-    The manifest has a hash of the study and, by name, what this is made of (`about`: a name with "the" is that of a
-    hash), to tell what differs.
-    Without `about` the folder is one that another process has begun.
+    The manifest has a hash of the study and, by name, what this is made of (`about`: a
+    name with "the" is that of a hash), to tell what differs. Without `about` the folder
+    is one that another process has begun.
     """
 
-    def __init__(self, folder: Path, study: str, about: dict[str, object] | None = None) -> None:
+    def __init__(
+        self, folder: Path, study: str, about: dict[str, object] | None = None
+    ) -> None:
         self.folder = Path(folder)
         self.study = study
         manifest = self.folder / "manifest.json"
@@ -186,27 +215,46 @@ class Store:
             if not isinstance(there, dict):
                 raise ValueError("it is not a table")
         except (ValueError, RecursionError) as error:
-            words = error.faults[0].problem if isinstance(error, InputError) else f"cannot be read: {error}"
-            raise input_error("directory", f"{manifest} {words}", "give another folder") from error
+            words = (
+                error.faults[0].problem
+                if isinstance(error, InputError)
+                else f"cannot be read: {error}"
+            )
+            raise input_error(
+                "directory", f"{manifest} {words}", "give another folder"
+            ) from error
         differ = [name for name, value in about.items() if there.get(name) != value]
         if not differ and there.get("study") == self.study:
             return
         what = ", ".join(differ) or "the study"
         verb = "differs" if len(differ) == 1 and what.startswith("the ") else "differ"
-        values = "; ".join(_difference(name, there.get(name), about.get(name)) for name in differ if name[:4] != "the ")
-        hint = "give another folder, or remove this one if its runs are no longer wanted"
-        words = f"{self.folder} holds another ensemble: {what} {verb}{f' ({values})' if values else ''}"
+        values = "; ".join(
+            _difference(name, there.get(name), about.get(name))
+            for name in differ
+            if name[:4] != "the "
+        )
+        hint = (
+            "give another folder, or remove this one if its runs are no longer wanted"
+        )
+        words = (
+            f"{self.folder} holds another ensemble: {what} "
+            f"{verb}{f' ({values})' if values else ''}"
+        )
         raise input_error("directory", words, hint)
 
     def _file(self, task: Task) -> Path:
-        mark = hashlib.sha256(np.asarray(task.runs, np.int64).tobytes() + str(task.limit).encode()).hexdigest()[:16]
+        mark = hashlib.sha256(
+            np.asarray(task.runs, np.int64).tobytes() + str(task.limit).encode()
+        ).hexdigest()[:16]
         return self.folder / f"chunk-{int(task.runs[0]):08d}-{mark}.npz"
 
     def write(self, task: Task, columns: Columns) -> None:
         """Keeps the numbers of a chunk, and which of its runs are final."""
         file = self._file(task)
         if not file.exists():
-            named: dict[str, Any] = {f"_{name}": column for name, column in columns.items()}
+            named: dict[str, Any] = {
+                f"_{name}": column for name, column in columns.items()
+            }
             with whole_file(file) as scratch:
                 np.savez(scratch, run=task.runs, final=task.final(columns), **named)
 
@@ -215,14 +263,21 @@ class Store:
         return None if kept is None else kept[2]
 
     def finished(self) -> Iterator[tuple[np.ndarray, Columns]]:
-        for runs, final, columns in filter(None, map(_load, sorted(self.folder.glob("chunk-*.npz")))):
+        for runs, final, columns in filter(
+            None, map(_load, sorted(self.folder.glob("chunk-*.npz")))
+        ):
             yield runs[final], {name: column[final] for name, column in columns.items()}
 
 
 def _load(file: Path) -> tuple[np.ndarray, np.ndarray, Columns] | None:
-    """Runs, which of them are final, and columns; a corrupted file (e.g. disk full) counts as missing."""
+    """Runs, which of them are final, and columns; a corrupted file (e.g. disk full)
+    counts as missing."""
     try:
         with file.open("rb") as stream, np.load(stream) as data:
-            return data["run"], data["final"], {name[1:]: data[name] for name in data.files if name.startswith("_")}
+            return (
+                data["run"],
+                data["final"],
+                {name[1:]: data[name] for name in data.files if name.startswith("_")},
+            )
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None

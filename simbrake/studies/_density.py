@@ -1,4 +1,5 @@
-"""Log-density of a scene's parameters given recordings, for samplers: differentiable, under `jit` and `vmap`."""
+"""Log-density of a scene's parameters given recordings, for samplers: differentiable,
+under `jit` and `vmap`."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +15,14 @@ from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..runs.edit import with_values
 from ..runs.simulate import room_for, simulate
-from ._fit import Bounds, FitModel, MeasuredValues, box_of_all, recordings_of, solver_within
+from ._fit import (
+    Bounds,
+    FitModel,
+    MeasuredValues,
+    box_of_all,
+    recordings_of,
+    solver_within,
+)
 from .evaluating import Box, Paths, Solver
 from .measured import Measured
 
@@ -30,15 +38,19 @@ _HALF_LOG_TAU = 0.5 * np.log(2 * np.pi)
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LogDensity:
-    """Log-density of parameters given recordings, up to a constant, as a function of unconstrained numbers `x` (d,).
+    """Log-density of parameters given recordings, up to a constant, as a function of
+    unconstrained numbers `x` (d,).
 
-        log p(x) = Σ log N(measured; model(θ), σ) + log prior(θ) + log |dθ/dx|,   θ = low + (high − low)/(1 + e^−x)
+        log p(x) = Σ log N(measured; model(θ), σ) + log prior(θ) + log |dθ/dx|,   θ =
+        low + (high − low)/(1 + e^−x)
 
-    It runs under `jit`, `vmap` and `grad`. Other data may be put in, also traced ones: `dataclasses.replace(density,
-    measured=y)`.
+    It runs under `jit`, `vmap` and `grad`. Other data may be put in, also traced ones:
+    `dataclasses.replace(density, measured=y)`.
 
-    - `names` of the numbers in `x`, as in `Calibration`, and `omega_sigma` of a standard deviation that is not known
-    - `initial` (d,): the start;  `measured`, `sigma` (n, m): of n recordings, NaN where there is nothing
+    - `names` of the numbers in `x`, as in `Calibration`, and `omega_sigma` of a
+      standard deviation that is not known
+    - `initial` (d,): the start
+    - `measured`, `sigma` (n, m): of n recordings, NaN where there is nothing
     """
 
     initial: Float[Array, " d"]
@@ -51,7 +63,8 @@ class LogDensity:
     priors: Mapping[str, Prior]
     settings: Mapping[str, Any]
     find: MeasuredValues
-    #: of all recordings: their scenes, what `find` is given, where it has the measured values
+    #: of all recordings: their scenes, what `find` is given, where it has the measured
+    #: values
     runs: tuple[Scene, Any, Int[Array, "n m"]]
     #: (n, m): which of `noise` a value has, −1: `sigma`
     noisy: Int[Array, "n m"]
@@ -61,30 +74,39 @@ class LogDensity:
         return self.box.paths.names
 
     def _split(self, numbers: Any) -> dict[str, Any]:
-        """One number for each one in `x` by path: () of what all recordings share, (n,) of what each has."""
+        """One number for each one in `x` by path: () of what all recordings share, (n,)
+        of what each has."""
         k = len(self.shared)
         n = self.measured.shape[0]
         each = numbers[k : k + n * len(self.own)].reshape(n, len(self.own))
         parts = {path: numbers[i] for i, path in enumerate(self.shared)}
         parts |= {path: each[:, i] for i, path in enumerate(self.own)}
-        return parts | {name: numbers[k + each.size + i] for i, name in enumerate(self.noise)}
+        return parts | {
+            name: numbers[k + each.size + i] for i, name in enumerate(self.noise)
+        }
 
     def values(self, x: Float[Array, " d"]) -> dict[str, Array]:
-        """Parameters by path: numbers, and arrays (n,) of those that differ between recordings."""
+        """Parameters by path: numbers, and arrays (n,) of those that differ between
+        recordings."""
         return self._split(self.box.up(jax.nn.sigmoid(x), jnp))
 
     def unconstrained(self, values: Mapping[str, float]) -> Float[np.ndarray, " d"]:
-        """`x` (d,) of values by name, as `Calibration.values`, within the bounds; others are as in `initial`."""
+        """`x` (d,) of values by name, as `Calibration.values`, within the bounds;
+        others are as in `initial`."""
         start = self.box.up(1 / (1 + np.exp(-np.asarray(self.initial))))
         named = [values.get(name, x) for name, x in zip(self.names, start, strict=True)]
         return _unconstrained(self.box, np.asarray(named, float), _EDGE)
 
-    def _runs(self, values: Mapping[str, Any]) -> tuple[Float[Array, "n m"], Int[Array, " n"]]:
+    def _runs(
+        self, values: Mapping[str, Any]
+    ) -> tuple[Float[Array, "n m"], Int[Array, " n"]]:
         n = self.measured.shape[0]
         (scenes, given, where) = self.runs
         shared = {path: jnp.asarray(values[path]) for path in self.shared}
 
-        def run(scene: Scene, own: dict[str, Array], given: Any, where: Array) -> tuple[Array, Array]:
+        def run(
+            scene: Scene, own: dict[str, Array], given: Any, where: Array
+        ) -> tuple[Array, Array]:
             scene = with_values(scene, {**shared, **own})
             result = simulate(scene, **self.settings)
             return self.find(result, given)[0][where], result.record.code
@@ -93,17 +115,21 @@ class LogDensity:
         return jax.vmap(run)(scenes, own, given, where)
 
     def model(self, values: Mapping[str, Any]) -> Float[Array, "n m"]:
-        """What runs with these values give in the place of `measured`; `inf` where an event does not occur."""
+        """What runs with these values give in the place of `measured`; `inf` where an
+        event does not occur."""
         return jnp.where(jnp.isnan(self.measured), jnp.nan, self._runs(values)[0])
 
     def codes(self, values: Mapping[str, Any]) -> Int[Array, " n"]:
-        """Result code of the run of each recording: where one is not 0, the density is 0."""
+        """Result code of the run of each recording: where one is not 0, the density is
+        0."""
         return self._runs(values)[1]
 
     def log_likelihood(self, values: Mapping[str, Any]) -> Float[Array, ""]:
-        """`Σ log N(measured; model, σ)` of values by path; −inf where a run fails or lacks a measured event.
+        """`Σ log N(measured; model, σ)` of values by path; −inf where a run fails or
+        lacks a measured event.
 
-        It is what a hierarchical model needs that draws the parameters of the recordings itself.
+        It is what a hierarchical model needs that draws the parameters of the
+        recordings itself.
         """
         model, codes = self._runs(values)
         there = ~jnp.isnan(self.measured)
@@ -115,16 +141,23 @@ class LogDensity:
         used = there & valid
         sigma = jnp.where(used, sigma, 1.0)
         residual = jnp.where(used, model - self.measured, 0.0) / sigma
-        terms = jnp.where(there, -0.5 * residual**2 - jnp.log(sigma) - _HALF_LOG_TAU, 0.0)
+        terms = jnp.where(
+            there, -0.5 * residual**2 - jnp.log(sigma) - _HALF_LOG_TAU, 0.0
+        )
         return jnp.where(jnp.all(valid | ~there), jnp.sum(terms), -jnp.inf)
 
     def log_prior(self, x: Float[Array, " d"]) -> Float[Array, ""]:
         """Logarithm of the prior of `x`, with `log |dθ/dx|`."""
-        inside = -jax.nn.softplus(x) - jax.nn.softplus(-x)  # of a uniform share of the range
+        inside = -jax.nn.softplus(x) - jax.nn.softplus(
+            -x
+        )  # of a uniform share of the range
         numbers = self.box.up(jax.nn.sigmoid(x), jnp)
         values = self._split(numbers)
         slopes = self._split(jnp.log(self.box.slope(numbers, jnp)))
-        return jnp.sum(inside) + sum(jnp.sum(prior(values[path]) + slopes[path]) for path, prior in self.priors.items())
+        return jnp.sum(inside) + sum(
+            jnp.sum(prior(values[path]) + slopes[path])
+            for path, prior in self.priors.items()
+        )
 
     def __call__(self, x: Float[Array, " d"]) -> Float[Array, ""]:
         return self.log_prior(x) + self.log_likelihood(self.values(x))
@@ -148,19 +181,23 @@ def log_density(
     solver: Solver | None = None,
     max_steps: int | None = None,
 ) -> LogDensity:
-    """Log-density of a scene's parameters given recordings, for samplers as numpyro's NUTS.
+    """Log-density of a scene's parameters given recordings, for samplers as numpyro's
+    NUTS.
 
-    - `recordings`, `per_recording`, `start`, `rtol`, `solver`: as for `calibrate`;  `shared`: its `bounds`
-    - `priors`: `{path: log_prob}`, a function of the value, or of those of all recordings (n,), as
-      `numpyro.distributions.Normal(0.35, 0.05).log_prob`, cut off at the bounds. By default values are uniform within
-      the bounds, and uniform in the logarithm where these are positive and their ratio exceeds 100
-    - `noise`: `{"omega": (0.01, 1.0)}`: bounds of a standard deviation that is not known, one for all recordings,
-      instead of those in the data; its prior, `priors["omega_sigma"]`, is uniform in the logarithm by default
-    - `max_steps`: by default eight times as many as runs at the start take; a run that needs more has the density 0
-      (`LogDensity.codes` says so)
+    - `recordings`, `per_recording`, `start`, `rtol`, `solver`: as for `calibrate`
+    - `shared`: its `bounds`
+    - `priors`: `{path: log_prob}`, a function of the value, or of those of all
+      recordings (n,), as `numpyro.distributions.Normal(0.35, 0.05).log_prob`, cut off
+      at the bounds. By default values are uniform within the bounds, and uniform in the
+      logarithm where these are positive and their ratio exceeds 100
+    - `noise`: `{"omega": (0.01, 1.0)}`: bounds of a standard deviation that is not
+      known, one for all recordings, instead of those in the data; its prior,
+      `priors["omega_sigma"]`, is uniform in the logarithm by default
+    - `max_steps`: by default eight times as many as runs at the start take; a run that
+      needs more has the density 0 (`LogDensity.codes` says so)
 
-    All recordings are run side by side under `vmap`, so that their scenes must have one structure.
-    Raises `InputError` with all errors.
+    All recordings are run side by side under `vmap`, so that their scenes must have one
+    structure. Raises `InputError` with all errors.
 
     Example:
         >>> stop = lambda time: sb.studies.Measured.of(events={"stopping_time": (time, 0.02)})
@@ -180,42 +217,85 @@ def log_density(
     spreads = {f"{name}_sigma": pair for name, pair in (noise or {}).items()}
     for name, pair in (noise or {}).items():
         if name not in measured:
-            issues.add(f"noise of {name}", "it was not measured", f"there are: {', '.join(sorted(measured))}")
+            issues.add(
+                f"noise of {name}",
+                "it was not measured",
+                f"there are: {', '.join(sorted(measured))}",
+            )
         if not (len(pair) == 2 and 0 < pair[0] < pair[1] < np.inf):
-            issues.add(f"noise of {name}", f"the bounds {pair!r} are out of range", "0 < low < high")
+            issues.add(
+                f"noise of {name}",
+                f"the bounds {pair!r} are out of range",
+                "0 < low < high",
+            )
     for each in runs:
         for part in each.data.all:
             if part.sigma is None and part.name not in (noise or {}):
-                hint = f'give its measuring error, or noise={{"{part.name}": (low, high)}}'
+                hint = (
+                    f'give its measuring error, or noise={{"{part.name}": (low, high)}}'
+                )
                 issues.add(each.label(part.name), "has no standard deviation", hint)
     for path, prior in (priors or {}).items():
         if path not in {**shared, **own, **spreads}:
-            issues.add(f"prior of {path}", "is of no parameter", "a path of shared or per_recording")
+            issues.add(
+                f"prior of {path}",
+                "is of no parameter",
+                "a path of shared or per_recording",
+            )
         elif not callable(prior):
-            issues.add(f"prior of {path}", f"{prior!r} is no function", "log_prob of a distribution")
-    first = jax.tree.structure(runs[0].scene), [np.shape(x) for x in jax.tree.leaves(runs[0].scene)]
+            issues.add(
+                f"prior of {path}",
+                f"{prior!r} is no function",
+                "log_prob of a distribution",
+            )
+    first = (
+        jax.tree.structure(runs[0].scene),
+        [np.shape(x) for x in jax.tree.leaves(runs[0].scene)],
+    )
     for each in runs[1:]:
-        if (jax.tree.structure(each.scene), [np.shape(x) for x in jax.tree.leaves(each.scene)]) != first:
+        if (
+            jax.tree.structure(each.scene),
+            [np.shape(x) for x in jax.tree.leaves(each.scene)],
+        ) != first:
             what = f"has another structure than {runs[0].name}"
-            issues.add(each.label("scene"), what, "known lists must be as long for all recordings")
+            issues.add(
+                each.label("scene"),
+                what,
+                "known lists must be as long for all recordings",
+            )
     issues.report()
     solver = solver_within(runs, {**shared, **own}) if solver is None else solver
-    layout = FitModel(runs, tuple(shared), tuple(own), solver=solver, rtol=rtol, max_steps=max_steps)
+    layout = FitModel(
+        runs, tuple(shared), tuple(own), solver=solver, rtol=rtol, max_steps=max_steps
+    )
     layout.check(box.start)
     if max_steps is None:
-        results = (simulate(one, solver=solver, rtol=rtol, throw=False) for one in layout.scenes(box.start))
-        max_steps = _LONGER * max(room_for(result, differentiated=True) for result in results)
+        results = (
+            simulate(one, solver=solver, rtol=rtol, throw=False)
+            for one in layout.scenes(box.start)
+        )
+        max_steps = _LONGER * max(
+            room_for(result, differentiated=True) for result in results
+        )
     longest = max(where.size for where in layout.where)
     names = [*(noise or {})]
 
     def filled(rows: Sequence[Any], value: float) -> np.ndarray:
-        return np.stack([np.pad(np.asarray(row), (0, longest - len(row)), constant_values=value) for row in rows])
+        return np.stack(
+            [
+                np.pad(np.asarray(row), (0, longest - len(row)), constant_values=value)
+                for row in rows
+            ]
+        )
 
     ends = np.asarray([*spreads.values()], float).reshape(-1, 2)
     columns = (*ends.T, np.sqrt(ends.prod(axis=1)), np.ones(len(ends), bool))
     columns = (np.append(*pair) for pair in zip(box[1:], columns, strict=True))
     box = Box(Paths.each((*box.paths.names, *spreads)), *columns)
-    parts = [[name for part in each.data.all for name in [part.name] * np.size(part.value)] for each in runs]
+    parts = [
+        [name for part in each.data.all for name in [part.name] * np.size(part.value)]
+        for each in runs
+    ]
     return LogDensity(
         initial=_unconstrained(box, box.start, _START),
         measured=filled([each.data.arrays[0] for each in runs], np.nan),
@@ -228,9 +308,17 @@ def log_density(
         settings={"solver": solver, "rtol": rtol, "max_steps": max_steps},
         find=layout.measured,
         runs=(
-            jax.tree.map(lambda *leaves: np.stack(leaves), *(each.scene for each in runs)),
+            jax.tree.map(
+                lambda *leaves: np.stack(leaves), *(each.scene for each in runs)
+            ),
             jax.tree.map(lambda *leaves: np.stack(leaves), *layout.given),
             filled(layout.where, 0),
         ),
-        noisy=filled([[names.index(name) if name in names else -1 for name in row] for row in parts], -1),
+        noisy=filled(
+            [
+                [names.index(name) if name in names else -1 for name in row]
+                for row in parts
+            ],
+            -1,
+        ),
     )

@@ -27,7 +27,14 @@ from ..outputs.metrics import (
 from ..outputs.stability import least_outweighed
 from ..parts.scene import Scene, self_locking_ratios
 from ..results import rerun
-from ..runs.measure import LimitVerdict, Metric, name_of, read_limits, title_of, with_limits
+from ..runs.measure import (
+    LimitVerdict,
+    Metric,
+    name_of,
+    read_limits,
+    title_of,
+    with_limits,
+)
 from ..runs.report import labels_of
 from ..runs.result import Result
 from ..runs.simulate import simulate
@@ -69,8 +76,9 @@ class Finding(NamedTuple):
 class Explanation(Tabular):
     """What happened in a run and why: `findings` in the order in which they are read.
 
-    `str` gives the text, `as_dict()` topics, sentences and numbers for JSON, `explanation["balance"]` one of the
-    topics: outcome, course, balance, linings, limits, stability, influence, accuracy, remedy, where the run has them.
+    `str` gives the text, `as_dict()` topics, sentences and numbers for JSON,
+    `explanation["balance"]` one of the topics: outcome, course, balance, linings,
+    limits, stability, influence, accuracy, remedy, where the run has them.
 
     Example:
         >>> sb.studies.explain(result, influence=False)["outcome"].numbers["status"]
@@ -83,7 +91,10 @@ class Explanation(Tabular):
         for finding in self.findings:
             if finding.topic == topic:
                 return finding
-        raise KeyError(f"no topic {topic!r}; there are: {', '.join(finding.topic for finding in self.findings)}")
+        raise KeyError(
+            f"no topic {topic!r}; there are: "
+            f"{', '.join(finding.topic for finding in self.findings)}"
+        )
 
     def __contains__(self, topic: object) -> bool:
         return any(finding.topic == topic for finding in self.findings)
@@ -93,7 +104,12 @@ class Explanation(Tabular):
     def parts(self) -> Iterable[str | Table]:
         for finding in self.findings:
             head = f"{finding.topic:{_TOPIC - 1}} "
-            yield textwrap.fill(finding.text, _WIDTH, initial_indent=head, subsequent_indent=" " * _TOPIC)
+            yield textwrap.fill(
+                finding.text,
+                _WIDTH,
+                initial_indent=head,
+                subsequent_indent=" " * _TOPIC,
+            )
 
 
 def explain(
@@ -105,18 +121,25 @@ def explain(
     rtol: float = 1e-10,
     progress: bool | Progress | None = False,
 ) -> Explanation:
-    """Explain a run: how it went, what governs it, which lining and limit come first, and what would change it most.
+    """Explain a run: how it went, what governs it, which lining and limit come first,
+    and what would change it most.
 
-    - `run`: a concrete result; a scene, which is run; or a file or folder of results, whose scene is run again
-    - `limits`: maximum permissible values as in `simbrake.report`, beside those of the scene
-    - `influence`: differentiate the run, to name the parameters with the largest elasticities
-    - `accuracy`: run a second time, to estimate the errors of the run (`Result.accuracy`)
+    - `run`: a concrete result; a scene, which is run; or a file or folder of results,
+      whose scene is run again
+    - `limits`: maximum permissible values as in `simbrake.report`, beside those of the
+      scene
+    - `influence`: differentiate the run, to name the parameters with the largest
+      elasticities
+    - `accuracy`: run a second time, to estimate the errors of the run
+      (`Result.accuracy`)
     - `rtol`: of the run;  `progress`: as in `simbrake.sensitivity`
 
-    The **balance** of a stop is work per angle: the mean torque of the brake `M_b = W_b/φ` is the sum of that of the
-    load `W_load/φ`, that which takes the kinetic energy `ΔE_kin/φ`, and what lever, band, shaft and motor give.
-    The **stability** is `1 − f tan(β/2)` of the lining nearest self-locking, and the minimum torque of the sliding
-    brake over the load under the maximum force of the lever.
+    The **balance** of a stop is work per angle: the mean torque of the brake
+    `M_b = W_b/φ` is the sum of that of the load `W_load/φ`, that which takes the
+    kinetic energy `ΔE_kin/φ`, and what lever, band, shaft and motor give. The
+    **stability** is `1 − f tan(β/2)` of the lining nearest self-locking, and the
+    minimum torque of the sliding brake over the load under the maximum force of the
+    lever.
 
     Raises `InputError` for errors of the scene or the limits.
 
@@ -132,12 +155,23 @@ def explain(
         bounds, faults = read_limits(result.scene, limits or {})
         if faults:
             raise InputError(faults)
-        result = dataclasses.replace(result, scene=with_limits(result.scene, bounds))  # with their events
+        result = dataclasses.replace(
+            result, scene=with_limits(result.scene, bounds)
+        )  # with their events
         said = verdict(result, bounds)
         progress.now("post-processing")
         exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in said.rows)
-        outcome = {"colour": str(said.colour), "status": result.status, "exceeded": exceeded}
-        outcome |= {"reason": said.reason, "wants": said.wants, "shown": said.shown, "fails": said.fails}
+        outcome = {
+            "colour": str(said.colour),
+            "status": result.status,
+            "exceeded": exceeded,
+        }
+        outcome |= {
+            "reason": said.reason,
+            "wants": said.wants,
+            "shown": said.shown,
+            "fails": said.fails,
+        }
         findings = [
             Finding("outcome", f"{said}.", outcome),
             *_course(result),
@@ -151,12 +185,14 @@ def explain(
         if accuracy and result.ok:
             progress.now("second run")
             accurate = result.accuracy()
-            findings.append(Finding("accuracy", f"{_upper(accurate.line)}.", accurate.as_dict()))
+            findings.append(
+                Finding("accuracy", f"{_upper(accurate.line)}.", accurate.as_dict())
+            )
         findings += _remedy(result)
     return Explanation(tuple(findings))
 
 
-# --- course and balance -----------------------------------------------------------------------------------------------
+# --- course and balance -------------------------------------------------------------
 
 
 def _course(result: Result) -> list[Finding]:
@@ -167,21 +203,33 @@ def _course(result: Result) -> list[Finding]:
     end = summary["end"]
     kind = summary["duty"]
     if kind in (DutyKind.STOPS, DutyKind.HOLD):
-        held = f"The load is held from the start, for {number(end['duration'], 's')}: nothing moves."
-        return [_many(summary) if kind == DutyKind.STOPS else Finding("course", held, end)]
-    taut = "the band is taut" if result.scene.brake.banded else f"the {words.lining}s act"
+        held = (
+            f"The load is held from the start, for {number(end['duration'], 's')}: "
+            "nothing moves."
+        )
+        return [
+            _many(summary) if kind == DutyKind.STOPS else Finding("course", held, end)
+        ]
+    taut = (
+        "the band is taut" if result.scene.brake.banded else f"the {words.lining}s act"
+    )
     said = []
     if m["slip_onset_time"] is not None:
         said.append(f"{taut} at {number(m['slip_onset_time'], 's')}")
     if m["full_slip_time"] is not None:
         said.append(
-            f"all {result.scene.brake.linings.count} {words.lining}s slide from {number(m['full_slip_time'], 's')} on"
+            f"all {result.scene.brake.linings.count} {words.lining}s slide from "
+            f"{number(m['full_slip_time'], 's')} on"
         )
     for name, what in (
         ("internal_slip_time", "the linings slide on the rim from {}"),
         ("external_lock_time", "the bandage is at rest from {}"),
     ):
-        said += [what.format(number(m[name], "s")) + " on"] if m.get(name) is not None else []
+        said += (
+            [what.format(number(m[name], "s")) + " on"]
+            if m.get(name) is not None
+            else []
+        )
     course = _upper(", ".join(said)) + ". " if said else ""
     seen = result.report().scan.seen
     stop = m["stopping_time"]
@@ -191,21 +239,48 @@ def _course(result: Result) -> list[Finding]:
     at_first = float(np.max(speeds[seen.t <= (np.inf if stop is None else stop)]))
     if at_first > 1.001 * start > 0:
         course += (
-            f"The load first speeds the {words.body} up from {number(start, 'rad/s')} to {number(at_first, 'rad/s')}. "
+            f"The load first speeds the {words.body} up from "
+            f"{number(start, 'rad/s')} to {number(at_first, 'rad/s')}. "
         )
-    numbers = {name: m.get(name) for name in ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle")}
-    travel = "" if m["hook_travel"] is None else f", hook travel {number(m['hook_travel'], 'm')}"
-    again = [t for name in ("restart", "release") for t in result.events[name].times if stop is not None and t >= stop]
+    numbers = {
+        name: m.get(name)
+        for name in (
+            "slip_onset_time",
+            "full_slip_time",
+            "stopping_time",
+            "stopping_angle",
+        )
+    }
+    travel = (
+        ""
+        if m["hook_travel"] is None
+        else f", hook travel {number(m['hook_travel'], 'm')}"
+    )
+    again = [
+        t
+        for name in ("restart", "release")
+        for t in result.events[name].times
+        if stop is not None and t >= stop
+    ]
     again = again if stop is not None and end["angle"] != m["stopping_angle"] else []
     if stop is not None:
         angle = number(m["stopping_angle"], "rad")
         course += f"The {words.body} comes to rest after {number(stop, 's')} and {angle}{travel}. "
         course += f"It turns again from {number(min(again), 's')} on. " if again else ""
     if stop is None or again:
-        gone = "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
+        gone = (
+            ""
+            if end["hook_travel"] is None
+            else f", hook travel {number(end['hook_travel'], 'm')}"
+        )
         turned = f"{number(end['angle'], 'rad')}{gone}"
-        course += f"At {number(end['time'], 's')} it turns at {number(end['omega'], 'rad/s')}, after {turned}."
-    return [Finding("course", course.strip(), {**numbers, "speed_maximum": most, **end})]
+        course += (
+            f"At {number(end['time'], 's')} it turns at "
+            f"{number(end['omega'], 'rad/s')}, after {turned}."
+        )
+    return [
+        Finding("course", course.strip(), {**numbers, "speed_maximum": most, **end})
+    ]
 
 
 def _many(summary: dict[str, Any]) -> Finding:
@@ -215,19 +290,26 @@ def _many(summary: dict[str, Any]) -> Finding:
     slowest = total["slowest"]
     braked = [row for row in rows if row["braking_time"] > 0] or rows
     others = len(rows) - len(braked)
-    first, last, longest = (number(row["braking_time"], "s") for row in (braked[0], braked[-1], slowest))
+    first, last, longest = (
+        number(row["braking_time"], "s") for row in (braked[0], braked[-1], slowest)
+    )
     moving = number(total["motion_time"], "s")
     text = (
         f"{stops_words(rows)} in {number(end['duration'], 's')}, of which {moving} in motion "
-        f"and {number(total['braking_time'], 's')} braked{f'; {others} are without the brake' if others else ''}. "
-        f"The first takes {first} of braking, the last {last}, the longest {longest} (stop {slowest['stop']})."
+        f"and {number(total['braking_time'], 's')} "
+        f"braked{f'; {others} are without the brake' if others else ''}. "
+        f"The first takes {first} of braking, the last {last}, the longest {longest} "
+        f"(stop {slowest['stop']})."
     )
-    sums = {name: total[name] for name in ("motion_time", "braking_time", "angle", "energy")}
+    sums = {
+        name: total[name] for name in ("motion_time", "braking_time", "angle", "energy")
+    }
     return Finding("course", text, {"stops": len(rows), **sums, "longest": slowest})
 
 
 def _balance(result: Result) -> list[Finding]:
-    """What governs the run: torques of a stop, torques at rest, or powers of a lowering."""
+    """What governs the run: torques of a stop, torques at rest, or powers of a
+    lowering."""
     kind = result.report().summary["duty"]
     if kind == DutyKind.HOLD:
         if (held := result.report().summary.get("holding")) is None:
@@ -236,10 +318,21 @@ def _balance(result: Result) -> list[Finding]:
         capacity = number(held["capacity"], "N*m")
         used = digits(100 * held["load_torque"] / held["capacity"], 4)
         text = f"The load asks for {load}; the brake at rest could hold {capacity}: "
-        return [Finding("balance", f"{text}{used} % of its static capacity are used.", held)]
-    if kind in (DutyKind.STOP, DutyKind.STOPS) and float(result.energy["friction_heat"]) > 0:
+        return [
+            Finding("balance", f"{text}{used} % of its static capacity are used.", held)
+        ]
+    if (
+        kind in (DutyKind.STOP, DutyKind.STOPS)
+        and float(result.energy["friction_heat"]) > 0
+    ):
         return [_torque_budget(result, kind)]
-    if kind in (DutyKind.DRAG, DutyKind.STEADY, DutyKind.DRIVEN, DutyKind.STOP, DutyKind.STOPS):
+    if kind in (
+        DutyKind.DRAG,
+        DutyKind.STEADY,
+        DutyKind.DRIVEN,
+        DutyKind.STOP,
+        DutyKind.STOPS,
+    ):
         return [_powers(result)]
     capacity = result.report().summary["capacity"]
     if capacity is None or not capacity["brake_torque"]:
@@ -247,10 +340,15 @@ def _balance(result: Result) -> list[Finding]:
     load = capacity["load_torque"]
     torque = capacity["brake_torque"]
     pairs = list(result.scene.brake.pairs)
-    weak = f", limited by its {pairs[int(np.argmin(capacity['pairs']))]} pair" if len(pairs) > 1 else ""
+    weak = (
+        f", limited by its {pairs[int(np.argmin(capacity['pairs']))]} pair"
+        if len(pairs) > 1
+        else ""
+    )
     left = torque - load
     text = (
-        f"At the end the sliding brake gives {number(torque, 'N*m')}{weak} against {number(load, 'N*m')} of the load: "
+        f"At the end the sliding brake gives {number(torque, 'N*m')}{weak} against "
+        f"{number(load, 'N*m')} of the load: "
     )
     if abs(left) <= _BALANCED * load:
         text += "they balance, and the speed stays as it is."
@@ -261,12 +359,19 @@ def _balance(result: Result) -> list[Finding]:
     return [Finding("balance", text, {"brake_torque": torque, "load_torque": load})]
 
 
-#: works that are not those of brake, load and inertia, as they add to what the brake takes
-_OTHERS = (("lever_work", 1), ("motor_work", 1), ("elastic_change", -1), ("shaft_work", -1))
+#: works that are not those of brake, load and inertia, as they add to what the brake
+#: takes
+_OTHERS = (
+    ("lever_work", 1),
+    ("motor_work", 1),
+    ("elastic_change", -1),
+    ("shaft_work", -1),
+)
 
 
 def _torque_budget(result: Result, kind: str) -> Finding:
-    """Mean torques over the angle of a single stop, or of the longest of several from the onset of slip on."""
+    """Mean torques over the angle of a single stop, or of the longest of several from
+    the onset of slip on."""
     record = result.record.compact()
     words = result.scene.brake.words
     t = np.asarray(record.rows.t)
@@ -276,18 +381,41 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     stop = stops[number_of]
     first = stop.start if kind == DutyKind.STOP else stop.onset
     last = stop.stop
-    e = {name: float(value) for name, value in energies_between(record, first, last).items()}
+    e = {
+        name: float(value)
+        for name, value in energies_between(record, first, last).items()
+    }
     angle = abs(float(phi[last] - phi[first]))
-    brake = sum(e.get(name, 0.0) for name in ("friction_heat", "electrical_work", "mechanical_work", "damper_heat"))
+    brake = sum(
+        e.get(name, 0.0)
+        for name in (
+            "friction_heat",
+            "electrical_work",
+            "mechanical_work",
+            "damper_heat",
+        )
+    )
     others = sum(sign * e.get(name, 0.0) for name, sign in _OTHERS)
-    works = {"brake": brake, "load": e["load_work"], "inertia": -e["kinetic_change"], "others": others}
+    works = {
+        "brake": brake,
+        "load": e["load_work"],
+        "inertia": -e["kinetic_change"],
+        "others": others,
+    }
     torque = {name: work / angle for name, work in works.items()} if angle else works
     share = {name: 100 * work / brake if brake else 0.0 for name, work in works.items()}
 
     def term(name: str) -> str:
-        return f"{number(torque[name], 'N*m', count=5)} ({digits(round(share[name], 9) + 0.0, 3)} %)"
+        return (
+            f"{number(torque[name], 'N*m', count=5)} "
+            f"({digits(round(share[name], 9) + 0.0, 3)} %)"
+        )
 
-    which = "the stop" if kind == DutyKind.STOP else f"stop {number_of + 1}, the longest, from the onset of slip on"
+    which = (
+        "the stop"
+        if kind == DutyKind.STOP
+        else f"stop {number_of + 1}, the longest, from the onset of slip on"
+    )
     over = f"the {number(angle, 'rad', count=5)} of {which},"
     text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
     text += f"{term('load')} against the load, {term('inertia')} against the inertia"
@@ -296,13 +424,18 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     text += ". " if minor else f", {term('others')} from {others}. "
     governs = "load" if works["load"] > works["inertia"] else "inertia"
     why = {
-        "load": f"The load governs: the brake works mainly to hold it while the {words.body} turns.",
+        "load": "The load governs: the brake works mainly to hold it while the "
+        f"{words.body} turns.",
         "inertia": "The inertia governs: the brake mainly takes kinetic energy.",
     }[governs]
     numbers = {f"{name}_torque": value for name, value in torque.items()} | {
         f"{name}_work": w for name, w in works.items()
     }
-    return Finding("balance", text + why, {**numbers, "stop": number_of + 1, "angle": angle, "governs": governs})
+    return Finding(
+        "balance",
+        text + why,
+        {**numbers, "stop": number_of + 1, "angle": angle, "governs": governs},
+    )
 
 
 def _others_words(scene: Scene) -> str:
@@ -332,15 +465,23 @@ _POWERS = {
 
 
 def _powers(result: Result) -> Finding:
-    """Mean powers of a lowering, or of a run without work of the brake: what load and inertia give, what takes it."""
+    """Mean powers of a lowering, or of a run without work of the brake: what load and
+    inertia give, what takes it."""
     energy = result.report().summary["energy"]
     duration = result.report().summary["end"]["duration"]
     both = energy_balance(energy).positive
     whole = max(sum(side.values()) for side in both) or 1.0
 
     def terms(side: Mapping[str, float]) -> str:
-        shown = {_POWERS.get(name, name): work for name, work in side.items() if 100 * work / whole >= _SHOWN}
-        each = (f"{words} {number(w / duration, 'W')} ({digits(100 * w / whole, 3)} %)" for words, w in shown.items())
+        shown = {
+            _POWERS.get(name, name): work
+            for name, work in side.items()
+            if 100 * work / whole >= _SHOWN
+        }
+        each = (
+            f"{words} {number(w / duration, 'W')} ({digits(100 * w / whole, 3)} %)"
+            for words, w in shown.items()
+        )
         return ", ".join(each) or "nothing"
 
     text = f"Mean powers: in {terms(both.into)}; out {terms(both.out)}."
@@ -349,18 +490,25 @@ def _powers(result: Result) -> Finding:
         value = number(pull["value"], "N")
         most = number(pull["limit"], "N")
         text += f" The lever needs up to {value} of its {most} to hold the speed."
-    powers = {"load_power": "load_work", "friction": "friction_heat", "other": "shaft_work"}
-    numbers: dict[str, Any] = {key: energy.get(name, 0.0) / duration for key, name in powers.items()}
+    powers = {
+        "load_power": "load_work",
+        "friction": "friction_heat",
+        "other": "shaft_work",
+    }
+    numbers: dict[str, Any] = {
+        key: energy.get(name, 0.0) / duration for key, name in powers.items()
+    }
     for side, works in both._asdict().items():
         numbers[side] = {name: work / duration for name, work in works.items()}
     return Finding("balance", text, numbers)
 
 
-# --- linings, limits, stability ---------------------------------------------------------------------------------------
+# --- linings, limits, stability -----------------------------------------------------
 
 
 def _linings(result: Result) -> list[Finding]:
-    """Which lining is most loaded, hottest, most worn, and by how much more than the mean."""
+    """Which lining is most loaded, hottest, most worn, and by how much more than the
+    mean."""
     summary = result.report().summary
     words = result.scene.brake.words
     at = summary["at"]
@@ -368,7 +516,10 @@ def _linings(result: Result) -> list[Finding]:
     numbers = {}
     loaded = ("max_normal_load", "most loaded")
     hottest = ("peak_lining_temperature", "hottest")
-    for (name, what), column in ((loaded, "normal_load"), (hottest, "lining_temperature")):
+    for (name, what), column in (
+        (loaded, "normal_load"),
+        (hottest, "lining_temperature"),
+    ):
         if f"{name}_lining" not in at or summary["metrics"].get(name) is None:
             continue
         lining = at[f"{name}_lining"]
@@ -379,34 +530,57 @@ def _linings(result: Result) -> list[Finding]:
         mean = float(np.mean(each)) - zero
         over = (float(np.max(each)) - zero) / mean if mean > 0 else 1.0
         shown = f"{number(value, about_output(name)['units'])} at {number(time, 's')}"
-        numbers[name] = {"lining": lining, "value": value, "time": time, "over_mean": over}
+        numbers[name] = {
+            "lining": lining,
+            "value": value,
+            "time": time,
+            "over_mean": over,
+        }
         if over < _ALIKE:
             said.append(f"All {words.lining}s are alike, {what} with {shown}.")
             continue
         rise = ", counted from 20 °C" if zero else ""
         said.append(
-            f"{words.lining.capitalize()} {lining} is the {what}: {shown}, {digits(over, 3)} times the mean{rise}."
+            f"{words.lining.capitalize()} {lining} is the {what}: {shown}, "
+            f"{digits(over, 3)} times the mean{rise}."
         )
     worn = summary.get("worn_thickness")
     if worn and max(worn) > 0:
         over = max(worn) / (sum(worn) / len(worn))
-        numbers["greatest_wear"] = {"lining": worn.index(max(worn)) + 1, "value": max(worn), "over_mean": over}
+        numbers["greatest_wear"] = {
+            "lining": worn.index(max(worn)) + 1,
+            "value": max(worn),
+            "over_mean": over,
+        }
         most = number(max(worn), "m")
         lining = f"{words.lining.capitalize()} {worn.index(max(worn)) + 1}"
         alike = f"All {words.lining}s wear alike, by {most}."
-        said.append(alike if over < _ALIKE else f"{lining} wears the most: {most}, {digits(over, 3)} times the mean.")
+        said.append(
+            alike
+            if over < _ALIKE
+            else f"{lining} wears the most: {most}, {digits(over, 3)} times the mean."
+        )
     if said and result.scene.brake.banded and len(numbers):
-        said.append(f"Linings count from the slack end, 1 to {result.scene.brake.linings.count}.")
+        said.append(
+            f"Linings count from the slack end, 1 to {result.scene.brake.linings.count}."
+        )
     return [Finding("linings", " ".join(said), numbers)] if said else []
 
 
 def _limits(result: Result, said: Verdict) -> list[Finding]:
-    """The limit that comes first, and when it was first exceeded; how many are exceeded, and what has none."""
+    """The limit that comes first, and when it was first exceeded; how many are
+    exceeded, and what has none."""
     rows = [row for row in said.rows if row.state != LimitVerdict.NOT_EVALUATED]
-    none = (f"{part} (--limit {' or '.join(names)})" for part, names in said.judged.missing.items())
+    none = (
+        f"{part} (--limit {' or '.join(names)})"
+        for part, names in said.judged.missing.items()
+    )
     missing = f" No limit for: {', '.join(none)}." if said.judged.missing else ""
     if not rows:
-        text = 'No limit was given, and the scene has none: give limits, as in --limit "max_tension=120 kN".'
+        text = (
+            "No limit was given, and the scene has none: give limits, as in --limit "
+            '"max_tension=120 kN".'
+        )
         return [Finding("limits", text + missing, {})]
     first = rows[0]
     exceeded = [row for row in rows if row.state == LimitVerdict.EXCEEDED]
@@ -416,7 +590,9 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
     marks = (
         metric.mark.event
         for name, metric in METRICS.items()
-        if metric.mark and metric.title == first.name and allowed.get(name) == marked.get(name)
+        if metric.mark
+        and metric.title == first.name
+        and allowed.get(name) == marked.get(name)
     )
     times = [time for event in marks for time in result.events[event].times]
     state += f", first at {number(times[0], 's')}" if times else ""
@@ -430,20 +606,34 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
 
 
 def _stability(result: Result) -> list[Finding]:
-    """The nearest instability: linings that lock themselves, a load that outweighs the brake, one that breaks away."""
+    """The nearest instability: linings that lock themselves, a load that outweighs the
+    brake, one that breaks away."""
     scene = result.scene
     report = result.report()
     values = {}
     said = []
-    ratios = self_locking_ratios(scene)  # of a band that locks at 1, with static friction at the start
+    ratios = self_locking_ratios(
+        scene
+    )  # of a band that locks at 1, with static friction at the start
     lining = int(np.argmax(ratios)) + 1
     ratio = float(np.max(ratios))
     if ratio > 0:
         margin = 1.0 - ratio
         values["self_locking"] = {"lining": lining, "ratio": ratio, "margin": margin}
         words = "f·tan(β/2)" if scene.brake.banded else "the self-locking ratio"
-        where = f"{scene.brake.words.lining} {lining}: {words} = {digits(ratio, 4)}, margin {digits(margin, 4)}"
-        said.append(("Locks itself: " if margin <= 0 else "Nearest self-locking at the start is ") + where + ".")
+        where = (
+            f"{scene.brake.words.lining} {lining}: {words} = {digits(ratio, 4)}, "
+            f"margin {digits(margin, 4)}"
+        )
+        said.append(
+            (
+                "Locks itself: "
+                if margin <= 0
+                else "Nearest self-locking at the start is "
+            )
+            + where
+            + "."
+        )
     least = least_outweighed(report.scan)
     if least is not None:
         values["runaway"] = least
@@ -451,19 +641,23 @@ def _stability(result: Result) -> list[Finding]:
         load = number(least["load"], "N*m")
         verb = "gives too little," if least["margin"] < -_BALANCED else "gives at least"
         said.append(
-            f"Under the maximum force of the lever the sliding brake {verb} {torque} against {load} of the load "
-            f"(at {number(least['time'], 's')}): runaway margin {digits(100 * least['margin'], 4)} %."
+            f"Under the maximum force of the lever the sliding brake {verb} {torque} "
+            f"against {load} of the load "
+            f"(at {number(least['time'], 's')}): runaway margin "
+            f"{digits(100 * least['margin'], 4)} %."
         )
     if report.holding is not None:
         reserve = float(report.holding.value)
         when = number(float(report.holding.time), "s")
         values["holding_reserve"] = reserve
         low = f", below {SMALL_RESERVE:g}: small" if reserve < SMALL_RESERVE else ""
-        said.append(f"Held at rest the reserve is at least {digits(reserve, 4)} (at {when}){low}.")
+        said.append(
+            f"Held at rest the reserve is at least {digits(reserve, 4)} (at {when}){low}."
+        )
     return [Finding("stability", " ".join(said), values)] if said else []
 
 
-# --- what would change it ---------------------------------------------------------------------------------------------
+# --- what would change it -----------------------------------------------------------
 
 
 def torque_over_load(result: Result) -> Any:
@@ -476,17 +670,29 @@ def _subject(result: Result) -> Metric:
     """The number that matters most in the duty of a run."""
     kind = result.report().summary["duty"]
     m = result.metrics
-    hot = next((name for name in ("peak_lining_temperature", "peak_rim_temperature") if m.get(name) is not None), None)
+    hot = next(
+        (
+            name
+            for name in ("peak_lining_temperature", "peak_rim_temperature")
+            if m.get(name) is not None
+        ),
+        None,
+    )
     capacity = result.report().summary["capacity"]
     choice: dict[str, Metric | None] = {
         DutyKind.STOP: "stopping_time",
         DutyKind.STOPS: hot or "stopping_time",
         DutyKind.HOLD: HOLDING if m.get(HOLDING) is not None else None,
-        DutyKind.DRAG: hot or ("max_tension" if "max_tension" in m else "max_normal_load"),
+        DutyKind.DRAG: hot
+        or ("max_tension" if "max_tension" in m else "max_normal_load"),
         DutyKind.STEADY: "terminal_speed",
         DutyKind.DRIVEN: "energy.motor_work",
     }
-    outweighed = torque_over_load if capacity and capacity["load_torque"] and capacity["brake_torque"] else None
+    outweighed = (
+        torque_over_load
+        if capacity and capacity["load_torque"] and capacity["brake_torque"]
+        else None
+    )
     return choice.get(kind, outweighed) or "energy.friction_heat"
 
 
@@ -494,56 +700,104 @@ def _influence(result: Result, progress: Progress) -> list[Finding]:
     """The parameters with the largest elasticities."""
     metric = _subject(result)
     try:
-        table: Any = sensitivities(result.scene, metric, span=None, rtol=float(result.rtol), progress=progress)
+        table: Any = sensitivities(
+            result.scene, metric, span=None, rtol=float(result.rtol), progress=progress
+        )
     except InputError as error:
         return [Finding("influence", f"No derivative: {error.faults[0].problem}.", {})]
 
-    def change(row: Sensitivity) -> float:  # by 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)
+    def change(
+        row: Sensitivity,
+    ) -> (
+        float
+    ):  # by 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)
         return row.derivative if row.unit == "K" else table.value * row.elasticity / 100
 
-    rows = [row for row in table.matters if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value]
+    rows = [
+        row
+        for row in table.matters
+        if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value
+    ]
     rows = sorted(rows, key=lambda row: -abs(change(row)))[:_MOST]
-    words = _lower(title_of(metric)) if isinstance(metric, str) else "torque of the sliding brake over the load"
+    words = (
+        _lower(title_of(metric))
+        if isinstance(metric, str)
+        else "torque of the sliding brake over the load"
+    )
     hot = isinstance(metric, str) and about_output(metric)["units"] == "K"
 
     def effect(row: Sensitivity) -> str:
         by = change(row)
-        shown = number(by, "K", absolute=False, count=3) if hot else f"{digits(100 * by / table.value, 3)} %"
+        shown = (
+            number(by, "K", absolute=False, count=3)
+            if hot
+            else f"{digits(100 * by / table.value, 3)} %"
+        )
         side = " (one-sided derivative)" if row.note.startswith("one-sided") else ""
-        return f"{'1 K' if row.unit == 'K' else '1 %'} more of {row.path} ({number(row.value, row.unit)}) {shown}{side}"
+        return (
+            f"{'1 K' if row.unit == 'K' else '1 %'} more of {row.path} "
+            f"({number(row.value, row.unit)}) {shown}{side}"
+        )
 
     numbers = {
-        row.path: {"elasticity": row.elasticity, "derivative": row.derivative, "value": row.value} for row in rows
+        row.path: {
+            "elasticity": row.elasticity,
+            "derivative": row.derivative,
+            "value": row.value,
+        }
+        for row in rows
     }
     if not rows:
-        return [Finding("influence", f"No parameter changes the {words}.", {"metric": name_of(metric)})]
+        return [
+            Finding(
+                "influence",
+                f"No parameter changes the {words}.",
+                {"metric": name_of(metric)},
+            )
+        ]
     text = f"What changes the {words} most: {'; '.join(effect(row) for row in rows)}."
-    return [Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})]
+    return [
+        Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})
+    ]
 
 
 def _remedy(result: Result) -> list[Finding]:
-    """What to do about a run that failed, or whose load is not stopped or held by the friction brake."""
+    """What to do about a run that failed, or whose load is not stopped or held by the
+    friction brake."""
     judgement = result.report().judgement
     reason = REASONS[judgement.reason]
     to_rest = reason.id == "T1" and result.verdict().wants == "rest"
     weak = (reason.goes_on or to_rest) and 0 < judgement.sliding < 1
     if not (result.ok or weak):
-        text = ". ".join(map(_upper, failure_of(int(result.code), result.scene.brake.words)))
-        return [Finding("remedy", f"{text}.", {"code": int(result.code), "status": result.status})]
+        text = ". ".join(
+            map(_upper, failure_of(int(result.code), result.scene.brake.words))
+        )
+        return [
+            Finding(
+                "remedy",
+                f"{text}.",
+                {"code": int(result.code), "status": result.status},
+            )
+        ]
     if not weak:
         return []
     factor = 1 / judgement.sliding
     times = digits(factor, 4)
     hot = "At the temperatures of the end the" if result.scene.heated else "The"
     text = f"{hot} brake would balance the load with {times} times its torque: "
-    text += f"with the force of the lever multiplied by {times}, or the load divided by it."
+    text += (
+        f"with the force of the lever multiplied by {times}, or the load divided by it."
+    )
     m = result.metrics
     most = allowable_values(result.scene)
     for name in ("max_lever_force", "max_actuator_pressure"):
         if name in most and m.get(name) is not None and factor * m[name] > most[name]:
             unit = about_output(name)["units"]
             bound = number(most[name], unit, count=4)
-            text += f" That is {number(factor * m[name], unit, count=4)}, more than the {bound} allowed: "
+            text += (
+                f" That is {number(factor * m[name], unit, count=4)}, more than "
+                f"the {bound} allowed: "
+            )
             text += "reduce the load, or give the brake more friction or wrap."
     return [Finding("remedy", text, {"factor": factor})]
 

@@ -1,4 +1,5 @@
-"""The search of a fit: measured quantities of a scene as a function of its parameters, and bounded least squares."""
+"""The search of a fit: measured quantities of a scene as a function of its parameters,
+and bounded least squares."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -17,17 +18,28 @@ from ..runs.edit import Inputs, entry_of, with_inputs, with_values
 from ..runs.measure import Metric, measure
 from ..runs.result import Result
 from ..runs.simulate import solver_for
-from .evaluating import Box, Evaluation, Paths, PointEvaluator, Solver, box_of, failure_name
+from .evaluating import (
+    Box,
+    Evaluation,
+    Paths,
+    PointEvaluator,
+    Solver,
+    box_of,
+    failure_name,
+)
 from .measured import Measured, check_measured, pick
 
 
 class MeasuredValues(NamedTuple):
-    """Measured quantities: columns with their entries, at some of the given times, and metrics."""
+    """Measured quantities: columns with their entries, at some of the given times, and
+    metrics."""
 
     columns: tuple[tuple[str, str | None], ...]
     metrics: tuple[Metric, ...]
 
-    def __call__(self, result: Result, given: tuple[Array, tuple[Array, ...]]) -> tuple[Array, None]:
+    def __call__(
+        self, result: Result, given: tuple[Array, tuple[Array, ...]]
+    ) -> tuple[Array, None]:
         ts, rows = given
         parts = []
         issues = Issues()
@@ -45,7 +57,8 @@ class MeasuredValues(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """A recording in a fit: its name, empty where it is the only one; its scene with the known numbers; its data."""
+    """A recording in a fit: its name, empty where it is the only one; its scene with
+    the known numbers; its data."""
 
     name: str
     scene: Scene
@@ -63,20 +76,36 @@ _DECADES = 100.0
 
 
 def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
-    """The recordings in `data`, measured data or several of them; adds what is wrong with their known numbers."""
+    """The recordings in `data`, measured data or several of them; adds what is wrong
+    with their known numbers."""
     require_scene(scene)
     one = isinstance(data, Measured)
     several = isinstance(data, list | tuple)
-    named: Any = {"": data} if one else {str(i): each for i, each in enumerate(data, 1)} if several else data
-    if not (isinstance(named, Mapping) and named and all(isinstance(each, Measured) for each in named.values())):
+    named: Any = (
+        {"": data}
+        if one
+        else {str(i): each for i, each in enumerate(data, 1)}
+        if several
+        else data
+    )
+    if not (
+        isinstance(named, Mapping)
+        and named
+        and all(isinstance(each, Measured) for each in named.values())
+    ):
         problem = f"{shown(data)} is not measured data"
-        raise input_error("data", problem, "what simbrake.read_measured gives, or a list of these")
+        raise input_error(
+            "data", problem, "what simbrake.read_measured gives, or a list of these"
+        )
     recordings = []
     for name, each in named.items():
         wrong = Issues()
         known = wrong.attempt(with_inputs, scene, dict(each.known))
         recordings.append(Recording(str(name), scene if known is None else known, each))
-        issues += [dataclasses.replace(fault, path=recordings[-1].label(fault.path)) for fault in wrong]
+        issues += [
+            dataclasses.replace(fault, path=recordings[-1].label(fault.path))
+            for fault in wrong
+        ]
     return recordings
 
 
@@ -87,48 +116,107 @@ def box_of_all(
     starts: Mapping[str, float | str],
     issues: Issues,
 ) -> Box:
-    """Bounds and start of the parameters, first those that all recordings share, then those of each; adds what is wrong
-    with them."""
+    """Bounds and start of the parameters, first those that all recordings share, then
+    those of each; adds what is wrong with them."""
     boxes = list[Box]()
     wrong = list[Issues]()
     k = len(shared)
     free = {**shared, **own}
     if not free:
-        issues.add("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}')
-    for path in dict.fromkeys(path for each in recordings for path in each.data.known if path in shared):
-        issues.add(path, "is shared by all recordings, and known of one", "fit it per recording")
-    for path in sorted({*starts} - {*free} - {each.label(path) for path in own for each in recordings}):
-        issues.add(path, "has a start value but no bounds", "give bounds, or set it in the scene")
+        issues.add(
+            "bounds",
+            "no parameter is to be fitted",
+            '{"brake.pulley.inertia": (500, 2000)}',
+        )
+    for path in dict.fromkeys(
+        path for each in recordings for path in each.data.known if path in shared
+    ):
+        issues.add(
+            path,
+            "is shared by all recordings, and known of one",
+            "fit it per recording",
+        )
+    for path in sorted(
+        {*starts} - {*free} - {each.label(path) for path in own for each in recordings}
+    ):
+        issues.add(
+            path,
+            "has a start value but no bounds",
+            "give bounds, or set it in the scene",
+        )
     for each in recordings:
-        start = {**starts, **{path: starts[label] for path in own if (label := each.label(path)) in starts}}
+        start = {
+            **starts,
+            **{
+                path: starts[label]
+                for path in own
+                if (label := each.label(path)) in starts
+            },
+        }
         wrong.append(Issues())
-        boxes.append(box_of(each.scene, free, wrong[-1], starts=start, decades=_DECADES))
+        boxes.append(
+            box_of(each.scene, free, wrong[-1], starts=start, decades=_DECADES)
+        )
     for each, mine in zip(recordings, wrong, strict=True):
         for fault in mine:  # of all recordings, or of this one
             of_all = all(fault in other for other in wrong)
-            named = fault if of_all else dataclasses.replace(fault, path=each.label(fault.path))
+            named = (
+                fault
+                if of_all
+                else dataclasses.replace(fault, path=each.label(fault.path))
+            )
             issues += [named] * (named not in issues)
-    paths = Paths.each((*shared, *(each.label(path) for each in recordings for path in own)))
+    paths = Paths.each(
+        (*shared, *(each.label(path) for each in recordings for path in own))
+    )
     columns = zip(*(box[1:] for box in boxes), strict=True)
-    return Box(paths, *(np.concatenate([rows[0][:k], *(row[k:] for row in rows)]) for rows in columns))
+    return Box(
+        paths,
+        *(
+            np.concatenate([rows[0][:k], *(row[k:] for row in rows)])
+            for rows in columns
+        ),
+    )
 
 
 def solver_within(recordings: Sequence[Recording], bounds: Bounds) -> Solver:
-    """The method that `simulate` chooses at the start or with any parameter at a bound: the stiff one if any is."""
+    """The method that `simulate` chooses at the start or with any parameter at a bound:
+    the stiff one if any is."""
     scenes = [each.scene for each in recordings]
     ends = [(path, end) for path, pair in bounds.items() for end in pair]
-    trials = [*scenes, *(with_values(scene, {path: end}) for scene in scenes for path, end in ends)]
+    trials = [
+        *scenes,
+        *(with_values(scene, {path: end}) for scene in scenes for path, end in ends),
+    ]
     return solver_for(scenes[0].heated and any(stiffness(trial)[0] for trial in trials))
 
 
-def _layout(recordings: Sequence[Recording]) -> tuple[MeasuredValues, list[Any], list[np.ndarray]]:
-    """What all recordings measured, as one program finds it in each of their runs; what it is given for each of them,
-    times and rows filled up to the same lengths; and where the values of each (m,) are among what it finds."""
-    columns = tuple(dict.fromkeys((part.column, part.entry) for each in recordings for part in each.data.points))
-    metrics = tuple(dict.fromkeys(single.metric for each in recordings for single in each.data.singles))
-    grids = [np.unique(np.hstack([p.t for p in r.data.points] or [r.scene.initial.time])) for r in recordings]
+def _layout(
+    recordings: Sequence[Recording],
+) -> tuple[MeasuredValues, list[Any], list[np.ndarray]]:
+    """What all recordings measured, as one program finds it in each of their runs; what
+    it is given for each of them, times and rows filled up to the same lengths; and
+    where the values of each (m,) are among what it finds."""
+    columns = tuple(
+        dict.fromkeys(
+            (part.column, part.entry)
+            for each in recordings
+            for part in each.data.points
+        )
+    )
+    metrics = tuple(
+        dict.fromkeys(
+            single.metric for each in recordings for single in each.data.singles
+        )
+    )
+    grids = [
+        np.unique(np.hstack([p.t for p in r.data.points] or [r.scene.initial.time]))
+        for r in recordings
+    ]
     rows = [[np.zeros(0, np.int32) for _ in columns] for _ in recordings]
-    parts: list[list[tuple[int, slice]]] = [[] for _ in recordings]  # column of each part, and its rows there
+    parts: list[list[tuple[int, slice]]] = [
+        [] for _ in recordings
+    ]  # column of each part, and its rows there
     for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
         for part in each.data.points:
             c = columns.index((part.column, part.entry))
@@ -139,17 +227,23 @@ def _layout(recordings: Sequence[Recording]) -> tuple[MeasuredValues, list[Any],
     given = []
     where = []
     for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
-        filled = tuple(np.pad(one, (0, n - one.size)) for one, n in zip(mine, longest, strict=True))
-        given.append((np.pad(ts, (0, max(map(len, grids)) - ts.size), mode="edge"), filled))
+        filled = tuple(
+            np.pad(one, (0, n - one.size)) for one, n in zip(mine, longest, strict=True)
+        )
+        given.append(
+            (np.pad(ts, (0, max(map(len, grids)) - ts.size), mode="edge"), filled)
+        )
         found = [begin[c] + np.arange(at.start, at.stop) for c, at in places]
-        found += [[begin[-1] + metrics.index(single.metric)] for single in each.data.singles]
+        found += [
+            [begin[-1] + metrics.index(single.metric)] for single in each.data.singles
+        ]
         where.append(np.concatenate([[], *found]).astype(int))
     return MeasuredValues(columns, metrics), given, where
 
 
 class FitModel:
-    """Measured quantities of all recordings as a function of the parameters, with derivatives: those that all
-    recordings share, then those of each recording."""
+    """Measured quantities of all recordings as a function of the parameters, with
+    derivatives: those that all recordings share, then those of each recording."""
 
     def __init__(
         self,
@@ -175,13 +269,20 @@ class FitModel:
             rtol=rtol,
             max_steps=max_steps,
         )
-        self.paths = (*shared, *(each.label(path) for each in recordings for path in own))
+        self.paths = (
+            *shared,
+            *(each.label(path) for each in recordings for path in own),
+        )
         self.shared = len(shared)
         first = len(shared) + len(own) * np.arange(len(recordings))
         #: which parameters each recording has
         self._has = [np.r_[: len(shared), k : k + len(own)] for k in first]
         self.parts = [(each, part) for each in recordings for part in each.data.all]
-        self.names = [each.label(part.name) for each, part in self.parts for _ in np.atleast_1d(part.value)]
+        self.names = [
+            each.label(part.name)
+            for each, part in self.parts
+            for _ in np.atleast_1d(part.value)
+        ]
         self.failures: dict[str, int] = {}
         self.points = 0
         self._latest = dict[bytes, Evaluation]()
@@ -189,36 +290,50 @@ class FitModel:
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
         """All measured values (m,) and their standard deviations."""
-        values, sigma = zip(*(each.data.arrays for each in self.recordings), strict=True)
+        values, sigma = zip(
+            *(each.data.arrays for each in self.recordings), strict=True
+        )
         return np.concatenate(values), np.concatenate(sigma)
 
     def split(self, values: np.ndarray) -> list[np.ndarray]:
         """Slice of each of `parts` among all values (m,)."""
-        return np.split(values, np.cumsum([np.size(part.value) for _, part in self.parts])[:-1])
+        return np.split(
+            values, np.cumsum([np.size(part.value) for _, part in self.parts])[:-1]
+        )
 
     def check(self, theta: np.ndarray) -> None:
-        """Raise `InputError` with what is wrong with scenes and data of the recordings at a start."""
+        """Raise `InputError` with what is wrong with scenes and data of the recordings
+        at a start."""
         issues = Issues()
         for each, scene in zip(self.recordings, self.scenes(theta), strict=True):
             wrong = Issues()
             wrong.attempt(check_scene, scene)
             wrong.attempt(check_measured, each.data, scene)
-            issues += [dataclasses.replace(fault, path=each.label(fault.path)) for fault in wrong]
+            issues += [
+                dataclasses.replace(fault, path=each.label(fault.path))
+                for fault in wrong
+            ]
         issues.report()
 
     def scenes(self, theta: np.ndarray) -> list[Scene]:
         """The scene of each recording with these parameters."""
         rows = zip(self.recordings, self._has, strict=True)
         names = self.run.place.names
-        return [with_values(each.scene, dict(zip(names, theta[has].tolist(), strict=True))) for each, has in rows]
+        return [
+            with_values(each.scene, dict(zip(names, theta[has].tolist(), strict=True)))
+            for each, has in rows
+        ]
 
     def __call__(self, theta: np.ndarray) -> Evaluation:
-        """Values (m,) and Jacobian (m, p) at a trial point: what is refused is counted, the last few are cached."""
+        """Values (m,) and Jacobian (m, p) at a trial point: what is refused is counted,
+        the last few are cached."""
         key = theta.tobytes()
         if key not in self._latest:
             self.points += 1
             runs = zip(self.recordings, self._has, self.given, strict=True)
-            self._latest[key] = self._joined([self.run(theta[has], given, each.scene) for each, has, given in runs])
+            self._latest[key] = self._joined(
+                [self.run(theta[has], given, each.scene) for each, has, given in runs]
+            )
             if (reason := self.refused(self._latest[key])) is not None:
                 self.failures[reason] = self.failures.get(reason, 0) + 1
             if len(self._latest) > _REMEMBERED:
@@ -226,22 +341,32 @@ class FitModel:
         return self._latest[key]
 
     def _joined(self, parts: Sequence[Evaluation]) -> Evaluation:
-        """One evaluation of the runs of all recordings; it has the first code that is not 0, and which run that is."""
-        values = np.concatenate([part.values[where] for part, where in zip(parts, self.where, strict=True)])
+        """One evaluation of the runs of all recordings; it has the first code that is
+        not 0, and which run that is."""
+        values = np.concatenate(
+            [part.values[where] for part, where in zip(parts, self.where, strict=True)]
+        )
         jacobian = np.zeros((values.size, len(self.paths)))
         row = 0
         for part, has, where in zip(parts, self._has, self.where, strict=True):
             jacobian[row : row + where.size, has] = part.jacobian[where]
             row += where.size
         failed = next((i for i, part in enumerate(parts) if part.code != 0), 0)
-        return Evaluation(values, jacobian, parts[failed].code, self.recordings[failed].label("the run"))
+        return Evaluation(
+            values,
+            jacobian,
+            parts[failed].code,
+            self.recordings[failed].label("the run"),
+        )
 
     def of_fixed(self, theta: np.ndarray) -> list[tuple[str, float, np.ndarray]]:
-        """Numbers of the scene that are not fitted, not 0, and change the measured values: path, value (that of the
-        largest entry), and the change of the values (m,) per relative change of the number in all recordings.
+        """Numbers of the scene that are not fitted, not 0, and change the measured
+        values: path, value (that of the largest entry), and the change of the values
+        (m,) per relative change of the number in all recordings.
 
-        Central differences with the program of the fit, in which every number of the scene is an input: nothing is
-        compiled, and two runs per number and recording suffice for correlations.
+        Central differences with the program of the fit, in which every number of the
+        scene is an input: nothing is compiled, and two runs per number and recording
+        suffice for correlations.
         """
         known = [Inputs(scene) for scene in self.scenes(theta)]
         effects = []
@@ -249,40 +374,65 @@ class FitModel:
         for path, leaf in known[0].items():
             leaves = [inputs.get(path) for inputs in known]
             values = [
-                np.asarray(one.value, float) if one is not None and one.value is not None else np.zeros(0)
+                np.asarray(one.value, float)
+                if one is not None and one.value is not None
+                else np.zeros(0)
                 for one in leaves
             ]
             every = np.concatenate([value.ravel() for value in values])
-            if path in fitted or path in _OF_THE_RUN or not np.any(every) or not np.all(np.isfinite(every)):
+            if (
+                path in fitted
+                or path in _OF_THE_RUN
+                or not np.any(every)
+                or not np.all(np.isfinite(every))
+            ):
                 continue
-            ends = [[np.asarray(value * (1 + side * STEP)) for value in values] for side in (1, -1)]
-            if not all(np.all(leaf.about.admits(value)) for end in ends for value in end):
+            ends = [
+                [np.asarray(value * (1 + side * STEP)) for value in values]
+                for side in (1, -1)
+            ]
+            if not all(
+                np.all(leaf.about.admits(value)) for end in ends for value in end
+            ):
                 continue
             try:
                 up, down = (self._with(theta, path, end) for end in ends)
-            except InputError:  # numbers that must fit to others, as times in their order
+            except (
+                InputError
+            ):  # numbers that must fit to others, as times in their order
                 continue
             change = (up.values - down.values) / (2 * STEP)
             if up.code == down.code == 0 and np.all(np.isfinite(change)):
                 effects.append((path, float(every[np.argmax(np.abs(every))]), change))
         return effects
 
-    def _with(self, theta: np.ndarray, path: str, values: list[np.ndarray]) -> Evaluation:
+    def _with(
+        self, theta: np.ndarray, path: str, values: list[np.ndarray]
+    ) -> Evaluation:
         """An evaluation with another number in each recording."""
         runs = zip(self.recordings, self._has, self.given, values, strict=True)
         return self._joined(
             [
-                self.run.elsewhere(theta[has], with_values(each.scene, {path: np.asarray(value)}), given)
+                self.run.elsewhere(
+                    theta[has],
+                    with_values(each.scene, {path: np.asarray(value)}),
+                    given,
+                )
                 for each, has, given, value in runs
             ]
         )
 
     def refused(self, evaluation: Evaluation) -> str | None:
-        """Reason to reject a point: its run fails, or it lacks a measured event; `None` for a valid point."""
+        """Reason to reject a point: its run fails, or it lacks a measured event; `None`
+        for a valid point."""
         if evaluation.code != 0:
             return f"{evaluation.more} fails: {failure_name(evaluation.code)}"
         for i in np.flatnonzero(~np.isfinite(evaluation.values)):
-            what = "does not occur" if np.isinf(evaluation.values[i]) else "is not a number"
+            what = (
+                "does not occur"
+                if np.isinf(evaluation.values[i])
+                else "is not a number"
+            )
             return f"{self.names[i]} {what} in the model"
         for i in np.flatnonzero(~np.isfinite(evaluation.jacobian).all(axis=1)):
             return f"the derivative of {self.names[i]} is not finite"
@@ -302,14 +452,16 @@ _LIMITED = "the limit of evaluations was reached"
 _NEAR = 1e-3
 
 
-#: relative error of the root of a rise of χ² at the end of a profile; the root beyond the runs that have all events
+#: relative error of the root of a rise of χ² at the end of a profile; the root beyond
+#: the runs that have all events
 _CLOSE = 1e-6
 _BEYOND = 1e3
 
 
 @dataclasses.dataclass
 class Search:
-    """Least squares from one or more starts, all points evaluated once; at most `most` evaluations from each."""
+    """Least squares from one or more starts, all points evaluated once; at most `most`
+    evaluations from each."""
 
     model: FitModel
     box: Box
@@ -337,8 +489,12 @@ class Search:
         if refused is None and self.model.points > before:
             if self.best is None or self.cost(evaluation) < self.best[0]:
                 self.best = (self.cost(evaluation), z.copy(), evaluation)
-            self.least, most = min(self.least, float(np.sum(self.residual(evaluation) ** 2))), self.most * self.starts
-            # a search mostly ends long before its limit: the time left is shown as a bound
+            self.least, most = (
+                min(self.least, float(np.sum(self.residual(evaluation) ** 2))),
+                self.most * self.starts,
+            )
+            # a search mostly ends long before its limit: the time left is shown as a
+            # bound
             count = min(self.model.points, most)
             also = f", chi² {self.least:.6g}"
             self.progress.now("run", count, most, also=also)
@@ -346,15 +502,17 @@ class Search:
 
     @property
     def noise(self) -> float:
-        """Relative rounding of values and derivatives: they are those of the steps taken, which differ from the motion
-        by the tolerance."""
+        """Relative rounding of values and derivatives: they are those of the steps
+        taken, which differ from the motion by the tolerance."""
         return max(10 * self.model.run.rtol, 1e-12)
 
     def residual(self, evaluation: Evaluation) -> np.ndarray:
         return (evaluation.values - self.measured) / self.sigma
 
     def jacobian(self, z: np.ndarray, evaluation: Evaluation) -> np.ndarray:
-        return evaluation.jacobian * self.box.slope(self.box.up(z)) / self.sigma[:, None]
+        return (
+            evaluation.jacobian * self.box.slope(self.box.up(z)) / self.sigma[:, None]
+        )
 
     def cost(self, evaluation: Evaluation) -> float:
         return cost(self.residual(evaluation), self.loss, self.loss_scale)
@@ -368,7 +526,11 @@ class Search:
                     self._descend(z)
                 elif k == 0 and self.starts == 1:
                     hint = "give another start, or try several (starts=8)"
-                    hint = f"raise end_time, {hint}" if "does not occur" in refused else hint
+                    hint = (
+                        f"raise end_time, {hint}"
+                        if "does not occur" in refused
+                        else hint
+                    )
                     raise input_error("start", refused, hint)
         except KeyboardInterrupt:
             if self.best is None:
@@ -378,18 +540,26 @@ class Search:
         finally:
             self.progress.__exit__()
         if self.best is None:
-            reasons = [Fault("start", reason, f"{n} of the starts") for reason, n in self.model.failures.items()]
+            reasons = [
+                Fault("start", reason, f"{n} of the starts")
+                for reason, n in self.model.failures.items()
+            ]
             raise InputError(reasons)
 
     def _spread(self, first: np.ndarray) -> list[np.ndarray]:
         """The first start, and others spread over the unit cube, without its corner."""
         from scipy.stats import qmc  # slow to import, and rarely needed
 
-        others = qmc.Halton(first.size, scramble=False).fast_forward(1).random(self.starts - 1)
+        others = (
+            qmc.Halton(first.size, scramble=False)
+            .fast_forward(1)
+            .random(self.starts - 1)
+        )
         return [first, *others]
 
     def _descend(self, z: np.ndarray) -> None:
-        """Search from one start; parameters at active bounds are fixed there, and the others searched again."""
+        """Search from one start; parameters at active bounds are fixed there, and the
+        others searched again."""
         assert self.best is not None
         free = np.ones(z.size, bool)
         z, cost, converged, message = self._minimise(z, free)
@@ -400,18 +570,24 @@ class Search:
                 break
             free = free & ~pressed
             z, cost, converged, message = self._minimise(on, free)
-        if cost <= self.best[0] * (1 + 1e-9):  # the bound itself, not a neighbour that is better by rounding
+        if cost <= self.best[0] * (
+            1 + 1e-9
+        ):  # the bound itself, not a neighbour that is better by rounding
             self.best = (cost, z, self.look(z)[0])
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged = converged
             self.message = message
         self.ends.append((cost, z))
 
-    def profile(self, z: np.ndarray, i: int, rise: float, width: float) -> tuple[float, float]:
-        """Unknowns `i` below and above that of a best point `z` at which `min Σ r²` over all the others is larger by
-        `rise`; `∓inf` where it is not up to the bound. `width`: how far away they are to first order, `inf` if unknown.
+    def profile(
+        self, z: np.ndarray, i: int, rise: float, width: float
+    ) -> tuple[float, float]:
+        """Unknowns `i` below and above that of a best point `z` at which `min Σ r²`
+        over all the others is larger by `rise`; `∓inf` where it is not up to the bound.
+        `width`: how far away they are to first order, `inf` if unknown.
 
-        The root of the rise is nearly linear in the unknown, so that few fits of the others find it.
+        The root of the rise is nearly linear in the unknown, so that few fits of the
+        others find it.
         """
         from scipy.optimize import brentq  # imported only by fits
 
@@ -426,7 +602,10 @@ class Search:
                 if self.look(point)[1] is not None:
                     return _BEYOND  # no run has the measured events there
                 point, cost, *_ = self._minimise(point, free)
-                solved[x] = float(np.sqrt(max(2 * (cost - least), 0.0) / rise)) - 1, point
+                solved[x] = (
+                    float(np.sqrt(max(2 * (cost - least), 0.0) / rise)) - 1,
+                    point,
+                )
             return solved[x][0]
 
         def end(side: int) -> float:
@@ -437,7 +616,11 @@ class Search:
                 near = bound
             if near == z[i] or excess(near) < -_CLOSE:
                 return side * np.inf
-            return near if excess(near) < _CLOSE else brentq(excess, *sorted((z[i], near)), xtol=1e-9, rtol=1e-8)  # pyright: ignore
+            return (
+                near
+                if excess(near) < _CLOSE
+                else brentq(excess, *sorted((z[i], near)), xtol=1e-9, rtol=1e-8)
+            )  # pyright: ignore
 
         return end(-1), end(1)
 
@@ -449,7 +632,9 @@ class Search:
         strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
         return strong & (((z < _NEAR) & (push > 0)) | ((z > 1 - _NEAR) & (push < 0)))
 
-    def _minimise(self, z: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, float, bool, str]:
+    def _minimise(
+        self, z: np.ndarray, free: np.ndarray
+    ) -> tuple[np.ndarray, float, bool, str]:
         from scipy.optimize import least_squares  # imported only by fits
 
         def whole(x: np.ndarray) -> np.ndarray:
@@ -493,16 +678,26 @@ class Search:
         z = whole(solution.x)
         ended = solution.status > 0
         if solution.status != 1 and barrier is not None:
-            return z, float(solution.cost), False, f"ended beside rejected points: {barrier}"
+            return (
+                z,
+                float(solution.cost),
+                False,
+                f"ended beside rejected points: {barrier}",
+            )
         return z, float(solution.cost), ended, _DONE if ended else _LIMITED
 
 
-# --- covariance by a truncated SVD, and the undetermined combinations of parameters ----------------------------------
+# --- covariance by a truncated SVD, and the undetermined combinations of parameters -
 
-#: the robust losses ρ(z) of SciPy with their first and second derivatives, z the squared residual over its scale
+#: the robust losses ρ(z) of SciPy with their first and second derivatives, z the
+#: squared residual over its scale
 _LOSSES = {
     "linear": lambda z: (z, np.ones_like(z), np.zeros_like(z)),
-    "soft_l1": lambda z: (2 * (np.sqrt(1 + z) - 1), (1 + z) ** -0.5, -0.5 * (1 + z) ** -1.5),
+    "soft_l1": lambda z: (
+        2 * (np.sqrt(1 + z) - 1),
+        (1 + z) ** -0.5,
+        -0.5 * (1 + z) ** -1.5,
+    ),
     "huber": lambda z: (
         np.where(z <= 1, z, 2 * np.sqrt(np.maximum(z, 1)) - 1),
         np.maximum(z, 1) ** -0.5,
@@ -514,7 +709,8 @@ _LOSSES = {
 LOSSES = tuple(_LOSSES)
 #: standard deviation of a uniform distribution over a range of 1
 _UNIFORM = 12**-0.5
-#: a parameter that an open direction moves by less than this share of its standard error is not affected by it
+#: a parameter that an open direction moves by less than this share of its standard
+#: error is not affected by it
 _CONCERNED = 0.1
 
 
@@ -523,7 +719,8 @@ class Identified(NamedTuple):
 
     - `covariance` (p, p) of the determined directions alone
     - `singular_values` (p,), in standard deviations of the data per whole range
-    - `open` (k, p): directions that the data do not determine;  `concerned` (p,): parameters that one of them changes
+    - `open` (k, p): directions that the data do not determine
+    - `concerned` (p,): parameters that one of them changes
     """
 
     covariance: np.ndarray
@@ -539,15 +736,24 @@ def cost(residual: np.ndarray, loss: str, scale: float) -> float:
 
 
 def identify(
-    jacobian: np.ndarray, residual: np.ndarray, *, absolute: bool, loss: str, loss_scale: float, noise: float
+    jacobian: np.ndarray,
+    residual: np.ndarray,
+    *,
+    absolute: bool,
+    loss: str,
+    loss_scale: float,
+    noise: float,
 ) -> Identified:
-    """Covariance and open directions from residuals `r` (m,) in standard deviations and their derivatives `J` (m, p).
+    """Covariance and open directions from residuals `r` (m,) in standard deviations and
+    their derivatives `J` (m, p).
 
-    - `cov = s² (JᵀJ)⁻¹`, `s = 1` where the standard deviations are `absolute`, else `s² = rᵀr/(m − p)`
-    - robust losses: `H⁻¹ Jᵀ diag(ψ²) J H⁻¹ m/(m − p)`, `ψ = ρ' r`, `H = Jᵀ diag(ρ' + 2 z ρ'') J` (Huber)
-    - a direction is open where its singular value is below the rounding `noise` of the largest, or where its standard
-      error exceeds that of a uniform distribution over the range, `1/√12`: there the bounds determine more than the
-      data
+    - `cov = s² (JᵀJ)⁻¹`, `s = 1` where the standard deviations are `absolute`, else
+      `s² = rᵀr/(m − p)`
+    - robust losses: `H⁻¹ Jᵀ diag(ψ²) J H⁻¹ m/(m − p)`, `ψ = ρ' r`,
+      `H = Jᵀ diag(ρ' + 2 z ρ'') J` (Huber)
+    - a direction is open where its singular value is below the rounding `noise` of the
+      largest, or where its standard error exceeds that of a uniform distribution over
+      the range, `1/√12`: there the bounds determine more than the data
     """
     m, p = jacobian.shape
     _, first, second = _LOSSES[loss]((residual / loss_scale) ** 2)
@@ -557,13 +763,22 @@ def identify(
     v = vt.T
     vanishing = s <= noise * max(float(s[0]), 1e-300)
     freedom = m - int(p - vanishing.sum())
-    scatter = np.sqrt(1 / freedom if freedom > 0 else np.inf)  # without any degrees of freedom it is unknown
+    scatter = np.sqrt(
+        1 / freedom if freedom > 0 else np.inf
+    )  # without any degrees of freedom it is unknown
     safe = np.where(vanishing, 1.0, s)
     if loss == "linear":
         scale = 1.0 if absolute else scatter * float(np.linalg.norm(residual))
-        bent = scale * (v / safe)  # columns whose outer products add up to the covariance
+        bent = scale * (
+            v / safe
+        )  # columns whose outer products add up to the covariance
     else:
-        bent = scatter * np.sqrt(m) * (v / safe**2) @ (v.T @ (jacobian * (first * residual)[:, None]).T)
+        bent = (
+            scatter
+            * np.sqrt(m)
+            * (v / safe**2)
+            @ (v.T @ (jacobian * (first * residual)[:, None]).T)
+        )
     along = np.linalg.norm(v.T @ bent, axis=1) if loss != "linear" else scale / safe
     vague = ~vanishing & (along > _UNIFORM)
     closed = ~(vanishing | vague)
@@ -572,12 +787,19 @@ def identify(
     else:
         kept = v[:, closed] @ (v[:, closed].T @ bent)
         covariance = kept @ kept.T
-    return Identified(covariance, _concerned(v[:, ~closed], covariance), s, v[:, ~closed].T, int(closed.sum()))
+    return Identified(
+        covariance,
+        _concerned(v[:, ~closed], covariance),
+        s,
+        v[:, ~closed].T,
+        int(closed.sum()),
+    )
 
 
 class Confounded(NamedTuple):
-    """How a fixed number is tied to fitted ones (p,): their correlations if it were free, their shift for its change of
-    1, and their variances while it is fixed (for residuals of variance 1)."""
+    """How a fixed number is tied to fitted ones (p,): their correlations if it were
+    free, their shift for its change of 1, and their variances while it is fixed (for
+    residuals of variance 1)."""
 
     correlation: np.ndarray
     shift: np.ndarray
@@ -585,12 +807,15 @@ class Confounded(NamedTuple):
 
 
 def confound(jacobian: np.ndarray, column: np.ndarray, noise: float) -> Confounded:
-    """Correlations of fitted parameters, with derivatives `J` (m, p), with a number of derivatives `j` (m,).
+    """Correlations of fitted parameters, with derivatives `J` (m, p), with a number of
+    derivatives `j` (m,).
 
-    With `a = J⁺ j` and `e = j − J a`, freeing the number makes its variance `1/eᵀe`, those of the parameters
-    `C_ii + a_i²/eᵀe` with `C = (JᵀJ)⁺`, and the covariances `−a_i/eᵀe`.
+    With `a = J⁺ j` and `e = j − J a`, freeing the number makes its variance `1/eᵀe`,
+    those of the parameters `C_ii + a_i²/eᵀe` with `C = (JᵀJ)⁺`, and the covariances
+    `−a_i/eᵀe`.
 
-    Source: Björck, Numerical Methods for Least Squares Problems (1996), 3.2 (a column that is added).
+    Source: Björck, Numerical Methods for Least Squares Problems (1996), 3.2 (a column
+    that is added).
     """
     u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
     kept = s > noise * max(float(s.max(initial=0.0)), 1e-300)
@@ -607,7 +832,8 @@ def confound(jacobian: np.ndarray, column: np.ndarray, noise: float) -> Confound
 
 
 def _concerned(free: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Parameters that open directions (p, k), drawn as long as the bounds allow, would move beyond their errors."""
+    """Parameters that open directions (p, k), drawn as long as the bounds allow, would
+    move beyond their errors."""
     if not free.size:
         return np.zeros(free.shape[0], bool)
     length = 1 / np.max(np.abs(free), axis=0)

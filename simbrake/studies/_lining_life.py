@@ -1,4 +1,5 @@
-"""Life of the linings in stops: steps of many stops, with the worn brake simulated in each step."""
+"""Life of the linings in stops: steps of many stops, with the worn brake simulated in
+each step."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
@@ -22,9 +23,11 @@ TurnAt: TypeAlias = float | int | str | Sequence[float | int] | np.ndarray | Non
 
 
 class LifeHistory(NamedTuple):
-    """The life in steps of many stops, `m` instants; at a turn of the band one before and one after it.
+    """The life in steps of many stops, `m` instants; at a turn of the band one before
+    and one after it.
 
-    Linings are counted from the slack end at the start of the life, and keep their number when the band is turned.
+    Linings are counted from the slack end at the start of the life, and keep their
+    number when the band is turned.
     """
 
     brakings: np.ndarray  # (m,) done so far
@@ -37,10 +40,12 @@ class LifeHistory(NamedTuple):
 class LiningLife(Tabular):
     """Stops until the linings are worn.
 
-    - `brakings`: until the first lining has reached its permissible wear;  `first`: its number (from 1)
-    - `each` (n,): until lining `i` would have, with the others left in place: longer-lasting ones continue at the rate
-      of the last stop
-    - `permissible` (n,) in m;  `turned_at`: stops after which the band was turned end for end
+    - `brakings`: until the first lining has reached its permissible wear
+    - `first`: its number (from 1)
+    - `each` (n,): until lining `i` would have, with the others left in place:
+      longer-lasting ones continue at the rate of the last stop
+    - `permissible` (n,) in m
+    - `turned_at`: stops after which the band was turned end for end
     - `unturned`: the life without turning, where the best number of stops was searched
     - `history`;  `runs`: stops that were simulated
     """
@@ -67,48 +72,74 @@ class LiningLife(Tabular):
     @property
     def over_mean(self) -> np.ndarray:
         """Maximum over mean wear per stop (m,), over the life."""
-        return self.history.per_braking.max(axis=1) / self.history.per_braking.mean(axis=1)
+        return self.history.per_braking.max(axis=1) / self.history.per_braking.mean(
+            axis=1
+        )
 
     @property
     def over_least(self) -> np.ndarray:
         """Maximum over minimum wear per stop (m,), over the life."""
         with np.errstate(divide="ignore"):
-            return self.history.per_braking.max(axis=1) / self.history.per_braking.min(axis=1)
+            return self.history.per_braking.max(axis=1) / self.history.per_braking.min(
+                axis=1
+            )
 
     @property
     def used(self) -> float:
-        """Used share of the permissible wear of all linings at the end: 1 where all end together."""
+        """Used share of the permissible wear of all linings at the end: 1 where all end
+        together."""
         return float((self.worn / self.permissible).mean())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data as plain values of JSON."""
-        history = self.history._asdict() | {"over_mean": self.over_mean, "over_least": self.over_least}
-        return plain(vars(self) | {"gain": self.gain, "used": self.used, "history": history})
+        history = self.history._asdict() | {
+            "over_mean": self.over_mean,
+            "over_least": self.over_least,
+        }
+        return plain(
+            vars(self) | {"gain": self.gain, "used": self.used, "history": history}
+        )
 
     def parts(self) -> Iterator[str | Table]:
         h = self.history
         n = len(self.each)
-        worn = f"lining {self.first} of {n} has lost {1e3 * self.permissible[self.first - 1]:.4g} mm"
+        worn = (
+            f"lining {self.first} of {n} has lost "
+            f"{1e3 * self.permissible[self.first - 1]:.4g} mm"
+        )
         yield f"life     {self.brakings:.0f} stops, until {worn}"
         for at in self.turned_at:
             yield f"turned   end for end after {at:.0f} stops"
         if self.gain is not None:
-            yield f"gain     {self.gain:.4g} times the life without turning ({self.unturned:.0f} stops)"
+            yield (
+                f"gain     {self.gain:.4g} times the life without turning "
+                f"({self.unturned:.0f} stops)"
+            )
         yield (
-            f"uneven   maximum wear of one stop {self.over_mean[0]:.4g} times the mean and {self.over_least[0]:.4g} "
-            f"times the minimum initially, {self.over_mean[-1]:.4g} and {self.over_least[-1]:.4g} times at the end"
+            f"uneven   maximum wear of one stop {self.over_mean[0]:.4g} times the mean "
+            f"and {self.over_least[0]:.4g} "
+            f"times the minimum initially, {self.over_mean[-1]:.4g} and "
+            f"{self.over_least[-1]:.4g} times at the end"
         )
         yield f"used     {100 * self.used:.1f} % of the permissible wear of all linings"
         columns = [
             Column("lining"),
             Column("worn", "m", display_units="mm", show=lambda x: f"{1e3 * x:.4f}"),
-            Column("per stop", "m", display_units="µm", show=lambda x: f"{1e6 * x:.4f}"),
+            Column(
+                "per stop", "m", display_units="µm", show=lambda x: f"{1e6 * x:.4f}"
+            ),
             Column("stops left", show=lambda x: f"{x:.0f}" if np.isfinite(x) else "—"),
         ]
         left = np.maximum(self.each - self.brakings, 0.0)
-        yield Table(columns, zip(range(1, n + 1), self.worn, h.per_braking[-1], left, strict=True))
+        yield Table(
+            columns,
+            zip(range(1, n + 1), self.worn, h.per_braking[-1], left, strict=True),
+        )
         if np.ptp(h.stopping_time[np.isfinite(h.stopping_time)]) > 0:
-            yield f"stop     after {h.stopping_time[0]:.5g} s initially, {h.stopping_time[-1]:.5g} s at the end"
+            yield (
+                f"stop     after {h.stopping_time[0]:.5g} s initially, "
+                f"{h.stopping_time[-1]:.5g} s at the end"
+            )
         yield f"solver   {self.runs} stops simulated"
 
 
@@ -119,7 +150,8 @@ _SAFETY = 0.9
 
 
 class _Point(NamedTuple):
-    """The brake after `done` stops: wear depth, wear of the next stop, stopping time."""
+    """The brake after `done` stops: wear depth, wear of the next stop, stopping
+    time."""
 
     done: float
     worn: np.ndarray
@@ -129,14 +161,19 @@ class _Point(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """`h(Δ) = h + Δ w + ½ Δ (Δ − 1) s` over `length` stops from `start`; `s` (n,): change of `w` per stop."""
+    """`h(Δ) = h + Δ w + ½ Δ (Δ − 1) s` over `length` stops from `start`; `s` (n,):
+    change of `w` per stop."""
 
     start: _Point
     length: float
     slope: np.ndarray
 
     def worn(self, brakings: float) -> np.ndarray:
-        return self.start.worn + brakings * self.start.wear + 0.5 * brakings * max(brakings - 1, 0.0) * self.slope
+        return (
+            self.start.worn
+            + brakings * self.start.wear
+            + 0.5 * brakings * max(brakings - 1, 0.0) * self.slope
+        )
 
     def wear(self, brakings: float) -> np.ndarray:
         return self.start.wear + brakings * self.slope
@@ -149,7 +186,9 @@ class _Step(NamedTuple):
         b = w - 0.5 * s
         inside = b * b + 2 * s * room
         with np.errstate(divide="ignore", invalid="ignore"):
-            many = np.where(inside >= 0, 2 * room / (b + np.sqrt(np.maximum(inside, 0.0))), np.inf)
+            many = np.where(
+                inside >= 0, 2 * room / (b + np.sqrt(np.maximum(inside, 0.0))), np.inf
+            )
             one = room / w
         stops = np.where(one <= 1, one, many)
         return np.where((w > 0) & (stops >= 0), stops, np.inf)
@@ -161,13 +200,19 @@ class _Path(NamedTuple):
 
 
 class _Brake:
-    """The stop of a scene with given wear, as built or with the band turned; and steps of stops.
+    """The stop of a scene with given wear, as built or with the band turned; and steps
+    of stops.
 
     `tolerance`, `step`: of the stops taken at once, as in `lining_life`
     """
 
     def __init__(
-        self, scene: Scene, limit: np.ndarray, tolerance: float, step: float | None, options: dict[str, Any]
+        self,
+        scene: Scene,
+        limit: np.ndarray,
+        tolerance: float,
+        step: float | None,
+        options: dict[str, Any],
     ) -> None:
         self.scenes = {False: scene}
         self.limit = limit
@@ -184,13 +229,20 @@ class _Brake:
             if turned not in self.scenes:
                 self.scenes[turned] = turned_scene(self.scenes[False])
             along = slice(None, None, -1 if turned else 1)
-            result = simulate(with_values(self.scenes[turned], {"wear.worn": worn[along]}), **self.options)
+            result = simulate(
+                with_values(self.scenes[turned], {"wear.worn": worn[along]}),
+                **self.options,
+            )
             self.runs += 1
-            self._known[turned] = np.asarray(result.worn_thickness)[along], float(result.stopping_time)
+            self._known[turned] = (
+                np.asarray(result.worn_thickness)[along],
+                float(result.stopping_time),
+            )
         return _Point(done, worn, *self._known[turned], turned)
 
     def follow(self, start: _Point, until: float = np.inf) -> _Path:
-        """Stops from `start` on until a lining is at its limit, or `until` stops are done."""
+        """Stops from `start` on until a lining is at its limit, or `until` stops are
+        done."""
         limit = self.limit
         step = self.step
         still = np.zeros_like(start.worn)
@@ -210,7 +262,9 @@ class _Brake:
             if self.feeds_back and length > 1.0:
                 following = self.look(now.done + length, ahead.worn(length), now.turned)
                 ahead = ahead._replace(slope=(following.wear - now.wear) / length)
-                error = float(np.max(np.abs(ahead.worn(length) - following.worn) / limit))
+                error = float(
+                    np.max(np.abs(ahead.worn(length) - following.worn) / limit)
+                )
             if step is None and error > self.tolerance:
                 length *= max(_LEAST, _SAFETY * np.sqrt(self.tolerance / error))
                 continue
@@ -219,11 +273,17 @@ class _Brake:
             worn = ahead.worn(done)
             steps.append(ahead._replace(length=done))
             now = self.look(now.done + done, worn, now.turned)
-            self.progress.now(f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn")
+            self.progress.now(
+                f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn"
+            )
             if reached <= length or np.min(limit - worn) <= 1e-12 * np.max(limit):
                 break
             if step is None and self.feeds_back:
-                length = done * (_MOST if error == 0 else min(_MOST, _SAFETY * float(np.sqrt(self.tolerance / error))))
+                length = done * (
+                    _MOST
+                    if error == 0
+                    else min(_MOST, _SAFETY * float(np.sqrt(self.tolerance / error)))
+                )
             else:
                 length = np.inf if step is None else step
         return _Path(steps, now)
@@ -243,7 +303,8 @@ class _Brake:
 
 
 def _best_turn(brake: _Brake, unturned: _Path) -> float:
-    """Number of stops after which a turn gives the longest life; the history up to the turn is known."""
+    """Number of stops after which a turn gives the longest life; the history up to the
+    turn is known."""
     from scipy.optimize import minimize_scalar
 
     starts = np.asarray([step.start.done for step in unturned.steps])
@@ -255,7 +316,9 @@ def _best_turn(brake: _Brake, unturned: _Path) -> float:
 
     end = unturned.end.done
     sharp = {"xatol": (1e-4 if brake.feeds_back else 1e-8) * end, "maxiter": 200}
-    best: Any = minimize_scalar(lambda x: -life(x), bounds=(0.0, end), method="bounded", options=sharp)
+    best: Any = minimize_scalar(
+        lambda x: -life(x), bounds=(0.0, end), method="bounded", options=sharp
+    )
     return float(best.x)
 
 
@@ -267,9 +330,17 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
         scene = with_values(scene, {"wear.permissible": permissible})
     wear = scene.wear
     if wear is None:
-        raise input_error("wear", "is missing", "give the scene a `Wear`, a file [wear] with rate = 1e-14, in m³/(N·m)")
+        raise input_error(
+            "wear",
+            "is missing",
+            "give the scene a `Wear`, a file [wear] with rate = 1e-14, in m³/(N·m)",
+        )
     if wear.permissible is None:
-        raise input_error("wear.permissible", "is missing", "give the permissible wear depth, as in 8 mm")
+        raise input_error(
+            "wear.permissible",
+            "is missing",
+            "give the permissible wear depth, as in 8 mm",
+        )
     check_scene(scene)
     if wear.turned_at is not None:
         raise input_error("wear.turned_at", "is for one run", "give `turn_at` in stops")
@@ -278,8 +349,14 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
     worn = np.broadcast_to(np.asarray(wear.worn, np.float64), (n,))
     over = np.flatnonzero(worn >= limit)
     if over.size:
-        raise input_error("wear.worn", f"lining {over[0] + 1} is worn already", "increase the permissible wear")
-    check_scene(with_values(scene, {"wear.worn": limit}))  # a worn brake outside its valid range
+        raise input_error(
+            "wear.worn",
+            f"lining {over[0] + 1} is worn already",
+            "increase the permissible wear",
+        )
+    check_scene(
+        with_values(scene, {"wear.worn": limit})
+    )  # a worn brake outside its valid range
     return with_values(scene, {"wear.worn": np.array(worn)}), limit
 
 
@@ -294,27 +371,31 @@ def lining_life(
 ) -> LiningLife:
     """Life of the linings: number of repetitions of a scene's stop until they are worn.
 
-        h(m + 1) = h(m) + w(h(m)),   h_i(0) = `wear.worn`,   until h_i = `permissible` for some lining
-        w(h): wear of one stop of a brake with the wear depth h
+        h(m + 1) = h(m) + w(h(m)),   h_i(0) = `wear.worn`,   until h_i = `permissible`
+        for some lining w(h): wear of one stop of a brake with the wear depth h
 
-    Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and one stop is enough. With it
-    steps of `Δ` stops are taken, each with the brake simulated at its present wear,
+    Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and
+    one stop is enough. With it steps of `Δ` stops are taken, each with the brake
+    simulated at its present wear,
 
         h(m + Δ) = h + ½ [(Δ + 1) w(h) + (Δ − 1) w(h + Δ w(h))],
 
-    which is exact for `Δ = 1` and of second order in `Δ`; its difference from `h + Δ w`, over the permissible wear, is
-    limited to `tolerance` in each step.
+    which is exact for `Δ = 1` and of second order in `Δ`; its difference from
+    `h + Δ w`, over the permissible wear, is limited to `tolerance` in each step.
 
-    - `run`: a scene with `wear`, or a result of one;  `permissible` (m, or with its unit): a number, one per lining; by
+    - `run`: a scene with `wear`, or a result of one
+    - `permissible` (m, or with its unit): a number, one per lining; by
       default `wear.permissible`. On a staged brake it counts for both faces together
-    - `turn_at`: stops after which the band is turned end for end (Z's practice), or `"best"` for the number that
-      gives the longest life. With constant wear and equal linings that is half of the life, `2 h/(w_1 + w_n)` in all
+    - `turn_at`: stops after which the band is turned end for end (Z's practice), or
+      `"best"` for the number that gives the longest life. With constant wear and equal
+      linings that is half of the life, `2 h/(w_1 + w_n)` in all
     - `step`: stops in a step, instead of those by `tolerance`; 1: stop by stop
     - `options`: as for `simulate`
 
-    Each stop begins with the initial state of the scene, temperatures included: use those of the cyclic steady state
-    (`cyclic_steady_state`) for a duty that is repeated hot. Numbers of stops are not rounded; within the last one
-    the wear is linear. Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
+    Each stop begins with the initial state of the scene, temperatures included: use
+    those of the cyclic steady state (`cyclic_steady_state`) for a duty that is repeated
+    hot. Numbers of stops are not rounded; within the last one the wear is linear.
+    Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
     """
     scene, limit = _wearing(run, permissible)
     turns = _turns(turn_at)
@@ -326,7 +407,9 @@ def lining_life(
     issues.unless(0 < tolerance < 1, "tolerance", tolerance, "between 0 and 1")
     issues.report()
     assert scene.wear is not None
-    brake = _Brake(scene, limit, tolerance, None if step is None else float(step), options)
+    brake = _Brake(
+        scene, limit, tolerance, None if step is None else float(step), options
+    )
     with brake.progress:
         first = brake.look(0.0, np.asarray(scene.wear.worn), False)
         paths = brake.life(first, turns)
@@ -335,13 +418,28 @@ def lining_life(
             unturned = paths[0].end.done
             turns = (_best_turn(brake, paths[0]),)
             paths = brake.life(first, turns)
-    points = [point for path in paths for point in (*(step.start for step in path.steps), path.end)]
+    points = [
+        point
+        for path in paths
+        for point in (*(step.start for step in path.steps), path.end)
+    ]
     columns = [np.asarray(column) for column in list(zip(*points, strict=True))[:4]]
     end = points[-1]
     each = end.done + _Step(end, 1.0, np.zeros_like(end.worn)).until(limit)
-    where = int(np.argmin(limit - end.worn - 1e-9 * limit * (end.wear / np.max(end.wear))))
+    where = int(
+        np.argmin(limit - end.worn - 1e-9 * limit * (end.wear / np.max(end.wear)))
+    )
     done = tuple(turn for turn in turns if turn < end.done)
-    return LiningLife(end.done, where + 1, each, limit, done, unturned, LifeHistory(*columns), brake.runs)
+    return LiningLife(
+        end.done,
+        where + 1,
+        each,
+        limit,
+        done,
+        unturned,
+        LifeHistory(*columns),
+        brake.runs,
+    )
 
 
 def _turns(turn_at: TurnAt) -> tuple[float, ...]:
@@ -350,7 +448,11 @@ def _turns(turn_at: TurnAt) -> tuple[float, ...]:
     try:
         turns = tuple(float(x) for x in np.atleast_1d(np.asarray(turn_at, np.float64)))
     except (TypeError, ValueError):
-        raise input_error("turn_at", f"{turn_at!r} is not a number of stops", 'numbers, or "best"') from None
+        raise input_error(
+            "turn_at", f"{turn_at!r} is not a number of stops", 'numbers, or "best"'
+        ) from None
     if any(not b > a for a, b in zip((0.0, *turns), turns, strict=False)):
-        raise input_error("turn_at", f"{list(turns)} do not increase from 0", "stops since the start")
+        raise input_error(
+            "turn_at", f"{list(turns)} do not increase from 0", "stops since the start"
+        )
     return turns

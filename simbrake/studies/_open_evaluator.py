@@ -1,4 +1,5 @@
-"""A scene as a function of arrays: for samplers, optimisers and reliability methods of other libraries."""
+"""A scene as a function of arrays: for samplers, optimisers and reliability methods of
+other libraries."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -27,10 +28,14 @@ class Evaluator:
     """A scene as a function of arrays; made by `evaluator`.
 
     - `names`: paths of the k numbers;  `units`: their SI units
-    - `bounds` (k, 2): lowest and highest value;  `start` (k,): the values in the scene, of a list their mean
-    - `metrics`: names of the m values;  `metric_units`: their SI units, empty for a function
-    - `codes` (n,): of the runs of the last `evaluate`, 0 or a failure code as in `simbrake.results.FAILURES`
-    - `messages`: for each of these runs which values it does not have, and why; empty where it has all
+    - `bounds` (k, 2): lowest and highest value
+    - `start` (k,): the values in the scene, of a list their mean
+    - `metrics`: names of the m values
+    - `metric_units`: their SI units, empty for a function
+    - `codes` (n,): of the runs of the last `evaluate`, 0 or a failure code as in
+      `simbrake.results.FAILURES`
+    - `messages`: for each of these runs which values it does not have, and why; empty
+      where it has all
 
     Example:
         >>> run = sb.studies.evaluator(scene, {"initial.omega": (12.0, 24.0)}, ["stopping_time", "stopping_angle"])
@@ -45,7 +50,11 @@ class Evaluator:
     """
 
     def __init__(
-        self, prepared: Prepared, slopes: PointEvaluator, bounds: Mapping[str, np.ndarray], units: Sequence[str]
+        self,
+        prepared: Prepared,
+        slopes: PointEvaluator,
+        bounds: Mapping[str, np.ndarray],
+        units: Sequence[str],
     ) -> None:
         self._prepared = prepared
         self._slopes = slopes
@@ -53,63 +62,89 @@ class Evaluator:
         self.names = tuple(bounds)
         self.units = tuple(units)
         self.bounds = np.stack([*bounds.values()])
-        self.start = np.array([np.mean(prepared.numbers[place]) for place in self._places])
+        self.start = np.array(
+            [np.mean(prepared.numbers[place]) for place in self._places]
+        )
         self.metrics = prepared.metrics
         self.metric_units = tuple(map(unit_of, self.metrics))
         self.codes = np.zeros(0, np.int32)
         self.messages = list[str]()
 
     def evaluate(self, X: Any) -> np.ndarray:
-        """Metrics (n, m) of the runs with the numbers `X` (n, k), or (m,) of one run with (k,); SI units.
+        """Metrics (n, m) of the runs with the numbers `X` (n, k), or (m,) of one run
+        with (k,); SI units.
 
-        NaN where a run fails, or does not have the metric: `codes` and `messages` say why. `bounds` are for others to
-        read: numbers outside are evaluated, unless they are impossible.
+        NaN where a run fails, or does not have the metric: `codes` and `messages` say
+        why. `bounds` are for others to read: numbers outside are evaluated, unless they
+        are impossible.
 
-        Raises `InputError` for another shape, and with all numbers that are impossible, with their runs.
+        Raises `InputError` for another shape, and with all numbers that are impossible,
+        with their runs.
         """
         points = self._points(X)
         answers = [self._prepared(point) for point in points]
-        values = np.array([[*answer.metrics.values()] for answer in answers]).reshape(-1, len(self.metrics))
+        values = np.array([[*answer.metrics.values()] for answer in answers]).reshape(
+            -1, len(self.metrics)
+        )
         self.codes = np.array([answer.code for answer in answers], np.int32)
         values[~np.isfinite(values) | (self.codes != 0)[:, None]] = np.nan
-        self.messages = [self._message(*pair) for pair in zip(answers, values, strict=True)]
+        self.messages = [
+            self._message(*pair) for pair in zip(answers, values, strict=True)
+        ]
         return values.reshape(*np.shape(X)[:-1], len(self.metrics))
 
     def jacobian(self, X: Any) -> np.ndarray:
-        """Derivatives (m, k) of the metrics by the numbers at `X` (k,), (n, m, k) at (n, k), through all events.
+        """Derivatives (m, k) of the metrics by the numbers at `X` (k,), (n, m, k) at
+        (n, k), through all events.
 
-        As many passes as there are metrics or numbers, whichever are fewer. NaN and errors as for `evaluate`, which
-        finds the codes. The first call compiles.
+        As many passes as there are metrics or numbers, whichever are fewer. NaN and
+        errors as for `evaluate`, which finds the codes. The first call compiles.
         """
         self._points(X)
         if not self._slopes.runs and len(self._slopes.limits) > 1:
             # (a derivative replays the run: its length is known)
             self._slopes.like(self._slopes.result(throw=False))
-        slopes = [self._slopes(x).jacobian for x in np.atleast_2d(np.asarray(X, np.float64))]
-        return np.array(slopes).reshape(*np.shape(X)[:-1], len(self.metrics), len(self.names))
+        slopes = [
+            self._slopes(x).jacobian for x in np.atleast_2d(np.asarray(X, np.float64))
+        ]
+        return np.array(slopes).reshape(
+            *np.shape(X)[:-1], len(self.metrics), len(self.names)
+        )
 
     def _points(self, X: Any) -> list[np.ndarray]:
         """All numbers of the scene for each run."""
         try:
             x = np.asarray(X, np.float64)
         except (TypeError, ValueError):
-            raise input_error("X", f"{shown(X)} is no array of numbers", "numbers in SI") from None
+            raise input_error(
+                "X", f"{shown(X)} is no array of numbers", "numbers in SI"
+            ) from None
         k = len(self.names)
         if x.ndim not in (1, 2) or x.shape[-1] != k:
-            raise input_error("X", f"has the shape {x.shape}", f"({k},), or (runs, {k}): {', '.join(self.names)}")
+            raise input_error(
+                "X",
+                f"has the shape {x.shape}",
+                f"({k},), or (runs, {k}): {', '.join(self.names)}",
+            )
         points = []
         for row in np.atleast_2d(x):
             point = np.array(self._prepared.numbers)
             for place, value in zip(self._places, row, strict=True):
                 point[place] = value
             points.append(point)
-        Issues(faults_of_runs(enumerate(map(self._prepared.scene_with, points)))).report()
+        Issues(
+            faults_of_runs(enumerate(map(self._prepared.scene_with, points)))
+        ).report()
         return points
 
     def _message(self, answer: PreparedResult, values: np.ndarray) -> str:
         if answer.code:
             return failure_name(answer.code)
-        missing = [name for name, value in zip(self.metrics, values, strict=True) if np.isnan(value)]
+        missing = [
+            name
+            for name, value in zip(self.metrics, values, strict=True)
+            if np.isnan(value)
+        ]
         return f"no {', '.join(missing)}" if missing else ""
 
 
@@ -122,18 +157,21 @@ def evaluator(
     solver: Solver | None = None,
     max_steps: int | None = None,
 ) -> Evaluator:
-    """Opens a scene to other libraries, as a function of arrays: `evaluate(X)` and `jacobian(X)`.
+    """Opens a scene to other libraries, as a function of arrays: `evaluate(X)` and
+    `jacobian(X)`.
 
-    - `parameters`: paths, as in `with_values`, one number each (of a list: one for all its entries), with the bounds
-      that physics sets; or `{path: (low, high)}`, in SI or texts with units
+    - `parameters`: paths, as in `with_values`, one number each (of a list: one for all
+      its entries), with the bounds that physics sets; or `{path: (low, high)}`, in SI
+      or texts with units
     - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number
     - `rtol`, `solver`, `max_steps`: as for `prepare`
 
-    New numbers never compile again, save where a run needs more steps than any before; functions of your own are
-    traced anew by each call of `evaluator`. Runs follow one another; for very many `ensemble` uses all cores,
-    accelerators or a cluster.
+    New numbers never compile again, save where a run needs more steps than any before;
+    functions of your own are traced anew by each call of `evaluator`. Runs follow one
+    another; for very many `ensemble` uses all cores, accelerators or a cluster.
 
-    Raises `InputError` with all errors, and `SimulationError` where the scene's own run fails.
+    Raises `InputError` with all errors, and `SimulationError` where the scene's own run
+    fails.
 
     Example:
         >>> run = sb.studies.evaluator(scene, {"duty.load.mass": ("15 t", "25 t")}, ["stopping_time", "hook_travel"])
@@ -146,16 +184,29 @@ def evaluator(
     asked = as_metrics(metrics)
     paths = [parameters] if isinstance(parameters, str) else list(parameters)
     if not paths:
-        issues.add("parameters", "is empty", "as {'brake.linings.friction.coefficient': (0.3, 0.4)}")
+        issues.add(
+            "parameters",
+            "is empty",
+            "as {'brake.linings.friction.coefficient': (0.3, 0.4)}",
+        )
     leaves = {path: known.get(entry_of(path, known)[0]) for path in paths}
     # (of what is not there a value that also a count of linings may have)
     count = float(scene.brake.linings.count)
-    present = {path: count if leaf is None else float(np.mean(leaf.value)) for path, leaf in leaves.items()}
+    present = {
+        path: count if leaf is None else float(np.mean(leaf.value))
+        for path, leaf in leaves.items()
+    }
     if issues.attempt(with_inputs, scene, present) is not None:
         missing = [path for path, leaf in leaves.items() if leaf is None]
         hint = "put one there by with_values first; a count of linings changes the structure"
-        issues += [Fault(path, "cannot vary: the scene has no number there", hint) for path in missing]
-    issues += [Fault(path, f"overlaps with {old}", "give each number once") for path, old in known.twice(paths).items()]
+        issues += [
+            Fault(path, "cannot vary: the scene has no number there", hint)
+            for path in missing
+        ]
+    issues += [
+        Fault(path, f"overlaps with {old}", "give each number once")
+        for path, old in known.twice(paths).items()
+    ]
     issues.attempt(check_metrics, scene, asked)
     issues.report()
     bounds = dict[str, np.ndarray]()
@@ -166,19 +217,32 @@ def evaluator(
         if isinstance(parameters, Mapping):
             ends = bounds_of(scene, path, parameters[path], issues, about)
         else:
-            ends = np.array([-np.inf if about.low is None else about.low, np.inf if about.high is None else about.high])
+            ends = np.array(
+                [
+                    -np.inf if about.low is None else about.low,
+                    np.inf if about.high is None else about.high,
+                ]
+            )
         bounds[path] = np.zeros(2) if ends is None else ends
     issues.report()
     reverse = len(paths) > len(asked)
     place = Paths.each(paths)
     find = Metrics(tuple(asked))
     settings: dict[str, Any] = {"solver": solver, "rtol": rtol, "max_steps": max_steps}
-    slopes = PointEvaluator(scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings)
+    slopes = PointEvaluator(
+        scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings
+    )
     prepared = prepare(scene, asked, **settings)
-    hint = "give a function that is a number in the scene, or infinite where something never happens"
+    hint = (
+        "give a function that is a number in the scene, or infinite where something "
+        "never happens"
+    )
     found = prepared().metrics
     arrays = [name for name, value in found.items() if np.ndim(value)]
-    Issues(Fault(name, "is an array", "give a function of the result to one number") for name in arrays).report()
+    Issues(
+        Fault(name, "is an array", "give a function of the result to one number")
+        for name in arrays
+    ).report()
     wrong = [name for name, value in found.items() if np.isnan(value)]
     Issues(Fault(name, "is not a number in the scene", hint) for name in wrong).report()
     return Evaluator(prepared, slopes, bounds, units)

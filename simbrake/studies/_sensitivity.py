@@ -1,4 +1,5 @@
-"""Local sensitivities: derivatives of results with respect to parameters, from one differentiated run."""
+"""Local sensitivities: derivatives of results with respect to parameters, from one
+differentiated run."""
 
 import itertools
 import math
@@ -20,13 +21,23 @@ from ..runs.measure import Metric, check_metrics, happened, name_of, unit_of
 from ..runs.report import labels_of
 from ..runs.result import Result, one_sided
 from ._sides import Slopes, compare_sides
-from .evaluating import Metrics, Paths, PointEvaluator, Solver, as_metrics, name_of_entry, numbers_of, values_of
+from .evaluating import (
+    Metrics,
+    Paths,
+    PointEvaluator,
+    Solver,
+    as_metrics,
+    name_of_entry,
+    numbers_of,
+    values_of,
+)
 
 _ENDS = ("lower", "upper")
 
 
 class Range(NamedTuple):
-    """Metrics (2, m) at both bounds of every parameter (NaN: no value there), and changes within the range.
+    """Metrics (2, m) at both bounds of every parameter (NaN: no value there), and
+    changes within the range.
 
     `changes`: notes by path;  `notes`: on the whole run
     """
@@ -36,8 +47,14 @@ class Range(NamedTuple):
     notes: tuple[str, ...]
 
 
-def look_around(run: PointEvaluator, base: Result, spans: Mapping[str, np.ndarray], progress: Progress) -> Range:
-    """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
+def look_around(
+    run: PointEvaluator,
+    base: Result,
+    spans: Mapping[str, np.ndarray],
+    progress: Progress,
+) -> Range:
+    """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list
+    is changed as a whole."""
     usual = modes_of(base)
     known = Inputs(base.scene)
     ends = dict[str, np.ndarray]()
@@ -46,10 +63,19 @@ def look_around(run: PointEvaluator, base: Result, spans: Mapping[str, np.ndarra
         progress.now("bounds of ranges", i, len(spans))
         if not np.any(half):
             continue
-        scenes = (with_values(base.scene, {path: np.asarray(known[path].value) + sign * half}) for sign in (-1, 1))
-        values, words = zip(*(end_of_range(run, scene, usual) for scene in scenes), strict=True)
+        scenes = (
+            with_values(base.scene, {path: np.asarray(known[path].value) + sign * half})
+            for sign in (-1, 1)
+        )
+        values, words = zip(
+            *(end_of_range(run, scene, usual) for scene in scenes), strict=True
+        )
         ends[path] = np.stack(values)
-        changes[path] = "; ".join(f"{name} bound: {what}" for name, what in zip(_ENDS, words, strict=True) if what)
+        changes[path] = "; ".join(
+            f"{name} bound: {what}"
+            for name, what in zip(_ENDS, words, strict=True)
+            if what
+        )
     return Range(ends, changes, one_sided(base))
 
 
@@ -57,7 +83,9 @@ def modes_of(result: Result) -> list[Label]:
     return [label for label, _ in itertools.groupby(labels_of(result.record))]
 
 
-def end_of_range(run: PointEvaluator, scene: Scene, usual: list[Label]) -> tuple[np.ndarray, str]:
+def end_of_range(
+    run: PointEvaluator, scene: Scene, usual: list[Label]
+) -> tuple[np.ndarray, str]:
     """Metrics at one bound, and differences of the run there."""
     nothing = np.full(len(run.find.asked), np.nan)
     try:
@@ -69,8 +97,13 @@ def end_of_range(run: PointEvaluator, scene: Scene, usual: list[Label]) -> tuple
     other = modes_of(result)
     what = ""
     if other != usual:
-        part = next(i for i, (a, b) in enumerate(itertools.zip_longest(usual, other)) if a != b)
-        mine, theirs = (str(modes[part]) if part < len(modes) else "the end" for modes in (usual, other))
+        part = next(
+            i for i, (a, b) in enumerate(itertools.zip_longest(usual, other)) if a != b
+        )
+        mine, theirs = (
+            str(modes[part]) if part < len(modes) else "the end"
+            for modes in (usual, other)
+        )
         what = f"other modes ({theirs} instead of {mine} after {usual[part - 1]})"
     return values_of(result, run.find), what
 
@@ -85,18 +118,23 @@ class Sensitivity(NamedTuple):
     """Sensitivity of a metric `M` to one parameter `p` of a scene.
 
     - `path`, `unit`, `value` of the parameter (SI), and its `meaning`
-    - `derivative` `dM/dp`;  `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the parameter
-    - `half`: half of the range of `p`;  `low`, `high`: the metric at its bounds; `None` where it has
+    - `derivative` `dM/dp`
+    - `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the parameter
+    - `half`: half of the range of `p`
+    - `low`, `high`: the metric at its bounds; `None` where it has
       no value or was not evaluated
-    - `tangent`: change of the metric over `half` along the derivative. What `high − M` and `M − low` differ from it by
-      is the curvature: `½ (low + high) − M = ½ half² d²M/dp² + O(half⁴)`
-    - `error`: estimated error of the derivative by integration in time, from the same derivative at a tenth of the
-      tolerance (above 1e-9 at 1e-12, below 1e-12 at ten times); NaN where that run has none
-    - `note`: whether the derivative is one-sided, or why there is none (`derivative` is then NaN); changes within the
-      range that limit its validity; empty if none
+    - `tangent`: change of the metric over `half` along the derivative. What `high − M`
+      and `M − low` differ from it by is the curvature:
+      `½ (low + high) − M = ½ half² d²M/dp² + O(half⁴)`
+    - `error`: estimated error of the derivative by integration in time, from the same
+      derivative at a tenth of the tolerance (above 1e-9 at 1e-12, below 1e-12 at ten
+      times); NaN where that run has none
+    - `note`: whether the derivative is one-sided, or why there is none (`derivative` is
+      then NaN); changes within the range that limit its validity; empty if none
 
-    A path that ends in `[:]` means all entries of a list: `value` is their mean, `derivative` that of one shift of
-    all of them, `elasticity` and range those of one factor for all of them.
+    A path that ends in `[:]` means all entries of a list: `value` is their mean,
+    `derivative` that of one shift of all of them, `elasticity` and range those of one
+    factor for all of them.
 
     Example:
         >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
@@ -120,7 +158,8 @@ class Sensitivity(NamedTuple):
 
 @frozen
 class SensitivityTable(Tabular):
-    """Sensitivities of one metric, the largest elasticity first; `notes` concern the whole run.
+    """Sensitivities of one metric, the largest elasticity first; `notes` concern the
+    whole run.
 
     Example:
         >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
@@ -139,7 +178,10 @@ class SensitivityTable(Tabular):
         for row in self.rows:
             if row.path == path:
                 return row
-        raise KeyError(f"{path}: not in the table; {nearest(path, (row.path for row in self.rows), cutoff=0.3)}")
+        raise KeyError(
+            f"{path}: not in the table; "
+            f"{nearest(path, (row.path for row in self.rows), cutoff=0.3)}"
+        )
 
     @property
     def matters(self) -> tuple[Sensitivity, ...]:
@@ -149,35 +191,71 @@ class SensitivityTable(Tabular):
     @property
     def wholes(self) -> tuple[Sensitivity, ...]:
         """The rows without the single entries of lists."""
-        return tuple(row for row in self.rows if row.path.endswith("[:]") or not row.path.endswith("]"))
+        return tuple(
+            row
+            for row in self.rows
+            if row.path.endswith("[:]") or not row.path.endswith("]")
+        )
 
-    def bars(self, most: int) -> tuple[float, list[tuple[Sensitivity, list[tuple[Literal["low", "high"], float]]]]]:
-        """Of a tornado chart the value of the metric, and parameters with the ends of their bars.
+    def bars(
+        self, most: int
+    ) -> tuple[
+        float, list[tuple[Sensitivity, list[tuple[Literal["low", "high"], float]]]]
+    ]:
+        """Of a tornado chart the value of the metric, and parameters with the ends of
+        their bars.
 
         Without ranges in the table the bars are elasticities, which count from 0.
         """
-        ranged = [row for row in self.matters if row.low is not None and row.high is not None]
+        ranged = [
+            row for row in self.matters if row.low is not None and row.high is not None
+        ]
         if ranged:
-            return self.value, [(row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]]  # pyright: ignore
+            return self.value, [
+                (row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]
+            ]  # pyright: ignore
         rows = [row for row in self.matters if np.isfinite(row.elasticity)]
-        return 0.0, [(row, [("high" if row.elasticity > 0 else "low", row.elasticity)]) for row in rows[:most]]
+        return 0.0, [
+            (row, [("high" if row.elasticity > 0 else "low", row.elasticity)])
+            for row in rows[:most]
+        ]
 
     def parts(self) -> Iterator[str | Table]:
-        """The single entries of lists are left out, parameters without influence only counted."""
+        """The single entries of lists are left out, parameters without influence only
+        counted."""
         yield f"{self.metric} = {self.value:.8g}{behind(self.unit)}"
         shown = self.matters[:_SHOWN]
         ends = any(row.low is not None or row.high is not None for row in shown)
         columns = [("path", "parameter p"), Column("value", show=".6g"), "unit"]
-        columns += [Column("derivative", show=".5g"), Column("error", heading="± error", show=".1g")]
+        columns += [
+            Column("derivative", show=".5g"),
+            Column("error", heading="± error", show=".1g"),
+        ]
         columns += [Column("elasticity", show=".4g")]
         columns += [Column("half", heading="± half", show=".3g", hidden=not ends)]
-        columns += [Column(f"at the {name} bound", show=".7g", hidden=not ends) for name in _ENDS]
-        fields = ("path", "value", "unit", "derivative", "error", "elasticity", "half", "low", "high", "note")
+        columns += [
+            Column(f"at the {name} bound", show=".7g", hidden=not ends)
+            for name in _ENDS
+        ]
+        fields = (
+            "path",
+            "value",
+            "unit",
+            "derivative",
+            "error",
+            "elasticity",
+            "half",
+            "low",
+            "high",
+            "note",
+        )
         rows = [tuple(getattr(row, field) for field in fields) for row in shown]
         yield Table([*columns, ("note", "")], rows)
         left = len(self.wholes) - len(shown)
         without = len(self.wholes) - len(self.matters)
-        rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
+        rest = [f"{left - without} more"] * (left > without) + [
+            f"{without} without influence"
+        ] * bool(without)
         if rest:
             yield f"and {' and '.join(rest)}"
         yield from (f"note: {note}" for note in self.notes)
@@ -199,27 +277,33 @@ def sensitivity(
     solver: Solver | None = None,
     progress: Progress | bool | None = None,
 ) -> Any:
-    """Derivatives of one or several metrics with respect to parameters of a scene, through every event of its run.
+    """Derivatives of one or several metrics with respect to parameters of a scene,
+    through every event of its run.
 
-    - `metric`: a metric's name (`"stopping_time"`, `"max_tension"`, `"energy.friction_heat"`) or a function of a
-      `Result` to a number; a list of them gives a list of `SensitivityTable`
-    - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field; `None`: every parameter of the scene
-    - `span`: half of the range of each number, as a share of it, or by path in SI or with a unit (for lists too: then a
-      shift); the scene is run at both bounds and the table notes where the sequence of modes differs. `None`: no
-      range is evaluated
-    - `most`: ranges are evaluated of so many parameters for each metric, those of the largest elasticities; `None`: of
-      all, two runs for each
+    - `metric`: a metric's name (`"stopping_time"`, `"max_tension"`,
+      `"energy.friction_heat"`) or a function of a `Result` to a number; a list of them
+      gives a list of `SensitivityTable`
+    - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field;
+      `None`: every parameter of the scene
+    - `span`: half of the range of each number, as a share of it, or by path in SI or
+      with a unit (for lists too: then a shift); the scene is run at both bounds and the
+      table notes where the sequence of modes differs. `None`: no range is evaluated
+    - `most`: ranges are evaluated of so many parameters for each metric, those of the
+      largest elasticities; `None`: of all, two runs for each
     - `rtol`, `solver`: as for `simulate`
     - `progress`: `None` reports progress on a terminal, `True` always, `False` never
 
-    Forward derivatives are taken one number at a time, reverse ones one metric at a time, whichever are fewer; either
-    is one compiled program, which all scenes of a structure share.
+    Forward derivatives are taken one number at a time, reverse ones one metric at a
+    time, whichever are fewer; either is one compiled program, which all scenes of a
+    structure share.
 
-    Derivatives are compared with differences of whole runs on both sides: at a corner the derivative is that of one
-    side and noted as one-sided, where differences diverge there is none.
+    Derivatives are compared with differences of whole runs on both sides: at a corner
+    the derivative is that of one side and noted as one-sided, where differences diverge
+    there is none.
 
-    Raises `InputError` for unknown paths and metrics, and where a metric has no value in this run (an event that did
-    not occur has no derivative); `SimulationError` where the run fails.
+    Raises `InputError` for unknown paths and metrics, and where a metric has no value
+    in this run (an event that did not occur has no derivative); `SimulationError` where
+    the run fails.
 
     Example:
         >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
@@ -230,13 +314,24 @@ def sensitivity(
     metrics = Metrics(tuple(as_metrics(metric)))
     check_metrics(scene, metrics.asked)
     if most is not None and most < 0:
-        raise input_error("most", f"{most} is out of range", "a number of parameters, from 0")
+        raise input_error(
+            "most", f"{most} is out of range", "a number of parameters, from 0"
+        )
     chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
     paths = Paths.of(chosen)
     size = len(metrics.asked)
     x = numbers_of(chosen)
-    run = PointEvaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
+    run = PointEvaluator(
+        scene,
+        paths,
+        metrics,
+        size=size,
+        reverse=x.size > size,
+        singly=True,
+        rtol=rtol,
+        solver=solver,
+    )
     with shown_progress(progress, "sensitivity", "compiling the run…") as progress:
         base = run.result(progress=progress)
         values = values_of(base, metrics)
@@ -248,17 +343,25 @@ def sensitivity(
         finer_run.like(longer)
         slopes = run(x)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
-            raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
+            raise RuntimeError(
+                "the differentiated run ended before the plain one; please report this scene"
+            )
         finer = finer_run(x)
         sides = compare_sides(run, base, chosen, values, slopes.jacobian, progress)
         first = _decisive(paths, slopes.jacobian * x, most)
         ranges = {path: half for path, half in spans.items() if path in first}
-        around = Range({}, {}, ()) if span is None else look_around(run, base, ranges, progress)
+        around = (
+            Range({}, {}, ())
+            if span is None
+            else look_around(run, base, ranges, progress)
+        )
     tables = []
     for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
         derivatives = paths.values(slopes.jacobian[k]), paths.values(finer.jacobian[k])
         rows = _rows(chosen, *derivatives, value, spans, around, sides, k)
-        tables.append(SensitivityTable(name_of(one), unit_of(one), value, rows, around.notes))
+        tables.append(
+            SensitivityTable(name_of(one), unit_of(one), value, rows, around.notes)
+        )
     return tables[0] if single else tables
 
 
@@ -270,44 +373,73 @@ def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
     chosen = {}
     issues = Issues()
     for path in [wrt] if isinstance(wrt, str) else wrt:
-        here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
+        here = [
+            leaf
+            for leaf in known
+            if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))
+        ]
         if not here:
             some = f"as {', '.join(leaf.path for leaf in known[:4])}"
             hint = nearest(path, (leaf.path for leaf in known), some, cutoff=0.4)
-            issues.append(fault_of_limit(path) or Fault(path, "unknown parameter of the scene", hint))
+            issues.append(
+                fault_of_limit(path)
+                or Fault(path, "unknown parameter of the scene", hint)
+            )
         chosen |= {leaf.path: leaf for leaf in here}
     issues.report()
     return list(chosen.values())
 
 
-def _spans(chosen: list[Leaf], span: float | Mapping[str, float | str]) -> dict[str, np.ndarray]:
+def _spans(
+    chosen: list[Leaf], span: float | Mapping[str, float | str]
+) -> dict[str, np.ndarray]:
     """Half-ranges by path, in the units of the numbers."""
     if not isinstance(span, Mapping):
-        return {leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value))) for leaf in chosen}
+        return {
+            leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value)))
+            for leaf in chosen
+        }
     units = {leaf.path: leaf.about.unit for leaf in chosen}
     reader = NumberReader()
-    issues = Issues(Fault(path, "has a span but is not a requested parameter") for path in span if path not in units)
+    issues = Issues(
+        Fault(path, "has a span but is not a requested parameter")
+        for path in span
+        if path not in units
+    )
     spans = {}
     for path in (path for path in span if path in units):
         half = span[path]
-        about = Quantity(units[path], "half a range", 0.0, open_low=True, difference=True)
-        spans[path] = reader.number(half if isinstance(half, str) else float(half), about, path, about.unit)
+        about = Quantity(
+            units[path], "half a range", 0.0, open_low=True, difference=True
+        )
+        spans[path] = reader.number(
+            half if isinstance(half, str) else float(half), about, path, about.unit
+        )
     issues += reader.faults
     issues.report()
     return {path: np.asarray(half, np.float64) for path, half in spans.items()}
 
 
 def _decisive(paths: Paths, effects: np.ndarray, most: int | None) -> set[str]:
-    """The parameters of the largest effects on a metric each, by those of their entries (m, k), `p dM/dp`."""
-    sizes = np.stack([np.abs(np.sum(effects[:, entries], axis=1)) for entries in paths.spans])
+    """The parameters of the largest effects on a metric each, by those of their entries
+    (m, k), `p dM/dp`."""
+    sizes = np.stack(
+        [np.abs(np.sum(effects[:, entries], axis=1)) for entries in paths.spans]
+    )
     order = np.argsort(-np.nan_to_num(sizes), axis=0, kind="stable")[:most]
     return {paths.names[i] for i in order.ravel()}
 
 
 def check_happened(metrics: Metrics, values: np.ndarray) -> None:
     hint = "its derivative does not exist; request one that occurs, or set a later end_time"
-    missing = [one for one, value in zip(metrics.asked, values, strict=True) if not happened(value)]
-    Issues(Fault(name_of(one), "has no value in this run", hint) for one in missing).report()
+    missing = [
+        one
+        for one, value in zip(metrics.asked, values, strict=True)
+        if not happened(value)
+    ]
+    Issues(
+        Fault(name_of(one), "has no value in this run", hint) for one in missing
+    ).report()
 
 
 def _rows(
@@ -335,15 +467,37 @@ def _rows(
             elasticity = float(np.sum(elasticities[here]))
             note = ""
             if (side := sides.get((k, path, index))) is not None:
-                if side.value != derivative:  # (a list as a whole: by the mean of its entries)
+                if (
+                    side.value != derivative
+                ):  # (a list as a whole: by the mean of its entries)
                     elasticity = side.value * number / value if value else np.nan
                 derivative, note = side
             error = abs(float(np.sum(finer[path][here] - slopes[here])))
             name = name_of_entry(path, index or ())
-            row = Sensitivity(name, leaf.about.unit, leaf.about.meaning, number, derivative, elasticity)
-            row = row._replace(note=note, error=error if np.isfinite(derivative) else np.nan)
-            rows.append(row if index else _with_range(row, path, index is None, slopes, spans, around, k))
-    return tuple(sorted(rows, key=lambda row: -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0))
+            row = Sensitivity(
+                name,
+                leaf.about.unit,
+                leaf.about.meaning,
+                number,
+                derivative,
+                elasticity,
+            )
+            row = row._replace(
+                note=note, error=error if np.isfinite(derivative) else np.nan
+            )
+            rows.append(
+                row
+                if index
+                else _with_range(row, path, index is None, slopes, spans, around, k)
+            )
+    return tuple(
+        sorted(
+            rows,
+            key=lambda row: (
+                -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0
+            ),
+        )
+    )
 
 
 def _with_range(
@@ -356,7 +510,9 @@ def _with_range(
     k: int,
 ) -> Sensitivity:
     """The row of a number or a whole list with what is known of its range."""
-    low, high = around.ends[path][:, k].tolist() if path in around.ends else (np.nan, np.nan)
+    low, high = (
+        around.ends[path][:, k].tolist() if path in around.ends else (np.nan, np.nan)
+    )
     half = tangent = None
     if path in spans:
         half = float(np.mean(spans[path]))
@@ -371,7 +527,7 @@ def _with_range(
     )
 
 
-# --- second derivatives -----------------------------------------------------------------------------------------------
+# --- second derivatives -------------------------------------------------------------
 
 
 #: halvings of the step, each of which removes one power of its square from the error
@@ -379,10 +535,12 @@ _HALVINGS = 3
 
 
 class Hessian(NamedTuple):
-    """Second derivatives of a metric: `matrix` (k, k) `∂²M/∂p_i ∂p_j`, of the numbers named in `paths` (k,).
+    """Second derivatives of a metric: `matrix` (k, k) `∂²M/∂p_i ∂p_j`, of the numbers
+    named in `paths` (k,).
 
     - `value` `M`;  `gradient` (k,) `∂M/∂p_i`
-    - `error` (k, k): estimate from the last two extrapolations, and from the asymmetry of the matrix
+    - `error` (k, k): estimate from the last two extrapolations, and from the asymmetry
+      of the matrix
 
     Example:
         >>> found = sb.studies.hessian(scene, "stopping_angle", "initial.omega")
@@ -406,17 +564,21 @@ def hessian(
     rtol: float = 1e-12,
     solver: Solver | None = None,
 ) -> Hessian:
-    """Second derivatives of a metric with respect to parameters of a scene, through every event of its run.
+    """Second derivatives of a metric with respect to parameters of a scene, through
+    every event of its run.
 
-    `∂²M/∂p_i ∂p_j ≈ (g_j(p + h e_i) − g_j(p − h e_i))/2h` of the exact gradient `g`, for `h`, `h/2`, `h/4`, and
-    extrapolated to `h → 0` (Richardson: the error is `O(h⁶)`).
+    `∂²M/∂p_i ∂p_j ≈ (g_j(p + h e_i) − g_j(p − h e_i))/2h` of the exact gradient `g`,
+    for `h`, `h/2`, `h/4`, and extrapolated to `h → 0` (Richardson: the error is
+    `O(h⁶)`).
 
-    - `metric`: a metric's name or a function of a `Result` to a number;  `paths`: as `wrt` of `sensitivity`
+    - `metric`: a metric's name or a function of a `Result` to a number
+    - `paths`: as `wrt` of `sensitivity`
     - `step`: first `h`, as a share of each number;  `rtol`, `solver`: as for `simulate`
 
-    Raises `InputError` for unknown paths and metrics, for a number that is 0, and where a run at `p ± h` has another
-    sequence of events: the metric has no second derivative across that; `SimulationError` where the run fails.
-    Source: Richardson, Phil. Trans. R. Soc. A 210 (1911).
+    Raises `InputError` for unknown paths and metrics, for a number that is 0, and where
+    a run at `p ± h` has another sequence of events: the metric has no second derivative
+    across that; `SimulationError` where the run fails. Source: Richardson, Phil. Trans.
+    R. Soc. A 210 (1911).
 
     Example:
         >>> found = sb.studies.hessian(scene, "stopping_angle", "initial.omega")
@@ -429,25 +591,45 @@ def hessian(
     place = Paths.of(chosen)
     x = numbers_of(chosen)
     names = tuple(name_of_entry(*entry) for entry in place.entries)
-    issues = Issues(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
+    issues = Issues(
+        Fault(name, "is 0", "leave it out")
+        for name, number in zip(names, x, strict=True)
+        if number == 0
+    )
     issues.unless(0 < step < 1, "step", step, "0 < step < 1")
     issues.report()
-    run = PointEvaluator(scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver)
+    run = PointEvaluator(
+        scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver
+    )
     base = run.result()
     check_happened(metrics, values_of(base, metrics))
     usual = modes_of(base)
     moves = np.diag(step * np.abs(x))
     for name, move in zip(names, moves, strict=True):
         for moved in (x - move, x + move):
-            *_, words = end_of_range(run, with_values(scene, place.values(moved)), usual)
-            issues += [Fault(name, f"{words} within a step of {step:g}", "give a smaller step")] if words else []
+            *_, words = end_of_range(
+                run, with_values(scene, place.values(moved)), usual
+            )
+            issues += (
+                [
+                    Fault(
+                        name,
+                        f"{words} within a step of {step:g}",
+                        "give a smaller step",
+                    )
+                ]
+                if words
+                else []
+            )
     issues.report()
     run.like(base)
 
     def gradient(at: np.ndarray) -> np.ndarray:
         slopes = run(at)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.jacobian)):
-            raise input_error("step", "the metric has no derivative within it", "give a smaller step")
+            raise input_error(
+                "step", "the metric has no derivative within it", "give a smaller step"
+            )
         return slopes.jacobian[0]
 
     rows = []
@@ -455,7 +637,10 @@ def hessian(
     for move in moves:
         table: list[np.ndarray] = []
         for part in 0.5 ** np.arange(_HALVINGS):
-            entry = [(gradient(x + part * move) - gradient(x - part * move)) / (2 * part * np.sum(move))]
+            entry = [
+                (gradient(x + part * move) - gradient(x - part * move))
+                / (2 * part * np.sum(move))
+            ]
             for k, coarser in enumerate(table, 1):
                 entry.append(entry[-1] + (entry[-1] - coarser) / (4**k - 1))
             before = table

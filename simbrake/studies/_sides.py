@@ -1,14 +1,17 @@
-"""Derivatives of runs against differences on both sides: where they are one-sided, and where there is none.
+"""Derivatives of runs against differences on both sides: where they are one-sided, and
+where there is none.
 
-At a tie (two equal values of a table, a number at its bound, two events at one instant) the derivative of a run is that
-of the branch that it takes, which is one side's; at a jump it says nothing. Structure does not tell where; some more
-runs do. First all numbers `p` are changed at once in a direction `δ` without meaning,
+At a tie (two equal values of a table, a number at its bound, two events at one instant)
+the derivative of a run is that of the branch that it takes, which is one side's; at a
+jump it says nothing. Structure does not tell where; some more runs do. First all
+numbers `p` are changed at once in a direction `δ` without meaning,
 
     E(h) = M(p + h δ) − M(p) − h M'(p) δ,   k = 4 E(h/2) − E(h)
 
-so that curvature cancels in `k`: it is 0 where the metric `M` has a derivative, and that is `M'`. Only where it is not
-the numbers are halved, down to single ones, and their differences are taken on either side. Numbers at a bound are
-looked at one by one, unless they are many.
+so that curvature cancels in `k`: it is 0 where the metric `M` has a derivative, and
+that is `M'`. Only where it is not the numbers are halved, down to single ones, and
+their differences are taken on either side. Numbers at a bound are looked at one by one,
+unless they are many.
 """
 
 import enum
@@ -27,20 +30,23 @@ from .evaluating import Paths, PointEvaluator, numbers_of, values_of
 
 #: largest change of a number, in steps `h = √rtol` of its size
 _REACH = 10.0
-#: share of the step that a mismatch must exceed, and how many tolerances of the run: its rounding and that of its steps
+#: share of the step that a mismatch must exceed, and how many tolerances of the run:
+#: its rounding and that of its steps
 _SHARE = 3e-3
 _NOISE = 30.0
-#: numbers at a bound up to which each is looked at by itself, as a small corner hides among other numbers
+#: numbers at a bound up to which each is looked at by itself, as a small corner hides
+#: among other numbers
 _SINGLY = 16
 #: relative difference below which two derivatives agree
 _AGREE = 2e-3
-#: ratio of the difference quotients of a step and of its quarter from which on they diverge (of a root 2, of a jump 4)
+#: ratio of the difference quotients of a step and of its quarter from which on they
+#: diverge (of a root 2, of a jump 4)
 _DIVERGES = 1.6
 
 
 class Kind(enum.Enum):
-    """What differences on one side give: a derivative; none, as they diverge, the metric has no value there, or the
-    numbers there are out of range."""
+    """What differences on one side give: a derivative; none, as they diverge, the
+    metric has no value there, or the numbers there are out of range."""
 
     GIVEN = enum.auto()
     DIVERGES = enum.auto()
@@ -63,20 +69,24 @@ class Slope(NamedTuple):
     note: str
 
 
-#: derivatives that are not those of both sides, by the number of the metric, the path, and the index of an entry
-#: (`None`: a list as a whole)
+#: derivatives that are not those of both sides, by the number of the metric, the path,
+#: and the index of an entry (`None`: a list as a whole)
 Slopes = dict[tuple[int, str, tuple[int, ...] | None], Slope]
 
 
 def typical_size(leaf: Leaf, machine: Characteristic) -> np.ndarray:
-    """Magnitude of every entry, of a 0 that of its list, or its typical size in the machine within its bound."""
+    """Magnitude of every entry, of a 0 that of its list, or its typical size in the
+    machine within its bound."""
     values = np.abs(np.asarray(leaf.value, np.float64))
-    most = np.max(values, initial=0.0) or min(leaf.about.high or np.inf, float(leaf.about.size(machine)))
+    most = np.max(values, initial=0.0) or min(
+        leaf.about.high or np.inf, float(leaf.about.size(machine))
+    )
     return np.where(values > 0, values, most)
 
 
 def _tied(leaf: Leaf) -> np.ndarray:
-    """Entries of a table or profile that are equal to a neighbour: points at one place cannot pass each other."""
+    """Entries of a table or profile that are equal to a neighbour: points at one place
+    cannot pass each other."""
     values = np.ravel(np.asarray(leaf.value, np.float64))
     if values.size < 2 or leaf.about.many is not Over.ROWS:
         return np.zeros(values.size, bool)
@@ -91,7 +101,12 @@ class _Search:
     """
 
     def __init__(
-        self, run: PointEvaluator, base: Result, chosen: Sequence[Leaf], values: np.ndarray, jacobian: np.ndarray
+        self,
+        run: PointEvaluator,
+        base: Result,
+        chosen: Sequence[Leaf],
+        values: np.ndarray,
+        jacobian: np.ndarray,
     ) -> None:
         self.run = run
         self.base = base
@@ -100,41 +115,67 @@ class _Search:
         self.paths = Paths.of(chosen)
         machine = base.record.system.machine  # pyright: ignore
         self.x = numbers_of(chosen)
-        self.size = np.concatenate([np.ravel(typical_size(leaf, machine)) for leaf in chosen])
+        self.size = np.concatenate(
+            [np.ravel(typical_size(leaf, machine)) for leaf in chosen]
+        )
         rtol = float(run.rtol)
         self.step = np.sqrt(rtol)
         self.runs = 0
         self.refused = set[str]()
-        scale = np.maximum(np.abs(values), np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0))
+        scale = np.maximum(
+            np.abs(values), np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0)
+        )
         self.scale = np.where(scale > 0, scale, 1.0)
         self.noise = _NOISE * rtol * self.scale
-        # all numbers move the metrics alike, as far as their sizes allow: none hides another one
+        # all numbers move the metrics alike, as far as their sizes allow: none hides
+        # another one
         with np.errstate(divide="ignore"):
             wanted = np.min(self.scale[:, None] / np.abs(jacobian), axis=0)
         self.move = self.step * np.minimum(wanted, _REACH * self.size)
         abouts = [leaf.about for leaf in chosen for _ in range(np.size(leaf.value))]
         moved = zip(abouts, self.x, self.move, strict=True)
-        self.ways = np.asarray([[a.admits_one(x - d), a.admits_one(x + d)] for a, x, d in moved], bool).reshape(-1, 2)
+        self.ways = np.asarray(
+            [[a.admits_one(x - d), a.admits_one(x + d)] for a, x, d in moved], bool
+        ).reshape(-1, 2)
 
     def values(self, change: np.ndarray) -> np.ndarray | None:
-        """Metrics (m,) of the run with changed numbers, NaN if it fails; `None` if its input is refused."""
+        """Metrics (m,) of the run with changed numbers, NaN if it fails; `None` if its
+        input is refused."""
         moves = self.paths.values(change)
-        numbers = {path: x for path, x in self.paths.values(self.x + change).items() if np.any(moves[path])}
+        numbers = {
+            path: x
+            for path, x in self.paths.values(self.x + change).items()
+            if np.any(moves[path])
+        }
         self.runs += 1
         try:
             result = self.run.result(with_values(self.base.scene, numbers), throw=False)
         except InputError as error:
             self.refused = {fault.path for fault in error.faults}
             return None
-        return values_of(result, self.run.find) if result.ok else np.full(len(self.known), np.nan)
+        return (
+            values_of(result, self.run.find)
+            if result.ok
+            else np.full(len(self.known), np.nan)
+        )
 
     def suspects(self, entries: np.ndarray) -> list[int]:
-        """Single numbers in whose direction a metric may have another derivative than that of the run."""
+        """Single numbers in whose direction a metric may have another derivative than
+        that of the run."""
         if entries.size <= 1:
             return entries.tolist()
         doubt = self._doubtful(entries)
-        if doubt is None:  # those that cannot be changed together with others are looked at by themselves
-            aside = [i for i in entries if any(_belongs(self.paths.entries[i][0], path) for path in self.refused)]
+        if (
+            doubt is None
+            # those that cannot be changed together with others are looked at by themselves
+        ):
+            aside = [
+                i
+                for i in entries
+                if any(
+                    _belongs(self.paths.entries[i][0], path) for path in self.refused
+                )
+            ]
             if 0 < len(aside) < entries.size:
                 return [*aside, *self.suspects(np.setdiff1d(entries, aside))]
         if doubt is False:
@@ -143,7 +184,8 @@ class _Search:
         return [*self.suspects(entries[:half]), *self.suspects(entries[half:])]
 
     def _doubtful(self, entries: np.ndarray) -> bool | None:
-        """Whether `k` is not 0 in a direction of these numbers, or the opposite one; `None`: the input is refused."""
+        """Whether `k` is not 0 in a direction of these numbers, or the opposite one;
+        `None`: the input is refused."""
         rng = np.random.default_rng(entries.size)
         limit = _SHARE * self.step * self.scale + self.noise
         signs = rng.choice([-1.0, 1.0], self.x.size)
@@ -151,7 +193,9 @@ class _Search:
         far[entries] = rng.uniform(0.5, 1.0, entries.size) * self.move[entries]
         below, above = self.ways.T
         for turn in (1.0, -1.0):
-            change = far * np.where(below & above, turn * signs, np.where(above, 1.0, -1.0))
+            change = far * np.where(
+                below & above, turn * signs, np.where(above, 1.0, -1.0)
+            )
             left = 0.0
             for share in (1.0, 0.5):
                 values = self.values(share * change)
@@ -159,7 +203,12 @@ class _Search:
                     return None
                 if not np.all(np.isfinite(values)):
                     return True
-                left = values - self.known - self.jacobian @ (share * change) - (0.0 if share == 1 else left / 4)
+                left = (
+                    values
+                    - self.known
+                    - self.jacobian @ (share * change)
+                    - (0.0 if share == 1 else left / 4)
+                )
                 if np.all(np.abs(left) <= share**2 * limit):
                     break
             else:
@@ -167,7 +216,8 @@ class _Search:
         return False
 
     def side(self, change: np.ndarray, by: float) -> list[Side]:
-        """One-sided derivatives of every metric along a change of the numbers, per `by` (signed)."""
+        """One-sided derivatives of every metric along a change of the numbers, per `by`
+        (signed)."""
         far = self.values(change)
         near = self.values(change / 4)
         if far is None or near is None:
@@ -188,20 +238,30 @@ class _Search:
 
 
 def _belongs(path: str, fault: str) -> bool:
-    return path == fault or path.startswith((f"{fault}.", f"{fault}[")) or fault.startswith((f"{path}.", f"{path}["))
+    return (
+        path == fault
+        or path.startswith((f"{fault}.", f"{fault}["))
+        or fault.startswith((f"{path}.", f"{path}["))
+    )
 
 
 def judged(slope: float, below: Side, above: Side) -> Slope | None:
-    """The derivative to report in place of that of the run, by both sides; `None`: it stands, without a note."""
+    """The derivative to report in place of that of the run, by both sides; `None`: it
+    stands, without a note."""
 
     def agree(a: float, b: float, error: float) -> bool:
         return bool(abs(a - b) <= max(_AGREE * max(abs(a), abs(b)), error))
 
     sides = {"below": below, "above": above}
-    at = {kind: [name for name, one in sides.items() if one.kind is kind] for kind in Kind}
+    at = {
+        kind: [name for name, one in sides.items() if one.kind is kind] for kind in Kind
+    }
     if at[Kind.DIVERGES]:
         where = " and ".join(at[Kind.DIVERGES])
-        return Slope(np.nan, f"none: differences diverge {where} (a jump, or an event that is only just reached)")
+        return Slope(
+            np.nan,
+            f"none: differences diverge {where} (a jump, or an event that is only just reached)",
+        )
     usable = [sides[name] for name in at[Kind.GIVEN]]
     if not usable:
         return Slope(np.nan, "none: no value on either side") if at[Kind.LOST] else None
@@ -210,7 +270,13 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
     fits = any(agree(slope, one.value, one.error) for one in usable)
     if len(usable) == 2 and agree(below.value, above.value, below.error + above.error):
         mean = 0.5 * (below.value + above.value)
-        return None if fits else Slope(mean, f"by differences: {words} (the run itself gives {slope:.6g})")
+        return (
+            None
+            if fits
+            else Slope(
+                mean, f"by differences: {words} (the run itself gives {slope:.6g})"
+            )
+        )
     if fits:
         return None if at[Kind.REFUSED] else Slope(slope, f"one-sided: {words}")
     return Slope(usable[-1].value, f"one-sided, by differences: {words}")
@@ -226,27 +292,38 @@ def compare_sides(
 ) -> Slopes:
     """Derivatives that are not those of both sides.
 
-    - `values` (m,), `jacobian` (m, k): the metrics of `base`, and their derivatives by all entries of `chosen`
+    - `values` (m,), `jacobian` (m, k): the metrics of `base`, and their derivatives by
+      all entries of `chosen`
     """
     progress.now("differences on both sides")
     search = _Search(run, base, chosen, values, jacobian)
     slopes = Slopes()
     entries = search.paths.entries
     tied = np.concatenate([_tied(leaf) for leaf in chosen])
-    # most corners are of numbers at a bound, or 0: with these apart, one look is enough for the others
+    # most corners are of numbers at a bound, or 0: with these apart, one look is enough
+    # for the others
     at_bound = ~search.ways.all(axis=1)
     zero = search.x == 0
     if np.sum(at_bound) <= _SINGLY:
         tied |= at_bound
-    found = [search.suspects(np.flatnonzero(~tied & group)) for group in (at_bound | zero, ~(at_bound | zero))]
+    found = [
+        search.suspects(np.flatnonzero(~tied & group))
+        for group in (at_bound | zero, ~(at_bound | zero))
+    ]
     suspects = sorted([*np.flatnonzero(tied).tolist(), *found[0], *found[1]])
     changes: list[tuple[tuple[str, tuple[int, ...] | None], np.ndarray]] = [
-        (entries[i], np.eye(tied.size)[i] * min(search.move[i], search.step * search.size[i])) for i in suspects
+        (
+            entries[i],
+            np.eye(tied.size)[i] * min(search.move[i], search.step * search.size[i]),
+        )
+        for i in suspects
     ]
     for path, span in zip(search.paths.names, search.paths.spans, strict=True):
         if any(place[0] == path and place[1] != () for place, _ in changes):
             whole = np.zeros(tied.size)
-            whole[span] = min(np.min(search.move[span]), search.step * np.min(search.size[span]))
+            whole[span] = min(
+                np.min(search.move[span]), search.step * np.min(search.size[span])
+            )
             changes.append(((path, None), whole))
     for (path, index), change in changes:
         by = float(np.max(change))

@@ -1,6 +1,8 @@
-"""Uncertainty propagation: from distributions of parameters to quantiles and failure probabilities of results.
+"""Uncertainty propagation: from distributions of parameters to quantiles and failure
+probabilities of results.
 
-Samples are quasi-random, Latin hypercubes or random; every estimate has its confidence interval.
+Samples are quasi-random, Latin hypercubes or random; every estimate has its confidence
+interval.
 """
 
 import json
@@ -20,37 +22,48 @@ from ..runs.measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
 from .evaluating import Columns, as_metrics, failure_name
 
-#: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
+#: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high)
+#: for a uniform one
 Distribution: TypeAlias = Any
 #: a quantile function: from shares to numbers
 Quantile: TypeAlias = Callable[[Any], Any]
 Method = Literal["sobol", "latin", "random"]
 #: names of the points of a method
-METHODS = {"sobol": "scrambled Sobol points", "latin": "Latin hypercube points", "random": "random points"}
+METHODS = {
+    "sobol": "scrambled Sobol points",
+    "latin": "Latin hypercube points",
+    "random": "random points",
+}
 
-#: half a step of SciPy's Sobol points: a quantile function is never evaluated at 0 or 1, where a tail is infinite
+#: half a step of SciPy's Sobol points: a quantile function is never evaluated at 0 or
+#: 1, where a tail is infinite
 _EDGE = 2.0**-31
-#: hits (and misses) on average in a group that Student's t needs; below, the exact binomial interval is taken
+#: hits (and misses) on average in a group that Student's t needs; below, the exact
+#: binomial interval is taken
 _ENOUGH = 2
 _HOT = "peak_lining_temperature"
 #: the criterion of runs that fail by any of the others
 ANY = "any of these"
 
 
-# --- samples ----------------------------------------------------------------------------------------------------------
+# --- samples ------------------------------------------------------------------------
 
 
 class Draws:
     """Checked distributions of a scene: map points of the unit cube to its parameters.
 
-    Raises `InputError` with all errors: unknown paths, paths that overlap, values that are no distribution, and
-    distributions that leave the range of their parameter.
+    Raises `InputError` with all errors: unknown paths, paths that overlap, values that
+    are no distribution, and distributions that leave the range of their parameter.
     """
 
     def __init__(self, scene: Scene, distributions: Mapping[str, Distribution]) -> None:
         issues = Issues()
         if not distributions:
-            issues.add("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}")
+            issues.add(
+                "distributions",
+                "is empty",
+                "as in {'brake.linings.friction.coefficient': …}",
+            )
         self.quantiles: dict[str, Quantile] = {}
         self.about: dict[str, Quantity] = {}  # of each path
         frozen: dict[str, Any] = {}
@@ -58,19 +71,26 @@ class Draws:
             if (one := _distribution(scene, path, distribution, issues)) is not None:
                 self.quantiles[path] = _quantile_of(one)
                 frozen[path] = one
-        medians = {path: float(quantile(0.5)) for path, quantile in self.quantiles.items()}
+        medians = {
+            path: float(quantile(0.5)) for path, quantile in self.quantiles.items()
+        }
         issues.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
         hint = "give each parameter one distribution"
         for path, old in Inputs(scene).twice(distributions).items():
             issues.add(path, f"overlaps with {old}", hint)
         bad = {fault.path for fault in issues}
-        middle = with_values(scene, {path: value for path, value in medians.items() if path not in bad})
+        middle = with_values(
+            scene, {path: value for path, value in medians.items() if path not in bad}
+        )
         inputs = Inputs(middle)
         for path in (path for path in medians if path not in bad):
             self.about[path] = inputs.about(path)
             issues += _faults_of_range(path, frozen[path], self.about[path])
         if not issues:
-            issues += [Fault(f.path, f"{f.problem}, at the medians", f.hint) for f in faults(middle)]
+            issues += [
+                Fault(f.path, f"{f.problem}, at the medians", f.hint)
+                for f in faults(middle)
+            ]
         issues.report()
 
     @property
@@ -81,7 +101,9 @@ class Draws:
         """Parameters of the scene (n,) by path, from points (n, d) of the unit cube."""
         inside = np.clip(unit, _EDGE, 1.0 - _EDGE)
         columns = zip(self.quantiles.items(), inside.T, strict=True)
-        return {path: np.asarray(quantile(u), np.float64) for (path, quantile), u in columns}
+        return {
+            path: np.asarray(quantile(u), np.float64) for (path, quantile), u in columns
+        }
 
 
 def samples(
@@ -93,12 +115,13 @@ def samples(
 ) -> Columns:
     """`n` samples of independent parameters of a scene: path → (n,), as for `ensemble`.
 
-    - `distributions`: by path (`"brake.linings.angle[3]"` for one entry; a path of an array alone means one number
-      for all its entries) a frozen distribution of `scipy.stats`, or `(low, high)` for a uniform one; in SI, or
-      texts with units
-    - `method`: `"sobol"`, scrambled Sobol points, evenly spread where `n` is a power of two (for another `n` the
-      first `n` points of the next power, which are still well spread but no longer balanced); `"latin"`, a Latin
-      hypercube; `"random"`, independent points
+    - `distributions`: by path (`"brake.linings.angle[3]"` for one entry; a path of an
+      array alone means one number for all its entries) a frozen distribution of
+      `scipy.stats`, or `(low, high)` for a uniform one; in SI, or texts with units
+    - `method`: `"sobol"`, scrambled Sobol points, evenly spread where `n` is a power of
+      two (for another `n` the first `n` points of the next power, which are still well
+      spread but no longer balanced); `"latin"`, a Latin hypercube; `"random"`,
+      independent points
 
     The same seed gives the same samples. Raises `InputError` with all errors.
 
@@ -108,7 +131,9 @@ def samples(
         (8, True)
     """
     draws = checked(Issues(), scene, distributions, n, method)
-    return draws.values(unit_points(n, len(draws.paths), method, np.random.default_rng(seed)))
+    return draws.values(
+        unit_points(n, len(draws.paths), method, np.random.default_rng(seed))
+    )
 
 
 def checked(
@@ -119,9 +144,12 @@ def checked(
     method: str,
     metrics: Sequence[Metric] = (),
 ) -> Draws:
-    """The distributions. Raises `InputError` with all their errors and those already in `found`."""
+    """The distributions. Raises `InputError` with all their errors and those already in
+    `found`."""
     if not isinstance(n, int | np.integer) or n < 1:
-        issues.add("n", f"{n!r} is not a number of samples", "a whole number, at least 1")
+        issues.add(
+            "n", f"{n!r} is not a number of samples", "a whole number, at least 1"
+        )
     issues.choice("method", method, METHODS)
     draws = issues.attempt(Draws, scene, distributions)
     issues.attempt(check_metrics, scene, metrics)
@@ -146,7 +174,9 @@ def power_of_two(n: int) -> int:
     return (int(n) - 1).bit_length()
 
 
-def _distribution(scene: Scene, path: str, distribution: Distribution, issues: Issues) -> Distribution:
+def _distribution(
+    scene: Scene, path: str, distribution: Distribution, issues: Issues
+) -> Distribution:
     """The frozen distribution, or `None`, with its error added."""
     how = "a frozen distribution as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
     if isinstance(distribution, tuple | list):
@@ -173,7 +203,9 @@ def _distribution(scene: Scene, path: str, distribution: Distribution, issues: I
     else:
         try:
             middle = np.asarray(_quantile_of(distribution)(0.5), np.float64)
-        except Exception as error:  # a distribution that is not frozen asks for its parameters here
+        except (
+            Exception
+        ) as error:  # a distribution that is not frozen asks for its parameters here
             what = f"has no median: {type(error).__name__}: {error}"
             hint = how
         else:
@@ -189,37 +221,56 @@ def _quantile_of(distribution: Distribution) -> Any:
     return getattr(distribution, "ppf", None) or getattr(distribution, "icdf", None)
 
 
-def _faults_of_range(path: str, distribution: Distribution, about: Quantity) -> list[Fault]:
-    """Error of a distribution with any probability outside the range of its parameter."""
+def _faults_of_range(
+    path: str, distribution: Distribution, about: Quantity
+) -> list[Fault]:
+    """Error of a distribution with any probability outside the range of its
+    parameter."""
     below = above = 0.0
     if about.low is not None:
-        below = float(distribution.cdf(about.low if about.open_low else np.nextafter(about.low, -np.inf)))
+        below = float(
+            distribution.cdf(
+                about.low if about.open_low else np.nextafter(about.low, -np.inf)
+            )
+        )
     if about.high is not None:
         above = float(1.0 - distribution.cdf(about.high))
     if not below + above > 0.0:
         return []
-    problem = f"is out of range with probability {below + above:.2g}: {about.meaning} must be {about.range}"
+    problem = (
+        f"is out of range with probability {below + above:.2g}: {about.meaning} "
+        f"must be {about.range}"
+    )
     problem += behind(about.unit)
     return [Fault(path, problem, _cut(distribution, about))]
 
 
 def _cut(distribution: Distribution, about: Quantity) -> str:
     """Hint for keeping a distribution inside a range."""
-    name, args, keywords = (getattr(distribution, key, None) for key in ("dist", "args", "kwds"))
+    name, args, keywords = (
+        getattr(distribution, key, None) for key in ("dist", "args", "kwds")
+    )
     if getattr(name, "name", "") != "norm" or args is None or keywords is None:
-        return "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"
+        return (
+            "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"
+        )
     mean = distribution.mean()
     std = distribution.std()
     low = "-inf" if about.low is None else f"{(about.low - mean) / std:.6g}"
     high = "inf" if about.high is None else f"{(about.high - mean) / std:.6g}"
-    return f"truncate it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace("inf", "numpy.inf")
+    return (
+        f"truncate it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace(
+            "inf", "numpy.inf"
+        )
+    )
 
 
-# --- estimates with intervals -----------------------------------------------------------------------------------------
+# --- estimates with intervals -------------------------------------------------------
 
 
 class Estimate(NamedTuple):
-    """A value and its confidence interval; `nan`: unknown, an infinite end: not bounded.
+    """A value and its confidence interval; `nan`: unknown, an infinite end: not
+    bounded.
 
     Example:
         >>> sb.studies.Estimate(value=0.02, low=0.01, high=0.04).high
@@ -237,17 +288,23 @@ class Estimate(NamedTuple):
 UNKNOWN = Estimate(np.nan, np.nan, np.nan)
 
 
-def mean_and_deviation(values: np.ndarray, group: np.ndarray, confidence: float) -> tuple[Estimate, Estimate]:
-    """Mean and standard deviation of `values` (n,) by the jackknife over groups, the deviation in its logarithm.
+def mean_and_deviation(
+    values: np.ndarray, group: np.ndarray, confidence: float
+) -> tuple[Estimate, Estimate]:
+    """Mean and standard deviation of `values` (n,) by the jackknife over groups, the
+    deviation in its logarithm.
 
-    For groups of equal size the mean's interval is the mean of the groups' means ± t_{R−1} s/√R.
+    For groups of equal size the mean's interval is the mean of the groups' means ±
+    t_{R−1} s/√R.
     """
     if len(values) == 0:
         return UNKNOWN, UNKNOWN
     centre = float(np.mean(values))
     away = values - centre
     _, label = np.unique(group, return_inverse=True)
-    count, first, second = (np.bincount(label, weights) for weights in (np.ones_like(away), away, away**2))
+    count, first, second = (
+        np.bincount(label, weights) for weights in (np.ones_like(away), away, away**2)
+    )
     with np.errstate(invalid="ignore", divide="ignore"):
         mean, deviation = _moments(count.sum(), first.sum(), second.sum())
         means, deviations = _moments(*(x.sum() - x for x in (count, first, second)))
@@ -268,22 +325,26 @@ def _moments(n: Any, first: Any, second: Any) -> tuple[Any, Any]:
 
 
 def _jackknife(whole: float, without: np.ndarray, confidence: float) -> float:
-    """Half width of the interval of an estimate, from its values without each of the groups."""
+    """Half width of the interval of an estimate, from its values without each of the
+    groups."""
     from scipy.stats import t
 
     R = len(without)
     if R < 2:
         return np.nan
     pseudo = R * whole - (R - 1) * without
-    return float(t.ppf(0.5 + confidence / 2, R - 1) * np.std(pseudo, ddof=1) / np.sqrt(R))
+    return float(
+        t.ppf(0.5 + confidence / 2, R - 1) * np.std(pseudo, ddof=1) / np.sqrt(R)
+    )
 
 
 def probability(hit: np.ndarray, group: np.ndarray, confidence: float) -> Estimate:
     """Share of runs that `hit` (n,), with its interval.
 
-    Groups of one: Clopper–Pearson. Else Student's t over groups; where a group has fewer than two hits or misses,
-    Clopper–Pearson as if all runs were independent, since so few do not estimate the scatter. Evenly spread
-    points scatter less than that.
+    Groups of one: Clopper–Pearson. Else Student's t over groups; where a group has
+    fewer than two hits or misses, Clopper–Pearson as if all runs were independent,
+    since so few do not estimate the scatter. Evenly spread points scatter less than
+    that.
     """
     if len(hit) == 0:
         return UNKNOWN
@@ -293,8 +354,11 @@ def probability(hit: np.ndarray, group: np.ndarray, confidence: float) -> Estima
     return Estimate(float(np.mean(hit)), float(low[0]), float(high[0]))
 
 
-def share_interval(counts: np.ndarray, sizes: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray]:
-    """Intervals (m,) of a share, from `counts` (m, R) of hits in groups of `sizes` (R,)."""
+def share_interval(
+    counts: np.ndarray, sizes: np.ndarray, confidence: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Intervals (m,) of a share, from `counts` (m, R) of hits in groups of `sizes`
+    (R,)."""
     from scipy.stats import beta, t
 
     n = sizes.sum()
@@ -315,11 +379,14 @@ def share_interval(counts: np.ndarray, sizes: np.ndarray, confidence: float) -> 
     )
 
 
-def quantile(values: np.ndarray, group: np.ndarray, p: float, confidence: float) -> Estimate:
-    """Quantile `p` of `values` (n,), with the interval of all x whose share of values below has `p` in its interval.
+def quantile(
+    values: np.ndarray, group: np.ndarray, p: float, confidence: float
+) -> Estimate:
+    """Quantile `p` of `values` (n,), with the interval of all x whose share of values
+    below has `p` in its interval.
 
-    For runs drawn at random that is the exact interval of order statistics. An end is infinite where the values do not
-    bound it: 20 runs do not bound the upper 1 %.
+    For runs drawn at random that is the exact interval of order statistics. An end is
+    infinite where the values do not bound it: 20 runs do not bound the upper 1 %.
     """
     n = len(values)
     if n == 0:
@@ -343,7 +410,8 @@ def quantile(values: np.ndarray, group: np.ndarray, p: float, confidence: float)
 
 @frozen
 class Statistics:
-    """A metric over the runs that have it: `count` of them, mean, standard deviation, quantiles, extremes, SI units."""
+    """A metric over the runs that have it: `count` of them, mean, standard deviation,
+    quantiles, extremes, SI units."""
 
     unit: str
     count: int
@@ -364,10 +432,14 @@ class Failure:
 
 @frozen
 class Uncertainty(Tabular):
-    """Result of `uncertainty`; `data` holds every run: sampled parameters, metrics, codes.
+    """Result of `uncertainty`; `data` holds every run: sampled parameters, metrics,
+    codes.
 
-    - `statistics`: by metric;  `failures`: by failure criterion;  `codes`: runs that failed, by name
-    - `limits`: metric → its maximum permissible value (n,) or one number;  `inputs`: path → (unit, 5 %, median, 95 %)
+    - `statistics`: by metric
+    - `failures`: by failure criterion
+    - `codes`: runs that failed, by name
+    - `limits`: metric → its maximum permissible value (n,) or one number
+    - `inputs`: path → (unit, 5 %, median, 95 %)
     """
 
     data: Dataset
@@ -383,19 +455,46 @@ class Uncertainty(Tabular):
     confidence: float
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the data without the runs for JSON: `None` where a number does not exist or has no bound."""
+        """Return the data without the runs for JSON: `None` where a number does not
+        exist or has no bound."""
         metrics = {
-            name: {"unit": s.unit, "runs": s.count, "mean": s.mean, "standard_deviation": s.deviation}
-            | {"quantiles": {f"{p:g}": e for p, e in s.quantiles.items()}, "least": s.least, "greatest": s.greatest}
+            name: {
+                "unit": s.unit,
+                "runs": s.count,
+                "mean": s.mean,
+                "standard_deviation": s.deviation,
+            }
+            | {
+                "quantiles": {f"{p:g}": e for p, e in s.quantiles.items()},
+                "least": s.least,
+                "greatest": s.greatest,
+            }
             for name, s in self.statistics.items()
         }
         inputs = {
-            path: {"unit": unit, "quantiles": {"0.05": low, "0.5": middle, "0.95": high}}
+            path: {
+                "unit": unit,
+                "quantiles": {"0.05": low, "0.5": middle, "0.95": high},
+            }
             for path, (unit, low, middle, high) in self.inputs.items()
         }
-        failures = {name: {"runs": f.count, "probability": f.probability} for name, f in self.failures.items()}
-        about = {name: getattr(self, name) for name in ("runs", "method", "groups", "seed", "confidence")}
-        return plain(about | {"inputs": inputs, "metrics": metrics, "failures": failures, "failed_runs": self.codes})
+        failures = {
+            name: {"runs": f.count, "probability": f.probability}
+            for name, f in self.failures.items()
+        }
+        about = {
+            name: getattr(self, name)
+            for name in ("runs", "method", "groups", "seed", "confidence")
+        }
+        return plain(
+            about
+            | {
+                "inputs": inputs,
+                "metrics": metrics,
+                "failures": failures,
+                "failed_runs": self.codes,
+            }
+        )
 
     def json(self) -> str:
         return json.dumps(self.as_dict(), indent=2, allow_nan=False)
@@ -407,26 +506,44 @@ class Uncertainty(Tabular):
         yield f"{how}; seed {self.seed}; intervals of {100 * self.confidence:g} %"
         yield ""
         shares = [Column(share, show=".5g") for share in ("5 %", "median", "95 %")]
-        rows = [(path, *numbers, "" if unit == "1" else unit) for path, (unit, *numbers) in self.inputs.items()]
+        rows = [
+            (path, *numbers, "" if unit == "1" else unit)
+            for path, (unit, *numbers) in self.inputs.items()
+        ]
         yield Table([("path", "drawn"), *shares, "unit"], rows)
         for name, s in self.statistics.items():
             yield ""
             yield f"{name}{', ' + s.unit if s.unit else ''}: {self._share(s.count)}"
             if s.count:
-                columns = [("statistic", ""), *(Column(x) for x in ("value", "from", "to"))]
+                columns = [
+                    ("statistic", ""),
+                    *(Column(x) for x in ("value", "from", "to")),
+                ]
                 estimates = {"mean": s.mean, "standard deviation": s.deviation}
                 estimates |= {f"{100 * p:g} %": e for p, e in s.quantiles.items()}
                 rows = [(what, *estimate) for what, estimate in estimates.items()]
-                yield Table(columns, [*rows, ("extremes of the runs", None, s.least, s.greatest)])
+                yield Table(
+                    columns,
+                    [*rows, ("extremes of the runs", None, s.least, s.greatest)],
+                )
         if self.failures:
             yield ""
-            columns = ["failure", *(Column(x, show=".4g") for x in ("probability", "from", "to"))]
-            rows = [(name, *f.probability, f"{f.count} of {self.runs} runs") for name, f in self.failures.items()]
+            columns = [
+                "failure",
+                *(Column(x, show=".4g") for x in ("probability", "from", "to")),
+            ]
+            rows = [
+                (name, *f.probability, f"{f.count} of {self.runs} runs")
+                for name, f in self.failures.items()
+            ]
             yield Table([*columns, ("runs", "")], rows)
         if self.codes:
             each = ", ".join(f"{name} {count}" for name, count in self.codes.items())
             yield ""
-            yield f"{sum(self.codes.values())} runs failed ({each}): they count as failures, and have no metrics"
+            yield (
+                f"{sum(self.codes.values())} runs failed ({each}): they count as "
+                "failures, and have no metrics"
+            )
 
     def _share(self, count: int) -> str:
         if count == self.runs:
@@ -449,22 +566,28 @@ def uncertainty(
     method: Method = "sobol",
     **options: Any,
 ) -> Uncertainty:
-    """Uncertainty of results from uncertain parameters of a scene, with confidence intervals.
+    """Uncertainty of results from uncertain parameters of a scene, with confidence
+    intervals.
 
     - `distributions`: as for `samples`, independent of each other
     - `metrics`: names, or functions of a result; `n`: minimum number of runs
-    - `limits`: maximum permissible value of metrics (SI). The scene's permissible temperature of the linings applies
-      by default (another number replaces it, `None` takes it away)
-    - `method`, `replicates`: `"sobol"` takes that many independently scrambled sets of Sobol points, each of a power of
-      two, `"latin"` as many Latin hypercubes; intervals are Student's t over these sets. `"random"` takes independent
-      points; intervals of shares and quantiles are then exact (Clopper–Pearson, order statistics)
+    - `limits`: maximum permissible value of metrics (SI). The scene's permissible
+      temperature of the linings applies by default (another number replaces it, `None`
+      takes it away)
+    - `method`, `replicates`: `"sobol"` takes that many independently scrambled sets of
+      Sobol points, each of a power of two, `"latin"` as many Latin hypercubes;
+      intervals are Student's t over these sets. `"random"` takes independent points;
+      intervals of shares and quantiles are then exact (Clopper–Pearson, order
+      statistics)
     - `options` go to `ensemble`: client, directory, workers, chunk, rtol, solver
 
-    Failures: the run `does not stop` (if `stopping_time` is among the metrics), a metric exceeds its limit,
-    any of these. A run that failed by its code counts as each of them, as its further course is unknown.
-    Statistics are of the runs that have the metric, with their number.
+    Failures: the run `does not stop` (if `stopping_time` is among the metrics), a
+    metric exceeds its limit, any of these. A run that failed by its code counts as each
+    of them, as its further course is unknown. Statistics are of the runs that have the
+    metric, with their number.
 
-    Raises `InputError` with all errors, and `SimulationError` (with the runs made) if it was interrupted.
+    Raises `InputError` with all errors, and `SimulationError` (with the runs made) if
+    it was interrupted.
     """
     asked = as_metrics(metrics)
     issues = Issues()
@@ -473,9 +596,17 @@ def uncertainty(
         issues.share("quantiles", p, 0.95)
     issues.share("confidence", confidence, 0.95)
     if not isinstance(replicates, int | np.integer) or replicates < 2:
-        issues.add("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual")
+        issues.add(
+            "replicates",
+            f"{replicates!r} sets have no scatter",
+            "at least 2; 8 to 32 are usual",
+        )
     issues += [
-        Fault(f"limits[{name!r}]", f"{value!r} is not a number", "the maximum permissible value in SI units")
+        Fault(
+            f"limits[{name!r}]",
+            f"{value!r} is not a number",
+            "the maximum permissible value in SI units",
+        )
         for name, value in bounds.items()
         if not isinstance(value, int | float | np.floating) or np.isnan(value)
     ]
@@ -485,25 +616,40 @@ def uncertainty(
     data = ensemble(scene, values, [*asked, *hidden], **options)
     if missing := int(np.sum(np.asarray(data["code"]) < 0)):
         # (those made first are the expensive ones)
-        message = f"interrupted: {missing} of {data.sizes['run']} runs were not made, and the rest is a biased sample. "
-        raise SimulationError(f"{message}With directory=… the same call continues the interrupted one", data)
+        message = (
+            f"interrupted: {missing} of {data.sizes['run']} runs were not made, "
+            "and the rest is a biased sample. "
+        )
+        raise SimulationError(
+            f"{message}With directory=… the same call continues the interrupted one",
+            data,
+        )
     if "heat.permissible" in values and _HOT not in (limits or {}):
         bounds[_HOT] = values["heat.permissible"]
     inputs: dict[str, Any] = {
-        path: (draws.about[path].unit, *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95)))
+        path: (
+            draws.about[path].unit,
+            *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95)),
+        )
         for path in draws.paths
     }
-    return _evaluate(data, group, asked, bounds, tuple(quantiles), confidence, method, seed, inputs)
+    return _evaluate(
+        data, group, asked, bounds, tuple(quantiles), confidence, method, seed, inputs
+    )
 
 
-def _points(n: int, d: int, method: str, replicates: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def _points(
+    n: int, d: int, method: str, replicates: int, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, d) of the unit cube and the independent group of each (n,)."""
     if method == "random":
         return unit_points(n, d, method, np.random.default_rng(seed)), np.arange(n)
     each = -(-n // replicates)
     each = 2 ** power_of_two(each) if method == "sobol" else each
     children = np.random.SeedSequence(seed).spawn(replicates)
-    sets = [unit_points(each, d, method, np.random.default_rng(child)) for child in children]
+    sets = [
+        unit_points(each, d, method, np.random.default_rng(child)) for child in children
+    ]
     return np.concatenate(sets), np.repeat(np.arange(replicates), each)
 
 
@@ -512,9 +658,15 @@ def _limits(
 ) -> tuple[dict[str, Any], list[Metric]]:
     """Limits by metric, and the metrics needed only for limits."""
     require_scene(scene)
-    bounds = {name: value for name, value in (limits or {}).items() if value is not None}
+    bounds = {
+        name: value for name, value in (limits or {}).items() if value is not None
+    }
     heat = scene.network
-    if heat.permissible is not None and "linings" in heat.hot_places and _HOT not in (limits or {}):
+    if (
+        heat.permissible is not None
+        and "linings" in heat.hot_places
+        and _HOT not in (limits or {})
+    ):
         bounds[_HOT] = float(np.asarray(heat.permissible))
     names = [name_of(one) for one in asked]
     return bounds, [name for name in bounds if name not in names]
@@ -545,21 +697,36 @@ def _evaluate(
         mean, deviation = mean_and_deviation(x, g, confidence)
         at = {float(p): quantile(x, g, p, confidence) for p in shares}
         extremes = (float(x.min()), float(x.max())) if len(x) else (np.nan, np.nan)
-        statistics[name] = Statistics(unit_of(one), len(x), mean, deviation, at, *extremes)
+        statistics[name] = Statistics(
+            unit_of(one), len(x), mean, deviation, at, *extremes
+        )
     if "stopping_time" in statistics:
         # (a load that stopped once, and moves at the end, is not stopped)
-        goes_on = np.isin(data["reason"].values, [reason.id for reason in REASONS if reason.goes_on])
-        failures["does not stop"] = ~np.isfinite(np.asarray(data["stopping_time"])) | goes_on | failed
+        goes_on = np.isin(
+            data["reason"].values, [reason.id for reason in REASONS if reason.goes_on]
+        )
+        failures["does not stop"] = (
+            ~np.isfinite(np.asarray(data["stopping_time"])) | goes_on | failed
+        )
     for name, limit in bounds.items():
-        shown = f"{limit:g} {unit_of(name)}".rstrip() if np.ndim(limit) == 0 else "its sampled limit"
-        failures[f"{name} > {shown}"] = (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed
+        shown = (
+            f"{limit:g} {unit_of(name)}".rstrip()
+            if np.ndim(limit) == 0
+            else "its sampled limit"
+        )
+        failures[f"{name} > {shown}"] = (
+            (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed
+        )
     if len(failures) > 1:
         failures[ANY] = np.any(list(failures.values()), axis=0)
     counts = {int(c): int(np.sum(code == c)) for c in np.unique(code[failed])}
     return Uncertainty(
         data=data.assign_coords(group=("run", group)),
         statistics=statistics,
-        failures={name: Failure(int(hit.sum()), probability(hit, group, confidence)) for name, hit in failures.items()},
+        failures={
+            name: Failure(int(hit.sum()), probability(hit, group, confidence))
+            for name, hit in failures.items()
+        },
         codes={failure_name(c): count for c, count in counts.items()},
         inputs=inputs,
         limits=dict(bounds),

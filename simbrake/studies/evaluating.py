@@ -1,10 +1,11 @@
-"""The evaluator under all studies: a scene's run as a function of numbers, with derivatives and result codes.
+"""The evaluator under all studies: a scene's run as a function of numbers, with
+derivatives and result codes.
 
     x → place(scene, x, given) → run → find(result, given)
 
-`PointEvaluator` takes one point at a time, with the Jacobian; `run_chunk` many, without. A program is compiled once for
-scenes of one structure and kept; new numbers never re-trace. A run whose record was too short is repeated with a longer
-one.
+`PointEvaluator` takes one point at a time, with the Jacobian; `run_chunk` many,
+without. A program is compiled once for scenes of one structure and kept; new numbers
+never re-trace. A run whose record was too short is repeated with a longer one.
 """
 
 import copy
@@ -37,7 +38,15 @@ from ..parts.scene import Scene, faults, require_scene
 from ..runs.edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
 from ..runs.measure import Metric, measure, measure_all, name_of
 from ..runs.result import Result
-from ..runs.simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
+from ..runs.simulate import (
+    Solver,
+    room_for,
+    simulate,
+    simulate_lane,
+    solver_name,
+    solver_of,
+    step_limits,
+)
 
 #: how a scene is integrated, as `simulate` takes it
 #: arrays over runs, by name
@@ -45,9 +54,11 @@ Columns: TypeAlias = dict[str, np.ndarray]
 
 #: the longest record that a run is repeated with, unless the caller allows more
 _LONGEST = 16384
-#: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
+#: step attempts that suffice for most stops without heat: less to write and to measure
+#: than the first limit of one run
 _SHORT = 128
-#: rows of all records of a chunk together, of runs as a whole (with some hundred columns half a gigabyte) and of events
+#: rows of all records of a chunk together, of runs as a whole (with some hundred
+#: columns half a gigabyte) and of events
 _ROWS = 2**19
 _MANY_ROWS = 2**22
 #: runs side by side on a CPU
@@ -56,8 +67,9 @@ LANES = 64
 _REMEMBERED = 4
 #: tolerance at which rounding begins to govern
 _FINEST = 1e-12
-#: above this tolerance a tenth of it does not show the error: of 1,500 derivatives at 1e-5 to 1e-8 of a hot stop 2 to
-#: 14 % had more than three times the error stated so, 0.8 % at most beside `_FINEST`
+#: above this tolerance a tenth of it does not show the error: of 1,500 derivatives at
+#: 1e-5 to 1e-8 of a hot stop 2 to 14 % had more than three times the error stated so,
+#: 0.8 % at most beside `_FINEST`
 _LOOSE = 1e-9
 #: runs named in one error
 _NAMED = 5
@@ -72,14 +84,17 @@ def _moved(record: Record) -> Array:
 
 
 def _sequence(record: Record) -> Array:
-    """A number that runs with the same modes after the same kinds of events in the same order share."""
+    """A number that runs with the same modes after the same kinds of events in the same
+    order share."""
     xp = numpy_of(record.rows.t)
     rows = record.rows
     n = rows.t.shape[0]
     events = (xp.arange(n, dtype=np.int32) < record.count) & (rows.kind >= LANDED)
     after = xp.concatenate([rows.mode[1:], rows.mode[-1:]]).astype(np.uint32)
     odd = (2 * np.arange(after.shape[1]) + 1).astype(np.uint32) * np.uint32(2654435761)
-    what = xp.sum(after * odd, axis=1, dtype=np.uint32) + (rows.kind + 11).astype(np.uint32)
+    what = xp.sum(after * odd, axis=1, dtype=np.uint32) + (rows.kind + 11).astype(
+        np.uint32
+    )
     what = what * np.uint32(2654435761)
     order = xp.cumsum(events).astype(np.uint32) * np.uint32(2246822519) | np.uint32(1)
     mixed = xp.sum(xp.where(events, (what ^ (what >> 15)) * order, 0), dtype=np.uint32)
@@ -106,7 +121,8 @@ ABOUT: dict[str, Callable[[Result], Any]] = {
 
 #: numbers x (k,) and numbers that are given besides → the scene with them
 Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
-#: a result (the scene, where nothing is run) and numbers given → values (m,) and whatever else is wanted of it
+#: a result (the scene, where nothing is run) and numbers given → values (m,) and
+#: whatever else is wanted of it
 Find: TypeAlias = Callable[[Any, Any], tuple[Any, Any]]
 
 
@@ -135,7 +151,11 @@ class Paths(NamedTuple):
     @property
     def entries(self) -> list[tuple[str, tuple[int, ...]]]:
         """Path and index of every number, `()` of one that is no list."""
-        return [(name, i) for name, shape in zip(self.names, self.shapes, strict=True) for i in np.ndindex(shape)]
+        return [
+            (name, i)
+            for name, shape in zip(self.names, self.shapes, strict=True)
+            for i in np.ndindex(shape)
+        ]
 
     @property
     def spans(self) -> list[slice]:
@@ -155,7 +175,10 @@ class Paths(NamedTuple):
 def named_runs(runs: Sequence[int] | np.ndarray) -> str:
     """`(run 3)`, `(runs 3, 4, 5, 6, 7 and 12 more)`."""
     more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
-    return f"({'run' if len(runs) == 1 else 'runs'} {', '.join(str(i) for i in runs[:_NAMED])}{more})"
+    return (
+        f"({'run' if len(runs) == 1 else 'runs'} "
+        f"{', '.join(str(i) for i in runs[:_NAMED])}{more})"
+    )
 
 
 def faults_of_runs(scenes: Iterable[tuple[int, Scene]]) -> list[Fault]:
@@ -164,12 +187,17 @@ def faults_of_runs(scenes: Iterable[tuple[int, Scene]]) -> list[Fault]:
     for i, scene in scenes:
         for fault in faults(scene):
             seen.setdefault((fault.path, fault.hint), (fault, []))[1].append(i)
-    return [Fault(fault.path, f"{fault.problem} {named_runs(runs)}", fault.hint) for fault, runs in seen.values()]
+    return [
+        Fault(fault.path, f"{fault.problem} {named_runs(runs)}", fault.hint)
+        for fault, runs in seen.values()
+    ]
 
 
 def numbers_of(chosen: Iterable[Leaf]) -> np.ndarray:
     """The numbers of parameters as one vector, in the order of `Paths.of`."""
-    return np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
+    return np.concatenate(
+        [np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen]
+    )
 
 
 def name_of_entry(path: str, index: tuple[int, ...]) -> str:
@@ -183,7 +211,8 @@ def as_metrics(metrics: Metric | Sequence[Metric]) -> list[Metric]:
 
 
 def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[Metric]) -> str:
-    """Name of a class or function that is the user's own, or of a library that simbrake does not know; else empty."""
+    """Name of a class or function that is the user's own, or of a library that simbrake
+    does not know; else empty."""
     try:
         canonical((scene, solver, [*map(identity_of, metrics)]))
     except UnknownStructureError as error:
@@ -192,7 +221,8 @@ def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[Metric]) -> 
 
 
 class Box(NamedTuple):
-    """Numbers that are free within bounds (k,), and unknowns `z` in 0…1 in their place, linear or logarithmic."""
+    """Numbers that are free within bounds (k,), and unknowns `z` in 0…1 in their place,
+    linear or logarithmic."""
 
     paths: Paths
     low: np.ndarray
@@ -209,7 +239,9 @@ class Box(NamedTuple):
     def up(self, z: Any, xp: ModuleType = np) -> Any:
         """The numbers for unknowns; `xp`: `jax.numpy` for traced ones."""
         low, ratio = self._scale
-        return xp.where(self.logarithmic, low * ratio**z, self.low + (self.high - self.low) * z)
+        return xp.where(
+            self.logarithmic, low * ratio**z, self.low + (self.high - self.low) * z
+        )
 
     def down(self, x: np.ndarray) -> np.ndarray:
         """The unknowns for numbers."""
@@ -219,13 +251,21 @@ class Box(NamedTuple):
 
     def slope(self, x: Any, xp: ModuleType = np) -> Any:
         """`dx/dz`."""
-        return xp.where(self.logarithmic, x * np.log(self._scale[1]), self.high - self.low)
+        return xp.where(
+            self.logarithmic, x * np.log(self._scale[1]), self.high - self.low
+        )
 
 
 def bounds_of(
-    scene: Scene, path: str, pair: Any, issues: Issues, about: Quantity | None, shape: tuple[int, ...] = ()
+    scene: Scene,
+    path: str,
+    pair: Any,
+    issues: Issues,
+    about: Quantity | None,
+    shape: tuple[int, ...] = (),
 ) -> np.ndarray | None:
-    """Bounds (2, …) of a number in SI from (low, high); `None` where they are none. Adds what is wrong with them."""
+    """Bounds (2, …) of a number in SI from (low, high); `None` where they are none.
+    Adds what is wrong with them."""
     try:
         pair = numbers_in_si(scene, path, pair)
         low, high = (np.broadcast_to(np.asarray(end, float), shape) for end in pair)
@@ -233,11 +273,19 @@ def bounds_of(
         issues += error.faults
         return None
     except (TypeError, ValueError):
-        issues.append(Fault(path, f"{pair!r} are not bounds", f"(low, high), numbers or lists of {math.prod(shape)}"))
+        issues.append(
+            Fault(
+                path,
+                f"{pair!r} are not bounds",
+                f"(low, high), numbers or lists of {math.prod(shape)}",
+            )
+        )
         return None
     ends = np.stack([low, high])
     if not np.all(np.isfinite(ends) & (low < high)):
-        issues.append(Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high"))
+        issues.append(
+            Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high")
+        )
         return None
     if about is not None and not np.all(about.admits(ends)):
         worst = ends[~about.admits(ends)][0]
@@ -255,9 +303,11 @@ def box_of(
     starts: Mapping[str, float | str] | None = None,
     decades: float = np.inf,
 ) -> Box:
-    """The numbers at paths with bounds (low, high), by default from the scene's values; adds what is wrong with them.
+    """The numbers at paths with bounds (low, high), by default from the scene's values;
+    adds what is wrong with them.
 
-    - `each`: a field with many entries is free in every one of them; else one number counts for all of them
+    - `each`: a field with many entries is free in every one of them; else one number
+      counts for all of them
     - `decades`: ratio of the bounds above which unknowns are logarithmic
     """
     require_scene(scene)
@@ -279,21 +329,38 @@ def box_of(
             if not each and np.size(value):
                 value = value.flat[0] if np.ptp(value) == 0 else None
         shape = () if value is None else np.shape(value)
-        ends = bounds_of(scene, path, pair, issues, None if leaf is None else leaf.about, shape)
+        ends = bounds_of(
+            scene, path, pair, issues, None if leaf is None else leaf.about, shape
+        )
         if ends is None:
             continue
         low, high = ends
         if value is None:
-            issues.append(Fault(path, "has no one value in the scene", "give its start value"))
+            issues.append(
+                Fault(path, "has no one value in the scene", "give its start value")
+            )
         elif not np.all((value >= low) & (value <= high)):
             what = f"the start {value} is outside the bounds {pair!r}"
             issues.append(Fault(path, what, "give a start inside them"))
         shapes[path] = shape
-        rows.append([np.ravel(one) for one in (low, high, np.nan if value is None else value)])
-    issues += [Fault(path, "is free twice", f"as {old} is") for path, old in known.twice(shapes).items()]
-    low, high, start = [np.concatenate(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 3
+        rows.append(
+            [np.ravel(one) for one in (low, high, np.nan if value is None else value)]
+        )
+    issues += [
+        Fault(path, "is free twice", f"as {old} is")
+        for path, old in known.twice(shapes).items()
+    ]
+    low, high, start = [
+        np.concatenate(column) for column in zip(*rows, strict=True)
+    ] or [np.zeros(0)] * 3
     paths = Paths(tuple(shapes), tuple(shapes.values()))
-    return Box(paths, low, high, start, (low > 0) & (high / np.where(low > 0, low, 1.0) > decades))
+    return Box(
+        paths,
+        low,
+        high,
+        start,
+        (low > 0) & (high / np.where(low > 0, low, 1.0) > decades),
+    )
 
 
 class Metrics(NamedTuple):
@@ -308,8 +375,10 @@ class Metrics(NamedTuple):
 class ProgramKey(NamedTuple):
     """What a program of one point depends on, besides the structure of its numbers.
 
-    - `solver`: `None` where nothing is run;  `reverse`: derivatives by as many passes as there are values, else by as
-      many as there are numbers;  `singly`: one pass at a time, which takes less memory and compiles faster
+    - `solver`: `None` where nothing is run
+    - `reverse`: derivatives by as many passes as there are values, else by as many as
+      there are numbers;  `singly`: one pass at a time, which takes less memory and
+      compiles faster
     """
 
     place: Place
@@ -321,7 +390,8 @@ class ProgramKey(NamedTuple):
 
 
 class Evaluation(NamedTuple):
-    """Values (m,) at a point and their derivatives (m, k), the code of the run, and what else `find` gave."""
+    """Values (m,) at a point and their derivatives (m, k), the code of the run, and
+    what else `find` gave."""
 
     values: np.ndarray
     jacobian: np.ndarray
@@ -335,13 +405,17 @@ def _program(asked: ProgramKey) -> DeviceJit:
         outcome = asked.place(scene, x, given)
         code = jnp.zeros((), jnp.int32)
         if asked.solver is not None:
-            outcome = simulate(outcome, solver=asked.solver, rtol=rtol, max_steps=asked.max_steps)
+            outcome = simulate(
+                outcome, solver=asked.solver, rtol=rtol, max_steps=asked.max_steps
+            )
             code = outcome.code
         values, more = asked.find(outcome, given)
         return values, (values, code, more)
 
     def at_once(x: Array, *rest: Any) -> tuple[Any, ...]:
-        jacobian, values = (jax.jacrev if asked.reverse else jax.jacfwd)(answer, has_aux=True)(x, *rest)
+        jacobian, values = (jax.jacrev if asked.reverse else jax.jacfwd)(
+            answer, has_aux=True
+        )(x, *rest)
         return jacobian, *values
 
     def along(x: Array, direction: Array, *rest: Any) -> tuple[Any, ...]:
@@ -349,11 +423,17 @@ def _program(asked: ProgramKey) -> DeviceJit:
         if asked.reverse:
             _, back, values = jax.vjp(lambda x: answer(x, *rest), x, has_aux=True)
             return back(direction)[0], *values
-        _, slope, values = jax.jvp(lambda x: answer(x, *rest), (x,), (direction,), has_aux=True)
+        _, slope, values = jax.jvp(
+            lambda x: answer(x, *rest), (x,), (direction,), has_aux=True
+        )
         return slope, *values
 
-    metrics = [*map(identity_of, asked.find.asked)] if isinstance(asked.find, Metrics) else []
-    return DeviceJit(along if asked.singly else at_once, subject=("evaluate", asked, metrics))
+    metrics = (
+        [*map(identity_of, asked.find.asked)] if isinstance(asked.find, Metrics) else []
+    )
+    return DeviceJit(
+        along if asked.singly else at_once, subject=("evaluate", asked, metrics)
+    )
 
 
 @functools.partial(DeviceJit, static_argnames="find")
@@ -362,18 +442,27 @@ def _measured(result: Result, *, find: Find) -> Array:
 
 
 def values_of(result: Result, find: Find) -> np.ndarray:
-    """Values of a concrete result, by one program for every power of two of its length."""
-    return np.asarray(_measured(dataclasses.replace(result, record=result.record.compact()), find=find))
+    """Values of a concrete result, by one program for every power of two of its
+    length."""
+    return np.asarray(
+        _measured(
+            dataclasses.replace(result, record=result.record.compact()), find=find
+        )
+    )
 
 
 @explained
 class PointEvaluator:
     """A scene's run as a function of a vector of numbers.
 
-    - `place`: puts the parameters into the scene, as `Paths`;  `find`: takes metrics from the result, as `Metrics`
-    - `given`: numbers that both take besides, not differentiated;  `run`: whether `find` is of a run, not of the scene
-    - `size`: how many values `find` gives, where derivatives are taken `singly`;  `reverse`, `singly`: see `ProgramKey`
-    - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the scene given
+    - `place`: puts the parameters into the scene, as `Paths`
+    - `find`: takes metrics from the result, as `Metrics`
+    - `given`: numbers that both take besides, not differentiated
+    - `run`: whether `find` is of a run, not of the scene
+    - `size`: how many values `find` gives, where derivatives are taken `singly`
+    - `reverse`, `singly`: see `ProgramKey`
+    - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the
+      scene given
 
     `runs` counts the points evaluated.
     """
@@ -402,32 +491,45 @@ class PointEvaluator:
         self.rtol = rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)
-        self._asked = ProgramKey(place, find, self.solver, self.limits[0], reverse, singly)
+        self._asked = ProgramKey(
+            place, find, self.solver, self.limits[0], reverse, singly
+        )
         self._size = size
         self._level = 0
         self.runs = 0
         self._known: dict[bytes, Evaluation] = {}
 
     def result(self, scene: Scene | None = None, **options: Any) -> Result:
-        """The whole result of a run of the scene, or of another one like it, by `simulate`, which repeats it itself."""
-        return simulate(self.scene if scene is None else scene, solver=self.solver, rtol=self.rtol, **options)
+        """The whole result of a run of the scene, or of another one like it, by
+        `simulate`, which repeats it itself."""
+        return simulate(
+            self.scene if scene is None else scene,
+            solver=self.solver,
+            rtol=self.rtol,
+            **options,
+        )
 
     def like(self, result: Result) -> None:
-        """Takes the length of this run for that of the others, which are differentiated."""
+        """Takes the length of this run for that of the others, which are
+        differentiated."""
         first = room_for(result, differentiated=True)
         longer = (first * 4**i for i in range(1, 16) if first * 4 ** (i - 1) < _LONGEST)
         self.limits = (first, *longer)
         self._level = 0
 
-    def __call__(self, x: np.ndarray, given: Any = None, scene: Scene | None = None) -> Evaluation:
-        """Values and Jacobian at a point, also of another scene of this structure; the last few points are cached,
-        except those with something `given`."""
+    def __call__(
+        self, x: np.ndarray, given: Any = None, scene: Scene | None = None
+    ) -> Evaluation:
+        """Values and Jacobian at a point, also of another scene of this structure; the
+        last few points are cached, except those with something `given`."""
         key = x.tobytes() if given is None else None
         if key in self._known:
             return self._known[key]
         self.runs += 1
         given = self.given if given is None else given
-        while (evaluation := self._at(x, given, scene)).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
+        while (
+            evaluation := self._at(x, given, scene)
+        ).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
             self._level += 1  # for the points to come as well
         if key is not None:
             self._known[key] = evaluation
@@ -436,24 +538,35 @@ class PointEvaluator:
         return evaluation
 
     def finer(self) -> "PointEvaluator":
-        """The same at another tolerance: what that changes is an estimate of the error by integration in time.
+        """The same at another tolerance: what that changes is an estimate of the error
+        by integration in time.
 
-        At a tenth of the tolerance; of a loose one at the tightest, as many steps are then as short as events make
-        them, and a tenth would take the same again. Where rounding would govern, at ten times the tolerance, which is
-        the more cautious estimate.
+        At a tenth of the tolerance; of a loose one at the tightest, as many steps are
+        then as short as events make them, and a tenth would take the same again. Where
+        rounding would govern, at ten times the tolerance, which is the more cautious
+        estimate.
         """
         other = copy.copy(self)
         other._known = {}
-        other.rtol = _FINEST if self.rtol > _LOOSE else self.rtol * (0.1 if self.rtol > _FINEST else 10.0)
+        other.rtol = (
+            _FINEST
+            if self.rtol > _LOOSE
+            else self.rtol * (0.1 if self.rtol > _FINEST else 10.0)
+        )
         return other
 
     def elsewhere(self, x: np.ndarray, scene: Scene, given: Any = None) -> Evaluation:
-        """The same of another scene of this structure, by the same program; not counted in `runs`."""
+        """The same of another scene of this structure, by the same program; not counted
+        in `runs`."""
         return self._at(x, self.given if given is None else given, scene)
 
     def _at(self, x: np.ndarray, given: Any, scene: Scene | None = None) -> Evaluation:
         program = _program(self._asked._replace(max_steps=self.limits[self._level]))
-        rest = (self.scene if scene is None else scene, given, np.asarray(self.rtol, np.float64))
+        rest = (
+            self.scene if scene is None else scene,
+            given,
+            np.asarray(self.rtol, np.float64),
+        )
         if not self._asked.singly:
             jacobian, values, code, more = program(x, *rest)
             return Evaluation(np.asarray(values), np.asarray(jacobian), int(code), more)
@@ -461,16 +574,31 @@ class PointEvaluator:
         for direction in np.eye(self._size if self._asked.reverse else x.size):
             slope, values, code, more = program(x, direction, *rest)
             slopes.append(np.asarray(slope))
-            if int(code) != 0:  # a run that ended early has no derivatives: never a number that looks like one
-                return Evaluation(np.asarray(values), np.full((self._size, x.size), np.nan), int(code), more)
-        return Evaluation(np.asarray(values), np.stack(slopes, axis=0 if self._asked.reverse else 1), 0, more)
+            if (
+                int(code) != 0
+                # a run that ended early has no derivatives: never a number that looks like
+                # one
+            ):
+                return Evaluation(
+                    np.asarray(values),
+                    np.full((self._size, x.size), np.nan),
+                    int(code),
+                    more,
+                )
+        return Evaluation(
+            np.asarray(values),
+            np.stack(slopes, axis=0 if self._asked.reverse else 1),
+            0,
+            more,
+        )
 
 
-# --- many points ------------------------------------------------------------------------------------------------------
+# --- many points --------------------------------------------------------------------
 
 
 class Job(NamedTuple):
-    """Properties that all runs of a chunk share. Structure and metrics are compiled in, numbers are not.
+    """Properties that all runs of a chunk share. Structure and metrics are compiled in,
+    numbers are not.
 
     - `size`: how many runs a chunk has at most, 0: each is made by itself
     - `room`: how many instants of events a run may have, where only these are recorded
@@ -487,25 +615,40 @@ class Job(NamedTuple):
 
     @property
     def recorded(self) -> bool:
-        """Whether a metric looks back at the steps of a run: a user's function, or the holding reserve."""
-        return any(not isinstance(metric, str) or metric == HOLDING for metric in self.metrics)
+        """Whether a metric looks back at the steps of a run: a user's function, or the
+        holding reserve."""
+        return any(
+            not isinstance(metric, str) or metric == HOLDING for metric in self.metrics
+        )
 
     @property
     def measured(self) -> tuple[Metric, ...]:
-        """Metrics that its program finds: whichever are wanted, all that cost next to nothing, so that there is one
-        program for any of them; of maxima, and of a user's own, those wanted alone."""
-        own = (name for name in default_metrics(self.scene) if isinstance(identity_of(name), str))
+        """Metrics that its program finds: whichever are wanted, all that cost next to
+        nothing, so that there is one program for any of them; of maxima, and of a
+        user's own, those wanted alone."""
+        own = (
+            name
+            for name in default_metrics(self.scene)
+            if isinstance(identity_of(name), str)
+        )
         return tuple(dict.fromkeys([*own, *self.metrics]))
 
     @property
     def lanes(self) -> int:
-        """Runs side by side on a CPU: of those that are short, explicit, and of one rigid or elastic mechanism.
+        """Runs side by side on a CPU: of those that are short, explicit, and of one
+        rigid or elastic mechanism.
 
-        Others become slower: long runs reach their events at too different times, implicit steps of many lanes leave
-        the fast memory, and the changes of mode of staged brakes and of single linings are more work side by side.
+        Others become slower: long runs reach their events at too different times,
+        implicit steps of many lanes leave the fast memory, and the changes of mode of
+        staged brakes and of single linings are more work side by side.
         """
         brake = self.scene.brake
-        alone = self.recorded or isinstance(self.solver, Rodas5P) or brake.in_series or brake.resolved
+        alone = (
+            self.recorded
+            or isinstance(self.solver, Rodas5P)
+            or brake.in_series
+            or brake.resolved
+        )
         return 1 if alone or self.max_steps > _SHORT else min(LANES, self.size)
 
     def fitting(self) -> "Job":
@@ -514,10 +657,14 @@ class Job(NamedTuple):
         return self._replace(size=max(1, min(self.size, most)))
 
 
-def limits_of_many(scene: Scene, solver: Solver, max_steps: int | None) -> tuple[int, ...]:
-    """Limits of the step attempts of many runs, tried in turn; long records cost time and memory, used or not."""
+def limits_of_many(
+    scene: Scene, solver: Solver, max_steps: int | None
+) -> tuple[int, ...]:
+    """Limits of the step attempts of many runs, tried in turn; long records cost time
+    and memory, used or not."""
     limits = step_limits(scene, max_steps)
-    # with heat a long duty or an implicit method needs more as a rule, and a limit too low compiles in vain
+    # with heat a long duty or an implicit method needs more as a rule, and a limit too
+    # low compiles in vain
     long = scene.heated and (isinstance(solver, Rodas5P) or limits[0] > 8 * _SHORT)
     return limits if max_steps or long else (_SHORT, *limits)
 
@@ -532,28 +679,40 @@ def default_metrics(scene: Scene) -> tuple[str, ...]:
     return tuple(name for name in metric_names(scene) if not is_maximum(name))
 
 
-def _integrate(numbers: Array, *, like: Packing, job: Job, metrics: Sequence[Metric], lanes: int) -> Array:
+def _integrate(
+    numbers: Array, *, like: Packing, job: Job, metrics: Sequence[Metric], lanes: int
+) -> Array:
     """Columns of a chunk (names, runs), its first runs by groups of lanes."""
     scene, rows, rtol, count = like.unpack(numbers)
-    maxima = tuple(metric for metric in metrics if isinstance(metric, str) and is_maximum(metric))
+    maxima = tuple(
+        metric for metric in metrics if isinstance(metric, str) and is_maximum(metric)
+    )
     others = [metric for metric in metrics if metric not in maxima]
 
     def one(x: Array) -> Array:
         varied = job.paths(scene, x)
         if lanes == 1 or job.recorded:
-            result = simulate(varied, solver=job.solver, rtol=rtol, max_steps=job.max_steps)
+            result = simulate(
+                varied, solver=job.solver, rtol=rtol, max_steps=job.max_steps
+            )
             values = measure_all(result, metrics)
         else:
-            result, tops = simulate_lane(varied, job.solver, rtol, job.max_steps, job.room, maxima)
+            result, tops = simulate_lane(
+                varied, job.solver, rtol, job.max_steps, job.room, maxima
+            )
             found = dict(zip(others, measure_all(result, others), strict=True)) | tops
             values = [found[metric] for metric in metrics]
         about = [find(result) for find in ABOUT.values()]
-        return jnp.stack([jnp.asarray(value, jnp.float64) for value in (*about, *values)])
+        return jnp.stack(
+            [jnp.asarray(value, jnp.float64) for value in (*about, *values)]
+        )
 
     def group(i: Array | int) -> Array:
         if lanes == 1:
             return one(jax.lax.dynamic_index_in_dim(rows, i, keepdims=False))[:, None]
-        return jax.vmap(one, out_axes=1)(jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes))
+        return jax.vmap(one, out_axes=1)(
+            jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes)
+        )
 
     if lanes == job.size:
         return group(0)
@@ -567,29 +726,43 @@ def _integrate(numbers: Array, *, like: Packing, job: Job, metrics: Sequence[Met
 
 
 def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program:
-    """The compiled integration of a chunk with this layout of parameters; one thread compiles, the others wait.
+    """The compiled integration of a chunk with this layout of parameters; one thread
+    compiles, the others wait.
 
-    On a CPU groups of lanes follow one another: more than a few dozen lanes gain nothing there, and wait for the
-    slowest of more runs.
+    On a CPU groups of lanes follow one another: more than a few dozen lanes gain
+    nothing there, and wait for the slowest of more runs.
     """
 
     def make() -> Program:
         lanes = job.lanes if device.platform == "cpu" else job.size
-        # the parameters of the scene are in the vector: a cached program holds none of them
+        # the parameters of the scene are in the vector: a cached program holds none of
+        # them
         without = job._replace(scene=None)  # pyright: ignore
-        run = functools.partial(_integrate, like=like, job=without, metrics=metrics, lanes=lanes)
-        subject = ("chunk", like, job.paths, [*map(identity_of, metrics)], job.solver, *job[5:], lanes)
+        run = functools.partial(
+            _integrate, like=like, job=without, metrics=metrics, lanes=lanes
+        )
+        subject = (
+            "chunk",
+            like,
+            job.paths,
+            [*map(identity_of, metrics)],
+            job.solver,
+            *job[5:],
+            lanes,
+        )
         return compiled(run, numbers, device=device, subject=subject)
 
     metrics = job.measured
-    return STORE.get((_integrate, like, job.paths, metrics, job.solver, *job[5:], device), make)
+    return STORE.get(
+        (_integrate, like, job.paths, metrics, job.solver, *job[5:], device), make
+    )
 
 
 def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     """Runs the points `rows` (points, numbers), `job.size` at most, or each by itself.
 
-    Gives an array over the points for every name in `ABOUT`, every metric, and `method`. What a single run would raise
-    is not raised: failures are in `code`.
+    Gives an array over the points for every name in `ABOUT`, every metric, and
+    `method`. What a single run would raise is not raised: failures are in `code`.
     """
     if job.size == 0:
         return _run_singly(job, rows)
@@ -598,30 +771,63 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     filled = rows[np.minimum(np.arange(job.size), count - 1)]
     numbers, like = pack((job.scene, filled, job.rtol, np.asarray(count, np.int32)))
     with jax.default_device(device):
-        table = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
+        table = jax.block_until_ready(
+            _integrator(job, numbers, like, device).call(numbers)
+        )
     asked = list(map(name_of, job.metrics))
-    columns = dict(zip([*ABOUT, *map(name_of, job.measured)], np.asarray(table)[:, :count], strict=True))
-    columns = _typed({name: column for name, column in columns.items() if name in ABOUT or name in asked})
+    columns = dict(
+        zip(
+            [*ABOUT, *map(name_of, job.measured)],
+            np.asarray(table)[:, :count],
+            strict=True,
+        )
+    )
+    columns = _typed(
+        {
+            name: column
+            for name, column in columns.items()
+            if name in ABOUT or name in asked
+        }
+    )
     return columns | {"method": np.full(count, solver_name(job.solver), dtype="<U32")}
 
 
 def _run_singly(job: Job, rows: np.ndarray) -> Columns:
-    """The same by the programs of single runs, which a scene that ran before has on disk."""
+    """The same by the programs of single runs, which a scene that ran before has on
+    disk."""
 
     def one(row: np.ndarray) -> dict[str, Any]:
         limits = {"max_steps": job.max_steps or None, "throw": False}
-        result = simulate(job.paths(job.scene, row), solver=job.solver, rtol=job.rtol, **limits)
-        result, energy = dataclasses.replace(result, record=result.record.compact()), result.energy
-        about = {name: find(result) for name, find in ABOUT.items() if name != _CLOSURE} | {_CLOSURE: energy["closure"]}
+        result = simulate(
+            job.paths(job.scene, row), solver=job.solver, rtol=job.rtol, **limits
+        )
+        result, energy = (
+            dataclasses.replace(result, record=result.record.compact()),
+            result.energy,
+        )
+        about = {
+            name: find(result) for name, find in ABOUT.items() if name != _CLOSURE
+        } | {_CLOSURE: energy["closure"]}
         for name in job.metrics:
             of_ledger = name.startswith("energy.")  # pyright: ignore
-            about[name] = energy[name.removeprefix("energy.")] if of_ledger else measure(result, name)  # pyright: ignore
+            about[name] = (
+                energy[name.removeprefix("energy.")]
+                if of_ledger
+                else measure(result, name)
+            )  # pyright: ignore
         return about
 
     table = [one(row) for row in rows]
-    columns = {name: np.asarray([float(values[name]) for values in table]) for name in table[0]}
-    return _typed(columns) | {"method": np.full(len(rows), solver_name(job.solver), dtype="<U32")}
+    columns = {
+        name: np.asarray([float(values[name]) for values in table]) for name in table[0]
+    }
+    return _typed(columns) | {
+        "method": np.full(len(rows), solver_name(job.solver), dtype="<U32")
+    }
 
 
 def _typed(columns: Columns) -> Columns:
-    return {name: c.astype(np.int32) if name in ABOUT and name != _CLOSURE else c for name, c in columns.items()}
+    return {
+        name: c.astype(np.int32) if name in ABOUT and name != _CLOSURE else c
+        for name, c in columns.items()
+    }

@@ -1,4 +1,5 @@
-"""Measured data: columns over time and single values such as event times, from arrays and from CSV files."""
+"""Measured data: columns over time and single values such as event times, from arrays
+and from CSV files."""
 
 import dataclasses
 import re
@@ -15,7 +16,14 @@ from .._base._quantity import behind
 from .._base._table import Tabular, Unit, frozen, plain
 from ..hybrid.arrays import Array
 from ..outputs.metrics import METRICS
-from ..outputs.quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
+from ..outputs.quantities import (
+    SERIES_COLUMNS,
+    Series,
+    about_column,
+    flat,
+    outside,
+    pair_column,
+)
 from ..parts.scene import Scene
 from ..runs.measure import Metric, check_metrics, name_of, unit_of
 from ..runs.result import Result
@@ -29,11 +37,12 @@ _INDEXED = re.compile(r"^(?P<base>[a-z_]+?)\[(?P<entry>.+)\]$")
 
 @frozen
 class Points:
-    """One measured column in SI units: `value` (m,) at the times `t` (m,) with standard deviations `sigma` (m,).
+    """One measured column in SI units: `value` (m,) at the times `t` (m,) with standard
+    deviations `sigma` (m,).
 
-    `column` is a field of `Series`, or of one of its friction pairs as `internal_torque`, `entry` the lining or place
-    (from 1), or a node's name, where it has several.
-    `sigma` is `None` where it is unknown.
+    `column` is a field of `Series`, or of one of its friction pairs as
+    `internal_torque`, `entry` the lining or place (from 1), or a node's name, where it
+    has several. `sigma` is `None` where it is unknown.
     """
 
     column: str
@@ -53,7 +62,8 @@ class Points:
 
 @frozen
 class Single:
-    """One measured number of the whole run, in SI units: the time of an event, or any other metric."""
+    """One measured number of the whole run, in SI units: the time of an event, or any
+    other metric."""
 
     metric: Metric
     value: float
@@ -71,10 +81,12 @@ class Single:
 
 @frozen
 class Measured(Tabular):
-    """Measured data of one run, which can be added: `read_measured("speed.csv") + read_measured("events.csv")`.
+    """Measured data of one run, which can be added: `read_measured("speed.csv") +
+    read_measured("events.csv")`.
 
-    `known`: numbers of the scene that are known of this run, by path as in `with_values`: `{"duty.load.mass": "60 t"}`.
-    `notes`: what was assumed while reading, to be read.
+    `known`: numbers of the scene that are known of this run, by path as in
+    `with_values`: `{"duty.load.mass": "60 t"}`. `notes`: what was assumed while
+    reading, to be read.
 
     Example:
         >>> data = sb.studies.Measured.of([0.0, 0.5], {"omega": [24.0, 14.6]}, sigma={"omega": 0.1})
@@ -99,10 +111,12 @@ class Measured(Tabular):
     ) -> "Measured":
         """Data from arrays in SI units; NaN means not measured.
 
-        - `columns`: `{"omega": (m,), "lining_temperature[3]": (m,)}` at the times `t` (m,), linings counted from 1
+        - `columns`: `{"omega": (m,), "lining_temperature[3]": (m,)}` at the times `t`
+          (m,), linings counted from 1
         - `sigma`: standard deviation of a column, one number or (m,)
-        - `events`: `{"stopping_time": 3.21}` or `{"stopping_time": (3.21, 0.01)}` with the standard deviation; keys
-          are metrics (`simbrake.runs.measure.metric_names`) or functions of a `Result`
+        - `events`: `{"stopping_time": 3.21}` or `{"stopping_time": (3.21, 0.01)}` with
+          the standard deviation; keys are metrics
+          (`simbrake.runs.measure.metric_names`) or functions of a `Result`
         - `known`: numbers of the scene that are known of this run
 
         Raises `InputError` with every error.
@@ -111,20 +125,32 @@ class Measured(Tabular):
         sigma = dict(sigma or {})
         parts: list[Points | Single | Fault] = []
         for name in sorted(set(sigma) - set(columns or {})):
-            parts.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))
+            parts.append(
+                Fault(
+                    name,
+                    "has a standard deviation but no values",
+                    "leave it out, or give the column",
+                )
+            )
         for name, values in (columns or {}).items():
             parts.append(_points(name, t, values, sigma.get(name)))
         for metric, value in (events or {}).items():
             number, error = value if isinstance(value, tuple) else (value, None)
-            parts.append(_single(metric, float(number), None if error is None else float(error)))
+            parts.append(
+                _single(metric, float(number), None if error is None else float(error))
+            )
         Issues(one for one in parts if isinstance(one, Fault)).report()
-        points, singles = ([one for one in parts if isinstance(one, kind)] for kind in (Points, Single))
+        points, singles = (
+            [one for one in parts if isinstance(one, kind)] for kind in (Points, Single)
+        )
         return cls(tuple(points), tuple(singles), dict(known or {}))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
         known = {**self.known, **other.known}
         notes = tuple(dict.fromkeys((*self.notes, *other.notes)))
-        return Measured(self.points + other.points, self.singles + other.singles, known, notes)
+        return Measured(
+            self.points + other.points, self.singles + other.singles, known, notes
+        )
 
     @property
     def all(self) -> tuple[Points | Single, ...]:
@@ -144,7 +170,12 @@ class Measured(Tabular):
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
         """All measured values (m,) and their standard deviations, 1 where unknown."""
-        sigma = [np.broadcast_to(1.0 if part.sigma is None else part.sigma, np.shape(part.value)) for part in self.all]
+        sigma = [
+            np.broadcast_to(
+                1.0 if part.sigma is None else part.sigma, np.shape(part.value)
+            )
+            for part in self.all
+        ]
         return np.hstack([part.value for part in self.all]), np.hstack(sigma)
 
     def parts(self) -> Iterator[str]:
@@ -152,7 +183,10 @@ class Measured(Tabular):
             mark = f" [{part.unit}]" if behind(part.unit) else ""
             span = f"{part.t.size} values, t = {part.t.min():.6g}…{part.t.max():.6g} s"
             yield f"{part.name}{mark}: {span}, {_spread(part.sigma)}"
-        yield from (f"{one.name} = {one.value:.6g}{behind(one.unit)}, {_spread(one.sigma)}" for one in self.singles)
+        yield from (
+            f"{one.name} = {one.value:.6g}{behind(one.unit)}, {_spread(one.sigma)}"
+            for one in self.singles
+        )
         yield from (f"{path} = {value}, known" for path, value in self.known.items())
         if not self.count:
             yield "nothing measured"
@@ -160,9 +194,22 @@ class Measured(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Columns over time and single values by their names, in SI units."""
-        points = {p.name: {"unit": p.unit, "t": p.t, "value": p.value, "sigma": p.sigma} for p in self.points}
-        singles = {s.name: {"unit": s.unit, "value": s.value, "sigma": s.sigma} for s in self.singles}
-        return plain({"points": points, "singles": singles, "known": dict(self.known), "notes": self.notes})
+        points = {
+            p.name: {"unit": p.unit, "t": p.t, "value": p.value, "sigma": p.sigma}
+            for p in self.points
+        }
+        singles = {
+            s.name: {"unit": s.unit, "value": s.value, "sigma": s.sigma}
+            for s in self.singles
+        }
+        return plain(
+            {
+                "points": points,
+                "singles": singles,
+                "known": dict(self.known),
+                "notes": self.notes,
+            }
+        )
 
 
 def _spread(sigma: float | np.ndarray | None) -> str:
@@ -174,8 +221,8 @@ def _spread(sigma: float | np.ndarray | None) -> str:
 
 
 def column_of(name: str) -> tuple[str, str | None] | None:
-    """Column and entry that a header names: `omega`, `internal_torque`, `tension[3]`, or `tension_3` as `--out` writes
-    it."""
+    """Column and entry that a header names: `omega`, `internal_torque`, `tension[3]`,
+    or `tension_3` as `--out` writes it."""
     if _is_column(name):
         return name, None
     match = _INDEXED.match(name)
@@ -198,8 +245,16 @@ def unknown_column(where: str, name: str) -> Fault:
     """Error of a header that names no column, with the nearest names."""
     of_pair = pair_column(name)
     if name in _WHOLE or of_pair is not None:
-        return Fault(where, f"{name} cannot be fitted", "it is a whole number without a derivative")
-    return Fault(where, f"unknown column {name!r}", nearest(re.sub(r"\[.*", "", name), ("t", *COLUMNS)))
+        return Fault(
+            where,
+            f"{name} cannot be fitted",
+            "it is a whole number without a derivative",
+        )
+    return Fault(
+        where,
+        f"unknown column {name!r}",
+        nearest(re.sub(r"\[.*", "", name), ("t", *COLUMNS)),
+    )
 
 
 def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points | Fault:
@@ -208,16 +263,32 @@ def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points |
     if where is None:
         return unknown_column(name, name)
     if value.shape != t.shape or t.ndim != 1:
-        return Fault(name, f"has the shape {value.shape} at times of the shape {t.shape}", "both are (m,)")
+        return Fault(
+            name,
+            f"has the shape {value.shape} at times of the shape {t.shape}",
+            "both are (m,)",
+        )
     error = None if sigma is None else np.asarray(sigma, np.float64)
     if error is not None and error.shape not in ((), t.shape):
-        return Fault(name, f"has standard deviations of the shape {error.shape}", "one number, or one for each value")
+        return Fault(
+            name,
+            f"has standard deviations of the shape {error.shape}",
+            "one number, or one for each value",
+        )
     kept = ~np.isnan(value)
     error = None if error is None else np.broadcast_to(error, t.shape)[kept]
     if not (np.all(np.isfinite(t[kept])) and np.all(np.isfinite(value[kept]))):
-        return Fault(name, "has infinite values, or values at no time", "leave them out, or give NaN")
+        return Fault(
+            name,
+            "has infinite values, or values at no time",
+            "leave them out, or give NaN",
+        )
     if error is not None and not np.all((error > 0) & np.isfinite(error)):
-        return Fault(name, "has a standard deviation that is not positive", "give its measuring error, > 0")
+        return Fault(
+            name,
+            "has a standard deviation that is not positive",
+            "give its measuring error, > 0",
+        )
     if not kept.any():
         return Fault(name, "has no value", "leave the column out")
     return Points(where[0], t[kept], value[kept], error, where[1])
@@ -226,14 +297,19 @@ def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points |
 def _single(metric: Metric, value: float, sigma: float | None) -> Single | Fault:
     where = name_of(metric)
     if not np.isfinite(value):
-        return Fault(where, f"{value} is not a measured value", "leave out events that did not occur")
+        return Fault(
+            where,
+            f"{value} is not a measured value",
+            "leave out events that did not occur",
+        )
     if sigma is not None and not 0 < sigma < np.inf:
         return Fault(where, f"{sigma} is not a standard deviation", "it must be > 0")
     return Single(metric, value, sigma)
 
 
 def check_measured(data: Measured, scene: Scene) -> None:
-    """Raise `InputError` with all data that cannot be compared with a run of the scene."""
+    """Raise `InputError` with all data that cannot be compared with a run of the
+    scene."""
     issues = Issues()
     issues.attempt(check_metrics, scene, [one.metric for one in data.singles])
     start = float(np.asarray(scene.initial.time))
@@ -241,29 +317,53 @@ def check_measured(data: Measured, scene: Scene) -> None:
     for part in data.points:
         beyond = part.t[outside(part.t, start, end)]
         if beyond.size:
-            what = f"was measured at {beyond[0]:.6g} s, but the run goes from {start:g} to {end:g} s"
-            issues.add(part.name, what, "set end_time (and initial.time) of the scene to the measurement")
+            what = (
+                f"was measured at {beyond[0]:.6g} s, but the run goes from "
+                f"{start:g} to {end:g} s"
+            )
+            issues.add(
+                part.name,
+                what,
+                "set end_time (and initial.time) of the scene to the measurement",
+            )
     if not data.count:
         issues.add("data", "nothing was measured", "give columns over time, or events")
     issues.report()
 
 
-def pick(result: Result, series: Series, column: str, entry: str | None) -> Array | Fault:
-    """The values (m,) of a measured column in a series of a run, or the error of the column."""
+def pick(
+    result: Result, series: Series, column: str, entry: str | None
+) -> Array | Fault:
+    """The values (m,) of a measured column in a series of a run, or the error of the
+    column."""
     known = flat(series, pairs=True)
     name = column if entry is None else f"{column}[{entry}]"
     values = known.get(column)
     if values is None:
-        hint = nearest(column, known, "its brake or heat part has no such quantity", cutoff=0.7)
+        hint = nearest(
+            column, known, "its brake or heat part has no such quantity", cutoff=0.7
+        )
         return Fault(name, "is not in a run of this scene", hint)
     if values.ndim == 1:
-        return values if entry is None else Fault(name, f"{column} has no entries", f"call it {column}")
-    labels = result.nodes if column == "temperature" else [str(i + 1) for i in range(values.shape[1])]
+        return (
+            values
+            if entry is None
+            else Fault(name, f"{column} has no entries", f"call it {column}")
+        )
+    labels = (
+        result.nodes
+        if column == "temperature"
+        else [str(i + 1) for i in range(values.shape[1])]
+    )
     if entry is None and len(labels) > 1:
         which = ", ".join(f"{column}[{label}]" for label in labels[:4])
-        return Fault(name, f"has {len(labels)} entries", f"name the measured one: {which}, …")
+        return Fault(
+            name, f"has {len(labels)} entries", f"name the measured one: {which}, …"
+        )
     if entry is not None and entry not in labels:
-        return Fault(name, f"there is no entry {entry}", f"there are: {', '.join(labels)}")
+        return Fault(
+            name, f"there is no entry {entry}", f"there are: {', '.join(labels)}"
+        )
     return values[:, 0 if entry is None else labels.index(entry)]
 
 
@@ -280,21 +380,26 @@ def read_measured(
 ) -> Measured:
     """Measured data from CSV files.
 
-    A file of **series** has a column `t` (or `time`) and columns named as in `Series` (`omega`, `rim_temperature`,
-    `lining_temperature[3]`, linings from 1) or of one of its friction pairs (`internal_torque`), standard deviations in
-    columns such as `omega_sigma`. A file of **events** has the columns `event, time, sigma` (or
-    `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`, `max_tension`,
-    `energy.friction_heat`). Units are in the header, `omega [rpm]`, `rim_temperature (degC)`, `t [ms]`; without one
-    they are SI, and a standard deviation has its column's. Cells that are empty, `NaN`, `n/a` or the like were not
-    measured, nor were null values of loggers such as -999.25, which is told. Lines that begin with `#` are comments,
-    columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs. Files are in UTF-8,
-    UTF-16 or Latin-1, perhaps packed (`.gz`, `.xz`).
+    A file of **series** has a column `t` (or `time`) and columns named as in `Series`
+    (`omega`, `rim_temperature`, `lining_temperature[3]`, linings from 1) or of one of
+    its friction pairs (`internal_torque`), standard deviations in columns such as
+    `omega_sigma`. A file of **events** has the columns `event, time, sigma` (or
+    `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`,
+    `max_tension`, `energy.friction_heat`). Units are in the header, `omega [rpm]`,
+    `rim_temperature (degC)`, `t [ms]`; without one they are SI, and a standard
+    deviation has its column's. Cells that are empty, `NaN`, `n/a` or the like were not
+    measured, nor were null values of loggers such as -999.25, which is told. Lines that
+    begin with `#` are comments, columns are separated by commas, semicolons (then
+    numbers may have decimal commas) or tabs. Files are in UTF-8, UTF-16 or Latin-1,
+    perhaps packed (`.gz`, `.xz`).
 
-    - `sigma`: standard deviations (SI) of columns and events that have none in the files
+    - `sigma`: standard deviations (SI) of columns and events that have none in the
+      files
     - `columns`: columns of series to read; the others are ignored
     - `null`: numbers as they are written that mean no value, `()` for none
 
-    Raises `InputError` with every error of every file: file, line, column, value and hint.
+    Raises `InputError` with every error of every file: file, line, column, value and
+    hint.
 
     Example:
         >>> import tempfile
@@ -312,13 +417,23 @@ def read_measured(
 
 
 class _Reading:
-    """Files of one or more runs while they are read: standard deviations for what has none, columns, errors."""
+    """Files of one or more runs while they are read: standard deviations for what has
+    none, columns, errors."""
 
-    def __init__(self, sigma: Mapping[str, float] | None, columns: Sequence[str] | None, null: Sequence[float]) -> None:
+    def __init__(
+        self,
+        sigma: Mapping[str, float] | None,
+        columns: Sequence[str] | None,
+        null: Sequence[float],
+    ) -> None:
         self.null = null
         self.wanted = None if columns is None else {_normal(name) for name in columns}
         self.issues = Issues(
-            Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
+            Fault(
+                f"sigma of {name}",
+                f"{value} is not a standard deviation",
+                "it must be > 0",
+            )
             for name, value in (sigma or {}).items()
             if not (isinstance(value, int | float | np.number) and 0 < value < np.inf)
         )
@@ -338,8 +453,14 @@ class _Reading:
         names = {part.name for data in runs for part in data.all}
         if not self.issues:
             without = sorted(self.sigma.keys() - names)
-            self.issues += [Fault(name, "has a standard deviation but was not measured") for name in without]
-            self.issues += [Fault(name, "is in no file") for name in sorted((self.wanted or set()) - names)]
+            self.issues += [
+                Fault(name, "has a standard deviation but was not measured")
+                for name in without
+            ]
+            self.issues += [
+                Fault(name, "is in no file")
+                for name in sorted((self.wanted or set()) - names)
+            ]
         self.issues.report()
 
 
@@ -350,14 +471,18 @@ def read_recordings(
     columns: Sequence[str] | None = None,
     null: Sequence[float] = NULLS,
 ) -> dict[str, Measured]:
-    """Measured data of several runs by their names, from a CSV table with a row for each of them.
+    """Measured data of several runs by their names, from a CSV table with a row for
+    each of them.
 
     Its columns, each of which may be absent and each cell empty:
 
-    - `name`, by default the number of the row;  `file` and `events`: files of the run as in `read_measured`, beside the
+    - `name`, by default the number of the row
+    - `file` and `events`: files of the run as in `read_measured`, beside the
       table
-    - metrics that were measured, and their standard deviations: `stopping_time [ms]`, `stopping_time_sigma`
-    - numbers of the scene that are known of a run, by path: `duty.load.mass [t]`, `initial.omega [rpm]`
+    - metrics that were measured, and their standard deviations: `stopping_time [ms]`,
+      `stopping_time_sigma`
+    - numbers of the scene that are known of a run, by path: `duty.load.mass [t]`,
+      `initial.omega [rpm]`
 
     `sigma`, `columns`, `null`, units, comments and errors are as in `read_measured`.
 
@@ -374,28 +499,55 @@ def read_recordings(
     reading = _Reading(sigma, columns, null)
     file = _MeasuredFile(Path(table), null, _WORDS)
     index = {head.name: i for i, head in enumerate(file.heads)}
-    metrics = {name: file.column(i, unit_of(name)) for name, i in index.items() if _is_metric(name)}
-    found = {name: file.spreads(index, name, unit_of(name), value) for name, value in metrics.items()}
+    metrics = {
+        name: file.column(i, unit_of(name))
+        for name, i in index.items()
+        if _is_metric(name)
+    }
+    found = {
+        name: file.spreads(index, name, unit_of(name), value)
+        for name, value in metrics.items()
+    }
     spreads = {name: error for name, error in found.items() if error is not None}
-    others = index.keys() - set(_WORDS) - set(metrics) - {name + _SIGMA for name in spreads}
+    others = (
+        index.keys() - set(_WORDS) - set(metrics) - {name + _SIGMA for name in spreads}
+    )
     numbers = {name: file.written(i) for name, i in index.items() if name in others}
     recordings = dict[str, Measured]()
     for row, line in enumerate(file.places):
         words = {name: file.texts[index[name]][row] for name in _WORDS if name in index}
         name = words.get("name") or str(row + 1)
-        data = reading.read(*(file.path.parent / words[key] for key in ("file", "events") if words.get(key)))
+        data = reading.read(
+            *(
+                file.path.parent / words[key]
+                for key in ("file", "events")
+                if words.get(key)
+            )
+        )
         known = {
-            path: f"{value[row]} {file.heads[index[path]].unit}" if file.heads[index[path]].unit else float(value[row])
+            path: f"{value[row]} {file.heads[index[path]].unit}"
+            if file.heads[index[path]].unit
+            else float(value[row])
             for path, value in numbers.items()
             if not np.isnan(value[row])
         }
         singles = [
-            Single(metric, float(value[row]), spreads[metric][row] if metric in spreads else reading.sigma.get(metric))
+            Single(
+                metric,
+                float(value[row]),
+                spreads[metric][row]
+                if metric in spreads
+                else reading.sigma.get(metric),
+            )
             for metric, value in metrics.items()
             if np.isfinite(value[row])
         ]
         if name in recordings:
-            file.fault(f" line {line}", f"there is another recording {name!r}", "one name for each")
+            file.fault(
+                f" line {line}",
+                f"there is another recording {name!r}",
+                "one name for each",
+            )
         recordings[name] = data + Measured((), tuple(singles), known, tuple(file.notes))
     reading.issues += file.faults
     reading.report(recordings.values())
@@ -408,7 +560,13 @@ def _is_metric(name: str) -> bool:
 
 def _normal(name: str) -> str:
     where = column_of(name)
-    return name if where is None else where[0] if where[1] is None else f"{where[0]}[{where[1]}]"
+    return (
+        name
+        if where is None
+        else where[0]
+        if where[1] is None
+        else f"{where[0]}[{where[1]}]"
+    )
 
 
 class _MeasuredFile(CsvFile):
@@ -420,18 +578,31 @@ class _MeasuredFile(CsvFile):
         names = {head.name: i for i, head in enumerate(self.heads)}
         if "event" in names:
             return self._events(names, sigma)
-        clock = next((name for name in ("t", *names) if name in names and name.lower() in ("t", "time")), None)
+        clock = next(
+            (
+                name
+                for name in ("t", *names)
+                if name in names and name.lower() in ("t", "time")
+            ),
+            None,
+        )
         if clock is None:
             self.fault(
-                " header", f"has neither a column t nor event: {', '.join(names)}", "series need t, events event"
+                " header",
+                f"has neither a column t nor event: {', '.join(names)}",
+                "series need t, events event",
             )
             return Measured()
         return self._series(names, clock, sigma, wanted)
 
-    # --- columns over time ------------------------------------------------------------------------------------
+    # --- columns over time -----------------------------------------------------------
 
     def _series(
-        self, names: dict[str, int], clock: str, sigma: Mapping[str, float], wanted: set[str] | None
+        self,
+        names: dict[str, int],
+        clock: str,
+        sigma: Mapping[str, float],
+        wanted: set[str] | None,
     ) -> Measured:
         t = self.column(names[clock], "s", needed=True)
         points = list[Points]()
@@ -439,8 +610,16 @@ class _MeasuredFile(CsvFile):
             header = f" header, column {self.heads[i].text}"
             of = name.removesuffix(_SIGMA)
             if of != name and of not in names and wanted is None:
-                self.fault(header, f"there is no column {of}", "a standard deviation needs its column")
-            if name == clock or of != name or not (wanted is None or _normal(name) in wanted):
+                self.fault(
+                    header,
+                    f"there is no column {of}",
+                    "a standard deviation needs its column",
+                )
+            if (
+                name == clock
+                or of != name
+                or not (wanted is None or _normal(name) in wanted)
+            ):
                 continue
             where = column_of(name)
             if where is None:
@@ -460,21 +639,36 @@ class _MeasuredFile(CsvFile):
             else:
                 self.fault(f" column {self.heads[i].text}", part.problem, part.hint)
         if not points and not self.faults:
-            self.fault("", "has no column to fit", f"columns of a run are: {', '.join(COLUMNS)}")
+            self.fault(
+                "",
+                "has no column to fit",
+                f"columns of a run are: {', '.join(COLUMNS)}",
+            )
         return Measured(tuple(points))
 
-    def spreads(self, names: Mapping[str, int], name: str, si: str, value: np.ndarray) -> np.ndarray | None:
-        """The standard deviations of a column with these values; `None` where the file has none."""
+    def spreads(
+        self, names: Mapping[str, int], name: str, si: str, value: np.ndarray
+    ) -> np.ndarray | None:
+        """The standard deviations of a column with these values; `None` where the file
+        has none."""
         i = names.get(name + _SIGMA)
-        return None if i is None else self.column(i, si, needed=np.isfinite(value), spread_of=names[name])
+        return (
+            None
+            if i is None
+            else self.column(i, si, needed=np.isfinite(value), spread_of=names[name])
+        )
 
-    # --- single values ----------------------------------------------------------------------------------------
+    # --- single values ---------------------------------------------------------------
 
     def _events(self, names: dict[str, int], sigma: Mapping[str, float]) -> Measured:
         allowed = ("event", "time", "value", "unit", "sigma")
         for name, i in names.items():
             if name not in allowed:
-                self.fault(f" header, column {self.heads[i].text}", "unknown column of events", ", ".join(allowed))
+                self.fault(
+                    f" header, column {self.heads[i].text}",
+                    "unknown column of events",
+                    ", ".join(allowed),
+                )
         column = next((name for name in ("time", "value") if name in names), None)
         if column is None or {"time", "value"} <= set(names):
             self.fault(" header", "needs one column of values", "time or value")
@@ -489,7 +683,11 @@ class _MeasuredFile(CsvFile):
             if np.isnan(self.values[at][k]):
                 continue
             if not metric:
-                self.fault(f" line {self.places[k]}, column event", "is empty beside a value", "name the event")
+                self.fault(
+                    f" line {self.places[k]}, column event",
+                    "is empty beside a value",
+                    "name the event",
+                )
                 continue
             if not _is_metric(metric):
                 self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}")
@@ -498,7 +696,11 @@ class _MeasuredFile(CsvFile):
             of = Unit(1.0)
             error = sigma.get(metric)
             if column == "time" and si != "s":
-                self.fault(where, f"is not a time but a quantity in {si}", "call the column value")
+                self.fault(
+                    where,
+                    f"is not a time but a quantity in {si}",
+                    "call the column value",
+                )
             else:
                 text = self.texts[names["unit"]][k] if "unit" in names else ""
                 of = self.unit(where, text or head.unit, si)
@@ -506,7 +708,11 @@ class _MeasuredFile(CsvFile):
             i = names.get("sigma")
             if i is not None and not np.isnan(self.values[i][k]):
                 spread = self.heads[i]
-                own = self.unit(f" header, column {spread.text}", spread.unit, si) if spread.unit else of
+                own = (
+                    self.unit(f" header, column {spread.text}", spread.unit, si)
+                    if spread.unit
+                    else of
+                )
                 error = float(self.in_si(i, row, own, si, True)[0])
             value = float(self.in_si(at, row, of, si, False)[0])
             if np.isfinite([value, error or 1.0]).all():  # else it has a separate error

@@ -1,4 +1,5 @@
-"""Ready thermal networks of brakes, from a few lumps to a layered rim with a wall for every lining."""
+"""Ready thermal networks of brakes, from a few lumps to a layered rim with a wall for
+every lining."""
 
 import dataclasses
 import math
@@ -28,19 +29,30 @@ from .network import (
     place_of,
 )
 
-_Start = Annotated[float | Sequence[float], Quantity("K", "temperature at the start", 0.0, many=True)]
+_Start = Annotated[
+    float | Sequence[float], Quantity("K", "temperature at the start", 0.0, many=True)
+]
 _Ambient = Annotated[float, Quantity("K", "temperature of the air", 0.0)]
-_Permissible = Annotated[float | None, positive("K", "permissible temperature of the linings")]
-_PermissibleRim = Annotated[float | None, positive("K", "permissible temperature of the rim")]
-_PermissibleBand = Annotated[float | None, positive("K", "permissible temperature of the band")]
+_Permissible = Annotated[
+    float | None, positive("K", "permissible temperature of the linings")
+]
+_PermissibleRim = Annotated[
+    float | None, positive("K", "permissible temperature of the rim")
+]
+_PermissibleBand = Annotated[
+    float | None, positive("K", "permissible temperature of the band")
+]
 
 
 def _coefficient(where: str) -> Quantity:
     return Quantity("W/(m^2*K)", f"heat transfer coefficient of {where}", 0.0)
 
 
-def axial_resistance(length: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
-    """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1, shell).
+def axial_resistance(
+    length: Values, conductivity: Values, inner: Values, outer: Values
+) -> Values:
+    """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1,
+    shell).
 
     Example:
         >>> round(float(sb.thermal.axial_resistance(0.1, 48.0, 0.55, 0.59)), 6)
@@ -49,8 +61,11 @@ def axial_resistance(length: Values, conductivity: Values, inner: Values, outer:
     return length / (conductivity * math.pi * (outer**2 - inner**2))
 
 
-def radial_resistance(width: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
-    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rim lips, disc).
+def radial_resistance(
+    width: Values, conductivity: Values, inner: Values, outer: Values
+) -> Values:
+    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1,
+    flange, rim lips, disc).
 
     Example:
         >>> round(float(sb.thermal.radial_resistance(0.22, 48.0, 0.55, 0.59)), 6)
@@ -64,31 +79,45 @@ def lumped_heat(
     *,
     rim: Annotated[float, positive("J/K", "heat capacity of the rim")],
     partition: AbstractPartition | float,
-    rim_cooling: Annotated[float, Quantity("W/K", "conductance from the rim to the air", 0.0)],
-    linings: Annotated[float | None, positive("J/K", "heat capacity of the linings")] = None,
+    rim_cooling: Annotated[
+        float, Quantity("W/K", "conductance from the rim to the air", 0.0)
+    ],
+    linings: Annotated[
+        float | None, positive("J/K", "heat capacity of the linings")
+    ] = None,
     band: Annotated[float | None, positive("J/K", "heat capacity of the band")] = None,
-    lining_to_band: Annotated[float | None, Quantity("W/K", "conductance from linings to band", 0.0)] = None,
-    band_cooling: Annotated[float | None, Quantity("W/K", "conductance from the band to the air", 0.0)] = None,
+    lining_to_band: Annotated[
+        float | None, Quantity("W/K", "conductance from linings to band", 0.0)
+    ] = None,
+    band_cooling: Annotated[
+        float | None, Quantity("W/K", "conductance from the band to the air", 0.0)
+    ] = None,
     temperature: _Start = ROOM,
     ambient: _Ambient = ROOM,
     permissible: _Permissible = None,
     permissible_rim: _PermissibleRim = None,
     permissible_band: _PermissibleBand = None,
 ) -> Heat:
-    """Rim, linings and band as one lump each; of several alike rims (`Brake.rims`) all together.
+    """Rim, linings and band as one lump each; of several alike rims (`Brake.rims`) all
+    together.
 
-    - `rim`, `linings`, `band`: capacities (J/K); without `linings` their share of the heat leaves the network
-    - `rim_cooling`, `band_cooling`: `h A` to the air; `lining_to_band`: conductance (W/K)
-    - `temperature` at the start, of the `ambient` air, `permissible` one of the linings (K),
-      `permissible_rim`, `permissible_band` of rim and band
+    - `rim`, `linings`, `band`: capacities (J/K); without `linings` their share of the
+      heat leaves the network
+    - `rim_cooling`, `band_cooling`: `h A` to the air; `lining_to_band`: conductance
+      (W/K)
+    - `temperature` at the start, of the `ambient` air, `permissible` one of the linings
+      (K), `permissible_rim`, `permissible_band` of rim and band
 
-    Raises `ValueError` where a band is given without linings, or a conductance without its bodies.
+    Raises `ValueError` where a band is given without linings, or a conductance without
+    its bodies.
 
     Example:
         >>> sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0).rim
         'rim'
     """
-    if (band is not None) != (lining_to_band is not None) or (band is not None and linings is None):
+    if (band is not None) != (lining_to_band is not None) or (
+        band is not None and linings is None
+    ):
         raise ValueError("a band needs linings and the conductance lining_to_band")
     bodies: list[Body] = [Lump("rim", rim, temperature), Reservoir("air", ambient)]
     links: list[AbstractLink] = [Conductance("rim", "air", rim_cooling)]
@@ -100,9 +129,13 @@ def lumped_heat(
         if band_cooling is not None:
             links.append(Conductance("band", "air", band_cooling))
     elif linings is not None:
-        links.append(Conductance("linings", "air", 0.0 if band_cooling is None else band_cooling))
+        links.append(
+            Conductance("linings", "air", 0.0 if band_cooling is None else band_cooling)
+        )
     limits = permissible, permissible_rim, permissible_band
-    return _rubbing("rim", None if linings is None else "linings", partition, bodies, links, limits)
+    return _rubbing(
+        "rim", None if linings is None else "linings", partition, bodies, links, limits
+    )
 
 
 def _rubbing(
@@ -113,7 +146,8 @@ def _rubbing(
     links: list[AbstractLink],
     limits: tuple[float | None, float | None, float | None],
 ) -> Heat:
-    """A network with linings (`None`: none) on the rim, with a band where there is a body of this name.
+    """A network with linings (`None`: none) on the rim, with a band where there is a
+    body of this name.
 
     `limits`: permissible temperatures of linings, rim and band (K)
     """
@@ -121,15 +155,30 @@ def _rubbing(
     pair = FrictionHeat(rim, linings, partition)  # pyright: ignore
     fields = ("permissible", "permissible_rim", "permissible_band")
     permissible: Any = dict(zip(fields, limits, strict=True))
-    return Heat(tuple(bodies), tuple(links), pair, rim=rim, linings=linings, band=band, **permissible)
+    return Heat(
+        tuple(bodies),
+        tuple(links),
+        pair,
+        rim=rim,
+        linings=linings,
+        band=band,
+        **permissible,
+    )
 
 
-def _growth(thickness: float, first: float | None, layers: int, both: bool = False) -> float:
-    """Ratio of neighbouring layers of a wall whose first layer is `first` thick; uniform without it."""
+def _growth(
+    thickness: float, first: float | None, layers: int, both: bool = False
+) -> float:
+    """Ratio of neighbouring layers of a wall whose first layer is `first` thick;
+    uniform without it."""
     if both and layers % 2:
         raise ValueError("layers that are graded to both faces are even in number")
     halves = 2 if both else 1
-    return 1.0 if first is None else layer_growth(first, thickness / halves, layers // halves)
+    return (
+        1.0
+        if first is None
+        else layer_growth(first, thickness / halves, layers // halves)
+    )
 
 
 def _cooled(
@@ -139,7 +188,8 @@ def _cooled(
     emissivity: float | None = None,
     covered: float | None = None,
 ) -> list[AbstractLink]:
-    """Convection and radiation to the air from `area` of a place, each where it is given."""
+    """Convection and radiation to the air from `area` of a place, each where it is
+    given."""
     links: list[AbstractLink] = []
     if coefficient is not None:
         links.append(Convection(place, area, coefficient, covered=covered))  # pyright: ignore
@@ -156,49 +206,78 @@ def layered_heat(
     track_area: Annotated[float, positive("m^2", "area of the friction track")],
     partition: AbstractPartition | float,
     rim_layers: Annotated[int, Whole("layers of the rim", 1, 100_000)] = 20,
-    rim_first: Annotated[float | None, positive("m", "thickness of the rim's first layer")] = None,
+    rim_first: Annotated[
+        float | None, positive("m", "thickness of the rim's first layer")
+    ] = None,
     lining: Material | None = None,
     lining_thickness: Annotated[float, positive("m", "thickness of a lining")] = 0.030,
     lining_area: Annotated[float | None, positive("m^2", "area of all linings")] = None,
     lining_layers: Annotated[int, Whole("layers of a lining", 1, 100_000)] = 10,
-    lining_first: Annotated[float | None, positive("m", "thickness of a lining's first layer")] = None,
+    lining_first: Annotated[
+        float | None, positive("m", "thickness of a lining's first layer")
+    ] = None,
     lining_both: bool = False,
     lining_surface: SurfaceLayer | None = None,
     each: Annotated[int, Whole("linings with separate walls", 1, 10_000)] = 1,
     band: Material | None = None,
     band_thickness: Annotated[float, positive("m", "thickness of the band")] = 0.006,
-    inside: Annotated[AbstractCoefficient | float | None, _coefficient("the rim's bore")] = None,
-    outside: Annotated[AbstractCoefficient | float | None, _coefficient("the track")] = None,
-    band_coefficient: Annotated[AbstractCoefficient | float | None, _coefficient("the band")] = None,
-    emissivity: Annotated[float | None, Quantity("1", "emissivity of the track", 0.0, 1.0)] = None,
-    band_emissivity: Annotated[float | None, Quantity("1", "emissivity of the band", 0.0, 1.0)] = None,
-    covered: Annotated[float | None, Quantity("1", "share of the track under linings", 0.0, 1.0)] = None,
+    inside: Annotated[
+        AbstractCoefficient | float | None, _coefficient("the rim's bore")
+    ] = None,
+    outside: Annotated[
+        AbstractCoefficient | float | None, _coefficient("the track")
+    ] = None,
+    band_coefficient: Annotated[
+        AbstractCoefficient | float | None, _coefficient("the band")
+    ] = None,
+    emissivity: Annotated[
+        float | None, Quantity("1", "emissivity of the track", 0.0, 1.0)
+    ] = None,
+    band_emissivity: Annotated[
+        float | None, Quantity("1", "emissivity of the band", 0.0, 1.0)
+    ] = None,
+    covered: Annotated[
+        float | None, Quantity("1", "share of the track under linings", 0.0, 1.0)
+    ] = None,
     temperature: _Start = ROOM,
     ambient: _Ambient = ROOM,
     permissible: _Permissible = None,
-    contact_resistance: Annotated[float | None, positive("m^2*K/W", "resistance between rim and linings")] = None,
-    band_resistance: Annotated[float | None, positive("m^2*K/W", "resistance between linings and band")] = None,
+    contact_resistance: Annotated[
+        float | None, positive("m^2*K/W", "resistance between rim and linings")
+    ] = None,
+    band_resistance: Annotated[
+        float | None, positive("m^2*K/W", "resistance between linings and band")
+    ] = None,
     permissible_rim: _PermissibleRim = None,
     permissible_band: _PermissibleBand = None,
 ) -> Heat:
-    """Layered rim, linings with a thin surface layer over their body, and the band behind them.
+    """Layered rim, linings with a thin surface layer over their body, and the band
+    behind them.
 
     On several alike rims (`Brake.rims`) areas are those of all rims together.
 
-    - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves the network
-    - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
-      default that of all; a quarter of `√(a t)` is thin enough for the surface in a heating over the time `t`, and a
-      run warns where it is too thick; V's surface layer is 5.6–35.4 µm thick
-    - `lining_both`: the layers of the linings are thin at both faces, for a staged brake; their number is then even
-    - `lining_surface`: massless layer on the friction faces of the linings (V); `None`: no resistance there
-    - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: number of linings with separate walls,
-      so that friction and temperature differ along the band; 1: all of them as one
-    - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, of its
-      track and of the band;  `emissivity`, `band_emissivity`;  `covered`: overlap coefficient of the track (default
+    - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves
+      the network
+    - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`:
+      thickness of the first layer (m), by default that of all; a quarter of `√(a t)` is
+      thin enough for the surface in a heating over the time `t`, and a run warns where
+      it is too thick; V's surface layer is 5.6–35.4 µm thick
+    - `lining_both`: the layers of the linings are thin at both faces, for a staged
+      brake; their number is then even
+    - `lining_surface`: massless layer on the friction faces of the linings (V); `None`:
+      no resistance there
+    - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: number of
+      linings with separate walls, so that friction and temperature differ along the
+      band; 1: all of them as one
+    - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or
+      laws, of the rim's bore, of its track and of the band;  `emissivity`,
+      `band_emissivity`;  `covered`: overlap coefficient of the track (default
       `lining_area/track_area`)
-    - `contact_resistance` (m²·K/W): of the heat exchange between rim and linings while the band is closed; `None`: no
-      exchange;  `band_resistance`: between linings and band, `None`: perfect contact
-    - `permissible`, `permissible_rim`, `permissible_band` (K): permissible temperatures of linings, rim and band
+    - `contact_resistance` (m²·K/W): of the heat exchange between rim and linings while
+      the band is closed; `None`: no exchange;  `band_resistance`: between linings and
+      band, `None`: perfect contact
+    - `permissible`, `permissible_rim`, `permissible_band` (K): permissible temperatures
+      of linings, rim and band
 
     Raises `ValueError` where sizes contradict each other.
     """
@@ -213,25 +292,60 @@ def layered_heat(
         Wall("rim", rim, rim_thickness, track_area, rim_layers, growth, temperature),
         Reservoir("air", ambient),
     ]
-    links: list[AbstractLink] = _cooled("rim.front", track_area, outside, emissivity, covered=covered)
+    links: list[AbstractLink] = _cooled(
+        "rim.front", track_area, outside, emissivity, covered=covered
+    )
     links += _cooled("rim.back", track_area, inside)
     if lining is not None and lining_area is not None:
         wall_area = lining_area / each
         growth = _growth(lining_thickness, lining_first, lining_layers, lining_both)
         bodies.append(
             Wall(
-                *("lining", lining, lining_thickness, wall_area, lining_layers, growth, temperature, each, lining_both),
+                *(
+                    "lining",
+                    lining,
+                    lining_thickness,
+                    wall_area,
+                    lining_layers,
+                    growth,
+                    temperature,
+                    each,
+                    lining_both,
+                ),
                 surface_layer=lining_surface,
             )
         )
         if contact_resistance is not None:
-            links.append(ThermalContact("rim.front", "lining.front", wall_area, contact_resistance, opens=True))
+            links.append(
+                ThermalContact(
+                    "rim.front",
+                    "lining.front",
+                    wall_area,
+                    contact_resistance,
+                    opens=True,
+                )
+            )
     if band is not None and lining_area is not None:
-        bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
-        links.append(ThermalContact("lining.back", "band", lining_area / each, band_resistance))
+        bodies.append(
+            Lump(
+                "band",
+                band.density * band.specific_heat * band_thickness * lining_area,
+                temperature,
+            )
+        )
+        links.append(
+            ThermalContact("lining.back", "band", lining_area / each, band_resistance)
+        )
         links += _cooled("band", lining_area, band_coefficient, band_emissivity)
     limits = permissible, permissible_rim, permissible_band
-    return _rubbing("rim.front", None if lining is None else "lining.front", partition, bodies, links, limits)
+    return _rubbing(
+        "rim.front",
+        None if lining is None else "lining.front",
+        partition,
+        bodies,
+        links,
+        limits,
+    )
 
 
 @takes_values
@@ -239,19 +353,26 @@ def with_pulley_structure(
     heat: Heat,
     material: Material,
     *,
-    inside: Annotated[AbstractCoefficient | float | None, _coefficient("flange and rim lips")] = 10.0,
+    inside: Annotated[
+        AbstractCoefficient | float | None, _coefficient("flange and rim lips")
+    ] = 10.0,
     temperature: _Start = ROOM,
     rim_place: str = "rim.back",
     flange: bool = True,
-    pulleys: Annotated[int, Whole("pulleys whose rims are the one of the network", 1, 100)] = 1,
+    pulleys: Annotated[
+        int, Whole("pulleys whose rims are the one of the network", 1, 100)
+    ] = 1,
 ) -> Heat:
-    """The same network with the structure behind the rim of a U2-5-5 pulley: flange, two rim lips, disc (V, table 1).
+    """The same network with the structure behind the rim of a U2-5-5 pulley: flange,
+    two rim lips, disc (V, table 1).
 
-    Each is a lump that the rim reaches through V's radial resistance of that part; flange and rim lips give heat to the
-    air. `flange=False` is S's thermal stabilisation: no heat flows between the rim and its flange.
+    Each is a lump that the rim reaches through V's radial resistance of that part;
+    flange and rim lips give heat to the air. `flange=False` is S's thermal
+    stabilisation: no heat flows between the rim and its flange.
 
-    - `pulleys` `n`: where one rim of the network stands for `n` rims (`Brake.rims`), that many structures are behind
-      it; in parallel, as one lump of `n` times the capacity, conductance and area
+    - `pulleys` `n`: where one rim of the network stands for `n` rims (`Brake.rims`),
+      that many structures are behind it; in parallel, as one lump of `n` times the
+      capacity, conductance and area
 
     Example:
         >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0)
@@ -271,8 +392,16 @@ def with_pulley_structure(
         if name == "flange" and not flange:
             continue
         face = pulleys * math.pi * (outer**2 - inner**2)
-        resistance = radial_resistance(width, material.conductivity, inner, outer) / pulleys
-        bodies.append(Lump(name, material.density * material.specific_heat * face * width, temperature))
+        resistance = (
+            radial_resistance(width, material.conductivity, inner, outer) / pulleys
+        )
+        bodies.append(
+            Lump(
+                name,
+                material.density * material.specific_heat * face * width,
+                temperature,
+            )
+        )
         links.append(Conductance(rim_place, name, 1 / resistance))
         links.append(Convection(name, 2 * face, inside))  # pyright: ignore
     return dataclasses.replace(heat, bodies=tuple(bodies), links=tuple(links))
@@ -281,29 +410,46 @@ def with_pulley_structure(
 @takes_values
 def with_water_jacket(
     heat: Heat,
-    flow: Annotated[AbstractProfile | float, positive("m^3/s", "volume flow of the coolant")],
+    flow: Annotated[
+        AbstractProfile | float, positive("m^3/s", "volume flow of the coolant")
+    ],
     *,
-    inlet: Annotated[AbstractProfile | float, Quantity("K", "temperature of the coolant at the inlet", 0.0)] = ROOM,
+    inlet: Annotated[
+        AbstractProfile | float,
+        Quantity("K", "temperature of the coolant at the inlet", 0.0),
+    ] = ROOM,
     area: Annotated[float | None, positive("m^2", "wetted area")] = None,
-    coefficient: Annotated[AbstractCoefficient | float | None, _coefficient("the coolant")] = None,
+    coefficient: Annotated[
+        AbstractCoefficient | float | None, _coefficient("the coolant")
+    ] = None,
     section: Annotated[float | None, positive("m^2", "section of the channel")] = None,
-    diameter: Annotated[float | None, positive("m", "hydraulic diameter of the channel")] = None,
+    diameter: Annotated[
+        float | None, positive("m", "hydraulic diameter of the channel")
+    ] = None,
     length: Annotated[float | None, positive("m", "length of the channel")] = None,
-    pressure: Annotated[float, Quantity("Pa", "absolute pressure of the water", 611.213, 22.064e6)] = ATMOSPHERE,
+    pressure: Annotated[
+        float, Quantity("Pa", "absolute pressure of the water", 611.213, 22.064e6)
+    ] = ATMOSPHERE,
     liquid: Liquid | None = None,
     rim_place: str | None = None,
     name: str = "water",
 ) -> Heat:
-    """The same network with water that flows behind the rim: a `WaterJacket`, and a reservoir with its inlet.
+    """The same network with water that flows behind the rim: a `WaterJacket`, and a
+    reservoir with its inlet.
 
-    - `flow` (m³/s, as "200 l/min"), `inlet` temperature (K): numbers or profiles over time
+    - `flow` (m³/s, as "200 l/min"), `inlet` temperature (K): numbers or profiles over
+      time
     - `area` (m²) that the water wets, by default that of the rim's wall
-    - `coefficient` (W/(m²·K)), or the channel: `section` (m²), hydraulic `diameter` (m), of a gap twice its width, and
-      `length` (m), from which Dittus–Boelter gives it
-    - `pressure` (Pa, absolute), by which it boils;  `liquid`: another one than water with the properties of the inlet
-    - `rim_place`: by default the back of the rim's wall, else its lump;  `name` of the reservoir
+    - `coefficient` (W/(m²·K)), or the channel: `section` (m²), hydraulic `diameter`
+      (m), of a gap twice its width, and `length` (m), from which Dittus–Boelter gives
+      it
+    - `pressure` (Pa, absolute), by which it boils
+    - `liquid`: another one than water with the properties of the inlet
+    - `rim_place`: by default the back of the rim's wall, else its lump
+    - `name` of the reservoir
 
-    Raises `ValueError` where the network names no rim, a lump is given no area, or an inlet that varies no liquid.
+    Raises `ValueError` where the network names no rim, a lump is given no area, or an
+    inlet that varies no liquid.
 
     Example:
         >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0)
@@ -315,16 +461,22 @@ def with_water_jacket(
     place = rim_place or (heat.rim or "").replace(".front", ".back")
     body = next((body for body in heat.bodies if body.name == place_of(place)[0]), None)
     if body is None:
-        raise ValueError("a water jacket needs a rim: name it in `heat.rim`, or give `rim_place`")
+        raise ValueError(
+            "a water jacket needs a rim: name it in `heat.rim`, or give `rim_place`"
+        )
     if area is None:
         if not isinstance(body, Wall):
             raise ValueError("a water jacket on a lump needs its wetted area")
         area = body.area  # pyright: ignore
     if liquid is None:
         if isinstance(inlet, AbstractProfile):
-            raise ValueError("an inlet that varies needs the liquid: `water` at the mean temperature")
+            raise ValueError(
+                "an inlet that varies needs the liquid: `water` at the mean temperature"
+            )
         liquid = water(inlet, pressure)
-    jacket = WaterJacket(place, area, flow, liquid, coefficient, section, diameter, length, name)  # pyright: ignore
+    jacket = WaterJacket(
+        place, area, flow, liquid, coefficient, section, diameter, length, name
+    )  # pyright: ignore
     return dataclasses.replace(
         heat,
         bodies=(*heat.bodies, Reservoir(name, inlet)),  # pyright: ignore
@@ -338,17 +490,23 @@ def with_external_pair(
     partition: AbstractPartition | float,
     *,
     lining: str | None = None,
-    rim_share: Annotated[float | None, Quantity("1", "share of the external heat in the rim", 0.0, 1.0)] = None,
+    rim_share: Annotated[
+        float | None, Quantity("1", "share of the external heat in the rim", 0.0, 1.0)
+    ] = None,
 ) -> Heat:
-    """The same network for a staged brake: the band rubs on the outer face of the linings (S-12…14).
+    """The same network for a staged brake: the band rubs on the outer face of the
+    linings (S-12…14).
 
-    - `partition`: share `k_2` of that heat into the band;  `rim_share` `k_1`: part that goes to the rim at once
-    - `lining`: place of the linings' outer faces, by default the back of their wall, else their lump
+    - `partition`: share `k_2` of that heat into the band
+    - `rim_share` `k_1`: part that goes to the rim at once
+    - `lining`: place of the linings' outer faces, by default the back of their wall,
+      else their lump
 
-    The linings' inner faces and the rim keep the pair of `heat.friction`, now the internal one. Links between linings
-    and band conduct only while the band is closed, those between rim and linings as long as a lining sits on the rim:
-    always, unless its centrifugal force can lift it off (`Bandage.mass`). A perfect contact there stays closed.
-    Raises `ValueError` for a network without linings and band.
+    The linings' inner faces and the rim keep the pair of `heat.friction`, now the
+    internal one. Links between linings and band conduct only while the band is closed,
+    those between rim and linings as long as a lining sits on the rim: always, unless
+    its centrifugal force can lift it off (`Bandage.mass`). A perfect contact there
+    stays closed. Raises `ValueError` for a network without linings and band.
 
     Example:
         >>> heat = sb.lumped_heat(rim=2e5, linings=2e4, band=3e4, partition=0.9, rim_cooling=20.0, lining_to_band=40.0)
@@ -373,5 +531,7 @@ def with_external_pair(
     return dataclasses.replace(
         heat,
         links=tuple(between(link) for link in heat.links),
-        external=FrictionHeat(heat.band, lining, partition, beyond=beyond, beyond_share=rim_share),  # pyright: ignore
+        external=FrictionHeat(
+            heat.band, lining, partition, beyond=beyond, beyond_share=rim_share
+        ),  # pyright: ignore
     )

@@ -1,4 +1,5 @@
-"""Estimated errors of a run against true ones: closed forms, SciPy, and runs whose events differ."""
+"""Estimated errors of a run against true ones: closed forms, SciPy, and runs whose
+events differ."""
 
 import dataclasses
 import functools
@@ -25,12 +26,20 @@ SHARP = (100.0, 1e-12)
 
 
 def fading_stop(**more):
-    """A rigid band on a rim that is one light lump in the air: friction fades with its temperature."""
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, 293.15),))
+    """A rigid band on a rim that is one light lump in the air: friction fades with its
+    temperature."""
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, 293.15),)
+    )
     heat = sb.Heat(
-        bodies=(sb.thermal.Lump("rim", 400.0, 293.15), sb.thermal.Reservoir("air", 293.15)),
+        bodies=(
+            sb.thermal.Lump("rim", 400.0, 293.15),
+            sb.thermal.Reservoir("air", 293.15),
+        ),
         links=(sb.thermal.Convection("rim", 1.0, 300.0),),
-        friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
+        friction=sb.thermal.FrictionHeat(
+            "rim", None, sb.thermal.ConstantPartition(1.0)
+        ),
         rim="rim",
     )
     scene = stop_scene(C=None, law=law, end=2.0, **more)
@@ -39,7 +48,8 @@ def fading_stop(**more):
 
 @functools.cache
 def fading_truth():
-    """Of `fading_stop` by SciPy: stopping time, angle, and maximum rise; `ω' = −M(T)/J`, `C T' = M ω − h A T`."""
+    """Of `fading_stop` by SciPy: stopping time, angle, and maximum rise;
+    `ω' = −M(T)/J`, `C T' = M ω − h A T`."""
     z = math.tan(math.radians(13.5) / 2)
     R = 0.725
     J = 800.0
@@ -57,15 +67,27 @@ def fading_truth():
         return rhs(t, y)[2]
 
     stopped.terminal = True
-    out = solve_ivp(rhs, (0, 5), [0.0, 20.0, 0.0], "DOP853", rtol=1e-13, atol=1e-13, events=(stopped, hottest))
+    out = solve_ivp(
+        rhs,
+        (0, 5),
+        [0.0, 20.0, 0.0],
+        "DOP853",
+        rtol=1e-13,
+        atol=1e-13,
+        events=(stopped, hottest),
+    )
     return out.t[-1], out.y[0, -1], out.y_events[1][0, 2]
 
 
 def holds(true, estimate, value):
-    return true <= SAFE[0] * estimate + SAFE[1] * abs(value) and estimate <= SHARP[0] * true + SHARP[1] * abs(value)
+    return true <= SAFE[0] * estimate + SAFE[1] * abs(value) and estimate <= SHARP[
+        0
+    ] * true + SHARP[1] * abs(value)
 
 
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6, pytest.param(1e-10, marks=pytest.mark.smoke), 1e-12])
+@pytest.mark.parametrize(
+    "rtol", [1e-3, 1e-6, pytest.param(1e-10, marks=pytest.mark.smoke), 1e-12]
+)
 def test_estimate_matches_the_true_error(rtol):
     result = sb.simulate(stop_scene(), rtol=rtol)
     truth = closed_form()
@@ -78,7 +100,11 @@ def test_estimate_matches_the_true_error(rtol):
     ):
         assert holds(abs(result[name] - exact), found[name], exact)
     lines = str(found).splitlines()
-    rows = ["Stopping time  ", "Time of lining limit (20)  ", "Speed at any time  "]  # of one table
+    rows = [
+        "Stopping time  ",
+        "Time of lining limit (20)  ",
+        "Speed at any time  ",
+    ]  # of one table
     assert [sum(line.startswith(row) for line in lines) for row in rows] == [1, 1, 1]
     stop = next(one for one in found.events if one.name == "stop")
     assert (stop.value, stop.error) == (result["stopping_time"], found["stopping_time"])
@@ -87,24 +113,36 @@ def test_estimate_matches_the_true_error(rtol):
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-8, 1e-10])
 def test_error_seen_where_energy_is_exact(rtol):
-    """Fade at loose tolerances: energy is conserved to rounding, while time and temperature are off."""
+    """Fade at loose tolerances: energy is conserved to rounding, while time and
+    temperature are off."""
     t, phi, rise = fading_truth()
     result = sb.simulate(fading_stop(), rtol=rtol)
     found = result.accuracy()
-    truth = {"stopping_time": t, "stopping_angle": phi, "peak_rim_temperature": 293.15 + rise}
+    truth = {
+        "stopping_time": t,
+        "stopping_angle": phi,
+        "peak_rim_temperature": 293.15 + rise,
+    }
     for name, exact in truth.items():
         assert holds(abs(result[name] - exact), found[name], exact), name
     states = {one.name: one for one in found.states}
     assert set(states) == {"angle", "speed", "energy", "temperature"}
-    assert result["peak_rim_temperature"] - 50 < states["temperature"].value <= result["peak_rim_temperature"]
+    assert (
+        result["peak_rim_temperature"] - 50
+        < states["temperature"].value
+        <= result["peak_rim_temperature"]
+    )
     # at rest all of the angle's error is in the end
     assert holds(abs(float(result.record.y_end.phi) - phi), states["angle"].error, phi)
     if rtol == 1e-3:
-        assert found["peak_rim_temperature"] / rise > 3 * float(result.energy["closure"])
+        assert found["peak_rim_temperature"] / rise > 3 * float(
+            result.energy["closure"]
+        )
 
 
 def hydrodynamic_stop():
-    """An elastic band and a hydrodynamic brake, whose torque falls with the square of the speed."""
+    """An elastic band and a hydrodynamic brake, whose torque falls with the square of
+    the speed."""
     return dataclasses.replace(stop_scene(), shaft=(sb.loads.HydrodynamicBrake(30.0),))
 
 
@@ -114,11 +152,14 @@ def hydrodynamic_stop():
     [
         (fading_stop, {}),
         (hydrodynamic_stop, {}),
-        pytest.param(fading_stop, {"solver": sb.hybrid.Rodas5P()}, marks=pytest.mark.slow),
+        pytest.param(
+            fading_stop, {"solver": sb.hybrid.Rodas5P()}, marks=pytest.mark.slow
+        ),
     ],
 )
 def test_errors_of_states_hold_at_any_time(stop, solver, rtol):
-    """A series inside steps, beside a run with ten times as many: also where events come a little later."""
+    """A series inside steps, beside a run with ten times as many: also where events
+    come a little later."""
     result = sb.simulate(stop(), rtol=rtol, **solver)
     found = result.accuracy()
     end = float(result.scene.end_time)
@@ -135,13 +176,20 @@ def test_errors_of_states_hold_at_any_time(stop, solver, rtol):
         if getattr(mine, column) is None:
             continue
         true = np.max(np.abs(getattr(mine, column) - getattr(truth, column)))
-        assert true <= 2 * found[name] + 1e-14 * np.max(np.abs(getattr(truth, column))), name
-        assert found[name] <= 30 * true + 1e-12 * np.max(np.abs(getattr(truth, column))), name
+        assert true <= 2 * found[name] + 1e-14 * np.max(
+            np.abs(getattr(truth, column))
+        ), name
+        assert found[name] <= 30 * true + 1e-12 * np.max(
+            np.abs(getattr(truth, column))
+        ), name
 
 
 def test_errors_of_a_duty_in_phases():
     """Those of its motion; and what tells a phase when it ends is no result."""
-    duty = sb.Duty(sb.loads.Phases((sb.loads.Phase(16e3, "rest"), sb.loads.Phase(16e3, "1 s"))), 5e3)
+    duty = sb.Duty(
+        sb.loads.Phases((sb.loads.Phase(16e3, "rest"), sb.loads.Phase(16e3, "1 s"))),
+        5e3,
+    )
     found = sb.simulate(dataclasses.replace(stop_scene(C=None), duty=duty)).accuracy()
     assert [state.name for state in found.states] == ["angle", "speed", "energy"]
     assert all(state.error < 1e-9 * state.value for state in found.states)
@@ -159,7 +207,8 @@ def test_errors_of_states_do_not_count_jumps():
 
 
 def test_errors_of_maxima_are_no_errors_of_times():
-    """The largest speeds of drum and hook are in a fixed ratio, and both known to rounding."""
+    """The largest speeds of drum and hook are in a fixed ratio, and both known to
+    rounding."""
     found = sb.simulate(sb.read_scene("u2_5_5_stop")).accuracy()
     values = {one.name: one for one in found.metrics}
     assert values["max_drum_speed"].relative < 1e-12
@@ -168,7 +217,8 @@ def test_errors_of_maxima_are_no_errors_of_times():
 
 @pytest.mark.slow
 def test_estimate_of_stiff_and_even_stops():
-    """Rodas5P; and a band that brakes evenly, which no tolerance would give other steps."""
+    """Rodas5P; and a band that brakes evenly, which no tolerance would give other
+    steps."""
     t, phi, _ = fading_truth()
     for rtol in (1e-4, 1e-8):
         result = sb.simulate(fading_stop(), solver=sb.hybrid.Rodas5P(), rtol=rtol)
@@ -185,7 +235,8 @@ def test_estimate_of_stiff_and_even_stops():
 
 @pytest.mark.parametrize(("rtol", "second"), [(1e-3, 1e-12), (1e-12, 1e-13)])
 def test_second_run_is_finer(rtol, second):
-    """The tolerance is 100 times tighter, within bounds, and steps are shorter also where it would not shorten them."""
+    """The tolerance is 100 times tighter, within bounds, and steps are shorter also
+    where it would not shorten them."""
     found = sb.simulate(stop_scene(), rtol=rtol).accuracy()
     assert found.second_rtol == pytest.approx(second)
     assert found.second_steps > found.steps
@@ -200,7 +251,8 @@ def test_second_run_compiles_no_program(caplog):
 
 @pytest.mark.slow
 def test_other_events_are_no_estimate():
-    """An elastic band that sticks just before the stop, which a loose tolerance sees as one event."""
+    """An elastic band that sticks just before the stop, which a loose tolerance sees as
+    one event."""
     problem = random_scene(draw("elastic band", "fill", 8686171))
     found = sb.simulate(problem, rtol=1e-3).accuracy()
     assert found.problem.startswith("event 6 is stop at 3.387")
@@ -235,7 +287,11 @@ def test_step_limit_is_of_the_first_run():
 
 @pytest.mark.slow
 def test_estimate_of_a_batch_is_refused():
-    batch = jax.vmap(lambda omega: sb.simulate(sb.with_values(stop_scene(), {"initial.omega": omega})))
+    batch = jax.vmap(
+        lambda omega: sb.simulate(
+            sb.with_values(stop_scene(), {"initial.omega": omega})
+        )
+    )
     with pytest.raises(sb.InputError, match="one result"):
         batch(np.asarray([18.0, 20.0])).accuracy()
 
@@ -252,50 +308,82 @@ def test_command_prints_errors_and_keys(tmp_path):
     assert set(found["states"]) == {"angle", "speed", "band_stretch", "energy"}
     assert found["cost"]["second_steps"] > found["cost"]["steps"] > 0
     assert found["metrics"]["stopping_time"]["error"] < 1e-9
-    assert {one["name"] for one in found["events"]} == {"slip_onset", "lining_limit", "full_slip", "stop"}
-    told = json.loads(output("explain", str(file), "--accuracy", "--no-influence", "--json"))["findings"]
+    assert {one["name"] for one in found["events"]} == {
+        "slip_onset",
+        "lining_limit",
+        "full_slip",
+        "stop",
+    }
+    told = json.loads(
+        output("explain", str(file), "--accuracy", "--no-influence", "--json")
+    )["findings"]
     assert told[-1]["numbers"]["metrics"] == found["metrics"]
-    page = json.loads(output("report", str(file), "--out", str(tmp_path / "stop.html"), "--json"))
+    page = json.loads(
+        output("report", str(file), "--out", str(tmp_path / "stop.html"), "--json")
+    )
     assert page["accuracy"]["metrics"] == found["metrics"]
 
 
-# --- layers of walls --------------------------------------------------------------------------------------------------
+# --- layers of walls ----------------------------------------------------------------
 
 _START = 293.15  # K, at the start
 
 
 def layered_stop(material, thickness, time, growth=1.0, layers=10):
-    """A stop under a constant torque within `time` (s) whose heat all goes into a rim in layers."""
+    """A stop under a constant torque within `time` (s) whose heat all goes into a rim
+    in layers."""
     inertia = 1200.0
     omega = 24.0
     radius = 0.59
     z = math.tan(math.radians(13.5) / 2)
     grip = ((1 + 0.35 * z) / (1 - 0.35 * z)) ** 20 - 1
-    wall = sb.thermal.Wall("rim", material, thickness, 0.8, layers=layers, growth=growth)
-    heat = sb.Heat((wall,), (), sb.thermal.FrictionHeat("rim.front", None, 1.0), rim="rim.front")
-    brake = sb.Brake(sb.Pulley(radius, inertia), sb.Band(radius), sb.uniform_linings(20, "270 deg", 0.35))
-    duty = sb.Duty(sb.Constant(inertia * omega / (time * radius * grip)), sb.TorqueLoad(0.0))
+    wall = sb.thermal.Wall(
+        "rim", material, thickness, 0.8, layers=layers, growth=growth
+    )
+    heat = sb.Heat(
+        (wall,), (), sb.thermal.FrictionHeat("rim.front", None, 1.0), rim="rim.front"
+    )
+    brake = sb.Brake(
+        sb.Pulley(radius, inertia),
+        sb.Band(radius),
+        sb.uniform_linings(20, "270 deg", 0.35),
+    )
+    duty = sb.Duty(
+        sb.Constant(inertia * omega / (time * radius * grip)), sb.TorqueLoad(0.0)
+    )
     return sb.Scene(brake, duty, sb.Initial(omega=omega), end_time=2 * time, heat=heat)
 
 
 def rise_of_a_stop(scene, time):
-    """Maximum rise (K) of a half-space whose flux falls linearly to 0: `(4/(3 √π)) q_0 √(a t/2)/λ` at half the time."""
+    """Maximum rise (K) of a half-space whose flux falls linearly to 0:
+    `(4/(3 √π)) q_0 √(a t/2)/λ` at half the time."""
     wall = scene.heat.bodies[0]
-    flux = float(scene.brake.inertia) * float(scene.initial.omega) ** 2 / (time * float(wall.area))
+    flux = (
+        float(scene.brake.inertia)
+        * float(scene.initial.omega) ** 2
+        / (time * float(wall.area))
+    )
     depth = math.sqrt(float(wall.material.diffusivity) * time / 2)
-    return 4 / (3 * math.sqrt(math.pi)) * flux * depth / float(wall.material.conductivity)
+    return (
+        4 / (3 * math.sqrt(math.pi)) * flux * depth / float(wall.material.conductivity)
+    )
 
 
 def mesh_warnings(result):
     return [text for text in result.summary()["warnings"] if text.startswith("mesh: ")]
 
 
-@pytest.mark.parametrize("name", ["steel_20L", pytest.param("FK-24A", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "name", ["steel_20L", pytest.param("FK-24A", marks=pytest.mark.slow)]
+)
 def test_error_of_layers_covers_the_true_one(name):
-    """Thick and thin layers, equal and graded: the estimate covers the error, and the warning comes with large ones."""
+    """Thick and thin layers, equal and graded: the estimate covers the error, and the
+    warning comes with large ones."""
     material = sb.material(name)
     warned = set()
-    for thickness, time, growth in itertools.product((12e-3, 32e-3, 60e-3), (0.3, 0.84, 3.0), (1.0, 1.3, 1.8)):
+    for thickness, time, growth in itertools.product(
+        (12e-3, 32e-3, 60e-3), (0.3, 0.84, 3.0), (1.0, 1.3, 1.8)
+    ):
         if thickness < 5 * math.sqrt(float(material.diffusivity) * time):
             continue  # heat reaches the back
         scene = layered_stop(material, thickness, time, growth)
@@ -303,7 +391,9 @@ def test_error_of_layers_covers_the_true_one(name):
         truth = rise_of_a_stop(scene, time)
         true = result["peak_rim_temperature"] - _START - truth
         estimate = result.accuracy()["peak_rim_temperature"]
-        where = f"{thickness} m, {time} s, growth {growth}: {true / truth:.4f} of the rise"
+        where = (
+            f"{thickness} m, {time} s, growth {growth}: {true / truth:.4f} of the rise"
+        )
         assert abs(true) <= 1.01 * estimate, where
         assert estimate <= 2.5 * abs(true), where
         said = mesh_warnings(result)
@@ -322,58 +412,90 @@ def test_layers_that_a_warning_proposes_are_good():
     time = 0.84
     scene = layered_stop(steel, 60e-3, time)
     (said,) = mesh_warnings(sb.simulate(scene))
-    layers, first = re.search(r"(\d+) layers, the first ([\d.]+) mm thick, would do", said).groups()
+    layers, first = re.search(
+        r"(\d+) layers, the first ([\d.]+) mm thick, would do", said
+    ).groups()
     growth = sb.thermal.layer_growth(float(first) * 1e-3, 60e-3, int(layers))
     result = sb.simulate(layered_stop(steel, 60e-3, time, growth, int(layers)))
-    assert result["peak_rim_temperature"] - _START == pytest.approx(rise_of_a_stop(scene, time), rel=0.02)
+    assert result["peak_rim_temperature"] - _START == pytest.approx(
+        rise_of_a_stop(scene, time), rel=0.02
+    )
     assert not mesh_warnings(result)
 
 
 @pytest.mark.slow
 def test_layers_are_in_every_estimate():
-    """The same error from a result, a prepared run and an ensemble; nodes begin at different temperatures."""
+    """The same error from a result, a prepared run and an ensemble; nodes begin at
+    different temperatures."""
     scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84, growth=1.3)
-    wall = dataclasses.replace(scene.heat.bodies[0], temperature=np.linspace(300.0, 310.0, 10))
-    scene = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, bodies=(wall,)))
+    wall = dataclasses.replace(
+        scene.heat.bodies[0], temperature=np.linspace(300.0, 310.0, 10)
+    )
+    scene = dataclasses.replace(
+        scene, heat=dataclasses.replace(scene.heat, bodies=(wall,))
+    )
     found = sb.simulate(scene).accuracy()
     error = found["peak_rim_temperature"]
     assert "K (by the layers of walls; maxima" in found.line
     assert "and the layers of walls" in found.scope
-    assert found.as_dict()["metrics"]["peak_rim_temperature"]["layers"] == pytest.approx(error)
+    assert found.as_dict()["metrics"]["peak_rim_temperature"][
+        "layers"
+    ] == pytest.approx(error)
     assert found["stopping_time"] < 1e-12  # not touched by the layers
     assert found["temperature"] >= error
-    assert sb.prepare(scene, ["peak_rim_temperature"]).accuracy().errors["peak_rim_temperature"] == pytest.approx(error)
+    assert sb.prepare(scene, ["peak_rim_temperature"]).accuracy().errors[
+        "peak_rim_temperature"
+    ] == pytest.approx(error)
     values = {
         "initial.omega": [20.0, 24.0],
         "heat.bodies[0].growth": [1.3, 1.3],
         "heat.bodies[0].temperature[3]": [float(wall.temperature[3])] * 2,
     }
-    data = sb.ensemble(scene, values, ["peak_rim_temperature"], accuracy=True, progress=False)
+    data = sb.ensemble(
+        scene, values, ["peak_rim_temperature"], accuracy=True, progress=False
+    )
     assert float(data.peak_rim_temperature_error[1]) == pytest.approx(error)
 
 
 @pytest.mark.parametrize(
-    ("layers", "growth"), [(8, 1.0), *(pytest.param(*mesh, marks=pytest.mark.slow) for mesh in ((4, 1.0), (10, 1.3)))]
+    ("layers", "growth"),
+    [
+        (8, 1.0),
+        *(
+            pytest.param(*mesh, marks=pytest.mark.slow)
+            for mesh in ((4, 1.0), (10, 1.3))
+        ),
+    ],
 )
 def test_fade_carries_the_error_of_layers_into_the_stopping_time(layers, growth):
-    """Friction that falls with the mean temperature of the first layer: the estimate covers what thin layers change."""
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(2e-3, _START),))
+    """Friction that falls with the mean temperature of the first layer: the estimate
+    covers what thin layers change."""
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.35), (sb.LinearFade(2e-3, _START),)
+    )
 
     def stop(layers, growth):
         scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84, growth, layers)
         linings = dataclasses.replace(scene.brake.linings, friction=law)
-        return sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
+        return sb.simulate(
+            dataclasses.replace(
+                scene, brake=dataclasses.replace(scene.brake, linings=linings)
+            )
+        )
 
     thick = stop(layers, growth)
     thin = stop(80, 1.08)
     true = abs(thick["stopping_time"] - thin["stopping_time"])
     found = thick.accuracy()
     assert 1e-3 < true <= found["stopping_time"] <= 3 * true
-    assert next(event for event in found.events if event.name == "stop").layers == pytest.approx(found["stopping_time"])
+    assert next(
+        event for event in found.events if event.name == "stop"
+    ).layers == pytest.approx(found["stopping_time"])
 
 
 def test_layers_count_where_finer_ones_have_other_events():
-    """A permissible temperature that only thick layers exceed: temperatures have the error of the layers as well."""
+    """A permissible temperature that only thick layers exceed: temperatures have the
+    error of the layers as well."""
     scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84)
     truth = rise_of_a_stop(scene, 0.84)
     heat = dataclasses.replace(scene.heat, permissible_rim=_START + truth + 1.0)
@@ -388,22 +510,39 @@ def test_layers_count_where_finer_ones_have_other_events():
 
 
 def test_lumps_have_no_layers_to_refine():
-    assert "inside bodies of one temperature" in sb.simulate(fading_stop()).accuracy().scope
+    assert (
+        "inside bodies of one temperature"
+        in sb.simulate(fading_stop()).accuracy().scope
+    )
 
 
 @pytest.mark.slow
 def test_prepared_runs_and_ensembles():
-    prepared = sb.prepare(stop_scene(), ["stopping_time", "full_slip_time", "internal_slip_time"][:2], rtol=1e-4)
+    prepared = sb.prepare(
+        stop_scene(),
+        ["stopping_time", "full_slip_time", "internal_slip_time"][:2],
+        rtol=1e-4,
+    )
     for omega in (18.0, 20.0):
         found = prepared.accuracy({"initial.omega": omega})
         truth = closed_form(w0=omega)
         answer = prepared({"initial.omega": omega})
         assert not found.problem
-        assert holds(abs(answer.metrics["stopping_time"] - truth["stop"]), found.errors["stopping_time"], truth["stop"])
+        assert holds(
+            abs(answer.metrics["stopping_time"] - truth["stop"]),
+            found.errors["stopping_time"],
+            truth["stop"],
+        )
     grid = {"initial.omega": [18.0, 19.0, 20.0]}
-    data = sb.ensemble(stop_scene(), grid, ["stopping_time"], rtol=1e-4, accuracy=True, progress=False)
-    for omega, t, error in zip(grid["initial.omega"], data.stopping_time, data.stopping_time_error, strict=True):
+    data = sb.ensemble(
+        stop_scene(), grid, ["stopping_time"], rtol=1e-4, accuracy=True, progress=False
+    )
+    for omega, t, error in zip(
+        grid["initial.omega"], data.stopping_time, data.stopping_time_error, strict=True
+    ):
         exact = closed_form(w0=omega)["stop"]
         assert holds(abs(float(t) - exact), float(error), exact)
-    never = sb.ensemble(stop_scene(end=0.3), grid, ["stopping_time"], accuracy=True, progress=False)
+    never = sb.ensemble(
+        stop_scene(end=0.3), grid, ["stopping_time"], accuracy=True, progress=False
+    )
     assert np.all(np.isnan(never.stopping_time_error))

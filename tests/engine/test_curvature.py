@@ -25,11 +25,18 @@ def test_second_derivatives_of_the_stop():
     assert found.paths == tuple(PATHS.values())
     scale = abs(found.value)
     for i, a in enumerate(VALUES):
-        assert found.gradient[i] * VALUES[a] / scale == pytest.approx(float(slope[a]) * VALUES[a] / scale, abs=1e-9)
+        assert found.gradient[i] * VALUES[a] / scale == pytest.approx(
+            float(slope[a]) * VALUES[a] / scale, abs=1e-9
+        )
         for j, b in enumerate(VALUES):
             unit = VALUES[a] * VALUES[b] / scale  # as elasticities, of order one
-            assert found.matrix[i, j] * unit == pytest.approx(float(exact[a][b]) * unit, rel=1e-7, abs=1e-7)
-            assert abs(found.matrix[i, j] - float(exact[a][b])) * unit <= 10 * found.error[i, j] * unit + 1e-7
+            assert found.matrix[i, j] * unit == pytest.approx(
+                float(exact[a][b]) * unit, rel=1e-7, abs=1e-7
+            )
+            assert (
+                abs(found.matrix[i, j] - float(exact[a][b])) * unit
+                <= 10 * found.error[i, j] * unit + 1e-7
+            )
     np.testing.assert_array_equal(found.matrix, found.matrix.T)
     # a range of 1 % shows the same curvature, but for its fourth derivative
     (table,) = sb.sensitivity(stop_scene(), ["stopping_time"], [PATHS["f"]], span=0.01)
@@ -44,9 +51,14 @@ def test_other_events_in_a_step_are_refused():
     metric = "stopping_time"
     stop = float(sb.simulate(scene).stopping_time)
     close = sb.with_values(scene, {"end_time": 1.005 * stop})
-    with pytest.raises(sb.InputError, match=r"initial\.omega: .* within a step of 0\.02 — give a smaller step"):
+    with pytest.raises(
+        sb.InputError,
+        match=r"initial\.omega: .* within a step of 0\.02 — give a smaller step",
+    ):
         sb.studies.hessian(close, metric, "initial.omega")
-    assert sb.studies.hessian(close, metric, "initial.omega", step=0.001).matrix.shape == (1, 1)
+    assert sb.studies.hessian(
+        close, metric, "initial.omega", step=0.001
+    ).matrix.shape == (1, 1)
     with pytest.raises(sb.InputError, match="unknown parameter"):
         sb.studies.hessian(scene, metric, "initial.omeg")
     with pytest.raises(sb.InputError, match=r"initial\.time: is 0"):

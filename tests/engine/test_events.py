@@ -1,4 +1,5 @@
-"""What can go wrong between two steps: order, coincidence, zeros at the start, dips, corners, chains, limits."""
+"""What can go wrong between two steps: order, coincidence, zeros at the start, dips,
+corners, chains, limits."""
 
 from typing import Any, NamedTuple
 
@@ -13,7 +14,8 @@ import simbrake as sb
 
 
 class Timed(sb.hybrid.AbstractHybridSystem):
-    """`ẏ = 1` from 0 and guards given over time; every firing moves that guard's count in the mode by one.
+    """`ẏ = 1` from 0 and guards given over time; every firing moves that guard's count
+    in the mode by one.
 
     `corner`, if finite, is a known time at which the slope changes to 2.
     """
@@ -28,7 +30,10 @@ class Timed(sb.hybrid.AbstractHybridSystem):
         return jnp.where(mode[0] > 0, 1.0, value_of(self.curves, t))
 
     def transition(self, t, y, mode, fired, at_stop):
-        return (mode[0] + fired.astype(jnp.int32), mode[1] + at_stop.astype(jnp.int32)), 0
+        return (
+            mode[0] + fired.astype(jnp.int32),
+            mode[1] + at_stop.astype(jnp.int32),
+        ), 0
 
     def reset(self, t, y, before, after):
         return y
@@ -41,7 +46,8 @@ class Timed(sb.hybrid.AbstractHybridSystem):
 
 
 class Curve(NamedTuple):
-    """`offset + slope Π (root − t)` over the finite roots, and a dip of that depth about `centre`.
+    """`offset + slope Π (root − t)` over the finite roots, and a dip of that depth
+    about `centre`.
 
     All guards are of this one form, so that their tests share one program.
     """
@@ -57,19 +63,36 @@ WIDTH = 1 / 16
 
 
 def value_of(curve, t):
-    product = jnp.prod(jnp.where(jnp.isfinite(curve.roots), curve.roots - t, 1.0), axis=-1)
+    product = jnp.prod(
+        jnp.where(jnp.isfinite(curve.roots), curve.roots - t, 1.0), axis=-1
+    )
     # below 0 for a time WIDTH where the offset is 1 and the dip 1 + depth
-    bump = jnp.exp(-(((t - curve.centre) / WIDTH) ** 2) * jnp.log(jnp.maximum(curve.dip, 1.0)) * 4)
+    bump = jnp.exp(
+        -(((t - curve.centre) / WIDTH) ** 2) * jnp.log(jnp.maximum(curve.dip, 1.0)) * 4
+    )
     return curve.offset + curve.slope * product - curve.dip * bump
 
 
 def run(curves, corner=np.inf, guard_samples=15):
     """At most three guards; those that are missing never fire."""
     curves = [*curves, *[Curve(1.0)] * (3 - len(curves))]
-    curves = [one._replace(roots=[*one.roots, *[np.inf] * (3 - len(one.roots))]) for one in curves]
-    system = Timed(Curve(*map(jnp.asarray, zip(*curves, strict=True))), jnp.asarray(corner))
+    curves = [
+        one._replace(roots=[*one.roots, *[np.inf] * (3 - len(one.roots))])
+        for one in curves
+    ]
+    system = Timed(
+        Curve(*map(jnp.asarray, zip(*curves, strict=True))), jnp.asarray(corner)
+    )
     start = jnp.zeros(3, jnp.int32), jnp.asarray(0)
-    return solve(system, jnp.asarray(0.0), start, 0.0, 1.0, settings(1e-10, guard_samples=guard_samples), TSIT5)
+    return solve(
+        system,
+        jnp.asarray(0.0),
+        start,
+        0.0,
+        1.0,
+        settings(1e-10, guard_samples=guard_samples),
+        TSIT5,
+    )
 
 
 def down(at, slope=1.0):
@@ -110,7 +133,10 @@ def test_two_events_close_together(gap):
     [
         (Curve(slope=-1.0, roots=(0.0,)), []),  # 0 at the start, rising
         (Curve(slope=1.0, roots=(0.0,)), [0.0]),  # 0 at the start, falling
-        (Curve(slope=-1.0, roots=(0.0, 0.5)), [0.5]),  # 0 at the start, rises and returns
+        (
+            Curve(slope=-1.0, roots=(0.0, 0.5)),
+            [0.5],
+        ),  # 0 at the start, rises and returns
         (Curve(slope=1.0, roots=(0.0, 0.0, 0.5)), [0.5]),  # the same with zero slope
         (Curve(0.0), []),  # 0 for ever
         (Curve(1e-16), []),
@@ -125,11 +151,14 @@ def test_guard_that_is_zero_at_the_start(guard, truth):
 
 
 class ZeroAtRestart(Timed):
-    """The first event, at 0.3, puts a guard in force that is exactly 0 there, rises and returns to 0 at 0.8."""
+    """The first event, at 0.3, puts a guard in force that is exactly 0 there, rises and
+    returns to 0 at 0.8."""
 
     def guards(self, t, y, mode):
         first = jnp.where(mode[0][0] == 0, 0.3 - t, 1.0)
-        second = jnp.where((mode[0][0] > 0) & (mode[0][1] == 0), (t - 0.3) * (0.8 - t), 1.0)
+        second = jnp.where(
+            (mode[0][0] > 0) & (mode[0][1] == 0), (t - 0.3) * (0.8 - t), 1.0
+        )
         return jnp.stack([first, second])
 
 
@@ -141,7 +170,8 @@ def test_guard_that_is_zero_at_a_restart():
 
 
 class ZeroThenDown(Timed):
-    """A guard that is 0 but for a rate of rounding up to 0.4, as a force that is none so far, and falls from there."""
+    """A guard that is 0 but for a rate of rounding up to 0.4, as a force that is none
+    so far, and falls from there."""
 
     def guards(self, t, y, mode):
         return jnp.where(mode[0] > 0, 1.0, jnp.where(t < 0.4, self.curves * t, 0.4 - t))
@@ -156,16 +186,21 @@ def test_guard_that_falls_from_zero_inside_a_step(rate):
     np.testing.assert_allclose(event_times(r), [0.4], rtol=1e-10)
 
 
-@pytest.mark.parametrize(("centre", "depth"), [(0.09, 1.0), (0.283, 0.05), (0.5, 0.05), (0.71, 1.0), (0.93, 0.05)])
+@pytest.mark.parametrize(
+    ("centre", "depth"),
+    [(0.09, 1.0), (0.283, 0.05), (0.5, 0.05), (0.71, 1.0), (0.93, 0.05)],
+)
 def test_excursion_inside_one_step_is_found(centre, depth):
-    """`ẏ = 1` takes steps as long as the run; below zero for 1/16 of it. Times against the closed form."""
+    """`ẏ = 1` takes steps as long as the run; below zero for 1/16 of it. Times against
+    the closed form."""
     r = run([Curve(1.0, dip=1.0 + depth, centre=centre)])
     np.testing.assert_allclose(event_times(r)[:1], [centre - WIDTH / 2], rtol=1e-9)
 
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-6])
 def test_dip_within_a_step_found_by_slopes(depth):
-    """A guard that is positive, with its minimum in the step, at both of its ends; nothing is sampled inside."""
+    """A guard that is positive, with its minimum in the step, at both of its ends;
+    nothing is sampled inside."""
     r = run([Curve(-depth, 1.0, (0.4, 0.4))], guard_samples=0)
     np.testing.assert_allclose(event_times(r)[:1], [0.4 - np.sqrt(depth)], rtol=1e-9)
 
@@ -173,7 +208,10 @@ def test_dip_within_a_step_found_by_slopes(depth):
 @pytest.mark.parametrize("samples", [0, 15])
 @pytest.mark.parametrize("offset", [0.0, 1e-6])
 def test_touch_without_crossing_is_no_event(offset, samples):
-    assert len(event_times(run([Curve(offset, 1.0, (0.5, 0.5))], guard_samples=samples))) == 0
+    assert (
+        len(event_times(run([Curve(offset, 1.0, (0.5, 0.5))], guard_samples=samples)))
+        == 0
+    )
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e-15, -1e-13])
@@ -192,7 +230,8 @@ def test_event_behind_a_corner_is_after_it(gap):
 
 
 class Limit(Timed):
-    """A limit that comes near 0 at the corner, with slope −1, and goes on from there with another one."""
+    """A limit that comes near 0 at the corner, with slope −1, and goes on from there
+    with another one."""
 
     def rhs(self, t, y, mode):
         return self.corner * jnp.ones_like(y)
@@ -200,7 +239,9 @@ class Limit(Timed):
     def guards(self, t, y, mode):
         offset, slope = self.curves
         after = offset + slope * (t - self.corner)
-        return jnp.where(mode[0] > 0, 1.0, jnp.where(mode[1] > 0, after, offset + self.corner - t))[None]
+        return jnp.where(
+            mode[0] > 0, 1.0, jnp.where(mode[1] > 0, after, offset + self.corner - t)
+        )[None]
 
     def limits(self, mode, guards):
         return jnp.ones_like(guards, bool)
@@ -209,7 +250,14 @@ class Limit(Timed):
 def limited(offset, slope, guard_samples=15):
     system = Limit((jnp.asarray(offset), jnp.asarray(slope)), jnp.asarray(0.5))
     start = (jnp.zeros(1, jnp.int32), jnp.asarray(0))
-    return solve(system, jnp.asarray(0.0), start, 0.0, 1.0, settings(1e-10, guard_samples=guard_samples))
+    return solve(
+        system,
+        jnp.asarray(0.0),
+        start,
+        0.0,
+        1.0,
+        settings(1e-10, guard_samples=guard_samples),
+    )
 
 
 @pytest.mark.parametrize("samples", [0, 15])
@@ -225,14 +273,17 @@ def limited(offset, slope, guard_samples=15):
         (-1e-9, 1.0, [0.5 - 1e-9]),
     ],
 )
-def test_limit_that_is_touched_at_a_corner_is_not_exceeded(offset, slope, truth, samples):
+def test_limit_that_is_touched_at_a_corner_is_not_exceeded(
+    offset, slope, truth, samples
+):
     record = limited(offset, slope, samples)
     np.testing.assert_allclose(event_times(record), truth, rtol=1e-13)
     assert int(record.mode_end[1]) == 1
 
 
 def test_event_of_a_limit_at_a_corner_has_the_derivative_of_the_limit():
-    """`0 = offset − slope (t − 1/2)` behind the corner, and not the corner's own time."""
+    """`0 = offset − slope (t − 1/2)` behind the corner, and not the corner's own
+    time."""
     slope = jax.grad(lambda offset: first_event_times(limited(offset, -2.0), 1)[0])(0.0)
     assert float(slope) == pytest.approx(0.5, rel=1e-12)
 
@@ -263,7 +314,8 @@ class Chain(sb.hybrid.AbstractHybridSystem):
 
 
 class Walls(Chain):
-    """A point that runs through two walls and a gate, each with its own count in the mode."""
+    """A point that runs through two walls and a gate, each with its own count in the
+    mode."""
 
     def guards(self, t, y, mode):
         walls = jnp.where(mode["walls"] > 0, 1.0, jnp.asarray([0.75, 0.25]) - y)
@@ -287,13 +339,22 @@ def test_guards_have_names():
 
 
 def test_mode_changes_chain_at_one_instant():
-    r = solve(Chain(jnp.asarray(False)), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings())
+    r = solve(
+        Chain(jnp.asarray(False)),
+        jnp.asarray(0.0),
+        jnp.asarray(0),
+        0.0,
+        1.0,
+        settings(),
+    )
     np.testing.assert_allclose(event_times(r), [0.5] * 5, rtol=1e-12)
     assert int(r.mode_end) == 5
 
 
 def test_chatter_ends_in_a_named_code():
-    r = solve(Chain(jnp.asarray(True)), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings())
+    r = solve(
+        Chain(jnp.asarray(True)), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings()
+    )
     assert int(r.code) == sb.hybrid.Code.CHATTER
     assert float(r.t_end) == pytest.approx(0.5, abs=1e-12)
 
@@ -308,11 +369,22 @@ def test_zeno_ends_in_a_named_code():
 
 def test_limits_end_in_named_codes():
     ball = arrays(BouncingBall())
-    few = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_events=4))
+    few = solve(
+        ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_events=4)
+    )
     assert int(few.code) == sb.hybrid.Code.EVENT_LIMIT
-    short = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_steps=32))
+    short = solve(
+        ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_steps=32)
+    )
     assert int(short.code) == sb.hybrid.Code.STEP_LIMIT
-    nan = solve(arrays(BouncingBall(g=np.nan)), Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings())
+    nan = solve(
+        arrays(BouncingBall(g=np.nan)),
+        Oscillator(1.0, 0.0),
+        jnp.asarray(0),
+        0.0,
+        3.0,
+        settings(),
+    )
     assert int(nan.code) == sb.hybrid.Code.NOT_FINITE
 
 
@@ -328,9 +400,15 @@ class Explosion(Chain):
 
 def test_overflow_ends_in_a_named_code():
     r = solve(Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 2.0, settings(1e-8))
-    assert int(r.code) in (sb.hybrid.Code.STEP_TOO_SMALL, sb.hybrid.Code.NOT_FINITE, sb.hybrid.Code.STEP_LIMIT)
+    assert int(r.code) in (
+        sb.hybrid.Code.STEP_TOO_SMALL,
+        sb.hybrid.Code.NOT_FINITE,
+        sb.hybrid.Code.STEP_LIMIT,
+    )
     assert float(r.t_end) == pytest.approx(1.0, abs=1e-3)
-    fine = solve(Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 0.9, settings(1e-10))
+    fine = solve(
+        Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 0.9, settings(1e-10)
+    )
     assert float(fine.y_end) == pytest.approx(-np.log(0.1), rel=1e-8)
 
 
@@ -344,7 +422,14 @@ def test_many_events():
         def transition(self, t, y, mode, fired, at_stop):
             return mode + 1, 0
 
-    r = solve(Clock(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 10.0005, settings(1e-8, max_steps=65536))
+    r = solve(
+        Clock(),
+        jnp.asarray(0.0),
+        jnp.asarray(0),
+        0.0,
+        10.0005,
+        settings(1e-8, max_steps=65536),
+    )
     times = event_times(r)
     assert len(times) == 10_000
     np.testing.assert_allclose(times, 1e-3 * np.arange(1, 10_001), rtol=1e-10)
@@ -360,10 +445,16 @@ def test_batch_equals_single_runs():
         return record.y_end.x, record.stats.events, record.t_end, jnp.max(record.rows.t)
 
     def run(e):
-        return numbers(sb.hybrid.hybridsolve(BouncingBall(ball.g, e, ball.v_min), *start, DOPRI8, settings()))
+        return numbers(
+            sb.hybrid.hybridsolve(
+                BouncingBall(ball.g, e, ball.v_min), *start, DOPRI8, settings()
+            )
+        )
 
     many = jax.jit(jax.vmap(run))(jnp.asarray(bounces))
     for i, e in enumerate(bounces):
         one = numbers(solve(arrays(BouncingBall(e=e)), *start, settings()))
         assert int(one[1]) == int(many[1][i])
-        np.testing.assert_allclose(np.asarray(one[0]), np.asarray(many[0][i]), rtol=0, atol=1e-14)
+        np.testing.assert_allclose(
+            np.asarray(one[0]), np.asarray(many[0][i]), rtol=0, atol=1e-14
+        )

@@ -1,4 +1,5 @@
-"""Maxima close to events, corners and equal swings, against closed forms; and equal in all ways of running."""
+"""Maxima close to events, corners and equal swings, against closed forms; and equal in
+all ways of running."""
 
 import math
 
@@ -16,12 +17,16 @@ from stop_scenes import stop_scene
 import simbrake as sb
 from simbrake.hybrid import Rodas5P
 
-MU = ((1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (1 - 0.35 * math.tan(math.radians(13.5) / 2))) ** N
+MU = (
+    (1 + 0.35 * math.tan(math.radians(13.5) / 2))
+    / (1 - 0.35 * math.tan(math.radians(13.5) / 2))
+) ** N
 J = 800.0
 
 
 def rise(t, force, capacity, cooling):
-    """Of a lump in air under the heat of a rigid stop: `C T' = M (ω_0 − M t/J) − h T`."""
+    """Of a lump in air under the heat of a rigid stop:
+    `C T' = M (ω_0 − M t/J) − h T`."""
     M = R * force * (MU - 1)
     slope = M / J
     k = cooling / capacity
@@ -34,7 +39,9 @@ def hottest(force, capacity, cooling):
     slope = M / J
     k = cooling / capacity
     t = jnp.minimum(jnp.log1p(k * W0 / slope) / k, W0 / slope)
-    return jax.lax.stop_gradient(t), rise(jax.lax.stop_gradient(t), force, capacity, cooling)
+    return jax.lax.stop_gradient(t), rise(
+        jax.lax.stop_gradient(t), force, capacity, cooling
+    )
 
 
 def cooled_stop(force, capacity, cooling):
@@ -52,7 +59,9 @@ def test_highest_temperature_of_a_cooled_rim(capacity, cooling, solver):
     when, truth = hottest(T0, capacity, cooling)
     at = "peak_rim_temperature"
     for rtol in (1e-6, 1e-10):
-        result = sb.simulate(cooled_stop(T0, capacity, cooling), solver=solver, rtol=rtol)
+        result = sb.simulate(
+            cooled_stop(T0, capacity, cooling), solver=solver, rtol=rtol
+        )
         found = result.report().peaks[at]
         within = 10 * rtol * float(truth) + 1e-11
         assert found.value - 293.15 == pytest.approx(float(truth), rel=0, abs=within)
@@ -64,7 +73,9 @@ def test_highest_temperature_of_a_cooled_rim(capacity, cooling, solver):
 @pytest.mark.parametrize(("capacity", "cooling"), COOLED)
 def test_derivative_of_the_highest_temperature(capacity, cooling):
     def simulated(force):
-        return sb.simulate(cooled_stop(force, capacity, cooling), rtol=1e-12)["peak_rim_temperature"]
+        return sb.simulate(cooled_stop(force, capacity, cooling), rtol=1e-12)[
+            "peak_rim_temperature"
+        ]
 
     exact = jax.grad(lambda force: hottest(force, capacity, cooling)[1])(T0)
     for derivative in (jax.grad, jax.jacfwd):
@@ -76,7 +87,9 @@ def test_highest_speed_just_after_a_corner():
     held = 2e3
     rate = 4e5
     corner = held - 2e-3 * rate
-    lever = sb.PiecewiseLinear([0.0, 2.0, 2.1, 9.0], [0.0, corner, corner + 0.1 * rate, corner + 0.1 * rate])
+    lever = sb.PiecewiseLinear(
+        [0.0, 2.0, 2.1, 9.0], [0.0, corner, corner + 0.1 * rate, corner + 0.1 * rate]
+    )
     load = R * held * (MU - 1)
     scene = rigid_stop(sb.ConstantFriction(0.35), None, 9.0, lever, load=load, w0=5.0)
     M = R * (MU - 1)
@@ -108,18 +121,27 @@ def test_first_of_nearly_equal_swings_is_the_highest(damping):
     """The second swing is lower by 2e-6, or 2e-3."""
     omega = math.sqrt(K / MASS)
     slope = jax.grad(hook_load)
-    when = brentq(lambda t: slope(t, damping), 0.9 * math.pi / omega, 1.1 * math.pi / omega, xtol=1e-15)
+    when = brentq(
+        lambda t: slope(t, damping),
+        0.9 * math.pi / omega,
+        1.1 * math.pi / omega,
+        xtol=1e-15,
+    )
 
     def highest(damping):
         elastic = sb.loads.RopeElasticity(K, damping, stretch=0.4 * MASS * G / K)
         load = sb.HookLoad(MASS, 0.4, 8.0, elasticity=elastic)
-        return sb.simulate(stop_scene(C=None, T0=30e3, w0=0.0, load=load, end=3.0), rtol=1e-12)
+        return sb.simulate(
+            stop_scene(C=None, T0=30e3, w0=0.0, load=load, end=3.0), rtol=1e-12
+        )
 
     found = highest(damping).report().peaks["max_hook_load"]
     assert found.value == pytest.approx(float(hook_load(when, damping)), rel=1e-11)
     assert found.time == pytest.approx(when, abs=1e-6)
     exact = jax.grad(hook_load, argnums=1)(when, damping)
-    assert jax.grad(lambda c: highest(c)["max_hook_load"])(damping) == pytest.approx(float(exact), rel=1e-7)
+    assert jax.grad(lambda c: highest(c)["max_hook_load"])(damping) == pytest.approx(
+        float(exact), rel=1e-7
+    )
 
 
 RANDOM = [
@@ -138,16 +160,28 @@ RANDOM = [
 @pytest.mark.parametrize("solver", [None, Rodas5P()], ids=["chosen", "implicit"])
 @pytest.mark.parametrize(("kind", "flavour", "seed"), RANDOM)
 def test_no_instant_of_a_run_exceeds_its_maxima(kind, flavour, seed, solver):
-    result = sb.simulate(random_scene(draw(kind, flavour, seed)), solver=solver, rtol=1e-9)
+    result = sb.simulate(
+        random_scene(draw(kind, flavour, seed)), solver=solver, rtol=1e-9
+    )
     rows = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
     inside = rows[:-1, None] + np.linspace(0.0, 1.0, 60) * np.diff(rows)[:, None]
     times = np.unique(np.concatenate([rows, inside.ravel()]))
     looks = result.series(times), result.series(times, left=True)
-    columns = {"max_normal_load": "normal_load", "max_drum_speed": "omega", "peak_rim_temperature": "rim_temperature"}
-    columns |= {"peak_lining_temperature": "lining_temperature", "max_hook_load": "hook_load"}
+    columns = {
+        "max_normal_load": "normal_load",
+        "max_drum_speed": "omega",
+        "peak_rim_temperature": "rim_temperature",
+    }
+    columns |= {
+        "peak_lining_temperature": "lining_temperature",
+        "max_hook_load": "hook_load",
+    }
     peaks = result.report().peaks
     for name in columns.keys() & peaks.keys():
-        seen = max(float(np.max(np.abs(np.asarray(getattr(look, columns[name]))))) for look in looks)
+        seen = max(
+            float(np.max(np.abs(np.asarray(getattr(look, columns[name])))))
+            for look in looks
+        )
         assert peaks[name].value >= seen * (1 - 1e-12), name
         assert peaks[name].value <= seen * (1 + 1e-3), name
 
@@ -159,17 +193,26 @@ SCENES = ["u2_5_5_stop", "disc_stop", "unequal_bands"]
 @pytest.mark.parametrize("name", SCENES)
 def test_maxima_are_the_same_in_every_way_of_running(name):
     scene = load(name).scene()
-    names = [m for m in sb.results.metric_names(scene) if m.startswith(("max_", "peak_", "min_"))]
+    names = [
+        m
+        for m in sb.results.metric_names(scene)
+        if m.startswith(("max_", "peak_", "min_"))
+    ]
     result = sb.simulate(scene, rtol=1e-8)
     prepared = sb.prepare(scene, names, rtol=1e-8)().metrics
     speeds = np.full(4, float(scene.initial.omega))
-    # (the holding reserve needs the whole record of a run: without it runs go side by side)
+    # (the holding reserve needs the whole record of a run: without it runs go side by
+    # side)
     columns = [
-        sb.studies.ensemble(scene, {"initial.omega": speeds}, metrics=some, rtol=1e-8, chunk=4)
+        sb.studies.ensemble(
+            scene, {"initial.omega": speeds}, metrics=some, rtol=1e-8, chunk=4
+        )
         for some in (names, [one for one in names if one != "min_holding_reserve"])
     ]
     for one in names:
         assert prepared[one] == pytest.approx(float(result[one]), rel=1e-13), one
         for many in columns:
             if one in many:
-                assert np.asarray(many[one]) == pytest.approx(float(result[one]), rel=1e-13), one
+                assert np.asarray(many[one]) == pytest.approx(
+                    float(result[one]), rel=1e-13
+                ), one

@@ -1,4 +1,5 @@
-"""The house: layers, the public list, what a scene pays for, errors, and no re-tracing."""
+"""The house: layers, the public list, what a scene pays for, errors, and no
+re-tracing."""
 
 import ast
 import functools
@@ -24,12 +25,17 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 
 
 def module(package, name):
-    """The module behind `from package import name`: the package itself, a module in it, or its `__init__`."""
+    """The module behind `from package import name`: the package itself, a module in it,
+    or its `__init__`."""
     if PACKAGE.joinpath(*package).with_suffix(".py").is_file():
         return package
     inside = (*package, name)
     init = package and PACKAGE.joinpath(*package, "__init__.py").is_file()
-    return (*package, "__init__") if init and not PACKAGE.joinpath(*inside).with_suffix(".py").is_file() else inside
+    return (
+        (*package, "__init__")
+        if init and not PACKAGE.joinpath(*inside).with_suffix(".py").is_file()
+        else inside
+    )
 
 
 @functools.cache
@@ -50,7 +56,8 @@ def imports(file):
 
 
 def acyclic(arrows):
-    """Whether some order of the names lets every arrow point backwards: names without arrows are taken away."""
+    """Whether some order of the names lets every arrow point backwards: names without
+    arrows are taken away."""
     left = {name: set(targets) - {name} for name, targets in arrows.items()}
     while left:
         free = [name for name, targets in left.items() if not targets & left.keys()]
@@ -81,7 +88,12 @@ def listed(package):
     stub = folder / "__init__.pyi"
     file = stub if stub.is_file() else folder / "__init__.py"
     nodes = ast.walk(ast.parse(file.read_text("utf-8")))
-    return {alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names}
+    return {
+        alias.name
+        for node in nodes
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
 
 
 def taken(file):
@@ -99,7 +111,8 @@ def taken(file):
 
 
 def described(module, name):
-    """Whether a function or class of a module says what it is; constants are explained by a comment."""
+    """Whether a function or class of a module says what it is; constants are explained
+    by a comment."""
     for node in ast.parse(module.read_text("utf-8")).body if module.is_file() else ():
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
             return bool(ast.get_docstring(node))
@@ -107,8 +120,9 @@ def described(module, name):
 
 
 def test_wings_use_public_names_of_what_is_below():
-    """No arrow from the core to a wing, none from a wing to a higher one; a wing takes what has a public name: a module
-    without underscore, or a name that the `__init__` of its package lists. `_base` is for all."""
+    """No arrow from the core to a wing, none from a wing to a higher one; a wing takes
+    what has a public name: a module without underscore, or a name that the `__init__`
+    of its package lists. `_base` is for all."""
     wrong = []
     for file in PACKAGE.rglob("*.py"):
         path = file.relative_to(PACKAGE)
@@ -154,10 +168,21 @@ def test_without_a_wing_the_rest_imports_and_runs(wing, tmp_path):
 
 
 def test_imports_point_one_way():
-    """No circle among the modules, and none among the folders: there is an order from the lowest to the highest."""
-    files = [file for file in PACKAGE.rglob("*.py") if file.parent != PACKAGE or not file.stem.startswith("_")]
-    modules = {".".join(file.relative_to(PACKAGE).with_suffix("").parts): imports(file) for file in files}
-    modules = {name: {used for used in found if used in modules} for name, found in modules.items()}
+    """No circle among the modules, and none among the folders: there is an order from
+    the lowest to the highest."""
+    files = [
+        file
+        for file in PACKAGE.rglob("*.py")
+        if file.parent != PACKAGE or not file.stem.startswith("_")
+    ]
+    modules = {
+        ".".join(file.relative_to(PACKAGE).with_suffix("").parts): imports(file)
+        for file in files
+    }
+    modules = {
+        name: {used for used in found if used in modules}
+        for name, found in modules.items()
+    }
     assert acyclic(modules) == []
     folders = {}
     for name, found in modules.items():
@@ -165,80 +190,163 @@ def test_imports_point_one_way():
         folder |= {used.split(".")[0] for used in found}
     assert acyclic(folders) == []
     assert folders["hybrid"] == {"hybrid"}
-    assert acyclic({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c", "d"]
-    # modules that are looked up by name are not among the imports: two files may, and say for what
-    by_name = [file.name for file in files if re.search(r"import_module\(f?.simbrake[.{]", file.read_text("utf-8"))]
+    assert acyclic({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [
+        "a",
+        "b",
+        "c",
+        "d",
+    ]
+    # modules that are looked up by name are not among the imports: two files may, and
+    # say for what
+    by_name = [
+        file.name
+        for file in files
+        if re.search(r"import_module\(f?.simbrake[.{]", file.read_text("utf-8"))
+    ]
     assert sorted(by_name) == ["__init__.py", "result.py"]
-    asked = re.findall(r'_above\("([\w.]+)"\)', (PACKAGE / "runs" / "result.py").read_text("utf-8"))
-    assert sorted(set(asked)) == ["plot", "results", "runs.accuracy", "runs.measure", "runs.verdict"]
+    asked = re.findall(
+        r'_above\("([\w.]+)"\)', (PACKAGE / "runs" / "result.py").read_text("utf-8")
+    )
+    assert sorted(set(asked)) == [
+        "plot",
+        "results",
+        "runs.accuracy",
+        "runs.measure",
+        "runs.verdict",
+    ]
 
 
 def test_integrator_knows_nothing_of_brakes():
     for file in (PACKAGE / "hybrid").glob("*.py"):
         text = file.read_text("utf-8").lower()
-        assert not re.search(r"\b(brakes?|linings?|pulleys?|tensions?|bands?|friction|slip)\b", text), file.name
+        assert not re.search(
+            r"\b(brakes?|linings?|pulleys?|tensions?|bands?|friction|slip)\b", text
+        ), file.name
         tree = ast.parse(file.read_text("utf-8"))
-        assert not [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level > 1]
+        assert not [
+            n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level > 1
+        ]
 
 
 def test_no_private_parts_of_jax_are_used():
-    """No private module, no program of JAX taken apart, no flag of the process; `equinox.internal` in one file."""
-    inside = re.compile(r"jax\._src|jax\.(interpreters|extend)|make_jaxpr|\.eqns\b|\bXLA_FLAGS\b.*\]\s*=|_p\.bind")
+    """No private module, no program of JAX taken apart, no flag of the process;
+    `equinox.internal` in one file."""
+    inside = re.compile(
+        r"jax\._src|jax\.(interpreters|extend)|make_jaxpr|\.eqns\b|\bXLA_FLAGS\b.*\]\s*=|_p\.bind"
+    )
     sources = {path: path.read_text("utf-8") for path in PACKAGE.rglob("*.py")}
     assert not {path.name for path, text in sources.items() if inside.search(text)}
-    assert [path.name for path, text in sources.items() if "equinox.internal" in text] == ["_loop.py"]
+    assert [
+        path.name for path, text in sources.items() if "equinox.internal" in text
+    ] == ["_loop.py"]
 
 
 def test_importing_loads_only_what_runs_use():
-    """Pictures, tables, units, reports, SciPy and what traces programs are loaded by those who use them."""
-    heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "cyclopts", "equinox")
+    """Pictures, tables, units, reports, SciPy and what traces programs are loaded by
+    those who use them."""
+    heavy = (
+        "matplotlib",
+        "scipy",
+        "xarray",
+        "pandas",
+        "pint",
+        "jinja2",
+        "pyarrow",
+        "cyclopts",
+        "equinox",
+    )
     names = ("studies", "checks", "design", "rig", "export", "pages", "cli")
     unused = tuple(f"simbrake.{name}" for name in names)
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("
     program += f"[name for name in {heavy + unused} if name in sys.modules])"
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
     assert found.stdout.strip() == "[]"
 
 
 def test_packages_load_names_when_used():
     program = "import sys, simbrake.design.formulas as f; "
     program += "print([n for n in ('jax', 'numpy', 'scipy') if n in sys.modules]); "
-    program += "print('fourier_number' in dir(f), f.fourier_number(1e-5, 1.0, 0.01) > 0); "
-    program += "import simbrake as sb; print(sb.formulas is f, sb.formulas.fourier_number is f.fourier_number)"
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    program += (
+        "print('fourier_number' in dir(f), f.fourier_number(1e-5, 1.0, 0.01) > 0); "
+    )
+    program += (
+        "import simbrake as sb; print(sb.formulas is f, "
+        "sb.formulas.fourier_number is f.fourier_number)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
     assert found.stdout.splitlines() == ["[]", "True True", "True True"]
 
 
 def test_a_fresh_process_reads_every_template():
-    """Kinds of a part are found among the classes that are loaded: whoever reads a file has loaded them all."""
-    program = "import simbrake as sb; from simbrake.files.shipped_scenes import TEMPLATES; "
+    """Kinds of a part are found among the classes that are loaded: whoever reads a file
+    has loaded them all."""
+    program = (
+        "import simbrake as sb; from simbrake.files.shipped_scenes import TEMPLATES; "
+    )
     program += "print([sb.read_scene(name).end_time is not None for name in TEMPLATES])"
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
     assert "False" not in found.stdout
 
 
 def test_help_and_version_do_not_need_jax():
-    program = "import sys; from simbrake.__main__ import main\nsys.argv = ['simbrake', sys.argv[1]]\n"
-    program += "try:\n    main()\nfinally:\n    print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"
+    program = (
+        "import sys; from simbrake.__main__ import main\nsys.argv = ['simbrake', "
+        "sys.argv[1]]\n"
+    )
+    program += (
+        "try:\n    main()\nfinally:\n    print(sorted({'jax', 'numpy', 'scipy'} "
+        "& set(sys.modules)))"
+    )
     for option in ("--help", "--version"):
-        found = subprocess.run([sys.executable, "-c", program, option], capture_output=True, text=True, check=True)
+        found = subprocess.run(
+            [sys.executable, "-c", program, option],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         assert found.stdout.splitlines()[-1] == "[]", option
     assert f"jax {jax.__version__}" in found.stdout
     assert f"Python {platform.python_version()}" in found.stdout
 
 
 def test_public_names():
-    """At most ninety at the top, the rest where one looks for it; every class is explained."""
+    """At most ninety at the top, the rest where one looks for it; every class is
+    explained."""
     assert len(sb.__all__) <= 90
-    homes = [getattr(sb, name) for name in sb.__all__ if isinstance(getattr(sb, name), types.ModuleType)]
+    homes = [
+        getattr(sb, name)
+        for name in sb.__all__
+        if isinstance(getattr(sb, name), types.ModuleType)
+    ]
     assert {home.__name__.rpartition(".")[2] for home in homes} >= {
-        *("friction", "thermal", "loads", "formulas", "studies", "layouts", "hybrid", "plot"),
+        *(
+            "friction",
+            "thermal",
+            "loads",
+            "formulas",
+            "studies",
+            "layouts",
+            "hybrid",
+            "plot",
+        ),
     }
-    found = [getattr(home, name) for home in (sb, *homes) for name in getattr(home, "__all__", ())]
+    found = [
+        getattr(home, name)
+        for home in (sb, *homes)
+        for name in getattr(home, "__all__", ())
+    ]
     classes = {one for one in found if isinstance(one, type)}
     assert len(classes) > 150
     assert not [one.__name__ for one in classes if not one.__doc__]
-    with pytest.raises(AttributeError, match=r"'Convection': it is simbrake\.thermal\.Convection"):
+    with pytest.raises(
+        AttributeError, match=r"'Convection': it is simbrake\.thermal\.Convection"
+    ):
         _ = sb.Convection
     with pytest.raises(AttributeError, match=r"'Convektion'$"):
         _ = sb.Convektion
@@ -254,7 +362,9 @@ def test_names_that_went_say_where_to_turn():
         (sb.plot, "layouts", "simbrake.layouts.figures.layouts"),
         (sb.plot, "indices", "docs/recipes/global_indices.py"),
     ):
-        with pytest.raises(AttributeError, match=rf"simbrake[.\w]*\.{name} went: {words}"):
+        with pytest.raises(
+            AttributeError, match=rf"simbrake[.\w]*\.{name} went: {words}"
+        ):
             getattr(home, name)
 
 
@@ -296,12 +406,19 @@ def test_all_faults_of_a_scene_in_one_report():
 
 
 def test_an_empty_list_is_refused():
-    with pytest.raises(sb.InputError, match=r"friction\.static_ratio: is an empty list"):
-        sb.simulate(sb.with_values(stop_scene(), {"brake.linings.friction.static_ratio": []}))
+    with pytest.raises(
+        sb.InputError, match=r"friction\.static_ratio: is an empty list"
+    ):
+        sb.simulate(
+            sb.with_values(stop_scene(), {"brake.linings.friction.static_ratio": []})
+        )
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("path", ["brake.band.radius", "initial.omega", "duty.slack_tension.level", "end_time"])
+@pytest.mark.parametrize(
+    "path",
+    ["brake.band.radius", "initial.omega", "duty.slack_tension.level", "end_time"],
+)
 def test_nan_and_infinity_are_refused(bad, path):
     with pytest.raises(sb.InputError, match=path):
         sb.simulate(sb.with_values(stop_scene(), {path: bad}))
@@ -340,14 +457,27 @@ print(jax.numpy.ones(1).dtype, dict(os.environ) == before, len(sys.meta_path) - 
     ],
 )
 def test_scripts_need_not_set_64_bits(first, second):
-    """Whichever is imported first; neither the environment nor the finders of imports are left changed."""
+    """Whichever is imported first; neither the environment nor the finders of imports
+    are left changed."""
     program = BITS.format(first, second)
     asked = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=asked)
+    found = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=asked,
+    )
     assert found.stdout.split() == ["float64", "True", "0"]
     if first == "jax":  # the user's word counts, until a run is asked for
         off = asked | {"JAX_ENABLE_X64": "0"}
-        found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=off)
+        found = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            check=True,
+            env=off,
+        )
         assert found.stdout.split() == ["float32", "True", "0"]
 
 
@@ -368,7 +498,13 @@ def test_a_result_passes_through_vmap():
     batch = jax.jit(jax.vmap(run_of))(scenes)
     truth = [closed_form(w0=w)["stop"] for w in (10.0, 20.0)]
     # one program for what is asked of a batch: hundreds of small ones otherwise
-    asked = jax.jit(lambda result: (result.stopping_time, result.max_tension, result.energy["closure"]))
+    asked = jax.jit(
+        lambda result: (
+            result.stopping_time,
+            result.max_tension,
+            result.energy["closure"],
+        )
+    )
     times, tension, closure = asked(batch)
     np.testing.assert_allclose(times, truth, rtol=1e-10)
     np.testing.assert_allclose(tension.value, 8e3 * closed_form()["Pi"], rtol=1e-9)

@@ -1,4 +1,5 @@
-"""Programs kept on disk: a second process compiles nothing, and finds the same numbers."""
+"""Programs kept on disk: a second process compiles nothing, and finds the same
+numbers."""
 
 import dataclasses
 import json
@@ -62,7 +63,8 @@ print(len(compiled), "equinox" in sys.modules)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["disc_stop.py", "unequal_bands.py"])
 def test_a_result_is_read_without_compiling(folder, scenarios, name):
-    """Areas, wear and joined bands are no operations of JAX by themselves; what traces programs is not loaded."""
+    """Areas, wear and joined bands are no operations of JAX by themselves; what traces
+    programs is not loaded."""
     off = {"JAX_COMPILATION_CACHE_DIR": ""}
     assert python(READ, scenarios / name, **off).stdout.split()[1] == "True"
     assert python(READ, scenarios / name, **off).stdout.split() == ["0", "False"]
@@ -74,9 +76,15 @@ def test_other_limits_and_times_compile_nothing(folder):
     scene = stop_scene()
     str(sb.simulate(scene))
     jax.monitoring.register_event_duration_secs_listener(
-        lambda name, seconds, **about: compiled.append(about.get("fun_name")) if "backend_compile" in name else None
+        lambda name, seconds, **about: (
+            compiled.append(about.get("fun_name"))
+            if "backend_compile" in name
+            else None
+        )
     )
-    limited = dataclasses.replace(scene, limits=sb.Limits(max_drum_speed=1.0, max_tension="1 kN"))
+    limited = dataclasses.replace(
+        scene, limits=sb.Limits(max_drum_speed=1.0, max_tension="1 kN")
+    )
     result = sb.simulate(limited)
     assert "over_limit: tension" in str(result)
     assert len(result.series(np.linspace(0.0, 0.5, 7)).t) == 7
@@ -104,10 +112,13 @@ if len(sys.argv) > 2:
 
 @pytest.mark.slow
 def test_gradients_outside_jit_are_kept(folder, scenarios):
-    """A later process compiles single operations alone; a derivative inside of jit is that of JAX itself."""
+    """A later process compiles single operations alone; a derivative inside of jit is
+    that of JAX itself."""
     scene = scenarios / "u2_5_5_stop.toml"
     off = {"JAX_COMPILATION_CACHE_DIR": ""}
-    first, inside = map(json.loads, python(SLOPE, scene, "jit", **off).stdout.splitlines())
+    first, inside = map(
+        json.loads, python(SLOPE, scene, "jit", **off).stdout.splitlines()
+    )
     again = json.loads(python(SLOPE, scene, **off).stdout)
     assert first[0] == again[0]
     assert first[0] == pytest.approx(inside * 3, rel=1e-12)
@@ -117,7 +128,8 @@ def test_gradients_outside_jit_are_kept(folder, scenarios):
 
 @pytest.mark.slow
 def test_beside_the_cache_of_jax(folder, scenarios, tmp_path):
-    """What JAX has read from its own cache can be stored and loaded, but not be called."""
+    """What JAX has read from its own cache can be stored and loaded, but not be
+    called."""
     program = "import sys\nimport simbrake as sb\nprint(sb.simulate(sb.read_scene(sys.argv[1])))"
     scene = scenarios / "u2_5_5_stop.toml"
     jax_too = {
@@ -127,7 +139,9 @@ def test_beside_the_cache_of_jax(folder, scenarios, tmp_path):
     }
     first, second = (python(program, scene, **jax_too).stdout for _ in range(2))
     assert first == second
-    assert not [file.name for file in folder.iterdir() if file.name.startswith(("run", "text"))]
+    assert not [
+        file.name for file in folder.iterdir() if file.name.startswith(("run", "text"))
+    ]
     # programs written without it serve beside it
     python(program, scene, JAX_COMPILATION_CACHE_DIR="")
     assert python(program, scene, **jax_too).stdout == first
@@ -152,7 +166,14 @@ def scene():
     found = []
     for value in (0.35, 0.35, 0.3):  # another number is another text of the program
         scene.write_text(law.format(value=value))
-        found.append(python(program, scene, scenarios / "u2_5_5_stop.toml", JAX_COMPILATION_CACHE_DIR="").stdout)
+        found.append(
+            python(
+                program,
+                scene,
+                scenarios / "u2_5_5_stop.toml",
+                JAX_COMPILATION_CACHE_DIR="",
+            ).stdout
+        )
     assert "Finished XLA compilation of jit(<lambda>)" in found[0]
     assert "Finished XLA compilation" not in found[1]
     assert "Finished XLA compilation of jit(<lambda>)" in found[2]

@@ -1,6 +1,8 @@
-"""Derivatives at ties: of both sides where these agree, of one of them where they differ, none where they diverge.
+"""Derivatives at ties: of both sides where these agree, of one of them where they
+differ, none where they diverge.
 
-Every interpolant, law, limiter and profile is looked at where two of its arguments are equal, or a number is 0.
+Every interpolant, law, limiter and profile is looked at where two of its arguments are
+equal, or a number is 0.
 """
 
 import jax
@@ -19,37 +21,56 @@ PLATE = [0.0, 0.1, 1.0, 3.0, 12.0]
 
 
 def friction_by_values(values, at=PLATE):
-    return lambda: (lambda x: sb.friction.TabulatedFriction(jnp.asarray(at), x).kinetic(Contact(V)), values)
+    return lambda: (
+        lambda x: sb.friction.TabulatedFriction(jnp.asarray(at), x).kinetic(Contact(V)),
+        values,
+    )
 
 
 def fade(T, *numbers):
     """Factor at a temperature, by it and the numbers of a `LinearFade`."""
-    return lambda: (lambda x: sb.LinearFade(*x[1:]).factor(Contact(None, x[0])), [T, *numbers])
+    return lambda: (
+        lambda x: sb.LinearFade(*x[1:]).factor(Contact(None, x[0])),
+        [T, *numbers],
+    )
 
 
 def table_of_temperature(T):
     law = sb.friction.TabulatedFade
     at = jnp.asarray([293.0, 400.0, 500.0])
     values = jnp.asarray([1.0, 1.0, 0.8])
-    return lambda: (lambda x: law(at, x[1:] * values).factor(Contact(None, x[0])), [T, 1.0, 1.0, 1.0])
+    return lambda: (
+        lambda x: law(at, x[1:] * values).factor(Contact(None, x[0])),
+        [T, 1.0, 1.0, 1.0],
+    )
 
 
 def spread(T_n, f):
-    """Tensions by the mobilisation rule, by both ends and the friction of three linings (`T_n` 0: all slide)."""
+    """Tensions by the mobilisation rule, by both ends and the friction of three linings
+    (`T_n` 0: all slide)."""
 
     def tensions(x):
         mu = (1 + x[2:] * 0.2) / (1 - x[2:] * 0.2)
-        return sb.brakes.mobilised(x[0], x[1] if T_n else x[0] * jnp.prod(mu), mu, jnp.full(3, 0.4)).tension
+        return sb.brakes.mobilised(
+            x[0], x[1] if T_n else x[0] * jnp.prod(mu), mu, jnp.full(3, 0.4)
+        ).tension
 
     return lambda: (tensions, [1.0, T_n, *f])
 
 
 def split(turn):
-    sizes = {"slack_area": 1e-3, "slack_lining_area": 2e-3, "tight_area": 2e-3, "tight_lining_area": 1e-3}
+    sizes = {
+        "slack_area": 1e-3,
+        "slack_lining_area": 2e-3,
+        "tight_area": 2e-3,
+        "tight_lining_area": 1e-3,
+    }
     band = sb.brakes.ContinuousLining
 
     def stretch(x):
-        law = band(modulus=2.1, split=x[0], lining_modulus=0.1, lining_radius=0.6, **sizes)
+        law = band(
+            modulus=2.1, split=x[0], lining_modulus=0.1, lining_radius=0.6, **sizes
+        )
         return law.stretch(jnp.full(4, 0.3), x[1:], 0.6) / 1e3
 
     return lambda: (stretch, [turn, 1.0, 1.0, 1.0, 1.0])
@@ -67,27 +88,43 @@ def lagged(times, count=None):
         t = jnp.asarray(2.9)
         return law.value(t, law.first_piece(t))
 
-    return lambda: (force, [*times, *np.linspace(1.0, 2.0, k), *([1.0] if count else []), 0.3])
+    return lambda: (
+        force,
+        [*times, *np.linspace(1.0, 2.0, k), *([1.0] if count else []), 0.3],
+    )
 
 
 #: what is looked at, its numbers, and which of them can only rise (+) or fall (-)
 CASES = {
     "table, plateau": (friction_by_values([0.35] * 5), ""),
-    "table, plateau at its end": (friction_by_values([0.40, 0.38, 0.36, 0.36, 0.36]), ""),
-    "table, plateau at its start": (friction_by_values([0.36, 0.36, 0.36, 0.30, 0.20]), ""),
+    "table, plateau at its end": (
+        friction_by_values([0.40, 0.38, 0.36, 0.36, 0.36]),
+        "",
+    ),
+    "table, plateau at its start": (
+        friction_by_values([0.36, 0.36, 0.36, 0.30, 0.20]),
+        "",
+    ),
     "table, two equal": (friction_by_values([0.40, 0.38, 0.38, 0.30, 0.20]), ""),
-    "table, extremum beside a plateau": (friction_by_values([0.30, 0.36, 0.36, 0.30, 0.36]), ""),
+    "table, extremum beside a plateau": (
+        friction_by_values([0.30, 0.36, 0.36, 0.30, 0.36]),
+        "",
+    ),
     "table, two points": (friction_by_values([0.3, 0.3], [0.0, 3.0]), ""),
     "table, by speeds": (
         lambda: (
-            lambda x: sb.friction.TabulatedFriction(x, jnp.asarray([0.4, 0.38, 0.36, 0.36, 0.36])).kinetic(Contact(V)),
+            lambda x: sb.friction.TabulatedFriction(
+                x, jnp.asarray([0.4, 0.38, 0.36, 0.36, 0.36])
+            ).kinetic(Contact(V)),
             PLATE,
         ),
         "",
     ),
     "table, at rest and at its last speed": (
         lambda: (
-            lambda x: sb.friction.TabulatedFriction(PLATE, [0.4, 0.3, 0.3, 0.2, 0.1]).kinetic(Contact(x)),
+            lambda x: sb.friction.TabulatedFriction(
+                PLATE, [0.4, 0.3, 0.3, 0.2, 0.1]
+            ).kinetic(Contact(x)),
             [0.0, 12.0],
         ),
         "",
@@ -102,43 +139,74 @@ CASES = {
     "fade, slope 0": (fade(430.0, 0.0, 400.0, 0.0), " +"),
     "fade at its floor": (fade(650.0, 2e-3, 400.0, 0.5), ""),
     "Stribeck, equal coefficients": (
-        lambda: (lambda x: sb.StribeckFriction(*x).kinetic(Contact(V)), [0.3, 0.3, 1.0, 2.0]),
+        lambda: (
+            lambda x: sb.StribeckFriction(*x).kinetic(Contact(V)),
+            [0.3, 0.3, 1.0, 2.0],
+        ),
         "",
     ),
     "Stribeck, exponent 1": (
-        lambda: (lambda x: sb.StribeckFriction(*x).kinetic(Contact(V)), [0.4, 0.3, 1.0, 1.0]),
+        lambda: (
+            lambda x: sb.StribeckFriction(*x).kinetic(Contact(V)),
+            [0.4, 0.3, 1.0, 1.0],
+        ),
         "   +",
     ),
     "pressure, exponent 0": (
-        lambda: (lambda x: sb.friction.PressureFactor(*x[:2]).factor(Contact(None, None, x[2:])), [1.0, 0.0, 0.0, 1.0]),
+        lambda: (
+            lambda x: sb.friction.PressureFactor(*x[:2]).factor(
+                Contact(None, None, x[2:])
+            ),
+            [1.0, 0.0, 0.0, 1.0],
+        ),
         "  +",
     ),
     "memory, no rate": (
         lambda: (
-            lambda x: sb.friction.MemoryProcess(x[0], rate=x[1]).change(x[2], Contact(None)),
+            lambda x: sb.friction.MemoryProcess(x[0], rate=x[1]).change(
+                x[2], Contact(None)
+            ),
             [1.0, 0.0, 1.0],
         ),
         " +",
     ),
-    "wear, rate 0": (lambda: (lambda x: sb.wear.LinearWear(*x[:3]).at(x[3]), [1.0, -0.01, 300.0, 400.0]), ""),
+    "wear, rate 0": (
+        lambda: (
+            lambda x: sb.wear.LinearWear(*x[:3]).at(x[3]),
+            [1.0, -0.01, 300.0, 400.0],
+        ),
+        "",
+    ),
     "wear, at the threshold": (
-        lambda: (lambda x: sb.wear.ThresholdWear(*x[:3]).at(x[3]), [1.0, 503.15, 4e3, 503.15]),
+        lambda: (
+            lambda x: sb.wear.ThresholdWear(*x[:3]).at(x[3]),
+            [1.0, 503.15, 4e3, 503.15],
+        ),
         "",
     ),
     "eddy current, not excited": (
         lambda: (
-            lambda x: sb.loads.EddyCurrentBrake(x[0], x[1], sb.Constant(x[2])).torque(0.0, x[3], 0, 0.0),
+            lambda x: sb.loads.EddyCurrentBrake(x[0], x[1], sb.Constant(x[2])).torque(
+                0.0, x[3], 0, 0.0
+            ),
             [4.0, 1.0, 0.0, 2.0],
         ),
         "",
     ),
     "hydrodynamic, at rest": (
-        lambda: (lambda x: sb.loads.HydrodynamicBrake(x[0]).torque(0.0, x[1], 0, 0.0), [4.0, 0.0]),
+        lambda: (
+            lambda x: sb.loads.HydrodynamicBrake(x[0]).torque(0.0, x[1], 0, 0.0),
+            [4.0, 0.0],
+        ),
         "",
     ),
     "tackle without load": (
         lambda: (
-            lambda x: sb.loads.TackleLoss(lowering_efficiency=x[0]).strung(8.0).torque(0.0, 1.0, 0, x[1]),
+            lambda x: (
+                sb.loads.TackleLoss(lowering_efficiency=x[0])
+                .strung(8.0)
+                .torque(0.0, 1.0, 0, x[1])
+            ),
             [0.8, 0.0],
         ),
         "",
@@ -163,19 +231,34 @@ CASES = {
         "",
     ),
     "convection at rest": (
-        lambda: (lambda x: sb.thermal.SpeedCoefficient(*x[:3]).value(x[3], 1.0, 1.0), [8.0, 2.0, 0.0, 0.0]),
+        lambda: (
+            lambda x: sb.thermal.SpeedCoefficient(*x[:3]).value(x[3], 1.0, 1.0),
+            [8.0, 2.0, 0.0, 0.0],
+        ),
         "  +",
     ),
     "convection without a difference": (
-        lambda: (lambda x: sb.thermal.TemperatureCoefficient(*x[:2]).value(0.0, x[2], x[3]), [1.5, 0.0, 300.0, 300.0]),
+        lambda: (
+            lambda x: sb.thermal.TemperatureCoefficient(*x[:2]).value(0.0, x[2], x[3]),
+            [1.5, 0.0, 300.0, 300.0],
+        ),
         "",
     ),
     "contact without pressure": (
-        lambda: (lambda x: sb.thermal.MetalContact(50.0, 0.15, 2e-6, 1.0).conductance(1e-6 * x) / 1e3, [0.0]),
+        lambda: (
+            lambda x: (
+                sb.thermal.MetalContact(50.0, 0.15, 2e-6, 1.0).conductance(1e-6 * x)
+                / 1e3
+            ),
+            [0.0],
+        ),
         "+",
     ),
     "rise at its start": (
-        lambda: (lambda x: sb.profiles.ExponentialRise(*x[:3]).value(x[3], 1), [1.0, 0.5, 2.0, 2.0]),
+        lambda: (
+            lambda x: sb.profiles.ExponentialRise(*x[:3]).value(x[3], 1),
+            [1.0, 0.5, 2.0, 2.0],
+        ),
         "",
     ),
     "actuator, jump": (lagged([0.5, 1.5, 1.5, 2.5]), " -+"),
@@ -191,19 +274,25 @@ def test_derivative_is_that_of_one_side(name):
     assert_one_sided(*case(), ways)
 
 
-@pytest.mark.parametrize("values", [[0.35] * 5, [0.40, 0.38, 0.36, 0.36, 0.36], [0.36, 0.36, 0.36, 0.30, 0.36]])
+@pytest.mark.parametrize(
+    "values",
+    [[0.35] * 5, [0.40, 0.38, 0.36, 0.36, 0.36], [0.36, 0.36, 0.36, 0.30, 0.36]],
+)
 def test_table_scales_and_shifts_by_values(values):
-    """`f(c y) = c f(y)` and `f(y + c) = f(y) + c`, so that the sums of the derivatives are `f` and 1."""
+    """`f(c y) = c f(y)` and `f(y + c) = f(y) + c`, so that the sums of the derivatives
+    are `f` and 1."""
 
     def f(y):
         return interpolated(V[:-3], jnp.asarray(PLATE), y)
 
     slopes = jax.jit(jax.jacfwd(f))(np.asarray(values))
-    np.testing.assert_allclose(slopes @ np.asarray(values), f(jnp.asarray(values)), rtol=1e-12)
+    np.testing.assert_allclose(
+        slopes @ np.asarray(values), f(jnp.asarray(values)), rtol=1e-12
+    )
     np.testing.assert_allclose(np.sum(slopes, axis=1), 1.0, rtol=1e-12)
 
 
-# --- whole runs ------------------------------------------------------------------------------------------------------
+# --- whole runs ---------------------------------------------------------------------
 
 LEVER = "duty.slack_tension"
 
@@ -214,9 +303,17 @@ def lever(times, values, **options):
 
 @pytest.mark.slow
 def test_jump_points_share_its_derivative():
-    """`t = k/2 + …` where the lever doubles at `k`: each of both points moves the middle of the jump."""
-    table = sb.sensitivity(lever([1.0, 1.0], [4e3, 8e3], end=9.0), "stopping_time", f"{LEVER}.times", span=None)
-    assert [table.at(f"{LEVER}.times[{i}]").derivative for i in (0, 1)] == pytest.approx([0.25, 0.25], rel=1e-9)
+    """`t = k/2 + …` where the lever doubles at `k`: each of both points moves the
+    middle of the jump."""
+    table = sb.sensitivity(
+        lever([1.0, 1.0], [4e3, 8e3], end=9.0),
+        "stopping_time",
+        f"{LEVER}.times",
+        span=None,
+    )
+    assert [
+        table.at(f"{LEVER}.times[{i}]").derivative for i in (0, 1)
+    ] == pytest.approx([0.25, 0.25], rel=1e-9)
     assert table.at(f"{LEVER}.times[:]").derivative == pytest.approx(0.5, rel=1e-9)
     assert not any(row.note for row in table.rows)
 
@@ -233,7 +330,8 @@ def test_jump_at_the_start_is_one_sided():
     assert second.note.startswith("one-sided, by differences: 0.25 above")
     assert "one-sided" in str(table)
     assert sb.simulate(scene).derivative_notes() == (
-        f"{LEVER}.times: a jump at the start: derivatives by its time are those of an earlier one, 0",
+        f"{LEVER}.times: a jump at the start: derivatives by its time are those of an "
+        "earlier one, 0",
     )
 
 
@@ -249,13 +347,21 @@ def test_grazed_event_has_no_derivative():
     z = 0.3 * np.tan(np.radians(10.0))
     capacity = 0.7 * 5e3 * (((1 + z) / (1 - z)) ** 4 - 1)
     linings = sb.Lining(sb.ConstantFriction(0.3), np.full(4, np.radians(20.0)))
-    crest = sb.profiles.FunctionProfile(lambda t, size: size * jnp.sin(t), capacity * (1 + 1e-10))
+    crest = sb.profiles.FunctionProfile(
+        lambda t, size: size * jnp.sin(t), capacity * (1 + 1e-10)
+    )
     brake = sb.Brake(sb.Pulley(0.7, 500.0), sb.Band(0.7), linings)
-    scene = sb.Scene(brake, sb.Duty(sb.Constant(5e3), sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0)
-    table = sb.sensitivity(scene, first_event, [f"{LEVER}.level", "brake.pulley.inertia"], span=None)
+    scene = sb.Scene(
+        brake, sb.Duty(sb.Constant(5e3), sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0
+    )
+    table = sb.sensitivity(
+        scene, first_event, [f"{LEVER}.level", "brake.pulley.inertia"], span=None
+    )
     level = table.at(f"{LEVER}.level")
     inertia = table.at("brake.pulley.inertia")
     assert np.isnan(level.derivative)
     assert level.note.startswith("none: ")
     assert (inertia.derivative, inertia.note) == (0.0, "")
-    assert any("only just reached" in note for note in sb.simulate(scene).derivative_notes())
+    assert any(
+        "only just reached" in note for note in sb.simulate(scene).derivative_notes()
+    )

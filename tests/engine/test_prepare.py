@@ -1,4 +1,5 @@
-"""The prepared handle: the numbers of single runs and their derivatives, room for longer runs, faults."""
+"""The prepared handle: the numbers of single runs and their derivatives, room for
+longer runs, faults."""
 
 import time
 
@@ -14,19 +15,39 @@ import simbrake as sb
 
 TIMES = {"slip_onset_time": "t0", "full_slip_time": "t1", "stopping_time": "stop"}
 
-PATHS = {"initial.omega": "w0", "duty.slack_tension.level": "T0", "brake.pulley.inertia": "J"}
+PATHS = {
+    "initial.omega": "w0",
+    "duty.slack_tension.level": "T0",
+    "brake.pulley.inertia": "J",
+}
 
 
 @pytest.fixture(scope="module")
 def run():
-    return sb.prepare(stop_scene(end=20.0), [*TIMES, "energy.friction_heat"], rtol=1e-12)
+    return sb.prepare(
+        stop_scene(end=20.0), [*TIMES, "energy.friction_heat"], rtol=1e-12
+    )
 
 
 def test_run_and_gradient_match_closed_form(run):
     assert run.program.one_function == (jax.default_backend() == "cpu")
-    derived = jax.jit(jax.jacobian(lambda p: {name: closed_form(**p, xp=jnp)[key] for name, key in TIMES.items()}))
-    for change in ({}, {"initial.omega": 11.0}, {"duty.slack_tension.level": 6e3, "initial.omega": 25.0}):
-        p = {"w0": change.get("initial.omega", 20.0), "T0": change.get("duty.slack_tension.level", 8e3), "J": 800.0}
+    derived = jax.jit(
+        jax.jacobian(
+            lambda p: {
+                name: closed_form(**p, xp=jnp)[key] for name, key in TIMES.items()
+            }
+        )
+    )
+    for change in (
+        {},
+        {"initial.omega": 11.0},
+        {"duty.slack_tension.level": 6e3, "initial.omega": 25.0},
+    ):
+        p = {
+            "w0": change.get("initial.omega", 20.0),
+            "T0": change.get("duty.slack_tension.level", 8e3),
+            "J": 800.0,
+        }
         truth = closed_form(**p)
         slopes = derived(p)
         answer = run(change)
@@ -42,7 +63,9 @@ def test_run_and_gradient_match_closed_form(run):
                 ("brake.pulley.inertia", "J"),
             ):
                 expected = float(slopes[name][of])
-                assert row[run.places[path]] == pytest.approx(expected, rel=1e-10, abs=1e-12)
+                assert row[run.places[path]] == pytest.approx(
+                    expected, rel=1e-10, abs=1e-12
+                )
 
 
 @pytest.mark.slow
@@ -52,17 +75,28 @@ def test_a_scene_with_an_empty_list_is_prepared():
     run = sb.prepare(stop_scene(C=None, lever=lever), ["stopping_time"])
     truth = sb.simulate(stop_scene(C=None)).metrics["stopping_time"]
     assert run().metrics["stopping_time"] == pytest.approx(truth, rel=1e-12)
-    assert run.places["duty.slack_tension.knots"].start == run.places["duty.slack_tension.knots"].stop
+    assert (
+        run.places["duty.slack_tension.knots"].start
+        == run.places["duty.slack_tension.knots"].stop
+    )
 
 
 def test_entries_and_vectors_match_simulate(run):
-    change = {"brake.linings.angle[3]": 0.21, "brake.linings.angle[-1]": 0.25, "brake.pulley.inertia": 700.0}
+    change = {
+        "brake.linings.angle[3]": 0.21,
+        "brake.linings.angle[-1]": 0.25,
+        "brake.pulley.inertia": 700.0,
+    }
     numbers = run.vector(change)
     assert run(numbers) == run(change)
     result = run.result(change)
     found = run(change).metrics
-    assert found["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-12)
-    assert found["energy.friction_heat"] == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
+    assert found["stopping_time"] == pytest.approx(
+        float(result.stopping_time), rel=1e-12
+    )
+    assert found["energy.friction_heat"] == pytest.approx(
+        float(result.energy["friction_heat"]), rel=1e-12
+    )
     entry = range(run.numbers.size)[run.places["brake.linings.angle"]][3]
     assert numbers[entry] == 0.21
     assert run.numbers[entry] != 0.21
@@ -71,7 +105,9 @@ def test_entries_and_vectors_match_simulate(run):
 @pytest.mark.slow
 def test_a_run_that_needs_more_room_gets_it():
     run = sb.prepare(stop_scene(end=20.0), ["stopping_time"], max_steps=8)
-    assert run().metrics["stopping_time"] == pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert run().metrics["stopping_time"] == pytest.approx(
+        closed_form()["stop"], rel=1e-10
+    )
     assert run.max_steps > 8
 
 
@@ -90,13 +126,18 @@ def test_heat_and_the_implicit_method():
     for solver in (None, sb.hybrid.Rodas5P()):
         run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
         assert run.program.one_function == (jax.default_backend() == "cpu")
-        assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
+        assert run().metrics["stopping_time"] == pytest.approx(
+            float(expected), rel=1e-6
+        )
 
 
 def test_places_of_numbers_and_their_entries(run):
-    """As paths are written everywhere: entries of lists too, and the nearest names of what is not there."""
+    """As paths are written everywhere: entries of lists too, and the nearest names of
+    what is not there."""
     whole = run.places["brake.linings.angle"]
-    assert run.places["brake.linings.angle[3]"] == slice(whole.start + 3, whole.start + 4)
+    assert run.places["brake.linings.angle[3]"] == slice(
+        whole.start + 3, whole.start + 4
+    )
     assert run.places["brake.linings.angle[-1]"] == slice(whole.stop - 1, whole.stop)
     for path, words in (
         ("former.name", "no such number"),
@@ -125,8 +166,18 @@ def test_names_of_answers_that_are_not_there(run):
 
 
 def test_values_that_are_no_numbers(run):
-    assert run({"initial.omega": "11 rad/s"}).metrics == run({"initial.omega": 11.0}).metrics
-    for values in ({"initial.omega": "x"}, {"initial.omega": [1, 2]}, {"initial.omega": {}}, np.ones(3), 3, "x"):
+    assert (
+        run({"initial.omega": "11 rad/s"}).metrics
+        == run({"initial.omega": 11.0}).metrics
+    )
+    for values in (
+        {"initial.omega": "x"},
+        {"initial.omega": [1, 2]},
+        {"initial.omega": {}},
+        np.ones(3),
+        3,
+        "x",
+    ):
         with pytest.raises(sb.InputError):
             run(values)
 
@@ -150,7 +201,9 @@ def test_array_metrics_and_another_tolerance():
     truth = closed_form()
     fine = run()
     coarse = run(rtol=1e-4)
-    np.testing.assert_allclose(fine.metrics["both"], [truth["t0"], truth["stop"]], rtol=1e-9)
+    np.testing.assert_allclose(
+        fine.metrics["both"], [truth["t0"], truth["stop"]], rtol=1e-9
+    )
     assert fine.metrics["full_slip_time"] == pytest.approx(truth["t1"], rel=1e-9)
     assert coarse.accepted < fine.accepted
     assert run.gradient().shape == (3, run.numbers.size)
@@ -184,11 +237,15 @@ def test_integers_of_a_custom_law_stay_whole():
 @pytest.mark.slow
 def test_a_run_of_many_layers_is_as_fast_as_a_prepared_one():
     steel = sb.Material(48.0, 7800.0, 500.0)
-    heat = sb.layered_heat(rim=steel, rim_thickness=0.028, track_area=1.0, partition=0.95, rim_layers=1000)
+    heat = sb.layered_heat(
+        rim=steel, rim_thickness=0.028, track_area=1.0, partition=0.95, rim_layers=1000
+    )
     scene = rigid_stop(fading(), heat, end=2.0)
     run = sb.prepare(scene, ["stopping_time"])
     seconds = []
-    assert sb.simulate(scene).stopping_time == pytest.approx(run().metrics["stopping_time"], rel=1e-9)
+    assert sb.simulate(scene).stopping_time == pytest.approx(
+        run().metrics["stopping_time"], rel=1e-9
+    )
     for call in (lambda: sb.simulate(scene), run):
         start = time.process_time()
         for _ in range(5):

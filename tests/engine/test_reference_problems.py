@@ -1,4 +1,5 @@
-"""The integrator on small systems with exact answers: event times and their first derivatives."""
+"""The integrator on small systems with exact answers: event times and their first
+derivatives."""
 
 import math
 
@@ -67,35 +68,60 @@ def test_belt_oscillator_times_and_extremes():
 
 
 def belt_period(belt):
-    r = sb.hybrid.hybridsolve(belt, *belt_start(belt), 0.0, 12.0, DOPRI8, settings(1e-12, max_steps=128))
+    r = sb.hybrid.hybridsolve(
+        belt, *belt_start(belt), 0.0, 12.0, DOPRI8, settings(1e-12, max_steps=128)
+    )
     return first_event_times(r, 2)[1]
 
 
 @pytest.mark.slow
 def test_gradient_of_belt_oscillator_period():
-    truth = {"F_s": 8.0, "F_k": -8.0, "v_b": -16.0, "k": -5.63444393579570, "m": 2.43444393579570}
+    truth = {
+        "F_s": 8.0,
+        "F_k": -8.0,
+        "v_b": -16.0,
+        "k": -5.63444393579570,
+        "m": 2.43444393579570,
+    }
     reverse = jax.jit(jax.grad(belt_period))(BELT)
     forward = jax.jit(jax.jacfwd(belt_period))(BELT)
     for name, value in truth.items():
         assert float(getattr(reverse, name)) == pytest.approx(value, rel=1e-9)
-        assert float(getattr(forward, name)) == pytest.approx(float(getattr(reverse, name)), rel=1e-12)
+        assert float(getattr(forward, name)) == pytest.approx(
+            float(getattr(reverse, name)), rel=1e-12
+        )
 
 
 def test_second_derivatives_are_refused():
-    with pytest.raises(NotImplementedError, match=r"first derivatives only.*simbrake\.studies\.hessian does"):
+    with pytest.raises(
+        NotImplementedError,
+        match=r"first derivatives only.*simbrake\.studies\.hessian does",
+    ):
         jax.jit(jax.hessian(belt_period))(BELT)
 
 
 def test_leine_slip_law():
-    """Leine et al. 1998, slip law F_s/(1 + 3|v|): exact stick, where smoothing gives 11.298…11.989 for the period."""
-    r = solve(arrays(BeltOscillator(decay=3.0)), *belt_start(BELT), 0.0, 13.0, settings(1e-13))
-    np.testing.assert_allclose(event_times(r), [4.29599952548, 12.00103129483], rtol=1e-10)
+    """Leine et al. 1998, slip law F_s/(1 + 3|v|): exact stick, where smoothing gives
+    11.298…11.989 for the period."""
+    r = solve(
+        arrays(BeltOscillator(decay=3.0)), *belt_start(BELT), 0.0, 13.0, settings(1e-13)
+    )
+    np.testing.assert_allclose(
+        event_times(r), [4.29599952548, 12.00103129483], rtol=1e-10
+    )
     x = states_at(r, np.asarray([4.29599952548])).x
     assert x[0] == pytest.approx(-0.54100635387, abs=1e-9)
 
 
 def test_coulomb_oscillator_rests_exactly():
-    r = solve(arrays(CoulombOscillator()), Oscillator(1.0, 0.0), jnp.asarray(-1), 0.0, 1000.0, settings(1e-13))
+    r = solve(
+        arrays(CoulombOscillator()),
+        Oscillator(1.0, 0.0),
+        jnp.asarray(-1),
+        0.0,
+        1000.0,
+        settings(1e-13),
+    )
     assert event_times(r)[-1] == pytest.approx(9.42477796076938, rel=1e-12)
     assert float(r.y_end.x) == pytest.approx(-0.1, abs=1e-12)
     assert float(r.y_end.v) == 0.0
@@ -104,20 +130,35 @@ def test_coulomb_oscillator_rests_exactly():
 
 
 def test_filippov_sliding():
-    r = solve(arrays(Filippov()), jnp.asarray([1.5, 1.0]), jnp.asarray(1), 0.0, 1.0, settings())
+    r = solve(
+        arrays(Filippov()),
+        jnp.asarray([1.5, 1.0]),
+        jnp.asarray(1),
+        0.0,
+        1.0,
+        settings(),
+    )
     np.testing.assert_allclose(event_times(r), [1 / 7], rtol=1e-12)
     np.testing.assert_allclose(r.y_end, [31 / 34, 31 / 34], rtol=1e-12)
 
 
 def test_bouncing_ball():
-    r = solve(arrays(BouncingBall()), Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings())
+    r = solve(
+        arrays(BouncingBall()),
+        Oscillator(1.0, 0.0),
+        jnp.asarray(0),
+        0.0,
+        3.0,
+        settings(),
+    )
     np.testing.assert_allclose(event_times(r), BALL, rtol=1e-12)
     assert float(r.y_end.v) == 0.0
 
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-7, 1e-9])
 def test_event_times_are_within_tolerance(rtol):
-    """Not as an interpolant: the error of an event time stays near the tolerance and falls with it."""
+    """Not as an interpolant: the error of an event time stays near the tolerance and
+    falls with it."""
     r = solve(BELT, *belt_start(BELT), 0.0, 9.0, settings(rtol))
     assert abs(event_times(r)[0] - T_SLIP) < 10 * rtol
 
@@ -125,13 +166,27 @@ def test_event_times_are_within_tolerance(rtol):
 @pytest.mark.parametrize(
     ("system", "start", "end", "rtol", "truth"),
     [
-        (Robertson(), [1.0, 0, 0], 1e11, 1e-8, [0.2083340149701255e-7, 0.8333360770334713e-13, 0.9999999791665050]),
+        (
+            Robertson(),
+            [1.0, 0, 0],
+            1e11,
+            1e-8,
+            [0.2083340149701255e-7, 0.8333360770334713e-13, 0.9999999791665050],
+        ),
         (VanDerPol(), [2.0, 0], 2.0, 1e-9, [1.706167732170483, -0.8928097010247975]),
     ],
 )
 def test_stiff_problems(system, start, end, rtol, truth):
     """Against the Test Set for IVP Solvers (Mazzia & Magherini), at its end times."""
-    r = solve(system, jnp.asarray(start), jnp.asarray(0), 0.0, end, settings(rtol, max_steps=8192), sb.hybrid.Rodas5P())
+    r = solve(
+        system,
+        jnp.asarray(start),
+        jnp.asarray(0),
+        0.0,
+        end,
+        settings(rtol, max_steps=8192),
+        sb.hybrid.Rodas5P(),
+    )
     np.testing.assert_allclose(r.y_end, truth, rtol=1e-6)
 
 
@@ -154,11 +209,17 @@ def test_events_match_nested_diffrax():
         1e-3,
         jnp.asarray([1.0, 0.2]),
         stepsize_controller=diffrax.PIDController(rtol=1e-12, atol=1e-12, dtmax=0.05),
-        event=diffrax.Event(fires, optimistix.Bisection(rtol=1e-14, atol=1e-14), direction=False),
+        event=diffrax.Event(
+            fires, optimistix.Bisection(rtol=1e-14, atol=1e-14), direction=False
+        ),
     )
-    r = solve(arrays(BeltOscillator(decay=3.0)), *belt_start(BELT), 0.0, 5.0, settings(1e-13))
+    r = solve(
+        arrays(BeltOscillator(decay=3.0)), *belt_start(BELT), 0.0, 5.0, settings(1e-13)
+    )
     assert event_times(r)[0] == pytest.approx(float(out.ts[0]), abs=1e-9)
 
 
 def test_shipped_tableau_is_that_of_diffrax():
-    assert sb.hybrid.ExplicitRungeKutta.shipped("Dopri8") == sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())
+    assert sb.hybrid.ExplicitRungeKutta.shipped(
+        "Dopri8"
+    ) == sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())

@@ -1,7 +1,9 @@
-"""A differentiated run resolves its derivatives: by numbers without effect, in stiff runs, through many events.
+"""A differentiated run resolves its derivatives: by numbers without effect, in stiff
+runs, through many events.
 
-The steps of a plain run are chosen by the values. Where a number changes no value at the base point, values alone would
-let a few long steps cross the whole run, and its derivative would be integrated blindly.
+The steps of a plain run are chosen by the values. Where a number changes no value at
+the base point, values alone would let a few long steps cross the whole run, and its
+derivative would be integrated blindly.
 """
 
 import math
@@ -31,21 +33,35 @@ CRITICAL = 0.3
 
 def stop(law, load=0.0, **more):
     """A stop of a rigid band under a constant lever."""
-    brake = sb.Brake(sb.Pulley(0.57, J), sb.Band(R_B), sb.Lining(law, np.full(N, BETA), AREA))
+    brake = sb.Brake(
+        sb.Pulley(0.57, J), sb.Band(R_B), sb.Lining(law, np.full(N, BETA), AREA)
+    )
     load = sb.TorqueLoad(sb.Constant(load)) if isinstance(load, float) else load
-    return sb.Scene(brake, sb.Duty(sb.Constant(T_0), load), sb.Initial(OMEGA), 4.0, **more)
+    return sb.Scene(
+        brake, sb.Duty(sb.Constant(T_0), load), sb.Initial(OMEGA), 4.0, **more
+    )
 
 
 def without_effect():
-    """Five laws and torques whose numbers are 0 or equal, so that the stop is that of a constant torque."""
-    law = sb.friction.ProductFriction(sb.friction.StribeckFriction(F, F, V_S), (sb.friction.PressureFactor(P_R, 0.0),))
+    """Five laws and torques whose numbers are 0 or equal, so that the stop is that of a
+    constant torque."""
+    law = sb.friction.ProductFriction(
+        sb.friction.StribeckFriction(F, F, V_S), (sb.friction.PressureFactor(P_R, 0.0),)
+    )
     loads = sb.loads
-    shaft = (loads.EddyCurrentBrake(0.0, CRITICAL), loads.HydrodynamicBrake(0.0), loads.ViscousDrag(0.0))
-    return stop(law, sb.TorqueLoad(sb.profiles.ExponentialRise(0.0, TAU), 0.0), shaft=shaft)
+    shaft = (
+        loads.EddyCurrentBrake(0.0, CRITICAL),
+        loads.HydrodynamicBrake(0.0),
+        loads.ViscousDrag(0.0),
+    )
+    return stop(
+        law, sb.TorqueLoad(sb.profiles.ExponentialRise(0.0, TAU), 0.0), shaft=shaft
+    )
 
 
 def truths():
-    """Derivatives of the stopping time `∫ J dω/M` in closed form or by quadrature, each with the number's size."""
+    """Derivatives of the stopping time `∫ J dω/M` in closed form or by quadrature, each
+    with the number's size."""
     z = math.tan(BETA / 2)
     growth = 2 * math.tan(BETA / 2) / (1 - (F * math.tan(BETA / 2)) ** 2)
     mu = (1 + F * z) / (1 - F * z)
@@ -55,7 +71,19 @@ def truths():
     time = J * OMEGA / M
 
     def by_torque(shape):
-        return -J / M**2 * quad(shape, 0.0, OMEGA, points=[0.1, 0.3, 1.0], epsabs=1e-13, epsrel=1e-12, limit=500)[0]
+        return (
+            -J
+            / M**2
+            * quad(
+                shape,
+                0.0,
+                OMEGA,
+                points=[0.1, 0.3, 1.0],
+                epsabs=1e-13,
+                epsrel=1e-12,
+                limit=500,
+            )[0]
+        )
 
     pressure = (tension[1:] + tension[:-1]) * math.sin(BETA / 2) / AREA
     drop = -F * np.sum(np.log1p(pressure / P_R)) * by_friction
@@ -63,7 +91,10 @@ def truths():
     return time, {
         "brake.linings.friction.base.static_coefficient": (stribeck, F),
         "brake.linings.friction.factors[0].exponent": (-J * OMEGA / M**2 * drop, 1.0),
-        "shaft[0].max_torque": (by_torque(lambda w: 2 * w * CRITICAL / (w**2 + CRITICAL**2)), M),
+        "shaft[0].max_torque": (
+            by_torque(lambda w: 2 * w * CRITICAL / (w**2 + CRITICAL**2)),
+            M,
+        ),
         "shaft[1].coefficient": (by_torque(lambda w: w**2), M / OMEGA**2),
         "shaft[2].coefficient": (by_torque(lambda w: w), M / OMEGA),
         "duty.load.drag": (by_torque(lambda w: w), M / OMEGA),
@@ -72,8 +103,12 @@ def truths():
 
 
 def wrong(found, time):
-    """Error of each derivative over what counts: it, or the metric over the size of the number."""
-    return {path: abs(found[path] - d) / max(abs(d), time / size) for path, (d, size) in truths()[1].items()}
+    """Error of each derivative over what counts: it, or the metric over the size of the
+    number."""
+    return {
+        path: abs(found[path] - d) / max(abs(d), time / size)
+        for path, (d, size) in truths()[1].items()
+    }
 
 
 @pytest.mark.slow
@@ -82,10 +117,17 @@ def test_numbers_without_effect_forwards():
     (time, expected) = truths()
 
     def stopping_time(x):
-        return sb.simulate(sb.with_values(scene, dict(zip(expected, x, strict=True)))).stopping_time
+        return sb.simulate(
+            sb.with_values(scene, dict(zip(expected, x, strict=True)))
+        ).stopping_time
 
-    slope = jax.jit(jax.jacfwd(stopping_time))(jnp.asarray([F] + [0.0] * (len(expected) - 1)))
-    assert max(wrong(dict(zip(expected, slope.tolist(), strict=True)), time).values()) < 1e-7
+    slope = jax.jit(jax.jacfwd(stopping_time))(
+        jnp.asarray([F] + [0.0] * (len(expected) - 1))
+    )
+    assert (
+        max(wrong(dict(zip(expected, slope.tolist(), strict=True)), time).values())
+        < 1e-7
+    )
 
 
 @pytest.mark.slow
@@ -93,7 +135,14 @@ def test_numbers_without_effect_in_reverse():
     time, expected = truths()
     run = sb.prepare(without_effect(), ["stopping_time"])
     slopes = run.gradient()
-    assert max(wrong({path: slopes[0, run.places[path]].item() for path in expected}, time).values()) < 1e-7
+    assert (
+        max(
+            wrong(
+                {path: slopes[0, run.places[path]].item() for path in expected}, time
+            ).values()
+        )
+        < 1e-7
+    )
 
 
 @pytest.mark.slow
@@ -101,17 +150,29 @@ def test_gradient_takes_the_steps_it_needs():
     scene = stop(sb.friction.StribeckFriction(0.45, F, V_S))
     run = sb.prepare(scene, ["stopping_time"])
     # a record that suffices for the values alone
-    short = sb.prepare(scene, ["stopping_time"], max_steps=run().accepted + run().rejected + run().retaken + 2)
+    short = sb.prepare(
+        scene,
+        ["stopping_time"],
+        max_steps=run().accepted + run().rejected + run().retaken + 2,
+    )
     np.testing.assert_allclose(short.gradient(), run.gradient(), rtol=1e-12)
     fine = sb.prepare(scene, ["stopping_time"], max_step=0.01)
     assert fine().accepted > 100 > run().accepted
-    assert fine().metrics["stopping_time"] == pytest.approx(run().metrics["stopping_time"], rel=1e-10)
+    assert fine().metrics["stopping_time"] == pytest.approx(
+        run().metrics["stopping_time"], rel=1e-10
+    )
 
 
 def test_value_with_and_without_derivative():
-    scene = jax.tree.map(jnp.asarray, stop(sb.friction.StribeckFriction(0.45, F, 0.5, 1.5)))
-    value, slope = jax.jit(jax.value_and_grad(lambda s: sb.simulate(s).stopping_time))(scene)
-    assert float(value) == pytest.approx(float(sb.simulate(scene).stopping_time), rel=1e-10)
+    scene = jax.tree.map(
+        jnp.asarray, stop(sb.friction.StribeckFriction(0.45, F, 0.5, 1.5))
+    )
+    value, slope = jax.jit(jax.value_and_grad(lambda s: sb.simulate(s).stopping_time))(
+        scene
+    )
+    assert float(value) == pytest.approx(
+        float(sb.simulate(scene).stopping_time), rel=1e-10
+    )
 
     def torque(w, f_s=0.45):
         f = F + (f_s - F) * math.exp(-((R_B * w / 0.5) ** 1.5))
@@ -121,8 +182,21 @@ def test_value_with_and_without_derivative():
     def by_static(w):
         return (1 / torque(w, 0.45 + 1e-5) - 1 / torque(w, 0.45 - 1e-5)) / 2e-5
 
-    truth = J * quad(by_static, 0.0, OMEGA, points=[0.5, 1.0, 3.0], epsabs=1e-12, epsrel=1e-11, limit=500)[0]
-    assert float(slope.brake.linings.friction.static_coefficient) == pytest.approx(truth, rel=1e-7)
+    truth = (
+        J
+        * quad(
+            by_static,
+            0.0,
+            OMEGA,
+            points=[0.5, 1.0, 3.0],
+            epsabs=1e-12,
+            epsrel=1e-11,
+            limit=500,
+        )[0]
+    )
+    assert float(slope.brake.linings.friction.static_coefficient) == pytest.approx(
+        truth, rel=1e-7
+    )
 
 
 @pytest.mark.slow
@@ -132,7 +206,12 @@ def test_short_record_gives_no_derivative():
 
     def run(s):
         result = sb.simulate(s, max_steps=12)
-        found = (result.stopping_time, result.full_slip_time, result.max_tension.value, result.energy["friction_heat"])
+        found = (
+            result.stopping_time,
+            result.full_slip_time,
+            result.max_tension.value,
+            result.energy["friction_heat"],
+        )
         return jnp.stack(found), result.code
 
     def scaled(factor):
@@ -152,7 +231,9 @@ def test_estimated_error_of_derivatives():
     rtol = 1e-6
     truth, size = expected["brake.linings.friction.base.static_coefficient"]
     scene = stop(sb.friction.StribeckFriction(F, F, V_S))
-    table = sb.sensitivity(scene, "stopping_time", "brake.linings.friction", span=None, rtol=rtol)
+    table = sb.sensitivity(
+        scene, "stopping_time", "brake.linings.friction", span=None, rtol=rtol
+    )
     row = table.at("brake.linings.friction.static_coefficient")
     assert abs(row.derivative - truth) <= 3 * row.error + 1e-10 * time / size
     assert row.error <= 1e3 * rtol * max(abs(truth), time / size)
@@ -160,26 +241,40 @@ def test_estimated_error_of_derivatives():
 
 
 def hot(links, layers=0, slope=0.0):
-    """A stop whose rim heats, of one lump or of layers, under friction that fades with its temperature."""
+    """A stop whose rim heats, of one lump or of layers, under friction that fades with
+    its temperature."""
     thermal = sb.thermal
     steel = thermal.Material(48.0, 7800.0, 480.0)
-    rim = thermal.Wall("rim", steel, 0.025, 0.9, layers) if layers else thermal.Lump("rim", 2e4)
+    rim = (
+        thermal.Wall("rim", steel, 0.025, 0.9, layers)
+        if layers
+        else thermal.Lump("rim", 2e4)
+    )
     place = "rim.front" if layers else "rim"
     heat = sb.Heat(
         bodies=(rim, thermal.Lump("linings", 1e3), thermal.Reservoir("air")),
         links=links,
-        friction=thermal.FrictionHeat(place, "linings", thermal.ConstantPartition(0.8), sensed=place),
+        friction=thermal.FrictionHeat(
+            place, "linings", thermal.ConstantPartition(0.8), sensed=place
+        ),
         linings="linings",
     )
     fade = sb.friction.LinearFade(slope, 293.15)
-    return stop(sb.friction.ProductFriction(sb.ConstantFriction(0.4), (fade,)), heat=heat)
+    return stop(
+        sb.friction.ProductFriction(sb.ConstantFriction(0.4), (fade,)), heat=heat
+    )
 
 
 def compare_with_short_steps(scene, paths, step, tolerance, **options):
-    """Derivatives at the default steps beside those of very many short ones, in one program."""
+    """Derivatives at the default steps beside those of very many short ones, in one
+    program."""
 
     def metric(x, max_step):
-        run = sb.simulate(sb.with_values(scene, dict(zip(paths, x, strict=True))), max_step=max_step, **options)
+        run = sb.simulate(
+            sb.with_values(scene, dict(zip(paths, x, strict=True))),
+            max_step=max_step,
+            **options,
+        )
         return run.stopping_time
 
     slope = jax.jit(jax.value_and_grad(metric))
@@ -188,7 +283,10 @@ def compare_with_short_steps(scene, paths, step, tolerance, **options):
     time, found = slope(x, np.inf)
     truth = slope(x, step)[1]
     size = np.where(x == 0, 1.0, np.abs(x))
-    assert np.max(np.abs(found - truth) / np.maximum(np.abs(truth), float(time) / size)) < tolerance
+    assert (
+        np.max(np.abs(found - truth) / np.maximum(np.abs(truth), float(time) / size))
+        < tolerance
+    )
     assert np.all(truth != 0.0)
 
 
@@ -200,8 +298,15 @@ def test_heat_without_effect():
         thermal.Radiation("rim", 2.0, 0.0),
         thermal.Conductance("rim", "linings", 0.0),
     )
-    paths = ["heat.links[0].coefficient", "heat.links[1].emissivity", "heat.links[2].value"]
-    paths += ["brake.linings.friction.factors[0].slope", "brake.linings.friction.base.coefficient"]
+    paths = [
+        "heat.links[0].coefficient",
+        "heat.links[1].emissivity",
+        "heat.links[2].value",
+    ]
+    paths += [
+        "brake.linings.friction.factors[0].slope",
+        "brake.linings.friction.base.coefficient",
+    ]
     compare_with_short_steps(hot(links, slope=2e-4), paths, 1e-3, 1e-8, max_steps=8192)
     compare_with_short_steps(hot(links), paths[3:], 1e-3, 1e-8, max_steps=8192)
 
@@ -209,18 +314,31 @@ def test_heat_without_effect():
 @pytest.mark.slow
 def test_layers_with_rodas5p():
     scene = hot((sb.thermal.Convection("rim.back", 0.9, 30.0),), layers=8)
-    paths = ["brake.linings.friction.factors[0].slope", "brake.linings.friction.base.coefficient", "initial.omega"]
-    compare_with_short_steps(scene, paths, 5e-4, 1e-7, solver=sb.hybrid.Rodas5P(), max_steps=16384)
+    paths = [
+        "brake.linings.friction.factors[0].slope",
+        "brake.linings.friction.base.coefficient",
+        "initial.omega",
+    ]
+    compare_with_short_steps(
+        scene, paths, 5e-4, 1e-7, solver=sb.hybrid.Rodas5P(), max_steps=16384
+    )
 
 
 @pytest.mark.slow
 def test_a_run_of_a_hundred_events():
     """A pulley that a load turns again and again past a brake that opens and closes."""
-    lever = sb.profiles.Repeated([0.0, 0.02, 0.1, 0.12], [200.0, 3e3, 3e3, 200.0], 0.2, 60)
+    lever = sb.profiles.Repeated(
+        [0.0, 0.02, 0.1, 0.12], [200.0, 3e3, 3e3, 200.0], 0.2, 60
+    )
     brake = stop(sb.friction.StribeckFriction(F, F, V_S)).brake
-    scene = sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(2500.0))), sb.Initial(2.0), 12.0)
+    scene = sb.Scene(
+        brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(2500.0))), sb.Initial(2.0), 12.0
+    )
     assert int(sb.simulate(scene).record.stats.events) >= 100
-    paths = ["brake.linings.friction.static_coefficient", "brake.linings.friction.kinetic_coefficient"]
+    paths = [
+        "brake.linings.friction.static_coefficient",
+        "brake.linings.friction.kinetic_coefficient",
+    ]
 
     def end(x, max_step):
         changed = sb.with_values(scene, dict(zip(paths, x, strict=True)))

@@ -38,7 +38,8 @@ def forces(m, t, y, mode):
 
 
 class Shared(sb.hybrid.AbstractSemiExplicitSystem):
-    """A block on a plane under a pull that grows up to a known time and then is gone; mode (slides, pull is over)."""
+    """A block on a plane under a pull that grows up to a known time and then is gone;
+    mode (slides, pull is over)."""
 
     m: Any
 
@@ -61,22 +62,40 @@ class Shared(sb.hybrid.AbstractSemiExplicitSystem):
         return jnp.where(mode[0] == 0, z.spare, y.v)[None]
 
     def change(self, now, fired, at_stop):
-        # the rate of a variable along the motion decides: the pull must grow where the block lets go
+        # the rate of a variable along the motion decides: the pull must grow where the
+        # block lets go
         lets_go = fired[0] & ((now.mode[0] == 1) | (now.z_rate.spare < 0))
-        return jnp.stack([now.mode[0] ^ lets_go.astype(jnp.int32), now.mode[1] | at_stop.astype(jnp.int32)]), 0
+        return jnp.stack(
+            [
+                now.mode[0] ^ lets_go.astype(jnp.int32),
+                now.mode[1] | at_stop.astype(jnp.int32),
+            ]
+        ), 0
 
 
 def run(m):
     start = Block(jnp.zeros(()), jnp.zeros(()))
     mode = jnp.zeros(2, jnp.int32)
-    return sb.hybrid.hybridsolve(Shared(jnp.asarray(m)), start, mode, 0.0, END, DOPRI8, settings(1e-11, max_steps=128))
+    return sb.hybrid.hybridsolve(
+        Shared(jnp.asarray(m)),
+        start,
+        mode,
+        0.0,
+        END,
+        DOPRI8,
+        settings(1e-11, max_steps=128),
+    )
 
 
 def closed_form(m):
-    """Time of letting go, of the stop, and the distance: m v̇ = r t − F_k, then −F_k."""
+    """Time of letting go, of the stop, and the distance: m v̇ = r t − F_k, then
+    −F_k."""
     t0 = F_S / RATE
     dv = (RATE * (UNTIL**2 - t0**2) / 2 - F_K * (UNTIL - t0)) / m
-    dx = (RATE * ((UNTIL**3 - t0**3) / 6 - t0**2 * (UNTIL - t0) / 2) - F_K * (UNTIL - t0) ** 2 / 2) / m
+    dx = (
+        RATE * ((UNTIL**3 - t0**3) / 6 - t0**2 * (UNTIL - t0) / 2)
+        - F_K * (UNTIL - t0) ** 2 / 2
+    ) / m
     return t0, UNTIL + m * dv / F_K, dx + m * dv**2 / (2 * F_K)
 
 
@@ -93,7 +112,9 @@ def test_events_have_kinds_times_and_modes(record):
         sb.hybrid.EventKind.KNOWN_TIME,
         sb.hybrid.EventKind.GUARD,
     ]
-    np.testing.assert_allclose([event.time for event in events], [let_go, UNTIL, stop], rtol=1e-11)
+    np.testing.assert_allclose(
+        [event.time for event in events], [let_go, UNTIL, stop], rtol=1e-11
+    )
     assert [event.guard for event in events] == [0, None, 0]
     assert [tuple(event.before) for event in events] == [(0, 0), (1, 0), (1, 1)]
     assert [tuple(event.after) for event in events] == [(1, 0), (1, 1), (0, 1)]
@@ -106,13 +127,17 @@ def test_derivatives_of_the_closed_form(record):
     def end(m):
         return run(m).y_end.x
 
-    forwards, backwards = jax.jit(lambda m: (jax.jvp(end, (m,), (jnp.ones(()),))[1], jax.grad(end)(m)))(jnp.asarray(M))
+    forwards, backwards = jax.jit(
+        lambda m: (jax.jvp(end, (m,), (jnp.ones(()),))[1], jax.grad(end)(m))
+    )(jnp.asarray(M))
     # dx ∝ 1/m, and so is v² m
     assert float(forwards) == pytest.approx(-distance / M, rel=1e-9)
     assert float(backwards) == pytest.approx(float(forwards), rel=1e-12)
 
 
-@pytest.mark.parametrize("x", [[1.0, 3.0, 2.0], [2.0, 2.0, 1.0], [-4.0, -1.0], [0.0, 0.0], [5.0]])
+@pytest.mark.parametrize(
+    "x", [[1.0, 3.0, 2.0], [2.0, 2.0, 1.0], [-4.0, -1.0], [0.0, 0.0], [5.0]]
+)
 def test_derivative_of_the_largest_entry(x):
     x = np.asarray(x)
     one_hot = np.eye(len(x))[np.argmax(x)]

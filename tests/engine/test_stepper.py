@@ -1,4 +1,5 @@
-"""Steps that the caller sets: equal to one run of the same commands, closed forms, states kept and taken up again."""
+"""Steps that the caller sets: equal to one run of the same commands, closed forms,
+states kept and taken up again."""
 
 from itertools import pairwise
 
@@ -9,29 +10,53 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 
-ELASTIC = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm", 4e5), sb.uniform_linings(20, "270 deg", 0.35))
-COMMANDS = [(5e3, 5e3), (12e3, 5e3), (24e3, 4e3), (24e3, 6e3), (1e3, 6e3), (0.0, 6e3), (20e3, 6e3), (20e3, 3e3)]
+ELASTIC = sb.Brake(
+    sb.Pulley("590 mm", 1200.0),
+    sb.Band("623 mm", 4e5),
+    sb.uniform_linings(20, "270 deg", 0.35),
+)
+COMMANDS = [
+    (5e3, 5e3),
+    (12e3, 5e3),
+    (24e3, 4e3),
+    (24e3, 6e3),
+    (1e3, 6e3),
+    (0.0, 6e3),
+    (20e3, 6e3),
+    (20e3, 3e3),
+]
 
 
 def rigid(lever=24e3, load=5e3, **options):
     linings = sb.uniform_linings(12, "270 deg", 0.35)
     brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), linings)
-    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(load)), sb.Initial(24.0), "5 s", **options)
+    return sb.Scene(
+        brake, sb.Duty(lever, sb.TorqueLoad(load)), sb.Initial(24.0), "5 s", **options
+    )
 
 
 def elastic(lever=24e3):
-    return sb.Scene(ELASTIC, sb.Duty(lever, sb.TorqueLoad(5e3)), sb.Initial(24.0), "5 s")
+    return sb.Scene(
+        ELASTIC, sb.Duty(lever, sb.TorqueLoad(5e3)), sb.Initial(24.0), "5 s"
+    )
 
 
 @pytest.mark.slow
 def test_steps_of_one_scene_are_its_run():
-    scene = sb.Scene(ELASTIC, sb.Duty(sb.ramp(0.0, 24e3, 0.0, 0.3), sb.TorqueLoad(5e3)), sb.Initial(24.0), "3 s")
+    scene = sb.Scene(
+        ELASTIC,
+        sb.Duty(sb.ramp(0.0, 24e3, 0.0, 0.3), sb.TorqueLoad(5e3)),
+        sb.Initial(24.0),
+        "3 s",
+    )
     whole = sb.simulate(scene)
     stepper = sb.Stepper(scene)
     events = [event for _ in range(60) for event in stepper.advance(0.05).events]
     names = [event for event in whole.events if event.name != "lining_limit"]
     assert [event.name for event in events] == [event.name for event in names]
-    np.testing.assert_allclose([event.time for event in events], [event.time for event in names], rtol=1e-9)
+    np.testing.assert_allclose(
+        [event.time for event in events], [event.time for event in names], rtol=1e-9
+    )
     assert stepper.omega == 0.0
     phi = whole.series([3.0]).phi[0]
     np.testing.assert_allclose(stepper["phi"], phi, rtol=1e-9)
@@ -40,24 +65,35 @@ def test_steps_of_one_scene_are_its_run():
 @pytest.mark.slow
 def test_commands_are_jumps_of_a_profile():
     stepper = sb.Stepper(elastic(), inputs=["lever", "load"])
-    events = [event for F, M in COMMANDS for event in stepper.advance(0.31, lever=F, load=M).events]
+    events = [
+        event
+        for F, M in COMMANDS
+        for event in stepper.advance(0.31, lever=F, load=M).events
+    ]
     whole = sb.simulate(stepper.history())
     names = [event for event in whole.events if event.name != "lining_limit"]
     assert [event.name for event in events] == [event.name for event in names]
-    assert {"slip_onset", "restick", "stop", "restart", "release"} <= {event.name for event in events}
-    np.testing.assert_allclose([event.time for event in events], [event.time for event in names], rtol=1e-9)
+    assert {"slip_onset", "restick", "stop", "restart", "release"} <= {
+        event.name for event in events
+    }
+    np.testing.assert_allclose(
+        [event.time for event in events], [event.time for event in names], rtol=1e-9
+    )
     end = whole.record.y_end
     kept = stepper.series()
     np.testing.assert_allclose(kept.phi[0], end.phi, rtol=1e-9)
     np.testing.assert_allclose(kept.elongation[0], end.own.x, rtol=1e-9)
     for name in ("load_work", "lever_work", "friction_heat"):
         np.testing.assert_allclose(
-            getattr(kept, name)[0], getattr(whole.series([whole.record.t_end]), name)[0], rtol=1e-9
+            getattr(kept, name)[0],
+            getattr(whole.series([whole.record.t_end]), name)[0],
+            rtol=1e-9,
         )
 
 
 def test_held_inputs_match_closed_form():
-    """J dω/dt = M − T_0 (Π − 1) R: uniformly decelerated between two commands, at rest until the load outweighs it."""
+    """J dω/dt = M − T_0 (Π − 1) R: uniformly decelerated between two commands, at rest
+    until the load outweighs it."""
     stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
     tan = np.tan(1.5 * np.pi / 12 / 2)
     ratio = ((1 + 0.35 * tan) / (1 - 0.35 * tan)) ** 12
@@ -70,21 +106,31 @@ def test_held_inputs_match_closed_form():
         np.testing.assert_allclose(stepper.omega, omega, rtol=1e-12)
     stop = stepper.advance(2.0, lever="9 kN", load=0.0).events[-1]
     assert np.isnan(stepper["holding_reserve"])  # (it holds no load)
-    np.testing.assert_allclose(stop.time, 1.2 + omega * inertia / (9e3 * arm), rtol=1e-12)
+    np.testing.assert_allclose(
+        stop.time, 1.2 + omega * inertia / (9e3 * arm), rtol=1e-12
+    )
     assert (stop.name, stepper.omega) == ("stop", 0.0)
     assert stepper.advance(10.0, load=0.999 * 9e3 * arm).events == []
     assert stepper.omega == 0.0
     begun = stepper.advance(0.5, load=1.2 * 9e3 * arm)
-    assert [(event.name, event.time) for event in begun.events] == [("restart", 13.2), ("full_slip", 13.2)]
-    np.testing.assert_allclose(stepper.omega, 0.2 * 9e3 * arm / inertia * 0.5, rtol=1e-9)
+    assert [(event.name, event.time) for event in begun.events] == [
+        ("restart", 13.2),
+        ("full_slip", 13.2),
+    ]
+    np.testing.assert_allclose(
+        stepper.omega, 0.2 * 9e3 * arm / inertia * 0.5, rtol=1e-9
+    )
 
 
 @pytest.mark.slow
 def test_an_actuator_follows_its_commands():
-    """More commands than fit wait in the dead time, and a lag still feels those that are long over (against SciPy)."""
+    """More commands than fit wait in the dead time, and a lag still feels those that
+    are long over (against SciPy)."""
     late = 0.13
     slow = 0.06
-    stepper = sb.Stepper(rigid(sb.loads.Actuator(24e3, lag=slow, dead_time=late)), inputs=["lever"])
+    stepper = sb.Stepper(
+        rigid(sb.loads.Actuator(24e3, lag=slow, dead_time=late)), inputs=["lever"]
+    )
     rng = np.random.default_rng(5)
     given = [(0.05 * k, force) for k, force in enumerate(rng.uniform(1e3, 9e3, 24))]
     found = []
@@ -98,12 +144,20 @@ def test_an_actuator_follows_its_commands():
     wanted = []
     tension = 24e3
     for k in range(24):
-        knots = sorted({0.05 * k, *(0.05 * j + late for j in range(24)), 0.05 * (k + 1)})
+        knots = sorted(
+            {0.05 * k, *(0.05 * j + late for j in range(24)), 0.05 * (k + 1)}
+        )
         for a, b in pairwise(knots):
             if a < 0.05 * k - 1e-12 or b > 0.05 * (k + 1) + 1e-12 or b - a < 1e-12:
                 continue
             u = command(0.5 * (a + b) - late)
-            run = solve_ivp(lambda t, F, u=u: (u - F) / slow, (a, b), [tension], rtol=1e-12, atol=1e-6)
+            run = solve_ivp(
+                lambda t, F, u=u: (u - F) / slow,
+                (a, b),
+                [tension],
+                rtol=1e-12,
+                atol=1e-6,
+            )
             tension = run.y[0, -1]
         wanted.append(tension)
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
@@ -120,7 +174,10 @@ def test_a_state_goes_on_to_the_last_bit(tmp_path):
     np.savez(tmp_path / "state.npz", **stepper.state())
 
     def further(one):
-        return [(one.advance(0.03, lever=force).events, one.omega) for force in (2e3, 9e3, 20e3, 20e3, 24e3)]
+        return [
+            (one.advance(0.03, lever=force).events, one.omega)
+            for force in (2e3, 9e3, 20e3, 20e3, 24e3)
+        ]
 
     first = further(stepper)
     with np.load(tmp_path / "state.npz") as kept:
@@ -128,7 +185,10 @@ def test_a_state_goes_on_to_the_last_bit(tmp_path):
     assert (again.time, again.inputs) == (0.16, {"lever": 7e3})
     assert further(again) == first
     np.testing.assert_array_equal(again.state()["y"], stepper.state()["y"])
-    other = sb.Stepper(rigid(sb.loads.Actuator(25e3, lag="60 ms", dead_time="130 ms")), inputs=["lever"])
+    other = sb.Stepper(
+        rigid(sb.loads.Actuator(25e3, lag="60 ms", dead_time="130 ms")),
+        inputs=["lever"],
+    )
     with pytest.raises(sb.InputError, match="state: is of another scene"):
         other.restore(stepper.state())
     with pytest.raises(sb.InputError, match="state: has other entries"):
@@ -163,16 +223,25 @@ def test_lever_and_driller_are_commanded():
     stepper = sb.Stepper(rigid(lever), inputs=["lever"])
     stepper.advance(0.1, lever="200 N")
     np.testing.assert_allclose(stepper["slack_tension"], 3000.0, rtol=1e-14)
-    driller = sb.Stepper(rigid(sb.Driller(sb.PiecewiseLinear([0.0], [24.0]), "60 kN")), inputs=["lever"])
+    driller = sb.Stepper(
+        rigid(sb.Driller(sb.PiecewiseLinear([0.0], [24.0]), "60 kN")), inputs=["lever"]
+    )
     driller.advance(4.0, lever="120 rpm")
     # ω − ω_r falls by e^{−g t} with g = 2/s
-    np.testing.assert_allclose(driller.omega - 4 * np.pi, (24 - 4 * np.pi) * np.exp(-8.0), rtol=1e-7)
+    np.testing.assert_allclose(
+        driller.omega - 4 * np.pi, (24 - 4 * np.pi) * np.exp(-8.0), rtol=1e-7
+    )
 
 
 def test_wrong_input_changes_nothing():
     with pytest.raises(sb.InputError) as caught:
         sb.Stepper(
-            sb.Scene(ELASTIC, sb.Duty("0 N", sb.HookLoad("60 t", "400 mm", 8)), sb.Initial(24.0), 5.0),
+            sb.Scene(
+                ELASTIC,
+                sb.Duty("0 N", sb.HookLoad("60 t", "400 mm", 8)),
+                sb.Initial(24.0),
+                5.0,
+            ),
             ["lever", "load", "wind"],
         )
     text = str(caught.value)
@@ -184,50 +253,80 @@ def test_wrong_input_changes_nothing():
     with pytest.raises(sb.InputError) as caught:
         stepper.advance("-1 s", lever="3 kg", load=3.0)
     text = str(caught.value)
-    assert all(part in text for part in ("dt: ", "lever: ", "load: is no input of this stepper"))
-    assert all(np.array_equal(before[name], value) for name, value in stepper.state().items())
+    assert all(
+        part in text
+        for part in ("dt: ", "lever: ", "load: is no input of this stepper")
+    )
+    assert all(
+        np.array_equal(before[name], value) for name, value in stepper.state().items()
+    )
 
 
 def warmed():
-    """A brake at rest whose linings are warmed from outside by 2 K/s, and whose friction is known up to 400 K."""
+    """A brake at rest whose linings are warmed from outside by 2 K/s, and whose
+    friction is known up to 400 K."""
     fade = sb.friction.TabulatedFade(np.asarray([280.0, 400.0]), np.asarray([1.0, 0.8]))
     law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (fade,))
-    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm", 4e5), sb.uniform_linings(12, "270 deg", law))
+    brake = sb.Brake(
+        sb.Pulley("590 mm", 1200.0),
+        sb.Band("623 mm", 4e5),
+        sb.uniform_linings(12, "270 deg", law),
+    )
     heat = sb.Heat(
         (sb.thermal.Lump("linings", 1e4),),
         sources=(sb.thermal.Source("linings", 2e4),),
-        friction=sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(1.0)),
+        friction=sb.thermal.FrictionHeat(
+            None, "linings", sb.thermal.ConstantPartition(1.0)
+        ),
         linings="linings",
     )
-    return sb.Scene(brake, sb.Duty(8e3, sb.TorqueLoad(0.0)), sb.Initial(0.0), 100.0, heat)
+    return sb.Scene(
+        brake, sb.Duty(8e3, sb.TorqueLoad(0.0)), sb.Initial(0.0), 100.0, heat
+    )
 
 
 def test_a_step_that_fails_changes_nothing():
     stepper = sb.Stepper(warmed(), inputs=["lever"])
     for k in range(5):
         stepper.advance(10.0, lever=8e3 + k)
-        np.testing.assert_allclose(stepper["lining_temperature"], 293.15 + 20.0 * (k + 1), rtol=1e-10)
+        np.testing.assert_allclose(
+            stepper["lining_temperature"], 293.15 + 20.0 * (k + 1), rtol=1e-10
+        )
     before = stepper.state()
     with pytest.raises(sb.SimulationError, match="outside_table"):
         stepper.advance(10.0, lever=7e3)
-    assert all(np.array_equal(before[name], value) for name, value in stepper.state().items())
+    assert all(
+        np.array_equal(before[name], value) for name, value in stepper.state().items()
+    )
     stepper.advance(3.0, lever=6e3)
-    np.testing.assert_allclose(stepper["lining_temperature"], 293.15 + 106.0, rtol=1e-10)
+    np.testing.assert_allclose(
+        stepper["lining_temperature"], 293.15 + 106.0, rtol=1e-10
+    )
     said = np.asarray(stepper.history().duty.slack_tension.values)
-    np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])  # not what failed
+    np.testing.assert_array_equal(
+        said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3]
+    )  # not what failed
 
 
 def test_inputs_by_name_and_array_numbers():
     stepper = sb.Stepper(rigid(), inputs="lever")
     assert stepper.units == {"lever": "N"}
     assert stepper["normal_load"].shape == (12,)
-    with pytest.raises(KeyError, match="is no column of this scene; there are t, phi, omega"):
+    with pytest.raises(
+        KeyError, match="is no column of this scene; there are t, phi, omega"
+    ):
         stepper["torque"]
     assert repr(stepper).endswith("24 rad/s, open; inputs: lever 24 kN)")
     stepper.advance(np.float32(0.5), lever=np.asarray(3e3))
-    assert (stepper.time, stepper.inputs, stepper.holding) == (0.5, {"lever": 3e3}, False)
+    assert (stepper.time, stepper.inputs, stepper.holding) == (
+        0.5,
+        {"lever": 3e3},
+        False,
+    )
     other = sb.Stepper(rigid(), "lever", state=stepper.state())
-    stepper.advance(5.0, lever=20e3)  # two that go on from one state do not share their commands
+    stepper.advance(
+        5.0, lever=20e3
+    )  # two that go on from one state do not share their commands
     other.advance(0.1, lever=4e3)
     assert stepper.holding
     assert stepper.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 20e3]

@@ -1,4 +1,5 @@
-"""What a class of a user's own gets from the base classes of parts: a frozen dataclass that is a PyTree."""
+"""What a class of a user's own gets from the base classes of parts: a frozen dataclass
+that is a PyTree."""
 
 import copy
 import dataclasses
@@ -41,7 +42,9 @@ class Rough(Worn):
 def test_part_of_a_users_own_class():
     law = Rough("0.4", kind="rough")
     assert jax.tree.leaves(law) == [0.4, 0.5]
-    assert [jax.tree_util.keystr(path) for path, _ in jax.tree.leaves_with_path(law)] == [".level", ".share"]
+    assert [
+        jax.tree_util.keystr(path) for path, _ in jax.tree.leaves_with_path(law)
+    ] == [".level", ".share"]
     twice = jax.tree.map(lambda x: 2 * x, law)
     assert type(twice) is Rough
     assert (twice.level, twice.share, twice.kind) == (0.8, 1.0, "rough")
@@ -50,7 +53,11 @@ def test_part_of_a_users_own_class():
     assert law != Rough(0.4)
     assert law != Worn(0.4, kind="rough")
     assert jax.jit(lambda law: law.level * law.share)(law) == 0.2
-    for other in (copy.deepcopy(law), pickle.loads(pickle.dumps(law)), eqx.tree_at(lambda x: x.level, law, law.level)):
+    for other in (
+        copy.deepcopy(law),
+        pickle.loads(pickle.dumps(law)),
+        eqx.tree_at(lambda x: x.level, law, law.level),
+    ):
         assert other == law
         assert type(other) is Rough
     with pytest.raises(dataclasses.FrozenInstanceError, match="level"):
@@ -86,7 +93,10 @@ def test_classes_that_are_not_complete():
 
 
 def test_signature_tells_what_is_taken():
-    assert str(inspect.signature(sb.Pulley)) == "(radius: float, inertia: float, width: float | None = None) -> None"
+    assert (
+        str(inspect.signature(sb.Pulley))
+        == "(radius: float, inertia: float, width: float | None = None) -> None"
+    )
     assert [*inspect.signature(Rough).parameters] == ["level", "kind"]
     assert hash(sb.hybrid.Rodas5P()) == hash(sb.hybrid.Rodas5P())
     assert sb.hybrid.Rodas5P() == sb.hybrid.Rodas5P()

@@ -1,4 +1,5 @@
-"""A scene as C: compiled by the C compiler of the machine, beside prepared runs and the `Stepper`."""
+"""A scene as C: compiled by the C compiler of the machine, beside prepared runs and the
+`Stepper`."""
 
 import ctypes
 import dataclasses
@@ -16,14 +17,29 @@ from helpers import main
 import simbrake as sb
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
-FLAGS = ["-O2", "-std=c99", "-ffp-contract=off", "-Wall", "-Werror", "-Wno-unused", "-Wno-tautological-compare"]
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(COMPILER is None, reason="no C compiler")]
+FLAGS = [
+    "-O2",
+    "-std=c99",
+    "-ffp-contract=off",
+    "-Wall",
+    "-Werror",
+    "-Wno-unused",
+    "-Wno-tautological-compare",
+]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(COMPILER is None, reason="no C compiler"),
+]
 METRICS = ["slip_onset_time", "full_slip_time", "stopping_time"]
 
 
 def c_names(at, first):
     """Names of an enum by their numbers."""
-    return {n: name.removeprefix(first).lower() for name, n in at.items() if name.startswith(first)}
+    return {
+        n: name.removeprefix(first).lower()
+        for name, n in at.items()
+        if name.startswith(first)
+    }
 
 
 class Compiled:
@@ -32,10 +48,15 @@ class Compiled:
     def __init__(self, file):
         text = file.read_text()
         self.name = file.stem
-        entries = re.findall(rf"^  {self.name.upper()}_(\w+) = (-?\d+), /\*", text, re.MULTILINE)
+        entries = re.findall(
+            rf"^  {self.name.upper()}_(\w+) = (-?\d+), /\*", text, re.MULTILINE
+        )
         self.at = {entry: int(n) for entry, n in entries}
         library = file.with_suffix(".so")
-        subprocess.run([COMPILER, *FLAGS, "-shared", "-fPIC", "-o", library, file, "-lm"], check=True)
+        subprocess.run(
+            [COMPILER, *FLAGS, "-shared", "-fPIC", "-o", library, file, "-lm"],
+            check=True,
+        )
         c = ctypes
         at = self.at
         self.library = library = c.CDLL(str(library))
@@ -58,11 +79,18 @@ class Compiled:
 
         self.Event = Event
         self.Run = Run
-        for function in ("new", "free", "run", *(("start", "step") if "STATES" in self.at else ())):
+        for function in (
+            "new",
+            "free",
+            "run",
+            *(("start", "step") if "STATES" in self.at else ()),
+        ):
             setattr(self, f"_{function}", getattr(library, f"{self.name}_{function}"))
         self._new.restype = c.c_void_p
         self.memory = c.c_void_p(self._new())
-        self.numbers = np.array((c.c_double * at["NUMBERS"]).in_dll(library, f"{self.name}_numbers"))
+        self.numbers = np.array(
+            (c.c_double * at["NUMBERS"]).in_dll(library, f"{self.name}_numbers")
+        )
         self.events = c_names(at, "EVENT_")
 
     def run(self, rtol=1e-10, **numbers):
@@ -77,15 +105,32 @@ class Compiled:
         run.most_events = 1000
         run.columns = columns.ctypes.data
         run.most_rows = len(columns)
-        code = self._run(self.memory, x.ctypes.data_as(ctypes.c_void_p), ctypes.c_double(rtol), ctypes.byref(run))
-        log = [(self.events[event.name], event.time) for event in events[: run.events_found]]
+        code = self._run(
+            self.memory,
+            x.ctypes.data_as(ctypes.c_void_p),
+            ctypes.c_double(rtol),
+            ctypes.byref(run),
+        )
+        log = [
+            (self.events[event.name], event.time)
+            for event in events[: run.events_found]
+        ]
         self.status = c_names(self.at, "STATUS_")[run.status]
-        return code, np.array(run.metrics), [*run.counts], log, columns[: run.rows_found]
+        return (
+            code,
+            np.array(run.metrics),
+            [*run.counts],
+            log,
+            columns[: run.rows_found],
+        )
 
     def start(self, rtol=1e-10):
         self.stepper = ctypes.create_string_buffer(1 << 20)
         return self._start(
-            self.memory, self.numbers.ctypes.data_as(ctypes.c_void_p), ctypes.c_double(rtol), self.stepper
+            self.memory,
+            self.numbers.ctypes.data_as(ctypes.c_void_p),
+            ctypes.c_double(rtol),
+            self.stepper,
         )
 
     def step(self, dt, *inputs):
@@ -94,8 +139,18 @@ class Compiled:
         found = ctypes.c_int()
         x = np.asarray(inputs, float)
         pointer = x.ctypes.data_as(ctypes.c_void_p)
-        code = self._step(self.memory, self.stepper, ctypes.c_double(dt), pointer, events, 100, ctypes.byref(found))
-        return code, [(self.events[event.name], event.time) for event in events[: found.value]]
+        code = self._step(
+            self.memory,
+            self.stepper,
+            ctypes.c_double(dt),
+            pointer,
+            events,
+            100,
+            ctypes.byref(found),
+        )
+        return code, [
+            (self.events[event.name], event.time) for event in events[: found.value]
+        ]
 
     @property
     def columns(self):
@@ -110,7 +165,9 @@ def stop():
 
 @pytest.fixture(scope="module")
 def compiled(stop, tmp_path_factory):
-    return Compiled(sb.export_c(stop, tmp_path_factory.mktemp("c") / "stop.c", inputs=["lever"]))
+    return Compiled(
+        sb.export_c(stop, tmp_path_factory.mktemp("c") / "stop.c", inputs=["lever"])
+    )
 
 
 def changes(result):
@@ -121,7 +178,9 @@ def changes(result):
 
 def same_events(events, expected, rtol):
     assert [name for name, _ in events] == [name for name, _ in expected]
-    np.testing.assert_allclose([time for _, time in events], [time for _, time in expected], rtol=rtol)
+    np.testing.assert_allclose(
+        [time for _, time in events], [time for _, time in expected], rtol=rtol
+    )
 
 
 def test_run_is_the_prepared_one(stop, compiled):
@@ -139,57 +198,96 @@ def test_run_is_the_prepared_one(stop, compiled):
     series = result.series(columns[rows, compiled.at["COLUMN_T"]])
     for name in ("omega", "phi", "brake_torque", "tight_tension", "slip_speed"):
         np.testing.assert_allclose(
-            columns[rows, compiled.at[f"COLUMN_{name.upper()}"]], getattr(series, name), rtol=1e-11, atol=1e-9
+            columns[rows, compiled.at[f"COLUMN_{name.upper()}"]],
+            getattr(series, name),
+            rtol=1e-11,
+            atol=1e-9,
         )
 
 
 def test_staged_run_with_heat(tmp_path):
-    """To 1e-12 where the steps agree, else to a tenth of the estimated error: C may round otherwise."""
+    """To 1e-12 where the steps agree, else to a tenth of the estimated error: C may
+    round otherwise."""
     scene = shipped.load("staged_vs_standard").scene()
     compiled = Compiled(sb.export_c(scene, tmp_path / "staged.c"))
     result = sb.simulate(scene)
     code, _, counts, events, _ = compiled.run()
-    expected = [(event.name, event.time) for event in result.events if event.name != "lining_limit"]
+    expected = [
+        (event.name, event.time)
+        for event in result.events
+        if event.name != "lining_limit"
+    ]
     assert (code, compiled.status) == (0, result.status)
     assert [name for name, _ in events] == [name for name, _ in expected]
     assert {"internal_slip", "external_lock", "stop"} <= {name for name, _ in events}
     agrees = counts == [int(count) for count in result.record.stats]
-    close = {"rtol": 1e-12} if agrees else {"rtol": 0, "atol": 0.1 * result.accuracy().event_time}
-    np.testing.assert_allclose([time for _, time in events], [time for _, time in expected], **close)
+    close = (
+        {"rtol": 1e-12}
+        if agrees
+        else {"rtol": 0, "atol": 0.1 * result.accuracy().event_time}
+    )
+    np.testing.assert_allclose(
+        [time for _, time in events], [time for _, time in expected], **close
+    )
 
 
 def test_more_changes_of_mode_than_fit_in_a_byte(tmp_path):
-    """Band, internal pair, shaft and rope each have modes: 260 sequences of events, numbered in a table."""
+    """Band, internal pair, shaft and rope each have modes: 260 sequences of events,
+    numbered in a table."""
     scene = shipped.load("everything_coupled").scene()
     compiled = Compiled(sb.export_c(scene, tmp_path / "coupled.c"))
     result = sb.simulate(scene)
     code, _, _, events, _ = compiled.run()
     assert (code, compiled.status) == (0, result.status)
     known = {*compiled.events.values()}
-    same_events(events, [(event.name, event.time) for event in result.events if event.name in known], 1e-9)
+    same_events(
+        events,
+        [(event.name, event.time) for event in result.events if event.name in known],
+        1e-9,
+    )
 
 
 def test_numbers_are_those_of_the_call(stop, compiled):
-    _, metrics, _, events, _ = compiled.run(initial_omega=18.0, brake_pulley_inertia=900.0)
+    _, metrics, _, events, _ = compiled.run(
+        initial_omega=18.0, brake_pulley_inertia=900.0
+    )
     other = sb.with_values(stop, {"initial.omega": 18.0, "brake.pulley.inertia": 900.0})
     result = sb.simulate(other)
-    np.testing.assert_allclose(metrics, [float(result[name]) for name in METRICS], rtol=1e-12)
+    np.testing.assert_allclose(
+        metrics, [float(result[name]) for name in METRICS], rtol=1e-12
+    )
     same_events(events, changes(result), 1e-12)
-    for values in ({"initial.omega": 0.0}, {"end_time": 0.5}, {"duty.load.mass": 400e3}):
-        assert compiled.run(**{path.replace(".", "_"): value for path, value in values.items()})[0] == 0
+    for values in (
+        {"initial.omega": 0.0},
+        {"end_time": 0.5},
+        {"duty.load.mass": 400e3},
+    ):
+        assert (
+            compiled.run(
+                **{path.replace(".", "_"): value for path, value in values.items()}
+            )[0]
+            == 0
+        )
         assert compiled.status == sb.simulate(sb.with_values(stop, values)).status
     assert compiled.run(initial_omega=np.nan)[0] == compiled.at["CODE_BAD_NUMBER"]
     assert compiled.run(rtol=-1.0)[0] == compiled.at["CODE_BAD_NUMBER"]
     for number in (0.0, -1.0, np.inf):
-        assert compiled.run(brake_pulley_inertia=number)[0] == compiled.at["CODE_BAD_NUMBER"]
+        assert (
+            compiled.run(brake_pulley_inertia=number)[0]
+            == compiled.at["CODE_BAD_NUMBER"]
+        )
 
 
 def test_what_has_no_form_in_c_is_said_in_words(stop, tmp_path):
     def outside(t, p):
-        return jax.pure_callback(lambda x: np.asarray(x), jax.ShapeDtypeStruct((), np.float64), p)
+        return jax.pure_callback(
+            lambda x: np.asarray(x), jax.ShapeDtypeStruct((), np.float64), p
+        )
 
     lever = sb.profiles.FunctionProfile(outside, 2e4, typical=2e4)
-    scene = dataclasses.replace(stop, duty=dataclasses.replace(stop.duty, slack_tension=lever))
+    scene = dataclasses.replace(
+        stop, duty=dataclasses.replace(stop.duty, slack_tension=lever)
+    )
     with pytest.raises(sb.InputError, match="which has no C form yet"):
         sb.export_c(scene, tmp_path / "outside.c")
     assert [*tmp_path.iterdir()] == []
@@ -197,10 +295,17 @@ def test_what_has_no_form_in_c_is_said_in_words(stop, tmp_path):
 
 def test_program_of_its_own(stop, compiled, tmp_path):
     file = sb.export_c(stop, tmp_path / "stop.c", inputs=["lever"])
-    subprocess.run([COMPILER, *FLAGS, "-DSTOP_MAIN", "-o", tmp_path / "stop", file, "-lm"], check=True)
-    printed = subprocess.run([tmp_path / "stop"], check=True, capture_output=True, text=True).stdout
+    subprocess.run(
+        [COMPILER, *FLAGS, "-DSTOP_MAIN", "-o", tmp_path / "stop", file, "-lm"],
+        check=True,
+    )
+    printed = subprocess.run(
+        [tmp_path / "stop"], check=True, capture_output=True, text=True
+    ).stdout
     values = dict(re.findall(r"(\w+) = (\S+)", printed))
-    np.testing.assert_array_equal([float(values[name]) for name in METRICS], compiled.run()[1])
+    np.testing.assert_array_equal(
+        [float(values[name]) for name in METRICS], compiled.run()[1]
+    )
     assert re.findall(r"s  (\w+)", printed) == [name for name, _ in compiled.run()[3]]
 
 
@@ -208,27 +313,54 @@ def test_steps_are_those_of_the_stepper(stop, compiled):
     stepper = sb.Stepper(stop, ["lever"])
     assert compiled.start() == 0
     # (a command that lasts no time gives way to the next one)
-    for dt, lever in ((0.13, 3e3), (0.13, 9e3), (0.13, 9e3), (0.0, 5e3), (0.13, 0.0), (0.13, 24e3), (0.13, 60e3)):
+    for dt, lever in (
+        (0.13, 3e3),
+        (0.13, 9e3),
+        (0.13, 9e3),
+        (0.0, 5e3),
+        (0.13, 0.0),
+        (0.13, 24e3),
+        (0.13, 60e3),
+    ):
         expected = stepper.advance(dt, lever=lever)
         code, events = compiled.step(dt, lever)
         assert code == 0
-        same_events(events, [(event.name, event.time) for event in expected.events], 1e-10)
+        same_events(
+            events, [(event.name, event.time) for event in expected.events], 1e-10
+        )
         for name in ("t", "omega", "phi", "brake_torque", "slack_tension"):
             found = compiled.columns[compiled.at[f"COLUMN_{name.upper()}"]]
             np.testing.assert_allclose(found, stepper[name], rtol=1e-10, atol=1e-10)
     before = compiled.stepper.raw
-    assert compiled.step(0.1, -1.0)[0] == compiled.step(-0.1, 1.0)[0] == compiled.at["CODE_BAD_NUMBER"]
+    assert (
+        compiled.step(0.1, -1.0)[0]
+        == compiled.step(-0.1, 1.0)[0]
+        == compiled.at["CODE_BAD_NUMBER"]
+    )
     assert compiled.stepper.raw == before
 
 
 def test_commands_wait_in_a_dead_time(tmp_path):
-    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), sb.uniform_linings(4, "270 deg", 0.35))
+    brake = sb.Brake(
+        sb.Pulley("590 mm", 1200.0),
+        sb.Band("623 mm"),
+        sb.uniform_linings(4, "270 deg", 0.35),
+    )
     lever = sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms")
-    scene = sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s")
+    scene = sb.Scene(
+        brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s"
+    )
     compiled = Compiled(sb.export_c(scene, tmp_path / "late.c", waiting=16))
     stepper = sb.Stepper(scene, ["lever", "load"])
     assert compiled.start() == 0
-    for lever, load in ((3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)):
+    for lever, load in (
+        (3e3, 2e3),
+        (9e3, 5e3),
+        (1e3, 8e3),
+        (20e3, 5e3),
+        (20e3, 5e3),
+        (0.0, 9e3),
+    ):
         stepper.advance(0.04, lever=lever, load=load)
         assert compiled.step(0.04, lever, load)[0] == 0
         found = compiled.columns[compiled.at["COLUMN_OMEGA"]]
@@ -254,7 +386,11 @@ def test_errors_in_words(stop, tmp_path, capsys, monkeypatch):
     with pytest.raises(sb.InputError, match="is no input"):
         sb.export_c(stop, "stop.c", inputs=["brake"])
     # an operation that has no C form
-    odd = sb.profiles.FunctionProfile(lambda t, level: level + jax.lax.lgamma(2.0 + 0.0 * t), 8e3)
+    odd = sb.profiles.FunctionProfile(
+        lambda t, level: level + jax.lax.lgamma(2.0 + 0.0 * t), 8e3
+    )
     with pytest.raises(sb.InputError, match="lgamma"):
-        sb.export_c(eqx.tree_at(lambda one: one.duty.slack_tension, stop, odd), "stop.c")
+        sb.export_c(
+            eqx.tree_at(lambda one: one.duty.slack_tension, stop, odd), "stop.c"
+        )
     assert [*tmp_path.iterdir()] == []

@@ -1,4 +1,5 @@
-"""Options of the commands and what they reach: the computing calls have stand-ins, so that nothing is compiled."""
+"""Options of the commands and what they reach: the computing calls have stand-ins, so
+that nothing is compiled."""
 
 import json
 import operator
@@ -40,7 +41,9 @@ class Answer(list):
         return [1]
 
 
-FIGURE = SimpleNamespace(savefig=lambda place, dpi: place.write_text("a figure", "utf-8"))
+FIGURE = SimpleNamespace(
+    savefig=lambda place, dpi: place.write_text("a figure", "utf-8")
+)
 DATA = xr.Dataset(
     {
         "stopping_time": ("run", [1.0, 2.0, np.nan, 4.0], {"units": "s"}),
@@ -50,19 +53,43 @@ DATA = xr.Dataset(
         "code": ("run", [0, 0, 1, 0]),
         "reason": ("run", ["S1", "S1", "", "S1"]),
         "colour": ("run", ["red", "red", "", "red"]),
-        **{name: ("run", [0] * 4) for name in ("method", "rejected", "retaken", "segments")},
+        **{
+            name: ("run", [0] * 4)
+            for name in ("method", "rejected", "retaken", "segments")
+        },
     },
-    {"run": range(4), "initial.omega": ("run", [1.0, 2.0, 3.0, 4.0], {"units": "rad/s"})},
+    {
+        "run": range(4),
+        "initial.omega": ("run", [1.0, 2.0, 3.0, 4.0], {"units": "rad/s"}),
+    },
 )
-CODES = [DATA.assign(code=("run", codes)) for codes in ([0] * 4, [0, 0, 1, 0], [0, -1, 1, 0])]
+CODES = [
+    DATA.assign(code=("run", codes)) for codes in ([0] * 4, [0, 0, 1, 0], [0, -1, 1, 0])
+]
 PART = {"t": np.asarray([0.5, 1.5]), "name": "omega", "unit": "rad/s"}
 PART |= {
-    name: np.asarray([i, i + 10.0]) for i, name in enumerate(("measured", "sigma", "before", "model", "scaled"), 1)
+    name: np.asarray([i, i + 10.0])
+    for i, name in enumerate(("measured", "sigma", "before", "model", "scaled"), 1)
 }
-FITTED = Answer(residuals=(SimpleNamespace(**PART), SimpleNamespace(**PART | {"name": "stop", "unit": "s", "t": None})))
+FITTED = Answer(
+    residuals=(
+        SimpleNamespace(**PART),
+        SimpleNamespace(**PART | {"name": "stop", "unit": "s", "t": None}),
+    )
+)
 ANSWERS = {
-    **{"simulate": Answer(), "sensitivity": [Answer()], "lining_life": Answer(), "estimates": Answer()},
-    **{"synthesize": Answer(), "compare_materials": Answer(), "read_measured": "measured", "calibrate": FITTED},
+    **{
+        "simulate": Answer(),
+        "sensitivity": [Answer()],
+        "lining_life": Answer(),
+        "estimates": Answer(),
+    },
+    **{
+        "synthesize": Answer(),
+        "compare_materials": Answer(),
+        "read_measured": "measured",
+        "calibrate": FITTED,
+    },
     **{"sweep": CODES[0], "ensemble": CODES[0], "studies.samples": {"drawn": [1.0]}},
     **{f"plot.{name}": FIGURE for name in ("sweep", "wear", "calibration")},
     "formulas.figures.materials": FIGURE,
@@ -72,9 +99,12 @@ ANSWERS = {
 
 @pytest.fixture
 def asked(monkeypatch, tmp_path):
-    """What names of simbrake are called with, in lists by their names; they answer at once."""
+    """What names of simbrake are called with, in lists by their names; they answer at
+    once."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "standard.toml").write_text(sb.files.shipped("standard").read_text("utf-8"), "utf-8")
+    (tmp_path / "standard.toml").write_text(
+        sb.files.shipped("standard").read_text("utf-8"), "utf-8"
+    )
     calls = {name: [] for name in ANSWERS}
 
     def stand_in(name, answer):
@@ -83,7 +113,9 @@ def asked(monkeypatch, tmp_path):
             return answer
 
         place, _, function = name.rpartition(".")
-        monkeypatch.setattr(operator.attrgetter(place)(sb) if place else sb, function, called)
+        monkeypatch.setattr(
+            operator.attrgetter(place)(sb) if place else sb, function, called
+        )
 
     for name, answer in ANSWERS.items():
         stand_in(name, answer)
@@ -104,11 +136,33 @@ VARY = "sweep --vary initial.omega=1:4:4 --metrics stopping_time"
 @pytest.mark.parametrize(
     ("line", "name", "options"),
     [
-        (VARY, "sweep", {"rtol": 1e-10, "max_steps": None, "workers": None, "directory": None, "client": None}),
-        (f"{VARY} --rtol 1e-7 --max-steps 9 --workers 2", "sweep", {"rtol": 1e-7, "max_steps": 9, "workers": 2}),
-        ("sweep --vary initial.omega=1:4 --sample 5 --metrics steps", "ensemble", {"rtol": 1e-10}),
+        (
+            VARY,
+            "sweep",
+            {
+                "rtol": 1e-10,
+                "max_steps": None,
+                "workers": None,
+                "directory": None,
+                "client": None,
+            },
+        ),
+        (
+            f"{VARY} --rtol 1e-7 --max-steps 9 --workers 2",
+            "sweep",
+            {"rtol": 1e-7, "max_steps": 9, "workers": 2},
+        ),
+        (
+            "sweep --vary initial.omega=1:4 --sample 5 --metrics steps",
+            "ensemble",
+            {"rtol": 1e-10},
+        ),
         ("sensitivity", "sensitivity", {"span": 0.01, "rtol": 1e-10}),
-        ("sensitivity --span 0 --rtol 1e-8", "sensitivity", {"span": None, "rtol": 1e-8}),
+        (
+            "sensitivity --span 0 --rtol 1e-8",
+            "sensitivity",
+            {"span": None, "rtol": 1e-8},
+        ),
         ("life", "lining_life", {"turn_at": None, "rtol": 1e-10}),
         ("life --turn-at best", "lining_life", {"turn_at": "best"}),
         ("life --turn-at 10 --turn-at 2.5", "lining_life", {"turn_at": [10.0, 2.5]}),
@@ -125,8 +179,16 @@ VARY = "sweep --vary initial.omega=1:4:4 --metrics stopping_time"
             {"profile": True, "per_recording": {"end_time": (1.0, 2.0)}},
         ),
         (FIT, "read_measured", {"sigma": {}, "columns": None}),
-        (f"{FIT} --sigma omega=0.1 --column omega", "read_measured", {"sigma": {"omega": 0.1}, "columns": ["omega"]}),
-        ("animate x.gif", "plot.animate", {"duration": 6.0, "fps": 20, "start": None, "end": None}),
+        (
+            f"{FIT} --sigma omega=0.1 --column omega",
+            "read_measured",
+            {"sigma": {"omega": 0.1}, "columns": ["omega"]},
+        ),
+        (
+            "animate x.gif",
+            "plot.animate",
+            {"duration": 6.0, "fps": 20, "start": None, "end": None},
+        ),
         (
             "animate x.gif --duration 3 --fps 50 --start 1 --end 2",
             "plot.animate",
@@ -135,13 +197,21 @@ VARY = "sweep --vary initial.omega=1:4:4 --metrics stopping_time"
         ("animate x.gif", "simulate", {"rtol": 1e-10, "throw": False}),
         ("estimates", "simulate", {"rtol": 1e-10, "throw": False}),
         ("synthesize", "synthesize", {"partition": None}),
-        ("materials", "compare_materials", {"energy": None, "run": True, "inertia": False, "rtol": 1e-10}),
+        (
+            "materials",
+            "compare_materials",
+            {"energy": None, "run": True, "inertia": False, "rtol": 1e-10},
+        ),
         (
             "materials --no-run --inertia --energy '0.5 J, 2 kJ'",
             "compare_materials",
             {"energy": [0.5, 2e3], "run": False},
         ),
-        ("materials --energy initial.omega=120rpm,24", "compare_materials", {"inertia": False}),
+        (
+            "materials --energy initial.omega=120rpm,24",
+            "compare_materials",
+            {"inertia": False},
+        ),
     ],
 )
 def test_options_reach_the_call(capsys, asked, line, name, options):
@@ -155,14 +225,32 @@ def test_options_reach_the_call(capsys, asked, line, name, options):
     [
         (VARY, "sweep", CODES[1], 1),
         (VARY, "sweep", CODES[2], 130),
-        *((FIT, "calibrate", Answer(outcome=sb.studies.Outcome(x)), i) for x, i in OUTCOMES.items()),
+        *(
+            (FIT, "calibrate", Answer(outcome=sb.studies.Outcome(x)), i)
+            for x, i in OUTCOMES.items()
+        ),
         ("animate x.gif", "simulate", Answer(ok=False), 1),
         ("estimates", "simulate", Answer(ok=False), 1),
         ("synthesize", "synthesize", Answer(exceeded=("rim",)), 0),
         ("synthesize --fail-on-limit", "synthesize", Answer(exceeded=("rim",)), 3),
-        ("materials --fail-on-limit", "compare_materials", Answer(SimpleNamespace(admissible=True)), 0),
-        ("materials --fail-on-limit", "compare_materials", Answer(SimpleNamespace(admissible=False)), 3),
-        ("materials", "compare_materials", Answer(SimpleNamespace(admissible=False)), 0),
+        (
+            "materials --fail-on-limit",
+            "compare_materials",
+            Answer(SimpleNamespace(admissible=True)),
+            0,
+        ),
+        (
+            "materials --fail-on-limit",
+            "compare_materials",
+            Answer(SimpleNamespace(admissible=False)),
+            3,
+        ),
+        (
+            "materials",
+            "compare_materials",
+            Answer(SimpleNamespace(admissible=False)),
+            0,
+        ),
     ],
 )
 def test_exit_codes(capsys, asked, line, name, answer, code):
@@ -173,7 +261,10 @@ def test_exit_codes(capsys, asked, line, name, answer, code):
 @pytest.mark.parametrize(
     ("line", "word"),
     [
-        ("sweep --vary initial.omega=1:2:1000000 --vary end_time=1:2:101", "101000000 runs"),
+        (
+            "sweep --vary initial.omega=1:2:1000000 --vary end_time=1:2:101",
+            "101000000 runs",
+        ),
         ("sweep --vary initial.omega=1:4 --sample 100000001", "100000001 runs"),
         ("sweep", "--vary: is missing"),
         ("sweep --vary initial.omega=1:4 --sample 0", "--sample: 0"),
@@ -181,7 +272,10 @@ def test_exit_codes(capsys, asked, line, name, answer, code):
         ("sensitivity --span=-0.01", "--span"),
         ("calibrate a.csv --fit initial.omega=1", "PATH=LOW:HIGH"),
         ("calibrate a.csv --fit end_time=1:2 --sigma omega=x", "NAME=VALUE"),
-        ("calibrate a.csv --fit end_time=1:2 --start end_time=1 --start end_time=1", "twice"),
+        (
+            "calibrate a.csv --fit end_time=1:2 --start end_time=1 --start end_time=1",
+            "twice",
+        ),
         ("calibrate a.csv", "--fit"),
         ("animate x.gif --duration 600.5", "600.5"),
         ("animate x.gif --duration 0", "--duration"),
@@ -209,9 +303,13 @@ def test_tables_of_sweep_and_fit(capsys, asked, tmp_path):
     run(capsys, f"{VARY} --out out")
     run(capsys, f"{FIT} --out out")
     rows = (tmp_path / "out" / "runs.csv").read_text("utf-8").splitlines()
-    assert rows[0].startswith("initial.omega [rad/s],stopping_time [s],steps,energy.closure [J],status,code,")
+    assert rows[0].startswith(
+        "initial.omega [rad/s],stopping_time [s],steps,energy.closure [J],status,code,"
+    )
     assert rows[3].startswith("3,,9,0.25,step_limit,1,")
-    assert (tmp_path / "out" / "residuals.csv").read_text("utf-8").splitlines()[1::2] == [
+    assert (tmp_path / "out" / "residuals.csv").read_text("utf-8").splitlines()[
+        1::2
+    ] == [
         "omega,rad/s,0.5,1,2,3,4,5",
         "stop,s,,1,2,3,4,5",
     ]
@@ -219,31 +317,45 @@ def test_tables_of_sweep_and_fit(capsys, asked, tmp_path):
 
 def test_command_that_runs_a_fit(capsys, asked):
     out = run(capsys, f"{FIT} --set 'duty.load.mass=50 t'")[1]
-    assert "simbrake run standard.toml --set 'duty.load.mass=50 t' --set initial.omega=12.5" in out
+    assert (
+        "simbrake run standard.toml --set 'duty.load.mass=50 t' --set initial.omega=12.5"
+        in out
+    )
 
 
 def test_summary_of_a_sweep(capsys, asked):
     """In words the quantiles of the runs that have a metric, as JSON every run."""
     asked["instead"]("sweep", DATA)
-    lines = [line.split() for line in run(capsys, f"{VARY},energy.closure")[1].splitlines()]
+    lines = [
+        line.split() for line in run(capsys, f"{VARY},energy.closure")[1].splitlines()
+    ]
     assert lines[0] == ["4", "runs:", "1", "step", "limit,", "3", "stopped"]
     assert lines[3] == ["stopping_time", "1", "2", "4", "s", "3"]
     assert lines[4] == ["energy.closure", "0", "0.1875", "0.5", "J", "4"]
     told = json.loads(run(capsys, f"{VARY} --json --rtol 1e-8")[1])
     assert (told["counts"], told["rtol"]) == ({"step_limit": 1, "stopped": 3}, 1e-8)
     third = told["runs"][2]
-    assert (third["values"], third["status"], third["code"]) == ({"initial.omega": 3.0}, "step_limit", 1)
+    assert (third["values"], third["status"], third["code"]) == (
+        {"initial.omega": 3.0},
+        "step_limit",
+        1,
+    )
     assert (third["metrics"]["stopping_time"], third["solver"]["steps"]) == (None, 9)
 
 
 def test_limits_of_a_sweep(capsys, asked):
-    """How many of the runs that ended exceed each limit; what did not happen exceeds it, and a metric is asked for."""
-    given = DATA.assign(min_holding_reserve=("run", [0.5, 2.0, 3.0, np.nan], {"units": "1"}))
+    """How many of the runs that ended exceed each limit; what did not happen exceeds
+    it, and a metric is asked for."""
+    given = DATA.assign(
+        min_holding_reserve=("run", [0.5, 2.0, 3.0, np.nan], {"units": "1"})
+    )
     given = given.assign(max_tension=("run", [5e3, 6e3, 7e3, 8e3], {"units": "N"}))
     given = given.assign(colour=("run", ["green", "amber", "", "green"]))
     asked["instead"]("sweep", given)
     limit = '--limit "stopping_time=1.5 s" --limit "max_tension=6 kN"'
-    told = json.loads(run(capsys, f"{VARY},min_holding_reserve {limit} --json")[1])["limits"]
+    told = json.loads(run(capsys, f"{VARY},min_holding_reserve {limit} --json")[1])[
+        "limits"
+    ]
     assert [(one["name"], one["exceeded"]) for one in told["checked"]] == [
         ("stopping_time", 2),
         ("max_tension", 1),
@@ -257,16 +369,25 @@ def test_limits_of_a_sweep(capsys, asked):
         asked["instead"]("sweep", data)
         runs = json.loads(run(capsys, f"{VARY}{metrics} {limit} --json")[1])["runs"]
         assert [one["colour"] for one in runs] == [first, "red", "", "red"]
-    assert (told["runs"], told["not_checked"]) == (3, ["max_pressure", "max_band_stress"])
+    assert (told["runs"], told["not_checked"]) == (
+        3,
+        ["max_pressure", "max_band_stress"],
+    )
     said = run(capsys, f"{VARY},min_holding_reserve {limit}")[1]
-    assert "min_holding_reserve of 1 or less in 1 of 2 runs that have it (1 has none)" in said
+    assert (
+        "min_holding_reserve of 1 or less in 1 of 2 runs that have it (1 has none)"
+        in said
+    )
 
 
 @pytest.mark.parametrize(
     ("arguments", "hint"),
     [
         (["run", "u2_5_5_stop", "duty.load.mass=3 t"], '--set "duty.load.mass=3 t"'),
-        (["sweep", "u2_5_5_stop", "initial.omega=1:2:3"], '--vary "initial.omega=1:2:3"'),
+        (
+            ["sweep", "u2_5_5_stop", "initial.omega=1:2:3"],
+            '--vary "initial.omega=1:2:3"',
+        ),
         (["run", "u2_5_5_stop", "other.toml"], "simbrake run --help"),
     ],
 )

@@ -32,7 +32,10 @@ def test_numbers_of_the_installation(capsys, kept):
     assert found["devices"]["single_runs"] == str(jax.local_devices(backend="cpu")[0])
     assert found["cache"]["folder"] == kept
     assert found["cache"]["programs"] >= 2
-    assert all(row["in_force"] in (True, False) and row["worth"] for row in found["accelerators"])
+    assert all(
+        row["in_force"] in (True, False) and row["worth"]
+        for row in found["accelerators"]
+    )
     assert [note.split(":")[0] for note in found["notes"]] == ["JAX's own cache is on"]
     assert found["xla_flags"] == os.environ.get("XLA_FLAGS", "")
 
@@ -54,7 +57,9 @@ def test_time_of_a_run(capsys, kept):
 def test_installation_that_cannot_compute():
     environment = dict(os.environ, JAX_PLATFORMS="no_such_platform")
     command = [sys.executable, "-m", "simbrake", "doctor"]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+    done = subprocess.run(
+        command, capture_output=True, text=True, env=environment, timeout=120
+    )
     assert done.returncode == 1
     assert done.stdout.startswith("simbrake cannot compute here.")
     assert "Traceback" not in done.stderr
@@ -62,7 +67,11 @@ def test_installation_that_cannot_compute():
 
 def test_files_by_kind_and_their_sizes(capsys, kept, monkeypatch):
     monkeypatch.setenv("SIMBRAKE_CACHE_SIZE", "30")
-    for name, size in (("run-1", 2_000_000), ("run-2", 150_000), ("_energies-34", 40_000)):
+    for name, size in (
+        ("run-1", 2_000_000),
+        ("run-2", 150_000),
+        ("_energies-34", 40_000),
+    ):
         with open(os.path.join(kept, name), "wb") as file:
             file.truncate(size)
     os.remove(os.path.join(kept, "run-12"))
@@ -72,10 +81,16 @@ def test_files_by_kind_and_their_sizes(capsys, kept, monkeypatch):
         "programs": 3,
         "bytes": 2_190_000,
         "limit_bytes": 30_000_000,
-        "kinds": {"run": {"files": 2, "bytes": 2_150_000}, "energies": {"files": 1, "bytes": 40_000}},
+        "kinds": {
+            "run": {"files": 2, "bytes": 2_150_000},
+            "energies": {"files": 1, "bytes": 40_000},
+        },
         "removed": 0,
     }
     monkeypatch.setenv("SIMBRAKE_CACHE_DIR", "")
     for option in ((), ("--clear",)):
-        assert call(capsys, "cache", *option)[:2] == (0, "compiled programs are not cached\n")
+        assert call(capsys, "cache", *option)[:2] == (
+            0,
+            "compiled programs are not cached\n",
+        )
     assert json.loads(call(capsys, "cache", "--json", "--clear")[1])["folder"] == ""

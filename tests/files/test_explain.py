@@ -1,4 +1,5 @@
-"""`simbrake explain`: what it says of each kind of run, with the numbers in closed form."""
+"""`simbrake explain`: what it says of each kind of run, with the numbers in closed
+form."""
 
 import dataclasses
 import json
@@ -40,12 +41,22 @@ def test_torque_budget_of_a_stop(told):
 
 def test_loads_and_stability_of_a_stop(told):
     judged = {"reason": "H4", "wants": "rest", "shown": True, "fails": False}
-    assert told["outcome"].numbers == {"colour": "amber", "status": "stopped", "exceeded": 0, **judged}
+    assert told["outcome"].numbers == {
+        "colour": "amber",
+        "status": "stopped",
+        "exceeded": 0,
+        **judged,
+    }
     assert told["course"].numbers["stopping_time"] == pytest.approx(STOP, rel=1e-9)
     most = told["linings"].numbers["max_normal_load"]
     mu = PI ** (1 / 20)
-    loads = [T0 * mu**i * (1 + mu) * math.sin(math.radians(13.5) / 2) for i in range(20)]
-    assert (most["lining"], most["over_mean"]) == (20, pytest.approx(20 * loads[-1] / sum(loads), rel=1e-9))
+    loads = [
+        T0 * mu**i * (1 + mu) * math.sin(math.radians(13.5) / 2) for i in range(20)
+    ]
+    assert (most["lining"], most["over_mean"]) == (
+        20,
+        pytest.approx(20 * loads[-1] / sum(loads), rel=1e-9),
+    )
     stability = told["stability"].numbers
     assert stability["self_locking"]["margin"] == pytest.approx(1 - 0.35 * Z, rel=1e-12)
     assert stability["runaway"]["margin"] == pytest.approx(TORQUE / LOAD - 1, rel=1e-9)
@@ -55,16 +66,23 @@ def test_loads_and_stability_of_a_stop(told):
 def test_hottest_lining_over_the_mean():
     """Insulated linings that keep their own heat, which is in proportion to `μ^i`."""
     pair = sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(0.0))
-    heat = sb.Heat((sb.thermal.Lump("linings", 5e3, count=20),), (), pair, linings="linings")
-    found = explain(sb.simulate(dataclasses.replace(rigid(), heat=heat)), influence=False)["linings"]
+    heat = sb.Heat(
+        (sb.thermal.Lump("linings", 5e3, count=20),), (), pair, linings="linings"
+    )
+    found = explain(
+        sb.simulate(dataclasses.replace(rigid(), heat=heat)), influence=False
+    )["linings"]
     hottest = found.numbers["peak_lining_temperature"]
     mu = PI ** (1 / 20)
     assert hottest["lining"] == 20
-    assert hottest["over_mean"] == pytest.approx(20 * mu**19 * (mu - 1) / (PI - 1), rel=1e-8)
+    assert hottest["over_mean"] == pytest.approx(
+        20 * mu**19 * (mu - 1) / (PI - 1), rel=1e-8
+    )
 
 
 def test_elasticities_of_a_stop(told):
-    """`t = J ω_0/(M_b − M_load)` with `M_b = T_0 R_b (Π − 1)`; the friction changes `Π` by `2 n f z Π/(1 − f² z²)`."""
+    """`t = J ω_0/(M_b − M_load)` with `M_b = T_0 R_b (Π − 1)`; the friction changes `Π`
+    by `2 n f z Π/(1 − f² z²)`."""
     g = TORQUE / (TORQUE - LOAD)
     by_friction = -g * (2 * 20 * 0.35 * Z / (1 - (0.35 * Z) ** 2)) * PI / (PI - 1)
     found = told["influence"].numbers
@@ -72,10 +90,14 @@ def test_elasticities_of_a_stop(told):
     names = list(found["parameters"])
     assert len(names) == 3
     elasticity = {name: row["elasticity"] for name, row in found["parameters"].items()}
-    assert elasticity["brake.linings.friction.coefficient"] == pytest.approx(by_friction, rel=1e-7)
+    assert elasticity["brake.linings.friction.coefficient"] == pytest.approx(
+        by_friction, rel=1e-7
+    )
     half = math.radians(13.5) / 2
     h = 0.35 * Z
-    by_angle = -g * (2 * 20 * h / (1 - h**2)) * PI / (PI - 1) * 2 * half / math.sin(2 * half)
+    by_angle = (
+        -g * (2 * 20 * h / (1 - h**2)) * PI / (PI - 1) * 2 * half / math.sin(2 * half)
+    )
     assert elasticity["brake.linings.angle[:]"] == pytest.approx(by_angle, rel=1e-7)
     third = {"brake.band.radius": -g, "duty.slack_tension.values[:]": -g}
     assert elasticity[names[2]] == pytest.approx(third[names[2]], rel=1e-7)
@@ -83,12 +105,15 @@ def test_elasticities_of_a_stop(told):
 
 @pytest.mark.parametrize(("released", "longest"), [(0.5, 1), (3.0, 2)])
 def test_many_stops(released, longest):
-    """A release after the first stop: totals, and the balance of the longer of the two applications alone."""
+    """A release after the first stop: totals, and the balance of the longer of the two
+    applications alone."""
     again = 2.0 + released
     found = explain(two_stops(again, 20.0), influence=False)
     second = released * LOAD / (TORQUE - LOAD)
     assert (second > STOP) == (longest == 2)
-    assert found["course"].numbers["braking_time"] == pytest.approx(STOP + second, rel=1e-9)
+    assert found["course"].numbers["braking_time"] == pytest.approx(
+        STOP + second, rel=1e-9
+    )
     assert found["course"].numbers["longest"]["stop"] == longest
     assert "influence" not in found
     balance = found["balance"].numbers
@@ -107,12 +132,16 @@ def test_held_load():
 
 
 def test_lowering_and_terminal_speed():
-    drag = explain(stop_scene(C=None, lever=sb.SpeedHold(T0), load=LOAD, end=3.0), influence=False)
+    drag = explain(
+        stop_scene(C=None, lever=sb.SpeedHold(T0), load=LOAD, end=3.0), influence=False
+    )
     assert drag["balance"].numbers["load_power"] == pytest.approx(LOAD * W0, rel=1e-9)
     assert drag["balance"].numbers["friction"] == pytest.approx(LOAD * W0, rel=1e-9)
     c = 600.0
     scene = stop_scene(C=None, T0=0.0, load=LOAD, w0=LOAD / c, end=30.0)
-    steady = explain(dataclasses.replace(scene, shaft=(sb.loads.ViscousDrag(c),)), influence=False)
+    steady = explain(
+        dataclasses.replace(scene, shaft=(sb.loads.ViscousDrag(c),)), influence=False
+    )
     assert steady["balance"].numbers["other"] == pytest.approx(LOAD**2 / c, rel=1e-9)
 
 
@@ -120,7 +149,9 @@ def test_runaway_and_failure_have_a_remedy():
     away = explain(rigid(1.25 * TORQUE, end=0.5), influence=False)
     assert away["outcome"].numbers["colour"] == "red"
     assert away["remedy"].numbers["factor"] == pytest.approx(1.25, rel=1e-9)
-    assert away["stability"].numbers["runaway"]["margin"] == pytest.approx(-0.2, rel=1e-9)
+    assert away["stability"].numbers["runaway"]["margin"] == pytest.approx(
+        -0.2, rel=1e-9
+    )
     turning = explain(rigid(end=0.2), influence=False)
     assert "remedy" not in turning
     failed = explain(sb.simulate(rigid(), max_steps=2, throw=False))
@@ -129,7 +160,11 @@ def test_runaway_and_failure_have_a_remedy():
 
 def test_course_of_a_load_that_is_let_go_after_its_stop():
     """It becomes fast after the stop, not before."""
-    said = str(explain(sb.simulate(rigid(lever=(T0, T0, 0.0, 0.0), end=6.0)), influence=False)["course"])
+    said = str(
+        explain(sb.simulate(rigid(lever=(T0, T0, 0.0, 0.0), end=6.0)), influence=False)[
+            "course"
+        ]
+    )
     assert "It turns again from 2 s on." in said
     assert "first speeds" not in said
 
@@ -140,13 +175,19 @@ def test_remedy_of_a_phase_that_never_comes_to_rest():
     duty = sb.Duty(sb.loads.Phases((sb.loads.Phase(pull, "rest"),)), rigid().duty.load)
     failed = sb.simulate(dataclasses.replace(rigid(), duty=duty), throw=False)
     assert failed.message.endswith(": pull harder, or take a lighter load")
-    assert explain(failed, influence=False)["remedy"].numbers["factor"] == pytest.approx(2.0, rel=1e-9)
+    assert explain(failed, influence=False)["remedy"].numbers[
+        "factor"
+    ] == pytest.approx(2.0, rel=1e-9)
 
 
 def test_disc_shoe_and_staged_brakes():
     disc = explain(disc_scene(), influence=False)
-    assert disc["balance"].numbers["brake_torque"] == pytest.approx(DISC_TORQUE, rel=1e-9)
-    assert disc["stability"].numbers["holding_reserve"] == pytest.approx(RATIO * DISC_TORQUE / DISC_LOAD, rel=1e-9)
+    assert disc["balance"].numbers["brake_torque"] == pytest.approx(
+        DISC_TORQUE, rel=1e-9
+    )
+    assert disc["stability"].numbers["holding_reserve"] == pytest.approx(
+        RATIO * DISC_TORQUE / DISC_LOAD, rel=1e-9
+    )
     assert "self_locking" not in disc["stability"].numbers
     assert pytest.approx(N * FRICTION * F * 0.4) == DISC_TORQUE
     shoe = explain(shoe_scene(), influence=False)
@@ -158,16 +199,35 @@ def test_command_explains_scenes_and_results(tmp_path, capsys, stop):
     saved = tmp_path / "stop.nc"
     sb.write_scene(stop.scene, scene)
     sb.save(stop, saved)
-    given = ("--no-influence", "--limit", f"stopping_time={0.9 * STOP}", "--fail-on-limit")
+    given = (
+        "--no-influence",
+        "--limit",
+        f"stopping_time={0.9 * STOP}",
+        "--fail-on-limit",
+    )
     answers = [call(capsys, "explain", str(file), *given) for file in (scene, saved)]
     assert answers[0] == answers[1]
     assert answers[0][0] == 3
-    assert " klbf" in call(capsys, "explain", str(scene), "--no-influence", "--units", "rig")[1]
-    found = json.loads(call(capsys, "explain", str(scene), "--no-influence", "--json")[1])["findings"]
+    assert (
+        " klbf"
+        in call(capsys, "explain", str(scene), "--no-influence", "--units", "rig")[1]
+    )
+    found = json.loads(
+        call(capsys, "explain", str(scene), "--no-influence", "--json")[1]
+    )["findings"]
     (tmp_path / "out").mkdir()
     saved.rename(tmp_path / "out" / "result.nc")
-    assert str(explain(tmp_path / "out", influence=False)) == str(explain(stop, influence=False))
-    assert [one["topic"] for one in found] == ["outcome", "course", "balance", "linings", "limits", "stability"]
+    assert str(explain(tmp_path / "out", influence=False)) == str(
+        explain(stop, influence=False)
+    )
+    assert [one["topic"] for one in found] == [
+        "outcome",
+        "course",
+        "balance",
+        "linings",
+        "limits",
+        "stability",
+    ]
 
 
 def test_balance_names_what_the_scene_has():

@@ -23,9 +23,15 @@ COMMANDS = [(3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 
 
 @pytest.fixture(scope="module")
 def scene():
-    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), sb.uniform_linings(12, "270 deg", 0.35))
+    brake = sb.Brake(
+        sb.Pulley("590 mm", 1200.0),
+        sb.Band("623 mm"),
+        sb.uniform_linings(12, "270 deg", 0.35),
+    )
     lever = sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms")
-    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s")
+    return sb.Scene(
+        brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +55,9 @@ class Run:
             instanceName="brake",
         )
         callbacks = fmpy.fmi2.fmi2CallbackFunctions()
-        log = lambda env, name, status, category, message: self.said.append(message.decode())
+        log = lambda env, name, status, category, message: self.said.append(
+            message.decode()
+        )
         callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(log)
         self.callbacks = callbacks
         self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
@@ -80,7 +88,10 @@ def test_description_is_valid_and_says_units(file):
     described = fmpy.read_model_description(file)
     assert described.coSimulation.canGetAndSetFMUstate
     assert described.coSimulation.canSerializeFMUstate
-    about = {one.name: (one.causality, one.type, one.unit) for one in described.modelVariables}
+    about = {
+        one.name: (one.causality, one.type, one.unit)
+        for one in described.modelVariables
+    }
     assert about["lever"] == ("input", "Real", "N")
     assert about["load"] == ("input", "Real", "N.m")
     assert about["omega"] == ("output", "Real", "rad/s")
@@ -89,21 +100,34 @@ def test_description_is_valid_and_says_units(file):
     assert about["holding"] == ("output", "Boolean", None)
     assert about["rtol"][:2] == ("parameter", "Real")
     assert not {"t", "holding_reserve", "tension", "brake.linings.angle"} & set(about)
-    starts = {one.name: float(one.start) for one in described.modelVariables if one.start not in (None, "false")}
-    assert {name: starts[name] for name in ("load", "initial.omega", "duty.slack_tension.lag", "rtol")} == {
+    starts = {
+        one.name: float(one.start)
+        for one in described.modelVariables
+        if one.start not in (None, "false")
+    }
+    assert {
+        name: starts[name]
+        for name in ("load", "initial.omega", "duty.slack_tension.lag", "rtol")
+    } == {
         "load": 5e3,
         "initial.omega": 24.0,
         "duty.slack_tension.lag": 0.06,
         "rtol": 1e-10,
     }
     kinds = {one.name: one.variability for one in described.modelVariables}
-    assert [kinds[name] for name in ("band_mode", "holding", "initial.omega")] == ["discrete", "discrete", "fixed"]
+    assert [kinds[name] for name in ("band_mode", "holding", "initial.omega")] == [
+        "discrete",
+        "discrete",
+        "fixed",
+    ]
     assert described.generationTool == f"simbrake {sb.__version__}"
     bases = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
     assert (bases["N.m"].kg, bases["N.m"].m, bases["N.m"].s) == (1, 2, -2)
     outputs = [one.variable.name for one in described.outputs]
     assert [one.variable.name for one in described.initialUnknowns] == outputs
-    assert outputs == [one.name for one in described.modelVariables if one.causality == "output"]
+    assert outputs == [
+        one.name for one in described.modelVariables if one.causality == "output"
+    ]
 
 
 def of_stepper(scene):
@@ -153,11 +177,14 @@ def test_parameters_are_fixed_in_a_state_that_runs(file):
     other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
     with pytest.raises(fmpy.fmi1.FMICallException):
         other.set(**{"initial.omega": 12.0})
-    np.testing.assert_array_equal(other.steps(COMMANDS[2:], 0.26), run.steps(COMMANDS[2:], 0.26))
+    np.testing.assert_array_equal(
+        other.steps(COMMANDS[2:], 0.26), run.steps(COMMANDS[2:], 0.26)
+    )
 
 
 def test_state_has_its_outputs_and_its_clock(file):
-    """Set back in an instance whose simulation began at another time: its clock goes on, outputs are those then."""
+    """Set back in an instance whose simulation began at another time: its clock goes
+    on, outputs are those then."""
     run = Run(file, start=7.0)
     kept = run.steps(COMMANDS[:3], 7.0)[-1]
     data = run.fmu.serializeFMUstate(run.fmu.getFMUstate())
@@ -191,7 +218,10 @@ def test_parameters_and_failed_steps(file):
     assert run.get("omega") == [12.0]
     with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
         run.steps([(3e3, 0.0)], 1e-6)
-    assert any("the step begins at" in text and "the brake is at 0" in text for text in run.said)
+    assert any(
+        "the step begins at" in text and "the brake is at 0" in text
+        for text in run.said
+    )
     run.steps([(3e3, 0.0)], 1e-10)  # a clock that has summed up its steps
     assert run.get("omega")[0] < 12.0
 
@@ -200,7 +230,9 @@ def test_parameters_and_failed_steps(file):
 def file_of_either_version(scene, request, tmp_path_factory):
     if COMPILER is None:
         pytest.skip("no C compiler")
-    return sb.export.export_fmu(scene, tmp_path_factory.mktemp("either") / "brake.fmu", fmi=request.param)
+    return sb.export.export_fmu(
+        scene, tmp_path_factory.mktemp("either") / "brake.fmu", fmi=request.param
+    )
 
 
 @pytest.mark.parametrize(
@@ -216,7 +248,8 @@ def file_of_either_version(scene, request, tmp_path_factory):
     ],
 )
 def test_wrong_values_end_a_simulation_at_once(file_of_either_version, wrong, words):
-    """An importer tries a step that is discarded again, also with a value that no step allows."""
+    """An importer tries a step that is discarded again, also with a value that no step
+    allows."""
     said = []
     with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
         fmpy.simulate_fmu(
@@ -234,19 +267,30 @@ def test_events_within_steps(scene, file):
     events = of_stepper(scene)[2]
     run = Run(file)
     run.steps(COMMANDS, 0.0)
-    assert [text.split(" s  ") for text in run.said] == [[f"{event.time:.17g}", event.name] for event in events]
+    assert [text.split(" s  ") for text in run.said] == [
+        [f"{event.time:.17g}", event.name] for event in events
+    ]
     assert run.fmu.getInteger([run.vr["event_count"]]) == [len(events)]
-    names = next(one for one in fmpy.read_model_description(file).modelVariables if one.name == "last_event")
+    names = next(
+        one
+        for one in fmpy.read_model_description(file).modelVariables
+        if one.name == "last_event"
+    )
     number = run.fmu.getInteger([run.vr["last_event"]])[0]
     assert f"{number} {events[-1].name}" in names.description
     assert run.get("last_event_time") == [events[-1].time]
 
 
 def test_numbers_of_lists_and_bad_ones(scene, file):
-    """Entries of lists are parameters too; one out of range ends the initialization by its name."""
+    """Entries of lists are parameters too; one out of range ends the initialization by
+    its name."""
     shorter = {"brake.linings.angle[3]": 0.3, "brake.linings.angle[7]": 0.35}
     run = Run(file, **shorter)
-    np.testing.assert_allclose(run.steps(COMMANDS, 0.0), of_stepper(sb.with_values(scene, shorter))[1], rtol=1e-12)
+    np.testing.assert_allclose(
+        run.steps(COMMANDS, 0.0),
+        of_stepper(sb.with_values(scene, shorter))[1],
+        rtol=1e-12,
+    )
     run.fmu.reset()
     run.fmu.setupExperiment(startTime=0.0)
     run.fmu.enterInitializationMode()
@@ -286,14 +330,18 @@ def test_fmi_3(scene, tmp_path):
     np.testing.assert_allclose(steps(COMMANDS[:3], 7.0), wanted[:3], rtol=1e-12)
     kept = fmu.serializeFMUState(fmu.getFMUState())
     np.testing.assert_allclose(steps(COMMANDS[3:], 7.39), wanted[3:], rtol=1e-12)
-    assert fmu.getInt32([vr["event_count"], vr["band_mode"]]) == [len(events), stepper["band_mode"]]
+    assert fmu.getInt32([vr["event_count"], vr["band_mode"]]) == [
+        len(events),
+        stepper["band_mode"],
+    ]
     assert fmu.getBoolean([vr["holding"]]) == [stepper.holding]
     fmu.setFMUState(fmu.deserializeFMUState(kept))
     np.testing.assert_allclose(steps(COMMANDS[3:], 7.39), wanted[3:], rtol=1e-12)
 
 
 def test_without_a_compiler(scene, tmp_path, monkeypatch):
-    """Sources alone, said aloud, which any C compiler makes a binary of; one that fails is an error."""
+    """Sources alone, said aloud, which any C compiler makes a binary of; one that fails
+    is an error."""
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setitem(sys.modules, "ziglang", None)
@@ -301,10 +349,23 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
         file = sb.export.export_fmu(scene, tmp_path / "brake.fmu", "lever")
     monkeypatch.undo()
     folder = fmpy.extract(file, tmp_path / "inside")
-    assert ET.parse(f"{folder}/modelDescription.xml").find(".//SourceFiles/File").get("name") == "fmu.c"
+    assert (
+        ET.parse(f"{folder}/modelDescription.xml")
+        .find(".//SourceFiles/File")
+        .get("name")
+        == "fmu.c"
+    )
     assert not (tmp_path / "inside" / "binaries").exists()
     if COMPILER:
-        flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-Wno-tautological-compare", "-fsyntax-only"]
+        flags = [
+            "-std=c99",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-Wno-unused",
+            "-Wno-tautological-compare",
+            "-fsyntax-only",
+        ]
         subprocess.run([COMPILER, *flags, f"{folder}/sources/fmu.c"], check=True)
     with pytest.raises(sb.InputError, match="compiler: nocc is not there"):
         sb.export.export_fmu(scene, tmp_path / "brake.fmu", compiler="nocc")
@@ -323,22 +384,43 @@ def test_what_cannot_be_an_fmu(scene, tmp_path):
 
 def test_hottest_node_is_an_output(tmp_path):
     """Of several temperatures the maximum; of single linings nothing."""
-    read = fmpy.read_model_description(sb.export.export_fmu(layered_stop(), tmp_path / "hot.fmu"))
+    read = fmpy.read_model_description(
+        sb.export.export_fmu(layered_stop(), tmp_path / "hot.fmu")
+    )
     about = {one.name: one for one in read.modelVariables}
-    assert (about["rim_temperature"].causality, about["rim_temperature"].unit) == ("output", "K")
+    assert (about["rim_temperature"].causality, about["rim_temperature"].unit) == (
+        "output",
+        "K",
+    )
     assert "normal_load" not in about
     bases = {unit.name: unit.baseUnit for unit in read.unitDefinitions}
-    assert [getattr(bases["W/(m2.K)"], x) for x in ("kg", "m", "s", "K")] == [1, 0, -3, -1]
-    assert [getattr(bases["J/(kg.K)"], x) for x in ("kg", "m", "s", "K")] == [0, 2, -2, -1]
+    assert [getattr(bases["W/(m2.K)"], x) for x in ("kg", "m", "s", "K")] == [
+        1,
+        0,
+        -3,
+        -1,
+    ]
+    assert [getattr(bases["J/(kg.K)"], x) for x in ("kg", "m", "s", "K")] == [
+        0,
+        2,
+        -2,
+        -1,
+    ]
 
 
 def test_command_writes_an_fmu(scene, tmp_path, capsys):
     file = tmp_path / "x.fmu"
     source = str(tmp_path / "brake.toml")
     sb.write_scene(scene, source)
-    code, out, _ = call(capsys, "export", source, "--fmu", str(file), "--set", "initial.omega=9")
+    code, out, _ = call(
+        capsys, "export", source, "--fmu", str(file), "--set", "initial.omega=9"
+    )
     assert (code, out) == (0, f"written  {file}\n")
-    (speed,) = (one for one in fmpy.read_model_description(file).modelVariables if one.name == "initial.omega")
+    (speed,) = (
+        one
+        for one in fmpy.read_model_description(file).modelVariables
+        if one.name == "initial.omega"
+    )
     assert float(speed.start) == 9.0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["brake.toml", "x.fmu"]
     code, out, told = call(capsys, "fmu", source, "--out", str(tmp_path / "y.fmu"))

@@ -1,6 +1,8 @@
-"""What a run says, whole: its summary, its explanation and the text of some reports, a file for each kind of duty.
+"""What a run says, whole: its summary, its explanation and the text of some reports, a
+file for each kind of duty.
 
-`pytest tests/files/test_golden.py -m "" --renew` writes the files anew; the difference is then for review.
+`pytest tests/files/test_golden.py -m "" --renew` writes the files anew; the difference
+is then for review.
 """
 
 import dataclasses
@@ -29,30 +31,48 @@ def rigid(load=LOAD, *, lever=T0, **parts):
 
 
 def stop():
-    """An elastic band, a hook on a rope in layers, wear with a permissible depth, allowable stresses."""
+    """An elastic band, a hook on a rope in layers, wear with a permissible depth,
+    allowable stresses."""
     hook = sb.HookLoad(2e4, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.5))
     scene = stop_scene(n=8, beta=30.0, lever=sb.ramp(2e3, 24e3, 0.0, 0.35), load=hook)
     brake = dataclasses.replace(
         scene.brake,
-        band=sb.Band(0.725, 2e5, strength=sb.brakes.Strength(band_area=2e-3, band_stress=150e6)),
-        linings=dataclasses.replace(scene.brake.linings, area=0.02, permissible_pressure=1e6),
+        band=sb.Band(
+            0.725, 2e5, strength=sb.brakes.Strength(band_area=2e-3, band_stress=150e6)
+        ),
+        linings=dataclasses.replace(
+            scene.brake.linings, area=0.02, permissible_pressure=1e6
+        ),
     )
-    return dataclasses.replace(scene, brake=brake, wear=sb.Wear(1e-14, permissible=8e-3))
+    return dataclasses.replace(
+        scene, brake=brake, wear=sb.Wear(1e-14, permissible=8e-3)
+    )
 
 
 def stops():
-    """Two stops, the load on the open brake between them; a permissible temperature exceeded."""
-    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, 2.5, 2.5, 9.0], [T0, T0, 0.0, 0.0, T0, T0])
-    heat = sb.lumped_heat(rim=2e4, linings=1e4, partition=0.6, rim_cooling=5.0, permissible=310.0)
+    """Two stops, the load on the open brake between them; a permissible temperature
+    exceeded."""
+    lever = sb.PiecewiseLinear(
+        [0.0, 2.0, 2.0, 2.5, 2.5, 9.0], [T0, T0, 0.0, 0.0, T0, T0]
+    )
+    heat = sb.lumped_heat(
+        rim=2e4, linings=1e4, partition=0.6, rim_cooling=5.0, permissible=310.0
+    )
     return dataclasses.replace(rigid(lever=lever, end=4.0), heat=heat)
 
 
 def heated():
-    """Resistances on the shaft, shares of the power that leave as electricity, heat in layers."""
-    shaft = (sb.loads.HydrodynamicBrake(60.0, place="rim"), sb.loads.BearingFriction("30 N*m"))
+    """Resistances on the shaft, shares of the power that leave as electricity, heat in
+    layers."""
+    shaft = (
+        sb.loads.HydrodynamicBrake(60.0, place="rim"),
+        sb.loads.BearingFriction("30 N*m"),
+    )
     shares = sb.PowerShares(electrical=0.02, mechanical=0.05)
     scene = rigid(3e3, w0=20.0, end=3.0)
-    return dataclasses.replace(scene, heat=lump(2e5, linings=4e4, share=0.8), shaft=shaft, power_shares=shares)
+    return dataclasses.replace(
+        scene, heat=lump(2e5, linings=4e4, share=0.8), shaft=shaft, power_shares=shares
+    )
 
 
 def tripping():
@@ -72,7 +92,9 @@ SCENES = {
     "layers": heated_stop,
     "held": lambda: rigid(w0=0.0),
     "lowering": lambda: rigid(lever=sb.SpeedHold(T0), end=3.0),
-    "steady": lambda: dataclasses.replace(rigid(lever=0.0, w0=20.0), shaft=(sb.loads.ViscousDrag(600.0),)),
+    "steady": lambda: dataclasses.replace(
+        rigid(lever=0.0, w0=20.0), shaft=(sb.loads.ViscousDrag(600.0),)
+    ),
     "tripping": tripping,
     "runaway": lambda: rigid(6e4, end=0.5),
     "turning": lambda: rigid(end=0.2),
@@ -95,7 +117,11 @@ class Text(html.parser.HTMLParser):
 
     def handle_starttag(self, tag, attrs):
         self.hidden += tag in ("script", "style", "svg", "figure", "noscript")
-        self.parts += ["\n"] if tag in ("tr", "p", "h1", "h2", "h3", "li", "dt", "pre", "summary", "div") else [" "]
+        self.parts += (
+            ["\n"]
+            if tag in ("tr", "p", "h1", "h2", "h3", "li", "dt", "pre", "summary", "div")
+            else [" "]
+        )
 
     def handle_endtag(self, tag):
         self.hidden -= tag in ("script", "style", "svg", "figure", "noscript")
@@ -108,11 +134,16 @@ class Text(html.parser.HTMLParser):
         return "\n".join(line for line in lines if line)
 
 
-#: what differs from machine to machine: residuals of rounding, and how many steps a run took
-ROUNDING = ((r"((?:residual|by) )[\d.·⁻⁰-⁹¹²³e+-]+", r"\1…"), (r"\d+ (steps|accepted|rejected|truncated)", r"… \1"))
+#: what differs from machine to machine: residuals of rounding, and how many steps a run
+#: took
+ROUNDING = (
+    (r"((?:residual|by) )[\d.·⁻⁰-⁹¹²³e+-]+", r"\1…"),
+    (r"\d+ (steps|accepted|rejected|truncated)", r"… \1"),
+)
 
 
-#: runs whose page is kept too, up to the table of parameters: each has a part that the others lack
+#: runs whose page is kept too, up to the table of parameters: each has a part that the
+#: others lack
 PAGES = ("stop", "tripping", "heated", "staged")
 
 
@@ -121,12 +152,24 @@ def said(name):
     result = sb.simulate(SCENES[name](), throw=False)
     first = name == "stop"
     limits = {"max_tension": "120 kN", "stopping_time": "0.56 s"} if first else {}
-    parts = [str(result), sb.results.explain(result, limits=limits, influence=name in ("stop", "held"))]
+    parts = [
+        str(result),
+        sb.results.explain(result, limits=limits, influence=name in ("stop", "held")),
+    ]
     if first:
         with sb.results.display_units("rig"):
             parts.append(str(result))
     if name in PAGES:
-        page = str(Text(sb.report(result, check=False, limits=limits, sensitivity=["stopping_time"] if first else ())))
+        page = str(
+            Text(
+                sb.report(
+                    result,
+                    check=False,
+                    limits=limits,
+                    sensitivity=["stopping_time"] if first else (),
+                )
+            )
+        )
         parts.append(page.partition("\nEquipment\nEvery")[0])
     text = "\n\n".join(map(str, parts)) + "\n"
     for pattern, masked in ROUNDING:
@@ -137,5 +180,7 @@ def said(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_words_of_a_run(name, request, monkeypatch):
     # (figures take longer than all the rest, and have no words here)
-    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: file.write(b""))
+    monkeypatch.setattr(
+        Figure, "savefig", lambda figure, file, **options: file.write(b"")
+    )
     assert_kept(request, name, said(name))

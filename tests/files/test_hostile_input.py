@@ -1,4 +1,5 @@
-"""Hostile input: a few hundred mutants of `fuzz.py`, those that once failed, files that are none, absurd numbers."""
+"""Hostile input: a few hundred mutants of `fuzz.py`, those that once failed, files that
+are none, absurd numbers."""
 
 import csv
 import dataclasses
@@ -24,7 +25,11 @@ BASE = fuzz.standard()
 
 def test_mutants_are_read_or_input_errors():
     started = time.perf_counter()
-    found = [one for kind, content in fuzz.mutants(500, 1) if (one := fuzz.tried(kind, content))]
+    found = [
+        one
+        for kind, content in fuzz.mutants(500, 1)
+        if (one := fuzz.tried(kind, content))
+    ]
     assert found == []
     assert time.perf_counter() - started < 60
 
@@ -43,19 +48,29 @@ CORPUS = (
     ("scene", ".".join(["a"] * 40_000) + " = 1"),
     ("scene", ".".join(["'a'"] * 40_000) + " = 1"),
     ("recording", "t,omega [rpm]\n0,1e308\n1,1\n2,1e309\n"),
-    ("recording", ",".join(["t", *(f"x{i}" for i in range(20_000))]) + "\n" + "1," * 20_000 + "1\n"),
+    (
+        "recording",
+        ",".join(["t", *(f"x{i}" for i in range(20_000))])
+        + "\n"
+        + "1," * 20_000
+        + "1\n",
+    ),
     *(("manifest", text) for text in ("[]", "3", "null", '"a"', "[" * 100_000)),
 )
 
 
-@pytest.mark.parametrize(("kind", "content"), CORPUS, ids=[f"{kind}-{i}" for i, (kind, _) in enumerate(CORPUS)])
+@pytest.mark.parametrize(
+    ("kind", "content"),
+    CORPUS,
+    ids=[f"{kind}-{i}" for i, (kind, _) in enumerate(CORPUS)],
+)
 def test_mutants_that_once_failed(kind, content, tmp_path):
     assert fuzz.tried(kind, content) is None
     with pytest.raises(sb.InputError):
         fuzz.kinds_read()[kind](content, tmp_path)
 
 
-# --- data are data ----------------------------------------------------------------------------------------------------
+# --- data are data ------------------------------------------------------------------
 
 
 def test_files_of_a_scene_lie_beside_it(tmp_path, monkeypatch):
@@ -64,12 +79,25 @@ def test_files_of_a_scene_lie_beside_it(tmp_path, monkeypatch):
         (tmp_path / file).write_text("t,tension [kN]\n0,2\n1,24\n", "utf-8")
     os.symlink(tmp_path / "outside.csv", tmp_path / "scene" / "link.csv")
     folder = tmp_path / "scene"
-    assert scene_from_text(fuzz.lever_from("data/lever.csv"), folder).duty.slack_tension.values.tolist() == [2e3, 24e3]
-    for name in ("../outside.csv", str(tmp_path / "outside.csv"), "link.csv", "/dev/zero", "data/../../outside.csv"):
-        with pytest.raises(sb.InputError, match=r"slack_tension\.file: .* is not in the folder of the scene"):
+    assert scene_from_text(
+        fuzz.lever_from("data/lever.csv"), folder
+    ).duty.slack_tension.values.tolist() == [2e3, 24e3]
+    for name in (
+        "../outside.csv",
+        str(tmp_path / "outside.csv"),
+        "link.csv",
+        "/dev/zero",
+        "data/../../outside.csv",
+    ):
+        with pytest.raises(
+            sb.InputError,
+            match=r"slack_tension\.file: .* is not in the folder of the scene",
+        ):
             scene_from_text(fuzz.lever_from(name), folder)
     monkeypatch.setenv("SIMBRAKE_DATA_ANYWHERE", "1")
-    assert scene_from_text(fuzz.lever_from("../outside.csv"), folder).duty.slack_tension.times.tolist() == [0, 1]
+    assert scene_from_text(
+        fuzz.lever_from("../outside.csv"), folder
+    ).duty.slack_tension.times.tolist() == [0, 1]
 
 
 def test_pipes_devices_and_large_files(tmp_path):
@@ -122,7 +150,8 @@ def test_script_that_ends_the_process(text, tmp_path):
 
 
 def test_no_cell_of_a_table_is_a_formula(tmp_path, capsys):
-    """Names that people give reach tables: what a spreadsheet would compute does not begin a cell."""
+    """Names that people give reach tables: what a spreadsheet would compute does not
+    begin a cell."""
     scene = rigid_stop(fading(), lump(), 1.0)
     renamed = scene_text(scene)
     for body in scene.heat.bodies:
@@ -138,11 +167,13 @@ def test_no_cell_of_a_table_is_a_formula(tmp_path, capsys):
         for cell in row:
             seen += "cmd" in cell
             assert not cell.startswith(("=", "@", "+")), cell
-            assert not cell.startswith("-") or cell[1:2].isdigit() or cell == "-inf", cell
+            assert not cell.startswith("-") or cell[1:2].isdigit() or cell == "-inf", (
+                cell
+            )
     assert seen
 
 
-# --- numbers and parts that cannot be meant ---------------------------------------------------------------------------
+# --- numbers and parts that cannot be meant -----------------------------------------
 
 ABSURD = {
     "duty.load.line_count": 278.2,
@@ -170,10 +201,14 @@ def test_long_input_takes_linear_time():
     start = time.perf_counter()
     text = scene_text(scene_from_text(BASE))
     angles = next(line for line in text.split("\n") if line.startswith("angle = "))
-    many = scene_from_text(text.replace(angles, f"angle = [{', '.join(['1e-5'] * 100_000)}]"))
+    many = scene_from_text(
+        text.replace(angles, f"angle = [{', '.join(['1e-5'] * 100_000)}]")
+    )
     assert many.brake.linings.count == 100_000
     lever = sb.PiecewiseLinear(np.linspace(0.0, 1.0, 600_000), np.ones(600_000))
-    with pytest.raises(sb.InputError, match=r"scene: has 12000\d\d numbers — at most 1000000"):
+    with pytest.raises(
+        sb.InputError, match=r"scene: has 12000\d\d numbers — at most 1000000"
+    ):
         sb.check_scene(stop_scene(lever=lever))
     assert time.perf_counter() - start < 5
 
@@ -193,7 +228,9 @@ def test_parts_and_options_of_a_wrong_kind():
         "values": lambda: sb.ensemble(scene, [1, 2]),
         "data": lambda: sb.calibrate(scene, {"initial.omega": (1, 2)}, None),
         "sigma of omega": lambda: sb.read_measured("x.csv", sigma={"omega": None}),
-        "Scene.end_time": lambda: sb.Scene(scene.brake, scene.duty, scene.initial, None),
+        "Scene.end_time": lambda: sb.Scene(
+            scene.brake, scene.duty, scene.initial, None
+        ),
         "Scene.brake": lambda: sb.Scene(scene.duty, scene.brake, scene.initial, 5.0),
         "brake.linings.friction": lambda: sb.simulate(
             sb.with_values(scene, {"brake.linings.friction.static_ratio": np.ones(2)})
@@ -211,7 +248,17 @@ def test_anything_in_the_place_of_a_number():
     accepted = []
     places = {id(leaf.value): leaf.path for leaf in sb.files.leaves(scene)}
     for i, number in enumerate(jax.tree.leaves(scene)):
-        for wrong in (None, "x", {}, object(), True, np.asarray(["a"]), 1j, np.zeros((2, 2)), 10**400):
+        for wrong in (
+            None,
+            "x",
+            {},
+            object(),
+            True,
+            np.asarray(["a"]),
+            1j,
+            np.zeros((2, 2)),
+            10**400,
+        ):
             spoiled = eqx.tree_at(lambda s, i=i: jax.tree.leaves(s)[i], scene, wrong)
             try:
                 sb.simulate(spoiled, throw=False)
@@ -222,12 +269,20 @@ def test_anything_in_the_place_of_a_number():
 
 
 def parts_with_paths(node, path=()):
-    """Every part of a scene, one of each class, with the names and places on the way to it."""
+    """Every part of a scene, one of each class, with the names and places on the way to
+    it."""
     if isinstance(node, tuple):
-        return [found for i, one in enumerate(node) for found in parts_with_paths(one, (*path, i))]
+        return [
+            found
+            for i, one in enumerate(node)
+            for found in parts_with_paths(one, (*path, i))
+        ]
     if not dataclasses.is_dataclass(node):
         return []
-    below = [parts_with_paths(getattr(node, field.name), (*path, field.name)) for field in dataclasses.fields(node)]
+    below = [
+        parts_with_paths(getattr(node, field.name), (*path, field.name))
+        for field in dataclasses.fields(node)
+    ]
     return [(path, node), *(found for each in below for found in each)]
 
 
@@ -241,10 +296,19 @@ def put(node, path, value):
 
 
 def test_anything_in_the_place_of_a_part():
-    """Also of a text, of yes or no, and in a list of parts; an error is at the place itself."""
+    """Also of a text, of yes or no, and in a list of parts; an error is at the place
+    itself."""
     source = sb.thermal.Source("rim", 1.0)
     tried = set()
-    for name in ("everything_coupled", "heated", "rig", "disc", "shoe", "two_bands", "unequal_bands"):
+    for name in (
+        "everything_coupled",
+        "heated",
+        "rig",
+        "disc",
+        "shoe",
+        "two_bands",
+        "unequal_bands",
+    ):
         scene = sb.read_scene(name)
         for path, part in parts_with_paths(scene):
             for field in dataclasses.fields(part):
@@ -254,7 +318,9 @@ def test_anything_in_the_place_of_a_part():
                 for wrong in (object(), source, (source,), (3, "x")):
                     with pytest.raises(sb.InputError):  # noqa: PT012
                         sb.check_scene(put(scene, (*path, field.name), wrong))
-                        pytest.fail(f"accepted: {type(part).__name__}.{field.name} = {wrong}")
+                        pytest.fail(
+                            f"accepted: {type(part).__name__}.{field.name} = {wrong}"
+                        )
     assert len(tried) > 150
 
 
@@ -266,22 +332,39 @@ def _not_for_ever():
     signal.alarm(0)
 
 
-# --- arguments of the wrong kind in Python ----------------------------------------------------------------------------
+# --- arguments of the wrong kind in Python ------------------------------------------
 
 
 def public_functions():
     """Every function that a user can name, by its name."""
-    names = ("brakes", "checks", "files", "formulas", "layouts", "loads", "plot", "profiles", "results", "rig")
+    names = (
+        "brakes",
+        "checks",
+        "files",
+        "formulas",
+        "layouts",
+        "loads",
+        "plot",
+        "profiles",
+        "results",
+        "rig",
+    )
     homes = [sb, *(getattr(sb, name) for name in (*names, "studies", "thermal"))]
     found = {name: getattr(home, name) for home in homes for name in home.__all__}
-    return {name: function for name, function in found.items() if inspect.isfunction(function)}
+    return {
+        name: function
+        for name, function in found.items()
+        if inspect.isfunction(function)
+    }
 
 
 class Odd:
     """What fits nowhere."""
 
 
-@pytest.mark.parametrize("value", [Odd(), {1: Odd()}, [[1, 2], [3]]], ids=["object", "dict", "list"])
+@pytest.mark.parametrize(
+    "value", [Odd(), {1: Odd()}, [[1, 2], [3]]], ids=["object", "dict", "list"]
+)
 def test_every_public_function_tells_what_does_not_fit(value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     functions = public_functions()
@@ -289,7 +372,11 @@ def test_every_public_function_tells_what_does_not_fit(value, tmp_path, monkeypa
     assert len(functions) > 150
     for name, function in functions.items():
         parameters = inspect.signature(function).parameters.values()
-        needed = [one for one in parameters if one.default is one.empty and "VAR_" not in one.kind.name]
+        needed = [
+            one
+            for one in parameters
+            if one.default is one.empty and "VAR_" not in one.kind.name
+        ]
         if not needed:
             continue
         positional = [value for one in needed if one.kind is not one.KEYWORD_ONLY]

@@ -1,4 +1,5 @@
-"""What a brake was to do, and whether it did: one decision, the same on every surface and in every writing."""
+"""What a brake was to do, and whether it did: one decision, the same on every surface
+and in every writing."""
 
 import dataclasses
 import json
@@ -11,15 +12,33 @@ import pytest
 from commands import call
 
 import simbrake as sb
-from simbrake.loads import BearingFriction, HydrodynamicBrake, Motor, Phase, Phases, SpeedHold, ViscousDrag
+from simbrake.loads import (
+    BearingFriction,
+    HydrodynamicBrake,
+    Motor,
+    Phase,
+    Phases,
+    SpeedHold,
+    ViscousDrag,
+)
 
 WEIGHT = 60e3 * 9.80665 * 0.4 / 8
 STATIC = 1.1
 Z = np.tan(np.radians(13.5) / 2)
-PER_NEWTON = 0.623 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)  # torque of the sliding brake
-HELD_PER_NEWTON = 0.623 * (((1 + STATIC * 0.35 * Z) / (1 - STATIC * 0.35 * Z)) ** 20 - 1)
+PER_NEWTON = 0.623 * (
+    ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1
+)  # torque of the sliding brake
+HELD_PER_NEWTON = 0.623 * (
+    ((1 + STATIC * 0.35 * Z) / (1 - STATIC * 0.35 * Z)) ** 20 - 1
+)
 STRENGTH = sb.brakes.Strength(band_area=3e-3, band_stress="400 MPa")
-LININGS = sb.uniform_linings(20, "270 deg", sb.ConstantFriction(0.35, STATIC), area=0.02, permissible_pressure="3 MPa")
+LININGS = sb.uniform_linings(
+    20,
+    "270 deg",
+    sb.ConstantFriction(0.35, STATIC),
+    area=0.02,
+    permissible_pressure="3 MPa",
+)
 BRAKE = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623, strength=STRENGTH), LININGS)
 
 
@@ -28,11 +47,31 @@ def lever(*values):
     return sb.PiecewiseLinear([0.0, 10.0, 12.0, 60.0], list(values))
 
 
-def scene(pull, *, w0=0.0, end=40.0, hydro=0.0, drag=0.0, bearings=0.0, of_load=0.0, mass=60e3, motor=None, wants=""):
-    """Auxiliary brake, drag and bearings are always there, with 0 where they are not."""
+def scene(
+    pull,
+    *,
+    w0=0.0,
+    end=40.0,
+    hydro=0.0,
+    drag=0.0,
+    bearings=0.0,
+    of_load=0.0,
+    mass=60e3,
+    motor=None,
+    wants="",
+):
+    """Auxiliary brake, drag and bearings are always there, with 0 where they are
+    not."""
     shaft = (HydrodynamicBrake(hydro), ViscousDrag(drag), BearingFriction(bearings))
     load = sb.HookLoad(mass, 0.4, 8, drag=of_load)
-    return sb.Scene(BRAKE, sb.Duty(pull, load, wants=wants), sb.Initial(w0), end, shaft=shaft, motor=motor)
+    return sb.Scene(
+        BRAKE,
+        sb.Duty(pull, load, wants=wants),
+        sb.Initial(w0),
+        end,
+        shaft=shaft,
+        motor=motor,
+    )
 
 
 FULL = lever(20e3, 20e3, 20e3, 20e3)
@@ -50,26 +89,79 @@ HISTORIES = {
     "eased, without an auxiliary brake": (scene(EASED, w0=10.0), "H1", "red", "hold"),
     "let go": (scene(LOST, hydro=60.0), "H5", "amber", "released"),
     "let go, without an auxiliary brake": (scene(LOST), "H5", "amber", "released"),
-    "three times the load": (scene(FULL, w0=10.0, hydro=60.0, mass=180e3), "S1", "red", "rest"),
-    "three times the load, alone": (scene(FULL, w0=10.0, mass=180e3), "S3", "red", "rest"),
-    "weak beside a hydrodynamic brake": (scene(WEAK, w0=10.0, hydro=60.0), "S1", "red", "rest"),
-    "weak beside drag of the shaft": (scene(WEAK, w0=8.0, drag=600.0), "S1", "red", "rest"),
-    "weak beside drag of the load": (scene(WEAK, w0=8.0, of_load=600.0), "S1", "red", "rest"),
+    "three times the load": (
+        scene(FULL, w0=10.0, hydro=60.0, mass=180e3),
+        "S1",
+        "red",
+        "rest",
+    ),
+    "three times the load, alone": (
+        scene(FULL, w0=10.0, mass=180e3),
+        "S3",
+        "red",
+        "rest",
+    ),
+    "weak beside a hydrodynamic brake": (
+        scene(WEAK, w0=10.0, hydro=60.0),
+        "S1",
+        "red",
+        "rest",
+    ),
+    "weak beside drag of the shaft": (
+        scene(WEAK, w0=8.0, drag=600.0),
+        "S1",
+        "red",
+        "rest",
+    ),
+    "weak beside drag of the load": (
+        scene(WEAK, w0=8.0, of_load=600.0),
+        "S1",
+        "red",
+        "rest",
+    ),
     "thrown upwards": (scene(WEAK, w0=-5.0, hydro=60.0), "S1", "red", "rest"),
-    "stopped by bearings": (scene(lever(7e3, 7e3, 7e3, 7e3), bearings=15e3), "H2", "red", "hold"),
-    "eased, held by bearings": (scene(lever(20e3, 7e3, 20e3, 20e3), w0=0.0, bearings=15e3), "H2", "red", "hold"),
+    "stopped by bearings": (
+        scene(lever(7e3, 7e3, 7e3, 7e3), bearings=15e3),
+        "H2",
+        "red",
+        "hold",
+    ),
+    "eased, held by bearings": (
+        scene(lever(20e3, 7e3, 20e3, 20e3), w0=0.0, bearings=15e3),
+        "H2",
+        "red",
+        "hold",
+    ),
     "open, held by bearings": (scene(OPEN, bearings=30e3), "H6", "red", "free"),
     "open": (scene(OPEN), "X1", "red", "free"),
     "lowered by the auxiliary brake": (scene(LATE, hydro=60.0), "L4", "green", "lower"),
     "lowered, no pull given": (scene(OPEN, hydro=60.0), "L5", "amber", "lower"),
-    "lowered by drag of the load": (scene(LATE, of_load=2000.0), "L4", "green", "lower"),
+    "lowered by drag of the load": (
+        scene(LATE, of_load=2000.0),
+        "L4",
+        "green",
+        "lower",
+    ),
     "nothing hangs": (scene(OPEN, w0=5.0, mass=0.0), "X0", "green", "free"),
     "held": (scene(FULL), "H4", "green", "hold"),
-    "held by static friction alone": (scene(lever(1.05e4, 1.05e4, 1.05e4, 1.05e4)), "H4", "amber", "hold"),
+    "held by static friction alone": (
+        scene(lever(1.05e4, 1.05e4, 1.05e4, 1.05e4)),
+        "H4",
+        "amber",
+        "hold",
+    ),
 }
 
 #: shipped scenes of all kinds of duty
-SHIPPED = ("u2_5_5_stop", "drag_lowering", "unequal_bands", "standard", "disc", "shoe", "rig")
+SHIPPED = (
+    "u2_5_5_stop",
+    "drag_lowering",
+    "unequal_bands",
+    "standard",
+    "disc",
+    "shoe",
+    "rig",
+)
 HOISTING = Motor("60 kN*m", "2 MW", "40 rad/s")
 
 
@@ -85,7 +177,13 @@ def driven(*speeds, **others):
 #: the same of phases, motors, levers that follow a speed, and of what the duty says
 OTHERS = {
     "slips off in a hold": (
-        phases(Phase(20e3, "rest", "brake"), Phase(8e3, "20 s", "hold"), w0=8.0, end=60.0, hydro=60.0),
+        phases(
+            Phase(20e3, "rest", "brake"),
+            Phase(8e3, "20 s", "hold"),
+            w0=8.0,
+            end=60.0,
+            hydro=60.0,
+        ),
         ("H3", "red", "hold"),
     ),
     "slips in a hold, and is caught later": (
@@ -117,7 +215,13 @@ OTHERS = {
         ("T1", "amber", "rest"),
     ),
     "let go in a hold": (
-        phases(Phase(20e3, "rest", "brake"), Phase(LOST, "20 s", "hold"), w0=8.0, end=60.0, hydro=60.0),
+        phases(
+            Phase(20e3, "rest", "brake"),
+            Phase(LOST, "20 s", "hold"),
+            w0=8.0,
+            end=60.0,
+            hydro=60.0,
+        ),
         ("H1", "red", "hold"),
     ),
     "a timed brake that is too weak": (
@@ -125,28 +229,59 @@ OTHERS = {
         ("U1", "red", "unsaid"),
     ),
     "a timed brake, said to lower": (
-        phases(Phase(9e3, "30 s", "brake", wants="lower"), w0=8.0, end=60.0, hydro=60.0),
+        phases(
+            Phase(9e3, "30 s", "brake", wants="lower"), w0=8.0, end=60.0, hydro=60.0
+        ),
         ("L4", "red", "lower"),
     ),
     "a brake that never comes to rest": (
         phases(Phase(9e3, "rest", "brake"), w0=8.0, end=40.0, hydro=60.0),
         ("T1", "red", "rest"),
     ),
-    "held by the motor": (scene(OPEN, w0=5.0, **driven(5.0, 0.0)), ("H7", "amber", "rest")),
+    "held by the motor": (
+        scene(OPEN, w0=5.0, **driven(5.0, 0.0)),
+        ("H7", "amber", "rest"),
+    ),
     "a motor against the brake": (
-        scene(WEAK, w0=1.0, **{"motor": Motor("20 kN*m", "2 MW", "40 rad/s", sb.PiecewiseLinear([0.0, 3.0], [0, 10]))}),
+        scene(
+            WEAK,
+            w0=1.0,
+            **{
+                "motor": Motor(
+                    "20 kN*m",
+                    "2 MW",
+                    "40 rad/s",
+                    sb.PiecewiseLinear([0.0, 3.0], [0, 10]),
+                )
+            },
+        ),
         ("M3", "amber", "lower"),
     ),
     "held by the motor and a weak brake": (
         scene(lever(8e3, 8e3, 8e3, 8e3), w0=5.0, **driven(5.0, 0.0)),
         ("H2", "red", "rest"),
     ),
-    "breaks away, as is meant": (scene(lever(8e3, 8e3, 8e3, 8e3), hydro=60.0, wants="free"), ("X1", "amber", "free")),
-    "let go before it rested": (scene(lever(5e3, 0.0, 0.0, 0.0), w0=8.0, hydro=60.0), ("H5", "amber", "released")),
+    "breaks away, as is meant": (
+        scene(lever(8e3, 8e3, 8e3, 8e3), hydro=60.0, wants="free"),
+        ("X1", "amber", "free"),
+    ),
+    "let go before it rested": (
+        scene(lever(5e3, 0.0, 0.0, 0.0), w0=8.0, hydro=60.0),
+        ("H5", "amber", "released"),
+    ),
     "hoisted": (scene(LATE, **driven(0.0, -5.0)), ("M1", "green", "hoist")),
-    "lowered by the lever": (scene(SpeedHold("30 kN"), w0=3.0), ("L1", "green", "lower")),
-    "its lever at the limit": (scene(SpeedHold("9 kN"), w0=3.0), ("L2", "red", "lower")),
-    "a fall that is meant": (scene(OPEN, end=2.0, wants="free"), ("X1", "amber", "free")),
+    "lowered by the lever": (
+        scene(SpeedHold("30 kN"), w0=3.0),
+        ("L1", "green", "lower"),
+    ),
+    "its lever at the limit": (
+        scene(SpeedHold("9 kN"), w0=3.0),
+        ("L2", "red", "lower"),
+    ),
+    "a fall that is meant": (
+        scene(OPEN, end=2.0, wants="free"),
+        ("X1", "amber", "free"),
+    ),
 }
 
 
@@ -160,7 +295,9 @@ def test_histories_are_judged_by_what_they_want(name):
     said = sb.simulate(case).verdict()
     assert [*judged(said)] == expected
     if said.numbers["reserve"] is not None:
-        assert said.numbers["load_torque"] == pytest.approx(float(case.duty.load.mass) / 60e3 * WEIGHT, rel=1e-12)
+        assert said.numbers["load_torque"] == pytest.approx(
+            float(case.duty.load.mass) / 60e3 * WEIGHT, rel=1e-12
+        )
         assert any(row.name.startswith("Holding reserve") for row in said.rows)
 
 
@@ -168,7 +305,9 @@ def test_histories_are_judged_by_what_they_want(name):
 WORDS = {
     "let go before it rested": "Not brought to rest, then the lever was let go",
     "held by the motor and a weak brake": "; the motor or dry friction of the shaft holds the rest",
-    "breaks away, as is meant": "The load runs on at 11.7225 rad/s: the sliding friction brake gives 0.72 of",
+    "breaks away, as is meant": "The load runs on at 11.7225 rad/s: the sliding friction brake "
+    "gives "
+    "0.72 of",
 }
 
 
@@ -182,14 +321,26 @@ def test_other_duties_are_judged_by_what_they_want(name):
 
 
 def test_numbers_are_those_of_the_friction_brake_alone():
-    """Static and sliding capacity over the hanging load, whatever else acts on the shaft."""
-    for name, pull in (("weak beside drag of the load", 9e3), ("weak beside a hydrodynamic brake", 9e3)):
+    """Static and sliding capacity over the hanging load, whatever else acts on the
+    shaft."""
+    for name, pull in (
+        ("weak beside drag of the load", 9e3),
+        ("weak beside a hydrodynamic brake", 9e3),
+    ):
         numbers = sb.simulate(HISTORIES[name][0]).verdict().numbers
-        assert numbers["sliding_over_load"] == pytest.approx(PER_NEWTON * pull / WEIGHT, rel=1e-9)
-        assert numbers["reserve"] == pytest.approx(HELD_PER_NEWTON * pull / WEIGHT, rel=1e-9)
-    lowered = sb.simulate(HISTORIES["lowered by the auxiliary brake"][0]).verdict().numbers
+        assert numbers["sliding_over_load"] == pytest.approx(
+            PER_NEWTON * pull / WEIGHT, rel=1e-9
+        )
+        assert numbers["reserve"] == pytest.approx(
+            HELD_PER_NEWTON * pull / WEIGHT, rel=1e-9
+        )
+    lowered = (
+        sb.simulate(HISTORIES["lowered by the auxiliary brake"][0]).verdict().numbers
+    )
     assert lowered["greatest_pull"] == 16e3  # which the run never sees
-    assert lowered["reserve"] == pytest.approx(HELD_PER_NEWTON * 16e3 / WEIGHT, rel=1e-9)
+    assert lowered["reserve"] == pytest.approx(
+        HELD_PER_NEWTON * 16e3 / WEIGHT, rel=1e-9
+    )
     alone = sb.simulate(HISTORIES["held by static friction alone"][0]).verdict()
     assert alone.numbers["sliding_over_load"] < 1 < alone.numbers["reserve"]
 
@@ -198,9 +349,13 @@ def test_what_a_duty_says_is_checked():
     wrong = {
         "duty.wants: 'stop' is nothing": scene(FULL, wants="stop"),
         "is hoist, and the scene has no motor": scene(FULL, wants="hoist"),
-        "is rest, and the lever is to keep a speed": scene(SpeedHold("9 kN"), wants="rest"),
+        "is rest, and the lever is to keep a speed": scene(
+            SpeedHold("9 kN"), wants="rest"
+        ),
         "has no effect on a duty in phases": phases(Phase(20e3, "rest"), wants="rest"),
-        "is rest, and the phase ends in motion": phases(Phase(20e3, "travel 5 m", wants="rest")),
+        "is rest, and the phase ends in motion": phases(
+            Phase(20e3, "travel 5 m", wants="rest")
+        ),
         "no motor works in this phase": phases(Phase(20e3, "5 s", wants="hoist")),
         "there is no load to lower": dataclasses.replace(
             scene(FULL), duty=sb.Duty(FULL, sb.TorqueLoad(0.0), wants="lower")
@@ -211,43 +366,82 @@ def test_what_a_duty_says_is_checked():
             sb.check_scene(case)
 
 
-# --- surfaces ---------------------------------------------------------------------------------------------------------
+# --- surfaces -----------------------------------------------------------------------
 
 
 def test_runs_of_an_ensemble_have_the_same_reasons():
     """All histories as the runs of one ensemble."""
-    cases = {name: entry for name, entry in HISTORIES.items() if not name.startswith("lowered")}  # (other times)
+    cases = {
+        name: entry
+        for name, entry in HISTORIES.items()
+        if not name.startswith("lowered")
+    }  # (other times)
     base, *_ = HISTORIES["stops"]
     numbers = {
         name: {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(case)}
         for name, (case, *_) in cases.items()
     }
     first = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(base)}
-    varied = [path for path in first if any(np.any(each[path] != first[path]) for each in numbers.values())]
-    values = {path: np.stack([each[path] for each in numbers.values()]) for path in varied}
+    varied = [
+        path
+        for path in first
+        if any(np.any(each[path] != first[path]) for each in numbers.values())
+    ]
+    values = {
+        path: np.stack([each[path] for each in numbers.values()]) for path in varied
+    }
     data = sb.ensemble(base, values, ["stopping_time"], progress=False)
-    found = dict(zip(cases, zip(data["reason"].values, data["colour"].values, strict=True), strict=True))
-    # (what is held by static friction alone, or by bearings, is so from the start: no margin was smaller before)
-    assert found == {name: (reason, colour) for name, (_, reason, colour, _) in cases.items()}
+    found = dict(
+        zip(
+            cases,
+            zip(data["reason"].values, data["colour"].values, strict=True),
+            strict=True,
+        )
+    )
+    # (what is held by static friction alone, or by bearings, is so from the start: no
+    # margin was smaller before)
+    assert found == {
+        name: (reason, colour) for name, (_, reason, colour, _) in cases.items()
+    }
 
 
 def test_loads_of_many_runs_break_away_one_after_the_other():
     """Also where other runs have their events while one begins to move."""
     base = scene(lever(20e3, 20e3, 13e3, 3e3), w0=10.0, hydro=60.0)
     masses = np.linspace(48e3, 60e3, 200)
-    data = sb.ensemble(base, {"duty.load.mass": masses}, ["stopping_time"], progress=False)
+    data = sb.ensemble(
+        base, {"duty.load.mass": masses}, ["stopping_time"], progress=False
+    )
     assert set(data["reason"].values) == {"H1"}
 
 
 def variations(scene):
-    """Numbers by path: with the lever lost or eased, a third of the friction, three times the load, ended early."""
-    leaves = {leaf.path: np.asarray(leaf.value, float) for leaf in sb.files.leaves(scene)}
-    pulls = [path for path in leaves if path.startswith(f"duty.{scene.duty.lever_field}") and path.endswith("values")]
-    frictions = [path for path in leaves if path.startswith("brake.") and path.endswith("coefficient")]
-    loads = [path for path in leaves if path in ("duty.load.mass", "duty.load.string", "duty.load.profile.level")]
+    """Numbers by path: with the lever lost or eased, a third of the friction, three
+    times the load, ended early."""
+    leaves = {
+        leaf.path: np.asarray(leaf.value, float) for leaf in sb.files.leaves(scene)
+    }
+    pulls = [
+        path
+        for path in leaves
+        if path.startswith(f"duty.{scene.duty.lever_field}") and path.endswith("values")
+    ]
+    frictions = [
+        path
+        for path in leaves
+        if path.startswith("brake.") and path.endswith("coefficient")
+    ]
+    loads = [
+        path
+        for path in leaves
+        if path in ("duty.load.mass", "duty.load.string", "duty.load.profile.level")
+    ]
 
     def ending(share):
-        return {path: np.append(leaves[path][:-1], share * leaves[path][-1]) for path in pulls}
+        return {
+            path: np.append(leaves[path][:-1], share * leaves[path][-1])
+            for path in pulls
+        }
 
     start = float(scene.initial.time)
     yield "as it is", {}
@@ -261,23 +455,35 @@ def variations(scene):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenes_have_one_reason_everywhere(name):
-    """Single runs and the runs of an ensemble; and no load that was to stop or to hold is green while it moves."""
+    """Single runs and the runs of an ensemble; and no load that was to stop or to hold
+    is green while it moves."""
     base = sb.read_scene(name)
     first = {leaf.path: np.asarray(leaf.value, float) for leaf in sb.files.leaves(base)}
     changes = dict(variations(base))
     paths = sorted({path for change in changes.values() for path in change})
-    values = {path: np.stack([change.get(path, first[path]) for change in changes.values()]) for path in paths}
+    values = {
+        path: np.stack([change.get(path, first[path]) for change in changes.values()])
+        for path in paths
+    }
     data = sb.ensemble(base, values, [], progress=False)
     for i, (change, numbers) in enumerate(changes.items()):
         result = sb.simulate(sb.with_values(base, numbers), throw=False)
         said = result.verdict()
-        moves = result.ok and not result.status.startswith(("stopped", "held", "driven"))
-        if moves and said.wants in ("rest", "hold", "released", "unsaid") and said.numbers["reserve"] is not None:
+        moves = result.ok and not result.status.startswith(
+            ("stopped", "held", "driven")
+        )
+        if (
+            moves
+            and said.wants in ("rest", "hold", "released", "unsaid")
+            and said.numbers["reserve"] is not None
+        ):
             assert said.colour != "green", change
         assert said.reason == str(data["reason"].values[i]), change
 
 
-@pytest.mark.parametrize("name", ["stops", "stops, not shown", "three times the load", "let go", "held"])
+@pytest.mark.parametrize(
+    "name", ["stops", "stops, not shown", "three times the load", "let go", "held"]
+)
 def test_commands_say_the_same(name, tmp_path, capsys):
     case, reason, colour, wants = HISTORIES[name]
     file = tmp_path / "scene.toml"
@@ -288,8 +494,15 @@ def test_commands_say_the_same(name, tmp_path, capsys):
     assert f"verdict  {colour} {reason}: " in text
     code, text, _ = call(capsys, "run", str(file), "--json")
     said = json.loads(text)["verdict"]
-    assert (code, said["reason"], said["colour"], said["wants"]) == (0, reason, colour, wants)
-    code, text, _ = call(capsys, "explain", str(file), "--json", "--no-influence", "--fail-on-limit")
+    assert (code, said["reason"], said["colour"], said["wants"]) == (
+        0,
+        reason,
+        colour,
+        wants,
+    )
+    code, text, _ = call(
+        capsys, "explain", str(file), "--json", "--no-influence", "--fail-on-limit"
+    )
     assert f'"reason": "{reason}"' in text
     assert code == (3 if fails else 0)
 
@@ -310,13 +523,19 @@ def test_report_says_the_same(name, tmp_path):
 def test_c_of_a_scene_says_the_same(tmp_path):
     """One file of C, with the numbers of each history."""
     sb.export_c(HISTORIES["stops"][0], tmp_path / "scene.c", max_steps=2000)
-    cases = {name: (case, reason, colour) for name, (case, reason, colour, _) in HISTORIES.items()}
+    cases = {
+        name: (case, reason, colour)
+        for name, (case, reason, colour, _) in HISTORIES.items()
+    }
     runs = []
     for case, *_ in cases.values():
         for leaf in sb.files.leaves(case.as_run):
             place = re.sub(r"[^A-Z0-9]+", "_", leaf.path.upper()).strip("_")
             values = enumerate(np.ravel(np.asarray(leaf.value, float)))
-            runs += [f"numbers[SCENE_NUMBER_{place} + {i}] = {float(value)!r};" for i, value in values]
+            runs += [
+                f"numbers[SCENE_NUMBER_{place} + {i}] = {float(value)!r};"
+                for i, value in values
+            ]
         runs.append("run();")
     body = "\n  ".join(runs)
     (tmp_path / "main.c").write_text(
@@ -334,10 +553,17 @@ int main(void) {{
 """,
         "utf-8",
     )
-    subprocess.run(["gcc", "-O1", "-o", "main", "main.c", "-lm"], cwd=tmp_path, check=True)
-    printed = subprocess.run([tmp_path / "main"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
-    found = dict(zip(cases, (line.split() for line in printed.splitlines()), strict=True))
+    subprocess.run(
+        ["gcc", "-O1", "-o", "main", "main.c", "-lm"], cwd=tmp_path, check=True
+    )
+    printed = subprocess.run(
+        [tmp_path / "main"], cwd=tmp_path, check=True, capture_output=True, text=True
+    ).stdout
+    found = dict(
+        zip(cases, (line.split() for line in printed.splitlines()), strict=True)
+    )
     shades = ("green", "amber", "red")
-    assert {name: (reason, shades[int(colour)]) for name, (_, reason, colour) in found.items()} == {
-        name: (reason, colour) for name, (_, reason, colour) in cases.items()
-    }
+    assert {
+        name: (reason, shades[int(colour)])
+        for name, (_, reason, colour) in found.items()
+    } == {name: (reason, colour) for name, (_, reason, colour) in cases.items()}

@@ -1,4 +1,5 @@
-"""Every printed balance sums by its own terms, to its digits: summary, JSON, page, explanation of shipped scenes."""
+"""Every printed balance sums by its own terms, to its digits: summary, JSON, page,
+explanation of shipped scenes."""
 
 import dataclasses
 import functools
@@ -15,34 +16,59 @@ from stop_scenes import stop_scene
 import simbrake as sb
 
 NUMBER = r"[-−]?(?:\d+(?:\.\d+)?(?:e[-+]\d+)?(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?|10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
-FACTORS = {"J": 1.0, "kJ": 1e3, "MJ": 1e6, "W": 1.0, "kW": 1e3, "MW": 1e6, "N·m": 1.0, "kN·m": 1e3, "MN·m": 1e6}
+FACTORS = {
+    "J": 1.0,
+    "kJ": 1e3,
+    "MJ": 1e6,
+    "W": 1.0,
+    "kW": 1e3,
+    "MW": 1e6,
+    "N·m": 1.0,
+    "kN·m": 1e3,
+    "MN·m": 1e6,
+}
 LOWER = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
 
 
 def value_of(text, unit):
     """A printed number in SI."""
-    mantissa, _, power = text.translate(LOWER).rpartition("·10") if "·10" in text else (text.translate(LOWER), "", "")
+    mantissa, _, power = (
+        text.translate(LOWER).rpartition("·10")
+        if "·10" in text
+        else (text.translate(LOWER), "", "")
+    )
     return float(mantissa) * 10.0 ** float(power or 0) * FACTORS[unit]
 
 
 def terms(text):
     """Printed numbers with a unit of energy, power or torque, in SI."""
-    return [value_of(*found) for found in re.findall(rf"({NUMBER}) ({'|'.join(FACTORS)})(?![\w·])", text)]
+    return [
+        value_of(*found)
+        for found in re.findall(rf"({NUMBER}) ({'|'.join(FACTORS)})(?![\w·])", text)
+    ]
 
 
 def assert_equal_sums(left, right, digits=6):
     """Sums of printed terms agree to what rounding to so many digits can leave."""
     assert left
     assert right
-    rounding = sum(0.5 * 10.0 ** (math.floor(math.log10(abs(x))) + 1 - digits) for x in (*left, *right) if x)
+    rounding = sum(
+        0.5 * 10.0 ** (math.floor(math.log10(abs(x))) + 1 - digits)
+        for x in (*left, *right)
+        if x
+    )
     assert abs(sum(left) - sum(right)) <= 1.01 * rounding
 
 
-SHAFT = (sb.loads.HydrodynamicBrake(60.0, place="rim"), sb.loads.BearingFriction("30 N*m"))
+SHAFT = (
+    sb.loads.HydrodynamicBrake(60.0, place="rim"),
+    sb.loads.BearingFriction("30 N*m"),
+)
 
 
 def hydrodynamic():
-    """Heat of the brake and of torques on the shaft, one with a place for its heat; shares of the power."""
+    """Heat of the brake and of torques on the shaft, one with a place for its heat;
+    shares of the power."""
     scene = stop_scene(C=2e5, load=3e4, end=3.0)
     shares = sb.PowerShares(electrical=0.02, mechanical=0.05)
     return dataclasses.replace(scene, heat=lump(2e5), shaft=SHAFT, power_shares=shares)
@@ -58,7 +84,9 @@ def not_in_the_network():
     """Friction heat that enters no body, beside a source that heats one."""
     bodies = (sb.thermal.Lump("rim", 2e5), sb.thermal.Reservoir("air"))
     links = (sb.thermal.Conductance("rim", "air", 20.0),)
-    heat = sb.Heat(bodies, links, sources=(sb.thermal.Source("rim", "2 kW"),), rim="rim")
+    heat = sb.Heat(
+        bodies, links, sources=(sb.thermal.Source("rim", "2 kW"),), rim="rim"
+    )
     return dataclasses.replace(stop_scene(C=None), heat=heat)
 
 
@@ -80,13 +108,21 @@ def run_of(name):
 
 TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
 #: scenarios whose template is the same duty of the same kind of brake
-TWINS = {"u2_5_5_stop", "sensitivity_u2_5_5", "tripping_30_stands", "disc_stop", "double_shoe_stop"}
+TWINS = {
+    "u2_5_5_stop",
+    "sensitivity_u2_5_5",
+    "tripping_30_stands",
+    "disc_stop",
+    "double_shoe_stop",
+}
 SHIPPED = [*TEMPLATES, *(name for name in shipped.NAMES if name not in TWINS)]
 QUICK = ("heated", "disc", *MADE)
 
 
 def scenes():
-    marks = {name: () if name in QUICK else pytest.mark.slow for name in [*MADE, *SHIPPED]}
+    marks = {
+        name: () if name in QUICK else pytest.mark.slow for name in [*MADE, *SHIPPED]
+    }
     return [pytest.param(name, marks=mark) for name, mark in marks.items()]
 
 
@@ -94,7 +130,11 @@ def scenes():
 def test_printed_balances_sum(name, monkeypatch):
     result = run_of(name)
     lines = str(result).splitlines()
-    heads = [head for head in ("energy   ", "heat     ") if head == "energy   " or result.scene.heated]
+    heads = [
+        head
+        for head in ("energy   ", "heat     ")
+        if head == "energy   " or result.scene.heated
+    ]
     for head in heads:
         (line,) = [line for line in lines if line.startswith(head)]
         assert_equal_sums(*map(terms, line.partition(" (")[0].split(" = ")))
@@ -104,12 +144,20 @@ def test_printed_balances_sum(name, monkeypatch):
     def total(*names):
         return sum(e.get(one, 0.0) for one in names)
 
-    taken = total("friction_heat", "damper_heat", "shaft_work", "electrical_work", "mechanical_work")
+    taken = total(
+        "friction_heat",
+        "damper_heat",
+        "shaft_work",
+        "electrical_work",
+        "mechanical_work",
+    )
     given = total("load_work", "lever_work", "motor_work")
     changed = total("kinetic_change", "elastic_change")
     assert given == pytest.approx(taken + changed, rel=1e-9, abs=1e-9 * taken)
     if result.scene.heated:
-        friction = total("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_elsewhere")
+        friction = total(
+            "heat_to_metal", "heat_to_linings", "heat_to_band", "heat_elsewhere"
+        )
         assert friction == pytest.approx(e["friction_heat"], rel=1e-9)
         into = friction + total("shaft_work", "heat_supplied")
         out = total("heat_stored", "heat_lost")
@@ -123,19 +171,32 @@ def test_printed_balances_sum(name, monkeypatch):
         assert not stages or sum(stages) == pytest.approx(e[pair], rel=1e-9)
 
     # (figures take longer than all the rest)
-    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: file.write(b""))
-    books = re.findall(r"<h3>(Mechanical energy|Heat)</h3>(.*?)</table>", sb.report(result, check=False), re.DOTALL)
+    monkeypatch.setattr(
+        Figure, "savefig", lambda figure, file, **options: file.write(b"")
+    )
+    books = re.findall(
+        r"<h3>(Mechanical energy|Heat)</h3>(.*?)</table>",
+        sb.report(result, check=False),
+        re.DOTALL,
+    )
     assert len(books) == len(heads)
     for _, book in books:
-        sides = re.split(r"<th>energy out</th>", re.sub(r"</?data[^>]*>", "", book.partition("<table>")[2]))
+        sides = re.split(
+            r"<th>energy out</th>",
+            re.sub(r"</?data[^>]*>", "", book.partition("<table>")[2]),
+        )
         assert_equal_sums(*map(terms, sides))
 
     said = sb.results.explain(result, influence=False)
-    if "balance" not in said or not re.search(r"Averaged|Mean powers", text := said["balance"].text):
+    if "balance" not in said or not re.search(
+        r"Averaged|Mean powers", text := said["balance"].text
+    ):
         return
     if text.startswith("Mean powers"):
         assert_equal_sums(*map(terms, re.split(r"\.(?: |$)", text)[0].split("; out ")))
         return
     whole, *parts = terms(text.partition("the brake gives ")[2])
     assert_equal_sums([whole], parts, digits=5)
-    assert sum(map(float, re.findall(r"\(([-−\d.]+) %\)", text.translate(LOWER)))) == pytest.approx(100, abs=1)
+    assert sum(
+        map(float, re.findall(r"\(([-−\d.]+) %\)", text.translate(LOWER)))
+    ) == pytest.approx(100, abs=1)

@@ -31,17 +31,23 @@ def untold():
 
 
 def test_long_run_has_closed_form_times(untold):
-    assert float(untold.stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert float(untold.stopping_time) == pytest.approx(
+        closed_form()["stop"], rel=1e-10
+    )
     plain = sb.simulate(stop_scene())
     assert int(plain.record.count) == int(untold.record.count)
     n = int(plain.record.count) + 1
-    np.testing.assert_allclose(untold.record.rows.y[:n], plain.record.rows.y[:n], rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(
+        untold.record.rows.y[:n], plain.record.rows.y[:n], rtol=1e-12, atol=1e-9
+    )
 
 
 def test_progress_does_not_change_the_result(untold):
     """To the last bit; the times that are told rise to the end of the run."""
     seen = []
-    told = sb.simulate(stop_scene(), max_steps=LONG, progress=lambda t, end: seen.append((t, end)))
+    told = sb.simulate(
+        stop_scene(), max_steps=LONG, progress=lambda t, end: seen.append((t, end))
+    )
     assert same_bits(told.record, untold.record)
     times = [t for t, _ in seen]
     assert (times[0], times[-1]) == (0.0, 5.0)
@@ -61,30 +67,46 @@ def test_runs_of_an_ensemble_are_counted(capsys):
     seen = []
     speeds = {"initial.omega": np.linspace(5, 20, 40)}
     for progress in (True, False, lambda done, total: seen.append((done, total))):
-        sb.ensemble(stop_scene(), speeds, ["stopping_time"], chunk=8, workers=1, progress=progress)
+        sb.ensemble(
+            stop_scene(),
+            speeds,
+            ["stopping_time"],
+            chunk=8,
+            workers=1,
+            progress=progress,
+        )
         assert ("runs 40 of 40" in capsys.readouterr().err) is (progress is True)
     assert seen[-1] == (40, 40)
     assert seen == sorted(seen)
 
 
 def test_terminal_is_told_and_pipe_is_not(tmp_path):
-    """`simbrake run` with stderr on a terminal of its own and with stderr in a pipe: the same on stdout."""
+    """`simbrake run` with stderr on a terminal of its own and with stderr in a pipe:
+    the same on stdout."""
     scene = pathlib.Path(__file__).parents[2] / "scenarios" / "u2_5_5_stop.toml"
     command = [sys.executable, "-m", "simbrake", "run", str(scene)]
 
     def empty(name):
         """Nothing is compiled yet, so that it takes a while."""
         place = str(tmp_path / name)
-        return {**os.environ, "JAX_COMPILATION_CACHE_DIR": place, "SIMBRAKE_CACHE_DIR": place}
+        return {
+            **os.environ,
+            "JAX_COMPILATION_CACHE_DIR": place,
+            "SIMBRAKE_CACHE_DIR": place,
+        }
 
     options = {"stdout": subprocess.PIPE, "timeout": 300}
-    piped = subprocess.run(command, stderr=subprocess.PIPE, env=empty("piped"), **options)
+    piped = subprocess.run(
+        command, stderr=subprocess.PIPE, env=empty("piped"), **options
+    )
     assert (piped.returncode, piped.stderr) == (0, b"")
     ours, theirs = pty.openpty()
     shown = subprocess.run(command, stderr=theirs, env=empty("shown"), **options)
     os.close(theirs)
     said = b""
-    with contextlib.suppress(OSError):  # (the end of what a terminal holds; a read takes 4 kB of it)
+    with contextlib.suppress(
+        OSError
+    ):  # (the end of what a terminal holds; a read takes 4 kB of it)
         while part := os.read(ours, 1 << 16):
             said += part
     os.close(ours)

@@ -1,4 +1,5 @@
-"""A field recording of time, hook position, speed and load, and lever force: read, laid over a run, fitted."""
+"""A field recording of time, hook position, speed and load, and lever force: read, laid
+over a run, fitted."""
 
 import math
 
@@ -27,8 +28,14 @@ PER_RADIAN = RADIUS / LINES
 
 def scene(friction=F):
     lever = sb.Lever(sb.Constant(FORCE), GAIN, 1.0)
-    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.Lining(sb.ConstantFriction(friction), np.full(N, BETA)))
-    return sb.Scene(brake, sb.Duty(lever, sb.HookLoad(MASS, RADIUS, LINES)), sb.Initial(W0), 3.0)
+    brake = sb.Brake(
+        sb.Pulley(R, J),
+        sb.Band(R),
+        sb.Lining(sb.ConstantFriction(friction), np.full(N, BETA)),
+    )
+    return sb.Scene(
+        brake, sb.Duty(lever, sb.HookLoad(MASS, RADIUS, LINES)), sb.Initial(W0), 3.0
+    )
 
 
 def alpha(f=F):
@@ -47,10 +54,15 @@ LOAD = MASS * (G - PER_RADIAN * alpha())
 
 @pytest.fixture
 def recording(tmp_path):
-    head = "t [ms],hook_position [ft],hook_speed [ft/min],hook_load [klbf],lever_force [lbf],hook_load_sigma"
+    head = (
+        "t [ms],hook_position [ft],hook_speed [ft/min],hook_load [klbf],lever_force "
+        "[lbf],hook_load_sigma"
+    )
     rows = [
         f"{1e3 * t!r},{x / 0.3048!r},{v / 0.00508!r},{LOAD / POUND / G / 1e3!r},{FORCE / POUND / G!r},0.5"
-        for t, x, v in zip(TIMES.tolist(), POSITION.tolist(), SPEED.tolist(), strict=True)
+        for t, x, v in zip(
+            TIMES.tolist(), POSITION.tolist(), SPEED.tolist(), strict=True
+        )
     ]
     (tmp_path / "rig.csv").write_text("\n".join([head, *rows]))
     return tmp_path / "rig.csv"
@@ -87,28 +99,47 @@ def test_recording_over_a_run(recording):
     line = figure.axes[1].lines[-1]
     np.testing.assert_allclose(dots.get_ydata(), SPEED / 0.00508, rtol=1e-12)
     t = np.asarray(line.get_xdata())
-    np.testing.assert_allclose(line.get_ydata(), PER_RADIAN * (W0 + alpha() * t) / 0.00508, rtol=1e-9)
-    with pytest.raises(sb.InputError, match="rim_temperature: is not in a run of this scene"):
-        plot.overlay(result, sb.studies.Measured.of(TIMES, {"rim_temperature": TIMES + 300.0}))
+    np.testing.assert_allclose(
+        line.get_ydata(), PER_RADIAN * (W0 + alpha() * t) / 0.00508, rtol=1e-9
+    )
+    with pytest.raises(
+        sb.InputError, match="rim_temperature: is not in a run of this scene"
+    ):
+        plot.overlay(
+            result, sb.studies.Measured.of(TIMES, {"rim_temperature": TIMES + 300.0})
+        )
 
 
 def test_friction_is_fitted_to_the_hook(recording):
     data = sb.read_measured(
-        recording, columns=["hook_position", "hook_speed"], sigma={"hook_position": 0.01, "hook_speed": 0.01}
+        recording,
+        columns=["hook_position", "hook_speed"],
+        sigma={"hook_position": 0.01, "hook_speed": 0.01},
     )
-    fit = sb.calibrate(scene(0.27), {"brake.linings.friction.coefficient": (0.2, 0.4)}, data)
+    fit = sb.calibrate(
+        scene(0.27), {"brake.linings.friction.coefficient": (0.2, 0.4)}, data
+    )
     assert fit.parameters[0].value == pytest.approx(F, rel=1e-7)
 
 
 def test_run_writes_the_overlay(recording, tmp_path, capsys, drawn):
     sb.write_scene(scene(), tmp_path / "stop.toml")
-    options = ["run", str(tmp_path / "stop.toml"), "--measured", str(recording), "--units", "rig"]
+    options = [
+        "run",
+        str(tmp_path / "stop.toml"),
+        "--measured",
+        str(recording),
+        "--units",
+        "rig",
+    ]
     with pytest.raises(SystemExit) as end:
         main([*options, "--out", str(tmp_path / "out")])
     assert end.value.code == 0
     assert "overlay.png" in capsys.readouterr().out
     assert (tmp_path / "out" / "overlay.png").exists()
-    np.testing.assert_allclose(drawn["overlay.png"].axes[1].lines[0].get_ydata(), SPEED / 0.00508, rtol=1e-12)
+    np.testing.assert_allclose(
+        drawn["overlay.png"].axes[1].lines[0].get_ydata(), SPEED / 0.00508, rtol=1e-12
+    )
     with pytest.raises(SystemExit) as end:
         main(options)
     assert end.value.code == 2

@@ -1,4 +1,5 @@
-"""Results as labelled data: values, units, files that lose nothing, provenance, running again, comparing."""
+"""Results as labelled data: values, units, files that lose nothing, provenance, running
+again, comparing."""
 
 import math
 import pathlib
@@ -61,7 +62,10 @@ def test_variables_have_units_and_meanings(result):
             column = getattr(columns, field)
             assert (name in data) == (apart and column is not None)
             if name in data:
-                assert data[name].attrs == {"units": about.unit or "1", "meaning": f"{pair} pair: {about.meaning}"}
+                assert data[name].attrs == {
+                    "units": about.unit or "1",
+                    "meaning": f"{pair} pair: {about.meaning}",
+                }
                 assert data[name].dims == ("time", "lining")[: column.ndim]
     assert set(SERIES_COLUMNS) == set(Series._fields) - {"pairs"}
     assert set(PAIR_COLUMNS) == set(PairSeries._fields)
@@ -81,11 +85,14 @@ def test_values_on_both_sides_of_events(result):
         series = result.series(times[rows], left=left)
         columns = {name: getattr(series, name) for name in SERIES_COLUMNS}
         for pair, found in series.pairs.items():
-            columns |= {f"{pair}_{name}": column for name, column in found._asdict().items()}
+            columns |= {
+                f"{pair}_{name}": column for name, column in found._asdict().items()
+            }
         assert ("internal_torque" in data) == (len(series.pairs) > 1)
         for name in set(columns) & set(data.data_vars):
             np.testing.assert_array_equal(
-                part[name].values.reshape(part.time.size, -1), np.reshape(columns[name], (part.time.size, -1))
+                part[name].values.reshape(part.time.size, -1),
+                np.reshape(columns[name], (part.time.size, -1)),
             )
     once = data.isel(time=data.side >= 0)
     assert np.all(np.diff(once["time"]) > 0)
@@ -98,13 +105,21 @@ def test_events_metrics_and_energies(plain):
     np.testing.assert_allclose(stop, truth["stop"], rtol=1e-10)
     np.testing.assert_allclose(data["stopping_time"], truth["stop"], rtol=1e-10)
     limits = data["event_name"].values == "lining_limit"
-    np.testing.assert_array_equal(data["event_lining"].values[limits], np.arange(20) + 1)
-    np.testing.assert_allclose(data["event_time"].values[limits], truth["limits"], rtol=1e-10)
-    assert data["energy.kinetic_change"].item() == pytest.approx(-0.5 * 800 * 20**2, rel=1e-12)
+    np.testing.assert_array_equal(
+        data["event_lining"].values[limits], np.arange(20) + 1
+    )
+    np.testing.assert_allclose(
+        data["event_time"].values[limits], truth["limits"], rtol=1e-10
+    )
+    assert data["energy.kinetic_change"].item() == pytest.approx(
+        -0.5 * 800 * 20**2, rel=1e-12
+    )
     assert data["energy.closure"].attrs["units"] == "1"
     assert data["max_tension_lining"].item() == 20
     assert data["status"].item() == "stopped"
-    assert sb.dataset(sb.simulate(stop_scene(end=0.5)))["stopping_time"].item() == math.inf
+    assert (
+        sb.dataset(sb.simulate(stop_scene(end=0.5)))["stopping_time"].item() == math.inf
+    )
 
 
 def test_walls_have_their_layers_and_depths(heated):
@@ -112,15 +127,26 @@ def test_walls_have_their_layers_and_depths(heated):
     assert data["rim_layer_temperature"].dims == ("time", "rim_layer")
     # layers that grow by half: 1 + 1.5 + 2.25 parts of 28 mm
     edges = np.cumsum([0.0, 1.0, 1.5, 2.25]) / 4.75 * 0.028
-    np.testing.assert_allclose(data["rim_depth"], (edges[1:] + edges[:-1]) / 2, rtol=1e-14)
+    np.testing.assert_allclose(
+        data["rim_depth"], (edges[1:] + edges[:-1]) / 2, rtol=1e-14
+    )
     assert data["rim_depth"].attrs["units"] == "m"
-    assert data["lining_layer_temperature"].dims == ("time", "lining_copy", "lining_layer")
+    assert data["lining_layer_temperature"].dims == (
+        "time",
+        "lining_copy",
+        "lining_layer",
+    )
     for copy in (1, 2):
         for layer in (1, 2):
-            own = data["lining_layer_temperature"].sel(lining_copy=copy, lining_layer=layer)
-            np.testing.assert_array_equal(own, data["temperature"].sel(node=f"lining[{copy},{layer}]"))
+            own = data["lining_layer_temperature"].sel(
+                lining_copy=copy, lining_layer=layer
+            )
+            np.testing.assert_array_equal(
+                own, data["temperature"].sel(node=f"lining[{copy},{layer}]")
+            )
     np.testing.assert_array_equal(
-        data["rim_layer_temperature"].sel(rim_layer=3), data["temperature"].sel(node="rim[3]")
+        data["rim_layer_temperature"].sel(rim_layer=3),
+        data["temperature"].sel(node="rim[3]"),
     )
     assert data["rim_temperature"].dims == ("time",)
     assert data["lining_temperature"].dims == ("time", "lining")
@@ -151,14 +177,27 @@ def test_traced_and_batched_results(plain):
     with pytest.raises(ValueError, match="outside of jit"):
         sb.results.provenance(batch)
     for find in (
-        *(lambda one: one.metrics, lambda one: one.ok, lambda one: one.events, lambda one: one.summary()),
-        *(lambda one: one.status, lambda one: one.verdict(), lambda one: one.derivative_notes()),
+        *(
+            lambda one: one.metrics,
+            lambda one: one.ok,
+            lambda one: one.events,
+            lambda one: one.summary(),
+        ),
+        *(
+            lambda one: one.status,
+            lambda one: one.verdict(),
+            lambda one: one.derivative_notes(),
+        ),
     ):
         with pytest.raises(
-            sb.InputError, match=r"^1 input error:\n  result: is traced — .*`result\[\"stopping_time\"\]`"
+            sb.InputError,
+            match=r"^1 input error:\n  result: is traced — .*`result\[\"stopping_time\"\]`",
         ):
             jax.eval_shape(lambda one, find=find: find(one) and 1.0, plain)
-        with pytest.raises(sb.InputError, match=r"is a batch of \(2,\) — numbers work there: `result.stopping_time`"):
+        with pytest.raises(
+            sb.InputError,
+            match=r"is a batch of \(2,\) — numbers work there: `result.stopping_time`",
+        ):
             find(batch)
 
 
@@ -166,9 +205,14 @@ def test_names_near_a_misspelt_one(plain):
     with pytest.raises(AttributeError, match=r"'stoping_time'; nearest: stopping_time"):
         _ = plain.stoping_time
     series = plain.series([0.0])
-    with pytest.raises(AttributeError, match=r"'omega'; over time it is result.series\(times\).omega"):
+    with pytest.raises(
+        AttributeError, match=r"'omega'; over time it is result.series\(times\).omega"
+    ):
         _ = plain.omega
-    with pytest.raises(AttributeError, match=r"'Series' object has no attribute 'speed'; nearest: omega, slip_speed"):
+    with pytest.raises(
+        AttributeError,
+        match=r"'Series' object has no attribute 'speed'; nearest: omega, slip_speed",
+    ):
         _ = series.speed
     with pytest.raises(AttributeError, match=r"'slack_tenson'; nearest: slack_tension"):
         _ = series.slack_tenson
@@ -177,7 +221,10 @@ def test_names_near_a_misspelt_one(plain):
 
 @pytest.mark.parametrize(
     "result",
-    [pytest.param(kind, marks=[pytest.mark.smoke] if kind == "plain" else []) for kind in RESULTS],
+    [
+        pytest.param(kind, marks=[pytest.mark.smoke] if kind == "plain" else [])
+        for kind in RESULTS
+    ],
     indirect=True,
 )
 def test_files_give_the_same_data_set_back(result, tmp_path):
@@ -188,7 +235,10 @@ def test_files_give_the_same_data_set_back(result, tmp_path):
     for name, variable in data.variables.items():
         assert back[name].dtype.kind == variable.dtype.kind, name
         if variable.dtype.kind == "f":
-            assert back[name].values.tobytes() == np.ascontiguousarray(variable.values).tobytes(), name
+            assert (
+                back[name].values.tobytes()
+                == np.ascontiguousarray(variable.values).tobytes()
+            ), name
     assert set(back.coords) == set(data.coords)
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
@@ -224,7 +274,10 @@ def file(plain, tmp_path_factory):
 def test_damaged_and_foreign_files_are_named(file, tmp_path):
     content = file[1]
     path = tmp_path / "x.nc"
-    cut = [content[: int(share * len(content))] for share in (0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)]
+    cut = [
+        content[: int(share * len(content))]
+        for share in (0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
+    ]
     for wrong in (
         *cut,
         content[:-1],
@@ -248,27 +301,40 @@ def test_one_wrong_byte_is_no_other_result(file, tmp_path):
         wrong[place] ^= 1 << int(place) % 8
         path.write_bytes(wrong)
         try:
-            assert sb.read_result(path).identical(data)  # some bytes mean nothing, as those that fill up
+            assert sb.read_result(path).identical(
+                data
+            )  # some bytes mean nothing, as those that fill up
         except sb.InputError:
             refused += 1
     assert refused > 20
 
 
 def test_files_of_earlier_releases_are_read(tmp_path):
-    """Written once and kept: its checksum has to be that of today. Files with the hash from before it are read too."""
+    """Written once and kept: its checksum has to be that of today. Files with the hash
+    from before it are read too."""
     data = sb.read_result(FOLDER / "golden" / "result.nc")
-    before = xr.load_dataset(FOLDER / "golden" / "result.nc", engine="scipy", decode_times=False)
+    before = xr.load_dataset(
+        FOLDER / "golden" / "result.nc", engine="scipy", decode_times=False
+    )
     before.attrs["checksum"] = "0" * 64
     del before.attrs["sha256"]
     before.to_netcdf(tmp_path / "before.nc", engine="scipy")
     assert sb.read_result(tmp_path / "before.nc").identical(data)
     assert data["status"].item() == "stopped"
-    assert float(data["stopping_time"]) == pytest.approx(closed_form(n=2, beta=120.0, C=1e6)["stop"], rel=1e-9)
+    assert float(data["stopping_time"]) == pytest.approx(
+        closed_form(n=2, beta=120.0, C=1e6)["stop"], rel=1e-9
+    )
 
 
 def test_wrong_places_and_suffixes(plain, tmp_path):
-    for refused in (lambda: sb.save(plain, tmp_path / "x.csv"), lambda: sb.read_result(tmp_path / "x.csv")):
-        with pytest.raises(sb.InputError, match=r"kept as netCDF, \.nc; docs/recipes/result_tables\.py writes tables"):
+    for refused in (
+        lambda: sb.save(plain, tmp_path / "x.csv"),
+        lambda: sb.read_result(tmp_path / "x.csv"),
+    ):
+        with pytest.raises(
+            sb.InputError,
+            match=r"kept as netCDF, \.nc; docs/recipes/result_tables\.py writes tables",
+        ):
             refused()
     with pytest.raises(sb.InputError, match="no such file"):
         sb.read_result(tmp_path / "x.nc")
@@ -286,7 +352,16 @@ def test_wrong_places_and_suffixes(plain, tmp_path):
 def test_command_writes_one_file_that_is_a_result(tmp_path, capsys):
     file = tmp_path / "run.nc"
     code, out, _ = call(capsys, "run", "u2_5_5_stop", "--out", str(file))
-    assert (code, f"written  {file}" in out, sb.read_result(file).status.item()) == (0, True, "stopped")
-    code, _, told = call(capsys, "run", "u2_5_5_stop", "--out", str(tmp_path / "run.xlsx"))
+    assert (code, f"written  {file}" in out, sb.read_result(file).status.item()) == (
+        0,
+        True,
+        "stopped",
+    )
+    code, _, told = call(
+        capsys, "run", "u2_5_5_stop", "--out", str(tmp_path / "run.xlsx")
+    )
     assert (code, [path.name for path in tmp_path.iterdir()]) == (2, ["run.nc"])
-    assert "--out: .xlsx files of results went — give .nc; docs/recipes/result_tables.py" in told
+    assert (
+        "--out: .xlsx files of results went — give .nc; docs/recipes/result_tables.py"
+        in told
+    )

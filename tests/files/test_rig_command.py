@@ -1,4 +1,5 @@
-"""`simbrake rig`: a crew's answer first, the ledger in every form, no names, and bad input with exit code 2."""
+"""`simbrake rig`: a crew's answer first, the ledger in every form, no names, and bad
+input with exit code 2."""
 
 import json
 import re
@@ -10,7 +11,12 @@ from rig_recordings import table, witsml, written
 
 T = np.arange(0.0, 400.0, 2.0)
 #: 20 m down at 1 m/s, up again, and 10 m down at 0.5 m/s, under 500 kN
-HEIGHT = 30.0 - np.clip(T - 40, 0, 20) + np.clip(T - 120, 0, 20) - np.clip(0.5 * (T - 240), 0, 10)
+HEIGHT = (
+    30.0
+    - np.clip(T - 40, 0, 20)
+    + np.clip(T - 120, 0, 20)
+    - np.clip(0.5 * (T - 240), 0, 10)
+)
 COLUMNS = {"BPOS": ("m", HEIGHT), "HKLD": ("kN", np.full(T.size, 5e5))}
 RIG = ("--lines", "8", "--drum-radius", "40 cm", "--efficiency", "0.9")
 
@@ -21,21 +27,44 @@ def log(tmp_path):
 
 
 def test_the_answer_comes_first(capsys, log, tmp_path):
-    code, out, err = call(capsys, "rig", log, *RIG, "--auxiliary", "0.75", "--out", str(tmp_path / "duty"))
+    code, out, err = call(
+        capsys, "rig", log, *RIG, "--auxiliary", "0.75", "--out", str(tmp_path / "duty")
+    )
     assert (code, err) == (0, "")
     first = out.splitlines()[0]
-    assert {file.suffix for file in (tmp_path / "duty").iterdir()} == {".csv", ".html", ".json", ".png", ".txt"}
+    assert {file.suffix for file in (tmp_path / "duty").iterdir()} == {
+        ".csv",
+        ".html",
+        ".json",
+        ".png",
+        ".txt",
+    }
     page = (tmp_path / "duty" / "ledger.html").read_text("utf-8")
-    assert re.findall(r"<(?:script|link|iframe)\b|(?:src|href)=\"(?!data:|#)", page) == []
-    for words in (first[1:], "by trip", "by day", "Assumptions and refusals", "spacing"):
+    assert (
+        re.findall(r"<(?:script|link|iframe)\b|(?:src|href)=\"(?!data:|#)", page) == []
+    )
+    for words in (
+        first[1:],
+        "by trip",
+        "by day",
+        "Assumptions and refusals",
+        "spacing",
+    ):
         assert words in page
 
 
 def test_a_log_with_a_gap_is_read(capsys, tmp_path):
-    """Of the lowering by 20 m a part of 4 m is left, which is flagged; of the height 16 m are unknown."""
+    """Of the lowering by 20 m a part of 4 m is left, which is flagged; of the height 16
+    m are unknown."""
     kept = (T < 45) | (T > 61)
     file = str(
-        written(tmp_path, "log.xml", witsml(T[kept], {name: (unit, x[kept]) for name, (unit, x) in COLUMNS.items()}))
+        written(
+            tmp_path,
+            "log.xml",
+            witsml(
+                T[kept], {name: (unit, x[kept]) for name, (unit, x) in COLUMNS.items()}
+            ),
+        )
     )
     told = json.loads(call(capsys, "rig", file, *RIG, "--json")[1])
     assert told["totals"]["travel"] == pytest.approx(10.0)
@@ -48,7 +77,11 @@ def test_a_log_with_a_gap_is_read(capsys, tmp_path):
         "cut": 1,
         "rest": False,
     }
-    assert (told["flagged"], told["left_out"]["cut"], told["left_out"]["gap_fall"]) == (1, 1, 16.0)
+    assert (told["flagged"], told["left_out"]["cut"], told["left_out"]["gap_fall"]) == (
+        1,
+        1,
+        16.0,
+    )
     assert told["left_out"]["travel"] is told["left_out"]["hook_work"] is None
     code, _, err = call(capsys, "rig", file, "--threshold", "hidden=0.5")
     assert (code, "unknown threshold" in err) == (2, True)
@@ -76,19 +109,29 @@ permissible_rim = "400 degC"
 def test_a_log_is_replayed_on_a_scene(capsys, log, tmp_path):
     scene = str(written(tmp_path, "rig.toml", SCENE))
     out = tmp_path / "duty"
-    code, said, _ = call(capsys, "rig", log, "--scene", scene, "--out", str(out), "--json")
+    code, said, _ = call(
+        capsys, "rig", log, "--scene", scene, "--out", str(out), "--json"
+    )
     assert code == 0
     replay = json.loads(said)["replay"]
     assert replay["hottest"] == 1
     assert replay["code"] == 0
     heat = replay["energy"]["friction_heat"]
-    assert heat == pytest.approx(15e6, rel=0.02)  # and what the motor drives the drum down with
-    assert replay["metrics"]["peak_rim_temperature"] - 293.15 == pytest.approx(heat / 200e3, rel=1e-3)
-    assert [row["hook_work"] for row in replay["lowerings"]] == pytest.approx([10e6, 5e6], rel=0.01)
+    assert heat == pytest.approx(
+        15e6, rel=0.02
+    )  # and what the motor drives the drum down with
+    assert replay["metrics"]["peak_rim_temperature"] - 293.15 == pytest.approx(
+        heat / 200e3, rel=1e-3
+    )
+    assert [row["hook_work"] for row in replay["lowerings"]] == pytest.approx(
+        [10e6, 5e6], rel=0.01
+    )
     assert json.loads(said)["settings"]["lines"] == 8
     assert "Hottest lowering" in (out / "ledger.html").read_text("utf-8")
     assert {"replay.csv", "replay.png"} <= {file.name for file in out.iterdir()}
-    assert (out / "replay.csv").read_text("utf-8").splitlines()[1].endswith(",")  # no flags
+    assert (
+        (out / "replay.csv").read_text("utf-8").splitlines()[1].endswith(",")
+    )  # no flags
     for options, words in (
         (["--set", "duty.load.mass=3"], "--set: has no effect"),
         (["--scene", scene, "--lines", "10"], "8 lines are strung, the log has 10"),
@@ -118,15 +161,34 @@ PHASES = '{ phases = [{ lever = "20 kN", until = "5 m" }], count = 3 }'
 @pytest.mark.parametrize(
     ("wrong", "right"),
     [
-        (MOVED.format(lines='"hoist 20 m at 40 m/s", "stop it"'), MOVED.format(lines='"hold 1 s"')),
-        (MOVED.format(lines='"lower 1 m at 9 m/s on the auxiliary brake"'), MOVED.format(lines='"hold 1 s"')),
-        (SCENE.replace("end_time = 1", 'end_time = "long"').replace("omega = 0", "speed = 3"), SCENE),
-        (SCENE.replace('"20 kN"', PHASES).replace("[heat]", 'wants = "rest"\n[heat]'), SCENE),
+        (
+            MOVED.format(lines='"hoist 20 m at 40 m/s", "stop it"'),
+            MOVED.format(lines='"hold 1 s"'),
+        ),
+        (
+            MOVED.format(lines='"lower 1 m at 9 m/s on the auxiliary brake"'),
+            MOVED.format(lines='"hold 1 s"'),
+        ),
+        (
+            SCENE.replace("end_time = 1", 'end_time = "long"').replace(
+                "omega = 0", "speed = 3"
+            ),
+            SCENE,
+        ),
+        (
+            SCENE.replace('"20 kN"', PHASES).replace(
+                "[heat]", 'wants = "rest"\n[heat]'
+            ),
+            SCENE,
+        ),
     ],
 )
 def test_a_replay_needs_no_motion_of_its_scene(capsys, log, tmp_path, wrong, right):
     """The programme, the start and the end may be wrong, which other commands say."""
-    wrong, right = (str(written(tmp_path, f"{i}.toml", text)) for i, text in enumerate((wrong, right)))
+    wrong, right = (
+        str(written(tmp_path, f"{i}.toml", text))
+        for i, text in enumerate((wrong, right))
+    )
     assert call(capsys, "run", wrong)[0] == 2
     found = []
     for scene in (wrong, right):
@@ -138,43 +200,86 @@ def test_a_replay_needs_no_motion_of_its_scene(capsys, log, tmp_path, wrong, rig
 
 
 def test_json_and_options(capsys, log):
-    names = ("--auxiliary", "not decidable=0.5", "--threshold", "travel=15 m", "--tare", "90 kN:110 kN", "--null=-1")
-    code, out, _ = call(capsys, "rig", log, *RIG, *names, "--json", "--block-mass", "30 t", "--offset", "-0 s")
+    names = (
+        "--auxiliary",
+        "not decidable=0.5",
+        "--threshold",
+        "travel=15 m",
+        "--tare",
+        "90 kN:110 kN",
+        "--null=-1",
+    )
+    code, out, _ = call(
+        capsys,
+        "rig",
+        log,
+        *RIG,
+        *names,
+        "--json",
+        "--block-mass",
+        "30 t",
+        "--offset",
+        "-0 s",
+    )
     assert code == 0
     (row,) = json.loads(out)["lowerings"]
-    assert (row["begin"], row["duration"], row["start"]) == (40.0, 20.0, "2026-03-01T23:50:40Z")
-    assert [row[name] for name in ("travel", "top_speed", "kind", "flags")] == [20.0, 1.0, "string", []]
+    assert (row["begin"], row["duration"], row["start"]) == (
+        40.0,
+        20.0,
+        "2026-03-01T23:50:40Z",
+    )
+    assert [row[name] for name in ("travel", "top_speed", "kind", "flags")] == [
+        20.0,
+        1.0,
+        "string",
+        [],
+    ]
     assert row["mean_load"] == pytest.approx(5e5)
     assert row["hook_work_low"] <= row["hook_work"] <= row["hook_work_high"]
-    assert (row["drum_work"], row["drum_speed"], row["drum_torque"]) == pytest.approx((9e6, 20.0, 22.5e3))
+    assert (row["drum_work"], row["drum_speed"], row["drum_torque"]) == pytest.approx(
+        (9e6, 20.0, 22.5e3)
+    )
     _, out, _ = call(capsys, "rig", log, "--lines", "8", "--units", "rig")
     assert "klbf" in out
 
 
 def test_names_stay_out_unless_asked_for(capsys, tmp_path):
-    text = witsml(T, {**COLUMNS, "DRILLER": ("", T)}).replace("<indexType>", "<nameWell>Kraken 7</nameWell><indexType>")
+    text = witsml(T, {**COLUMNS, "DRILLER": ("", T)}).replace(
+        "<indexType>", "<nameWell>Kraken 7</nameWell><indexType>"
+    )
     text = re.sub(r",[\d.]+</data>", ",Jane Roe</data>", text)
     file = str(written(tmp_path, "kraken.xml", text))
     for names in (False, True):
         asked = ["--names"] if names else []
         said = []
         for form in ([], ["--json"]):
-            code, out, err = call(capsys, "rig", file, "--out", str(tmp_path / "duty"), *form, *asked)
+            code, out, err = call(
+                capsys, "rig", file, "--out", str(tmp_path / "duty"), *form, *asked
+            )
             assert code == 0
             said += [out, err]
-        said += [path.read_text("utf-8") for path in (tmp_path / "duty").iterdir() if path.suffix != ".png"]
+        said += [
+            path.read_text("utf-8")
+            for path in (tmp_path / "duty").iterdir()
+            if path.suffix != ".png"
+        ]
         assert "Jane" not in "".join(said)
         assert ("kraken" in "".join(said).lower()) is names
-    assert all("Kraken 7, kraken.xml" in said[i] for i in (2, 4, 5) if "source" in said[i])
+    assert all(
+        "Kraken 7, kraken.xml" in said[i] for i in (2, 4, 5) if "source" in said[i]
+    )
 
 
 XML = witsml(T, COLUMNS)
 CSV = table(T, COLUMNS)
 ENTITY = '<!DOCTYPE logs [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>'
 BAD = {
-    "no position": (XML.replace("BPOS", "PIT"), "", 'has no block position — --column "block_position=COLUMN"'),
-    "no time": (CSV.replace("T23:5", "?").replace("T00:0", "?"), "", '--time Time --time "%H:%M:%S %d/%m/%Y"'),
-    "backwards": (witsml(np.where(T == 80, 60.0, T), COLUMNS), "", "row 41, time: runs 18 s backwards"),
+    "no position": (XML.replace("BPOS", "PIT"), "", 'has no block position — --column '
+    '"block_position=COLUMN"'),
+    "no time": (CSV.replace("T23:5", "?").replace("T00:0", "?"), "", '--time Time --time "%H:%M:%S '
+    '%d/%m/%Y"'),
+    "backwards": (witsml(np.where(T == 80, 60.0, T), COLUMNS), "", "row 41, time: runs 18 s "
+    "backwards"),
     "unit": (CSV.replace("kN", "bananas"), "", "column HKLD: 'bananas' is not a unit"),
     "at rest": (witsml(T, {**COLUMNS, "BPOS": ("m", 20 + 0.01 * np.sin(T))}), "", "nothing is lowered by 2 m"),
     "upwards alone": (witsml(T, {**COLUMNS, "BPOS": ("m", 0.1 * T)}), "", "nothing is lowered by 2 m"),
@@ -183,14 +288,16 @@ BAD = {
     "truncated": (XML[: len(XML) // 2], "", "it is cut off"),
     "torn": (XML.replace("</data></logData>", "</logData>"), "", "no well-formed XML"),
     "entities": (XML.replace("<logs", ENTITY + "<logs"), "", "declares a document type"),
-    "outside": (f'<!DOCTYPE x SYSTEM "file:///etc/passwd">{XML[38:]}', "", "declares a document type"),
+    "outside": ('<!DOCTYPE x SYSTEM '
+    f'"file:///etc/passwd">{XML[38:]}', "", "declares a document type"),
     "other XML": ("<svg/>", "", "has no log with data"),
     "noise": ("\0\1\2" * 100, "", "has no row of column names"),
     "empty": ("", "", "is empty"),
     "missing": (None, "", "there is no such file"),
     "options": (
         XML,
-        "--lines=-8 --drum-radius 14kg --threshold pauze=3 --tare 300kN --column load=HKLD --column HKLD",
+        "--lines=-8 --drum-radius 14kg --threshold pauze=3 --tare 300kN --column "
+        "load=HKLD --column HKLD",
         "6 input errors",
     ),
     "brakes": (XML, "--brake disk --auxiliary 1.5 --threshold pause=-1", "3 input errors"),
@@ -203,7 +310,14 @@ def test_bad_input_ends_with_2_and_writes_nothing(capsys, tmp_path, name):
     text, options, words = BAD[name]
     if text is not None:
         written(tmp_path, "log.xml", text)
-    code, out, err = call(capsys, "rig", str(tmp_path / "log.xml"), "--out", str(tmp_path / "duty"), *options.split())
+    code, out, err = call(
+        capsys,
+        "rig",
+        str(tmp_path / "log.xml"),
+        "--out",
+        str(tmp_path / "duty"),
+        *options.split(),
+    )
     assert (code, out) == (2, "")
     assert words in err
     assert not (tmp_path / "duty").exists()

@@ -1,4 +1,5 @@
-"""Recordings of rigs: every format gives the same log, what is assumed is told, damaged files are errors in words."""
+"""Recordings of rigs: every format gives the same log, what is assumed is told, damaged
+files are errors in words."""
 
 import datetime
 import gzip
@@ -27,7 +28,11 @@ IN_FEET = {
     "Hook Load": ("klbf", SMALL["HKLD"][1]),
     "Bit Depth": ("ft", SMALL["DBTM"][1]),
 }
-IN_TONS = {"BLKPOS": ("m", SMALL["BPOS"][1]), "WOH": ("kdaN", SMALL["HKLD"][1]), "DBIT": ("m", SMALL["DBTM"][1])}
+IN_TONS = {
+    "BLKPOS": ("m", SMALL["BPOS"][1]),
+    "WOH": ("kdaN", SMALL["HKLD"][1]),
+    "DBIT": ("m", SMALL["DBTM"][1]),
+}
 IN_NEWTONS = {**SMALL, "HKLD": ("N", SMALL["HKLD"][1])}
 FILES = {
     "six digits": ("a.csv", table(TIMES, IN_NEWTONS), "utf-8"),
@@ -37,13 +42,37 @@ FILES = {
     "las": ("a.las", las(TIMES, IN_TONS), "utf-8"),
     "wrapped las": ("a.las", las(TIMES, IN_TONS, wrap=True), "utf-8"),
     "iso": ("a.csv", table(TIMES, SMALL), "utf-8"),
-    "date and clock": ("a.csv", table(TIMES, IN_FEET, units="behind", time="date and clock"), "utf-8-sig"),
-    "german": ("a.csv", table(TIMES, IN_TONS, separator=";", comma=True, time="clock"), "utf-16"),
-    "day first": ("a.csv", table(TIMES, IN_TONS, separator="\t", time="day first"), "utf-8"),
-    "empty rows": ("a.csv", table(TIMES, SMALL).replace(",m,kN,m\n", ",m,kN,m\n,,,\n") + ",,,\n", "utf-8"),
-    "latin": ("a.csv", "Größe der Anlage,;\n" + table(TIMES, IN_TONS, separator=";", comma=True), "latin-1"),
+    "date and clock": (
+        "a.csv",
+        table(TIMES, IN_FEET, units="behind", time="date and clock"),
+        "utf-8-sig",
+    ),
+    "german": (
+        "a.csv",
+        table(TIMES, IN_TONS, separator=";", comma=True, time="clock"),
+        "utf-16",
+    ),
+    "day first": (
+        "a.csv",
+        table(TIMES, IN_TONS, separator="\t", time="day first"),
+        "utf-8",
+    ),
+    "empty rows": (
+        "a.csv",
+        table(TIMES, SMALL).replace(",m,kN,m\n", ",m,kN,m\n,,,\n") + ",,,\n",
+        "utf-8",
+    ),
+    "latin": (
+        "a.csv",
+        "Größe der Anlage,;\n" + table(TIMES, IN_TONS, separator=";", comma=True),
+        "latin-1",
+    ),
     "am and pm": ("a.csv", table(TIMES, IN_FEET, time="am and pm"), "utf-16-le"),
-    "quoted": ("a.csv", re.sub(r"([^,\n]+)", r'"\1"', table(TIMES, IN_FEET, units="behind")), "utf-8"),
+    "quoted": (
+        "a.csv",
+        re.sub(r"([^,\n]+)", r'"\1"', table(TIMES, IN_FEET, units="behind")),
+        "utf-8",
+    ),
     "old lines": ("a.csv", table(TIMES, SMALL).replace("\n", "\r"), "utf-8"),
     "seconds": ("a.csv", table(TIMES, SMALL, time="seconds"), "utf-8"),
 }
@@ -53,7 +82,11 @@ FILES = {
 def test_every_format_gives_the_same_log(tmp_path, name):
     log = sb.rig.read(written(tmp_path, *FILES[name]))
     np.testing.assert_allclose(log.t, TIMES)
-    for role, column in (("block_position", "BPOS"), ("hook_load", "HKLD"), ("bit_depth", "DBTM")):
+    for role, column in (
+        ("block_position", "BPOS"),
+        ("hook_load", "HKLD"),
+        ("bit_depth", "DBTM"),
+    ):
         np.testing.assert_allclose(log[role].value, values(SMALL, column), rtol=1e-9)
     assert log["hook_load"].nulls == 1
     dated = name not in ("las", "wrapped las", "german", "seconds")
@@ -76,11 +109,14 @@ def test_clock_passes_midnight_and_time_zones(tmp_path):
     log = sb.rig.read(written(tmp_path, "a.csv", table(times, SMALL, time="clock")))
     np.testing.assert_allclose(log.t, times)
     zoned = table(TIMES, SMALL).replace("T23:50:0", "T23:50:0").replace("Z,", "+02:00,")
-    assert sb.rig.read(written(tmp_path, "b.csv", zoned)).start == "2026-03-01T21:50:00Z"
+    assert (
+        sb.rig.read(written(tmp_path, "b.csv", zoned)).start == "2026-03-01T21:50:00Z"
+    )
 
 
 def test_held_values_are_updates(tmp_path):
-    """A block falls at 1 m/s, rows are each 2 s, its height is read each 6 s: the updates have the speed."""
+    """A block falls at 1 m/s, rows are each 2 s, its height is read each 6 s: the
+    updates have the speed."""
     t = np.arange(0.0, 240.0, 2.0)
     true = 40.0 - np.clip(t - 60.0, 0.0, 30.0)
     held = true[(np.arange(t.size) // 3) * 3]
@@ -89,7 +125,9 @@ def test_held_values_are_updates(tmp_path):
     position = log.position
     assert position.held
     assert position.interval == pytest.approx(6.0)
-    falls = np.diff(position.value[position.updates]) / np.diff(position.t[position.updates])
+    falls = np.diff(position.value[position.updates]) / np.diff(
+        position.t[position.updates]
+    )
     np.testing.assert_allclose(falls[1:], -1.0)
     assert not log["hook_load"].held
     assert log["hook_load"].interval == pytest.approx(2.0)
@@ -103,26 +141,41 @@ def test_repeated_times_gaps_and_reversed_rows(tmp_path):
     np.testing.assert_allclose(log.gaps, [[58.0, 200.0]])
     assert log.repeated == 1
     assert log["HKLD"].value[4] == pytest.approx(9e5 + t[5])
-    sparse = [[stamp(a // 2), *(("30", "") if a % 2 else ("", "900"))] for a in range(12)]  # one channel a row
+    sparse = [
+        [stamp(a // 2), *(("30", "") if a % 2 else ("", "900"))] for a in range(12)
+    ]  # one channel a row
     text = "Time,BPOS,HKLD\n,m,kN\n" + "".join(",".join(row) + "\n" for row in sparse)
     both = sb.rig.read(written(tmp_path, "s.csv", text))
     assert (both.t.size, both["BPOS"].nulls, both["HKLD"].nulls) == (6, 0, 0)
     turned = {name: (unit, x[::-1]) for name, (unit, x) in columns.items()}
     back = sb.rig.read(written(tmp_path, "b.xml", witsml(t[::-1], turned)))
     np.testing.assert_allclose(np.diff(back["BPOS"].value) < 0, True)
-    whole = {"BPOS": ("m", 30.0 - 0.1 * np.arange(40)), "HKLD": ("kN", 9e5 + np.arange(40.0))}
-    coarse = sb.rig.read(written(tmp_path, "c.csv", table(np.arange(40) // 4 * 1.0, whole, time="clock")))
+    whole = {
+        "BPOS": ("m", 30.0 - 0.1 * np.arange(40)),
+        "HKLD": ("kN", 9e5 + np.arange(40.0)),
+    }
+    coarse = sb.rig.read(
+        written(tmp_path, "c.csv", table(np.arange(40) // 4 * 1.0, whole, time="clock"))
+    )
     np.testing.assert_allclose(coarse.t, 0.25 * np.arange(40))
 
 
 def test_other_words_for_columns(tmp_path):
-    text = table(TIMES, {"A": ("m", SMALL["BPOS"][1]), "B": ("", [100.0, 90.0, -1.0, 95.0, 96.0])})
+    text = table(
+        TIMES,
+        {"A": ("m", SMALL["BPOS"][1]), "B": ("", [100.0, 90.0, -1.0, 95.0, 96.0])},
+    )
     file = written(tmp_path, "a.csv", text)
     told = faults(file)
     assert len(told) == 2
     assert "has no block position" in told[0]
     assert "has no hook load" in told[1]
-    log = sb.rig.read(file, names={"block_position": "A", "hook_load": "B [kdaN]"}, null=-1, offset=1.5)
+    log = sb.rig.read(
+        file,
+        names={"block_position": "A", "hook_load": "B [kdaN]"},
+        null=-1,
+        offset=1.5,
+    )
     np.testing.assert_allclose(log["hook_load"].value, [1e6, 9e5, np.nan, 9.5e5, 9.6e5])
     np.testing.assert_allclose(log["hook_load"].t, np.array(TIMES) - 1.5)
     np.testing.assert_allclose(log["block_position"].t, TIMES)
@@ -130,7 +183,8 @@ def test_other_words_for_columns(tmp_path):
 
 
 def at(times, rows=4, head="Time", **settings):
-    """A log whose rows, 2 s apart from 23:59:56 on 29 January 2020, have times of a form of `strftime` or texts."""
+    """A log whose rows, 2 s apart from 23:59:56 on 29 January 2020, have times of a
+    form of `strftime` or texts."""
     first = datetime.datetime(2020, 1, 29, 23, 59, 56)
     every = [first + datetime.timedelta(seconds=2 * i) for i in range(rows)]
     texts = [one.strftime(times) for one in every] if isinstance(times, str) else times
@@ -150,11 +204,31 @@ def refused(*arguments, **settings):
 @pytest.mark.parametrize(
     ("form", "head"),
     [
-        *(("%H:%M:%S %d/%m/%Y", "Time"), ("%d/%m/%Y-%H:%M:%S", "Time"), ("%Y-%m-%d-%H:%M:%S", "Time")),
-        *(("%Y-%m-%dT%H:%M:%S.000", "Time"), ("%Y/%m/%d_%H:%M:%S:000", "Time"), ("%d-%b-%y %I:%M:%S %p", "Time")),
-        *(("%A, %d %B %Y, %H:%M:%S", "Time"), ("%a %b %d %H:%M:%S %Y", "Time"), ("%b %d, %Y %H:%M:%S", "Time")),
-        *(("%d.%m.%Y %H.%M.%S", "Time"), ("%H.%M.%S %d.%m.%Y", "Time"), ("%Y%m%dT%H%M%S", "Time")),
-        *(("%Y%m%d%H%M%S", "Time"), ("%y-%m-%d %H:%M:%S", "Stamp"), ("%d/%b/%Y:%H:%M:%S", "Stamp")),
+        *(
+            ("%H:%M:%S %d/%m/%Y", "Time"),
+            ("%d/%m/%Y-%H:%M:%S", "Time"),
+            ("%Y-%m-%d-%H:%M:%S", "Time"),
+        ),
+        *(
+            ("%Y-%m-%dT%H:%M:%S.000", "Time"),
+            ("%Y/%m/%d_%H:%M:%S:000", "Time"),
+            ("%d-%b-%y %I:%M:%S %p", "Time"),
+        ),
+        *(
+            ("%A, %d %B %Y, %H:%M:%S", "Time"),
+            ("%a %b %d %H:%M:%S %Y", "Time"),
+            ("%b %d, %Y %H:%M:%S", "Time"),
+        ),
+        *(
+            ("%d.%m.%Y %H.%M.%S", "Time"),
+            ("%H.%M.%S %d.%m.%Y", "Time"),
+            ("%Y%m%dT%H%M%S", "Time"),
+        ),
+        *(
+            ("%Y%m%d%H%M%S", "Time"),
+            ("%y-%m-%d %H:%M:%S", "Stamp"),
+            ("%d/%b/%Y:%H:%M:%S", "Stamp"),
+        ),
         *(
             ("%d/%m/%Y;%H:%M:%S", "Date;Time"),
             ("%H:%M:%S;%d.%m.%Y", "Clock;Day"),
@@ -171,8 +245,16 @@ def test_dates_and_clocks_in_any_order(form, head):
 @pytest.mark.parametrize(
     ("zone", "start"),
     [
-        *(("Z", "2020-01-29T23:59:56"), (" UTC", "2020-01-29T23:59:56"), ("+01:00", "2020-01-29T22:59:56")),
-        *((" UTC+1", "2020-01-29T22:59:56"), ("-0030", "2020-01-30T00:29:56"), (" (CET)", "2020-01-29T22:59:56")),
+        *(
+            ("Z", "2020-01-29T23:59:56"),
+            (" UTC", "2020-01-29T23:59:56"),
+            ("+01:00", "2020-01-29T22:59:56"),
+        ),
+        *(
+            (" UTC+1", "2020-01-29T22:59:56"),
+            ("-0030", "2020-01-30T00:29:56"),
+            (" (CET)", "2020-01-29T22:59:56"),
+        ),
         *((" Europe/Oslo", "2020-01-29T22:59:56"), (" EST", "2020-01-30T04:59:56")),
     ],
 )
@@ -180,7 +262,12 @@ def test_zones_behind_clocks(zone, start):
     for form in (f"%Y-%m-%d %H:%M:%S{zone}", f"%H:%M:%S{zone} %d/%m/%Y"):
         log = at(form)
         assert log.start == f"{start}Z"
-    summer = at([f"2020-03-29 {clock}" for clock in ("01:59:58 CET", "03:00:00 CEST", "03:00:02 Europe/Oslo")])
+    summer = at(
+        [
+            f"2020-03-29 {clock}"
+            for clock in ("01:59:58 CET", "03:00:00 CEST", "03:00:02 Europe/Oslo")
+        ]
+    )
     np.testing.assert_array_equal(summer.t, [0.0, 2.0, 4.0])
 
 
@@ -189,13 +276,34 @@ def test_zones_behind_clocks(zone, start):
     [
         ("%H:%M:%S yesterday", "line 3, column Time: '23:59:56 yesterday' is no time"),
         ("%Y-%m-%d %H:%M:%S NN", "NN' is no time"),
-        (["2020-01-29 10:00", "2020-01-29 10:61"], "line 4, column Time: '2020-01-29 10:61' is no time"),
-        (["2020-01-29 10:00", "2020-01-29 25:00"], "line 4, column Time: '2020-01-29 25:00' is no time"),
-        (["2020-01-29 10:00Z", "2020-01-29 10:01"], "line 4, column Time: '2020-01-29 10:01' has no time zone"),
-        (["2020-01-29 10:00", "2020-01-29 10:01", "10:02"], "line 5, column Time: '10:02' has no date"),
-        (["2020-01-29 10:00", "2020-01-29"], "line 4, column Time: '2020-01-29' has no clock"),
-        (["03/02/2020 10:00", "05/02/2020 10:00", "31/02/2020 10:00"], "line 5, column Time: '31/02/2020' is no date"),
-        (["Wed 29/01/2020 10:00", "Wed 30/01/2020 10:00"], "line 4, column Time: 'Wed 30/01/2020' is no date"),
+        (
+            ["2020-01-29 10:00", "2020-01-29 10:61"],
+            "line 4, column Time: '2020-01-29 10:61' is no time",
+        ),
+        (
+            ["2020-01-29 10:00", "2020-01-29 25:00"],
+            "line 4, column Time: '2020-01-29 25:00' is no time",
+        ),
+        (
+            ["2020-01-29 10:00Z", "2020-01-29 10:01"],
+            "line 4, column Time: '2020-01-29 10:01' has no time zone",
+        ),
+        (
+            ["2020-01-29 10:00", "2020-01-29 10:01", "10:02"],
+            "line 5, column Time: '10:02' has no date",
+        ),
+        (
+            ["2020-01-29 10:00", "2020-01-29"],
+            "line 4, column Time: '2020-01-29' has no clock",
+        ),
+        (
+            ["03/02/2020 10:00", "05/02/2020 10:00", "31/02/2020 10:00"],
+            "line 5, column Time: '31/02/2020' is no date",
+        ),
+        (
+            ["Wed 29/01/2020 10:00", "Wed 30/01/2020 10:00"],
+            "line 4, column Time: 'Wed 30/01/2020' is no date",
+        ),
         (["2020-01-29 10:00", ""], "line 4, column Time: has no time"),
     ],
 )
@@ -207,13 +315,20 @@ def test_a_time_that_is_not_understood_is_refused(times, words):
 
 def test_every_form_that_a_refusal_lists_is_read():
     told = refused(["x", "y"])
-    kinds = [re.search(rf"{kind} as ([^;]*?)(?: \(|, clocks|, one|;)", told)[1] for kind in ("dates", "clocks", "zone")]
+    kinds = [
+        re.search(rf"{kind} as ([^;]*?)(?: \(|, clocks|, one|;)", told)[1]
+        for kind in ("dates", "clocks", "zone")
+    ]
     dates, clocks, zones = (kind.split(" | ") for kind in kinds)
     assert min(len(dates), len(clocks), len(zones)) >= 4
     for date, clock, zone in itertools.product(dates, clocks, zones):
-        start = datetime.datetime(2020, 1, 29, 3 - (zone != "Z"), 0, 0, 500_000 * (clock == "03:00:00.5"))
+        start = datetime.datetime(
+            2020, 1, 29, 3 - (zone != "Z"), 0, 0, 500_000 * (clock == "03:00:00.5")
+        )
         for text in (f"{date} {clock} {zone}", f"{clock} {zone} {date}"):
-            assert at([text, "2020-02-01 00:00Z"]).start == f"{start.isoformat()}Z", text
+            assert at([text, "2020-02-01 00:00Z"]).start == f"{start.isoformat()}Z", (
+                text
+            )
 
 
 @pytest.mark.parametrize("head", ["Date;Time", "Time;RIG DATE"])
@@ -231,8 +346,16 @@ def test_a_date_beside_clocks_is_not_dropped(head):
 @pytest.mark.parametrize(
     ("form", "other"),
     [
-        *(("%H:%M:%S %d/%m/%Y", "10:00:07 2/29/2020"), ("%d/%m/%Y %H:%M:%S", "29/02/2020 10:00"), ("%Y-%j %H%M%S", "")),
-        *(("%d/%m/%Y", "29.02.2020 10:00:07"), ("%d/%m/%Y", "2020-02-29 10:00:07"), ("%d%m%y", "02292020 10:00:07")),
+        *(
+            ("%H:%M:%S %d/%m/%Y", "10:00:07 2/29/2020"),
+            ("%d/%m/%Y %H:%M:%S", "29/02/2020 10:00"),
+            ("%Y-%j %H%M%S", ""),
+        ),
+        *(
+            ("%d/%m/%Y", "29.02.2020 10:00:07"),
+            ("%d/%m/%Y", "2020-02-29 10:00:07"),
+            ("%d%m%y", "02292020 10:00:07"),
+        ),
     ],
 )
 def test_a_format_is_obeyed_in_each_row(form, other):
@@ -250,28 +373,46 @@ def test_a_format_that_is_none():
     for form in ("%H:%Q", "%d %H:%M"):
         assert refused("%d %H:%M", time=("Time", form))
     assert at("%S %M %H", time=("Time", "%S %M %H")).start is None
-    assert at("%d/%m/%Y;%S %M %H", head="Date;Time", time=("Date", "Time", "%d/%m/%Y", "%S %M %H")).t[-1] == 6.0
+    assert (
+        at(
+            "%d/%m/%Y;%S %M %H",
+            head="Date;Time",
+            time=("Date", "Time", "%d/%m/%Y", "%S %M %H"),
+        ).t[-1]
+        == 6.0
+    )
 
 
 def test_day_and_month_are_settled_by_the_column_or_told():
     def told(days, head="Time"):
         log = at([f"{day} 10:00:00" for day in days], head=head)
-        said = [guess.split(" read as ")[1] for guess in log.guesses if " read as " in guess]
+        said = [
+            guess.split(" read as ")[1] for guess in log.guesses if " read as " in guess
+        ]
         return log.start[:10], *said
 
     assert told(["03/02/2020", "03/13/2020"]) == ("2020-03-02",)
     assert told(["03/02/2020", "13/02/2020"]) == ("2020-02-03",)
     follows = "so that the dates follow each other closely"
-    assert told(["03/02/2020", "04/02/2020"]) == ("2020-02-03", f"day, month, year, {follows}")
+    assert told(["03/02/2020", "04/02/2020"]) == (
+        "2020-02-03",
+        f"day, month, year, {follows}",
+    )
     open_ = "which the log does not decide"
     log = at(["03/02/2020 10:00:00", "03/02/2020 10:00:02"])
     assert (log.start, log.guesses[-1]) == (
         "2020-03-02T10:00:00",
         f"Time: 03/02/2020 read as month, day, year, {open_}",
     )
-    named = at(["03/02/2020 10:00:00", "03/02/2020 10:00:02"], head="Time (DD/MM/YYYY hh:mm:ss)")
+    named = at(
+        ["03/02/2020 10:00:00", "03/02/2020 10:00:02"],
+        head="Time (DD/MM/YYYY hh:mm:ss)",
+    )
     assert (named.start, len(named.guesses)) == ("2020-02-03T10:00:00", 1)
-    assert at("%d/%m/%Y %H:%M:%S", time=("Time", "%d/%m/%Y")).start == "2020-01-29T23:59:56"
+    assert (
+        at("%d/%m/%Y %H:%M:%S", time=("Time", "%d/%m/%Y")).start
+        == "2020-01-29T23:59:56"
+    )
 
 
 LAS3 = """~Version
@@ -300,16 +441,27 @@ MD.M : depth
 """
 
 
-@pytest.mark.parametrize(("dlm", "sep"), [("SPACE", " "), ("COMMA", ","), ("TAB", "\t")])
+@pytest.mark.parametrize(
+    ("dlm", "sep"), [("SPACE", " "), ("COMMA", ","), ("TAB", "\t")]
+)
 @pytest.mark.parametrize(
     ("head", "rows"),
     [
-        *(("Curve", "ASCII | Curve"), ("Log_Definition", "Log_Data | Log_Definition"), ("CURVE", "A")),
-        *(("Log_Definition[2]", "Log_Data[2] | Log_Definition[2]"), ("Drilling_Definition", "DRILLING_DATA")),
+        *(
+            ("Curve", "ASCII | Curve"),
+            ("Log_Definition", "Log_Data | Log_Definition"),
+            ("CURVE", "A"),
+        ),
+        *(
+            ("Log_Definition[2]", "Log_Data[2] | Log_Definition[2]"),
+            ("Drilling_Definition", "DRILLING_DATA"),
+        ),
     ],
 )
 def test_las_3(tmp_path, dlm, sep, head, rows):
-    log = sb.rig.read(written(tmp_path, "a.las", LAS3.format(dlm=dlm, sep=sep, head=head, rows=rows)))
+    log = sb.rig.read(
+        written(tmp_path, "a.las", LAS3.format(dlm=dlm, sep=sep, head=head, rows=rows))
+    )
     assert log.start == "2020-02-03T10:00:00"
     np.testing.assert_array_equal(log.t, [0.0, 2.0, 4.0])
     np.testing.assert_array_equal(log["block_position"].value, [30.0, 29.5, 29.0])
@@ -318,8 +470,14 @@ def test_las_3(tmp_path, dlm, sep, head, rows):
 
 @pytest.mark.parametrize("sep", [" ", ","])
 def test_a_quoted_time_of_las_3(tmp_path, sep):
-    text = LAS3.format(dlm={" ": "SPACE", ",": "COMMA"}[sep], sep=sep, head="Curve", rows="ASCII")
-    text = re.sub(rf"(/2020){sep}(\S{{8}})", r"\1 \2", text.replace("HOUR. : clock {hh:mm:ss}\n", ""))
+    text = LAS3.format(
+        dlm={" ": "SPACE", ",": "COMMA"}[sep], sep=sep, head="Curve", rows="ASCII"
+    )
+    text = re.sub(
+        rf"(/2020){sep}(\S{{8}})",
+        r"\1 \2",
+        text.replace("HOUR. : clock {hh:mm:ss}\n", ""),
+    )
     text = re.sub(r"(\d+/\d+/2020 [\d:]{8})", r'"\1"', text)
     log = sb.rig.read(written(tmp_path, "a.las", text))
     assert log.start == "2020-02-03T10:00:00"
@@ -331,13 +489,18 @@ def test_compensated_position_is_told(tmp_path):
     log = sb.rig.read(written(tmp_path, "a.xml", witsml(TIMES, columns)))
     assert log.compensated
     assert "heave-compensated" in str(log)
-    both = sb.rig.read(written(tmp_path, "b.xml", witsml(TIMES, {**columns, "BLOCKUCOMP": SMALL["BPOS"]})))
+    both = sb.rig.read(
+        written(
+            tmp_path, "b.xml", witsml(TIMES, {**columns, "BLOCKUCOMP": SMALL["BPOS"]})
+        )
+    )
     assert (both.compensated, both.position.mnemonic) == (False, "BLOCKUCOMP")
 
 
 SHORT = {"BPOS": SMALL["BPOS"], "HKLD": SMALL["HKLD"]}
 BOMB = (
-    '<!DOCTYPE logs [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;">]><logs><log><logData><data>&b;</data>'
+    '<!DOCTYPE logs [<!ENTITY a "aaaaaaaaaa"><!ENTITY b '
+    '"&a;&a;&a;&a;&a;">]><logs><log><logData><data>&b;</data>'
     "</logData></log></logs>"
 )
 OUTSIDE = '<!DOCTYPE logs [<!ENTITY x SYSTEM "file:///etc/hostname">]><logs><log>&x;</log></logs>'
@@ -347,25 +510,38 @@ DAMAGED = {
     "bomb": (BOMB, "declares a document type"),
     "outside": (OUTSIDE, "declares a document type"),
     "cut": (XML[: XML.index("890.0")], "ends in <data>, after row 2 — it is cut off"),
-    "not closed": (XML.replace("</data></logData>", "</logData>"), "is no well-formed XML (mismatched tag)"),
+    "not closed": (XML.replace("</data></logData>", "</logData>"), "is no well-formed XML "
+    "(mismatched "
+    "tag)"),
     "other XML": ("<svg><g/></svg>", "has no log with data: its root is <svg>"),
     "deep": ("<logs>" + "<a>" * 60, "nests more than 50 elements"),
     "no rows": (witsml([], {name: (unit, []) for name, (unit, _) in SHORT.items()}, "1.4.1.1"), "has no data"),
     "torn row": (XML.replace(",890.0<", "<"), "row 3: has 2 cells under 3 columns"),
-    "huge": (CSV.replace("28.5,880.0", "1e308,1e308"), "line 4, column BPOS: has 1e+308: no rig has — remove the row"),
-    "huge loads": (CSV.replace(".0\n", "e300\n"), "line 3, column HKLD: has 9e+302, as 4 rows do: no rig has"),
+    "huge": (CSV.replace("28.5,880.0", "1e308,1e308"), "line 4, column BPOS: has 1e+308: no rig "
+    "has — "
+    "remove "
+    "the row"),
+    "huge loads": (CSV.replace(".0\n", "e300\n"), "line 3, column HKLD: has 9e+302, as 4 rows "
+    "do: no "
+    "rig has"),
     "huge times": (
         CSV.replace("\n,", "\nd,").replace("2026-", "1").replace("03-01T23:50:0", "0").replace(".000Z", "e305"),
         "line 3, time: is outside of the years 1 to 9999 — is it in the unit of its column?",
     ),
     "year 0": (CSV.replace("2026-", "0000-"), "line 3, time: is outside of the years 1 to 9999"),
     "no loads": (re.sub(r",\d+\.0\n", ",0\n", CSV), "column HKLD: has no load above zero"),
-    "negative": (re.sub(r",(\d+\.0)\n", r",-\1\n", CSV), "column HKLD: has no load above zero — names={'hook_load'"),
+    "negative": (re.sub(r",(\d+\.0)\n", r",-\1\n", CSV), "column HKLD: has no load above zero — "
+    "names={'hook_load'"),
     "torn line": (CSV.replace(",890.0\n", "\n"), "line 5: has 2 cells under 3 columns"),
-    "unknown unit": (CSV.replace("kN", "bananas"), "column HKLD: 'bananas' is not a unit of load of the hook"),
+    "unknown unit": (CSV.replace("kN", "bananas"), "column HKLD: 'bananas' is not a unit of "
+    "load of "
+    "the "
+    "hook"),
     "other kind": (CSV.replace("kN", "kg/m3"), "column HKLD: 'kg/m3' is not a unit"),
-    "no unit": (CSV.replace(",m,kN", ",m,"), "has no unit, and values up to 910 may be kN, t or klbf"),
-    "nulls": (witsml(TIMES, {**SHORT, "HKLD": ("kN", [None] * 5)}), "column HKLD: has nothing but nulls"),
+    "no unit": (CSV.replace(",m,kN", ",m,"), "has no unit, and values up to 910 may be kN, t or "
+    "klbf"),
+    "nulls": (witsml(TIMES, {**SHORT, "HKLD": ("kN", [None] * 5)}), "column HKLD: has nothing but "
+    "nulls"),
     "no time": (CSV.replace(stamp(2), "x"), "line 4, column Time: 'x' is no time"),
     "by depth": (re.sub(r">20[^,]*,", ">1.5,", XML).replace("date time", "measured depth"), "is 'measured depth'"),
     "backwards": (XML.replace(stamp(6), stamp(3)), "row 4, time: runs 1 s backwards"),
@@ -397,28 +573,47 @@ def test_a_row_without_end_is_refused_before_memory_is(tmp_path, start):
 
 
 def test_all_errors_at_once(tmp_path):
-    text = CSV.replace("kN", "bananas").replace(",m,", ",acres,").replace(stamp(6), stamp(3))
+    text = (
+        CSV.replace("kN", "bananas")
+        .replace(",m,", ",acres,")
+        .replace(stamp(6), stamp(3))
+    )
     told = faults(written(tmp_path, "a.csv", text))
     assert len(told) == 3
     assert len(faults(tmp_path)) == 1
-    assert len(faults(tmp_path / "none.csv", names={"load": "HKLD"}, offset=float("nan"))) == 3
+    assert (
+        len(faults(tmp_path / "none.csv", names={"load": "HKLD"}, offset=float("nan")))
+        == 3
+    )
 
 
 def test_cells_that_are_no_numbers_are_told(tmp_path):
     text = CSV.replace("880.0", "Bad Input").replace("910.0\n", f"910.0\n{stamp(10)}\n")
     log = sb.rig.read(written(tmp_path, "a.csv", text))
     assert log["HKLD"].nulls == 2
-    assert any("1 cells are no numbers ('Bad Input' in line 4)" in guess for guess in log.guesses)
-    assert any("line 8, the last, has 1 of 3 cells: left out" in guess for guess in log.guesses)
+    assert any(
+        "1 cells are no numbers ('Bad Input' in line 4)" in guess
+        for guess in log.guesses
+    )
+    assert any(
+        "line 8, the last, has 1 of 3 cells: left out" in guess for guess in log.guesses
+    )
 
 
-@pytest.mark.parametrize(("name", "end"), [("a.csv", "\n"), ("a.csv", "\r\n"), ("a.csv", "\r"), ("a.las", "\n")])
+@pytest.mark.parametrize(
+    ("name", "end"),
+    [("a.csv", "\n"), ("a.csv", "\r\n"), ("a.csv", "\r"), ("a.las", "\n")],
+)
 def test_a_file_that_is_cut_inside_its_last_number(tmp_path, name, end):
-    """91 of 910 kN may be one reading or the other: it is read as it stands, and told; not with a line end more."""
+    """91 of 910 kN may be one reading or the other: it is read as it stands, and told;
+    not with a line end more."""
     text = {"a.csv": CSV, "a.las": las(TIMES, SHORT)}[name].replace("\n", end)
     log = sb.rig.read(written(tmp_path, name, text[: -len(f"0.0{end}")]))
     assert (log.t.size, log["HKLD"].value[-1]) == (5, 9.1e4)
-    said = f"line {text.count(end)}, the last, has no end: if the file was cut off there, its last number is wrong"
+    said = (
+        f"line {text.count(end)}, the last, has no end: if the file was cut off "
+        "there, its last number is wrong"
+    )
     assert said in log.guesses
     whole = sb.rig.read(written(tmp_path, name, text))
     assert (whole.t.size, whole["HKLD"].value[-1]) == (5, 9.1e5)
@@ -426,7 +621,11 @@ def test_a_file_that_is_cut_inside_its_last_number(tmp_path, name, end):
 
 @pytest.mark.parametrize("name", ["a.csv", "a.xml"])
 def test_activities_in_words(tmp_path, name):
-    text = {"a.csv": CSV, "a.xml": XML}[name].replace("HKLD", "HKLD,Rig Activity").replace(",m,kN", ",m,kN,")
+    text = (
+        {"a.csv": CSV, "a.xml": XML}[name]
+        .replace("HKLD", "HKLD,Rig Activity")
+        .replace(",m,kN", ",m,kN,")
+    )
     text = re.sub(r"(\d\.0|-999\.25)(?=\n|</data>)", r"\1,Trip in", text)
     activity = sb.rig.read(written(tmp_path, name, text))["activity"]
     assert activity.words == ("Trip in",)
@@ -435,12 +634,17 @@ def test_activities_in_words(tmp_path, name):
 
 def test_las_needs_its_library(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "lasio", None)
-    assert "pip install 'simbrake[rig]'" in faults(written(tmp_path, "a.las", las(TIMES, SHORT)))[0]
+    assert (
+        "pip install 'simbrake[rig]'"
+        in faults(written(tmp_path, "a.las", las(TIMES, SHORT)))[0]
+    )
 
 
 def test_a_long_recording_is_read_in_pieces_with_progress(tmp_path):
     t = 2.0 * np.arange(60_000)
-    columns = {"BPOS": ("m", 20 + 10 * np.sin(t)), "HKLD": ("kN", 9e5 + t)} | {f"C{i}": ("", t) for i in range(18)}
+    columns = {"BPOS": ("m", 20 + 10 * np.sin(t)), "HKLD": ("kN", 9e5 + t)} | {
+        f"C{i}": ("", t) for i in range(18)
+    }
     file = written(tmp_path, "a.csv", table(t, columns))
     seen = []
     log = sb.rig.read(file, progress=lambda done, total: seen.append((done, total)))

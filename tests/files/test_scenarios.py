@@ -12,13 +12,19 @@ import simbrake as sb
 
 @pytest.mark.parametrize("name", NAMES)
 def test_scene_is_valid(name):
-    assert {"everything_coupled", "slip_onset_chain", "staged_vs_standard", "two_bands"} <= set(NAMES)
+    assert {
+        "everything_coupled",
+        "slip_onset_chain",
+        "staged_vs_standard",
+        "two_bands",
+    } <= set(NAMES)
     sb.check_scene(load(name).scene())
 
 
 @pytest.fixture
 def printed(monkeypatch, capsys):
-    """What a scenario prints as a script: within this process, which has most of the programs; test_cli starts one."""
+    """What a scenario prints as a script: within this process, which has most of the
+    programs; test_cli starts one."""
 
     def run(name, *arguments):
         file = str(FOLDER / f"{name}.py")
@@ -34,8 +40,21 @@ def printed(monkeypatch, capsys):
 @pytest.mark.slow
 def test_uncertainty_runs_as_a_script(printed, tmp_path):
     pytest.importorskip("SALib")
-    out = printed("stopping_time_uncertainty", "--runs", "64", "--points", "8", "--out", str(tmp_path))
-    for words in ("64 scrambled Sobol points", "does not stop", "peak_lining_temperature > 673.15 K", "time_to_stop"):
+    out = printed(
+        "stopping_time_uncertainty",
+        "--runs",
+        "64",
+        "--points",
+        "8",
+        "--out",
+        str(tmp_path),
+    )
+    for words in (
+        "64 scrambled Sobol points",
+        "does not stop",
+        "peak_lining_temperature > 673.15 K",
+        "time_to_stop",
+    ):
         assert words in out
     assert {"stopping_time.png", "hook_travel.png", "runs.csv", "uncertainty.json"} <= {
         file.name for file in tmp_path.iterdir()
@@ -61,7 +80,8 @@ def test_comparison_runs_as_a_script(printed, name, words):
 
 
 def test_heat_to_the_flange_when_stabilised():
-    """In the steady cycle the flange takes much more than in the first; linings are hotter than the rim."""
+    """In the steady cycle the flange takes much more than in the first; linings are
+    hotter than the rim."""
     module = load("thermal_stabilisation")
     _, cold = module.course_of(sb.simulate(module.scene()))
     mean, flows = module.course_of(sb.cyclic_steady_state(module.scene()).result)

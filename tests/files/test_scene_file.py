@@ -1,4 +1,5 @@
-"""Scene files: what is written comes back to the last bit, faults are told with their places."""
+"""Scene files: what is written comes back to the last bit, faults are told with their
+places."""
 
 import json
 import math
@@ -15,7 +16,10 @@ import simbrake as sb
 from simbrake.files import leaves
 
 HEATED = (
-    TEXT.replace("friction = 0.35", "friction = { base = 0.35, factors = [{ slope = 3e-4, above = '120 degC' }] }")
+    TEXT.replace(
+        "friction = 0.35",
+        "friction = { base = 0.35, factors = [{ slope = 3e-4, above = '120 degC' }] }",
+    )
     + """
 [heat]
 type = "with_pulley_structure"
@@ -55,7 +59,10 @@ def test_units_and_short_forms():
             sb.Band(radius=0.623, stiffness=1e5),
             sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35)),
         ),
-        duty=sb.Duty(sb.ramp(2e3, 24e3, 0.0, 0.35), sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8)),
+        duty=sb.Duty(
+            sb.ramp(2e3, 24e3, 0.0, 0.35),
+            sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8),
+        ),
         initial=sb.Initial(omega=24.0),
         end_time=5.0,
     )
@@ -85,7 +92,9 @@ def test_builders_of_heat_in_a_file():
 
 
 def test_history_has_its_rows_as_knots(tmp_path):
-    (tmp_path / "lever.csv").write_text("t [ms];slack_tension [kN]\n0;2\n350;24\n350;20\n# end\n900;\n1000;20,5\n")
+    (tmp_path / "lever.csv").write_text(
+        "t [ms];slack_tension [kN]\n0;2\n350;24\n350;20\n# end\n900;\n1000;20,5\n"
+    )
     text = TEXT.replace(
         '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }',
         '{ file = "lever.csv", column = "slack_tension", begin = "1 s" }',
@@ -99,12 +108,15 @@ def test_history_has_its_rows_as_knots(tmp_path):
 def test_bad_history_names_line_and_column(tmp_path):
     (tmp_path / "lever.csv").write_text("t,slack_tension [m]\n1,2\n0,x\n")
     text = TEXT.replace(
-        '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }', '{ file = "%s", column = "%s" }'
+        '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }',
+        '{ file = "%s", column = "%s" }',
     )
     with pytest.raises(sb.InputError) as caught:
         sb.files.scene_from_text(text % ("lever.csv", "slack_tension"), tmp_path)
     assert "duty.slack_tension: " in str(caught.value)
-    with pytest.raises(sb.InputError, match="has no column tension — there are: t, slack_tension"):
+    with pytest.raises(
+        sb.InputError, match="has no column tension — there are: t, slack_tension"
+    ):
         sb.files.scene_from_text(text % ("lever.csv", "tension"), tmp_path)
     with pytest.raises(sb.InputError, match="there is no such file"):
         sb.files.scene_from_text(text % ("other.csv", "tension"), tmp_path)
@@ -162,15 +174,23 @@ def test_numbers_as_data_sheets_write_them():
         return float(sb.Pulley(text, 1.0).radius)
 
     assert radius("590 mm") == 0.59
-    assert float(sb.Initial("\N{MINUS SIGN}30 r/min").omega) == pytest.approx(-math.pi, rel=1e-15)
-    for text, hint in (("0,59 m", "a decimal point"), ("1,200 m", "no separators"), ("590 MM", "nearest: mm; known")):
+    assert float(sb.Initial("\N{MINUS SIGN}30 r/min").omega) == pytest.approx(
+        -math.pi, rel=1e-15
+    )
+    for text, hint in (
+        ("0,59 m", "a decimal point"),
+        ("1,200 m", "no separators"),
+        ("590 MM", "nearest: mm; known"),
+    ):
         with pytest.raises(sb.InputError, match=hint):
             radius(text)
 
 
 def test_temperature_difference_in_celsius():
     with pytest.raises(sb.InputError, match="not a difference of two"):
-        sb.files.scene_from_text(HEATED.replace("above = '120 degC'", "above = '120 degC', blend = '5 degC'"))
+        sb.files.scene_from_text(
+            HEATED.replace("above = '120 degC'", "above = '120 degC', blend = '5 degC'")
+        )
 
 
 @pytest.mark.parametrize(
@@ -179,7 +199,11 @@ def test_temperature_difference_in_celsius():
         ('"simbrake scene 1"', '"simbrake scene 9"', "this program reads"),
         ("count = 20, wrap", "count = 20, count = 20, wrap", "TOML: .*line"),
         ('radius = "623 mm"', 'radius = "0.2 m"', "is inside the track"),
-        ("friction = 0.35", "friction = " + "{ base = " * 3000 + "1" + "}" * 3000, "nested too deeply|cannot be read"),
+        (
+            "friction = 0.35",
+            "friction = " + "{ base = " * 3000 + "1" + "}" * 3000,
+            "nested too deeply|cannot be read",
+        ),
         ("friction = 0.35", "friction = " + "9" * 5000, "cannot be read"),
     ],
 )
@@ -196,15 +220,40 @@ LEVER = '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }'
     [
         ("friction = 0.35", "friction = true", "brake.linings.friction", "True"),
         ("friction = 0.35", "friction = 2021-01-01", "brake.linings.friction", "2021"),
-        ("friction = 0.35", "friction = { static_ratio = 1 }", "brake.linings.friction.type", "(key speed)"),
-        ("friction = 0.35", "friction = {}", "brake.linings.friction.type", "StribeckFriction"),
-        ("friction = 0.35", "friction = { type = 3 }", "brake.linings.friction.type", "3"),
-        ("friction = 0.35", "friction = { type = 'ConstantFriktion' }", "brake.linings.friction.type", "ConstantFric"),
+        (
+            "friction = 0.35",
+            "friction = { static_ratio = 1 }",
+            "brake.linings.friction.type",
+            "(key speed)",
+        ),
+        (
+            "friction = 0.35",
+            "friction = {}",
+            "brake.linings.friction.type",
+            "StribeckFriction",
+        ),
+        (
+            "friction = 0.35",
+            "friction = { type = 3 }",
+            "brake.linings.friction.type",
+            "3",
+        ),
+        (
+            "friction = 0.35",
+            "friction = { type = 'ConstantFriktion' }",
+            "brake.linings.friction.type",
+            "ConstantFric",
+        ),
         ("count = 20, ", "", "brake.linings.count", "is missing"),
         ("count = 20", "count = [20]", "brake.linings.count", "[20]"),
         ("count = 20", "count = 0", "brake.linings.count", "1…10000"),
         ('[initial]\nomega = "24 rad/s"', "", "initial", "omega"),
-        ('{ radius = "623 mm", stiffness = "100 kN/m" }', "3", "brake.band", "radius, stiffness"),
+        (
+            '{ radius = "623 mm", stiffness = "100 kN/m" }',
+            "3",
+            "brake.band",
+            "radius, stiffness",
+        ),
         (
             LEVER,
             "{ force = 9, arm = 1, slack_arm = 2, tight_arm = 3 }",
@@ -212,26 +261,59 @@ LEVER = '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }'
             "differential_le",
         ),
         ("start =", "strt =", "duty.slack_tension.strt", "nearest: start"),
-        ('{ radius = "590 mm"', '{ diameter = "1 m"', "brake.pulley.diameter", "give half of it as radius"),
-        ('wrap = "270 deg"', "wrap = 270, frction = 1", "brake.linings.wrap", 'did you mean "270 deg"'),
+        (
+            '{ radius = "590 mm"',
+            '{ diameter = "1 m"',
+            "brake.pulley.diameter",
+            "give half of it as radius",
+        ),
+        (
+            'wrap = "270 deg"',
+            "wrap = 270, frction = 1",
+            "brake.linings.wrap",
+            'did you mean "270 deg"',
+        ),
         (LEVER, "{ phases = {} }", "duty.slack_tension.phases", "list"),
         (LEVER, "{ file = 3, column = 'b' }", "duty.slack_tension.file", "3"),
         (LEVER, "{ file = 'a' }", "duty.slack_tension.column", "is missing"),
-        (LEVER, "{ file = 'a', column = 'b', unit = 'N' }", "duty.slack_tension.unit", "begin"),
-        (LEVER, "{ phases = [{ lever = 2, until = 'x' }] }", "duty.slack_tension.phases[0].until", "travel 27 m"),
-        (LEVER, "{ phases = [{ lever = 3, string_on_hook = 1 }] }", "duty.slack_tension.phases[0].string_on_hook", "1"),
-        (LEVER, "{ phases = [{ until = 'rest' }] }", "duty.slack_tension.phases[0].lever", "SpeedHold"),
+        (
+            LEVER,
+            "{ file = 'a', column = 'b', unit = 'N' }",
+            "duty.slack_tension.unit",
+            "begin",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ lever = 2, until = 'x' }] }",
+            "duty.slack_tension.phases[0].until",
+            "travel 27 m",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ lever = 3, string_on_hook = 1 }] }",
+            "duty.slack_tension.phases[0].string_on_hook",
+            "1",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ until = 'rest' }] }",
+            "duty.slack_tension.phases[0].lever",
+            "SpeedHold",
+        ),
         ('format = "simbrake scene 1"', "format = 2", "format", "2"),
     ],
 )
 def test_faults_have_paths_and_hints(old, new, path, word):
     with pytest.raises(sb.InputError) as caught:
         sb.files.scene_from_text(TEXT.replace(old, new, 1))
-    assert word in next(str(fault) for fault in caught.value.faults if fault.path == path)
+    assert word in next(
+        str(fault) for fault in caught.value.faults if fault.path == path
+    )
 
 
 def test_times_of_a_history_go_on(tmp_path):
-    """The first row that is earlier than the one before it is named by its line; empty rows are left out."""
+    """The first row that is earlier than the one before it is named by its line; empty
+    rows are left out."""
     text = TEXT.replace(LEVER, '{ file = "lever.csv", column = "slack_tension" }')
     for rows, said in (
         (
@@ -245,32 +327,47 @@ def test_times_of_a_history_go_on(tmp_path):
         with pytest.raises(sb.InputError) as caught:
             sb.files.scene_from_text(text, tmp_path)
         (fault,) = caught.value.faults
-        assert str(fault).startswith(f"duty.slack_tension: {tmp_path / 'lever.csv'}{said}")
+        assert str(fault).startswith(
+            f"duty.slack_tension: {tmp_path / 'lever.csv'}{said}"
+        )
 
 
 def test_materials_are_written_by_name():
     text = sb.files.scene_text(sb.files.scene_from_text(HEATED))
-    assert len(re.findall("^conductivity = ", text, re.MULTILINE)) == text.count('conductivity = "0.8 W/(m*K)"') > 0
+    assert (
+        len(re.findall("^conductivity = ", text, re.MULTILINE))
+        == text.count('conductivity = "0.8 W/(m*K)"')
+        > 0
+    )
 
 
 def test_wrong_paths_of_a_file():
     for path in ("brake.²", "brake.linings[99].count", "", "brake.linings.count.more"):
-        with pytest.raises(sb.InputError, match=r"there is no such number in the scene|no entry|is not"):
+        with pytest.raises(
+            sb.InputError, match=r"there is no such number in the scene|no entry|is not"
+        ):
             sb.files.scene_from_text(TEXT, values={path: 1})
-    changed = sb.files.scene_from_text(TEXT, values={"brake.linings.count": 12.0, "duty.slack_tension.end": "30 kN"})
+    changed = sb.files.scene_from_text(
+        TEXT, values={"brake.linings.count": 12.0, "duty.slack_tension.end": "30 kN"}
+    )
     assert changed.brake.linings.count == 12
     assert changed.duty.slack_tension.values.tolist() == [2e3, 30e3]
 
 
 def test_files_of_either_kind(tmp_path):
     (tmp_path / "scene.txt").write_text(TEXT, "utf-8")
-    with pytest.raises(sb.InputError, match=r"is neither TOML nor Python — a scene is a \.toml file"):
+    with pytest.raises(
+        sb.InputError, match=r"is neither TOML nor Python — a scene is a \.toml file"
+    ):
         sb.read_scene(tmp_path / "scene.txt")
     for text, words in (
         ("def main(): pass", "is a study without a scene — run it: python "),
         ("x = 1", r"defines no function scene\(\) — return a simbrake.Scene from it"),
         ("def scene(): return 3", r"scene\(\) returned int — return a simbrake.Scene"),
-        ("def scene(): return 1 / 0", "ZeroDivisionError: division by zero — fix the scene file"),
+        (
+            "def scene(): return 1 / 0",
+            "ZeroDivisionError: division by zero — fix the scene file",
+        ),
     ):
         (tmp_path / "scene.py").write_text(text, "utf-8")
         with pytest.raises(sb.InputError, match=words):
@@ -280,7 +377,14 @@ def test_files_of_either_kind(tmp_path):
     (tmp_path / "scene.py").write_text(f"{read}{TEXT!r})\n", "utf-8")
     for name in ("scene.toml", "scene.py"):
         assert_same(sb.read_scene(tmp_path / name), sb.files.scene_from_text(TEXT))
-        assert float(sb.read_scene(tmp_path / name, {"initial.omega": "12 rad/s"}).initial.omega) == 12.0
+        assert (
+            float(
+                sb.read_scene(
+                    tmp_path / name, {"initial.omega": "12 rad/s"}
+                ).initial.omega
+            )
+            == 12.0
+        )
 
 
 FIELDS = [leaf.path for leaf in leaves(sb.files.scene_from_text(TEXT))]
@@ -290,7 +394,10 @@ FIELDS = [leaf.path for leaf in leaves(sb.files.scene_from_text(TEXT))]
 @given(
     st.dictionaries(
         st.sampled_from(FIELDS),
-        st.one_of(st.sampled_from([0.0, 1e-300, 1e-12, 1.0, 1e3, 1e12, 1e39, 1e41, -1.0]), st.floats(1e-40, 1e40)),
+        st.one_of(
+            st.sampled_from([0.0, 1e-300, 1e-12, 1.0, 1e3, 1e12, 1e39, 1e41, -1.0]),
+            st.floats(1e-40, 1e40),
+        ),
         min_size=1,
         max_size=3,
     )

@@ -8,9 +8,18 @@ from commands import call
 import simbrake as sb
 
 
-@pytest.mark.parametrize("name", ["drag_lowering", "drag_lowering.py", "scenarios/drag_lowering.py", "standard.toml"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "drag_lowering",
+        "drag_lowering.py",
+        "scenarios/drag_lowering.py",
+        "standard.toml",
+    ],
+)
 def test_one_name_opens_a_shipped_scene_everywhere(name, capsys, monkeypatch, tmp_path):
-    """With or without its ending, wherever one works, and beside a folder of that name."""
+    """With or without its ending, wherever one works, and beside a folder of that
+    name."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "drag_lowering").mkdir()
     file = sb.files.shipped(name)
@@ -27,13 +36,22 @@ def test_python_scene_is_named_by_its_ending():
     assert sb.files.shipped("u2_5_5_stop.py").suffix == ".py"
 
 
-@pytest.mark.parametrize("name", ["drag_lowerin", "drag_lowerin.py", "scenarios/drag_lowerin.toml"])
+@pytest.mark.parametrize(
+    "name", ["drag_lowerin", "drag_lowerin.py", "scenarios/drag_lowerin.toml"]
+)
 def test_name_that_is_not_there(name, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for read in (sb.read_scene, sb.files.shipped):
         with pytest.raises(sb.InputError, match="nearest: drag_lowering"):
             read(name)
-    commands = [["run"], ["explain"], ["scene", "check"], ["synthesize"], ["validate", "--cross-check"], ["new"]]
+    commands = [
+        ["run"],
+        ["explain"],
+        ["scene", "check"],
+        ["synthesize"],
+        ["validate", "--cross-check"],
+        ["new"],
+    ]
     for command in [*commands, ["compare", "standard"]]:
         code, _, err = call(capsys, *command, name)
         assert (code, "nearest: drag_lowering" in err) == (2, True), command

@@ -1,4 +1,5 @@
-"""Values in every usual form: numbers, lists, arrays, texts with units, numbers for parts; what is refused at once."""
+"""Values in every usual form: numbers, lists, arrays, texts with units, numbers for
+parts; what is refused at once."""
 
 import equinox as eqx
 import jax
@@ -14,12 +15,23 @@ import simbrake as sb
 
 
 @pytest.mark.parametrize(
-    "value", [0.59, "590 mm", "0.59", np.float64(0.59), np.asarray(0.59), jnp.asarray(0.59), np.float32(0.59)]
+    "value",
+    [
+        0.59,
+        "590 mm",
+        "0.59",
+        np.float64(0.59),
+        np.asarray(0.59),
+        jnp.asarray(0.59),
+        np.float32(0.59),
+    ],
 )
 def test_a_number_in_any_form(value):
     radius = sb.Pulley(value, 1200).radius
     assert radius.dtype == np.float64
-    assert float(radius) == pytest.approx(0.59, rel=1e-15 if np.asarray(value).dtype != np.float32 else 1e-7)
+    assert float(radius) == pytest.approx(
+        0.59, rel=1e-15 if np.asarray(value).dtype != np.float32 else 1e-7
+    )
 
 
 @pytest.mark.parametrize(
@@ -46,42 +58,86 @@ def test_texts_and_numbers_make_one_scene():
         brake = sb.Brake(sb.Pulley(0.59, 1200), sb.Band("612 mm"), linings)
         return sb.Scene(brake, sb.Duty(tension, load), sb.Initial("190 rpm"), 20)
 
-    long = scene(1.5 * np.pi, sb.ConstantFriction(0.35), sb.Constant(8000.0), sb.TorqueLoad(sb.Constant(1000.0)))
-    for short in (scene("270 deg", 0.35, 8000, 1000), scene("270 deg", "35 %", "8 kN", "1 kN*m")):
+    long = scene(
+        1.5 * np.pi,
+        sb.ConstantFriction(0.35),
+        sb.Constant(8000.0),
+        sb.TorqueLoad(sb.Constant(1000.0)),
+    )
+    for short in (
+        scene("270 deg", 0.35, 8000, 1000),
+        scene("270 deg", "35 %", "8 kN", "1 kN*m"),
+    ):
         assert jax.tree.structure(short) == jax.tree.structure(long)
-        jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-15), short, long)
+        jax.tree.map(
+            lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-15), short, long
+        )
 
 
 def test_numbers_stand_for_parts():
     assert isinstance(sb.TorqueLoad(29430.0).profile, sb.Constant)
     assert isinstance(sb.Wear(1e-14).rate, sb.wear.ConstantWear)
-    assert isinstance(sb.thermal.FrictionHeat("rim", None, 1.0).partition, sb.thermal.ConstantPartition)
-    assert isinstance(sb.ForceDuty("12 kN", 0).load, sb.TorqueLoad)
-    assert isinstance(sb.friction.ProductFriction(0.4, (sb.LinearFade(1e-3, "20 degC"),)).base, sb.ConstantFriction)
     assert isinstance(
-        sb.lumped_heat(rim=1e5, partition=0.9, rim_cooling=20.0).friction.partition, sb.thermal.ConstantPartition
+        sb.thermal.FrictionHeat("rim", None, 1.0).partition,
+        sb.thermal.ConstantPartition,
+    )
+    assert isinstance(sb.ForceDuty("12 kN", 0).load, sb.TorqueLoad)
+    assert isinstance(
+        sb.friction.ProductFriction(0.4, (sb.LinearFade(1e-3, "20 degC"),)).base,
+        sb.ConstantFriction,
+    )
+    assert isinstance(
+        sb.lumped_heat(rim=1e5, partition=0.9, rim_cooling=20.0).friction.partition,
+        sb.thermal.ConstantPartition,
     )
 
 
 @pytest.mark.parametrize(
     ("make", "faults"),
     [
-        (lambda: sb.Pulley(-0.59, float("nan")), {"Pulley.radius": "> 0 m", "Pulley.inertia": "nan"}),
+        (
+            lambda: sb.Pulley(-0.59, float("nan")),
+            {"Pulley.radius": "> 0 m", "Pulley.inertia": "nan"},
+        ),
         (lambda: sb.Pulley("590 kg", 1200), {"Pulley.radius": "'kg' is not a unit"}),
-        (lambda: sb.Pulley("590 m^9", "1e999 kg*m^2"), {"Pulley.radius": "m^9", "Pulley.inertia": "1e999"}),
-        (lambda: sb.Pulley("wide", True), {"Pulley.radius": '"590 mm"', "Pulley.inertia": "True"}),
-        (lambda: sb.Pulley(None, 1200, {}), {"Pulley.radius": "is missing", "Pulley.width": "a table"}),
+        (
+            lambda: sb.Pulley("590 m^9", "1e999 kg*m^2"),
+            {"Pulley.radius": "m^9", "Pulley.inertia": "1e999"},
+        ),
+        (
+            lambda: sb.Pulley("wide", True),
+            {"Pulley.radius": '"590 mm"', "Pulley.inertia": "True"},
+        ),
+        (
+            lambda: sb.Pulley(None, 1200, {}),
+            {"Pulley.radius": "is missing", "Pulley.width": "a table"},
+        ),
         (lambda: sb.Pulley(0.5, 10**400), {"Pulley.inertia": "is not a number"}),
         (lambda: sb.Duty("24 mm", 0), {"Duty.slack_tension": "in N"}),
         (lambda: sb.Constant("24 kN"), {"Constant.level": "SI units"}),
-        (lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35), {"Brake.band": "give a Band", "Brake.linings": "0.35"}),
-        (lambda: sb.uniform_linings(0, "-1 rad", 0.3), {"count": "1…10000", "wrap": "-1 rad"}),
+        (
+            lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35),
+            {"Brake.band": "give a Band", "Brake.linings": "0.35"},
+        ),
+        (
+            lambda: sb.uniform_linings(0, "-1 rad", 0.3),
+            {"count": "1…10000", "wrap": "-1 rad"},
+        ),
         (lambda: sb.uniform_linings(2.5, 1.0, 0.3), {"count": "whole number"}),
-        (lambda: sb.uniform_linings(8, 1.0, 11), {"ConstantFriction.coefficient": "≤ 10"}),
+        (
+            lambda: sb.uniform_linings(8, 1.0, 11),
+            {"ConstantFriction.coefficient": "≤ 10"},
+        ),
         (lambda: sb.Bandage(65.0, 0.3, [1.0, "x"]), {"Bandage.preload[1]": "'x'"}),
         (lambda: sb.Bandage(65.0, 0.3, [1.0, -2.0]), {"Bandage.preload[1]": "≥ 0 N"}),
-        (lambda: sb.thermal.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0), {"Wall.layers": "0"}),
-        (lambda: sb.LinearFade(1e-3, 300.0, blend="10 degC"), {"LinearFade.blend": "difference"}),
+        (
+            lambda: sb.thermal.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0),
+            {"Wall.layers": "0"},
+        ),
+        (
+            lambda: sb.LinearFade(1e-3, 300.0, blend="10 degC"),
+            {"LinearFade.blend": "difference"},
+        ),
         (lambda: sb.Initial(jnp.float32(3)), {"Initial.omega": "float32"}),
         (lambda: sb.simulate(stop_scene(), rtol=1e-15), {"rtol": "1e-15"}),
         (lambda: sb.simulate(stop_scene(), rtol=0.1), {"rtol": "0.1"}),
@@ -97,7 +153,13 @@ def test_errors_of_values_have_their_places(make, faults):
 
 
 @pytest.mark.parametrize(
-    ("text", "metres"), [("623_000 um", 0.623), ("5_90.0_0 mm", 0.59), ("1_0e-1 m", 1.0), ("-1_0 mm", None)]
+    ("text", "metres"),
+    [
+        ("623_000 um", 0.623),
+        ("5_90.0_0 mm", 0.59),
+        ("1_0e-1 m", 1.0),
+        ("-1_0 mm", None),
+    ],
 )
 def test_numbers_take_underscores_between_digits(text, metres):
     if metres is None:
@@ -111,18 +173,35 @@ def test_numbers_take_underscores_between_digits(text, metres):
 
 
 def test_a_counterweight_is_a_torque():
-    with pytest.raises(sb.InputError, match=r"-300 kg is out of range .* as a `TorqueLoad`"):
+    with pytest.raises(
+        sb.InputError, match=r"-300 kg is out of range .* as a `TorqueLoad`"
+    ):
         sb.HookLoad(-300.0, 0.4, 8)
 
 
-@pytest.mark.parametrize(("text", "kind"), [("uniform", "UniformPressure"), ("wear", "UniformWear")])
+@pytest.mark.parametrize(
+    ("text", "kind"), [("uniform", "UniformPressure"), ("wear", "UniformWear")]
+)
 def test_a_text_in_place_of_a_table_is_shown_its_type(text, kind):
-    scene = sb.Scene(sb.DiscBrake(400.0, sb.Pads(0.4, 0.3, 0.5, 0.7)), sb.ForceDuty(4e4, 1e3), sb.Initial(10.0), 5.0)
-    written = sb.files.scene_text(scene).replace('[brake.linings.pressure]\ntype = "UniformWear"\n', "")
-    changed = written.replace("[brake.linings]\n", f'[brake.linings]\npressure = "{text}"\n')
-    with pytest.raises(sb.InputError, match=rf'pressure: .* as in {{ type = "{kind}" }}'):
+    scene = sb.Scene(
+        sb.DiscBrake(400.0, sb.Pads(0.4, 0.3, 0.5, 0.7)),
+        sb.ForceDuty(4e4, 1e3),
+        sb.Initial(10.0),
+        5.0,
+    )
+    written = sb.files.scene_text(scene).replace(
+        '[brake.linings.pressure]\ntype = "UniformWear"\n', ""
+    )
+    changed = written.replace(
+        "[brake.linings]\n", f'[brake.linings]\npressure = "{text}"\n'
+    )
+    with pytest.raises(
+        sb.InputError, match=rf'pressure: .* as in {{ type = "{kind}" }}'
+    ):
         sb.files.scene_from_text(changed)
-    right = written.replace("[brake.linings]\n", f'[brake.linings]\npressure = {{ type = "{kind}" }}\n')
+    right = written.replace(
+        "[brake.linings]\n", f'[brake.linings]\npressure = {{ type = "{kind}" }}\n'
+    )
     assert type(sb.files.scene_from_text(right).brake.linings.pressure).__name__ == kind
 
 
@@ -132,17 +211,38 @@ ROPE = sb.loads.RopeLayers("35 mm", turns_per_layer=30, turns=50)
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: sb.Pulley(radius=0.59, inertia_=1200), "'inertia_'; nearest: inertia$"),
-        (lambda: sb.Pulley(diameter=1.18, inertia=1200), "'diameter'; give half of it as radius$"),
+        (
+            lambda: sb.Pulley(radius=0.59, inertia_=1200),
+            "'inertia_'; nearest: inertia$",
+        ),
+        (
+            lambda: sb.Pulley(diameter=1.18, inertia=1200),
+            "'diameter'; give half of it as radius$",
+        ),
         (
             lambda: sb.HookLoad(1.0, drum_diameter=0.8, line_count=8),
             r"give drum_radius, .*diameter of drum \+ rope\)/2$",
         ),
-        (lambda: sb.HookLoad(1.0, drum_diameter="80 cm", line_count=8, rope=ROPE), "= 0.4175 m$"),
-        (lambda: sb.Lever(400.0, 1.5, 0.1, tight_arm=0.02), "sb.loads.differential_lever_tension"),
-        (lambda: sb.rig.ledger(None, drum_diameter=0.8), r"give drum_radius, .*diameter of drum \+ rope\)/2$"),
-        (lambda: sb.Pulley(radius=0.59), "missing 1 required positional argument: 'inertia'$"),
-        (lambda: sb.uniform_linings(20, "270 deg", fricton=0.35), "'fricton'; nearest: friction, count$"),
+        (
+            lambda: sb.HookLoad(1.0, drum_diameter="80 cm", line_count=8, rope=ROPE),
+            "= 0.4175 m$",
+        ),
+        (
+            lambda: sb.Lever(400.0, 1.5, 0.1, tight_arm=0.02),
+            "sb.loads.differential_lever_tension",
+        ),
+        (
+            lambda: sb.rig.ledger(None, drum_diameter=0.8),
+            r"give drum_radius, .*diameter of drum \+ rope\)/2$",
+        ),
+        (
+            lambda: sb.Pulley(radius=0.59),
+            "missing 1 required positional argument: 'inertia'$",
+        ),
+        (
+            lambda: sb.uniform_linings(20, "270 deg", fricton=0.35),
+            "'fricton'; nearest: friction, count$",
+        ),
         (lambda: sb.simulate(stop_scene(), rtoll=1e-9), "'rtoll'; nearest: rtol$"),
     ],
 )
@@ -155,24 +255,36 @@ def test_numbers_put_in_later_are_checked():
     def put(value):
         return eqx.tree_at(lambda s: s.brake.pulley.inertia, stop_scene(C=None), value)
 
-    times = [float(sb.simulate(put(J)).stopping_time) for J in (2400.0, 2400, np.asarray(2400.0))]
+    times = [
+        float(sb.simulate(put(J)).stopping_time)
+        for J in (2400.0, 2400, np.asarray(2400.0))
+    ]
     assert times[0] == times[1] == times[2]
-    assert times[0] == pytest.approx(2400.0 / 800.0 * float(sb.simulate(stop_scene(C=None)).stopping_time), rel=1e-9)
+    assert times[0] == pytest.approx(
+        2400.0 / 800.0 * float(sb.simulate(stop_scene(C=None)).stopping_time), rel=1e-9
+    )
     for bad in (-1.0, "1200", float("inf")):
         with pytest.raises(sb.InputError, match=r"brake\.pulley\.inertia"):
             sb.simulate(put(bad))
 
 
 def test_numbers_beyond_their_ranges():
-    """Every number of a staged scene: its bounds are within its range, a little more is not, nor what is no number."""
+    """Every number of a staged scene: its bounds are within its range, a little more is
+    not, nor what is no number."""
     scene = staged_scenes.stop(stiffness=1e5)
     seen = set()
     for leaf in (leaf for leaf in sb.files.leaves(scene) if leaf.value is not None):
-        beyond = [x + d for x, d in ((leaf.about.low, -1e-9), (leaf.about.high, 1e-9)) if x is not None]
+        beyond = [
+            x + d
+            for x, d in ((leaf.about.low, -1e-9), (leaf.about.high, 1e-9))
+            if x is not None
+        ]
         for value in (*beyond, 1e41, -1e41, np.nan, np.inf):
             with pytest.raises(sb.InputError) as caught:
                 sb.check_scene(sb.with_values(scene, {leaf.path: value}))
-            assert leaf.path in {fault.path.partition("[")[0] for fault in caught.value.faults}, (leaf.path, value)
+            assert leaf.path in {
+                fault.path.partition("[")[0] for fault in caught.value.faults
+            }, (leaf.path, value)
             seen.add(leaf.path)
     assert len(seen) > 15
 
@@ -185,7 +297,7 @@ def test_traced_values_pass():
     np.testing.assert_array_equal(jax.vmap(mass)(jnp.asarray([1.0, -2.0])), [1.0, 4.0])
 
 
-# --- numbers by path --------------------------------------------------------------------------------------------------
+# --- numbers by path ----------------------------------------------------------------
 
 
 def told(call, *arguments):
@@ -197,22 +309,46 @@ def told(call, *arguments):
 def test_entries_and_absent_numbers_by_path():
     scene = stop_scene()
     angle = np.asarray(scene.brake.linings.angle)
-    for path, i in (("brake.linings.angle[19]", 19), ("brake.linings.angle[-20]", 0), ("brake.linings.angle[-1]", 19)):
+    for path, i in (
+        ("brake.linings.angle[19]", 19),
+        ("brake.linings.angle[-20]", 0),
+        ("brake.linings.angle[-1]", 19),
+    ):
         for value in (0.1, "0.1 rad", np.asarray(0.1), jnp.asarray(0.1)):
             found = np.asarray(sb.with_values(scene, {path: value}).brake.linings.angle)
             assert found[i] == 0.1
             np.testing.assert_array_equal(np.delete(found, i), np.delete(angle, i))
     assert np.all(scene.brake.linings.angle == angle)  # the scene itself stays
-    whole = sb.with_values(scene, {"brake.linings.angle": jnp.asarray(0.1)}).brake.linings.angle
+    whole = sb.with_values(
+        scene, {"brake.linings.angle": jnp.asarray(0.1)}
+    ).brake.linings.angle
     assert isinstance(whole, jax.Array)
     assert whole.tolist() == [0.1] * 20
-    assert sb.with_values(scene, {"brake.band.stiffness": None}).brake.band.stiffness is None
-    assert float(sb.with_values(stop_scene(C=None), {"brake.band.stiffness": 3e5}).brake.band.stiffness) == 3e5
-    assert sb.with_values(scene, {"brake.pulley.width": None}).brake.pulley.width is None
+    assert (
+        sb.with_values(scene, {"brake.band.stiffness": None}).brake.band.stiffness
+        is None
+    )
+    assert (
+        float(
+            sb.with_values(
+                stop_scene(C=None), {"brake.band.stiffness": 3e5}
+            ).brake.band.stiffness
+        )
+        == 3e5
+    )
+    assert (
+        sb.with_values(scene, {"brake.pulley.width": None}).brake.pulley.width is None
+    )
     for values, words in (
-        ({"brake.linings.angle[20]": 0.1}, "there is no entry 20 — brake.linings.angle has 20 entries, from 0"),
+        (
+            {"brake.linings.angle[20]": 0.1},
+            "there is no entry 20 — brake.linings.angle has 20 entries, from 0",
+        ),
         ({"brake.linings.angle[-21]": 0.1}, "there is no entry -21"),
-        ({"initial.omega[0]": 0.1}, "there is no entry 0 — initial.omega has 0 entries"),
+        (
+            {"initial.omega[0]": 0.1},
+            "there is no entry 0 — initial.omega has 0 entries",
+        ),
         ({"brake.linings.angle[0]": [0.1, 0.2]}, "one number is needed for one entry"),
         ({"brake.linings.angle[0]": None}, "one number is needed for one entry"),
         ({"initial.omega": None}, "cannot be absent — give a number"),
@@ -220,7 +356,9 @@ def test_entries_and_absent_numbers_by_path():
     ):
         (text,) = told(sb.with_values, scene, values)
         assert words in text, values
-    assert told(sb.with_values, scene, {"brake.linings.angle[3": 0.1})[0].startswith("brake.linings.angle[3: there is")
+    assert told(sb.with_values, scene, {"brake.linings.angle[3": 0.1})[0].startswith(
+        "brake.linings.angle[3: there is"
+    )
 
 
 def test_one_number_or_the_other():
@@ -229,8 +367,18 @@ def test_one_number_or_the_other():
     scene = stop_scene(lever=cylinder)
     area = "duty.slack_tension.area"
     diameter = "duty.slack_tension.diameter"
-    assert float(sb.with_values(scene, {diameter: None, area: 0.03}).duty.slack_tension.piston_area) == 0.03
-    for values, words in (({diameter: None}, "is missing"), ({area: 0.03}, "stands beside the area")):
+    assert (
+        float(
+            sb.with_values(
+                scene, {diameter: None, area: 0.03}
+            ).duty.slack_tension.piston_area
+        )
+        == 0.03
+    )
+    for values, words in (
+        ({diameter: None}, "is missing"),
+        ({area: 0.03}, "stands beside the area"),
+    ):
         (text,) = told(sb.with_values, scene, values)
         assert text.startswith(f"{diameter}: {words}")
     spoiled = eqx.tree_at(lambda s: s.initial.omega, scene, None)
@@ -244,10 +392,20 @@ def test_law_in_the_place_of_a_number():
     law = sb.thermal.SpeedCoefficient(5.0, 2.0, 0.8)
     blown = sb.with_values(scene, {path: law, "initial.omega": np.asarray(3.0)})
     assert (blown.heat.links[0].coefficient, float(blown.initial.omega)) == (law, 3.0)
-    assert float(sb.with_values(blown, {f"{path}.at_rest": 6.0}).heat.links[0].coefficient.at_rest) == 6.0
+    assert (
+        float(
+            sb.with_values(blown, {f"{path}.at_rest": 6.0})
+            .heat.links[0]
+            .coefficient.at_rest
+        )
+        == 6.0
+    )
     other = {path: np.asarray(60.0), "brake.pulley.inertia": np.asarray(700.0)}
     still = sb.with_values(blown, other)
-    assert (float(still.heat.links[0].coefficient), float(still.brake.pulley.inertia)) == (60.0, 700.0)
+    assert (
+        float(still.heat.links[0].coefficient),
+        float(still.brake.pulley.inertia),
+    ) == (60.0, 700.0)
     assert told(sb.with_values, blown, other | {f"{path}.at_rest": 6.0})
 
 
@@ -256,10 +414,14 @@ def test_count_of_linings_keeps_the_wrap():
     path = "brake.linings.count"
     for count in (15, 15.0, np.asarray(15.0)):
         fewer = sb.with_values(scene, {path: count, "initial.omega": 3.0})
-        np.testing.assert_allclose(fewer.brake.linings.angle, np.full(15, np.radians(270.0) / 15), rtol=1e-15)
+        np.testing.assert_allclose(
+            fewer.brake.linings.angle, np.full(15, np.radians(270.0) / 15), rtol=1e-15
+        )
         assert float(fewer.initial.omega) == 3.0
     each = sb.with_values(scene, {"brake.linings.area": np.full(20, 0.02)})
-    np.testing.assert_array_equal(sb.with_values(each, {path: 3}).brake.linings.area, np.full(3, 0.02))
+    np.testing.assert_array_equal(
+        sb.with_values(each, {path: 3}).brake.linings.area, np.full(3, 0.02)
+    )
     one = sb.with_values(sb.with_values(scene, {"brake.linings.area": 0.02}), {path: 2})
     assert (one.brake.linings.count, np.shape(one.brake.linings.area)) == (2, ())
     for wrong in (0, 2.5, 10_001, [3, 4], "many", None):

@@ -1,4 +1,5 @@
-"""The verdict on a run, its colour and margins, and the summary that fits the duty; numbers by hand."""
+"""The verdict on a run, its colour and margins, and the summary that fits the duty;
+numbers by hand."""
 
 import dataclasses
 import html
@@ -29,12 +30,16 @@ def stop():
     return sb.simulate(rigid())
 
 
-# --- margins and colours ----------------------------------------------------------------------------------------------
+# --- margins and colours ------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("factor", "colour", "state"),
-    [(0.99, "red", "exceeded"), (1.05, "amber", "small margin"), (1.2, "green", "within limit")],
+    [
+        (0.99, "red", "exceeded"),
+        (1.05, "amber", "small margin"),
+        (1.2, "green", "within limit"),
+    ],
 )
 def test_margin_sets_the_colour(stop, factor, colour, state):
     said = stop.verdict({"stopping_time": factor * STOP, **AMPLE})
@@ -42,7 +47,11 @@ def test_margin_sets_the_colour(stop, factor, colour, state):
     row = said.rows[0]
     assert (row.name, row.state) == ("Stopping time", state)
     assert row.margin.endswith(f"({100 * (1 - 1 / factor):.3g} %)".replace("-", "−"))
-    (check,) = [c for c in limit_checks(stop, {"stopping_time": factor * STOP}) if c.name == "stopping_time"]
+    (check,) = [
+        c
+        for c in limit_checks(stop, {"stopping_time": factor * STOP})
+        if c.name == "stopping_time"
+    ]
     assert check.margin_percent == pytest.approx(100 * (1 - 1 / factor), rel=1e-9)
 
 
@@ -51,7 +60,12 @@ def test_notebook_shows_verdict_and_warnings():
     raw = fast._repr_html_()
     page = html.unescape(raw)
     (warning,) = fast.summary()["warnings"]
-    told = ("#8a5a00", fast.verdict().headline, "max_tension", f"<p>warning: {warning}</p>")
+    told = (
+        "#8a5a00",
+        fast.verdict().headline,
+        "max_tension",
+        f"<p>warning: {warning}</p>",
+    )
     places = [page.index(text) for text in told]
     assert places == sorted(places)
     assert warning not in raw
@@ -59,7 +73,8 @@ def test_notebook_shows_verdict_and_warnings():
 
 
 def test_open_brake_at_the_end_is_no_pass():
-    """Let go after its stop, the load speeds up again; or a brake that never was closed."""
+    """Let go after its stop, the load speeds up again; or a brake that never was
+    closed."""
     said = sb.simulate(rigid(lever=(T0, T0, 0.0, 0.0), end=2.5)).verdict()
     assert (said.colour, said.reason, said.wants) == ("amber", "H5", "released")
     free = sb.simulate(rigid(lever=(0.0,) * 4, end=0.5)).verdict()
@@ -68,13 +83,19 @@ def test_open_brake_at_the_end_is_no_pass():
 
 @pytest.mark.parametrize(
     ("part", "colour", "state"),
-    [(0.79, "green", "within limit"), (0.81, "amber", "within limit"), (0.91, "amber", "small margin")],
+    [
+        (0.79, "green", "within limit"),
+        (0.81, "amber", "within limit"),
+        (0.91, "amber", "small margin"),
+    ],
 )
 def test_lever_near_its_maximum_is_amber(part, colour, state):
     """Below a margin of 10 %, and below a reserve of 1.25 of its greatest pull."""
     pull = LOAD / (R * (PI - 1))
     most = pull / part
-    said = sb.simulate(stop_scene(C=None, lever=sb.SpeedHold(most), load=LOAD, end=3.0)).verdict(AMPLE)
+    said = sb.simulate(
+        stop_scene(C=None, lever=sb.SpeedHold(most), load=LOAD, end=3.0)
+    ).verdict(AMPLE)
     (row,) = [row for row in said.rows if row.name.startswith("Slack tension")]
     assert (said.colour, row.state, said.reason) == (colour, state, "L1")
     assert said.numbers["reserve"] == pytest.approx(1 / part, rel=1e-9)
@@ -86,9 +107,18 @@ def test_temperature_margin_is_of_the_rise():
     """Percent of the rise above 20 °C; a limit below that has none."""
     result = sb.simulate(hot_stop())
     value = result.metrics["peak_rim_temperature"]
-    for limit, percent in ((value + 19.0, 100 * 19 / (value + 19.0 - 293.15)), (280.0, None)):
-        (check,) = [c for c in limit_checks(result, {"peak_rim_temperature": limit}) if c.limit == limit]
-        assert check.margin_percent == (None if percent is None else pytest.approx(percent, rel=1e-9))
+    for limit, percent in (
+        (value + 19.0, 100 * 19 / (value + 19.0 - 293.15)),
+        (280.0, None),
+    ):
+        (check,) = [
+            c
+            for c in limit_checks(result, {"peak_rim_temperature": limit})
+            if c.limit == limit
+        ]
+        assert check.margin_percent == (
+            None if percent is None else pytest.approx(percent, rel=1e-9)
+        )
 
 
 @pytest.mark.parametrize(("reserve", "colour"), [(1.2, "amber"), (1.3, "green")])
@@ -109,10 +139,14 @@ def test_breaking_away_is_red_and_letting_go_amber():
     eased = sb.simulate(rigid(lever=(T0, T0, T0, 0.0), w0=1.0, end=8.9)).verdict()
     assert (eased.colour, eased.reason) == ("red", "H1")
     assert eased.numbers["reserve"] == pytest.approx(1.0, abs=1e-9)
-    torn = sb.simulate(rigid((LOAD, LOAD, 1.01 * TORQUE, 1.01 * TORQUE), w0=1.0, end=2.5))
+    torn = sb.simulate(
+        rigid((LOAD, LOAD, 1.01 * TORQUE, 1.01 * TORQUE), w0=1.0, end=2.5)
+    )
     said = torn.verdict()
     assert said.colour == "red"
-    assert [row.state for row in said.rows if row.name.startswith("Holding")] == ["exceeded"]
+    assert [row.state for row in said.rows if row.name.startswith("Holding")] == [
+        "exceeded"
+    ]
 
 
 def test_runs_that_end_turning():
@@ -123,12 +157,20 @@ def test_runs_that_end_turning():
     assert away.summary()["duty"] == "runaway"
     short = sb.simulate(rigid(end=0.2))
     said = short.verdict()
-    assert (said.colour, said.reason, said.fails, short.summary()["duty"]) == ("amber", "S2", True, "turning")
-    # the load brakes as well, and pulls back later: backwards the band gives `T_0 (1 − 1/Π)`
+    assert (said.colour, said.reason, said.fails, short.summary()["duty"]) == (
+        "amber",
+        "S2",
+        True,
+        "turning",
+    )
+    # the load brakes as well, and pulls back later: backwards the band gives
+    # `T_0 (1 − 1/Π)`
     helped = sb.simulate(rigid(-LOAD, end=0.2)).verdict()
     assert (helped.colour, helped.reason) == ("red", "S1")
     assert helped.numbers["load_torque"] == pytest.approx(-LOAD)
-    assert helped.numbers["sliding_over_load"] == pytest.approx(R * T0 * (1 - 1 / PI) / LOAD, rel=1e-9)
+    assert helped.numbers["sliding_over_load"] == pytest.approx(
+        R * T0 * (1 - 1 / PI) / LOAD, rel=1e-9
+    )
     failed = sb.simulate(rigid(), max_steps=2, throw=False)
     assert (failed.verdict().colour, failed.summary()["duty"]) == ("red", "failed")
     assert "step_limit" in failed.verdict().headline
@@ -137,22 +179,34 @@ def test_runs_that_end_turning():
 def test_limits_of_the_scene_are_evaluated(tmp_path, capsys):
     scene = sb.simulate(rigid()).scene
     band = sb.Band(R, strength=sb.brakes.Strength(band_area=2e-4, band_stress=150e6))
-    scene = sb.Scene(sb.Brake(scene.brake.pulley, band, scene.brake.linings), scene.duty, scene.initial, scene.end_time)
+    scene = sb.Scene(
+        sb.Brake(scene.brake.pulley, band, scene.brake.linings),
+        scene.duty,
+        scene.initial,
+        scene.end_time,
+    )
     result = sb.simulate(scene)
     stress = T0 * PI / 2e-4
-    (check,) = [check for check in limit_checks(result, {}) if check.name == "max_band_stress"]
+    (check,) = [
+        check for check in limit_checks(result, {}) if check.name == "max_band_stress"
+    ]
     assert check.value == pytest.approx(stress, rel=1e-9)
     assert check.verdict == "exceeded"
     assert result.verdict().colour == "red"
     sb.write_scene(scene, tmp_path / "scene.toml")
     found = json.loads(call(capsys, "run", str(tmp_path / "scene.toml"), "--json")[1])
     assert found["verdict"]["colour"] == "red"
-    assert found["limits"][0]["margin_percent"] == pytest.approx(100 * (1 - stress / 150e6), rel=1e-9)
+    assert found["limits"][0]["margin_percent"] == pytest.approx(
+        100 * (1 - stress / 150e6), rel=1e-9
+    )
 
 
 def hot_stop(**permissible):
-    """A rim without cooling takes all the heat of a stop, linings none: its temperature is its share of the work."""
-    heat = sb.lumped_heat(rim=500.0, linings=2e4, partition=1.0, rim_cooling=0.0, **permissible)
+    """A rim without cooling takes all the heat of a stop, linings none: its temperature
+    is its share of the work."""
+    heat = sb.lumped_heat(
+        rim=500.0, linings=2e4, partition=1.0, rim_cooling=0.0, **permissible
+    )
     return dataclasses.replace(rigid(), heat=heat)
 
 
@@ -178,7 +232,10 @@ def test_hottest_body_and_missing_limits():
     named = {names[0]: 1e9 for names in said.judged.missing.values()}
     assert result.verdict(named).colour == "green"
     for name in named:
-        assert result.verdict({other: 1e9 for other in named if other != name}).colour == "amber"
+        assert (
+            result.verdict({other: 1e9 for other in named if other != name}).colour
+            == "amber"
+        )
     assert [check.name for check in limit_checks(result, {})][:2] == [
         "peak_rim_temperature",
         "peak_lining_temperature",
@@ -186,7 +243,8 @@ def test_hottest_body_and_missing_limits():
 
 
 def test_permissible_rim_temperature():
-    """Half of the work of the stop is done where `ω t − a t²/2` is half of the angle."""
+    """Half of the work of the stop is done where `ω t − a t²/2` is half of the
+    angle."""
     limit = 293.15 + 0.5 * TORQUE * ANGLE / 500.0
     result = sb.simulate(hot_stop(permissible_rim=limit))
     (event,) = result.events["permissible_rim_temperature"]
@@ -195,21 +253,36 @@ def test_permissible_rim_temperature():
     assert said.colour == "red"
     row = next(row for row in said.rows if row.name == "Hottest rim surface")
     assert (row.state, row.limit) == ("exceeded", f"≤ {limit - 273.15:.6g} °C")
-    assert result.verdict({**AMPLE, "peak_rim_temperature": 1e9, "peak_lining_temperature": 1e9}).colour == "green"
-    with pytest.raises(sb.InputError, match="permissible_band: the network names no place as the band"):
+    assert (
+        result.verdict(
+            {**AMPLE, "peak_rim_temperature": 1e9, "peak_lining_temperature": 1e9}
+        ).colour
+        == "green"
+    )
+    with pytest.raises(
+        sb.InputError, match="permissible_band: the network names no place as the band"
+    ):
         sb.check_scene(hot_stop(permissible_band=400.0))
 
 
 def test_permissible_pressure_is_a_limit():
-    linings = sb.uniform_linings(20, "270 deg", 0.35, area=0.02, permissible_pressure="1 MPa")
+    linings = sb.uniform_linings(
+        20, "270 deg", 0.35, area=0.02, permissible_pressure="1 MPa"
+    )
     scene = rigid()
     brake = dataclasses.replace(scene.brake, linings=linings)
     result = sb.simulate(dataclasses.replace(scene, brake=brake))
-    (check,) = [check for check in limit_checks(result, {}) if check.name == "max_pressure"]
-    assert check.value == pytest.approx(result.metrics["max_normal_load"] / 0.02, rel=1e-9)
+    (check,) = [
+        check for check in limit_checks(result, {}) if check.name == "max_pressure"
+    ]
+    assert check.value == pytest.approx(
+        result.metrics["max_normal_load"] / 0.02, rel=1e-9
+    )
     assert (check.limit, check.note) == (1e6, "lining 20")
     assert result.verdict({"max_tension": 1e9}).judged.missing == {}
-    without = dataclasses.replace(brake, linings=dataclasses.replace(linings, area=None))
+    without = dataclasses.replace(
+        brake, linings=dataclasses.replace(linings, area=None)
+    )
     with pytest.raises(sb.InputError, match="a permissible pressure needs the area"):
         sb.check_scene(dataclasses.replace(scene, brake=without))
 
@@ -221,13 +294,23 @@ def test_limit_on_what_did_not_happen(stop):
         (turning, "exceeded", "did not happen in this run"),
         (failed, "not evaluated", "the run failed before it happened"),
     ):
-        (check,) = [c for c in limit_checks(result, {"stopping_time": 3.0}) if c.name == "stopping_time"]
+        (check,) = [
+            c
+            for c in limit_checks(result, {"stopping_time": 3.0})
+            if c.name == "stopping_time"
+        ]
         assert (check.value, check.verdict, check.note) == (None, verdict, note)
-    (check,) = [c for c in limit_checks(failed, {"max_tension": 1e9}) if c.name == "max_tension"]
+    (check,) = [
+        c for c in limit_checks(failed, {"max_tension": 1e9}) if c.name == "max_tension"
+    ]
     assert check.verdict == "within limit so far"
     value = float(stop.max_tension.value)
     for bound, verdict in ((value, "within limit"), (value * (1 - 1e-12), "exceeded")):
-        (check,) = [c for c in limit_checks(stop, {"max_tension": bound}) if c.name == "max_tension"]
+        (check,) = [
+            c
+            for c in limit_checks(stop, {"max_tension": bound})
+            if c.name == "max_tension"
+        ]
         assert (check.verdict, check.value) == (verdict, value)
     first, *others = limit_checks(stop, {})
     assert (first.name, first.verdict, first.note) == (
@@ -239,10 +322,13 @@ def test_limit_on_what_did_not_happen(stop):
         "max_tension": ("no limit", None),
         "max_normal_load": ("no limit", None),
     }
-    assert [c.name for c in limit_checks(stop, {"max_tension": 1.0})[1:]] == ["max_normal_load", "max_tension"]
+    assert [c.name for c in limit_checks(stop, {"max_tension": 1.0})[1:]] == [
+        "max_normal_load",
+        "max_tension",
+    ]
 
 
-# --- what a run could not see -----------------------------------------------------------------------------------------
+# --- what a run could not see -------------------------------------------------------
 
 
 def _with_a_pulse(t, begin):
@@ -250,7 +336,8 @@ def _with_a_pulse(t, begin):
 
 
 def test_note_says_how_often_a_run_looked():
-    """20 ms in 100 s are missed, and the note says that such a pulse may be; a shorter step finds it."""
+    """20 ms in 100 s are missed, and the note says that such a pulse may be; a shorter
+    step finds it."""
     profile = sb.profiles.FunctionProfile(_with_a_pulse, 50.33, typical=LOAD)
     scene = stop_scene(C=None, load=sb.TorqueLoad(profile), end=100.0)
     (note,) = sb.simulate(scene).summary()["notes"]
@@ -258,19 +345,26 @@ def test_note_says_how_often_a_run_looked():
     # of a step its error estimate sees the rates at 0, 3/8, 0.465, … 0.65, 0.9247, 1
     assert interval == pytest.approx(100.0 / 64 * 0.27466, rel=1e-2)
     fine = sb.simulate(scene, max_step=0.1)
-    assert [event.time for event in fine.events["restart"]] == [pytest.approx(50.33, abs=1e-9)]
+    assert [event.time for event in fine.events["restart"]] == [
+        pytest.approx(50.33, abs=1e-9)
+    ]
     assert sb.simulate(rigid()).summary()["notes"] == []
 
 
 def test_the_interval_of_the_note_is_true():
-    """A free pulley is sped up by pulses at random places: longer ones than the note says are never missed."""
+    """A free pulley is sped up by pulses at random places: longer ones than the note
+    says are never missed."""
 
     def pulse(t, about):
-        return about[2] * jnp.where((t > about[0]) & (t < about[0] + about[1]), 1.0, 0.0)
+        return about[2] * jnp.where(
+            (t > about[0]) & (t < about[0] + about[1]), 1.0, 0.0
+        )
 
     def speed(begin, width):
         load = sb.profiles.FunctionProfile(pulse, (begin, width, TORQUE), typical=LOAD)
-        result = sb.simulate(stop_scene(C=None, load=sb.TorqueLoad(load), T0=0.0, end=100.0), throw=False)
+        result = sb.simulate(
+            stop_scene(C=None, load=sb.TorqueLoad(load), T0=0.0, end=100.0), throw=False
+        )
         notes.append(result.summary()["notes"][0])
         return float(result.record.y_end.omega)
 

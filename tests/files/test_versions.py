@@ -1,4 +1,5 @@
-"""Versions of packages: the bounds in pyproject.toml, the oldest versions that CI runs, the warning at newer ones."""
+"""Versions of packages: the bounds in pyproject.toml, the oldest versions that CI runs,
+the warning at newer ones."""
 
 import pathlib
 import re
@@ -30,7 +31,8 @@ def bounds(requirement: Requirement, operator: str) -> list[str]:
 
 
 def test_every_lower_bound_is_run_by_ci():
-    """The constraints of the job with the oldest versions pin every direct dependency at its lower bound."""
+    """The constraints of the job with the oldest versions pin every direct dependency
+    at its lower bound."""
     text = (ROOT / ".ci" / "oldest.txt").read_text("utf-8")
     pins = dict(re.findall(r"^([\w-]+)==(\S+)$", text, re.M))
     assert "://" not in text
@@ -60,7 +62,8 @@ def test_fragile_packages_have_upper_bounds():
     ],
 )
 def test_newer_jax_than_tested_warns(version, lines):
-    """A user's process: importing the package alone says nothing, the first name that needs JAX does, once."""
+    """A user's process: importing the package alone says nothing, the first name that
+    needs JAX does, once."""
     program = f"""
 import jax, sys
 jax.__version_info__ = {version}
@@ -68,9 +71,14 @@ import simbrake as sb
 print("imported", file=sys.stderr)
 sb.Scene, sb.simulate, sb.ensemble
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
     first, *warned = done.stderr.splitlines()
     assert first == "imported"
     assert len(warned) == lines
     for line in warned:
-        assert f"JAX {'.'.join(map(str, version))} is newer than simbrake was tested with" in line
+        assert (
+            f"JAX {'.'.join(map(str, version))} is newer than simbrake was tested with"
+            in line
+        )

@@ -10,7 +10,8 @@ from simbrake.pages import _app
 
 
 def test_the_latest_move_wins(monkeypatch):
-    """Three moves while the first runs: it ends early, the second never begins, the third is answered."""
+    """Three moves while the first runs: it ends early, the second never begins, the
+    third is answered."""
     app = _app.App(stop_scene(load=300.0), {}, "")
     begun = threading.Event()
     ran = []
@@ -28,7 +29,11 @@ def test_the_latest_move_wins(monkeypatch):
     monkeypatch.setattr(_app, "simulate", slow)
     found = {}
     moves = [
-        threading.Thread(target=lambda w=w: found.update({w: list(app.answers({"initial.omega": w}))}))
+        threading.Thread(
+            target=lambda w=w: found.update(
+                {w: list(app.answers({"initial.omega": w}))}
+            )
+        )
         for w in (1.0, 2.0, 3.0)
     ]
     moves[0].start()

@@ -1,4 +1,5 @@
-"""The cache on disk: the same numbers whatever the state of its folder, and nothing that another user could write."""
+"""The cache on disk: the same numbers whatever the state of its folder, and nothing
+that another user could write."""
 
 import os
 import time
@@ -55,7 +56,12 @@ def test_a_folder_is_made_private(tmp_path):
     _cache.Folder(tmp_path / "mine")
     _cache.Folder(tmp_path / "new" / "programs")
     places = ("", "mine", "new", "new/programs")
-    assert [(tmp_path / place).stat().st_mode & 0o7777 for place in places] == [0o1777, 0o700, 0o755, 0o700]
+    assert [(tmp_path / place).stat().st_mode & 0o7777 for place in places] == [
+        0o1777,
+        0o700,
+        0o755,
+        0o700,
+    ]
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
@@ -89,7 +95,8 @@ def test_a_damaged_file_is_made_anew(damage, folder, caplog):
 
 
 def test_no_more_than_the_limit_is_kept(folder, monkeypatch):
-    """Three files of 10,000 bytes fill 0.03 MB; with one byte more that goes which was not used for longest."""
+    """Three files of 10,000 bytes fill 0.03 MB; with one byte more that goes which was
+    not used for longest."""
     monkeypatch.setenv("SIMBRAKE_CACHE_SIZE", "0.03")
     store = _cache.folder()
     store.write("a", b"")
@@ -104,7 +111,8 @@ def test_no_more_than_the_limit_is_kept(folder, monkeypatch):
 
 
 def test_programs_that_look_alike_are_not_mixed_up(folder):
-    """What JAX drops of the arguments, and values of a static argument, are not in the text of a program.
+    """What JAX drops of the arguments, and values of a static argument, are not in the
+    text of a program.
 
     A process that only restores a program has to find LAPACK too.
     """
@@ -121,4 +129,6 @@ def test_programs_that_look_alike_are_not_mixed_up(folder):
     for _ in range(2):
         found = python(program, JAX_COMPILATION_CACHE_DIR="").stdout
         assert found == "[2.0, 2.0]\n[2.0, 2.0]\n[9.0, 27.0]\n[0.5, 0.5, 0.5]\n"
-    assert {"text", "power", "solve"} <= {file.name.partition("-")[0] for file in folder.iterdir()}
+    assert {"text", "power", "solve"} <= {
+        file.name.partition("-")[0] for file in folder.iterdir()
+    }

@@ -10,7 +10,15 @@ from scipy.optimize import root
 
 import simbrake as sb
 from simbrake.physics._thermal import Conditions, assemble_thermal
-from simbrake.thermal import Conductance, Convection, Lump, Radiation, Reservoir, Source, ThermalContact
+from simbrake.thermal import (
+    Conductance,
+    Convection,
+    Lump,
+    Radiation,
+    Reservoir,
+    Source,
+    ThermalContact,
+)
 
 N = 3
 SIGMA = 5.670374419e-8
@@ -54,7 +62,11 @@ LINEAR = [
 ]
 
 
-RADIANT = [("rim.front", "air", 1.2), ("plate.back", "shield.back", 0.7), ("lining.back", "air", 0.25)]
+RADIANT = [
+    ("rim.front", "air", 1.2),
+    ("plate.back", "shield.back", 0.7),
+    ("lining.back", "air", 0.25),
+]
 
 
 SOURCES = [("rim.front", 900.0), ("plate.front", 400.0)]
@@ -86,11 +98,16 @@ def network(radiant=()):
         wall("block", LINING),
         Reservoir("air", 300.0),
     )
-    return sb.Heat(bodies, tuple(links), sources=tuple(Source(place, power) for place, power in SOURCES))
+    return sb.Heat(
+        bodies,
+        tuple(links),
+        sources=tuple(Source(place, power) for place, power in SOURCES),
+    )
 
 
 def dense(T, radiant=()):
-    """Flows (W) into the bodies' outer nodes: all face temperatures and flows of perfect contacts at once."""
+    """Flows (W) into the bodies' outer nodes: all face temperatures and flows of
+    perfect contacts at once."""
     places = {"air": [300.0], "band": T["band"], "pads": T["pads"]}
     faces = {}
     half = {}
@@ -117,23 +134,43 @@ def dense(T, radiant=()):
     def flows(x):
         S, through = unpack(x)
         at = {**places, **S}
-        each = [(a, b, g * (np.asarray(at[b]) - at[a])) for a, b, g in LINEAR if g is not None]
-        each += [(a, b, area * SIGMA * (np.asarray(at[b]) ** 4 - at[a] ** 4)) for a, b, area in radiant]
+        each = [
+            (a, b, g * (np.asarray(at[b]) - at[a]))
+            for a, b, g in LINEAR
+            if g is not None
+        ]
+        each += [
+            (a, b, area * SIGMA * (np.asarray(at[b]) ** 4 - at[a] ** 4))
+            for a, b, area in radiant
+        ]
         each += [(a, b, q) for (a, b), q in zip(perfect, through, strict=True)]
-        into = {name: np.zeros(len(inside)) for name, inside in {**places, **faces}.items()}
+        into = {
+            name: np.zeros(len(inside)) for name, inside in {**places, **faces}.items()
+        }
         for a, b, q in each:
             for place, sign in ((a, 1), (b, -1)):
-                into[place] = into[place] + sign * (q if len(into[place]) > 1 else np.sum(q))
+                into[place] = into[place] + sign * (
+                    q if len(into[place]) > 1 else np.sum(q)
+                )
         for place, power in SOURCES:
             into[place] = into[place] + power
         return S, into
 
     def unbalance(x):
         S, into = flows(x)
-        rest = [(into[name] - (S[name] - inside) / half[name]) / 1e3 for name, inside in faces.items()]
+        rest = [
+            (into[name] - (S[name] - inside) / half[name]) / 1e3
+            for name, inside in faces.items()
+        ]
         at = {**places, **S}
         return np.concatenate(
-            [*rest, *(np.zeros(n) + at[b] - at[a] for (a, b), n in zip(perfect, number, strict=True))]
+            [
+                *rest,
+                *(
+                    np.zeros(n) + at[b] - at[a]
+                    for (a, b), n in zip(perfect, number, strict=True)
+                ),
+            ]
         )
 
     x = np.concatenate([*faces.values(), np.zeros(sum(number))])
@@ -141,37 +178,61 @@ def dense(T, radiant=()):
         x = root(unbalance, x, method="hybr", options={"xtol": 1e-15}).x
     assert np.max(np.abs(unbalance(x))) < 1e-9
     S, into = flows(x)
-    for name, inside in faces.items():  # what reaches the first node: by the balance of its face
-        assert np.allclose(into[name], (S[name] - inside) / half[name], rtol=1e-7, atol=1e-5)
+    for (
+        name,
+        inside,
+    ) in faces.items():  # what reaches the first node: by the balance of its face
+        assert np.allclose(
+            into[name], (S[name] - inside) / half[name], rtol=1e-7, atol=1e-5
+        )
     return into
 
 
 def ours(heat, T):
-    """The same by simbrake: flows into faces, lumps and the air, and their sum at all nodes."""
+    """The same by simbrake: flows into faces, lumps and the air, and their sum at all
+    nodes."""
     thermal, _ = assemble_thermal(heat)
-    nodes = np.concatenate([np.ravel(T[body.name]) for body in heat.bodies if not isinstance(body, Reservoir)])
+    nodes = np.concatenate(
+        [
+            np.ravel(T[body.name])
+            for body in heat.bodies
+            if not isinstance(body, Reservoir)
+        ]
+    )
     flows = thermal.flows(jnp.asarray(nodes), jnp.zeros(0), 0.0, Conditions(), ())
     spans = thermal.spans.stores
-    inside = jnp.concatenate([jnp.zeros(1), thermal.between * (nodes[:-1] - nodes[1:]), jnp.zeros(1)])
+    inside = jnp.concatenate(
+        [jnp.zeros(1), thermal.between * (nodes[:-1] - nodes[1:]), jnp.zeros(1)]
+    )
     outer = flows.into - (inside[:-1] - inside[1:])  # without conduction inside walls
-    found = dict(flows.faces) | {"air": flows.lost[None], "band": outer[spans["band"]], "pads": outer[spans["pads"]]}
+    found = dict(flows.faces) | {
+        "air": flows.lost[None],
+        "band": outer[spans["band"]],
+        "pads": outer[spans["pads"]],
+    }
     return found, float(jnp.sum(flows.into) + flows.lost - flows.supplied)
 
 
 def temperatures(rng):
-    T = {name: rng.uniform(320, 520, layers * copies) for name, (layers, *_, copies) in WALLS.items()}
+    T = {
+        name: rng.uniform(320, 520, layers * copies)
+        for name, (layers, *_, copies) in WALLS.items()
+    }
     return T | {"pads": rng.uniform(320, 420, N), "band": rng.uniform(320, 420, 1)}
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_linked_faces_match_dense_solution(seed):
-    """Rows of linings, single faces, faces in perfect contact with each other and with a lump, sources."""
+    """Rows of linings, single faces, faces in perfect contact with each other and with
+    a lump, sources."""
     T = temperatures(np.random.default_rng(seed))
     exact = dense(T)
     (found, left) = ours(network(), T)
     assert abs(left) < 1e-8  # W, of 10 kW: what leaves one end enters the other
     for place, flow in exact.items():
-        np.testing.assert_allclose(found[place], flow, rtol=1e-9, atol=1e-9 * 1e3, err_msg=place)
+        np.testing.assert_allclose(
+            found[place], flow, rtol=1e-9, atol=1e-9 * 1e3, err_msg=place
+        )
 
 
 def test_radiation_matches_a_dense_solution():
@@ -181,21 +242,32 @@ def test_radiation_matches_a_dense_solution():
     (found, left) = ours(network(RADIANT), T)
     assert abs(left) < 1e-8
     for place, flow in exact.items():
-        np.testing.assert_allclose(found[place], flow, rtol=1e-9, atol=1e-6, err_msg=place)
+        np.testing.assert_allclose(
+            found[place], flow, rtol=1e-9, atol=1e-6, err_msg=place
+        )
 
 
-@pytest.mark.parametrize(("conductivity", "half", "error"), [(48.0, 1e-4, 1e-9), (0.7, 1.4e-3, 1e-6)])
+@pytest.mark.parametrize(
+    ("conductivity", "half", "error"), [(48.0, 1e-4, 1e-9), (0.7, 1.4e-3, 1e-6)]
+)
 @pytest.mark.parametrize("hot", [400.0, 700.0])
 def test_radiation_error_on_rims_and_linings(conductivity, half, error, hot):
-    """`(S − T)/R = ε σ (T_a⁴ − S⁴) + h (T_a − S)` of one face: a rim's, and one of a lining of uniform layers."""
-    wall = sb.thermal.Wall("w", sb.Material(conductivity, 2000.0, 1000.0), 4 * half, 1.0, 2)
+    """`(S − T)/R = ε σ (T_a⁴ − S⁴) + h (T_a − S)` of one face: a rim's, and one of a
+    lining of uniform layers."""
+    wall = sb.thermal.Wall(
+        "w", sb.Material(conductivity, 2000.0, 1000.0), 4 * half, 1.0, 2
+    )
     links = (Radiation("w.front", 1.0, 0.8), Convection("w.front", 1.0, 25.0))
     thermal, _ = assemble_thermal(sb.Heat((wall, Reservoir("air", 300.0)), links))
-    found = thermal.flows(jnp.full(2, hot), jnp.zeros(0), 0.0, Conditions(), ()).faces["w.front"][0]
+    found = thermal.flows(jnp.full(2, hot), jnp.zeros(0), 0.0, Conditions(), ()).faces[
+        "w.front"
+    ][0]
     S = hot
     for _ in range(20):
         out = 0.8 * SIGMA * (S**4 - 300.0**4) + 25.0 * (S - 300.0)
-        S -= ((S - hot) * conductivity / half + out) / (conductivity / half + 3.2 * SIGMA * S**3 + 25.0)
+        S -= ((S - hot) * conductivity / half + out) / (
+            conductivity / half + 3.2 * SIGMA * S**3 + 25.0
+        )
     assert float(found) == pytest.approx(-out, rel=error)
 
 
@@ -206,9 +278,19 @@ def test_derivative_through_eliminated_faces():
     def lost(g):
         links = (dataclasses.replace(heat.links[0], value=g), *heat.links[1:])
         thermal, _ = assemble_thermal(dataclasses.replace(heat, links=links))
-        nodes = np.concatenate([np.ravel(T[body.name]) for body in heat.bodies if not isinstance(body, Reservoir)])
-        return thermal.flows(jnp.asarray(nodes), jnp.zeros(0), 0.0, Conditions(), ()).lost
+        nodes = np.concatenate(
+            [
+                np.ravel(T[body.name])
+                for body in heat.bodies
+                if not isinstance(body, Reservoir)
+            ]
+        )
+        return thermal.flows(
+            jnp.asarray(nodes), jnp.zeros(0), 0.0, Conditions(), ()
+        ).lost
 
     h = 1e-2
     up, down, up2, down2 = (float(lost(45.0 + s * h)) for s in (1, -1, 2, -2))
-    assert float(jax.grad(lost)(45.0)) == pytest.approx((8 * (up - down) - (up2 - down2)) / (12 * h), rel=1e-9)
+    assert float(jax.grad(lost)(45.0)) == pytest.approx(
+        (8 * (up - down) - (up2 - down2)) / (12 * h), rel=1e-9
+    )

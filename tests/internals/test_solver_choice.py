@@ -1,7 +1,8 @@
-"""What makes a scene ask for an implicit method: quick thermal nodes, drag, ropes, states; and what a run may assume.
+"""What makes a scene ask for an implicit method: quick thermal nodes, drag, ropes,
+states; and what a run may assume.
 
-Steps of an explicit method stay stable up to six times the fastest time constant: with heat, whose steps cost more, 150
-of them are too many, without it 1500.
+Steps of an explicit method stay stable up to six times the fastest time constant: with
+heat, whose steps cost more, 150 of them are too many, without it 1500.
 """
 
 import dataclasses
@@ -20,12 +21,15 @@ from simbrake.runs.choice import fastest_node, stiff_heat, stiffness
 
 def shafted(*laws, load=0.0, end=30.0):
     """A rigid brake, its band open, with torques on its shaft."""
-    return dataclasses.replace(stop_scene(C=None, T0=0.0, load=load, end=end), shaft=laws)
+    return dataclasses.replace(
+        stop_scene(C=None, T0=0.0, load=load, end=end), shaft=laws
+    )
 
 
 @pytest.mark.parametrize("face", ["front", "back"])
 def test_fastest_node_of_a_wall(face):
-    """`2 Σ g/C` with half of each layer between two nodes, and the half layer behind the face of a link."""
+    """`2 Σ g/C` with half of each layer between two nodes, and the half layer behind
+    the face of a link."""
     k = 10.0
     rho = 100.0
     c = 8.0
@@ -35,14 +39,20 @@ def test_fastest_node_of_a_wall(face):
     growth = 2.0 if face == "front" else 0.5
     steps = thickness * growth ** np.arange(3.0) / np.sum(growth ** np.arange(3.0))
     body = sb.thermal.Wall("w", sb.Material(k, rho, c), thickness, A, 3, growth)
-    heat = sb.Heat((body, sb.thermal.Reservoir("air")), (sb.thermal.Convection(f"w.{face}", A, h, "air"),))
+    heat = sb.Heat(
+        (body, sb.thermal.Reservoir("air")),
+        (sb.thermal.Convection(f"w.{face}", A, h, "air"),),
+    )
     half = steps / (2 * k * A)
     inner = 1 / (half[:-1] + half[1:])
     total = np.asarray([inner[0], inner.sum(), inner[1]])
     at = 0 if face == "front" else 2
     total[at] += 1 / (1 / (h * A) + half[at])
     rate, node = fastest_node(heat)
-    assert (rate, node) == (pytest.approx(2 * total[at] / (rho * c * A * steps[at]), rel=1e-12), f"w[{at + 1}]")
+    assert (rate, node) == (
+        pytest.approx(2 * total[at] / (rho * c * A * steps[at]), rel=1e-12),
+        f"w[{at + 1}]",
+    )
 
 
 @pytest.mark.parametrize("single", [True, False])
@@ -51,34 +61,63 @@ def test_fastest_node_of_a_rim(single):
     g = np.array([1.0, 2.0, 3.0, 4.0])
     C = 5.0
     rim = sb.thermal.Lump("rim", C) if single else sb.thermal.Lump("rim", C, count=4)
-    heat = sb.Heat((rim, sb.thermal.Lump("linings", 100.0, count=4)), (sb.thermal.Conductance("rim", "linings", g),))
-    assert fastest_node(heat) == (pytest.approx(2 * (10.0 if single else 4.0) / C), "rim" if single else "rim[4]")
+    heat = sb.Heat(
+        (rim, sb.thermal.Lump("linings", 100.0, count=4)),
+        (sb.thermal.Conductance("rim", "linings", g),),
+    )
+    assert fastest_node(heat) == (
+        pytest.approx(2 * (10.0 if single else 4.0) / C),
+        "rim" if single else "rim[4]",
+    )
 
 
 @pytest.mark.parametrize(("steps", "stiff"), [(149.0, False), (151.0, True)])
 def test_150_steps_of_the_fastest_node(steps, stiff):
-    heat = sb.Heat((sb.thermal.Lump("a", 2.0), sb.thermal.Reservoir("air")), (sb.thermal.Conductance("a", "air", 4.0),))
+    heat = sb.Heat(
+        (sb.thermal.Lump("a", 2.0), sb.thermal.Reservoir("air")),
+        (sb.thermal.Conductance("a", "air", 4.0),),
+    )
     assert stiff_heat(heat, 6.0 * steps / 4.0)[0] == stiff
 
 
 @pytest.mark.parametrize(("steps", "stiff"), [(1490.0, False), (1510.0, True)])
 def test_1500_steps_of_drag_and_rope(steps, stiff):
-    """Rates `(c_load + c_shaft)/J`, and `c (1/m + (r/n)²/J)` of the empty hook, over the time of the run."""
+    """Rates `(c_load + c_shaft)/J`, and `c (1/m + (r/n)²/J)` of the empty hook, over
+    the time of the run."""
     c = 6.0 * steps / 8.0 * 800.0
     load = sb.TorqueLoad(sb.Constant(0.0), drag=0.75 * c)
-    drag = sb.with_values(shafted(sb.loads.ViscousDrag(0.25 * c), load=load, end=10.0), {"initial.time": 2.0})
+    drag = sb.with_values(
+        shafted(sb.loads.ViscousDrag(0.25 * c), load=load, end=10.0),
+        {"initial.time": 2.0},
+    )
     assert stiffness(drag)[0] == stiff
     m = 2e3
     r = 0.4
     n = 2
-    rope = sb.loads.RopeElasticity(1e6, damping=6.0 * steps / 10.0 / (1 / m + (r / n) ** 2 / 800.0))
-    load = sb.loads.TrippingLoad(m, 6e4, 900.0, 1.0, 5.0, 6.0, r, n, count=2, elasticity=rope)
+    rope = sb.loads.RopeElasticity(
+        1e6, damping=6.0 * steps / 10.0 / (1 / m + (r / n) ** 2 / 800.0)
+    )
+    load = sb.loads.TrippingLoad(
+        m, 6e4, 900.0, 1.0, 5.0, 6.0, r, n, count=2, elasticity=rope
+    )
     assert stiffness(shafted(load=load, end=10.0))[0] == stiff
 
 
 def test_which_profiles_hide_nothing():
-    """Inside a step guards are sampled where a profile is of one's own and may bend between its known times."""
-    plain = [sb.Repeated([0.0, 1.0], [0.0, 5.0], 2.0, 9), sb.SpeedHold(1.0), Slanted(1.0)]
+    """Inside a step guards are sampled where a profile is of one's own and may bend
+    between its known times."""
+    plain = [
+        sb.Repeated([0.0, 1.0], [0.0, 5.0], 2.0, 9),
+        sb.SpeedHold(1.0),
+        Slanted(1.0),
+    ]
     plain.append(sb.Lever(sb.profiles.ExponentialRise(1.0, 0.3), 0.8, 0.1))
-    own = [Bump(1.0), sb.Lever(Bump(1.0), 0.8, 0.1), of(lambda t: 5.0 * (t < 1.0)), of(lambda t: t + jnp.floor(t))]
-    assert [hides_nothing(profile, course_of_profile) for profile in plain + own] == [True] * 4 + [False] * 4
+    own = [
+        Bump(1.0),
+        sb.Lever(Bump(1.0), 0.8, 0.1),
+        of(lambda t: 5.0 * (t < 1.0)),
+        of(lambda t: t + jnp.floor(t)),
+    ]
+    assert [hides_nothing(profile, course_of_profile) for profile in plain + own] == [
+        True
+    ] * 4 + [False] * 4

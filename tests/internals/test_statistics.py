@@ -20,18 +20,28 @@ def test_robust_errors_match_the_sandwich():
     r = rng.standard_normal(40)
     got = identify(X, r, absolute=True, loss="huber", loss_scale=1e9, noise=1e-9)
     H = np.linalg.inv(X.T @ X)
-    np.testing.assert_allclose(got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, rtol=1e-10)
-    # beyond the threshold, by `H = Jᵀ diag(C'') J` and `diag(C'²)` of the objective `C(r)`, differentiated numerically
+    np.testing.assert_allclose(
+        got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, rtol=1e-10
+    )
+    # beyond the threshold, by `H = Jᵀ diag(C'') J` and `diag(C'²)` of the objective
+    # `C(r)`, differentiated numerically
     c = 0.8
-    for loss, rho in (("soft_l1", lambda z: 2 * (np.sqrt(1 + z) - 1)), ("cauchy", np.log1p)):
+    for loss, rho in (
+        ("soft_l1", lambda z: 2 * (np.sqrt(1 + z) - 1)),
+        ("cauchy", np.log1p),
+    ):
         objective = lambda x, rho=rho: 0.5 * c**2 * rho((x / c) ** 2)
         h = 1e-4
         force = (objective(r + h) - objective(r - h)) / (2 * h)
-        curved = np.maximum((objective(r + h) - 2 * objective(r) + objective(r - h)) / h**2, 0.0)
+        curved = np.maximum(
+            (objective(r + h) - 2 * objective(r) + objective(r - h)) / h**2, 0.0
+        )
         G = np.linalg.inv((X.T * curved) @ X)
         sandwich = G @ (X.T * force**2) @ X @ G * 40 / 37
         got = identify(X, r, absolute=True, loss=loss, loss_scale=c, noise=1e-9)
-        np.testing.assert_allclose(got.covariance, sandwich, rtol=1e-5, atol=1e-5 * np.abs(sandwich).max())
+        np.testing.assert_allclose(
+            got.covariance, sandwich, rtol=1e-5, atol=1e-5 * np.abs(sandwich).max()
+        )
         assert cost(r, loss, c) == pytest.approx(
             least_squares(lambda x, r=r: r, [0.0], loss=loss, f_scale=c).cost, rel=1e-12
         )
@@ -43,7 +53,9 @@ def test_jacobian_matches_differences():
     import diffrax
 
     recording = Recording("", stop_scene(), elastic_data())
-    model = FitModel([recording], tuple(ELASTIC), solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None)
+    model = FitModel(
+        [recording], tuple(ELASTIC), solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None
+    )
     theta = np.array([0.31, 1.5e5, 900.0])
     J = model(theta).jacobian * theta
     D = central(model, theta) * theta
@@ -54,29 +66,42 @@ def central(model, theta, relative=1e-5):
     columns = []
     for i, x in enumerate(theta):
         h = relative * x
-        steps = [model(theta + k * h * np.eye(theta.size)[i]).values for k in (-2, -1, 1, 2)]
+        steps = [
+            model(theta + k * h * np.eye(theta.size)[i]).values for k in (-2, -1, 1, 2)
+        ]
         columns.append((8 * (steps[2] - steps[1]) - (steps[3] - steps[0])) / (12 * h))
     return np.stack(columns, axis=1)
 
 
-@pytest.mark.parametrize(("method", "n"), [("sobol", 512), ("latin", 512), ("random", 256)])
+@pytest.mark.parametrize(
+    ("method", "n"), [("sobol", 512), ("latin", 512), ("random", 256)]
+)
 def test_intervals_cover_the_truth_as_stated(method, n):
     d = 4
     repeats = 250
     hits: dict[str, int] = {}
     for seed in range(repeats):
         unit, group = _uncertainty._points(n, d, method, 16, seed)
-        y = stats.norm.ppf(np.clip(unit, 1e-9, 1 - 1e-9)).sum(axis=1)  # normal with the variance d
+        y = stats.norm.ppf(np.clip(unit, 1e-9, 1 - 1e-9)).sum(
+            axis=1
+        )  # normal with the variance d
         mean, deviation = _uncertainty.mean_and_deviation(y, group, 0.95)
         pairs = {"mean": (mean, 0.0), "deviation": (deviation, math.sqrt(d))}
         for p in (0.05, 0.5):
-            pairs[f"quantile {p}"] = _uncertainty.quantile(y, group, p, 0.95), math.sqrt(d) * ndtri(p)
+            pairs[f"quantile {p}"] = (
+                _uncertainty.quantile(y, group, p, 0.95),
+                math.sqrt(d) * ndtri(p),
+            )
         for p in (0.3, 0.01):
-            pairs[f"probability {p}"] = _uncertainty.probability(y > -math.sqrt(d) * ndtri(p), group, 0.95), p
+            pairs[f"probability {p}"] = (
+                _uncertainty.probability(y > -math.sqrt(d) * ndtri(p), group, 0.95),
+                p,
+            )
         for name, (estimate, truth) in pairs.items():
             hits[name] = hits.get(name, 0) + covered(estimate, truth)
     share = {name: count / repeats for name, count in hits.items()}
-    # 95 % of 250 scatters by 1.4 %; where few hits come to a set the binomial interval covers more
+    # 95 % of 250 scatters by 1.4 %; where few hits come to a set the binomial interval
+    # covers more
     assert min(share.values()) > 0.905, share
     assert share["mean"] < 0.99, share
 

@@ -1,4 +1,5 @@
-"""Units and numbers as they are read and printed everywhere, and the table that every result with rows is."""
+"""Units and numbers as they are read and printed everywhere, and the table that every
+result with rows is."""
 
 import json
 import math
@@ -10,14 +11,24 @@ import pint
 import pytest
 
 import simbrake as sb
-from simbrake._base._table import Column, Table, Unit, digits, number, numbers, plain, to_si, unit
+from simbrake._base._table import (
+    Column,
+    Table,
+    Unit,
+    digits,
+    number,
+    numbers,
+    plain,
+    to_si,
+    unit,
+)
 
 POUND = 0.45359237
 G = 9.80665
 FOOT = 0.3048
 
 
-# --- units that are read ----------------------------------------------------------------------------------------------
+# --- units that are read ------------------------------------------------------------
 
 #: spellings with the engineering meaning, or with one that pint has not
 OWN = {
@@ -33,37 +44,76 @@ def test_every_unit_is_that_of_pint():
     """All spellings that a message offers, one of each in SI."""
     seen = set()
     registry = pint.UnitRegistry()
-    for si in ["s", "rad", "rad/s", "m", "m/s", "m^2", "kg", "N", "N/m", "N*s/m", "N*m", "Pa", "J", "W", "1", "K"]:
+    for si in [
+        "s",
+        "rad",
+        "rad/s",
+        "m",
+        "m/s",
+        "m^2",
+        "kg",
+        "N",
+        "N/m",
+        "N*s/m",
+        "N*m",
+        "Pa",
+        "J",
+        "W",
+        "1",
+        "K",
+    ]:
         with pytest.raises(ValueError, match="known here: ") as told:
             unit("unknown", si)
         for name in re.search(r"known here: ([^;]*)", str(told.value))[1].split(", "):
-            truth = OWN.get((name, si)) or registry.Quantity(1.0, name).to("" if si == "1" else si).magnitude
-            assert to_si(1.0, unit(name, si)) == pytest.approx(truth, rel=1e-14), (name, si)
+            truth = (
+                OWN.get((name, si))
+                or registry.Quantity(1.0, name).to("" if si == "1" else si).magnitude
+            )
+            assert to_si(1.0, unit(name, si)) == pytest.approx(truth, rel=1e-14), (
+                name,
+                si,
+            )
             seen.add((name, si))
     assert seen >= {*OWN, ("bar", "Pa"), ("kJ", "J"), ("degF", "K"), ("%", "1")}
 
 
 def test_spellings_of_units():
-    assert unit("", "m") == unit(" m ", "m") == unit("", "") == unit("1", "1") == Unit(1)
+    assert (
+        unit("", "m") == unit(" m ", "m") == unit("", "") == unit("1", "1") == Unit(1)
+    )
     for text in ("kN·m", "kN⋅m", " kN * m"):
         assert unit(text, "N*m") == Unit(1000)
     assert unit("mm³", "m^3") == unit("mm**3", "m^3") == Unit(Fraction("1e-9"))
     assert unit("μm", "m") == unit("µm", "m") == Unit(Fraction("1e-6"))
     assert unit("fahrenheit", "K") == Unit(Fraction(5, 9), Fraction("459.67") * 5 / 9)
-    for text, si in (("kg", "m"), ("Hz", "rad/s"), ("rad", "1"), ("m" + "*m/m" * 10, "m"), ("m^12", "m")):
+    for text, si in (
+        ("kg", "m"),
+        ("Hz", "rad/s"),
+        ("rad", "1"),
+        ("m" + "*m/m" * 10, "m"),
+        ("m^12", "m"),
+    ):
         with pytest.raises(ValueError, match="known here"):
             unit(text, si)
 
 
 def test_numbers_come_to_si_as_written():
     assert [to_si(95.0, unit("%", "1")), to_si(0.1, unit("min", "s"))] == [0.95, 6.0]
-    assert [to_si(-40.0, unit("degC", "K")), to_si(212.0, unit("degF", "K"))] == [233.15, pytest.approx(373.15)]
-    assert [to_si(x, Unit(1000)) for x in (1e308, -1e308, np.inf)] == [np.inf, -np.inf, np.inf]
+    assert [to_si(-40.0, unit("degC", "K")), to_si(212.0, unit("degF", "K"))] == [
+        233.15,
+        pytest.approx(373.15),
+    ]
+    assert [to_si(x, Unit(1000)) for x in (1e308, -1e308, np.inf)] == [
+        np.inf,
+        -np.inf,
+        np.inf,
+    ]
 
 
-# --- numbers that are printed -----------------------------------------------------------------------------------------
+# --- numbers that are printed -------------------------------------------------------
 
-#: unit → magnitudes at which its name for reading changes, these names from the smallest on, and what they are in SI
+#: unit → magnitudes at which its name for reading changes, these names from the
+#: smallest on, and what they are in SI
 NAMES = {
     "N": ([1e3, 1e6], {"N": 1, "kN": 1e3, "MN": 1e6}),
     "N*m": ([1e3, 1e6], {"N·m": 1, "kN·m": 1e3, "MN·m": 1e6}),
@@ -94,12 +144,16 @@ RIG_NAMES = {
 def test_unit_changes_with_the_magnitude(system, table):
     for si, (limits, names) in table.items():
         ends = [0.01 * (limits or [1e4])[0], *limits, 50 * (limits or [1e4])[-1]]
-        for (name, factor), low, high in zip(names.items(), ends, ends[1:], strict=False):
+        for (name, factor), low, high in zip(
+            names.items(), ends, ends[1:], strict=False
+        ):
             for value in (1.001 * low, 0.999 * high):
                 with sb.results.display_units(system):
                     read, _, shown = str(number(value, si, count=12)).partition(" ")
                 assert shown == name
-                assert float(read.replace("−", "-")) * factor == pytest.approx(value, rel=1e-10)
+                assert float(read.replace("−", "-")) * factor == pytest.approx(
+                    value, rel=1e-10
+                )
 
 
 @pytest.mark.parametrize(
@@ -129,8 +183,16 @@ def test_several_numbers_for_reading():
     for values, si, words in (
         ([], "N", "none"),
         ([0.2] * 8, "m", "8 × 0.2 m"),
-        ([-1.0, 2e3, 3.0, 4.0, 5.0, 6.0], "N", "−0.001, 2, 0.003, 0.004, 0.005, 0.006 kN"),
-        ([[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, -8e3]], "N", "8 values from −8 to 0.007 kN"),
+        (
+            [-1.0, 2e3, 3.0, 4.0, 5.0, 6.0],
+            "N",
+            "−0.001, 2, 0.003, 0.004, 0.005, 0.006 kN",
+        ),
+        (
+            [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, -8e3]],
+            "N",
+            "8 values from −8 to 0.007 kN",
+        ),
         ([293.15, 303.15], "K", "20, 30 °C"),
         ([1.0, np.inf], "m", "1, ∞ m"),
     ):
@@ -138,21 +200,35 @@ def test_several_numbers_for_reading():
     assert str(numbers([10.0, 20.0], "K", absolute=False)) == "10, 20 K"
 
 
-# --- tables -----------------------------------------------------------------------------------------------------------
+# --- tables -------------------------------------------------------------------------
 
 
 def test_table_in_all_its_forms():
     rows = [("007", 1e3, 5), {"name": "<b>", "n": np.nan}]
-    table = Table(["name", Column("n", "kg"), Column("id", hidden=True)], rows, "all & any")
-    assert str(table) == repr(table) == "all & any\nname      n, kg\n007        1000\n<b>         nan"
+    table = Table(
+        ["name", Column("n", "kg"), Column("id", hidden=True)], rows, "all & any"
+    )
+    assert (
+        str(table)
+        == repr(table)
+        == "all & any\nname      n, kg\n007        1000\n<b>         nan"
+    )
     assert table.markdown().splitlines()[2] == "| 007    |    1000 |"
     page = table._repr_html_()
     assert page.startswith("<p>all &amp; any</p><table>")
     assert "&lt;b&gt;" in page
     assert "id" not in page
-    assert (table[0], table[1:].title, table["id"]) == ({"name": "007", "n": 1e3, "id": 5}, "all & any", [5, None])
+    assert (table[0], table[1:].title, table["id"]) == (
+        {"name": "007", "n": 1e3, "id": 5},
+        "all & any",
+        [5, None],
+    )
     assert table.frame().attrs["n"] == {"unit": "kg", "meaning": ""}
-    assert json.loads(json.dumps(table.as_list(), allow_nan=False))[1] == {"name": "<b>", "n": None, "id": None}
+    assert json.loads(json.dumps(table.as_list(), allow_nan=False))[1] == {
+        "name": "<b>",
+        "n": None,
+        "id": None,
+    }
     with pytest.raises(ValueError, match="a row of 1 values"):
         Table(["a", "b"], [(1,)])
     with pytest.raises(KeyError, match="there are: name, n"):
@@ -160,5 +236,15 @@ def test_table_in_all_its_forms():
 
 
 def test_everything_becomes_json():
-    given = {1: (np.float64(2.0), np.bool_(True)), "x": [3.5, -np.inf], "y": np.eye(2), "z": {4}}
-    assert plain(given) == {"1": [2.0, True], "x": [3.5, None], "y": [[1.0, 0.0], [0.0, 1.0]], "z": [4]}
+    given = {
+        1: (np.float64(2.0), np.bool_(True)),
+        "x": [3.5, -np.inf],
+        "y": np.eye(2),
+        "z": {4},
+    }
+    assert plain(given) == {
+        "1": [2.0, True],
+        "x": [3.5, None],
+        "y": [[1.0, 0.0], [0.0, 1.0]],
+        "z": [4],
+    }

@@ -1,6 +1,8 @@
-"""What a hard case is: a name, what makes it hard, and a function that gives measured and expected values.
+"""What a hard case is: a name, what makes it hard, and a function that gives measured
+and expected values.
 
-The tests `test_hard_*.py` check every case, `docs/make_hard_cases.py` writes them for `docs/claims_and_evidence.md`.
+The tests `test_hard_*.py` check every case, `docs/make_hard_cases.py` writes them for
+`docs/claims_and_evidence.md`.
 """
 
 import dataclasses
@@ -20,7 +22,8 @@ import simbrake as sb
 
 @dataclasses.dataclass(frozen=True)
 class Value:
-    """Measured and expected numbers, and how far they may be apart: relative, or `absolute`; one tolerance or more."""
+    """Measured and expected numbers, and how far they may be apart: relative, or
+    `absolute`; one tolerance or more."""
 
     what: str
     got: Any
@@ -36,27 +39,40 @@ class Value:
         apart = np.abs(got - expected)
         size = np.ones_like(expected) if self.absolute else np.abs(expected)
         # a zero that is hit exactly has no error in either sense
-        return np.where(apart == 0, 0.0, apart / np.where(size > 0, size, np.finfo(float).tiny))
+        return np.where(
+            apart == 0, 0.0, apart / np.where(size > 0, size, np.finfo(float).tiny)
+        )
 
     def check(self) -> None:
         assert np.all(np.isfinite(np.asarray(self.got, float))), (self.what, self.got)
-        assert np.all(self.errors <= self.tolerance), (self.what, self.got, self.expected, self.errors)
+        assert np.all(self.errors <= self.tolerance), (
+            self.what,
+            self.got,
+            self.expected,
+            self.errors,
+        )
 
     def __str__(self) -> str:
         if np.max(self.tolerance) == 0:
             error = "exact"
         else:
-            # a power of ten, and nothing below 1e-13: the last digits of an error depend on the machine
+            # a power of ten, and nothing below 1e-13: the last digits of an error
+            # depend on the machine
             error = f"error < 1e{math.ceil(math.log10(max(float(np.max(self.errors)), 1e-13)))}"
         if self.absolute and not np.any(self.expected):
             return f"{self.what} {'0, exact' if error == 'exact' else error.removeprefix('error ')}"
-        number = f"{np.asarray(self.got, float).item():.6g}, " if np.size(self.got) == 1 else ""
+        number = (
+            f"{np.asarray(self.got, float).item():.6g}, "
+            if np.size(self.got) == 1
+            else ""
+        )
         return f"{self.what}: {number}{error}"
 
 
 @dataclasses.dataclass(frozen=True)
 class Named:
-    """What a run ends with, or raises: a status, a code, a list of events, words of a message."""
+    """What a run ends with, or raises: a status, a code, a list of events, words of a
+    message."""
 
     what: str
     got: Any
@@ -68,13 +84,18 @@ class Named:
     def __str__(self) -> str:
         if self.got is True:
             return self.what
-        got = (", ".join(self.got) or "none") if isinstance(self.got, list | tuple) else str(self.got)
+        got = (
+            (", ".join(self.got) or "none")
+            if isinstance(self.got, list | tuple)
+            else str(self.got)
+        )
         return f"{self.what} `{got}`" if self.what else f"`{got}`"
 
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """One hard case; `scipy` says in words what SciPy's `solve_ivp` does on it, where that tells something."""
+    """One hard case; `scipy` says in words what SciPy's `solve_ivp` does on it, where
+    that tells something."""
 
     name: str
     why: str
@@ -85,7 +106,10 @@ class Case:
 
 def cases_to_test(cases: list[Case]) -> Any:
     """The cases, for `pytest.mark.parametrize`."""
-    return [pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.slow else []) for case in cases]
+    return [
+        pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.slow else [])
+        for case in cases
+    ]
 
 
 def check(case: Case) -> None:
@@ -97,7 +121,7 @@ def check(case: Case) -> None:
         one.check()
 
 
-# --- one scene for most of the cases: a program is compiled once, and new numbers do not re-trace it ----------------
+# --- one scene for most of the cases: a program is compiled once, and new numbers do not re-trace it
 
 R = 0.5
 J = 100.0
@@ -123,7 +147,8 @@ def scene(
     elongation: float = 0.0,
     n: int = N,
 ) -> sb.Scene:
-    """Four linings; lever and load by three points each, so that every one of these scenes is the same program.
+    """Four linings; lever and load by three points each, so that every one of these
+    scenes is the same program.
 
     `lever`, `load`: a number, or a list of three pairs (time, value).
     """
@@ -134,7 +159,10 @@ def scene(
         times, values = np.asarray(given, float).T
         return sb.PiecewiseLinear(times, values)
 
-    linings = sb.Lining(sb.ConstantFriction(np.broadcast_to(f, n).astype(float), ratio), np.broadcast_to(beta, n) * 1.0)
+    linings = sb.Lining(
+        sb.ConstantFriction(np.broadcast_to(f, n).astype(float), ratio),
+        np.broadcast_to(beta, n) * 1.0,
+    )
     return sb.Scene(
         sb.Brake(sb.Pulley(radius, inertia), sb.Band(radius, stiffness), linings),
         sb.Duty(profile(lever, T0), sb.TorqueLoad(profile(load, 0.0), drag)),
@@ -156,14 +184,17 @@ def ratio_of(f: Any, beta: Any, n: int = N) -> float:
 
 @dataclasses.dataclass(frozen=True)
 class Stop:
-    """Closed form of a stop without load under a constant lever (model §3): onset, full slip, stop."""
+    """Closed form of a stop without load under a constant lever (model §3): onset, full
+    slip, stop."""
 
     onset: float
     full_slip: float
     stop: float
 
 
-def stop_times(Pi: float, inertia=J, radius=R, stiffness: float | None = C, T_0=T0, omega=W0) -> Stop:
+def stop_times(
+    Pi: float, inertia=J, radius=R, stiffness: float | None = C, T_0=T0, omega=W0
+) -> Stop:
     if stiffness is None:
         return Stop(0.0, 0.0, inertia * omega / (radius * T_0 * (Pi - 1)))
     onset = T_0 / (stiffness * radius * omega)
@@ -197,7 +228,8 @@ def _reverse() -> Any:
 
 
 def gradients(given: sb.Scene) -> Numbers:
-    """Reverse-mode derivatives of stopping time and of speed and angle at the end by every number of a scene."""
+    """Reverse-mode derivatives of stopping time and of speed and angle at the end by
+    every number of a scene."""
     return _reverse()(jax.tree.map(jnp.asarray, given))
 
 

@@ -1,4 +1,5 @@
-"""Hard cases: events, their order, rest and restart (tested by `test_hard_brake.py`)."""
+"""Hard cases: events, their order, rest and restart (tested by
+`test_hard_brake.py`)."""
 
 import math
 
@@ -32,7 +33,8 @@ HOLD = R * T0 * (PI - 1)  # greatest load that the scene holds (N·m)
 
 
 def load_beside_the_stop() -> list[Value | Named]:
-    """A load beyond the brake comes 1e-12 s before the stop, at it, and 1e-12 s after it."""
+    """A load beyond the brake comes 1e-12 s before the stop, at it, and 1e-12 s after
+    it."""
     stop = stop_times(PI, stiffness=None).stop
     found = []
     truth = []
@@ -45,7 +47,12 @@ def load_beside_the_stop() -> list[Value | Named]:
         after = result
     assert after is not None
     return [
-        Value("speeds at the end, load at the stop −1e-12, 0, 1e-12 s", found, truth, 1e-10),
+        Value(
+            "speeds at the end, load at the stop −1e-12, 0, 1e-12 s",
+            found,
+            truth,
+            1e-10,
+        ),
         Named(
             "1e-12 s after it",
             events_of(after),
@@ -55,39 +62,72 @@ def load_beside_the_stop() -> list[Value | Named]:
 
 
 def corner_at_an_event() -> list[Value | Named]:
-    """The lever begins to give way at 1000 N/s at the onset, at full slip, at the stop, or a rounding beside it."""
+    """The lever begins to give way at 1000 N/s at the onset, at full slip, at the stop,
+    or a rounding beside it."""
     times = stop_times(PI)
     rate = 1e3
 
     def with_corner(at: float) -> sb.Result:
-        return run(scene(stiffness=C, lever=[(-1.0, T0), (at, T0), (at + 1.0, T0 - rate)]))
+        return run(
+            scene(stiffness=C, lever=[(-1.0, T0), (at, T0), (at + 1.0, T0 - rate)])
+        )
 
     shifts = (0.0, 1e-15, -1e-15, 1e-12, -1e-12)
     left = (times.stop - times.full_slip) * T0  # ∫T_0 dt from full slip to the stop
     late = times.full_slip + (T0 - math.sqrt(T0**2 - 2 * rate * left)) / rate
-    stops = [float(with_corner(times.full_slip + shift).stopping_time) for shift in shifts]
+    stops = [
+        float(with_corner(times.full_slip + shift).stopping_time) for shift in shifts
+    ]
 
     # elastic under a falling lever: C x = T_0 − r s + C A sin χ s, A χ = R ω_0 + r/C
     chi = R * math.sqrt(C / J)
     swing = (R * W0 + rate / C) / chi
-    s = brentq(lambda s: T0 - rate * s + C * swing * math.sin(chi * s) - (T0 - rate * s) * PI, 0.0, 0.1, xtol=1e-16)
+    s = brentq(
+        lambda s: T0 - rate * s + C * swing * math.sin(chi * s) - (T0 - rate * s) * PI,
+        0.0,
+        0.1,
+        xtol=1e-16,
+    )
     slips = [float(with_corner(times.onset + shift).full_slip_time) for shift in shifts]
     ends = [with_corner(times.stop + shift) for shift in shifts]
-    slope = gradients(scene(stiffness=C, lever=[(-1.0, T0), (times.full_slip, T0), (times.full_slip + 1.0, T0 - rate)]))
-    # a corner that moves on adds r (t − t_c) to the lever's impulse: ∂t/∂t_c = −r (t − t_c)/T_0(t); both points move
+    slope = gradients(
+        scene(
+            stiffness=C,
+            lever=[
+                (-1.0, T0),
+                (times.full_slip, T0),
+                (times.full_slip + 1.0, T0 - rate),
+            ],
+        )
+    )
+    # a corner that moves on adds r (t − t_c) to the lever's impulse: ∂t/∂t_c = −r (t −
+    # t_c)/T_0(t); both points move
     moved = np.sum(np.asarray(slope.stop.duty.slack_tension.times)[1:])
     exact = -rate * (late - times.full_slip) / (T0 - rate * (late - times.full_slip))
     return [
-        Value("stopping times, corner at full slip ± 0, 1e-15, 1e-12 s", stops, np.full(5, late), 1e-11),
-        Value("full slip, corner at the onset", slips, np.full(5, times.onset + s), 1e-10),
-        Value("stopping times, corner at the stop", [e.stopping_time for e in ends], np.full(5, times.stop), 1e-11),
+        Value(
+            "stopping times, corner at full slip ± 0, 1e-15, 1e-12 s",
+            stops,
+            np.full(5, late),
+            1e-11,
+        ),
+        Value(
+            "full slip, corner at the onset", slips, np.full(5, times.onset + s), 1e-10
+        ),
+        Value(
+            "stopping times, corner at the stop",
+            [e.stopping_time for e in ends],
+            np.full(5, times.stop),
+            1e-11,
+        ),
         Value("∂t/∂(time of the corner)", moved, exact, 1e-8),
         Named("", sorted({e.status for e in ends}), ["stopped"]),
     ]
 
 
 def from_rest() -> list[Value | Named]:
-    """No speed at the start: a load beyond the brake, rigid and elastic, and one that drives it backwards."""
+    """No speed at the start: a load beyond the brake, rigid and elastic, and one that
+    drives it backwards."""
     M = 1.5 * HOLD
     rigid = run(scene(load=M, omega=0.0))
     chi = R * math.sqrt(C / J)
@@ -102,16 +142,31 @@ def from_rest() -> list[Value | Named]:
     slope = gradients(scene(load=M, omega=0.0)).omega.brake.linings.friction.coefficient
     z = math.tan(BETA / 2)
     return [
-        Value("speed after 5 s, rigid", rigid.record.y_end.omega, 0.5 * HOLD * 5.0 / J, 1e-12),
+        Value(
+            "speed after 5 s, rigid",
+            rigid.record.y_end.omega,
+            0.5 * HOLD * 5.0 / J,
+            1e-12,
+        ),
         Value("full slip, elastic", elastic.full_slip_time, slips, 1e-10),
-        Value("speed after 5 s, elastic", elastic.record.y_end.omega, omega + 0.5 * HOLD * (5.0 - slips) / J, 1e-10),
+        Value(
+            "speed after 5 s, elastic",
+            elastic.record.y_end.omega,
+            omega + 0.5 * HOLD * (5.0 - slips) / J,
+            1e-10,
+        ),
         Value(
             "and backwards",
             [r.record.y_end.omega for r in backwards],
             np.full(2, -back * 5.0 / J),
             1e-11,
         ),
-        Value("∂ω/∂f", slope, np.full(N, -R * T0 * PI * 2 * z / (1 - (0.3 * z) ** 2) * 5.0 / J), 1e-10),
+        Value(
+            "∂ω/∂f",
+            slope,
+            np.full(N, -R * T0 * PI * 2 * z / (1 - (0.3 * z) ** 2) * 5.0 / J),
+            1e-10,
+        ),
         Named("with 0 load", run(scene(omega=0.0)).status, "held"),
     ]
 
@@ -133,11 +188,13 @@ def scipy_from_rest() -> str:
     try:
         out = solve_ivp(rhs, (0, 1), [0.0], rtol=1e-10, atol=1e-12)
         return (
-            f"with sgn ω at half the load: {count} evaluations for 1 s of rest, speed up to {np.abs(out.y).max():.1g}"
+            f"with sgn ω at half the load: {count} evaluations for 1 s of rest, "
+            f"speed up to {np.abs(out.y).max():.1g}"
         )
     except Enough as reached:
         return (
-            f"with sgn ω at half the load it chatters: 20,000 evaluations for the first {reached.args[0]:.1g} s of rest"
+            "with sgn ω at half the load it chatters: 20,000 evaluations for the "
+            f"first {reached.args[0]:.1g} s of rest"
         )
 
 
@@ -146,11 +203,20 @@ def scipy_from_rest() -> str:
 BELT = {"m": 1.0, "C": 1.0, "f_k": 0.3, "f_s": 0.39, "v": 0.05}
 
 
-def belt(law: sb.friction.AbstractFriction, m=BELT["m"], stiffness=BELT["C"], v=BELT["v"], end=40.0) -> sb.Scene:
-    """`m ë = f z (C e + T_0) + T_0 − C e` while it slips, `ė = v` while it sticks; `T_0` = 1 N, `R_b` = 1 m."""
+def belt(
+    law: sb.friction.AbstractFriction,
+    m=BELT["m"],
+    stiffness=BELT["C"],
+    v=BELT["v"],
+    end=40.0,
+) -> sb.Scene:
+    """`m ë = f z (C e + T_0) + T_0 − C e` while it slips, `ė = v` while it sticks;
+    `T_0` = 1 N, `R_b` = 1 m."""
     return sb.Scene(
         sb.Brake(
-            sb.Pulley(1.0, 1e15), sb.Band(1.0, stiffness, sb.Segments(1.0)), sb.Lining(law, np.full(1, BETA), mass=m)
+            sb.Pulley(1.0, 1e15),
+            sb.Band(1.0, stiffness, sb.Segments(1.0)),
+            sb.Lining(law, np.full(1, BETA), mass=m),
         ),
         sb.Duty(sb.Constant(1.0), sb.TorqueLoad()),
         sb.Initial(v, 1.0 / stiffness),
@@ -161,18 +227,22 @@ def belt(law: sb.friction.AbstractFriction, m=BELT["m"], stiffness=BELT["C"], v=
 def belt_period(m, C, f_k, f_s, v, xp=math):
     """First slip from `e = T_0/C`, and the period: `2Δ/v + (2/ω)(π − atan(Δ ω/v))`.
 
-    `e_s,k = T_0 μ_s,k/C`, `Δ = e_s − e_k`, `ω² = C (1 − f_k z)/m`: the belt oscillator with a load that follows `e`.
+    `e_s,k = T_0 μ_s,k/C`, `Δ = e_s − e_k`, `ω² = C (1 − f_k z)/m`: the belt oscillator
+    with a load that follows `e`.
     """
     z = math.tan(BETA / 2)
     mu = [(1 + f * z) / (1 - f * z) for f in (f_s, f_k)]
     delta = (mu[0] - mu[1]) / C
     omega = xp.sqrt(C * (1 - f_k * z) / m)
     atan = xp.atan if xp is math else xp.arctan
-    return (mu[0] - 1) / C / v, 2 * delta / v + 2 / omega * (math.pi - atan(delta * omega / v))
+    return (mu[0] - 1) / C / v, 2 * delta / v + 2 / omega * (
+        math.pi - atan(delta * omega / v)
+    )
 
 
 def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
-    """Times at which the lining lets go, mode by mode with DOP853; or with the friction smoothed by `atan(ε v)`."""
+    """Times at which the lining lets go, mode by mode with DOP853; or with the friction
+    smoothed by `atan(ε v)`."""
     z = math.tan(BETA / 2)
     v = BELT["v"]
 
@@ -181,7 +251,12 @@ def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
 
     def smooth(t, y):
         w = v - y[1]
-        return [y[1], 2 / math.pi * math.atan(smoothing * w) * law(abs(w)) * z * (y[0] + 1) + 1 - y[0]]
+        return [
+            y[1],
+            2 / math.pi * math.atan(smoothing * w) * law(abs(w)) * z * (y[0] + 1)
+            + 1
+            - y[0],
+        ]
 
     def sticks(t, y):
         return v - y[1]
@@ -192,7 +267,9 @@ def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
             return y[1]
 
         turns.direction = -1
-        out = solve_ivp(smooth, (0, end), [1.0, v], "Radau", events=turns, rtol=1e-9, atol=1e-12)
+        out = solve_ivp(
+            smooth, (0, end), [1.0, v], "Radau", events=turns, rtol=1e-9, atol=1e-12
+        )
         return out.t_events[0]
     sticks.terminal = True
     sticks.direction = -1
@@ -205,19 +282,33 @@ def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
         if t >= end:
             return np.array(found)
         found.append(t)
-        out = solve_ivp(slips, (t, t + 100.0), [limit, v], "DOP853", events=sticks, rtol=3e-14, atol=1e-15)
+        out = solve_ivp(
+            slips,
+            (t, t + 100.0),
+            [limit, v],
+            "DOP853",
+            events=sticks,
+            rtol=3e-14,
+            atol=1e-15,
+        )
         t = out.t[-1]
         e = out.y[0, -1]
 
 
 def let_go(result: sb.Result) -> np.ndarray:
     return np.array(
-        [t for t, before, after in changes(result.record) if before.own.linings[0] == 0 != after.own.linings[0]]
+        [
+            t
+            for t, before, after in changes(result.record)
+            if before.own.linings[0] == 0 != after.own.linings[0]
+        ]
     )
 
 
 def limit_cycle() -> list[Value | Named]:
-    result = sb.simulate(belt(sb.ConstantFriction(BELT["f_k"], BELT["f_s"] / BELT["f_k"])), rtol=1e-12)
+    result = sb.simulate(
+        belt(sb.ConstantFriction(BELT["f_k"], BELT["f_s"] / BELT["f_k"])), rtol=1e-12
+    )
     found = let_go(result)
     first, period = belt_period(**BELT)
     return [
@@ -243,17 +334,28 @@ def stribeck_cycle() -> list[Value | Named]:
 
 def scipy_smoothed() -> str:
     exact = np.diff(scipy_belt(stribeck, 60.0))[-1]
-    off = [abs(np.diff(scipy_belt(stribeck, 60.0, smoothing))[-1] / exact - 1) for smoothing in (1e3, 1e4)]
-    return f"smoothed by atan(ε v) the period is off by {off[0]:.1g} (ε = 1e3), {off[1]:.1g} (ε = 1e4)"
+    off = [
+        abs(np.diff(scipy_belt(stribeck, 60.0, smoothing))[-1] / exact - 1)
+        for smoothing in (1e3, 1e4)
+    ]
+    return (
+        f"smoothed by atan(ε v) the period is off by {off[0]:.1g} (ε = 1e3), "
+        f"{off[1]:.1g} (ε = 1e4)"
+    )
 
 
 CASES: list[Case] = [
-    Case("a load comes 1e-12 s beside the stop", "a time breakpoint next to an event", load_beside_the_stop),
-    Case("corner of the lever at an event", "the rate of the guard is another on each side", corner_at_an_event,
+    Case("a load comes 1e-12 s beside the "
+    "stop", "a time breakpoint next to an event", load_beside_the_stop),
+    Case("corner of the lever at an event", "the rate of the guard is another on each "
+    "side", corner_at_an_event,
          slow=True),
-    Case("limit cycle: stick and slip of a lining", "the slip speed passes zero in every cycle", limit_cycle),
-    Case("limit cycle with Stribeck friction", "friction that falls with speed feeds the swing", stribeck_cycle,
+    Case("limit cycle: stick and slip of a lining", "the slip speed passes zero in every "
+    "cycle", limit_cycle),
+    Case("limit cycle with Stribeck friction", "friction that falls with speed feeds the "
+    "swing", stribeck_cycle,
          scipy_smoothed, slow=True),
-    Case("zero initial speed", "the direction of motion is not yet known", from_rest, scipy_from_rest,
+    Case("zero initial speed", "the direction of motion is not yet "
+    "known", from_rest, scipy_from_rest,
          slow=True),
 ]  # fmt: skip

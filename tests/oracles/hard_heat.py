@@ -10,7 +10,22 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from heat_scenes import BETA, FLASH, T0, TRACK, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop, warmed
+from heat_scenes import (
+    BETA,
+    FLASH,
+    T0,
+    TRACK,
+    W0,
+    C,
+    J,
+    N,
+    R,
+    fading,
+    layered_stop,
+    lump,
+    rigid_stop,
+    warmed,
+)
 from heat_scenes import brake as heated_brake
 from oracles.hard_cases import Case, Named, Value
 from scipy.integrate import quad, solve_ivp
@@ -25,13 +40,14 @@ def tension_ratio(f):
     return ((1 + f * Z) / (1 - f * Z)) ** N
 
 
-# --- a surface node of 0.1 µm ----------------------------------------------------------------------------------------
+# --- a surface node of 0.1 µm -------------------------------------------------------
 
 THIN = sb.thermal.layer_growth(1e-7, 0.028, 20)
 
 
 def layers(growth: float):
-    """Rates of the layers of `layered_stop` and the capacity of the first, written down independently."""
+    """Rates of the layers of `layered_stop` and the capacity of the first, written down
+    independently."""
     dx = 0.028 * growth ** np.arange(20) / np.sum(growth ** np.arange(20))
     capacity = 7800.0 * 500.0 * TRACK * dx
     between = 48.0 * TRACK / (0.5 * (dx[1:] + dx[:-1]))
@@ -68,8 +84,13 @@ def thin_surface() -> list[Value | Named]:
     stop.terminal = True
     stop.direction = -1
     start = np.append(W0, np.zeros(20))
-    out = solve_ivp(rigid_rhs(), (0, 5), start, "Radau", events=stop, rtol=1e-10, atol=1e-10)
-    T = result.series([float(result.stopping_time)], left=True).temperature[0] - sb.thermal.ROOM
+    out = solve_ivp(
+        rigid_rhs(), (0, 5), start, "Radau", events=stop, rtol=1e-10, atol=1e-10
+    )
+    T = (
+        result.series([float(result.stopping_time)], left=True).temperature[0]
+        - sb.thermal.ROOM
+    )
     return [
         Value("stopping time", result.stopping_time, out.t[-1], 1e-8),
         Value("temperatures of the layers", T, out.y[1:, -1], 1e-6),
@@ -82,31 +103,48 @@ def scipy_thin_surface() -> str:
     span = 1e-6
     start = np.append(W0, np.zeros(20))
     done = {
-        method: solve_ivp(rigid_rhs(), (0, span if method == "RK45" else 0.6), start, method, rtol=1e-8, atol=1e-8)
+        method: solve_ivp(
+            rigid_rhs(),
+            (0, span if method == "RK45" else 0.6),
+            start,
+            method,
+            rtol=1e-8,
+            atol=1e-8,
+        )
         for method in ("RK45", "Radau")
     }
     each = 0.6 / span * done["RK45"].nfev
     return f"Radau {done['Radau'].nfev} evaluations; RK45 would need {each:.0e} (counted over 1 µs)"
 
 
-#: `−γ = |dT_n/dT_s| a (T_n − T_0)/(C c_s)` at full slip, where the surface is still cold
+#: `−γ = |dT_n/dT_s| a (T_n − T_0)/(C c_s)` at full slip, where the surface is still
+#: cold
 STEEP_FADE = 3e-3
 PI = tension_ratio(0.35)
-SLOPE = T0 * PI * N * 2 * Z / (1 - (0.35 * Z) ** 2) * 0.35  # |dT_n/dT_s| over the slope of the fade (N)
-FULL_SLIP = math.asin(math.sqrt(C / J) * T0 * (PI - 1) / (C * W0)) / (R * math.sqrt(C / J))
+SLOPE = (
+    T0 * PI * N * 2 * Z / (1 - (0.35 * Z) ** 2) * 0.35
+)  # |dT_n/dT_s| over the slope of the fade (N)
+FULL_SLIP = math.asin(math.sqrt(C / J) * T0 * (PI - 1) / (C * W0)) / (
+    R * math.sqrt(C / J)
+)
 
 
 def snaps() -> list[Value | Named]:
-    """A surface of 0.1 µm without anything behind it, and surfaces a little above and below the least capacity."""
+    """A surface of 0.1 µm without anything behind it, and surfaces a little above and
+    below the least capacity."""
     least = SLOPE * STEEP_FADE * T0 * (PI - 1) / C
 
     def stop(capacity: float) -> sb.Result:
         duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
         law = fading(slope=STEEP_FADE, floor=0.4)
-        given = sb.Scene(heated_brake(law), duty, sb.Initial(W0, T0 / C), 20.0, lump(capacity))
+        given = sb.Scene(
+            heated_brake(law), duty, sb.Initial(W0, T0 / C), 20.0, lump(capacity)
+        )
         return sb.simulate(given, solver=diffrax.Dopri8(), throw=False)
 
-    thin, above, below = (stop(c) for c in (7800.0 * 500.0 * TRACK * 1e-7, least * 1.001, least * 0.999))
+    thin, above, below = (
+        stop(c) for c in (7800.0 * 500.0 * TRACK * 1e-7, least * 1.001, least * 0.999)
+    )
     return [
         Named("0.1 µm", thin.status, "band_snap"),
         Value("its time, full slip", thin.record.t_end, FULL_SLIP, 1e-9),
@@ -118,10 +156,13 @@ def snaps() -> list[Value | Named]:
 
 def scipy_snaps() -> str:
     gamma = -SLOPE * 3e-4 * 0.95 * T0 * (PI - 1) / (C * layers(THIN)[1])
-    return f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip backwards, without a message"
+    return (
+        f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip "
+        "backwards, without a message"
+    )
 
 
-# --- radiation, runaway ---------------------------------------------------------------------------------------------
+# --- radiation, runaway -------------------------------------------------------------
 
 SIGMA = 5.670374419e-8
 
@@ -133,8 +174,11 @@ def glowing(capacity: float = 1e5, T: float = 1500.0) -> sb.Heat:
     )
 
 
-def time_to_cool(T: float, capacity: float = 1e5, start: float = 1500.0, air: float = 300.0) -> float:
-    """`t = m c/(4 ε σ A T_a³) [ln((T + T_a)(T_0 − T_a)/((T − T_a)(T_0 + T_a))) + 2 atan(T/T_a) − 2 atan(T_0/T_a)]`."""
+def time_to_cool(
+    T: float, capacity: float = 1e5, start: float = 1500.0, air: float = 300.0
+) -> float:
+    """`t = m c/(4 ε σ A T_a³) [ln((T + T_a)(T_0 − T_a)/((T − T_a)(T_0 + T_a))) + 2
+    atan(T/T_a) − 2 atan(T_0/T_a)]`."""
     logarithm = math.log((T + air) * (start - air) / ((T - air) * (start + air)))
     angles = 2 * math.atan(T / air) - 2 * math.atan(start / air)
     return capacity / (4 * 0.8 * SIGMA * air**3) * (logarithm + angles)
@@ -142,7 +186,10 @@ def time_to_cool(T: float, capacity: float = 1e5, start: float = 1500.0, air: fl
 
 def glows() -> list[Value | Named]:
     ts = np.array([0.0, 60.0, 3600.0, 86400.0])
-    truth = [brentq(lambda T, t=t: time_to_cool(T) - t, 300.0 + 1e-9, 1500.0, xtol=1e-12) for t in ts[1:]]
+    truth = [
+        brentq(lambda T, t=t: time_to_cool(T) - t, 300.0 + 1e-9, 1500.0, xtol=1e-12)
+        for t in ts[1:]
+    ]
     found = sb.simulate_heat(glowing(), ts, solver=sb.hybrid.Rodas5P())
     light = sb.simulate_heat(glowing(1e3), ts, solver=sb.hybrid.Rodas5P())
 
@@ -152,9 +199,16 @@ def glows() -> list[Value | Named]:
     # implicit: t(T, m c) stays, and t is proportional to m c
     rate = 0.8 * SIGMA * (truth[-1] ** 4 - 300.0**4) / 1e5
     return [
-        Value("temperatures after 1 min, 1 h, 24 h", found.temperature[1:, 0], truth, 1e-9),
+        Value(
+            "temperatures after 1 min, 1 h, 24 h", found.temperature[1:, 0], truth, 1e-9
+        ),
         Value("a light body after 24 h", light.temperature[-1, 0], 300.0, 1e-9),
-        Value("∂T/∂(m c)", jax.jit(jax.grad(end))(jnp.asarray(1e5)), rate * 86400.0 / 1e5, 1e-7),
+        Value(
+            "∂T/∂(m c)",
+            jax.jit(jax.grad(end))(jnp.asarray(1e5)),
+            rate * 86400.0 / 1e5,
+            1e-7,
+        ),
         Value("heat-balance residual", found.closure, 0.0, 1e-12, True),
     ]
 
@@ -178,17 +232,27 @@ def runs_away() -> list[Value | Named]:
     corner = (1 - FADE["floor"]) / FADE["slope"]
 
     def torque(u):
-        return R * T0 * (tension_ratio(0.35 * max(1 - FADE["slope"] * u, FADE["floor"])) - 1)
+        return (
+            R
+            * T0
+            * (tension_ratio(0.35 * max(1 - FADE["slope"] * u, FADE["floor"])) - 1)
+        )
 
     def speed(u):
-        inside = quad(lambda s: M / torque(s) - 1, 0.0, min(u, corner), epsabs=1e-9, epsrel=1e-12)[0]
+        inside = quad(
+            lambda s: M / torque(s) - 1, 0.0, min(u, corner), epsabs=1e-9, epsrel=1e-12
+        )[0]
         inside += max(u - corner, 0.0) * (M / torque(corner) - 1)
         return math.sqrt(W0**2 + 2 * c / J * inside)
 
     def time(u):
         ends = [0.0, min(u, corner), u]
         return sum(
-            quad(lambda s: c / (torque(s) * speed(s)), a, b, epsabs=1e-12, epsrel=1e-12)[0] if b > a else 0.0
+            quad(
+                lambda s: c / (torque(s) * speed(s)), a, b, epsabs=1e-12, epsrel=1e-12
+            )[0]
+            if b > a
+            else 0.0
             for a, b in itertools.pairwise(ends)
         )
 
@@ -204,20 +268,30 @@ def runs_away() -> list[Value | Named]:
     ]
 
 
-# --- flash temperature ----------------------------------------------------------------------------------------------
+# --- flash temperature --------------------------------------------------------------
 
 #: friction that rises steeply between 400 and 450 K
 STEEP = sb.friction.ProductFriction(
     sb.ConstantFriction(0.3),
-    (sb.friction.TabulatedFade(np.array([250.0, 400.0, 450.0, 2000.0]), np.array([0.9, 1.0, 2.2, 2.3])),),
+    (
+        sb.friction.TabulatedFade(
+            np.array([250.0, 400.0, 450.0, 2000.0]), np.array([0.9, 1.0, 2.2, 2.3])
+        ),
+    ),
 )
-HARD = eqx.tree_at(lambda f: f.hardness, FLASH, np.asarray(3e7), is_leaf=lambda x: x is None)
+HARD = eqx.tree_at(
+    lambda f: f.hardness, FLASH, np.asarray(3e7), is_leaf=lambda x: x is None
+)
 
 
 def excess(T: float, v: float, f: Any) -> Any:
     """`f − F(T + ΔT(f))`."""
-    rise = 2 * np.asarray(f) * 3e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
-    return f - 0.3 * np.asarray(STEEP.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray(T + rise))))
+    rise = (
+        2 * np.asarray(f) * 3e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
+    )
+    return f - 0.3 * np.asarray(
+        STEEP.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray(T + rise)))
+    )
 
 
 @functools.cache
@@ -225,12 +299,18 @@ def roots(T: float, v: float) -> tuple[float, ...]:
     f = np.linspace(0.2, 0.8, 601)
     r = excess(T, v, f)
     changed = np.flatnonzero(np.sign(r[:-1]) != np.sign(r[1:]))
-    return tuple(brentq(lambda x: excess(T, v, x), f[i], f[i + 1], xtol=1e-15) for i in changed)
+    return tuple(
+        brentq(lambda x: excess(T, v, x), f[i], f[i + 1], xtol=1e-15) for i in changed
+    )
 
 
-def started(T: Any, v: float = 20.0 * R, law: sb.friction.AbstractFriction = STEEP) -> sb.Result:
+def started(
+    T: Any, v: float = 20.0 * R, law: sb.friction.AbstractFriction = STEEP
+) -> sb.Result:
     """A run from a temperature and a sliding speed."""
-    given = warmed(law, 1e5, stiffness=None, end=1.0, flash=HARD, capacity=1e5, w0=v / R)
+    given = warmed(
+        law, 1e5, stiffness=None, end=1.0, flash=HARD, capacity=1e5, w0=v / R
+    )
     given = eqx.tree_at(lambda s: s.heat.bodies[0].temperature, given, T)
     return sb.simulate(given, throw=False)
 
@@ -242,20 +322,35 @@ def two_solutions() -> list[Value | Named]:
     assert len(roots(340.0, v)) == 1
     return [
         Named("roots", len(roots(T, v)), 3),
-        Value("that of the branch from ΔT = 0", found, np.full(len(found), roots(T, v)[0]), 1e-12),
-        Named("40 K hotter only the upper one is left, and rejected", started(340.0, v).status, "flash_fold"),
+        Value(
+            "that of the branch from ΔT = 0",
+            found,
+            np.full(len(found), roots(T, v)[0]),
+            1e-12,
+        ),
+        Named(
+            "40 K hotter only the upper one is left, and rejected",
+            started(340.0, v).status,
+            "flash_fold",
+        ),
     ]
 
 
 def scipy_two_solutions() -> str:
-    found = [float(fsolve(lambda x: excess(300.0, 14.0, float(x[0])), [guess])[0]) for guess in (0.3, 0.5, 0.7)]
+    found = [
+        float(fsolve(lambda x: excess(300.0, 14.0, float(x[0])), [guess])[0])
+        for guess in (0.3, 0.5, 0.7)
+    ]
     return f"`fsolve` from f = 0.3, 0.5, 0.7: {', '.join(f'{x:.3f}' for x in found)}"
 
 
 def no_solution() -> list[Value | Named]:
-    """Warm already at the start: the branch without flash does not exist there; and friction beyond locking."""
+    """Warm already at the start: the branch without flash does not exist there; and
+    friction beyond locking."""
     hot = started(345.0)
-    locking = eqx.tree_at(lambda law: law.base.coefficient, STEEP, np.asarray(3.9))  # f z rises from 0.46 beyond 1
+    locking = eqx.tree_at(
+        lambda law: law.base.coefficient, STEEP, np.asarray(3.9)
+    )  # f z rises from 0.46 beyond 1
     locked = started(330.0, law=locking)
     return [
         Named("no branch from ΔT = 0", hot.status, "flash_fold"),
@@ -267,11 +362,15 @@ def no_solution() -> list[Value | Named]:
 CASES: list[Case] = [
     Case("surface node of 0.1 µm, rigid band", "rates of 1e9 1/s beside a stop of 0.7 s",
          thin_surface, scipy_thin_surface),
-    Case("surface node of 0.1 µm, fade, compliant band", "fade outruns the band: there is no answer",
+    Case("surface node of 0.1 µm, fade, compliant "
+    "band", "fade outruns the band: there is no answer",
          snaps, scipy_snaps),
-    Case("radiation from 1500 K, cooling for 24 h", "rates fall by three orders, then nothing happens", glows),
+    Case("radiation from 1500 K, cooling for 24 h", "rates fall by three orders, then nothing "
+    "happens", glows),
     Case("thermal runaway by fade", "the brake slows the load, fades, and loses it", runs_away),
-    Case("flash temperature with several solutions", "three roots, and a fold that removes two", two_solutions,
+    Case("flash temperature with several "
+    "solutions", "three roots, and a fold that removes two", two_solutions,
          scipy_two_solutions),
-    Case("flash temperature without a solution at the start", "no branch to begin on", no_solution, slow=True),
+    Case("flash temperature without a solution at the "
+    "start", "no branch to begin on", no_solution, slow=True),
 ]  # fmt: skip

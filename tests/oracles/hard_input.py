@@ -1,4 +1,5 @@
-"""Hard cases: numbers that are none, and too few bits (tested by `test_hard_input.py`)."""
+"""Hard cases: numbers that are none, and too few bits (tested by
+`test_hard_input.py`)."""
 
 import itertools
 from typing import Any
@@ -19,16 +20,21 @@ BAD = (np.nan, np.inf, -np.inf)
 
 
 def refused(given: sb.Scene, path: str, value: Any) -> bool:
-    """Whether `simulate` refuses the value with the path of that number, or of an entry of it, and nothing else."""
+    """Whether `simulate` refuses the value with the path of that number, or of an entry
+    of it, and nothing else."""
     try:
         sb.simulate(sb.with_values(given, {path: value}))
     except sb.InputError as error:
-        return all(fault.path == path or fault.path.startswith(f"{path}[") for fault in error.faults)
+        return all(
+            fault.path == path or fault.path.startswith(f"{path}[")
+            for fault in error.faults
+        )
     return False
 
 
 def every_number() -> list[Value | Named]:
-    """Every number of every shipped scene set to NaN, ∞ and −∞, in a list its last entry; each path and law once."""
+    """Every number of every shipped scene set to NaN, ∞ and −∞, in a list its last
+    entry; each path and law once."""
     passed = []
     count = 0
     seen = set()
@@ -57,7 +63,8 @@ def _code(given: sb.Scene) -> Any:
 
 
 def _traced(given: sb.Scene) -> Named:
-    """The codes of runs in which one number of the scene is NaN, ∞ or −∞, by one program under `jit(vmap)`."""
+    """The codes of runs in which one number of the scene is NaN, ∞ or −∞, by one
+    program under `jit(vmap)`."""
     arrays, tree = jax.tree.flatten(jax.tree.map(lambda x: np.asarray(x, float), given))
     rows = [given]
     for i, bad in itertools.product(range(len(arrays)), BAD):
@@ -66,7 +73,11 @@ def _traced(given: sb.Scene) -> Named:
         rows.append(jax.tree.unflatten(tree, changed))
     codes = [int(code) for code in _code(jax.tree.map(lambda *x: jnp.stack(x), *rows))]
     assert codes[0] == 0
-    return Named(f"{len(codes) - 1} runs", sorted({sb.results.FAILURES[code][0] for code in codes[1:]}), ["not_finite"])
+    return Named(
+        f"{len(codes) - 1} runs",
+        sorted({sb.results.FAILURES[code][0] for code in codes[1:]}),
+        ["not_finite"],
+    )
 
 
 def traced_elastic() -> list[Value | Named]:
@@ -84,13 +95,16 @@ def _constant(t: Any, level: Any) -> Any:
 
 
 def own_profile() -> list[Value | Named]:
-    """Parameters of a user-defined profile may be anything; its value where a run begins is checked."""
+    """Parameters of a user-defined profile may be anything; its value where a run
+    begins is checked."""
     given = scene()
     found = []
     for bad in (np.nan, np.inf):
         lever = sb.profiles.FunctionProfile(_constant, jnp.asarray(bad), 1e4)
         try:
-            found.append(run(eqx.tree_at(lambda s: s.duty.slack_tension, given, lever)).status)
+            found.append(
+                run(eqx.tree_at(lambda s: s.duty.slack_tension, given, lever)).status
+            )
         except sb.InputError as error:
             found += [fault.path for fault in error.faults]
     return [Named("NaN, ∞", found, ["duty.slack_tension", "duty.slack_tension"])]
@@ -114,7 +128,11 @@ def scipy_nan() -> str:
         try:
             with np.errstate(all="ignore"):
                 out = solve_ivp(rhs, (0, 1), [1.0], method)
-            words.append(f"{method} reports success with {out.y[0, -1]}" if out.success else f"{method} fails")
+            words.append(
+                f"{method} reports success with {out.y[0, -1]}"
+                if out.success
+                else f"{method} fails"
+            )
         except Enough:
             words.append(f"{method} does not end (20,000 evaluations without a step)")
         except ValueError as error:
@@ -128,13 +146,21 @@ def options() -> list[Value | Named]:
     faults = []
     for option in ("rtol", "max_step"):
         for bad in (np.nan, -1e-6, 0.0, *([np.inf, 1.0] if option == "rtol" else [])):
-            faults.append(_fault(lambda bad=bad, option=option: sb.simulate(given, **{option: bad})))
+            faults.append(
+                _fault(
+                    lambda bad=bad, option=option: sb.simulate(given, **{option: bad})
+                )
+            )
     faults.append(_fault(lambda: sb.simulate(given, max_steps=-1)))
     faults.append(_fault(lambda: sb.simulate(given, max_events=-1)))
     heat = sb.Heat((sb.thermal.Lump("body", 1.0),))
     faults.append(_fault(lambda: sb.simulate_heat(heat, [0.0, 1.0], rtol=np.nan)))
     return [
-        Named("rejected", faults, ["rtol"] * 5 + ["max_step"] * 3 + ["max_steps", "max_events", "rtol"]),
+        Named(
+            "rejected",
+            faults,
+            ["rtol"] * 5 + ["max_step"] * 3 + ["max_steps", "max_events", "rtol"],
+        ),
     ]
 
 
@@ -147,25 +173,36 @@ def _fault(run: Any) -> str:
 
 
 def single_precision() -> list[Value | Named]:
-    """A 32-bit number in a scene, concrete and traced, whatever the promotion of types allows."""
-    given = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene(), jnp.asarray(100.0, jnp.float32))
+    """A 32-bit number in a scene, concrete and traced, whatever the promotion of types
+    allows."""
+    given = eqx.tree_at(
+        lambda s: s.brake.pulley.inertia, scene(), jnp.asarray(100.0, jnp.float32)
+    )
     small = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), scene())
     with jax.numpy_dtype_promotion("standard"):
         faults = [
             _fault(lambda: sb.simulate(given)),
             _fault(lambda: sb.simulate(small)),
-            _fault(lambda: jax.jit(lambda s: sb.simulate(s, max_steps=64).stopping_time)(given)),
+            _fault(
+                lambda: jax.jit(lambda s: sb.simulate(s, max_steps=64).stopping_time)(
+                    given
+                )
+            ),
         ]
     where = "brake.pulley.inertia"
     return [Named("rejected at", faults, [where, "brake.pulley.radius", where])]
 
 
 CASES: list[Case] = [
-    Case("NaN and ±∞ in every number of every shipped scene", "one of them corrupts all the others", every_number),
-    Case("the same in traced numbers, elastic band", "values are unknown before the run", traced_elastic,
+    Case("NaN and ±∞ in every number of every shipped "
+    "scene", "one of them corrupts all the others", every_number),
+    Case("the same in traced numbers, elastic "
+    "band", "values are unknown before the run", traced_elastic,
          scipy_nan),
     Case("the same, rigid band, and heat with fade", "as above", traced_others, slow=True),
-    Case("NaN and ∞ in the parameters of a user-defined profile", "their meaning is undefined", own_profile),
+    Case("NaN and ∞ in the parameters of a user-defined "
+    "profile", "their meaning is undefined", own_profile),
     Case("tolerances and limits that are none", "a tolerance of ∞ accepts every step", options),
-    Case("a float32 number in a scene", "it would pull others down to 7 digits, or fail deep inside", single_precision),
+    Case("a float32 number in a scene", "it would pull others down to 7 digits, or fail deep "
+    "inside", single_precision),
 ]  # fmt: skip

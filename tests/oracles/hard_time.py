@@ -1,4 +1,5 @@
-"""Hard cases: short times, huge and tiny units, loose and tight tolerances (tested by `test_hard_brake.py`)."""
+"""Hard cases: short times, huge and tiny units, loose and tight tolerances (tested by
+`test_hard_brake.py`)."""
 
 import itertools
 import math
@@ -8,18 +9,33 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from chain_scenes import changes
-from oracles.hard_cases import BETA, T0, W0, C, Case, J, Named, R, Value, gradients, run, scene, stop_times
+from oracles.hard_cases import (
+    BETA,
+    T0,
+    W0,
+    C,
+    Case,
+    J,
+    Named,
+    R,
+    Value,
+    gradients,
+    run,
+    scene,
+    stop_times,
+)
 from oracles.hard_events import BELT, HOLD, PI, belt, belt_period, let_go
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
 
-# --- a chain that is light and stiff -------------------------------------------------------------------------------
+# --- a chain that is light and stiff -------------------------------------------------
 
 
 def light_and_stiff() -> list[Value | Named]:
-    """Stick and slip of one lining with a period of 10 ns in closed form; two linings against 1 kg on 1 N/m, scaled."""
+    """Stick and slip of one lining with a period of 10 ns in closed form; two linings
+    against 1 kg on 1 N/m, scaled."""
     m = 1e-6
     stiff = 1e12
     v = BELT["v"] / math.sqrt(m * stiff)  # m/s for every newton
@@ -32,7 +48,9 @@ def light_and_stiff() -> list[Value | Named]:
         Value("first slip of one lining", found[0], first, 1e-11),
         Value("its periods", np.diff(found), np.full(found.size - 1, period), 1e-9),
         Named("events of two linings", len(scaled[1]), len(scaled[0])),
-        Value("their times over √(m/K), against 1 kg on 1 N/m", scaled[1], scaled[0], 1e-9),
+        Value(
+            "their times over √(m/K), against 1 kg on 1 N/m", scaled[1], scaled[0], 1e-9
+        ),
     ]
 
 
@@ -48,7 +66,7 @@ def two_linings(m: float, K: float, unit: float) -> np.ndarray:
     return np.array([t for t, _, _ in changes(sb.simulate(given).record)]) / unit
 
 
-# --- a lever thrown in within a microsecond ------------------------------------------------------------------------
+# --- a lever thrown in within a microsecond -----------------------------------------
 
 RAMP = [(1.0, 0.0), (1.0 + 1e-6, T0), (2.0, T0)]
 
@@ -65,7 +83,8 @@ def fast_lever() -> list[Value | Named]:
               [elastic.slip_onset_time, elastic.full_slip_time, elastic.stopping_time],
               1.0 + np.array([truth.onset, truth.full_slip, truth.stop]), 1e-11),
         Value("∂t/∂(corners)", slope[:2], np.full(2, 0.5), 1e-8),
-        Value("speed lost in a pulse of 1 µs", W0 - pulse.record.y_end.omega, R * T0 * (PI - 1) / J * 5e-7, 1e-8),
+        Value("speed lost in a pulse of "
+        "1 µs", W0 - pulse.record.y_end.omega, R * T0 * (PI - 1) / J * 5e-7, 1e-8),
     ]  # fmt: skip
 
 
@@ -80,12 +99,17 @@ def scipy_fast_lever() -> str:
     exact = R * T0 * (PI - 1) / J
     ramp = lost([0.0, T0, T0]) / (exact * (0.5 - 5e-7)) - 1
     times = [1.0, 1.0 + 5e-7, 1.0 + 1e-6]
-    out = solve_ivp(lambda t, y: [-R * np.interp(t, times, [0, T0, 0]) * (PI - 1) / J], (0, 1.5), [W0], rtol=1e-10)
+    out = solve_ivp(
+        lambda t, y: [-R * np.interp(t, times, [0, T0, 0]) * (PI - 1) / J],
+        (0, 1.5),
+        [W0],
+        rtol=1e-10,
+    )
     share = (W0 - float(out.y[0, -1])) / (exact * 5e-7)
     return f"not told of the corners: ramp to {abs(ramp):.0e}; of the pulse it sees {share:.0%}"
 
 
-# --- units and tolerances --------------------------------------------------------------------------------------------
+# --- units and tolerances -----------------------------------------------------------
 
 
 def other_units() -> list[Value | Named]:
@@ -94,7 +118,9 @@ def other_units() -> list[Value | Named]:
     found = []
     heats = []
     heat = float(run(scene(stiffness=C)).energy["friction_heat"])
-    for mass, length, time in itertools.product((1e-6, 1.0, 1e9), (1e-3, 1.0, 1e3), (1e-6, 1.0, 1e6)):
+    for mass, length, time in itertools.product(
+        (1e-6, 1.0, 1e9), (1e-3, 1.0, 1e3), (1e-6, 1.0, 1e6)
+    ):
         result = run(
             scene(
                 radius=R * length,
@@ -105,8 +131,15 @@ def other_units() -> list[Value | Named]:
                 end=5.0 * time,
             )
         )
-        found.append(np.array([result.slip_onset_time, result.full_slip_time, result.stopping_time]) / time)
-        heats.append(float(result.energy["friction_heat"]) / (mass * length**2 / time**2))
+        found.append(
+            np.array(
+                [result.slip_onset_time, result.full_slip_time, result.stopping_time]
+            )
+            / time
+        )
+        heats.append(
+            float(result.energy["friction_heat"]) / (mass * length**2 / time**2)
+        )
     rows = np.array(found)
     return [
         Value(
@@ -120,7 +153,8 @@ def other_units() -> list[Value | Named]:
 
 
 def tolerances() -> list[Value | Named]:
-    """Tolerances 1e-2…1e-14: a swing of the band, and a stop with drag, `t = (J/c) ln(1 + c ω_0/M)`."""
+    """Tolerances 1e-2…1e-14: a swing of the band, and a stop with drag,
+    `t = (J/c) ln(1 + c ω_0/M)`."""
     rtols = 10.0 ** -np.arange(2, 15)
     truth = stop_times(PI).stop
     c = 60.0
@@ -144,23 +178,32 @@ def scipy_tolerances() -> str:
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             out = solve_ivp(
-                lambda t, y: [(-HOLD - c * y[0]) / J], (0, 5), [W0], "DOP853", events=at_rest, rtol=rtol, atol=rtol
+                lambda t, y: [(-HOLD - c * y[0]) / J],
+                (0, 5),
+                [W0],
+                "DOP853",
+                events=at_rest,
+                rtol=rtol,
+                atol=rtol,
             )
         errors.append(abs(out.t_events[0][0] / (J / c * math.log1p(c * W0 / HOLD)) - 1))
     words = "; 1e-14 is raised to 2.2e-14 with a warning" if said else ""
     return f"DOP853 with drag: error {errors[0]:.0e} at 1e-2, {errors[1]:.0e} at 1e-14{words}"
 
 
-# --- many events ----------------------------------------------------------------------------------------------------
+# --- many events --------------------------------------------------------------------
 
 
 def ten_thousand_changes() -> list[Value | Named]:
-    """3400 cycles of 1 s: the load runs for 0.4 s, is stopped in 0.4 s by a brake twice as strong, and held."""
+    """3400 cycles of 1 s: the load runs for 0.4 s, is stopped in 0.4 s by a brake twice
+    as strong, and held."""
     cycles = 3400
     a = 0.6
     lever = sb.Repeated([0.0, a, a, 1.0, 1.0], [T0, T0, 0.0, 0.0, T0], 1.0, cycles)
     given = scene(load=0.5 * HOLD, omega=0.0, end=float(cycles))
-    whole = sb.Scene(given.brake, sb.Duty(lever, given.duty.load), given.initial, given.end_time)
+    whole = sb.Scene(
+        given.brake, sb.Duty(lever, given.duty.load), given.initial, given.end_time
+    )
     result = sb.simulate(whole)
     stops = np.array([e.time for e in result.events if e.name == "stop"])
     count = sum(e.name != "lining_limit" for e in result.events)
@@ -171,7 +214,9 @@ def ten_thousand_changes() -> list[Value | Named]:
 
     def worn(values: jax.Array) -> jax.Array:
         moved = eqx.tree_at(lambda s: s.duty.load.profile.values, whole, values)
-        return sb.simulate(moved, max_steps=65536, max_events=20_000).energy["friction_heat"]
+        return sb.simulate(moved, max_steps=65536, max_events=20_000).energy[
+            "friction_heat"
+        ]
 
     slope = jnp.sum(jax.jit(jax.grad(worn))(jnp.full(3, 0.5 * HOLD)))
     return [
@@ -185,12 +230,15 @@ def ten_thousand_changes() -> list[Value | Named]:
 
 
 CASES: list[Case] = [
-    Case("chain of mass 1e-6 kg and stiffness 1e12 N/m", "it swings at 1e9 rad/s, by 1e-12 m", light_and_stiff),
+    Case("chain of mass 1e-6 kg and stiffness "
+    "1e12 N/m", "it swings at 1e9 rad/s, by 1e-12 m", light_and_stiff),
     Case("lever applied within 1 µs", "a ramp shorter than a step", fast_lever, scipy_fast_lever,
          slow=True),
     Case("huge and tiny units", "an absolute tolerance would be wrong by 15 orders", other_units),
-    Case("tolerance 1e-2 and 1e-14", "events no worse than the tolerance; steps near rounding", tolerances,
+    Case("tolerance 1e-2 and 1e-14", "events no worse than the tolerance; steps near "
+    "rounding", tolerances,
          scipy_tolerances),
-    Case("10,000 changes of mode of a brake", "errors of every stop add up in the next", ten_thousand_changes,
+    Case("10,000 changes of mode of a brake", "errors of every stop add up in the "
+    "next", ten_thousand_changes,
          slow=True),
 ]  # fmt: skip

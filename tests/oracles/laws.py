@@ -3,7 +3,22 @@
 import math
 
 import numpy as np
-from oracles.stops import BETA, BY_SLOPE, EXACT, SMOOTH, T0, W0, J, N, R, over, ratio, slope, torque, until_rest
+from oracles.stops import (
+    BETA,
+    BY_SLOPE,
+    EXACT,
+    SMOOTH,
+    T0,
+    W0,
+    J,
+    N,
+    R,
+    over,
+    ratio,
+    slope,
+    torque,
+    until_rest,
+)
 
 
 def stribeck_friction():
@@ -42,7 +57,12 @@ def friction_with_memory():
     yield "stopping time", time, source, SMOOTH
     yield "factor at rest", y[1], source, SMOOTH
     yield "∂(stopping time)/∂k", slope(lambda k: stop(k)[0], 0.4), source, BY_SLOPE
-    yield "∂(stopping time)/∂w_0", slope(lambda w: stop(work=w)[0], 2e6), source, BY_SLOPE
+    yield (
+        "∂(stopping time)/∂w_0",
+        slope(lambda w: stop(work=w)[0], 2e6),
+        source,
+        BY_SLOPE,
+    )
 
 
 def changing_friction():
@@ -60,7 +80,8 @@ def changing_friction():
 
 
 def wear_of_linings():
-    """Archard with a rate that rises with the temperature of the rim, `k (1 + s (T − T_r))`."""
+    """Archard with a rate that rises with the temperature of the rim,
+    `k (1 + s (T − T_r))`."""
     f = 0.35
     k = 2e-14
     s = 5e-3

@@ -1,20 +1,24 @@
-"""Random scenes of every kind of brake, run by simbrake and by an independent model, and compared.
+"""Random scenes of every kind of brake, run by simbrake and by an independent model,
+and compared.
 
-`python tests/oracles/random_scenes.py [--seeds 5] [--first 0] [--kinds "disc;shoe"] [--flavours plain,hot] [--json F]`
+`python tests/oracles/random_scenes.py [--seeds 5] [--first 0] [--kinds "disc;shoe"]
+[--flavours plain,hot] [--json F]`
 
-The independent models (`oracles/independent`) are NumPy and SciPy, written from the equations of docs/theory: they
-share the numbers of a scene with simbrake and nothing else. A scene is drawn by its kind, flavour and seed:
+The independent models (`oracles/independent`) are NumPy and SciPy, written from the
+equations of docs/theory: they share the numbers of a scene with simbrake and nothing
+else. A scene is drawn by its kind, flavour and seed:
 
-- `plain`: a lever of straight lines with jumps and releases, a load torque of both signs, static above kinetic friction
-- `hot`: the same with lumps for rim, linings and band, contacts that open, convection at the speed of each body,
-  radiation, Stribeck friction that fades, wear
+- `plain`: a lever of straight lines with jumps and releases, a load torque of both
+  signs, static above kinetic friction
+- `hot`: the same with lumps for rim, linings and band, contacts that open, convection
+  at the speed of each body, radiation, Stribeck friction that fades, wear
 - `fill`: a filling actuator, a load on the hook, Stribeck friction
 
-A resolved bandage has 4, 3 and 6 linings in these, springs with and without dampers, and beside `plain` friction on the
-rim that depends on the speed of every lining.
+A resolved bandage has 4, 3 and 6 linings in these, springs with and without dampers,
+and beside `plain` friction on the rim that depends on the speed of every lining.
 
-Compared are the modes that last and the events, their times, and at the end states, energies, temperatures and wear.
-Exit code 1 where anything differs.
+Compared are the modes that last and the events, their times, and at the end states,
+energies, temperatures and wear. Exit code 1 where anything differs.
 """
 
 import argparse
@@ -34,21 +38,32 @@ from oracles.independent.draws import FLAVOURS, KINDS
 def row(one: Comparison) -> str:
     """A line about a scene."""
     verdict = f"DIFFERS: {one.differs}" if one.differs else "agrees"
-    return f"{one.name:36} {one.modes:4} modes {one.events:4} events  {one.times:8.1e} s {one.states:8.1e}  {verdict}"
+    return (
+        f"{one.name:36} {one.modes:4} modes {one.events:4} events  {one.times:8.1e} "
+        f"s {one.states:8.1e}  {verdict}"
+    )
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=5, help="scenes of each kind and flavour")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=5, help="scenes of each kind and flavour"
+    )
     parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--kinds", default=";".join(KINDS), help="separated by semicolons; default: all")
+    parser.add_argument(
+        "--kinds", default=";".join(KINDS), help="separated by semicolons; default: all"
+    )
     parser.add_argument("--flavours", default=",".join(FLAVOURS), help="default: all")
     parser.add_argument("--json", help="file for the numbers")
     options = parser.parse_args()
     kinds = options.kinds.split(";")
     flavours = options.flavours.split(",")
     if unknown := [*(set(kinds) - set(KINDS)), *(set(flavours) - set(FLAVOURS))]:
-        parser.error(f"unknown: {', '.join(unknown)}; there are {'; '.join(KINDS)} and {', '.join(FLAVOURS)}")
+        parser.error(
+            f"unknown: {', '.join(unknown)}; there are {'; '.join(KINDS)} and {', '.join(FLAVOURS)}"
+        )
     found = []
     start = time.process_time()
     for kind in kinds:
@@ -59,14 +74,20 @@ def main() -> int:
     wrong = [one for one in found if one.differs]
     events = sum(one.events for one in found)
     modes = sum(one.modes for one in found)
-    times, margins, states = (max(each) for each in zip(*((x.times, x.margins, x.states) for x in found), strict=True))
+    times, margins, states = (
+        max(each)
+        for each in zip(*((x.times, x.margins, x.states) for x in found), strict=True)
+    )
     print(
-        f"{len(found)} scenes, {len(found) - len(wrong)} agree; {modes} modes, {events} events; largest difference of a"
+        f"{len(found)} scenes, {len(found) - len(wrong)} agree; {modes} modes, "
+        f"{events} events; largest difference of a"
         f" time {times:.1e} s (as margin {margins:.1e}), of states and energies {states:.1e};"
         f" {time.process_time() - start:.0f} CPU s"
     )
     if options.json:
-        pathlib.Path(options.json).write_text(json.dumps([one._asdict() for one in found], indent=1), "utf-8")
+        pathlib.Path(options.json).write_text(
+            json.dumps([one._asdict() for one in found], indent=1), "utf-8"
+        )
     return 1 if wrong else 0
 
 

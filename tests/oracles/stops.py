@@ -1,4 +1,5 @@
-"""What the oracles share: a stop of four linings, quadrature, slopes, the first event of an equation."""
+"""What the oracles share: a stop of four linings, quadrature, slopes, the first event
+of an equation."""
 
 import math
 
@@ -8,7 +9,8 @@ EXACT = 1e-10
 SMOOTH = 1e-9
 BY_SLOPE = 1e-7
 
-# a stop on a rigid or elastic band: four linings of 50°, constant slack tension, no load
+# a stop on a rigid or elastic band: four linings of 50°, constant slack tension, no
+# load
 N = 4
 BETA = math.radians(50.0)
 R = 0.725
@@ -33,7 +35,9 @@ def over(function, high):
 
 def slope(of, x, step=1e-2):
     h = step * x
-    return sum(c * (of(x + k * h) - of(x - k * h)) for k, c in ((1, 45), (2, -9), (3, 1))) / (60 * h)
+    return sum(
+        c * (of(x + k * h) - of(x - k * h)) for k, c in ((1, 45), (2, -9), (3, 1))
+    ) / (60 * h)
 
 
 def at_rest(t, y):
@@ -46,6 +50,8 @@ at_rest.terminal = True
 
 def until_rest(rates, y):
     """The time and state at which `y[0]` comes to 0 first."""
-    out = solve_ivp(rates, (0.0, 100.0), y, "DOP853", events=at_rest, rtol=2.3e-14, atol=1e-13)
+    out = solve_ivp(
+        rates, (0.0, 100.0), y, "DOP853", events=at_rest, rtol=2.3e-14, atol=1e-13
+    )
     assert out.t_events[0].size, "the event does not come"
     return float(out.t_events[0][0]), out.y_events[0][0]

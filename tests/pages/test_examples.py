@@ -1,7 +1,9 @@
-"""Every example of README and docs runs: fenced Python blocks page by page, and shell lines with simbrake commands.
+"""Every example of README and docs runs: fenced Python blocks page by page, and shell
+lines with simbrake commands.
 
-A page's blocks run one after the other in one namespace, so that a later one may use what an earlier one made.
-A plain block right after a Python block is what that prints; `…` stands for anything.
+A page's blocks run one after the other in one namespace, so that a later one may use
+what an earlier one made. A plain block right after a Python block is what that prints;
+`…` stands for anything.
 """
 
 import doctest
@@ -39,18 +41,33 @@ SLOW = {
         "wear",
     )
 }
-#: what shell blocks may hold and is not run here: the set-up, measurements of an hour, a server, what needs an extra
-NOT_RUN = ("pip install", "pytest", "python benchmarks/", "python papers/", "python tests/", "simbrake app ")
+#: what shell blocks may hold and is not run here: the set-up, measurements of an hour,
+#: a server, what needs an extra
+NOT_RUN = (
+    "pip install",
+    "pytest",
+    "python benchmarks/",
+    "python papers/",
+    "python tests/",
+    "simbrake app ",
+)
 NOT_RUN += ("cc ", "./stop", "simbrake publish ")
 
 
 def blocks(page: pathlib.Path, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.S | re.M)
+    return re.findall(
+        rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.S | re.M
+    )
 
 
 def examples(page: pathlib.Path) -> list[tuple[str, str]]:
-    """Python blocks of a page, each with what it prints as far as the page shows that."""
-    return re.findall(r"^```python\n(.*?)^```\n(?:\n```\n(.*?)^```)?", page.read_text("utf-8"), re.S | re.M)
+    """Python blocks of a page, each with what it prints as far as the page shows
+    that."""
+    return re.findall(
+        r"^```python\n(.*?)^```\n(?:\n```\n(.*?)^```)?",
+        page.read_text("utf-8"),
+        re.S | re.M,
+    )
 
 
 def name_of(page: pathlib.Path) -> str:
@@ -59,12 +76,22 @@ def name_of(page: pathlib.Path) -> str:
 
 def commands(page: pathlib.Path) -> list[str]:
     """Commands of the shell blocks of a page; `a && b` are two."""
-    lines = [line for block in blocks(page, "sh") for line in block.replace("\\\n", " ").splitlines()]
-    return [part.strip() for line in lines for part in line.split(" && ") if part.strip()]
+    lines = [
+        line
+        for block in blocks(page, "sh")
+        for line in block.replace("\\\n", " ").splitlines()
+    ]
+    return [
+        part.strip() for line in lines for part in line.split(" && ") if part.strip()
+    ]
 
 
 def simbrake_commands(page: pathlib.Path) -> list[str]:
-    return [text for text in commands(page) if text.startswith("simbrake ") and not text.startswith(NOT_RUN)]
+    return [
+        text
+        for text in commands(page)
+        if text.startswith("simbrake ") and not text.startswith(NOT_RUN)
+    ]
 
 
 EXAMPLES = [page for page in PAGES if blocks(page, "python") or simbrake_commands(page)]
@@ -78,12 +105,16 @@ def test_recipes_are_short_and_shown():
     assert sorted(shown) == [script.name for script in scripts]
     for script in scripts:
         lines = [line.strip() for line in script.read_text("utf-8").splitlines()]
-        assert len([line for line in lines if line and not line.startswith(("#", '"""'))]) <= 30, script.name
+        assert (
+            len([line for line in lines if line and not line.startswith(("#", '"""'))])
+            <= 30
+        ), script.name
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder of its own with the scenarios in it, as the root of the repository has them."""
+    """A folder of its own with the scenarios in it, as the root of the repository has
+    them."""
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
@@ -95,7 +126,11 @@ def folder(tmp_path, monkeypatch):
 def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
     """Files that a page tells its reader to save a block as."""
     text = page.read_text("utf-8")
-    for name, block in re.findall(r"[Ss]ave this as `(\w+\.\w+)`.*?^```(?:python|toml)\n(.*?)^```", text, re.S | re.M):
+    for name, block in re.findall(
+        r"[Ss]ave this as `(\w+\.\w+)`.*?^```(?:python|toml)\n(.*?)^```",
+        text,
+        re.S | re.M,
+    ):
         (folder / name).write_text(block, "utf-8")
 
 
@@ -106,13 +141,22 @@ def test_the_pages_have_examples():
 
 
 def test_all_shell_blocks_are_looked_at():
-    assert not [text for page in PAGES for text in commands(page) if not text.startswith(("simbrake ", *NOT_RUN))]
+    assert not [
+        text
+        for page in PAGES
+        for text in commands(page)
+        if not text.startswith(("simbrake ", *NOT_RUN))
+    ]
 
 
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, id=name_of(page), marks=[pytest.mark.slow] if name_of(page) in SLOW else [])
+        pytest.param(
+            page,
+            id=name_of(page),
+            marks=[pytest.mark.slow] if name_of(page) in SLOW else [],
+        )
         for page in EXAMPLES
     ],
 )
@@ -122,7 +166,9 @@ def test_examples_of(page, folder, capsys):
         exec(compile(block, f"{name_of(page)}, block {number}", "exec"), space)
         printed = capsys.readouterr().out
         wanted = shown.replace("…", "...")
-        assert not shown or doctest.OutputChecker().check_output(wanted, printed, doctest.ELLIPSIS), printed
+        assert not shown or doctest.OutputChecker().check_output(
+            wanted, printed, doctest.ELLIPSIS
+        ), printed
     save_files(page, folder)
     for text in simbrake_commands(page):
         capsys.readouterr()
@@ -132,5 +178,6 @@ def test_examples_of(page, folder, capsys):
         assert stop.value.code == 0, f"{text}: {out} {err}"
         assert out, text
         assert all(
-            (folder / name).is_file() or os.listdir(folder / name) for name in re.findall(r"--out (\S+)", text)
+            (folder / name).is_file() or os.listdir(folder / name)
+            for name in re.findall(r"--out (\S+)", text)
         ), text

@@ -39,7 +39,11 @@ class Page(html.parser.HTMLParser):
         found = dict(attrs)
         self.tags.add(tag)
         self.ids += [found["id"]] if "id" in found else []
-        self.links += [found[name] for name in ("href", "src", "srcset", "action", "data", "poster") if name in found]
+        self.links += [
+            found[name]
+            for name in ("href", "src", "srcset", "action", "data", "poster")
+            if name in found
+        ]
         self.values += [found["value"]] if tag == "data" else []
         if tag not in VOID:
             self.open.append(tag)
@@ -80,10 +84,16 @@ def made(run, tmp_path_factory):
 
 
 def hot_scene(permissible, name="lining"):
-    """A stop with a lump of 20 kJ/K as linings: at rest it is `W0² J/2 / 20 kJ/K` = 8 K warmer."""
-    bodies = (sb.thermal.Lump(name, 2e4, temperature=300.0), sb.thermal.Lump("rim", 1e5, temperature=300.0))
+    """A stop with a lump of 20 kJ/K as linings: at rest it is `W0² J/2 / 20 kJ/K` = 8 K
+    warmer."""
+    bodies = (
+        sb.thermal.Lump(name, 2e4, temperature=300.0),
+        sb.thermal.Lump("rim", 1e5, temperature=300.0),
+    )
     friction = sb.thermal.FrictionHeat("rim", name, sb.thermal.ConstantPartition(0.0))
-    heat = sb.Heat(bodies, friction=friction, rim="rim", linings=name, permissible=permissible)
+    heat = sb.Heat(
+        bodies, friction=friction, rim="rim", linings=name, permissible=permissible
+    )
     return rigid_stop(fading(slope=1e-6), heat, end=4.0)
 
 
@@ -95,15 +105,32 @@ def hot():
 def test_page_is_complete_in_itself(made):
     page = Page(made)
     assert made.startswith("<!DOCTYPE html>")
-    assert {"html", "head", "title", "main", "nav", "figure", "figcaption", "table"} <= page.tags
+    assert {
+        "html",
+        "head",
+        "title",
+        "main",
+        "nav",
+        "figure",
+        "figcaption",
+        "table",
+    } <= page.tags
     assert not page.tags & {"link", "iframe", "object", "embed"}
     assert len(page.ids) == len(set(page.ids))
     for link in page.links:
-        assert link.startswith("data:image/") or (link[0] == "#" and link[1:] in page.ids)
-    # scripts are the data of the page and those that its policy names by their hashes; nothing else runs
+        assert link.startswith("data:image/") or (
+            link[0] == "#" and link[1:] in page.ids
+        )
+    # scripts are the data of the page and those that its policy names by their hashes;
+    # nothing else runs
     scripts = re.findall(r"<script>(.*?)</script>", made, re.S)
-    hashes = re.search(r"script-src ((?:'sha256-[^']*' ?)+)\"", html.unescape(made))[1].split()
-    digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts]
+    hashes = re.search(r"script-src ((?:'sha256-[^']*' ?)+)\"", html.unescape(made))[
+        1
+    ].split()
+    digests = [
+        base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        for text in scripts
+    ]
     assert hashes == [f"'sha256-{digest}'" for digest in digests]
     assert "default-src 'none'" in html.unescape(made)
     assert len(re.findall("<script", made)) == len(scripts) + 1 == 3
@@ -118,7 +145,10 @@ def test_numbers_of_the_page(run, made):
     found = [value for value in run.metrics.values() if value is not None]
     assert len(found) > 5
     assert set(found) <= there
-    assert {abs(float(run.energy[name])) for name in ("load_work", "lever_work", "friction_heat")} <= there
+    assert {
+        abs(float(run.energy[name]))
+        for name in ("load_work", "lever_work", "friction_heat")
+    } <= there
     assert {event.time for event in run.events} <= there
     assert {800.0, 0.725, 2e5, 8e3, math.radians(13.5)} <= there
     assert f"{1e3 * run.metrics['slip_onset_time']:.3g} ms" in page.words  # for reading
@@ -133,15 +163,27 @@ def test_what_people_wrote_is_escaped(made, hot):
 
 def test_sensitivities_only_if_asked(run, made):
     assert 'id="sensitivities"' in made
-    slope = sb.sensitivity(run.scene, "stopping_time", "brake.pulley.inertia", span=None).rows[0].derivative
-    assert any(float(v) == pytest.approx(slope, rel=1e-9) for v in Page(made).values if "," not in v)
+    slope = (
+        sb.sensitivity(run.scene, "stopping_time", "brake.pulley.inertia", span=None)
+        .rows[0]
+        .derivative
+    )
+    assert any(
+        float(v) == pytest.approx(slope, rel=1e-9)
+        for v in Page(made).values
+        if "," not in v
+    )
     plain = sb.report(run, check=False)
     assert "ensitivities" not in plain
 
 
 def test_scene_of_the_page_can_be_run_again(run, made):
     text = html.unescape(
-        re.search(r"<summary>As a scene file, as it was run</summary><pre>(.*?)</pre>", made, re.S).group(1)
+        re.search(
+            r"<summary>As a scene file, as it was run</summary><pre>(.*?)</pre>",
+            made,
+            re.S,
+        ).group(1)
     )
     again = sb.files.scene_from_text(text)
     for a, b in zip(sb.files.leaves(run.scene), sb.files.leaves(again), strict=True):
@@ -159,7 +201,11 @@ def test_failure_is_shown_with_its_message():
 
 def test_all_faults_of_the_options_at_once(run):
     with pytest.raises(sb.InputError) as caught:
-        sb.report(run, limits={"max_tensoin": 1.0, "max_pressure": 1e5, "max_tension": math.nan}, sensitivity=["nix"])
+        sb.report(
+            run,
+            limits={"max_tensoin": 1.0, "max_pressure": 1e5, "max_tension": math.nan},
+            sensitivity=["nix"],
+        )
     assert len(caught.value.faults) == 4
     assert "max_tension" in str(caught.value)
 
@@ -177,9 +223,13 @@ def test_command(capsys, tmp_path):
     page = Page(out.read_text("utf-8"))
     assert "A stop by hand" in page.words
     assert "my_scene.py" in page.words
-    code, _, err = call(capsys, *asked, "--limit", "max_tension", "--sensitivity", "nix")
+    code, _, err = call(
+        capsys, *asked, "--limit", "max_tension", "--sensitivity", "nix"
+    )
     assert (code, "2 input errors" in err) == (2, True)
-    assert call(capsys, *asked, "--out", str(tmp_path / "pages"))[0] == 0  # a folder, as of every command
+    assert (
+        call(capsys, *asked, "--out", str(tmp_path / "pages"))[0] == 0
+    )  # a folder, as of every command
     assert [page.name for page in (tmp_path / "pages").iterdir()] == ["my_scene.html"]
     (tmp_path / "taken").touch()
     code, _, err = call(capsys, *asked, "--out", str(tmp_path / "taken"))

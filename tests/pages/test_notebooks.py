@@ -1,4 +1,5 @@
-"""The notebooks as files: valid, with small outputs, alike in structure. CI executes them (`pytest --nbmake`)."""
+"""The notebooks as files: valid, with small outputs, alike in structure. CI executes
+them (`pytest --nbmake`)."""
 
 import json
 import pathlib
@@ -23,9 +24,15 @@ def test_outputs_are_stored_whole_and_small(file):
     cells = load(file)["cells"]
     code = [cell for cell in cells if cell["cell_type"] == "code"]
     # executed from top to bottom in one go, without errors or warnings
-    assert [cell["execution_count"] for cell in code] == list(range(1, len(code) + 1)), "run docs/make_notebooks.py"
+    assert [cell["execution_count"] for cell in code] == list(
+        range(1, len(code) + 1)
+    ), "run docs/make_notebooks.py"
     outputs = [output for cell in code for output in cell["outputs"]]
-    assert {output["output_type"] for output in outputs} <= {"stream", "execute_result", "display_data"}
+    assert {output["output_type"] for output in outputs} <= {
+        "stream",
+        "execute_result",
+        "display_data",
+    }
     assert all(output.get("name", "stdout") == "stdout" for output in outputs)
     assert any("image/png" in output.get("data", {}) for output in outputs)
     assert file.stat().st_size <= 400 * 1024
@@ -41,9 +48,12 @@ def test_opens_anywhere(file):
     assert len(set(ids)) == len(ids)
     assert all(re.fullmatch(r"[A-Za-z0-9_-]{1,64}", one) for one in ids)
     code = [source(cell) for cell in book["cells"] if cell["cell_type"] == "code"]
-    # a bare Figure is displayed only by the inline backend; simbrake itself turns 64-bit mode on
+    # a bare Figure is displayed only by the inline backend; simbrake itself turns
+    # 64-bit mode on
     assert code[0].startswith("%matplotlib inline\n")
     assert "import simbrake as sb\n" in code[0] + "\n"
     assert "jax_enable_x64" not in "".join(code)
     assert "import scenarios" not in "".join(code)
-    assert not re.search(r"""["'](/|[A-Z]:|\.\.?/)""", "".join(code))  # no path outside of the installed package
+    assert not re.search(
+        r"""["'](/|[A-Z]:|\.\.?/)""", "".join(code)
+    )  # no path outside of the installed package

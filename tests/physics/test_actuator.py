@@ -1,4 +1,5 @@
-"""An actuator behind its command: dead time, lag and return spring, against closed forms; its course by SciPy."""
+"""An actuator behind its command: dead time, lag and return spring, against closed
+forms; its course by SciPy."""
 
 import math
 
@@ -35,14 +36,26 @@ def gain(f):
 
 
 def scene(lever, load=0.0, omega=W0, end=5.0):
-    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.Lining(sb.ConstantFriction(FRICTION, STATIC), np.full(N, BETA)))
-    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(omega), end)
+    brake = sb.Brake(
+        sb.Pulley(R, J),
+        sb.Band(R),
+        sb.Lining(sb.ConstantFriction(FRICTION, STATIC), np.full(N, BETA)),
+    )
+    return sb.Scene(
+        brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(omega), end
+    )
 
 
 COMMANDS = {
-    "points": sb.PiecewiseLinear([1.0, 2.0, 2.0, 3.5, 3.5, 4.0], [2e3, 8e3, 1e3, 1e3, 5e3, 0.0]),
-    "cycles": sb.Repeated([0.0, 0.4, 0.9, 0.9, 2.0], [0.0, 5e3, 7e3, 2e3, 1e3], 2.0, 3, begin=0.5),
-    "cycles with gaps": sb.Repeated([0.2, 0.4, 0.9], [0.0, 5e3, 7e3], 2.0, 3, begin=0.5),
+    "points": sb.PiecewiseLinear(
+        [1.0, 2.0, 2.0, 3.5, 3.5, 4.0], [2e3, 8e3, 1e3, 1e3, 5e3, 0.0]
+    ),
+    "cycles": sb.Repeated(
+        [0.0, 0.4, 0.9, 0.9, 2.0], [0.0, 5e3, 7e3, 2e3, 1e3], 2.0, 3, begin=0.5
+    ),
+    "cycles with gaps": sb.Repeated(
+        [0.2, 0.4, 0.9], [0.0, 5e3, 7e3], 2.0, 3, begin=0.5
+    ),
 }
 
 
@@ -59,8 +72,12 @@ def test_lagged_course_solves_its_equation(command):
         if end > start:
             t = np.linspace(start, end, 4)
             rhs = lambda t, F, i=i: (float(command.value(t - DEAD, i)) - F) / LAG
-            truth = solve_ivp(rhs, (start, end), [force], "DOP853", rtol=1e-12, atol=1e-9, t_eval=t).y[0]
-            np.testing.assert_allclose([float(actuator.value(x, i)) for x in t], truth, rtol=1e-10, atol=1e-6)
+            truth = solve_ivp(
+                rhs, (start, end), [force], "DOP853", rtol=1e-12, atol=1e-9, t_eval=t
+            ).y[0]
+            np.testing.assert_allclose(
+                [float(actuator.value(x, i)) for x in t], truth, rtol=1e-10, atol=1e-6
+            )
             force = truth[-1]
         i = i + 1
         start = end
@@ -75,11 +92,14 @@ def stop_time(x):
 
 @pytest.mark.slow
 def test_stop_under_a_lagged_step():
-    """`ω = ω_0 − (K F/J)(t − τ + τ e^{−t/τ})` after the dead time, with its derivatives."""
+    """`ω = ω_0 − (K F/J)(t − τ + τ e^{−t/τ})` after the dead time, with its
+    derivatives."""
 
     def found(x):
         step = sb.PiecewiseLinear([0.0, 0.0], jnp.stack([jnp.zeros(()), x[0]]))
-        return sb.simulate(scene(Actuator(step, x[1], x[2])), max_steps=128).stopping_time[None]
+        return sb.simulate(
+            scene(Actuator(step, x[1], x[2])), max_steps=128
+        ).stopping_time[None]
 
     x = np.array([FORCE, LAG, DEAD])
     value, forwards, backwards = jacobians(found)(jnp.asarray(x))
@@ -100,19 +120,25 @@ def released(spring):
 
 @pytest.mark.slow
 def test_release_frees_load_and_opens_band():
-    """`F e^{−s/τ} − F_s` falls to what holds the load, and to 0: there the band opens."""
+    """`F e^{−s/τ} − F_s` falls to what holds the load, and to 0: there the band
+    opens."""
     result = released(SPRING)
     times = {event.name: event.time for event in result.events}
     begin = RELEASED + DEAD
     assert times["restart"] == pytest.approx(
-        begin + LAG * math.log(FORCE / (LOAD / gain(STATIC * FRICTION) + SPRING)), rel=1e-10
+        begin + LAG * math.log(FORCE / (LOAD / gain(STATIC * FRICTION) + SPRING)),
+        rel=1e-10,
     )
-    assert times["release"] == pytest.approx(begin + LAG * math.log(FORCE / SPRING), rel=1e-10)
+    assert times["release"] == pytest.approx(
+        begin + LAG * math.log(FORCE / SPRING), rel=1e-10
+    )
     assert result.series([4.9]).slack_tension[0] == 0.0
     # without a return spring the band never opens: its tension fades away
     faded = released(0.0)
     assert "release" not in {event.name for event in faded.events}
-    assert faded.series([4.9]).slack_tension[0] == pytest.approx(FORCE * math.exp(-(4.9 - begin) / LAG), rel=1e-9)
+    assert faded.series([4.9]).slack_tension[0] == pytest.approx(
+        FORCE * math.exp(-(4.9 - begin) / LAG), rel=1e-9
+    )
     for run in (result, faded):
         assert float(run.energy["closure"]) <= 1e-12
 
@@ -130,14 +156,22 @@ def test_dead_time_alone_and_within_a_lever():
     lever = sb.Lever(Actuator(ramp, None, DEAD), "1.2 m", "0.2 m")
     late = sb.simulate(scene(lever))
     prompt = sb.simulate(scene(sb.ramp(0.0, 6e3, 0.2 + DEAD, 0.5)))
-    assert float(late.stopping_time) == pytest.approx(float(prompt.stopping_time), rel=1e-12)
+    assert float(late.stopping_time) == pytest.approx(
+        float(prompt.stopping_time), rel=1e-12
+    )
 
 
 def test_input_is_checked():
     for bad, path in (
-        (Actuator(sb.profiles.ExponentialRise(5e3, 0.2), 0.1), "duty.slack_tension.command"),
+        (
+            Actuator(sb.profiles.ExponentialRise(5e3, 0.2), 0.1),
+            "duty.slack_tension.command",
+        ),
         (Actuator(sb.Constant(-1.0), 0.1), "duty.slack_tension.command.level"),
-        (sb.Lever(Actuator(sb.SpeedHold(1e3)), 1.0, 0.2), "duty.slack_tension.force.command"),
+        (
+            sb.Lever(Actuator(sb.SpeedHold(1e3)), 1.0, 0.2),
+            "duty.slack_tension.force.command",
+        ),
     ):
         with pytest.raises(sb.InputError, match=path):
             sb.simulate(scene(bad))
@@ -145,7 +179,7 @@ def test_input_is_checked():
         sb.simulate(scene(Actuator(sb.Constant(1e3), -0.1)))
 
 
-# --- a cylinder of air or oil -----------------------------------------------------------------------------------------
+# --- a cylinder of air or oil -------------------------------------------------------
 
 PRESSURE = 6e5
 DIAMETER = 0.2
@@ -155,14 +189,16 @@ AREA = math.pi * DIAMETER**2 / 4
 
 
 def step_of_pressure(x, spring=0.0, begin=0.0, **options):
-    """A cylinder under a step of its gauge pressure, for `x`: pressure, lag, dead time, diameter, ratio, efficiency."""
+    """A cylinder under a step of its gauge pressure, for `x`: pressure, lag, dead time,
+    diameter, ratio, efficiency."""
     step = sb.PiecewiseLinear([begin, begin], jnp.stack([jnp.zeros(()), x[0]]))
     return Cylinder(step, None, x[3], x[4], x[5], spring, x[1], x[2], **options)
 
 
 @pytest.mark.slow
 def test_stop_under_a_cylinder():
-    """`T_0 = η i π d²/4 p` behind dead time and lag: the stop by the Lambert W function, derivatives by its chain."""
+    """`T_0 = η i π d²/4 p` behind dead time and lag: the stop by the Lambert W
+    function, derivatives by its chain."""
     x = np.array([PRESSURE, LAG, DEAD, DIAMETER, RATIO, ETA])
 
     def force(x):
@@ -174,7 +210,9 @@ def test_stop_under_a_cylinder():
 
     value, forwards, backwards = jacobians(found)(jnp.asarray(x))
     stop = stop_time(force(x))
-    pressure = PRESSURE * -math.expm1(-(5.0 - DEAD) / LAG)  # it rises up to the end of the run
+    pressure = PRESSURE * -math.expm1(
+        -(5.0 - DEAD) / LAG
+    )  # it rises up to the end of the run
     np.testing.assert_allclose(value, [stop, pressure], rtol=1e-9)
     F, lag, dead = force(x)
     c = J * W0 / (gain(FRICTION) * F) + lag
@@ -194,26 +232,39 @@ def test_stop_under_a_cylinder():
 
 
 def test_pressure_against_a_return_spring():
-    """The band closes where `p A = F_s`, opens there as well; the column has the pressure all along."""
+    """The band closes where `p A = F_s`, opens there as well; the column has the
+    pressure all along."""
     spring = 2e3
     begin = 0.5
-    lever = sb.PiecewiseLinear([begin, begin, RELEASED, RELEASED], [0.0, PRESSURE, PRESSURE, 0.0])
-    cylinder = Cylinder(lever, f"{AREA!r} m^2", None, RATIO, ETA, spring, LAG, DEAD, "5.5 bar")
+    lever = sb.PiecewiseLinear(
+        [begin, begin, RELEASED, RELEASED], [0.0, PRESSURE, PRESSURE, 0.0]
+    )
+    cylinder = Cylinder(
+        lever, f"{AREA!r} m^2", None, RATIO, ETA, spring, LAG, DEAD, "5.5 bar"
+    )
     result = sb.simulate(scene(cylinder, LOAD))
     assert float(result.slip_onset_time) == pytest.approx(
         begin + DEAD - LAG * math.log(1 - spring / (PRESSURE * AREA)), rel=1e-10
     )
     full = PRESSURE * -math.expm1(-(RELEASED - begin) / LAG)
     opened = next(event.time for event in result.events if event.name == "release")
-    assert opened == pytest.approx(RELEASED + DEAD + LAG * math.log(full * AREA / spring), rel=1e-10)
+    assert opened == pytest.approx(
+        RELEASED + DEAD + LAG * math.log(full * AREA / spring), rel=1e-10
+    )
     t = np.array([0.3, 1.0, 2.5, 3.4])
     late = t - DEAD
     p = np.where(late < begin, 0.0, PRESSURE * -np.expm1(-(late - begin) / LAG))
     p = np.where(late > RELEASED, full * np.exp(-(late - RELEASED) / LAG), p)
     series = result.series(t)
     np.testing.assert_allclose(series.actuator_pressure, p, rtol=1e-12)
-    np.testing.assert_allclose(series.slack_tension, np.maximum(ETA * RATIO * (p * AREA - spring), 0.0), rtol=1e-10)
-    assert float(result.metrics["max_actuator_pressure"]) == pytest.approx(full, rel=1e-12)
+    np.testing.assert_allclose(
+        series.slack_tension,
+        np.maximum(ETA * RATIO * (p * AREA - spring), 0.0),
+        rtol=1e-10,
+    )
+    assert float(result.metrics["max_actuator_pressure"]) == pytest.approx(
+        full, rel=1e-12
+    )
     assert result.verdict().colour.value == "red"
 
 
@@ -222,21 +273,36 @@ def test_cylinder_behind_a_lever_and_in_phases():
     """On a hand lever it is its force; in a phase its time is that of the phase."""
     bare = Cylinder("4 bar", diameter="200 mm")
     on_lever = sb.simulate(scene(sb.Lever(bare, "1.2 m", "0.4 m")))
-    assert float(on_lever.stopping_time) == pytest.approx(J * W0 / (gain(FRICTION) * 3 * 4e5 * AREA), rel=1e-10)
-    assert float(on_lever.metrics["max_lever_force"]) == pytest.approx(4e5 * AREA, rel=1e-12)
-    rise = sb.profiles.ExponentialRise(4e5, LAG)  # (a custom course, without a lag of the actuator)
+    assert float(on_lever.stopping_time) == pytest.approx(
+        J * W0 / (gain(FRICTION) * 3 * 4e5 * AREA), rel=1e-10
+    )
+    assert float(on_lever.metrics["max_lever_force"]) == pytest.approx(
+        4e5 * AREA, rel=1e-12
+    )
+    rise = sb.profiles.ExponentialRise(
+        4e5, LAG
+    )  # (a custom course, without a lag of the actuator)
     phases = [
         sb.loads.Phase(0.0, "0.4 s"),
-        sb.loads.Phase(Cylinder(rise, diameter="200 mm", dead_time=DEAD, ratio=0.5), "1 s"),
+        sb.loads.Phase(
+            Cylinder(rise, diameter="200 mm", dead_time=DEAD, ratio=0.5), "1 s"
+        ),
     ]
     result = sb.simulate(scene(sb.loads.Phases(tuple(phases))))
     expected = [0.0, 0.0, 4e5 * -math.expm1(-(1.0 - 0.4 - DEAD) / LAG)]
-    np.testing.assert_allclose(result.series([0.2, 0.45, 1.0]).actuator_pressure, expected, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(
+        result.series([0.2, 0.45, 1.0]).actuator_pressure,
+        expected,
+        rtol=1e-12,
+        atol=1e-9,
+    )
     assert sb.simulate(scene(1e3)).series([0.0]).actuator_pressure is None
 
 
 def test_stepper_sets_the_pressure():
-    stepper = sb.Stepper(scene(Cylinder("4 bar", diameter="200 mm", dead_time=DEAD)), inputs=["lever"])
+    stepper = sb.Stepper(
+        scene(Cylinder("4 bar", diameter="200 mm", dead_time=DEAD)), inputs=["lever"]
+    )
     assert stepper.units == {"lever": "Pa"}
     stepper.advance("0.2 s", lever=2e5)
     slowed = gain(FRICTION) * AREA / J * (4e5 * DEAD + 2e5 * (0.2 - DEAD))
@@ -245,11 +311,17 @@ def test_stepper_sets_the_pressure():
 
 def test_pressures_are_checked():
     for options in ({}, {"area": 0.03, "diameter": 0.2}):
-        with pytest.raises(sb.InputError, match=r"Cylinder.diameter: .* give the diameter of the piston, or its area"):
+        with pytest.raises(
+            sb.InputError,
+            match=r"Cylinder.diameter: .* give the diameter of the piston, or its area",
+        ):
             Cylinder("8 bar", **options)
     for bad, path in (
         (Cylinder(-1.0, 0.03), "duty.slack_tension.pressure.level: -1 is below 0"),
-        (Cylinder(sb.profiles.ExponentialRise(5e5, 0.2), 0.03, lag=0.1), "duty.slack_tension.pressure: a lagged"),
+        (
+            Cylinder(sb.profiles.ExponentialRise(5e5, 0.2), 0.03, lag=0.1),
+            "duty.slack_tension.pressure: a lagged",
+        ),
         (Cylinder(sb.SpeedHold(5e5), 0.03), "duty.slack_tension.pressure"),
     ):
         with pytest.raises(sb.InputError, match=path):
@@ -259,13 +331,28 @@ def test_pressures_are_checked():
 
 
 def test_scene_file_keeps_a_cylinder():
-    given = scene(Cylinder(COMMANDS["points"], "300 cm^2", None, 2.0, 0.9, "0.4 kN", "250 ms", "80 ms", "120 psi"))
+    given = scene(
+        Cylinder(
+            COMMANDS["points"],
+            "300 cm^2",
+            None,
+            2.0,
+            0.9,
+            "0.4 kN",
+            "250 ms",
+            "80 ms",
+            "120 psi",
+        )
+    )
     text = sb.files.scene_text(given)
     read = sb.files.scene_from_text(text)
     for a, b in zip(jax.tree.leaves(read), jax.tree.leaves(given), strict=True):
         np.testing.assert_array_equal(a, b)
     head, _, rest = text.partition("[duty.slack_tension]")
-    by_hand = 'pressure = {times = ["0 s", "0.3 s"], values = "[0, 8] bar"}\ndiameter = "8 in"\nlag = "0.2 s"\n'
+    by_hand = (
+        'pressure = {times = ["0 s", "0.3 s"], values = "[0, 8] bar"}\ndiameter '
+        '= "8 in"\nlag = "0.2 s"\n'
+    )
     rest = rest[rest.index("[duty.load]") :] if "[duty.load]" in rest else ""
     read = sb.files.scene_from_text(
         f'{head}[duty.slack_tension]\ntype = "Cylinder"\n{by_hand}{rest}'
@@ -275,7 +362,9 @@ def test_scene_file_keeps_a_cylinder():
 
 
 def test_scene_file_keeps_it(tmp_path):
-    given = scene(sb.Lever(Actuator(COMMANDS["cycles"], "250 ms", "80 ms", "0.4 kN"), 1.2, 0.2))
+    given = scene(
+        sb.Lever(Actuator(COMMANDS["cycles"], "250 ms", "80 ms", "0.4 kN"), 1.2, 0.2)
+    )
     sb.write_scene(given, tmp_path / "scene.toml")
     read = sb.read_scene(tmp_path / "scene.toml")
     assert jax.tree.structure(read) == jax.tree.structure(given)

@@ -1,4 +1,5 @@
-"""Statics of the band and the layouts, against closed forms, the textbook and the published tables."""
+"""Statics of the band and the layouts, against closed forms, the textbook and the
+published tables."""
 
 import math
 
@@ -12,21 +13,29 @@ import simbrake as sb
 
 
 def ratio(f, angles):
-    mu, locked = sb.brakes.tension_ratio(sb.brakes.grip(jnp.asarray(f), jnp.asarray(angles)))
+    mu, locked = sb.brakes.tension_ratio(
+        sb.brakes.grip(jnp.asarray(f), jnp.asarray(angles))
+    )
     assert not np.any(locked)
     return float(np.prod(mu))
 
 
 def test_band_and_block_of_the_textbook():
-    """Khurmi & Gupta, brakes chapter: 14 blocks of 15°, μ 0.25, ends at 30/120 mm, 200 N at 750 mm."""
+    """Khurmi & Gupta, brakes chapter: 14 blocks of 15°, μ 0.25, ends at 30/120 mm, 200
+    N at 750 mm."""
     Pi = ratio(0.25, np.full(14, math.radians(15)))
     assert pytest.approx(2.51406375423075, rel=1e-13) == Pi
-    # moments about the fulcrum: 200·750 = T_n·30 − T_0·… with the tight end on the short arm
+    # moments about the fulcrum: 200·750 = T_n·30 − T_0·… with the tight end on the
+    # short arm
     T_0 = 200 * 0.750 / (0.120 - 0.030 * Pi)
     assert pytest.approx(3364.88191484, rel=1e-11) == T_0
-    forces = sb.brakes.sliding_tensions(jnp.asarray(T_0), jnp.full(14, 0.25), jnp.full(14, math.radians(15)))
+    forces = sb.brakes.sliding_tensions(
+        jnp.asarray(T_0), jnp.full(14, 0.25), jnp.full(14, math.radians(15))
+    )
     assert float(forces.tension[-1]) == pytest.approx(8459.52765938, rel=1e-11)
-    assert 0.5 * float(forces.tension[-1] - T_0) == pytest.approx(2547.32287226585, rel=1e-11)
+    assert 0.5 * float(forces.tension[-1] - T_0) == pytest.approx(
+        2547.32287226585, rel=1e-11
+    )
 
 
 def test_capstan_limit_is_of_second_order():
@@ -57,15 +66,20 @@ def test_mobilised_forces_balance_in_limits(f, T_0, share, angles):
     mu, _ = sb.brakes.tension_ratio(sb.brakes.grip(jnp.asarray(f), jnp.asarray(beta)))
     Pi = float(np.prod(mu))
     for T_n in (T_0 * Pi**share, T_0 * Pi**-share):
-        forces = sb.brakes.mobilised(jnp.asarray(T_0), jnp.asarray(T_n), mu, jnp.asarray(beta))
+        forces = sb.brakes.mobilised(
+            jnp.asarray(T_0), jnp.asarray(T_n), mu, jnp.asarray(beta)
+        )
         total = float(np.sum(forces.friction / np.cos(beta / 2)))
         assert total == pytest.approx(T_n - T_0, abs=1e-9 * T_0)
-        assert np.all(np.abs(forces.friction) <= f * np.asarray(forces.normal) * (1 + 1e-9) + 1e-9)
+        assert np.all(
+            np.abs(forces.friction) <= f * np.asarray(forces.normal) * (1 + 1e-9) + 1e-9
+        )
         assert float(forces.tension[-1]) == pytest.approx(T_n, rel=1e-12)
 
 
 def test_mass_terms_of_a_carried_lining():
-    """One lining in closed form, and lift-off where the centrifugal force exceeds the band's push."""
+    """One lining in closed form, and lift-off where the centrifugal force exceeds the
+    band's push."""
     beta = 0.4
     f = 0.3
     T_0 = 100.0
@@ -73,7 +87,11 @@ def test_mass_terms_of_a_carried_lining():
     s = math.sin(beta / 2)
     one = jnp.asarray([beta])
     forces = sb.brakes.sliding_tensions(
-        jnp.asarray(T_0), jnp.asarray([f]), one, inertia_force=2.0, centrifugal_force=5.0
+        jnp.asarray(T_0),
+        jnp.asarray([f]),
+        one,
+        inertia_force=2.0,
+        centrifugal_force=5.0,
     )
     T_1 = float(forces.tension[0])
     N = float(forces.normal[0])
@@ -81,7 +99,9 @@ def test_mass_terms_of_a_carried_lining():
     assert pytest.approx((T_1 - T_0) * c + 2.0, rel=1e-13) == F
     assert pytest.approx((T_1 + T_0) * s - 5.0, rel=1e-13) == N
     assert pytest.approx(f * N, rel=1e-13) == F
-    lifted = sb.brakes.sliding_tensions(jnp.asarray(T_0), jnp.asarray([f]), one, centrifugal_force=1e3)
+    lifted = sb.brakes.sliding_tensions(
+        jnp.asarray(T_0), jnp.asarray([f]), one, centrifugal_force=1e3
+    )
     assert float(lifted.normal[0]) == float(lifted.friction[0]) == 0.0
     assert float(lifted.tension[0]) == pytest.approx(T_0)
 
@@ -90,18 +110,24 @@ def test_mass_terms_of_a_carried_lining():
 def test_equal_increment_layout(f, k):
     layout = sb.layouts.equal_increment_angles(f, 10, k, math.radians(270))
     assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-12)
-    forces = sb.brakes.sliding_tensions(jnp.asarray(1.0), jnp.full(k, f), jnp.asarray(layout.angle[:k]))
+    forces = sb.brakes.sliding_tensions(
+        jnp.asarray(1.0), jnp.full(k, f), jnp.asarray(layout.angle[:k])
+    )
     increments = np.diff(np.append(1.0, forces.tension))
     np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
     assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
     z = np.tan(layout.angle / 2)
-    assert (1 / z[k - 1] + f) / (1 / z[0] - f) == pytest.approx(layout.ratio, rel=1e-11)  # telescoped, equal f
+    assert (1 / z[k - 1] + f) / (1 / z[0] - f) == pytest.approx(
+        layout.ratio, rel=1e-11
+    )  # telescoped, equal f
 
 
 def test_equal_increments_unequal_friction():
     f = np.linspace(0.25, 0.35, 8)
     layout = sb.layouts.equal_increment_angles(f, 8, 8, math.radians(240))
-    forces = sb.brakes.sliding_tensions(jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle))
+    forces = sb.brakes.sliding_tensions(
+        jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle)
+    )
     increments = np.diff(np.append(1.0, forces.tension))
     np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
     assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
@@ -111,7 +137,9 @@ def test_equal_increments_unequal_friction():
 def test_equal_load_layout(area):
     layout = sb.layouts.equal_load_angles(0.3, 10, math.radians(270), area=area)
     assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-10)
-    forces = sb.brakes.sliding_tensions(jnp.asarray(1.0), jnp.full(10, 0.3), jnp.asarray(layout.angle))
+    forces = sb.brakes.sliding_tensions(
+        jnp.asarray(1.0), jnp.full(10, 0.3), jnp.asarray(layout.angle)
+    )
     pressure = np.asarray(forces.normal) / area
     np.testing.assert_allclose(pressure, pressure[0], rtol=1e-9)
 
@@ -119,9 +147,13 @@ def test_equal_load_layout(area):
 def test_chord_layout_and_infeasible_case():
     twenty = math.radians(20)
     beta = sb.layouts.chord_equal_load_angles(0.2, 7, twenty, twenty)
-    forces = sb.brakes.chord_tensions(jnp.asarray(1.0), jnp.asarray(0.2), jnp.append(0.0, jnp.asarray(beta)))
+    forces = sb.brakes.chord_tensions(
+        jnp.asarray(1.0), jnp.asarray(0.2), jnp.append(0.0, jnp.asarray(beta))
+    )
     np.testing.assert_allclose(forces.normal[1:], forces.normal[1], rtol=1e-12)
-    with pytest.raises(sb.layouts.InfeasibleLayout, match=r"chord 1: 1 − f·tan\(β_1/2\)"):
+    with pytest.raises(
+        sb.layouts.InfeasibleLayout, match=r"chord 1: 1 − f·tan\(β_1/2\)"
+    ):
         sb.layouts.chord_equal_load_angles(0.5, 7, twenty, twenty)
 
 
@@ -140,7 +172,8 @@ def test_infeasible_layouts_say_so(call):
 
 
 def test_reach_of_equal_increments():
-    """At `f z_1 = 1` the linings have `1/(f z_i) = 2i − 1`: their angles are the widest wrap."""
+    """At `f z_1 = 1` the linings have `1/(f z_i) = 2i − 1`: their angles are the widest
+    wrap."""
     f = 0.4
     n = 4
     most = sum(2 * math.atan(1 / (f * (2 * i - 1))) for i in range(1, n + 1))
@@ -148,6 +181,7 @@ def test_reach_of_equal_increments():
     assert np.sum(layout.angle) == pytest.approx(0.999 * most, rel=1e-12)
     assert f * math.tan(np.max(layout.angle) / 2) < 1
     with pytest.raises(
-        sb.layouts.InfeasibleLayout, match=f"at a wrap of {math.degrees(most):.1f}°, below the requested"
+        sb.layouts.InfeasibleLayout,
+        match=f"at a wrap of {math.degrees(most):.1f}°, below the requested",
     ):
         sb.layouts.equal_increment_angles(f, n, n, 1.001 * most)

@@ -1,4 +1,5 @@
-"""The resolved bandage: linings that let go, lock and stop one by one, against balances and limits."""
+"""The resolved bandage: linings that let go, lock and stop one by one, against balances
+and limits."""
 
 import functools
 import math
@@ -6,7 +7,17 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from bandage_scenes import HALF, R_B, R, changes, check_conditions, random_duty, run, sampled, scene
+from bandage_scenes import (
+    HALF,
+    R_B,
+    R,
+    changes,
+    check_conditions,
+    random_duty,
+    run,
+    sampled,
+    scene,
+)
 
 import simbrake as sb
 
@@ -14,7 +25,9 @@ import simbrake as sb
 @functools.cache
 def long_run():
     lever = ((0.0, 0.4), (1e3, 2e4))
-    made = scene(26, preload=2e3, J=800.0, J_b=20.0, spring=1e4, lever=lever, wrap=270.0)
+    made = scene(
+        26, preload=2e3, J=800.0, J_b=20.0, spring=1e4, lever=lever, wrap=270.0
+    )
     sb.check_scene(made)
     return run(made)
 
@@ -28,7 +41,8 @@ def test_26_linings_let_go_lock_and_stop():
     rows = changes(record)
     slides = np.array([np.sum(inner != 0) for _, _, _, inner in rows])
     held = np.array([np.sum(outer == 0) for _, _, outer, _ in rows])
-    # each lets go of the rim once and locks on the band once, one after another; at the end all stick at once
+    # each lets go of the rim once and locks on the band once, one after another; at the
+    # end all stick at once
     assert list(slides[:-1]) == sorted(slides[:-1])
     assert set(np.diff(slides[:-1])) | set(np.diff(held)) <= {0, 1}
     assert len(rows) == 1 + 26 + 26 + 1
@@ -42,12 +56,17 @@ def test_26_linings_let_go_lock_and_stop():
     assert band == sb.results.BandMode.HELD
     assert not np.any(outer)
     assert not np.any(inner)
-    assert [b for _, b, _, _ in rows[-3:-1]] == [sb.results.BandMode.SLIP, sb.results.BandMode.HELD]
+    assert [b for _, b, _, _ in rows[-3:-1]] == [
+        sb.results.BandMode.SLIP,
+        sb.results.BandMode.HELD,
+    ]
     check_conditions(record)
     # onset of the first: the balance of lining n while all stick
     system = record.system
     _, _, q = sampled(0, record, jnp.asarray([first[-1] - 1e-12]))
-    mu = (1 + 0.4 * math.tan(math.radians(270 / 26) / 2)) / (1 - 0.4 * math.tan(math.radians(270 / 26) / 2))
+    mu = (1 + 0.4 * math.tan(math.radians(270 / 26) / 2)) / (
+        1 - 0.4 * math.tan(math.radians(270 / 26) / 2)
+    )
     T_0 = float(q.slack_tension[0])
     s = math.sin(math.radians(270 / 26) / 2)
     before = T_0 * mu**25
@@ -59,7 +78,8 @@ def test_26_linings_let_go_lock_and_stop():
 
 @pytest.mark.slow
 def test_preload_releases_linings_together():
-    """`N_pre,i` such that every lining comes to its limit at the lever tension `T*`: one instant, one event."""
+    """`N_pre,i` such that every lining comes to its limit at the lever tension `T*`:
+    one instant, one event."""
     n = 3
     f = 0.4
     f_int = 0.2
@@ -71,7 +91,9 @@ def test_preload_releases_linings_together():
     mu = (1 + f * z) / (1 - f * z)
     before = at * mu ** np.arange(n)
     alpha = -R_B * at * (mu**n - 1) / (J + J_b)
-    preload = (R_B * before * (mu - 1) + J_b / n * alpha) / (R * f_int) - before * (mu + 1) * s
+    preload = (R_B * before * (mu - 1) + J_b / n * alpha) / (R * f_int) - before * (
+        mu + 1
+    ) * s
     record = run(scene(f=f, f_int=f_int, J=J, J_b=J_b, preload=preload)).record
     rows = changes(record)
     t, _, _, inner = rows[1]
@@ -82,10 +104,12 @@ def test_preload_releases_linings_together():
 
 @pytest.mark.slow
 def test_stiff_springs_tend_to_rigid_bandage():
-    """Until the lock every lining slides on the band in both systems, with the same tensions: those times agree.
+    """Until the lock every lining slides on the band in both systems, with the same
+    tensions: those times agree.
 
-    Afterwards they differ for good: the rigid bandage mobilises linings from the slack end, which loads the rim most;
-    single ones keep the shares with which they came to rest, and the springs bear the rest (`docs/chain.md`).
+    Afterwards they differ for good: the rigid bandage mobilises linings from the slack
+    end, which loads the rim most; single ones keep the shares with which they came to
+    rest, and the springs bear the rest (`docs/chain.md`).
     """
     kwargs = {"preload": [1500.0, 1200.0, 900.0], "damping": 1.0}
     made = scene(**kwargs)
@@ -102,9 +126,19 @@ def test_stiff_springs_tend_to_rigid_bandage():
         assert float(result.energy["closure"]) < 1e-8
         slip = next(t for t, _, _, inner in rows if np.all(inner == 1))
         misses.append(abs(slip / float(truth.internal_slip_time) - 1))
-        lock = next(t for t, band, _, inner in rows if band == sb.results.BandMode.HELD and np.all(inner == 1))
+        lock = next(
+            t
+            for t, band, _, inner in rows
+            if band == sb.results.BandMode.HELD and np.all(inner == 1)
+        )
         locks.append(abs(lock / float(truth.external_lock_time) - 1))
-        stops.append(next(t for t, band, _, inner in rows if band == sb.results.BandMode.HELD and not np.any(inner)))
+        stops.append(
+            next(
+                t
+                for t, band, _, inner in rows
+                if band == sb.results.BandMode.HELD and not np.any(inner)
+            )
+        )
     for each in (misses, locks):
         assert each[2] < 0.2 * each[1] < 0.2**2 * 3 * each[0]
         assert each[2] < 1e-3
@@ -125,7 +159,9 @@ def _limit(T_0, weaker):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("T_0", "first"), [(1e3, (0, 1, 1)), (200.0, (0, 0, 0)), (6e3, (1, 1, 1))])
+@pytest.mark.parametrize(
+    ("T_0", "first"), [(1e3, (0, 1, 1)), (200.0, (0, 0, 0)), (6e3, (1, 1, 1))]
+)
 def test_held_brake_is_still_up_to_its_limit(T_0, first):
     limit = _limit(T_0, "weaker")
     loads = (0.9 * limit, 0.9 * limit, 1.1 * limit)
@@ -141,7 +177,9 @@ def test_held_brake_is_still_up_to_its_limit(T_0, first):
     # one share for all, unless the band bounds a lining
     free = np.abs(q.outer_force) < np.asarray(q.outer_limit) * (1 - 1e-9)
     share = np.asarray(q.inner_torque) / np.asarray(q.capacity)
-    assert np.all(np.where(free, np.abs(share - np.asarray(q.share)[:, None]), 0.0) < 1e-12)
+    assert np.all(
+        np.where(free, np.abs(share - np.asarray(q.share)[:, None]), 0.0) < 1e-12
+    )
     check_conditions(record)
     t, _, outer, inner = rows[1]
     assert t == pytest.approx(3600.5, rel=1e-12)
@@ -153,7 +191,9 @@ def test_held_brake_is_still_up_to_its_limit(T_0, first):
 def test_torque_at_the_end_of_a_run(T_0):
     result = run(scene(lever=((0.0,), (T_0,)), spring=1e-6, end=0.01))
     assert float(result.record.y_end.omega) > 0
-    assert float(result.end_capacity.torque) == pytest.approx(_limit(T_0, "weaker"), rel=1e-6)  # springs add 3e-8
+    assert float(result.end_capacity.torque) == pytest.approx(
+        _limit(T_0, "weaker"), rel=1e-6
+    )  # springs add 3e-8
 
 
 @pytest.mark.slow
@@ -169,7 +209,9 @@ def test_random_duties_end_well():
         ledger = record.states.ledger
         n = int(record.count) + 1
         for heat in (*ledger.friction, ledger.damper_heat):
-            assert np.min(np.diff(np.asarray(heat)[:n])) >= -1e-12 * max(1.0, float(energy["friction_heat"])), seed
+            assert np.min(np.diff(np.asarray(heat)[:n])) >= -1e-12 * max(
+                1.0, float(energy["friction_heat"])
+            ), seed
         if seed % 6 == 0:
             check_conditions(record)
 
@@ -178,16 +220,24 @@ def test_faults_of_a_bandage_with_springs():
     made = scene()
     bandage = sb.Bandage(4.0, sb.ConstantFriction(0.2), spring=[1e3, 1e3, 1e3])
     brake = sb.Brake(made.brake.pulley, sb.Band(R_B, 1e5), made.brake.linings, bandage)
-    with pytest.raises(sb.InputError, match=r"brake.bandage.spring: does not fit 3 linings"):
+    with pytest.raises(
+        sb.InputError, match=r"brake.bandage.spring: does not fit 3 linings"
+    ):
         sb.check_scene(sb.Scene(brake, made.duty, made.initial, 4.0))
-    brake = sb.Brake(made.brake.pulley, sb.Band(R_B, 1e5), made.brake.linings, made.brake.bandage)
-    with pytest.raises(sb.InputError, match=r"brake.band.stiffness: a bandage with springs needs a rigid band — leave"):
+    brake = sb.Brake(
+        made.brake.pulley, sb.Band(R_B, 1e5), made.brake.linings, made.brake.bandage
+    )
+    with pytest.raises(
+        sb.InputError,
+        match=r"brake.band.stiffness: a bandage with springs needs a rigid band — leave",
+    ):
         sb.check_scene(sb.Scene(brake, made.duty, made.initial, 4.0))
 
 
 @pytest.mark.slow
 def test_simulate_runs_a_bandage():
-    """Events, stages, energies and overlap by `simulate`; each lining in the log and in the series."""
+    """Events, stages, energies and overlap by `simulate`; each lining in the log and in
+    the series."""
     result = sb.simulate(scene())
     assert result.status == "stopped"
     assert float(result.energy["closure"]) <= 1e-9
@@ -196,7 +246,11 @@ def test_simulate_runs_a_bandage():
     slips = [e for e in result.events if e.name == "lining_internal_slip"]
     assert slips[0].time == pytest.approx(float(result.internal_slip_time), abs=1e-15)
     assert {e.lining for e in slips} == {1, 2, 3}
-    assert names.index("internal_slip") < names.index("external_lock") < names.index("stop")
+    assert (
+        names.index("internal_slip")
+        < names.index("external_lock")
+        < names.index("stop")
+    )
     t = 0.5 * (slips[0].time + slips[-1].time)
     s = result.series([t])
     o = sb.results.overlap(result, [t])

@@ -28,7 +28,8 @@ MU = (1 + 0.3 * Z_ANGLE) / (1 - 0.3 * Z_ANGLE)
 
 
 def quasi_static(k=4, R_b=ARM, C=5.0 / ARM, J=4.0):
-    """First lining limit, t1 and stopping time from the onset of slip (closed forms of model §3), T_0 = ω_0 = 1."""
+    """First lining limit, t1 and stopping time from the onset of slip (closed forms of
+    model §3), T_0 = ω_0 = 1."""
     chi = math.sqrt(C * R_b**2 / J)
     first, t1 = (math.asin(chi * (MU**i - 1) / (C * R_b)) / chi for i in (1, k))
     return first, t1, t1 + math.cos(chi * t1) * J / (R_b * (MU**k - 1))
@@ -42,9 +43,21 @@ def test_converges_to_the_quasi_static_band():
     light = [run(chain(m=m, K=1e4), 1e-9, 32768) for m in masses]
     stiff = [run(chain(m=1e-4, K=K, end=0.4), 1e-9, 32768) for K in stiffnesses]
     errors = {
-        "first slip over mass": (masses, [first_slips(r).min() - first for r in light], 1.0),
-        "stopping time over mass": (masses[1:], [stop_of(r) - stop for r in light[1:]], 1.0),
-        "full slip over stiffness": (stiffnesses, [full_slip_of(r) - t1 for r in stiff], -1.0),
+        "first slip over mass": (
+            masses,
+            [first_slips(r).min() - first for r in light],
+            1.0,
+        ),
+        "stopping time over mass": (
+            masses[1:],
+            [stop_of(r) - stop for r in light[1:]],
+            1.0,
+        ),
+        "full slip over stiffness": (
+            stiffnesses,
+            [full_slip_of(r) - t1 for r in stiff],
+            -1.0,
+        ),
     }
     for name, (sizes, error, slope) in errors.items():
         found = np.diff(np.log(np.abs(error))) / np.diff(np.log(sizes))
@@ -53,8 +66,12 @@ def test_converges_to_the_quasi_static_band():
     # with a damped anchor the linings come to rest and carry what statics says
     record = run(chain(m=1e-4, K=1e4, damping=4.5e-3), 1e-9, 32768)
     i = int(np.searchsorted(np.asarray(record.rows.t)[: int(record.count)], 3.0))
-    np.testing.assert_allclose(np.asarray(looked(record)[0].tension)[i], MU ** np.arange(1, 5), rtol=1e-6)
-    np.testing.assert_allclose([stop_of(record), full_slip_of(record)], [stop, t1], atol=1.1e-3)
+    np.testing.assert_allclose(
+        np.asarray(looked(record)[0].tension)[i], MU ** np.arange(1, 5), rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        [stop_of(record), full_slip_of(record)], [stop, t1], atol=1.1e-3
+    )
 
 
 def test_a_whole_stop_of_26_linings():
@@ -69,8 +86,12 @@ def test_a_whole_stop_of_26_linings():
     assert np.all(np.diff(np.asarray(y.ledger.damper_heat)[:k]) >= -1e-9 * scale)
     assert np.min(np.asarray(q.tension)[:k]) >= 0
     linings = np.asarray(mode.own.linings)[:k]
-    past = np.where(linings == 0, np.abs(np.asarray(q.force)[:k]) - np.asarray(limit)[:k], -1.0)
-    final = np.asarray(record.rows.kind)[:k] != INSTANT  # a mode that is not left again at the same instant
+    past = np.where(
+        linings == 0, np.abs(np.asarray(q.force)[:k]) - np.asarray(limit)[:k], -1.0
+    )
+    final = (
+        np.asarray(record.rows.kind)[:k] != INSTANT
+    )  # a mode that is not left again at the same instant
     assert np.max(past[final]) < 1e-9 * scale
     slides = linings * np.asarray(q.lining_slip)[:k]
     assert np.min(slides) > -1e-9
@@ -83,8 +104,11 @@ def test_a_whole_stop_of_26_linings():
     # moment balance: all that brakes comes from the grip of the linings
     load = drawworks(26).duty.load.torque(0.0, 0.0, np.asarray(0))
     alpha = (load - q.brake_torque) / record.system.inertia
-    np.testing.assert_allclose(np.asarray(q.alpha)[:k], np.asarray(alpha)[:k], atol=1e-9)
-    # from the tight end on; near the slack end the rising lever draws the linings ahead of the pulley first
+    np.testing.assert_allclose(
+        np.asarray(q.alpha)[:k], np.asarray(alpha)[:k], atol=1e-9
+    )
+    # from the tight end on; near the slack end the rising lever draws the linings ahead
+    # of the pulley first
     first = first_slips(record)
     assert np.all(np.diff(first[6:]) < 0)
     for i in range(26):  # each lining sticks and slides by turns
@@ -94,24 +118,37 @@ def test_a_whole_stop_of_26_linings():
             if after.own.linings[i] != before.own.linings[i]
         ]
         assert own[0] == (1 if i >= 6 else own[0])
-        assert all((a == 0) != (b == 0) or 0 not in (a, b) for a, b in itertools.pairwise(own))
+        assert all(
+            (a == 0) != (b == 0) or 0 not in (a, b) for a, b in itertools.pairwise(own)
+        )
     bands = [int(after.band) for _, _, after in changes(record)]
     assert sb.results.BandMode.SLIP in bands
     assert bands[-1] == sb.results.BandMode.HELD
     i = int(np.argmax(np.all(linings == 1, axis=1)))
     z, m, state = jax.tree.map(lambda x: x[i], (q, mode, y))
-    (pair,) = record.system.mechanism.shown(z.slack_tension, state.omega, state.own, m, (None,), z).pairs
-    np.testing.assert_allclose(pair.friction, 0.35 * np.asarray(pair.normal), rtol=1e-12)
+    (pair,) = record.system.mechanism.shown(
+        z.slack_tension, state.omega, state.own, m, (None,), z
+    ).pairs
+    np.testing.assert_allclose(
+        pair.friction, 0.35 * np.asarray(pair.normal), rtol=1e-12
+    )
     s = record.stats
-    print(f"26 linings: {int(s.events)} events, {int(record.count)} attempts, {int(s.retaken)} of them retaken")
+    print(
+        f"26 linings: {int(s.events)} events, {int(record.count)} attempts, "
+        f"{int(s.retaken)} of them retaken"
+    )
 
 
 @pytest.mark.slow
 def test_lining_friction_is_at_its_own_slip():
-    s = sb.simulate(chain(law=sb.StribeckFriction(0.35, 0.3, 0.4), m=0.05, damping=0.05, end=1.0)).series([0.25, 0.5])
+    s = sb.simulate(
+        chain(law=sb.StribeckFriction(0.35, 0.3, 0.4), m=0.05, damping=0.05, end=1.0)
+    ).series([0.25, 0.5])
     slip = np.abs(np.asarray(s.pairs["external"].slip_speed))
     assert slip[1].max() > 1.001 * slip[1].min() > 0.0
-    np.testing.assert_allclose(s.friction_coefficient, 0.3 + 0.05 * np.exp(-((slip / 0.4) ** 2)), rtol=1e-12)
+    np.testing.assert_allclose(
+        s.friction_coefficient, 0.3 + 0.05 * np.exp(-((slip / 0.4) ** 2)), rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("sense", [1, -1])
@@ -125,7 +162,10 @@ def test_sudden_load_moves_a_chain_its_way(sense):
 
 
 def test_segments_go_slack_and_taut_again():
-    lever = (0.0, 0.5, 0.5, 1.0, 1.0), (1.0, 1.0, 0.0, 0.0, 1.0)  # let go, and thrown in again
+    lever = (
+        (0.0, 0.5, 0.5, 1.0, 1.0),
+        (1.0, 1.0, 0.0, 0.0, 1.0),
+    )  # let go, and thrown in again
     record = run(chain(lever=lever, m=2e-2, K=100.0, end=3.0), 1e-11)
     assert int(record.code) == 0
     found = changes(record)
@@ -143,15 +183,32 @@ def test_segments_go_slack_and_taut_again():
 
 @pytest.mark.slow
 def test_linings_that_let_go_at_one_instant():
-    # from rest under a ramp of the load the same force would hold each lining: M(t) = (J + n m R²) 2 f z T_0/(m R)
+    # from rest under a ramp of the load the same force would hold each lining: M(t) =
+    # (J + n m R²) 2 f z T_0/(m R)
     n = 5
     m = 0.5
     J = 4.0
     rate = 2.0
-    f = np.asarray([0.3, 0.3, 0.3, 0.3, 0.9])  # the anchor's lining holds: its spring pulls as well
+    f = np.asarray(
+        [0.3, 0.3, 0.3, 0.3, 0.9]
+    )  # the anchor's lining holds: its spring pulls as well
     load = (0.0, 10.0), (0.0, 10.0 * rate)
     record = run(
-        chain(n=n, f=f, m=m, J=J, R_b=1.0, C=1e-6, w0=0.0, K=50.0, load=load, T0=0.01, x0=1e4, ratio=0.0, end=0.3),
+        chain(
+            n=n,
+            f=f,
+            m=m,
+            J=J,
+            R_b=1.0,
+            C=1e-6,
+            w0=0.0,
+            K=50.0,
+            load=load,
+            T0=0.01,
+            x0=1e4,
+            ratio=0.0,
+            end=0.3,
+        ),
         1e-12,
         256,
     )
@@ -164,17 +221,37 @@ def test_linings_that_let_go_at_one_instant():
     # and under a jump all of them
     jump = (0.0, 0.1, 0.1, 1.0), (0.0, 0.0, 5.0, 5.0)
     record = run(
-        chain(n=n, f=0.3, m=m, J=J, R_b=1.0, C=1e-3, w0=0.0, K=50.0, load=jump, T0=0.01, x0=10.0, end=0.2), 1e-12, 256
+        chain(
+            n=n,
+            f=0.3,
+            m=m,
+            J=J,
+            R_b=1.0,
+            C=1e-3,
+            w0=0.0,
+            K=50.0,
+            load=jump,
+            T0=0.01,
+            x0=10.0,
+            end=0.2,
+        ),
+        1e-12,
+        256,
     )
     found = changes(record)
-    assert [t for t, _, _ in found[:3]] == [0.1, 0.1, 0.1]  # both corners of the jump, then the linings
+    assert [t for t, _, _ in found[:3]] == [
+        0.1,
+        0.1,
+        0.1,
+    ]  # both corners of the jump, then the linings
     np.testing.assert_array_equal(found[2][1].own.linings, 0)
     np.testing.assert_array_equal(found[2][2].own.linings, 1)
     assert found[2][2].band == sb.results.BandMode.SLIP
 
 
 def test_rising_lever_tightens_a_slack_band():
-    # everything starts from exactly 0: slip speeds leave it more slowly than rounding would show
+    # everything starts from exactly 0: slip speeds leave it more slowly than rounding
+    # would show
     lever = (0.0, 1.0, 2.0, 3.0, 4.0), (0.0, 1.0, 1.0, 0.0, 0.0)
     record = run(chain(m=0.0858, K=34.7, C=1.19, J=0.727, x0=0.0, lever=lever, end=4.5))
     assert int(record.code) == 0
@@ -188,39 +265,65 @@ def test_faults():
 
     def faults(**parts):
         band = parts.get("band", plain.brake.band)
-        brake = sb.Brake(plain.brake.pulley, band, parts.get("linings", plain.brake.linings))
+        brake = sb.Brake(
+            plain.brake.pulley, band, parts.get("linings", plain.brake.linings)
+        )
         with pytest.raises(sb.InputError) as caught:
-            sb.check_scene(sb.Scene(brake, plain.duty, plain.initial, 1.0, parts.get("heat")))
+            sb.check_scene(
+                sb.Scene(brake, plain.duty, plain.initial, 1.0, parts.get("heat"))
+            )
         return str(caught.value)
 
     sb.check_scene(plain)
-    assert "brake.linings.mass: has no effect" in faults(band=sb.Band(ARM, 5.0), linings=whole)
-    assert "brake.linings.mass: is missing" in faults(linings=sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4)))
-    assert "brake.band.stiffness: is missing" in faults(band=sb.Band(ARM, None, sb.Segments(1e3)))
-    assert "brake.band.segments.stiffness" in faults(band=sb.Band(ARM, 5.0, sb.Segments(np.full(4, 1e3))))
+    assert "brake.linings.mass: has no effect" in faults(
+        band=sb.Band(ARM, 5.0), linings=whole
+    )
+    assert "brake.linings.mass: is missing" in faults(
+        linings=sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4))
+    )
+    assert "brake.band.stiffness: is missing" in faults(
+        band=sb.Band(ARM, None, sb.Segments(1e3))
+    )
+    assert "brake.band.segments.stiffness" in faults(
+        band=sb.Band(ARM, 5.0, sb.Segments(np.full(4, 1e3)))
+    )
     with pytest.raises(sb.InputError, match="out of range"):
         sb.check_scene(chain(m=0.0))
-    both = dataclasses.replace(plain.brake, bandage=sb.Bandage(1.0, sb.ConstantFriction(0.1)))
-    with pytest.raises(sb.InputError, match=r"brake\.band\.segments: is not available for a staged brake"):
+    both = dataclasses.replace(
+        plain.brake, bandage=sb.Bandage(1.0, sb.ConstantFriction(0.1))
+    )
+    with pytest.raises(
+        sb.InputError,
+        match=r"brake\.band\.segments: is not available for a staged brake",
+    ):
         sb.check_scene(dataclasses.replace(plain, brake=both))
 
 
 @pytest.mark.slow
 def test_a_chain_runs_through_the_front_door():
-    """Events, metrics, energies and columns of a chain by `simulate`; the pulley swings on the band after the stop."""
+    """Events, metrics, energies and columns of a chain by `simulate`; the pulley swings
+    on the band after the stop."""
     scene = chain()
     result = sb.simulate(scene)
     assert result.status == "stopped"
     assert float(result.energy["closure"]) <= 1e-9
     slips = [e for e in result.events if e.name == "lining_slip"]
-    assert slips[0].time == pytest.approx(float(result.first_lining_slip_time), abs=1e-15)
+    assert slips[0].time == pytest.approx(
+        float(result.first_lining_slip_time), abs=1e-15
+    )
     assert slips[0].lining == scene.brake.linings.count
     names = [e.name for e in result.events]
     assert "slip_onset" not in names
     assert "lining_limit" not in names
     assert names.index("full_slip") < names.index("stop")
     s = result.series(np.linspace(0.0, float(scene.end_time), 50))
-    assert s.displacement.shape == s.pairs["external"].slip_speed.shape == (50, scene.brake.linings.count)
+    assert (
+        s.displacement.shape
+        == s.pairs["external"].slip_speed.shape
+        == (50, scene.brake.linings.count)
+    )
     assert np.all(np.diff(np.asarray(s.damper_heat)) >= -1e-9)
-    np.testing.assert_allclose(s.elongation, np.asarray(s.displacement)[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(
+        s.elongation, np.asarray(s.displacement)[:, 0], rtol=1e-12
+    )
     assert "damper_heat" in result.energy

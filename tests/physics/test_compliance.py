@@ -1,4 +1,5 @@
-"""Band compliance: elongation against quadrature, bands in parallel, the scene with geometry, the lever."""
+"""Band compliance: elongation against quadrature, bands in parallel, the scene with
+geometry, the lever."""
 
 import math
 
@@ -51,12 +52,24 @@ def slotted(**change):
     return sb.brakes.ContinuousLining(**{**SLOTTED, **change})
 
 
-def elongation_by_quadrature(S_C, pieces, ends=((L_C, E1 * A1), (L_H, E1 * A1)), end_factor=1.0):
-    """`∫ S ds/k` along `pieces` of (friction, angle, stiffness per rad), and the ends (length, EA)."""
+def elongation_by_quadrature(
+    S_C, pieces, ends=((L_C, E1 * A1), (L_H, E1 * A1)), end_factor=1.0
+):
+    """`∫ S ds/k` along `pieces` of (friction, angle, stiffness per rad), and the ends
+    (length, EA)."""
     S = S_C
     total = end_factor * S_C * ends[0][0] / ends[0][1]
     for f, angle, k in pieces:
-        total += quad(lambda θ, S=S, f=f: S * math.exp(f * θ), 0.0, angle, epsabs=0, epsrel=1e-13)[0] / k
+        total += (
+            quad(
+                lambda θ, S=S, f=f: S * math.exp(f * θ),
+                0.0,
+                angle,
+                epsabs=0,
+                epsrel=1e-13,
+            )[0]
+            / k
+        )
         S *= math.exp(f * angle)
     return total + end_factor * S * ends[1][0] / ends[1][1]
 
@@ -79,13 +92,21 @@ def laid(f, angles, gaps, k):
 @pytest.mark.parametrize("halved", [False, True])
 @pytest.mark.parametrize(("make", "k"), [(bonded, BOND), (plates, BARE)])
 def test_separate_linings_match_quadrature(make, k, halved):
-    equal = (np.full(20, 0.35), np.full(20, math.radians(12.0)), np.full(19, math.radians(1.5)))
+    equal = (
+        np.full(20, 0.35),
+        np.full(20, math.radians(12.0)),
+        np.full(19, math.radians(1.5)),
+    )
     for f, angles, gaps in (equal, (EACH, ANGLES, GAPS), (0 * EACH, ANGLES, GAPS)):
         got = make(gap=gaps, halved_ends=halved).elongation(5e3, f, angles, R0)
-        truth = elongation_by_quadrature(5e3, laid(f, angles, gaps, k), end_factor=0.5 if halved else 1.0)
+        truth = elongation_by_quadrature(
+            5e3, laid(f, angles, gaps, k), end_factor=0.5 if halved else 1.0
+        )
         assert float(got) == pytest.approx(truth, rel=1e-13)
     one = make(gap=equal[2]).compliance(0.35, equal[1], R0)
-    assert float(one) == pytest.approx(float(make(gap=math.radians(1.5)).compliance(equal[0], equal[1], R0)), rel=1e-14)
+    assert float(one) == pytest.approx(
+        float(make(gap=math.radians(1.5)).compliance(equal[0], equal[1], R0)), rel=1e-14
+    )
 
 
 @pytest.mark.parametrize("split", [0.0, 2.9, math.radians(400.0)])
@@ -98,13 +119,18 @@ def test_more_than_a_turn_matches_quadrature(split):
     ends = ((L_C, E1 * A1), (L_H, 0.6 * E1 * A1))
     angle = np.full(50, wrap / 50)
     got = slotted(split=split).elongation(5e3, f, angle, R0)
-    assert float(got) == pytest.approx(elongation_by_quadrature(5e3, pieces, ends), rel=1e-13)
-    assert float(sb.brakes.tension_rise(f, angle)) == pytest.approx(math.exp(f * wrap), rel=1e-13)
+    assert float(got) == pytest.approx(
+        elongation_by_quadrature(5e3, pieces, ends), rel=1e-13
+    )
+    assert float(sb.brakes.tension_rise(f, angle)) == pytest.approx(
+        math.exp(f * wrap), rel=1e-13
+    )
 
 
 @pytest.mark.parametrize("make", [bonded, plates, slotted])
 def test_elongation_is_exact_at_no_friction(make):
-    """`Δl/S_C` at f = 0 and its derivative, against those of the integrand `∫ e^{fθ} dθ`."""
+    """`Δl/S_C` at f = 0 and its derivative, against those of the integrand
+    `∫ e^{fθ} dθ`."""
     angle = np.full(20, BETA)
 
     def compliance(f):
@@ -125,16 +151,23 @@ def test_elongation_is_exact_at_no_friction(make):
     assert float(value) == pytest.approx(truth, rel=1e-13)
     assert float(slope) == pytest.approx(rise, rel=1e-12)
     # no seam where the series hands over to the closed form, f α = 0.02
-    near = [float(jax.jit(jax.grad(compliance))(0.02 / BETA * s)) for s in (1 - 1e-9, 1 + 1e-9)]
+    near = [
+        float(jax.jit(jax.grad(compliance))(0.02 / BETA * s))
+        for s in (1 - 1e-9, 1 + 1e-9)
+    ]
     assert near[0] == pytest.approx(near[1], rel=1e-8)
 
 
 def test_anchor_and_linkage_are_in_series():
     angle = np.full(20, BETA)
-    alone, soft = (float(bonded(linkage=c).stiffness(0.35, angle, R0)) for c in (None, 1e5))
+    alone, soft = (
+        float(bonded(linkage=c).stiffness(0.35, angle, R0)) for c in (None, 1e5)
+    )
     assert 1 / soft == pytest.approx(1 / alone + 1 / 1e5, rel=1e-14)
     rise = math.exp(0.35 * 20 * BETA)
-    assert alone == pytest.approx(5e3 * rise / float(bonded().elongation(5e3, 0.35, angle, R0)), rel=1e-13)
+    assert alone == pytest.approx(
+        5e3 * rise / float(bonded().elongation(5e3, 0.35, angle, R0)), rel=1e-13
+    )
 
 
 def test_parallel_bands_stretch_alike():
@@ -142,7 +175,9 @@ def test_parallel_bands_stretch_alike():
     split = np.asarray(sb.brakes.lever_split(c, 1e4))
     assert split.sum() == pytest.approx(1e4, rel=1e-15)
     np.testing.assert_allclose(split * c, split[0] * c[0], rtol=1e-15)
-    np.testing.assert_array_equal(np.asarray(sb.brakes.lever_split([3e-8, 3e-8], 1e4)), [5e3, 5e3])
+    np.testing.assert_array_equal(
+        np.asarray(sb.brakes.lever_split([3e-8, 3e-8], 1e4)), [5e3, 5e3]
+    )
     # geometries and numbers, with linings of their own friction
     angle = np.full(4, 0.6)
     bands = sb.brakes.ParallelBands((bonded(), plates(tight_end=2.0), 4e8))
@@ -150,11 +185,20 @@ def test_parallel_bands_stretch_alike():
     shares = bands.shares(EACH, angle, R0)
     each = np.asarray([band.stiffness(EACH, angle, R0) for band in bands.bands])
     np.testing.assert_allclose(np.asarray(shares), each / each.sum(), rtol=1e-14)
-    stretched = [float(b.elongation(8e3 * s, EACH, angle, R0)) for b, s in zip(bands.bands, shares, strict=True)]
+    stretched = [
+        float(b.elongation(8e3 * s, EACH, angle, R0))
+        for b, s in zip(bands.bands, shares, strict=True)
+    ]
     np.testing.assert_allclose(stretched, stretched[0], rtol=1e-14)
-    assert float(bands.stiffness(EACH, angle, R0)) == pytest.approx(each.sum(), rel=1e-15)
-    assert float(bands.elongation(8e3, EACH, angle, R0)) == pytest.approx(stretched[0], rel=1e-14)
-    joined = sb.brakes.ParallelBands(bands.bands, linkage=1e8).stiffness(EACH, angle, R0)
+    assert float(bands.stiffness(EACH, angle, R0)) == pytest.approx(
+        each.sum(), rel=1e-15
+    )
+    assert float(bands.elongation(8e3, EACH, angle, R0)) == pytest.approx(
+        stretched[0], rel=1e-14
+    )
+    joined = sb.brakes.ParallelBands(bands.bands, linkage=1e8).stiffness(
+        EACH, angle, R0
+    )
     assert 1 / float(joined) == pytest.approx(1 / each.sum() + 1e-8, rel=1e-14)
 
 
@@ -169,24 +213,34 @@ def test_geometry_equals_its_stiffness_value():
     assert 1e5 < C < 1e6
     geometry = sb.simulate(scene)
     number = sb.simulate(stop_scene(C=C))
-    assert float(geometry.stopping_time) == pytest.approx(float(number.stopping_time), rel=1e-14)
-    assert float(geometry.stopping_time) == pytest.approx(closed_form(C=C)["stop"], rel=1e-10)
+    assert float(geometry.stopping_time) == pytest.approx(
+        float(number.stopping_time), rel=1e-14
+    )
+    assert float(geometry.stopping_time) == pytest.approx(
+        closed_form(C=C)["stop"], rel=1e-10
+    )
     # two equal bands are one of twice the stiffness, half the tension in each
     pair = stop_scene(C=sb.brakes.ParallelBands((plates(modulus=5e8),) * 2))
     np.testing.assert_allclose(
         np.asarray(sb.brakes.tension_shares(pair.brake)), [0.5, 0.5], rtol=4e-16
     )  # two roundings
-    np.testing.assert_array_equal(np.asarray(sb.brakes.tension_shares(scene.brake)), [1.0])
+    np.testing.assert_array_equal(
+        np.asarray(sb.brakes.tension_shares(scene.brake)), [1.0]
+    )
     twice = float(sb.simulate(stop_scene(C=2 * C)).stopping_time)
     assert float(sb.simulate(pair).stopping_time) == pytest.approx(twice, rel=1e-14)
     assert sb.brakes.stiffness_of(stop_scene(C=None).brake) is None
 
 
 def test_stiffness_under_a_temperature_law():
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),))
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),)
+    )
     brake = stop_scene(C=plates(), law=law).brake
     hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake
-    assert float(sb.brakes.stiffness_of(brake, 400.0)) == pytest.approx(float(sb.brakes.stiffness_of(hot)), rel=1e-14)
+    assert float(sb.brakes.stiffness_of(brake, 400.0)) == pytest.approx(
+        float(sb.brakes.stiffness_of(hot)), rel=1e-14
+    )
     with pytest.raises(ValueError, match="depends on the temperature"):
         sb.brakes.stiffness_of(brake)
 
@@ -194,46 +248,86 @@ def test_stiffness_under_a_temperature_law():
 @pytest.mark.slow
 def test_gradient_of_the_stop_by_the_band():
     def stop(modulus, tight_end, f):
-        scene = stop_scene(C=plates(modulus=modulus, tight_end=tight_end, linkage=2e6), f=f)
+        scene = stop_scene(
+            C=plates(modulus=modulus, tight_end=tight_end, linkage=2e6), f=f
+        )
         return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
 
     def truth(modulus, tight_end, f):
-        C = plates(modulus=modulus, tight_end=tight_end, linkage=2e6).stiffness(f, np.full(20, BETA), 0.725)
+        C = plates(modulus=modulus, tight_end=tight_end, linkage=2e6).stiffness(
+            f, np.full(20, BETA), 0.725
+        )
         return closed_form(C=C, f=f, xp=jnp)["stop"]
 
     at = (5e8, 0.9, 0.35)
     got = jax.jit(jax.grad(stop, argnums=(0, 1, 2)))(*at)
-    np.testing.assert_allclose(got, jax.jit(jax.grad(truth, argnums=(0, 1, 2)))(*at), rtol=1e-9)
+    np.testing.assert_allclose(
+        got, jax.jit(jax.grad(truth, argnums=(0, 1, 2)))(*at), rtol=1e-9
+    )
 
 
 def test_geometry_values_are_set_by_path():
     scene = stop_scene(C=sb.brakes.ParallelBands((plates(), 4e8)))
     stiffer = sb.with_values(scene, {"brake.band.stiffness.bands[0].modulus": 2 * E1})
-    alone = [np.asarray(s.brake.band.stiffness.bands[0].stiffness(0.35, [BETA] * 20, 0.725)) for s in (scene, stiffer)]
+    alone = [
+        np.asarray(s.brake.band.stiffness.bands[0].stiffness(0.35, [BETA] * 20, 0.725))
+        for s in (scene, stiffer)
+    ]
     assert alone[1] == pytest.approx(2 * alone[0], rel=1e-14)
-    geometry = sb.with_values(soft_scene(), {"brake.band.stiffness.modulus": 1e9, "brake.band.stiffness.linkage": 1e6})
+    geometry = sb.with_values(
+        soft_scene(),
+        {"brake.band.stiffness.modulus": 1e9, "brake.band.stiffness.linkage": 1e6},
+    )
     assert float(geometry.brake.band.stiffness.linkage) == 1e6
     # a number, or nothing, in place of the whole geometry
-    assert float(sb.with_values(scene, {"brake.band.stiffness": 2e5}).brake.band.stiffness) == 2e5
-    assert sb.with_values(scene, {"brake.band.stiffness": None}).brake.band.stiffness is None
+    assert (
+        float(sb.with_values(scene, {"brake.band.stiffness": 2e5}).brake.band.stiffness)
+        == 2e5
+    )
+    assert (
+        sb.with_values(scene, {"brake.band.stiffness": None}).brake.band.stiffness
+        is None
+    )
     with pytest.raises(sb.InputError, match="there is no such number"):
-        sb.with_values(scene, {"brake.band.stiffness": 2e5, "brake.band.stiffness.linkage": 1e6})
+        sb.with_values(
+            scene, {"brake.band.stiffness": 2e5, "brake.band.stiffness.linkage": 1e6}
+        )
 
 
 @pytest.mark.parametrize(
     ("stiffness", "message"),
     [
-        (eqx.tree_at(lambda s: s.modulus, plates(), -1.0), r"brake\.band\.stiffness\.modulus: -1 Pa"),
-        (eqx.tree_at(lambda s: s.area, plates(), np.nan), r"brake\.band\.stiffness\.area"),
-        (plates(area=[1e-3, 2e-3]), r"brake\.band\.stiffness\.area: has the shape \(2,\)"),
-        (plates(gap=[0.1, 0.1]), r"brake\.band\.stiffness\.gap: has the shape \(2,\)"),
-        (plates(gap=0.1), r"brake\.linings\.angle: the linings span 378\.9° with their gaps"),
-        (sb.brakes.ParallelBands(()), r"brake\.band\.stiffness\.bands: there is no band"),
         (
-            eqx.tree_at(lambda s: s.bands[1].value, sb.brakes.ParallelBands((2e5, 1.0)), -1.0),
+            eqx.tree_at(lambda s: s.modulus, plates(), -1.0),
+            r"brake\.band\.stiffness\.modulus: -1 Pa",
+        ),
+        (
+            eqx.tree_at(lambda s: s.area, plates(), np.nan),
+            r"brake\.band\.stiffness\.area",
+        ),
+        (
+            plates(area=[1e-3, 2e-3]),
+            r"brake\.band\.stiffness\.area: has the shape \(2,\)",
+        ),
+        (plates(gap=[0.1, 0.1]), r"brake\.band\.stiffness\.gap: has the shape \(2,\)"),
+        (
+            plates(gap=0.1),
+            r"brake\.linings\.angle: the linings span 378\.9° with their gaps",
+        ),
+        (
+            sb.brakes.ParallelBands(()),
+            r"brake\.band\.stiffness\.bands: there is no band",
+        ),
+        (
+            eqx.tree_at(
+                lambda s: s.bands[1].value, sb.brakes.ParallelBands((2e5, 1.0)), -1.0
+            ),
             r"brake\.band\.stiffness\.bands\[1\]\.value: -1 N/m",
         ),
-        (sb.brakes.ParallelBands((2e5, plates(gap=[0.1]))), r"brake\.band\.stiffness\.bands\[1\]\.gap"),
+        (
+            sb.brakes.ParallelBands((2e5, plates(gap=[0.1]))),
+            r"brake\.band\.stiffness\.bands\[1\]\.gap",
+        ),
     ],
 )
 def test_faults_of_a_geometry_are_named(stiffness, message):
@@ -251,7 +345,9 @@ def test_only_a_slotted_band_exceeds_a_turn():
 
 def test_lever_of_the_textbook():
     lever = sb.Lever(sb.Constant(200.0), arm=0.75, slack_arm=0.12, efficiency=0.9)
-    assert float(lever.value(0.0, 0)) == pytest.approx(0.9 * 200.0 * 0.75 / 0.12, rel=1e-15)
+    assert float(lever.value(0.0, 0)) == pytest.approx(
+        0.9 * 200.0 * 0.75 / 0.12, rel=1e-15
+    )
 
 
 @pytest.mark.slow
@@ -262,7 +358,9 @@ def test_lever_in_a_scene():
         stop_scene(lever=lever)
         for lever in (
             sb.Lever(jump, arm=0.9, slack_arm=0.1, efficiency=0.9),
-            sb.PiecewiseLinear(times=[0.0, 0.2, 0.2], values=8.1 * np.asarray([300.0, 640.0, 1280.0])),
+            sb.PiecewiseLinear(
+                times=[0.0, 0.2, 0.2], values=8.1 * np.asarray([300.0, 640.0, 1280.0])
+            ),
         )
     )
     assert float(sb.simulate(forced).stopping_time) == pytest.approx(
@@ -274,7 +372,9 @@ def test_lever_in_a_scene():
         scene = stop_scene(lever=sb.Lever(sb.Constant(1e3), arm, 0.1))
         return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
 
-    truth = jax.jit(jax.grad(lambda arm: closed_form(T0=1e4 * arm, xp=jnp)["stop"]))(0.8)
+    truth = jax.jit(jax.grad(lambda arm: closed_form(T0=1e4 * arm, xp=jnp)["stop"]))(
+        0.8
+    )
     assert float(jax.jit(jax.grad(stop))(0.8)) == pytest.approx(float(truth), rel=1e-9)
 
 
@@ -282,9 +382,18 @@ def test_lever_in_a_scene():
     ("lever", "message"),
     [
         (sb.Lever(sb.Constant(-1.0), 1.0, 0.1), r"duty\.slack_tension\.force\.level"),
-        (eqx.tree_at(lambda lever: lever.slack_arm, sb.Lever(1.0, 1.0, 0.1), 0.0), r"duty\.slack_tension\.slack_arm"),
-        (sb.Lever(sb.Constant(1.0), [1.0, 2.0], 0.1), r"duty\.slack_tension\.arm: has the shape"),
-        (sb.Lever(sb.SpeedHold(1e4), 1.0, 0.1), r"duty\.slack_tension\.force: a lever that holds"),
+        (
+            eqx.tree_at(lambda lever: lever.slack_arm, sb.Lever(1.0, 1.0, 0.1), 0.0),
+            r"duty\.slack_tension\.slack_arm",
+        ),
+        (
+            sb.Lever(sb.Constant(1.0), [1.0, 2.0], 0.1),
+            r"duty\.slack_tension\.arm: has the shape",
+        ),
+        (
+            sb.Lever(sb.SpeedHold(1e4), 1.0, 0.1),
+            r"duty\.slack_tension\.force: a lever that holds",
+        ),
     ],
 )
 def test_faults_of_a_lever_are_named(lever, message):
@@ -297,5 +406,7 @@ def test_a_differential_lever_locks_itself():
     moments = T_0 * 0.12 - 4.0 * T_0 * 0.02 - 200.0 * 0.75
     assert abs(moments) < 1e-12
     assert np.isinf(sb.loads.differential_lever_tension(200.0, 0.75, 0.12, 0.03, 4.0))
-    slope = jax.grad(lambda b: sb.loads.differential_lever_tension(200.0, 0.75, 0.12, b, 4.0))(0.02)
+    slope = jax.grad(
+        lambda b: sb.loads.differential_lever_tension(200.0, 0.75, 0.12, b, 4.0)
+    )(0.02)
     assert float(slope) == pytest.approx(150.0 * 4.0 / 0.04**2, rel=1e-12)

@@ -1,4 +1,5 @@
-"""A continuous lining under a band, by Euler–Eytelwein: closed forms, SciPy, and the limit of many blocks."""
+"""A continuous lining under a band, by Euler–Eytelwein: closed forms, SciPy, and the
+limit of many blocks."""
 
 import math
 
@@ -21,7 +22,9 @@ W0 = 24.0
 
 
 def lining(n=6, f=F, wrap=WRAP, **options):
-    return sb.Lining(f, jnp.full(n, wrap / n), R * WIDTH * wrap / n, continuous=True, **options)
+    return sb.Lining(
+        f, jnp.full(n, wrap / n), R * WIDTH * wrap / n, continuous=True, **options
+    )
 
 
 def scene(linings, tension=T0, stiffness=None, load=0.0, omega=W0, end=8.0, **options):
@@ -29,23 +32,41 @@ def scene(linings, tension=T0, stiffness=None, load=0.0, omega=W0, end=8.0, **op
     return sb.Scene(brake, sb.Duty(tension, load), sb.Initial(omega), end, **options)
 
 
-@pytest.mark.parametrize("n", [pytest.param(2, marks=pytest.mark.slow), 7, pytest.param(40, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "n",
+    [
+        pytest.param(2, marks=pytest.mark.slow),
+        7,
+        pytest.param(40, marks=pytest.mark.slow),
+    ],
+)
 def test_stop_is_that_of_euler_and_eytelwein(n):
-    """`M = R T_0 (e^{fα} − 1)` with any number of pieces; tension, load and pressure along the band."""
+    """`M = R T_0 (e^{fα} − 1)` with any number of pieces; tension, load and pressure
+    along the band."""
     result = sb.simulate(scene(lining(n)))
     torque = R * T0 * math.expm1(F * WRAP)
     assert float(result.stopping_time) == pytest.approx(J * W0 / torque, rel=1e-13)
     pair = result.series([0.1]).pairs["external"]
     tension = T0 * np.exp(F * WRAP * np.arange(n + 1) / n)
     np.testing.assert_allclose(result.series([0.1]).tension[0], tension[1:], rtol=1e-13)
-    np.testing.assert_allclose(pair.normal_load[0], np.diff(tension) / F, rtol=1e-12)  # ∫ T dθ
+    np.testing.assert_allclose(
+        pair.normal_load[0], np.diff(tension) / F, rtol=1e-12
+    )  # ∫ T dθ
     np.testing.assert_allclose(pair.friction_force[0], np.diff(tension), rtol=1e-12)
-    np.testing.assert_allclose(pair.tight_edge_pressure[0], tension[1:] / (R * WIDTH), rtol=1e-12)  # p = T/(R b)
-    np.testing.assert_allclose(pair.slack_edge_pressure[0], tension[:-1] / (R * WIDTH), rtol=1e-12)
-    held = result.series([7.9]).pairs["external"]  # at rest without a load, under the same tension everywhere
+    np.testing.assert_allclose(
+        pair.tight_edge_pressure[0], tension[1:] / (R * WIDTH), rtol=1e-12
+    )  # p = T/(R b)
+    np.testing.assert_allclose(
+        pair.slack_edge_pressure[0], tension[:-1] / (R * WIDTH), rtol=1e-12
+    )
+    held = result.series([7.9]).pairs[
+        "external"
+    ]  # at rest without a load, under the same tension everywhere
     np.testing.assert_allclose(held.normal_load[0], T0 * WRAP / n, rtol=1e-13)
     backwards = sb.simulate(scene(lining(n), omega=-W0, end=20.0))
-    assert float(backwards.stopping_time) == pytest.approx(J * W0 / (R * T0 * -math.expm1(-F * WRAP)), rel=1e-13)
+    assert float(backwards.stopping_time) == pytest.approx(
+        J * W0 / (R * T0 * -math.expm1(-F * WRAP)), rel=1e-13
+    )
     assert float(result.energy["closure"]) <= 1e-12
 
 
@@ -53,7 +74,9 @@ def test_stop_is_that_of_euler_and_eytelwein(n):
 def test_derivatives_of_the_stop():
     def found(x):
         linings = lining(f=sb.ConstantFriction(x[0]), wrap=x[1])
-        return sb.simulate(scene(linings, tension=x[2]), max_steps=128).stopping_time[None]
+        return sb.simulate(scene(linings, tension=x[2]), max_steps=128).stopping_time[
+            None
+        ]
 
     x = np.array([F, WRAP, T0])
     value, forwards, backwards = jacobians(found)(jnp.asarray(x))
@@ -67,15 +90,23 @@ def test_blocks_converge_to_it_by_second_order():
     """`ln Π = 2 n artanh(f tan(α/2n)) = f α + f (1 + f²) α³/(12 n²) + …`"""
     counts = np.array([50, 100, 200])
     torque = R * T0 * math.expm1(F * WRAP)
-    blocks = [sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.uniform_linings(n, WRAP, F)) for n in counts]
-    found = np.array([float(brake.torque(T0, jnp.full(brake.linings.count, F))) for brake in blocks])
+    blocks = [
+        sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.uniform_linings(n, WRAP, F))
+        for n in counts
+    ]
+    found = np.array(
+        [float(brake.torque(T0, jnp.full(brake.linings.count, F))) for brake in blocks]
+    )
     error = np.log((1 + found / (R * T0)) / (1 + torque / (R * T0)))
-    np.testing.assert_allclose(error * counts**2, F * (1 + F**2) * WRAP**3 / 12, rtol=2e-3)
+    np.testing.assert_allclose(
+        error * counts**2, F * (1 + F**2) * WRAP**3 / 12, rtol=2e-3
+    )
 
 
 @pytest.mark.slow
 def test_arc_that_slips_on_an_elastic_band():
-    """`C x = T_0 e^{fφ}`: slip begins at the slack end, and has passed piece after piece up to full slip."""
+    """`C x = T_0 e^{fφ}`: slip begins at the slack end, and has passed piece after
+    piece up to full slip."""
     n = 4
     C = 3e5
     result = sb.simulate(scene(lining(n), stiffness=C))
@@ -84,11 +115,19 @@ def test_arc_that_slips_on_an_elastic_band():
     taut = T0 / C / (R * W0)
 
     def reached(k):
-        return taut + math.asin(T0 * math.expm1(F * WRAP * k / n) / C * swing / (R * W0)) / swing
+        return (
+            taut
+            + math.asin(T0 * math.expm1(F * WRAP * k / n) / C * swing / (R * W0))
+            / swing
+        )
 
     assert float(result.slip_onset_time) == pytest.approx(taut, rel=1e-12)
     assert float(result.full_slip_time) == pytest.approx(reached(n), rel=1e-10)
-    at_limit = {event.lining: event.time for event in result.events if event.name == "lining_limit"}
+    at_limit = {
+        event.lining: event.time
+        for event in result.events
+        if event.name == "lining_limit"
+    }
     for k in range(1, n):
         assert at_limit[k] == pytest.approx(reached(k), rel=1e-9)
     between = 0.5 * (reached(2) + reached(3))
@@ -99,18 +138,25 @@ def test_arc_that_slips_on_an_elastic_band():
 
 @pytest.mark.slow
 def test_friction_that_falls_with_the_pressure():
-    """`dT/dθ = f(T/(R b)) T` by SciPy; pieces have the coefficient of their mean pressure, an error of 1/n²."""
+    """`dT/dθ = f(T/(R b)) T` by SciPy; pieces have the coefficient of their mean
+    pressure, an error of 1/n²."""
     p_r = 2e5
     m = 0.3
 
     def slope(angle, T):
         return F * (1 + T / (R * WIDTH) / p_r) ** -m * T
 
-    truth = solve_ivp(slope, (0.0, WRAP), [T0], "DOP853", rtol=1e-12, atol=1e-6).y[0, -1]
+    truth = solve_ivp(slope, (0.0, WRAP), [T0], "DOP853", rtol=1e-12, atol=1e-6).y[
+        0, -1
+    ]
     law = sb.friction.ProductFriction(F, (sb.friction.PressureFactor(p_r, m),))
     errors = []
     for n in (5, 10, 20):
-        tight = sb.simulate(scene(lining(n, law), end=0.01)).series([0.005]).tight_tension[0]
+        tight = (
+            sb.simulate(scene(lining(n, law), end=0.01))
+            .series([0.005])
+            .tight_tension[0]
+        )
         errors.append(float(tight) / truth - 1)
     ratios = np.divide(errors[:-1], errors[1:])
     np.testing.assert_allclose(ratios, 4.0, rtol=0.02)
@@ -124,8 +170,13 @@ def test_fade_along_the_band_by_scipy():
     C = 4e3
     a = 1.5e-3
     heat = sb.Heat(
-        (sb.thermal.Lump("rim", 2e5), sb.thermal.Lump("linings", np.full(n, C), count=n)),
-        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.4)),
+        (
+            sb.thermal.Lump("rim", 2e5),
+            sb.thermal.Lump("linings", np.full(n, C), count=n),
+        ),
+        friction=sb.thermal.FrictionHeat(
+            "rim", "linings", sb.thermal.ConstantPartition(0.4)
+        ),
         linings="linings",
     )
     law = sb.friction.ProductFriction(F, (sb.LinearFade(a, 293.15),))
@@ -136,7 +187,15 @@ def test_fade_along_the_band_by_scipy():
         tension = T0 * np.exp(np.append(0.0, np.cumsum(f * WRAP / n)))
         return [-R * (tension[-1] - T0) / J, *(0.6 * np.diff(tension) * R * y[0] / C)]
 
-    truth = solve_ivp(rates, (0, 9), [W0, *[293.15] * n], "DOP853", events=at_rest, rtol=1e-13, atol=1e-9)
+    truth = solve_ivp(
+        rates,
+        (0, 9),
+        [W0, *[293.15] * n],
+        "DOP853",
+        events=at_rest,
+        rtol=1e-13,
+        atol=1e-9,
+    )
     assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-9)
     hot = result.series([float(result.stopping_time)], left=True).lining_temperature[0]
     np.testing.assert_allclose(hot, truth.y[1:, -1], rtol=1e-9)
@@ -146,12 +205,17 @@ def test_fade_along_the_band_by_scipy():
 def test_one_of_two_bands():
     """A continuous lining beside blocks, each with half of the lever."""
     blocks = sb.uniform_linings(8, WRAP, F)
-    bands = (sb.brakes.LinedBand(lining(), share=1.0), sb.brakes.LinedBand(blocks, share=1.0))
+    bands = (
+        sb.brakes.LinedBand(lining(), share=1.0),
+        sb.brakes.LinedBand(blocks, share=1.0),
+    )
     brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R, bands)
     # (areas of both, or of none)
     with pytest.raises(sb.InputError, match=r"bands\[1\].linings.area"):
         sb.check_scene(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
-    bare = sb.brakes.LinedBand(sb.uniform_linings(6, WRAP, F, continuous=True), share=1.0)
+    bare = sb.brakes.LinedBand(
+        sb.uniform_linings(6, WRAP, F, continuous=True), share=1.0
+    )
     brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R, (bare, bands[1]))
     result = sb.simulate(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
     z = math.tan(WRAP / 16)
@@ -161,8 +225,12 @@ def test_one_of_two_bands():
     )
     rise = math.exp(F * WRAP / 6) - 1
     pair = result.series([0.1]).pairs["external"]
-    assert float(pair.tension_increment[0, 0]) == pytest.approx(0.5 * T0 * rise, rel=1e-12)
-    assert float(pair.friction_force[0, 6]) == pytest.approx(F * float(pair.normal_load[0, 6]), rel=1e-12)
+    assert float(pair.tension_increment[0, 0]) == pytest.approx(
+        0.5 * T0 * rise, rel=1e-12
+    )
+    assert float(pair.friction_force[0, 6]) == pytest.approx(
+        F * float(pair.normal_load[0, 6]), rel=1e-12
+    )
 
 
 @pytest.mark.slow
@@ -174,16 +242,27 @@ def test_files_words_and_errors(tmp_path):
     rest = rest[rest.index("\n[duty") :]
     keys = 'count = 8\nwrap = "270 deg"\nfriction = 0.35\ncontinuous = true\n'
     read = sb.files.scene_from_text(f"{head}[brake.linings]\n{keys}{rest}")
-    assert float(sb.simulate(read).stopping_time) == pytest.approx(J * W0 / (R * T0 * math.expm1(F * WRAP)), rel=1e-12)
+    assert float(sb.simulate(read).stopping_time) == pytest.approx(
+        J * W0 / (R * T0 * math.expm1(F * WRAP)), rel=1e-12
+    )
     assert given.brake.features == ("continuous lining",)
     with pytest.raises(sb.InputError, match="continuous: has no blocks to lay out"):
         sb.layouts.equal_layout(given, "pressure")
     bandage = sb.Bandage(20.0, 0.2)
-    for band, more in ((sb.Band(R), bandage), (sb.Band(R, 1e5, sb.Segments(1e6)), None)):
-        brake = sb.Brake(sb.Pulley(R, J), band, lining(mass=3.0 if more is None else None), more)
-        with pytest.raises(sb.InputError, match=r"linings.continuous: a .* has separate linings"):
+    for band, more in (
+        (sb.Band(R), bandage),
+        (sb.Band(R, 1e5, sb.Segments(1e6)), None),
+    ):
+        brake = sb.Brake(
+            sb.Pulley(R, J), band, lining(mass=3.0 if more is None else None), more
+        )
+        with pytest.raises(
+            sb.InputError, match=r"linings.continuous: a .* has separate linings"
+        ):
             sb.check_scene(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
     # f tan(β/2) of such pieces were 1.5: as blocks they would lock themselves
     strong = sb.Lining(1.5, np.full(3, math.pi / 2), continuous=True)
     found = sb.simulate(scene(strong, tension=10.0, end=60.0))
-    assert float(found.stopping_time) == pytest.approx(J * W0 / (R * 10.0 * math.expm1(1.5 * 1.5 * math.pi)), rel=1e-12)
+    assert float(found.stopping_time) == pytest.approx(
+        J * W0 / (R * 10.0 * math.expm1(1.5 * 1.5 * math.pi)), rel=1e-12
+    )

@@ -1,4 +1,5 @@
-"""Disc brakes: stops and holds in closed form, both directions, pads of their own friction, input."""
+"""Disc brakes: stops and holds in closed form, both directions, pads of their own
+friction, input."""
 
 import dataclasses
 
@@ -36,9 +37,15 @@ def test_a_stop_has_the_closed_form(stopped):
     time = J * W0 / (TORQUE - LOAD)
     assert float(stopped.stopping_time) == pytest.approx(time, rel=1e-12)
     assert float(stopped.stopping_angle) == pytest.approx(W0 * time / 2, rel=1e-12)
-    assert float(stopped.energy["friction_heat"]) == pytest.approx(TORQUE * W0 * time / 2, rel=1e-12)
+    assert float(stopped.energy["friction_heat"]) == pytest.approx(
+        TORQUE * W0 * time / 2, rel=1e-12
+    )
     assert float(stopped.energy["closure"]) <= 1e-12
-    assert [event.name for event in stopped.events] == ["slip_onset", "full_slip", "stop"]
+    assert [event.name for event in stopped.events] == [
+        "slip_onset",
+        "full_slip",
+        "stop",
+    ]
     assert stopped.status == "stopped"
 
 
@@ -46,7 +53,11 @@ def test_held_pads_share_the_load_at_rest(stopped):
     s = stopped.series([0.5, 3.5])
     assert float(s.omega[1]) == 0.0
     assert float(s.brake_torque[1]) == LOAD
-    np.testing.assert_allclose(s.friction_force, [np.full(N, FRICTION * F), np.full(N, LOAD / 0.4 / N)], rtol=1e-12)
+    np.testing.assert_allclose(
+        s.friction_force,
+        [np.full(N, FRICTION * F), np.full(N, LOAD / 0.4 / N)],
+        rtol=1e-12,
+    )
     np.testing.assert_allclose(s.normal_load, np.full((2, N), F))
     assert s.at_limit.tolist() == [N, 0]
     np.testing.assert_allclose(s.lever_force, F)
@@ -59,26 +70,38 @@ def test_names_of_a_band_are_not_there(stopped):
     assert stopped.metrics["max_normal_load"] == pytest.approx(F)
     with pytest.raises(ValueError, match="max_tension"):
         _ = stopped.max_tension
-    with pytest.raises(sb.InputError, match="max_tension: is not a metric of this scene"):
+    with pytest.raises(
+        sb.InputError, match="max_tension: is not a metric of this scene"
+    ):
         sb.sensitivity(stopped.scene, ["max_tension"])
     assert "tension" not in str(stopped)
     assert "elastic_change" not in stopped.energy
     assert "elastic" not in str(stopped)
-    with pytest.raises(sb.InputError, match=r"energy\.elastic_change: is not a metric of this scene"):
+    with pytest.raises(
+        sb.InputError, match=r"energy\.elastic_change: is not a metric of this scene"
+    ):
         sb.sensitivity(stopped.scene, ["energy.elastic_change"])
 
 
 def test_both_directions_are_alike(stopped):
     back = sb.simulate(disc_scene(omega=-W0, load=-LOAD))
-    assert float(back.stopping_time) == pytest.approx(float(stopped.stopping_time), rel=1e-13)
-    assert float(back.stopping_angle) == pytest.approx(-float(stopped.stopping_angle), rel=1e-13)
+    assert float(back.stopping_time) == pytest.approx(
+        float(stopped.stopping_time), rel=1e-13
+    )
+    assert float(back.stopping_angle) == pytest.approx(
+        -float(stopped.stopping_angle), rel=1e-13
+    )
     np.testing.assert_allclose(back.series([0.5]).friction_force, -FRICTION * F)
-    assert float(back.energy["friction_heat"]) == pytest.approx(float(stopped.energy["friction_heat"]), rel=1e-13)
+    assert float(back.energy["friction_heat"]) == pytest.approx(
+        float(stopped.energy["friction_heat"]), rel=1e-13
+    )
 
 
 def test_uniform_pressure_has_greater_radius():
     brake = disc_scene(pressure=sb.brakes.UniformPressure()).brake
-    assert float(brake.radius) == pytest.approx(2 / 3 * (R_O**3 - R_I**3) / (R_O**2 - R_I**2), rel=1e-13)
+    assert float(brake.radius) == pytest.approx(
+        2 / 3 * (R_O**3 - R_I**3) / (R_O**2 - R_I**2), rel=1e-13
+    )
     # the radius and the greatest pressure follow from the distribution itself
     for pressure, profile in (
         (sb.brakes.UniformWear(), lambda r: R_I / r),
@@ -92,7 +115,9 @@ def test_uniform_pressure_has_greater_radius():
         assert float(pads.radius) == pytest.approx(moment / force, rel=1e-13)
         greatest = F / (0.7 * force) * profile(R_I * np.ones(1))[0]
         assert float(pads.greatest_pressure(F)) == pytest.approx(greatest, rel=1e-13)
-        np.testing.assert_allclose(pressure.share(r, R_I), profile(r) / profile(R_I * np.ones(1)), rtol=1e-13)
+        np.testing.assert_allclose(
+            pressure.share(r, R_I), profile(r) / profile(R_I * np.ones(1)), rtol=1e-13
+        )
 
 
 def test_restart_and_release():
@@ -104,40 +129,58 @@ def test_restart_and_release():
     assert float(result.series([3.7]).omega[0]) == 0.0
     assert result.status == "runaway"
     assert float(result.end_capacity.torque) == pytest.approx(TORQUE, rel=1e-12)
-    held = sb.simulate(disc_scene(force=sb.PiecewiseLinear([0.0, 1.0], [F, 0.0]), end=3.0, load=0.0))
-    assert [event.name for event in held.events] == ["slip_onset", "full_slip", "release"]
+    held = sb.simulate(
+        disc_scene(force=sb.PiecewiseLinear([0.0, 1.0], [F, 0.0]), end=3.0, load=0.0)
+    )
+    assert [event.name for event in held.events] == [
+        "slip_onset",
+        "full_slip",
+        "release",
+    ]
     assert held.status == "released"
     # ω = ω_0 − (M/J)(t − t²/2) up to 1 s
-    assert float(held.record.y_end.omega) == pytest.approx(W0 - TORQUE / J / 2, rel=1e-11)
+    assert float(held.record.y_end.omega) == pytest.approx(
+        W0 - TORQUE / J / 2, rel=1e-11
+    )
 
 
 @pytest.mark.slow
 def test_pads_of_different_friction():
     law = sb.friction.ProductFriction(
-        sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])), (sb.LinearFade(slope=2e-3, above=273.15),)
+        sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])),
+        (sb.LinearFade(slope=2e-3, above=273.15),),
     )
-    result = sb.simulate(disc_scene(friction=law, heat=disc_heat(), wear=sb.Wear(1e-13)))
+    result = sb.simulate(
+        disc_scene(friction=law, heat=disc_heat(), wear=sb.Wear(1e-13))
+    )
     T = np.asarray(result.series([1.0]).lining_temperature)[0]
     assert T[0] < T[1] < T[3]
     assert T[1] == pytest.approx(T[2], rel=1e-14)
     # wear by a constant rate is k p times the way, whatever the friction
     p = F / float(result.scene.brake.linings.area)
-    np.testing.assert_allclose(result.worn_thickness, 1e-13 * p * 0.4 * float(result.stopping_angle), rtol=1e-9)
+    np.testing.assert_allclose(
+        result.worn_thickness, 1e-13 * p * 0.4 * float(result.stopping_angle), rtol=1e-9
+    )
     assert float(result.energy["closure"]) <= 1e-12
 
 
 def test_pressure_counts():
     law = sb.friction.ProductFriction(
-        sb.ConstantFriction(FRICTION), (sb.friction.PressureFactor(reference=1e6, exponent=0.3),)
+        sb.ConstantFriction(FRICTION),
+        (sb.friction.PressureFactor(reference=1e6, exponent=0.3),),
     )
     result = sb.simulate(disc_scene(friction=law))
     p = F / (0.5 * 0.7 * (R_O**2 - R_I**2))
     torque = TORQUE * (1 + p / 1e6) ** -0.3
-    assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
+    assert float(result.stopping_time) == pytest.approx(
+        J * W0 / (torque - LOAD), rel=1e-12
+    )
 
 
 def test_all_faults_at_once():
-    bad = disc_scene(friction=FADE, wear=sb.Wear(1e-13, geometry=True, take_up_speed=0.1))
+    bad = disc_scene(
+        friction=FADE, wear=sb.Wear(1e-13, geometry=True, take_up_speed=0.1)
+    )
     bad = sb.with_values(bad, {"brake.linings.outer_radius": 0.2, "end_time": -1.0})
     with pytest.raises(sb.InputError) as caught:
         sb.check_scene(bad)
@@ -150,10 +193,16 @@ def test_all_faults_at_once():
         "end_time",
     ):
         assert part in text
-    banded = dataclasses.replace(disc_scene(), duty=sb.Duty(sb.Constant(1e3), sb.TorqueLoad(sb.Constant(0.0))))
-    with pytest.raises(sb.InputError, match=r"duty\.slack_tension: a disc brake has no band"):
+    banded = dataclasses.replace(
+        disc_scene(), duty=sb.Duty(sb.Constant(1e3), sb.TorqueLoad(sb.Constant(0.0)))
+    )
+    with pytest.raises(
+        sb.InputError, match=r"duty\.slack_tension: a disc brake has no band"
+    ):
         sb.simulate(banded)
-    with pytest.raises(sb.InputError, match=r"linings\.friction: its numbers do not fit 4 linings"):
+    with pytest.raises(
+        sb.InputError, match=r"linings\.friction: its numbers do not fit 4 linings"
+    ):
         sb.check_scene(disc_scene(friction=sb.ConstantFriction(np.array([0.3, 0.4]))))
 
 
@@ -168,7 +217,9 @@ def test_all_faults_at_once():
         lambda scene, run: sb.brakes.stiffness_of(scene.brake),
         lambda scene, run: sb.brakes.tension_shares(scene.brake),
         lambda scene, run: sb.results.internal_slip_tension(scene.brake, 1.0),
-        lambda scene, run: sb.programme_scene(scene.brake, ("brake to rest",), sb.HookLoad(1e4, 0.4, 8.0), F),
+        lambda scene, run: sb.programme_scene(
+            scene.brake, ("brake to rest",), sb.HookLoad(1e4, 0.4, 8.0), F
+        ),
         lambda scene, run: sb.studies.turned_scene(scene),
         lambda scene, run: plot.pulley(run),
         lambda scene, run: plot.animate(run, "film.gif"),
@@ -203,27 +254,46 @@ def test_a_file_by_hand():
     sb.check_scene(scene)
     numbers = scene.brake.inertia, scene.initial.omega, scene.duty.load.profile.level
     assert [float(x) for x in numbers] == [J, W0, LOAD]
-    assert 4 * 0.4 * float(scene.duty.force.level * scene.brake.radius) == pytest.approx(TORQUE, rel=1e-12)
-    bad = GOOD.replace("400 kg*m^2", "400 m").replace("outer_radius", "outer_radus").replace("0.4", "-0.4")
+    assert 4 * 0.4 * float(
+        scene.duty.force.level * scene.brake.radius
+    ) == pytest.approx(TORQUE, rel=1e-12)
+    bad = (
+        GOOD.replace("400 kg*m^2", "400 m")
+        .replace("outer_radius", "outer_radus")
+        .replace("0.4", "-0.4")
+    )
     with pytest.raises(sb.InputError) as caught:
         sb.files.scene_from_text(bad.replace("faces = 4", "faces = 0"))
     text = str(caught.value)
-    for path in ("brake.inertia", "linings.outer_radus", "linings.outer_radius", "linings.friction", "linings.faces"):
+    for path in (
+        "brake.inertia",
+        "linings.outer_radus",
+        "linings.outer_radius",
+        "linings.friction",
+        "linings.faces",
+    ):
         assert path in text
     with pytest.raises(sb.InputError, match="a disc brake has no band"):
-        sb.check_scene(sb.files.scene_from_text(GOOD.replace("force =", "slack_tension =")))
-    with pytest.raises(sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"):
+        sb.check_scene(
+            sb.files.scene_from_text(GOOD.replace("force =", "slack_tension ="))
+        )
+    with pytest.raises(
+        sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"
+    ):
         sb.files.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
 
 
 @pytest.mark.slow
 @pytest.mark.smoke
 def test_layered_disc_inside_a_users_program():
-    """The linear systems of the implicit method are long sums of products, which not every compiler takes."""
+    """The linear systems of the implicit method are long sums of products, which not
+    every compiler takes."""
     scene = dataclasses.replace(load("disc_stop").scene(), end_time=0.05)
 
     def angle(omega):
-        return sb.simulate(sb.with_values(scene, {"initial.omega": omega}), max_steps=256).record.y_end.phi
+        return sb.simulate(
+            sb.with_values(scene, {"initial.omega": omega}), max_steps=256
+        ).record.y_end.phi
 
     omega = float(scene.initial.omega)
     np.testing.assert_allclose(jax.jit(angle)(omega), angle(omega), rtol=1e-12)

@@ -1,4 +1,5 @@
-"""Double-shoe brakes: moments by quadrature, both directions, self-locking, holds, input."""
+"""Double-shoe brakes: moments by quadrature, both directions, self-locking, holds,
+input."""
 
 import math
 
@@ -41,19 +42,28 @@ def test_stop_has_the_torques_of_both_shoes(stopped):
     N = normals(FRICTION)
     torque = FRICTION * R * N.sum()
     assert N[0] > 2 * N[1]
-    assert float(stopped.stopping_time) == pytest.approx(J * W0 / (torque - 60.0), rel=1e-12)
+    assert float(stopped.stopping_time) == pytest.approx(
+        J * W0 / (torque - 60.0), rel=1e-12
+    )
     s = stopped.series([0.1])
     np.testing.assert_allclose(s.normal_load[0], N, rtol=1e-12)
     np.testing.assert_allclose(s.friction_force[0], FRICTION * N, rtol=1e-12)
     assert float(stopped.energy["closure"]) <= 1e-12
-    assert [event.name for event in stopped.events] == ["slip_onset", "full_slip", "stop"]
+    assert [event.name for event in stopped.events] == [
+        "slip_onset",
+        "full_slip",
+        "stop",
+    ]
     peak = stopped.max_normal_load
     assert (int(peak.lining), float(peak.value)) == (1, pytest.approx(N[0], rel=1e-12))
 
 
 def test_worked_example_of_the_book():
-    """Shigley's internal expanding shoes (θ_1 = 0): 1 MPa on the leading shoe; the book rounds to three digits."""
-    brake = sb.ShoeBrake(J, sb.Shoes(sb.ConstantFriction(FRICTION), R, B, 0.0, END), A, C)
+    """Shigley's internal expanding shoes (θ_1 = 0): 1 MPa on the leading shoe; the book
+    rounds to three digits."""
+    brake = sb.ShoeBrake(
+        J, sb.Shoes(sb.ConstantFriction(FRICTION), R, B, 0.0, END), A, C
+    )
     f = np.full(2, FRICTION)
     per_newton = np.asarray(brake.normal(1.0, f, False))
     force = 1e6 / float(brake.greatest_pressure(per_newton[0]))
@@ -65,22 +75,37 @@ def test_worked_example_of_the_book():
 
 
 def test_greatest_pressure_of_a_short_lining():
-    """Beyond 90° the greatest pressure is at 90°; of a lining that ends before, at its end."""
+    """Beyond 90° the greatest pressure is at 90°; of a lining that ends before, at its
+    end."""
     for end, highest in ((END, 1.0), (1.0, math.sin(1.0))):
         shoes = sb.Shoes(sb.ConstantFriction(0.3), R, B, START, end)
         mean = N_1 if end == END else moments(end)[2]
-        assert float(shoes.peak) == pytest.approx(highest * float(shoes.area) / mean, rel=1e-12)
+        assert float(shoes.peak) == pytest.approx(
+            highest * float(shoes.area) / mean, rel=1e-12
+        )
 
 
 def test_directions_swap_the_shoes():
-    ahead, back = (sb.simulate(shoe_scene(omega=sign * W0, load=sign * 60.0)) for sign in (1, -1))
-    assert float(back.stopping_time) == pytest.approx(float(ahead.stopping_time), rel=1e-13)
-    np.testing.assert_allclose(back.series([0.1]).normal_load[0], normals(FRICTION)[::-1], rtol=1e-12)
-    np.testing.assert_allclose(back.series([0.1]).friction_force[0], -FRICTION * normals(FRICTION)[::-1], rtol=1e-12)
+    ahead, back = (
+        sb.simulate(shoe_scene(omega=sign * W0, load=sign * 60.0)) for sign in (1, -1)
+    )
+    assert float(back.stopping_time) == pytest.approx(
+        float(ahead.stopping_time), rel=1e-13
+    )
+    np.testing.assert_allclose(
+        back.series([0.1]).normal_load[0], normals(FRICTION)[::-1], rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        back.series([0.1]).friction_force[0],
+        -FRICTION * normals(FRICTION)[::-1],
+        rtol=1e-12,
+    )
     # with coefficients of their own the directions differ
     own = np.array([0.4, 0.2])
     for sign in (1, -1):
-        result = sb.simulate(shoe_scene(omega=sign * W0, friction=sb.ConstantFriction(own, 1.1)))
+        result = sb.simulate(
+            shoe_scene(omega=sign * W0, friction=sb.ConstantFriction(own, 1.1))
+        )
         torque = R * float(own @ normals(own, back=sign < 0))
         assert float(result.stopping_time) == pytest.approx(J * W0 / torque, rel=1e-12)
 
@@ -91,14 +116,18 @@ def test_held_shoes_balance_about_their_pins(stopped):
     normal = np.asarray(s.normal_load)[0]
     assert float(s.omega[0]) == 0.0
     assert R * friction.sum() == pytest.approx(60.0, rel=1e-12)
-    np.testing.assert_allclose(normal * M_N / N_1 - np.array([1, -1]) * friction * M_F / N_1, F * C, rtol=1e-12)
+    np.testing.assert_allclose(
+        normal * M_N / N_1 - np.array([1, -1]) * friction * M_F / N_1, F * C, rtol=1e-12
+    )
     assert np.all(np.abs(friction) < 1.1 * FRICTION * normal)
 
 
 def test_restart_where_load_exceeds_capacity():
     static = 1.1 * FRICTION
     hold = static * R * normals(static).sum()
-    result = sb.simulate(shoe_scene(omega=0.0, load=sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * hold])))
+    result = sb.simulate(
+        shoe_scene(omega=0.0, load=sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * hold]))
+    )
     restart = next(event.time for event in result.events if event.name == "restart")
     assert restart == pytest.approx(3.0, rel=1e-12)
     kinetic = FRICTION * R * normals(FRICTION).sum()
@@ -108,9 +137,13 @@ def test_restart_where_load_exceeds_capacity():
 def test_self_locking_is_named():
     f = 1.02 * LOCKS
     scene = shoe_scene(friction=sb.ConstantFriction([f, 0.3], 1.0))
-    assert float(scene.brake.self_locking(np.array([LOCKS, 0.0]))[0]) == pytest.approx(1.0, rel=1e-12)
+    assert float(scene.brake.self_locking(np.array([LOCKS, 0.0]))[0]) == pytest.approx(
+        1.0, rel=1e-12
+    )
     sb.check_scene(scene)
-    with pytest.raises(sb.SimulationError, match=r"singular_geometry: M_F ≥ M_N.*shorten its lining"):
+    with pytest.raises(
+        sb.SimulationError, match=r"singular_geometry: M_F ≥ M_N.*shorten its lining"
+    ):
         sb.simulate(scene)
     result = sb.simulate(scene, throw=False)
     warning = result.summary()["warnings"][0]
@@ -118,11 +151,14 @@ def test_self_locking_is_named():
     # just below, the torque is finite and large
     nearly = np.array([0.98 * LOCKS, 0.3])
     result = sb.simulate(shoe_scene(friction=sb.ConstantFriction(nearly, 1.0)))
-    assert float(result.stopping_time) == pytest.approx(J * W0 / (R * float(nearly @ normals(nearly))), rel=1e-11)
+    assert float(result.stopping_time) == pytest.approx(
+        J * W0 / (R * float(nearly @ normals(nearly))), rel=1e-11
+    )
 
 
 def test_shoe_that_locks_itself_ends_the_run():
-    """Friction that rises with the temperature; the time is that at which `f(T) M_F = M_N`, by SciPy."""
+    """Friction that rises with the temperature; the time is that at which
+    `f(T) M_F = M_N`, by SciPy."""
     slope = 2e-2
     base = 0.6 * LOCKS
 
@@ -144,21 +180,35 @@ def test_shoe_that_locks_itself_ends_the_run():
     def rates(t, y):
         f = base * (1 + slope * (y[1:] - 293.15))
         friction = f * normals(f)
-        return [-R * friction.sum() / J, *((0.2 * friction * R * y[0] - (y[1:] - 293.15)) / 60.0)]
+        return [
+            -R * friction.sum() / J,
+            *((0.2 * friction * R * y[0] - (y[1:] - 293.15)) / 60.0),
+        ]
 
     def locks(t, y):
         return LOCKS - base * (1 + slope * (y[1] - 293.15)) - 1e-6
 
     locks.terminal = True
-    truth = solve_ivp(rates, (0, 4), [60.0, 293.15, 293.15], "Radau", events=locks, rtol=1e-10, atol=1e-10)
+    truth = solve_ivp(
+        rates,
+        (0, 4),
+        [60.0, 293.15, 293.15],
+        "Radau",
+        events=locks,
+        rtol=1e-10,
+        atol=1e-10,
+    )
     assert float(result.record.t_end) == pytest.approx(truth.t[-1], rel=1e-5)
 
 
 def test_all_faults_at_once():
     law = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.3), (sb.friction.PressureFactor(reference=1e6, exponent=0.2),)
+        sb.ConstantFriction(0.3),
+        (sb.friction.PressureFactor(reference=1e6, exponent=0.2),),
     )
-    bad = sb.with_values(shoe_scene(friction=law), {"brake.linings.end": 0.1, "brake.pin": 0.2})
+    bad = sb.with_values(
+        shoe_scene(friction=law), {"brake.linings.end": 0.1, "brake.pin": 0.2}
+    )
     with pytest.raises(sb.InputError) as caught:
         sb.check_scene(bad)
     for part in (

@@ -11,13 +11,18 @@ from heat_scenes import BETA, W0, J, N, fading, rigid_stop
 
 import simbrake as sb
 
-# --- duties ------------------------------------------------------------------------------------------------------
+# --- duties --------------------------------------------------------------------------
 
 
 def test_string_taken_in_motion_adds_energy():
-    """An open brake from 3 rad/s: `ω̇ = m g r/(J + m r²)`; with the speed of the hook the string gives ½ m r² ω²."""
-    load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2)
-    b = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35))
+    """An open brake from 3 rad/s: `ω̇ = m g r/(J + m r²)`; with the speed of the hook
+    the string gives ½ m r² ω²."""
+    load = sb.TrippingLoad(
+        8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2
+    )
+    b = sb.Brake(
+        sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35)
+    )
     result = sb.simulate(sb.Scene(b, sb.Duty(0.0, load), sb.Initial(3.0), 1.0))
     r = 0.05
     J = 1200.0 + 8e3 * 0.05**2
@@ -28,7 +33,9 @@ def test_string_taken_in_motion_adds_energy():
     M = 68e3 * 9.80665 * r
     work = work + 0.5 * 60e3 * r**2 * omega**2
     work += M * (omega * 0.8 + 0.5 * M / J * 0.8**2)
-    assert float(result.record.y_end.omega) == pytest.approx(omega + M / J * 0.8, rel=1e-12)
+    assert float(result.record.y_end.omega) == pytest.approx(
+        omega + M / J * 0.8, rel=1e-12
+    )
     assert float(result.energy["load_work"]) == pytest.approx(work, rel=1e-12)
     assert float(result.energy["closure"]) < 1e-12
 
@@ -48,15 +55,19 @@ def test_cyclic_state_is_where_cycling_ends():
     assert found.change < 1e-7
     T = np.full(3, sb.thermal.ROOM)
     for _ in range(100):
-        run = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, sb.results.with_temperatures(heat, T)))
+        run = sb.simulate(
+            eqx.tree_at(lambda s: s.heat, scene, sb.results.with_temperatures(heat, T))
+        )
         T = np.asarray(run.end_temperatures)
     np.testing.assert_allclose(T, np.asarray(found.result.end_temperatures), atol=1e-6)
     assert found.cycles < 40
     # over a cycle all friction heat leaves: half the kinetic energy's worth at 60 s
-    assert float(found.result.energy["heat_lost"]) == pytest.approx(0.5 * J * W0**2, rel=1e-7)
+    assert float(found.result.energy["heat_lost"]) == pytest.approx(
+        0.5 * J * W0**2, rel=1e-7
+    )
 
 
-# --- ready networks ----------------------------------------------------------------------------------------------
+# --- ready networks -----------------------------------------------------------------
 
 
 def installation(each=1, **more):
@@ -69,16 +80,21 @@ def installation(each=1, **more):
 
 
 def test_linings_heat_by_their_own_friction():
-    """Insulated walls, one per lining: stored heat in proportion to the tension increments, whatever the depth."""
+    """Insulated walls, one per lining: stored heat in proportion to the tension
+    increments, whatever the depth."""
     scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
     result = sb.simulate(scene)
     wall = next(body for body in scene.heat.bodies if body.name == "lining")
-    capacity = float(wall.material.density * wall.material.specific_heat * wall.area) * np.asarray(wall.steps)
+    capacity = float(
+        wall.material.density * wall.material.specific_heat * wall.area
+    ) * np.asarray(wall.steps)
     rise = np.asarray(result.end_temperatures)[6:].reshape(N, 5) - sb.thermal.ROOM
     linings = rise @ capacity
     fz = 0.35 * math.tan(BETA / 2)
     tensions = ((1 + fz) / (1 - fz)) ** np.arange(N + 1)
-    np.testing.assert_allclose(linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), rtol=1e-9)
+    np.testing.assert_allclose(
+        linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), rtol=1e-9
+    )
     assert linings.sum() == pytest.approx(0.1 * 0.5 * J * W0**2, rel=1e-9)
     assert int(result.peak_lining_temperature.lining) == N
     assert result.nodes[6] == "lining[1,1]"
@@ -86,7 +102,8 @@ def test_linings_heat_by_their_own_friction():
 
 @pytest.mark.slow
 def test_interface_shares_heat_by_effusivity():
-    """Friction heat given to a junction between two walls: the share that they find by themselves is Charron's."""
+    """Friction heat given to a junction between two walls: the share that they find by
+    themselves is Charron's."""
     steel = sb.Material(45.0, 7850.0, 480.0)
     lining = sb.Material(0.8, 2000.0, 1100.0)
     growth = sb.thermal.layer_growth(5e-6, 0.03, 60)
@@ -96,21 +113,30 @@ def test_interface_shares_heat_by_effusivity():
             sb.thermal.Wall("lining", lining, 0.03, 1.0, 60, growth),
             sb.thermal.Junction("face"),
         ),
-        (sb.thermal.ThermalContact("face", "rim.front", 1.0), sb.thermal.ThermalContact("face", "lining.front", 1.0)),
-        sb.thermal.FrictionHeat("face", "face", sb.thermal.ConstantPartition(0.5), sensed="rim.front"),
+        (
+            sb.thermal.ThermalContact("face", "rim.front", 1.0),
+            sb.thermal.ThermalContact("face", "lining.front", 1.0),
+        ),
+        sb.thermal.FrictionHeat(
+            "face", "face", sb.thermal.ConstantPartition(0.5), sensed="rim.front"
+        ),
         rim="rim.front",
     )
     result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
     stored = {name: float(value) for name, value in result.stored_heat.items()}
-    assert stored["rim"] / sum(stored.values()) == pytest.approx(0.907538740903391, abs=2e-3)
-    assert float(result.energy["heat_closure"]) < 1e-10  # perfect contact of layers of 5 µm: large conductances cancel
+    assert stored["rim"] / sum(stored.values()) == pytest.approx(
+        0.907538740903391, abs=2e-3
+    )
+    assert (
+        float(result.energy["heat_closure"]) < 1e-10
+    )  # perfect contact of layers of 5 µm: large conductances cancel
 
 
 def test_radiation_governs_when_hot():
     T = sb.thermal.radiation_governs_above(25.0, 0.8)
-    assert pytest.approx(25.0 * (T - sb.thermal.ROOM), rel=1e-10) == 0.8 * sb.thermal.STEFAN_BOLTZMANN * (
-        T**4 - sb.thermal.ROOM**4
-    )
+    assert pytest.approx(
+        25.0 * (T - sb.thermal.ROOM), rel=1e-10
+    ) == 0.8 * sb.thermal.STEFAN_BOLTZMANN * (T**4 - sb.thermal.ROOM**4)
 
 
 @pytest.mark.slow
@@ -119,14 +145,21 @@ def test_cost_grows_no_faster_than_layers():
         growth = sb.thermal.layer_growth(1e-6, 0.03, layers)
         steel = sb.material("steel_20L")
         heat = sb.Heat(
-            (sb.thermal.Wall("w", steel, 0.03, 1.0, layers, growth), sb.thermal.Reservoir("air")),
+            (
+                sb.thermal.Wall("w", steel, 0.03, 1.0, layers, growth),
+                sb.thermal.Reservoir("air"),
+            ),
             (sb.thermal.Convection("w.back", 1.0, 100.0),),
             sources=(sb.thermal.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
         )
         times = []
         for _ in range(6):
             start = time.process_time()
-            jax.block_until_ready(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()).temperature)
+            jax.block_until_ready(
+                sb.simulate_heat(
+                    heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()
+                ).temperature
+            )
             times.append(time.process_time() - start)
         return sorted(times[1:])[2]
 

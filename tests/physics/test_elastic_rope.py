@@ -1,4 +1,5 @@
-"""Elastic rope: swings in closed form, free fall, stops against SciPy, the limit of a rigid rope, other parts."""
+"""Elastic rope: swings in closed form, free fall, stops against SciPy, the limit of a
+rigid rope, other parts."""
 
 import dataclasses
 import math
@@ -21,25 +22,45 @@ RHO = 0.4 / 8
 K = 4e6
 W = M * G
 Z = math.tan(math.radians(13.5) / 2)
-GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)  # N·m of brake torque per N of slack tension
+GAIN = 0.725 * (
+    ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1
+)  # N·m of brake torque per N of slack tension
 
 
-def scene(k=K, c=0.0, m=M, J=J, T0=30e3, w0=24.0, end=3.0, stretch=None, rope=None, lever=None, C=None):
-    load = sb.HookLoad(m, 0.4, 8.0, rope=rope, elasticity=RopeElasticity(k, c, stretch=stretch))
+def scene(
+    k=K,
+    c=0.0,
+    m=M,
+    J=J,
+    T0=30e3,
+    w0=24.0,
+    end=3.0,
+    stretch=None,
+    rope=None,
+    lever=None,
+    C=None,
+):
+    load = sb.HookLoad(
+        m, 0.4, 8.0, rope=rope, elasticity=RopeElasticity(k, c, stretch=stretch)
+    )
     return stop_scene(C=C, J=J, T0=T0, w0=w0, load=load, end=end, lever=lever)
 
 
 def names(result):
-    return [event.name for event in result.events if event.name not in ("lining_limit", "slip_onset", "full_slip")]
+    return [
+        event.name
+        for event in result.events
+        if event.name not in ("lining_limit", "slip_onset", "full_slip")
+    ]
 
 
-# --- closed forms -----------------------------------------------------------------------------------------------------
+# --- closed forms -------------------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_hook_swings_over_a_drum_at_rest():
-    """`F − W = (k e_0 − W) e^{−δt} (cos ω t − … sin ω t)`; the drum moves exactly 0, and the reserve is that of the
-    rope."""
+    """`F − W = (k e_0 − W) e^{−δt} (cos ω t − … sin ω t)`; the drum moves exactly 0,
+    and the reserve is that of the rope."""
     for c in (0.0, 3e4):
         result = sb.simulate(scene(c=c, w0=0.0, stretch=1.6 * W / K))
         assert result.status == "held"
@@ -54,17 +75,31 @@ def test_hook_swings_over_a_drum_at_rest():
         np.testing.assert_allclose(s.rope_stretch, e, rtol=1e-9)
         np.testing.assert_allclose(s.hook_load, K * e + c * v, rtol=1e-9)
         np.testing.assert_allclose(s.hook_speed, v, rtol=1e-9, atol=1e-10)
-        np.testing.assert_allclose(s.hook_position, e - 1.6 * W / K, rtol=1e-9, atol=1e-11)
+        np.testing.assert_allclose(
+            s.hook_position, e - 1.6 * W / K, rtol=1e-9, atol=1e-11
+        )
         np.testing.assert_allclose(s.load_torque, RHO * s.hook_load, rtol=1e-12)
         np.testing.assert_array_equal(s.brake_torque, s.load_torque)
         assert not np.any(s.omega)
         assert not np.any(s.phi)
         most = float(result.max_hook_load.value)
-        assert most == pytest.approx(1.6 * W, rel=1e-9)  # at once, or after whole swings
-        assert result.metrics["max_hook_load_over_weight"] == pytest.approx(1.6, rel=1e-9)
-        assert result.metrics["min_holding_reserve"] == pytest.approx(30e3 * GAIN / (RHO * 1.6 * W), rel=1e-9)
-        gone = 0.5 * M * (-(v[-1] ** 2)) + 0.5 * K * (e[0] ** 2 - e[-1] ** 2) + W * (e[-1] - e[0])
-        assert float(result.energy["damper_heat"]) == pytest.approx(gone, rel=1e-8, abs=1e-6)
+        assert most == pytest.approx(
+            1.6 * W, rel=1e-9
+        )  # at once, or after whole swings
+        assert result.metrics["max_hook_load_over_weight"] == pytest.approx(
+            1.6, rel=1e-9
+        )
+        assert result.metrics["min_holding_reserve"] == pytest.approx(
+            30e3 * GAIN / (RHO * 1.6 * W), rel=1e-9
+        )
+        gone = (
+            0.5 * M * (-(v[-1] ** 2))
+            + 0.5 * K * (e[0] ** 2 - e[-1] ** 2)
+            + W * (e[-1] - e[0])
+        )
+        assert float(result.energy["damper_heat"]) == pytest.approx(
+            gone, rel=1e-8, abs=1e-6
+        )
         assert float(result.energy["closure"]) < 1e-9
     # a weight that hangs still does so exactly, at any stiffness
     still = sb.simulate(scene(193461.33280156262, m=41591.71271006674, w0=0.0))
@@ -72,25 +107,31 @@ def test_hook_swings_over_a_drum_at_rest():
 
 
 def test_overshoot_of_a_hard_stop():
-    """`F_max = m g + v √(k m)` of a drum that stops in no time: of a light drum under a strong band."""
+    """`F_max = m g + v √(k m)` of a drum that stops in no time: of a light drum under a
+    strong band."""
     result = sb.simulate(scene(J=1e-6, w0=6.0, T0=60e3, end=0.3, stretch=W / K))
     v = 6.0 * RHO
     most = W + v * math.sqrt(K * M)
     assert most * RHO < 60e3 * GAIN
     assert float(result.stopping_time) < 1e-10
     assert float(result.max_hook_load.value) == pytest.approx(most, rel=1e-8)
-    assert float(result.max_hook_load.time) == pytest.approx(math.pi / 2 / math.sqrt(K / M), rel=1e-6)
+    assert float(result.max_hook_load.time) == pytest.approx(
+        math.pi / 2 / math.sqrt(K / M), rel=1e-6
+    )
     # of any stop by the state it ends in
     slow = sb.simulate(scene(T0=15e3, stretch=W / K))
     s = slow.series([float(slow.stopping_time)])
-    after = W + math.hypot(K * float(s.rope_stretch[0]) - W, float(s.hook_speed[0]) * math.sqrt(K * M))
+    after = W + math.hypot(
+        K * float(s.rope_stretch[0]) - W, float(s.hook_speed[0]) * math.sqrt(K * M)
+    )
     late = slow.series(np.linspace(float(slow.stopping_time), 3.0, 4000))
     assert np.max(late.hook_load) == pytest.approx(after, rel=1e-5)
     assert float(slow.series([2.9]).omega[0]) == 0.0
 
 
 def test_slack_rope_falls_and_is_taut_again():
-    """Drum held: slack where `k e = 0`, free fall for `2 v/g`, and the same swing again."""
+    """Drum held: slack where `k e = 0`, free fall for `2 v/g`, and the same swing
+    again."""
     result = sb.simulate(scene(w0=0.0, stretch=3 * W / K, end=2.0))
     omega = math.sqrt(K / M)
     slack = 2 * math.pi / 3 / omega
@@ -99,10 +140,14 @@ def test_slack_rope_falls_and_is_taut_again():
     swing = 4 * math.pi / 3 / omega
     times = [event.time for event in result.events if event.name.startswith("rope")]
     assert names(result)[:4] == ["rope_slack", "rope_taut", "rope_slack", "rope_taut"]
-    np.testing.assert_allclose(times[:4], np.cumsum([slack, flight, swing, flight]), rtol=1e-9)
+    np.testing.assert_allclose(
+        times[:4], np.cumsum([slack, flight, swing, flight]), rtol=1e-9
+    )
     t = slack + np.linspace(0.05, 0.95, 7) * flight
     s = result.series(t)
-    np.testing.assert_allclose(s.rope_stretch, -v * (t - slack) + 0.5 * G * (t - slack) ** 2, rtol=1e-9)
+    np.testing.assert_allclose(
+        s.rope_stretch, -v * (t - slack) + 0.5 * G * (t - slack) ** 2, rtol=1e-9
+    )
     assert not np.any(s.hook_load)
     np.testing.assert_allclose(s.brake_torque, 0.0, atol=1e-9)
     assert float(result.energy["closure"]) < 1e-10
@@ -110,13 +155,16 @@ def test_slack_rope_falls_and_is_taut_again():
     fallen = sb.simulate(scene(c=2e4, w0=0.0, stretch=-0.2, end=0.5))
     (taut,) = (event.time for event in fallen.events if event.name == "rope_taut")
     assert taut == pytest.approx(math.sqrt(0.4 / G), rel=1e-9)
-    assert float(fallen.series([taut]).hook_load[0]) == pytest.approx(2e4 * math.sqrt(0.4 * G), rel=1e-9)
+    assert float(fallen.series([taut]).hook_load[0]) == pytest.approx(
+        2e4 * math.sqrt(0.4 * G), rel=1e-9
+    )
     assert float(fallen.energy["closure"]) < 1e-10
 
 
 @pytest.mark.slow
 def test_derivatives_through_slack():
-    """Stretch at the end of a swing after the free fall, by stiffness, mass and stretch at the start."""
+    """Stretch at the end of a swing after the free fall, by stiffness, mass and stretch
+    at the start."""
 
     def by_hand(x):
         k, m, e_0 = x
@@ -129,7 +177,11 @@ def test_derivatives_through_slack():
 
     def run(x):
         k, m, e_0 = x
-        return sb.simulate(scene(k, m=m, w0=0.0, stretch=e_0, end=0.9), max_steps=128).series([0.9]).rope_stretch
+        return (
+            sb.simulate(scene(k, m=m, w0=0.0, stretch=e_0, end=0.9), max_steps=128)
+            .series([0.9])
+            .rope_stretch
+        )
 
     x = jnp.array([K, M, 3 * W / K])
     value, forwards, backwards = jacobians(run)(x)
@@ -139,11 +191,12 @@ def test_derivatives_through_slack():
     np.testing.assert_allclose(backwards[0], slopes, rtol=1e-7)
 
 
-# --- stops against SciPy ----------------------------------------------------------------------------------------------
+# --- stops against SciPy ------------------------------------------------------------
 
 
 def by_scipy(points, tensions, k, c, w0, end, J):
-    """Events with their times and states `(φ, ω, v, e)`, and the state at the end: sliding or held, taut or slack."""
+    """Events with their times and states `(φ, ω, v, e)`, and the state at the end:
+    sliding or held, taut or slack."""
     held = False
     taut = True
     t = 0.0
@@ -159,7 +212,11 @@ def by_scipy(points, tensions, k, c, w0, end, J):
         return [y[1], turn, G - F / M, y[2] - RHO * y[1]]
 
     def moves(t, y):
-        return GAIN * np.interp(t, points, tensions) - (RHO * pull(y) if taut else 0.0) if held else y[1]
+        return (
+            GAIN * np.interp(t, points, tensions) - (RHO * pull(y) if taut else 0.0)
+            if held
+            else y[1]
+        )
 
     def rope(t, y):
         return pull(y) if taut else -min(k * y[3], pull(y))
@@ -169,7 +226,16 @@ def by_scipy(points, tensions, k, c, w0, end, J):
         event.direction = -1
     while t < end:
         until = min([x for x in (*points, end) if x > t + 1e-12])
-        out = solve_ivp(rhs, (t, until), y, "DOP853", events=(moves, rope), rtol=2e-13, atol=1e-14, max_step=0.02)
+        out = solve_ivp(
+            rhs,
+            (t, until),
+            y,
+            "DOP853",
+            events=(moves, rope),
+            rtol=2e-13,
+            atol=1e-14,
+            max_step=0.02,
+        )
         t = out.t[-1]
         y = out.y[:, -1]
         if out.status == 1 and len(out.t_events[0]):
@@ -182,11 +248,20 @@ def by_scipy(points, tensions, k, c, w0, end, J):
     return found, y
 
 
-#: a stop that the swing of the hook breaks twice; one so hard that the rope goes slack, with damping, then a release;
-#: and the least number of events
+#: a stop that the swing of the hook breaks twice; one so hard that the rope goes slack,
+#: with damping, then a release; and the least number of events
 STOPS = {
     "restart": ([0.0, 0.25, 0.5], [25e3, 25e3, 6.8e3], K, 5e3, 8.0, 3.0, J, 5),
-    "slack": ([0.0, 0.1, 1.6, 1.7], [20e3, 80e3, 80e3, 6e3], 2e7, 2e4, 60.0, 2.4, 150.0, 6),
+    "slack": (
+        [0.0, 0.1, 1.6, 1.7],
+        [20e3, 80e3, 80e3, 6e3],
+        2e7,
+        2e4,
+        60.0,
+        2.4,
+        150.0,
+        6,
+    ),
 }
 
 
@@ -195,12 +270,18 @@ STOPS = {
 def test_stop_against_scipy(kind):
     points, tensions, k, c, w0, end, inertia, least = STOPS[kind]
     events, last = by_scipy(points, tensions, k, c, w0, end, inertia)
-    what = scene(k, c, J=inertia, w0=w0, end=end, lever=sb.PiecewiseLinear(points, tensions))
+    what = scene(
+        k, c, J=inertia, w0=w0, end=end, lever=sb.PiecewiseLinear(points, tensions)
+    )
     result = sb.simulate(what, rtol=1e-12)
     assert names(result) == [name for name, *_ in events]
     assert len(events) >= least
     times = [time for _, time, _ in events]
-    ours = [event.time for event in result.events if event.name in ("stop", "restart", "rope_slack", "rope_taut")]
+    ours = [
+        event.time
+        for event in result.events
+        if event.name in ("stop", "restart", "rope_slack", "rope_taut")
+    ]
     np.testing.assert_allclose(ours, times, rtol=1e-9)
     s = result.series([*times, end], left=True)
     found = np.stack([s.phi, s.omega, s.hook_speed, s.rope_stretch], axis=1)
@@ -210,30 +291,41 @@ def test_stop_against_scipy(kind):
     assert float(result.energy["closure"]) < 1e-10
     implicit = sb.simulate(what, solver=sb.hybrid.Rodas5P())
     assert names(implicit) == names(result)
-    assert implicit.series([end]).rope_stretch[0] == pytest.approx(float(last[3]), rel=1e-6)
+    assert implicit.series([end]).rope_stretch[0] == pytest.approx(
+        float(last[3]), rel=1e-6
+    )
 
 
 @pytest.mark.slow
 def test_stiff_ropes_tend_to_the_rigid_one():
-    """Under a tension that rises all the time, with damping: the stopping time differs by a term in `1/k`."""
+    """Under a tension that rises all the time, with damping: the stopping time differs
+    by a term in `1/k`."""
     lever = sb.PiecewiseLinear([0.0, 2.0], [4e3, 24e3])
-    rigid = stop_scene(C=None, J=J, w0=24.0, load=sb.HookLoad(M, 0.4, 8.0), end=2.0, lever=lever)
+    rigid = stop_scene(
+        C=None, J=J, w0=24.0, load=sb.HookLoad(M, 0.4, 8.0), end=2.0, lever=lever
+    )
     truth = float(sb.simulate(rigid, rtol=1e-12).stopping_time)
     ks = np.array([1e7, 1e8, 1e9])
     away = []
     for k in ks:
-        run = sb.simulate(scene(k, 0.4 * math.sqrt(k * M), end=2.0, lever=lever), rtol=1e-12)
+        run = sb.simulate(
+            scene(k, 0.4 * math.sqrt(k * M), end=2.0, lever=lever), rtol=1e-12
+        )
         away.append(abs(float(run.stopping_time) - truth))
-    np.testing.assert_allclose(np.diff(np.log(away)) / np.diff(np.log(ks)), -1.0, atol=0.02)
+    np.testing.assert_allclose(
+        np.diff(np.log(away)) / np.diff(np.log(ks)), -1.0, atol=0.02
+    )
     assert away[-1] < 1e-5
 
 
-# --- together with everything else ------------------------------------------------------------------------------------
+# --- together with everything else --------------------------------------------------
 
 
 @pytest.mark.slow
 def test_balances_with_everything_coupled():
-    heat = sb.lumped_heat(rim=4e5, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=60.0)
+    heat = sb.lumped_heat(
+        rim=4e5, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=60.0
+    )
     shaft = (
         sb.loads.BearingFriction(500.0),
         sb.loads.TackleLoss(lowering_efficiency=0.9),
@@ -257,7 +349,9 @@ def test_balances_with_everything_coupled():
 
 @pytest.mark.slow
 def test_files_and_input(tmp_path):
-    lines = RopeElasticity(modulus="100 GPa", area="500 mm^2", length="40 m", damping=2e4)
+    lines = RopeElasticity(
+        modulus="100 GPa", area="500 mm^2", length="40 m", damping=2e4
+    )
     load = sb.HookLoad(M, 0.4, 8.0, elasticity=lines)
     what = stop_scene(C=None, J=J, T0=25e3, w0=24.0, load=load, end=1.0)
     sb.write_scene(what, tmp_path / "scene.toml")
@@ -266,19 +360,33 @@ def test_files_and_input(tmp_path):
     same = sb.simulate(scene(8 * 100e9 * 500e-6 / 40, 2e4, T0=25e3, end=1.0))
     assert float(again.stopping_time) == float(same.stopping_time)
     assert float(again.record.y_end.hook.excess) == float(same.record.y_end.hook.excess)
-    with pytest.raises(sb.InputError, match=r"duty\.load\.elasticity\.stiffness: is missing"):
+    with pytest.raises(
+        sb.InputError, match=r"duty\.load\.elasticity\.stiffness: is missing"
+    ):
         sb.simulate(scene(None))
     both = dataclasses.replace(load, elasticity=RopeElasticity(K, modulus=1e11))
     with pytest.raises(sb.InputError, match=r"elasticity\.stiffness: is given beside"):
         sb.simulate(dataclasses.replace(what, duty=sb.Duty(sb.Constant(25e3), both)))
     with pytest.raises(sb.InputError, match=r"duty\.load\.mass: is 0"):
         sb.simulate(scene(m=0.0))
-    trip = ("take the string", "lower 27 m at 1.2 m/s", "brake to rest", "set the string in the slips", "wait 9 s")
+    trip = (
+        "take the string",
+        "lower 27 m at 1.2 m/s",
+        "brake to rest",
+        "set the string in the slips",
+        "wait 9 s",
+    )
     with pytest.raises(sb.InputError, match=r"empty: is missing"):
         sb.programme_scene(what.brake, trip, load, pull=30e3)
     tripping = sb.programme_scene(what.brake, trip, load, pull=30e3, empty=5e3)
     assert tripping.duty.load.elasticity is lines
-    rigid = sb.simulate(stop_scene(C=None, J=J, T0=25e3, w0=24.0, load=sb.HookLoad(M, 0.4, 8.0), end=1.0))
-    with pytest.raises(ValueError, match="no max_hook_load: its load hangs on no elastic rope"):
+    rigid = sb.simulate(
+        stop_scene(
+            C=None, J=J, T0=25e3, w0=24.0, load=sb.HookLoad(M, 0.4, 8.0), end=1.0
+        )
+    )
+    with pytest.raises(
+        ValueError, match="no max_hook_load: its load hangs on no elastic rope"
+    ):
         _ = rigid.max_hook_load
     assert rigid.series([0.5]).rope_stretch is None

@@ -13,10 +13,15 @@ import simbrake as sb
 
 @pytest.fixture(scope="module")
 def run():
-    """A rigid band under constant tension slides from the first moment: the classical stop is then exact."""
+    """A rigid band under constant tension slides from the first moment: the classical
+    stop is then exact."""
     scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
-    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
-    result = sb.simulate(dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0)))
+    rigid = dataclasses.replace(
+        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
+    )
+    result = sb.simulate(
+        dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
+    )
     return result, sb.estimates(result)
 
 
@@ -27,14 +32,19 @@ def test_classical_stop_is_that_of_full_slip():
     assert stop.time == pytest.approx(truth["stop"], rel=1e-8)
     assert stop.work == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-12)
     assert stop.angle == pytest.approx(20.0 * stop.time / 2)
-    # a load that falls with the speed counts at half the speed, at which the deceleration is the mean one
+    # a load that falls with the speed counts at half the speed, at which the
+    # deceleration is the mean one
     scene = stop_scene(C=None, load=sb.TorqueLoad(5e3, drag=100.0))
     M = 0.725 * 8e3 * (truth["Pi"] - 1)
-    assert sb.formulas.classical_stop(scene).time == pytest.approx(800.0 * 20.0 / (M - 5e3 + 100.0 * 10.0), rel=1e-12)
+    assert sb.formulas.classical_stop(scene).time == pytest.approx(
+        800.0 * 20.0 / (M - 5e3 + 100.0 * 10.0), rel=1e-12
+    )
 
 
 def test_estimates_of_a_scene_alone():
-    table = sb.estimates(stop_scene(C=None), sb.formulas.EstimateData(track_area=1.0, lining_area=0.7))
+    table = sb.estimates(
+        stop_scene(C=None), sb.formulas.EstimateData(track_area=1.0, lining_area=0.7)
+    )
     assert table["friction work"].value == pytest.approx(0.5 * 800.0 * 20.0**2)
     assert {row.simulated for row in table} == {None}
     assert {row.difference for row in table} == {None}
@@ -51,30 +61,51 @@ def test_estimates_of_a_scene_alone():
 
 @pytest.mark.slow
 def test_estimates_match_a_stop_they_assume(run):
-    """Sliding throughout under constant torque: statics agree, temperatures up to what the formulas leave out."""
+    """Sliding throughout under constant torque: statics agree, temperatures up to what
+    the formulas leave out."""
     result, table = run
     for name in ("brake torque", "stopping time", "stopping angle", "friction work"):
         assert table[name].value == pytest.approx(table[name].simulated, rel=1e-9)
     for name, share in (
-        ("surface temperature, falling flux", 0.004),  # of the rise: layers, and cooling of the open track
+        (
+            "surface temperature, falling flux",
+            0.004,
+        ),  # of the rise: layers, and cooling of the open track
         ("surface temperature, falling flux, slab", 0.004),
         ("surface temperature, Schmidt", 0.004),
         ("bulk temperature, end", 0.004),
     ):
         row = table[name]
-        assert row.value - 293.15 == pytest.approx(row.simulated - 293.15, rel=share), name
+        assert row.value - 293.15 == pytest.approx(row.simulated - 293.15, rel=share), (
+            name
+        )
     face, mean, difference = falling_flux(
-        48.0, 7800.0, 500.0, 0.95 * 0.5 * 800.0 * 20.0**2, result.metrics["stopping_time"]
+        48.0,
+        7800.0,
+        500.0,
+        0.95 * 0.5 * 800.0 * 20.0**2,
+        result.metrics["stopping_time"],
     )
-    assert table["surface temperature, falling flux"].simulated - 293.15 == pytest.approx(face, rel=5e-3)
-    assert table["bulk temperature, end"].simulated - 293.15 == pytest.approx(mean, rel=2e-3)
-    # the run's stress is that of the greatest difference, the estimate's that of two temperatures of different times
+    assert table[
+        "surface temperature, falling flux"
+    ].simulated - 293.15 == pytest.approx(face, rel=5e-3)
+    assert table["bulk temperature, end"].simulated - 293.15 == pytest.approx(
+        mean, rel=2e-3
+    )
+    # the run's stress is that of the greatest difference, the estimate's that of two
+    # temperatures of different times
     stress = table["thermal stress, surface"]
     factor = -205e9 * 12e-6 / (1 - 0.3)
     assert stress.simulated == pytest.approx(factor * difference, rel=5e-3)
-    assert stress.value == pytest.approx(factor * (3 / math.sqrt(8) * face - mean), rel=1e-4)
-    assert table["stress over allowable"].simulated == pytest.approx(abs(stress.simulated) / 150e6)
-    assert table["heat partition coefficient, rim, effusivities"].simulated == pytest.approx(0.95)
+    assert stress.value == pytest.approx(
+        factor * (3 / math.sqrt(8) * face - mean), rel=1e-4
+    )
+    assert table["stress over allowable"].simulated == pytest.approx(
+        abs(stress.simulated) / 150e6
+    )
+    assert table[
+        "heat partition coefficient, rim, effusivities"
+    ].simulated == pytest.approx(0.95)
 
 
 @pytest.mark.parametrize(
@@ -109,8 +140,17 @@ def test_rows_have_source_difference_reason():
         row("time", "t", 1.0, "s", "S-1", None, "a clock"),
     )
     assert [one.difference for one in rows] == [1.0, 0.0, None, -0.25, None]
-    assert [one.words for one in rows] == ["lever 3 N*m", "share 0.5", "arm none m", "angle 1 rad", "time 1 s"]
-    inputs = (sb.formulas.Input("track", 2.0, "m^2", "given"), sb.formulas.Input("rim", "steel", "", "scene"))
+    assert [one.words for one in rows] == [
+        "lever 3 N*m",
+        "share 0.5",
+        "arm none m",
+        "angle 1 rad",
+        "time 1 s",
+    ]
+    inputs = (
+        sb.formulas.Input("track", 2.0, "m^2", "given"),
+        sb.formulas.Input("rim", "steel", "", "scene"),
+    )
     lines = str(sb.formulas.EngineeringEstimates("about", inputs, rows)).splitlines()
     table = {line.split()[0]: line.split() for line in lines if line}
     assert table["track"] == ["track", "2", "m^2", "given"]
@@ -119,4 +159,6 @@ def test_rows_have_source_difference_reason():
     assert table["share"] == ["share", "0.5", "0.5", "0", "a/b"]
     assert table["arm"][:3] == ["arm", "none", "2"]
     assert table["angle"] == ["angle", "1", "1.25", "-0.25", "rad", "φ"]
-    assert [line for line in lines if line.startswith("reason")] == ["reason: a spring (lever; angle)"]
+    assert [line for line in lines if line.startswith("reason")] == [
+        "reason: a spring (lever; angle)"
+    ]

@@ -1,6 +1,8 @@
-"""What every kind of brake can do: derivatives both ways, runs side by side and prepared, heat, wear, files.
+"""What every kind of brake can do: derivatives both ways, runs side by side and
+prepared, heat, wear, files.
 
-Every mechanism is in two of the three tests, so that each assertion sees bands, bandages, single linings and pads.
+Every mechanism is in two of the three tests, so that each assertion sees bands,
+bandages, single linings and pads.
 """
 
 import dataclasses
@@ -21,7 +23,9 @@ R_B = 0.64
 AREA = 0.03
 CAPACITY = (2e4, 1e3, 5e3)
 BANDAGE = sb.Bandage(45.0, sb.ConstantFriction(0.22), 900.0, AREA)
-SPRUNG = sb.Bandage(np.full(N, 15.0), sb.ConstantFriction(0.22), 900.0, AREA, spring=2e5)
+SPRUNG = sb.Bandage(
+    np.full(N, 15.0), sb.ConstantFriction(0.22), 900.0, AREA, spring=2e5
+)
 #: stiffness of the band, its segments, the bandage
 KINDS = {
     "rigid band": (None, None, None),
@@ -35,7 +39,9 @@ KINDS = {
 #: brakes without a band, by the law of their linings
 PRESSED = {
     "disc brake": lambda law: sb.DiscBrake(900.0, sb.Pads(law, 0.5, 0.6, 1.0, N)),
-    "double-shoe brake": lambda law: sb.ShoeBrake(900.0, sb.Shoes(law, R, 0.1, 0.2, 2.0), 0.5, 0.8),
+    "double-shoe brake": lambda law: sb.ShoeBrake(
+        900.0, sb.Shoes(law, R, 0.1, 0.2, 2.0), 0.5, 0.8
+    ),
 }
 
 
@@ -47,13 +53,21 @@ def scene(kind, hot=False):
     if hot:
         law = sb.friction.ProductFriction(law, (sb.LinearFade(2e-4, 293.15),))
         rim, linings, band = (
-            sb.thermal.Lump(name, C) for name, C in zip(("rim", "linings", "band"), CAPACITY, strict=True)
+            sb.thermal.Lump(name, C)
+            for name, C in zip(("rim", "linings", "band"), CAPACITY, strict=True)
         )
-        outer = sb.thermal.FrictionHeat("band", "linings", sb.thermal.ConstantPartition(0.6))
+        outer = sb.thermal.FrictionHeat(
+            "band", "linings", sb.thermal.ConstantPartition(0.6)
+        )
         heat = sb.Heat(
             bodies=(rim, linings, band, sb.thermal.Reservoir("air")),
-            links=(sb.thermal.Convection("rim", 2.0, 30.0), sb.thermal.Convection("band", 1.0, 10.0)),
-            friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.8)),
+            links=(
+                sb.thermal.Convection("rim", 2.0, 30.0),
+                sb.thermal.Convection("band", 1.0, 10.0),
+            ),
+            friction=sb.thermal.FrictionHeat(
+                "rim", "linings", sb.thermal.ConstantPartition(0.8)
+            ),
             external=None if bandage is None else outer,
             linings="linings",
         )
@@ -62,46 +76,93 @@ def scene(kind, hot=False):
     lever = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3])
     load = sb.TorqueLoad(sb.Constant(300.0), 2.0)
     if kind in PRESSED:
-        return sb.Scene(PRESSED[kind](law), sb.ForceDuty(lever, load), sb.Initial(20.0), 9.0, heat, wear=wear)
+        return sb.Scene(
+            PRESSED[kind](law),
+            sb.ForceDuty(lever, load),
+            sb.Initial(20.0),
+            9.0,
+            heat,
+            wear=wear,
+        )
     pulley = sb.Pulley(R, 900.0)
     mass = None if segments is None else 40.0
-    brake = sb.Brake(pulley, sb.Band(R_B, stiffness, segments), sb.Lining(law, np.full(N, BETA), AREA, mass), bandage)
+    brake = sb.Brake(
+        pulley,
+        sb.Band(R_B, stiffness, segments),
+        sb.Lining(law, np.full(N, BETA), AREA, mass),
+        bandage,
+    )
     if kind == "several bands":
-        bands = [sb.brakes.LinedBand(sb.Lining(law, np.full(n, BETA), AREA), share=n) for n in (1, N - 1)]
+        bands = [
+            sb.brakes.LinedBand(sb.Lining(law, np.full(n, BETA), AREA), share=n)
+            for n in (1, N - 1)
+        ]
         brake = sb.brakes.MultiBandBrake(pulley, R_B, tuple(bands))
     return sb.Scene(
-        brake, sb.Duty(lever, load), sb.Initial(20.0, 500.0 / 2e5 if stiffness else 0.0), 9.0, heat, wear=wear
+        brake,
+        sb.Duty(lever, load),
+        sb.Initial(20.0, 500.0 / 2e5 if stiffness else 0.0),
+        9.0,
+        heat,
+        wear=wear,
     )
 
 
 def linings_of(kind):
-    return [f"brake.bands[{i}].linings" for i in range(2)] if kind == "several bands" else ["brake.linings"]
+    return (
+        [f"brake.bands[{i}].linings" for i in range(2)]
+        if kind == "several bands"
+        else ["brake.linings"]
+    )
 
 
 def answers(kind, values):
     inertia = "brake.inertia" if kind in PRESSED else "brake.pulley.inertia"
     paths = ("initial.omega", inertia, f"{linings_of(kind)[-1]}.friction.coefficient")
-    run = sb.simulate(sb.with_values(scene(kind), dict(zip(paths, values, strict=True))), rtol=1e-9, max_steps=2048)
+    run = sb.simulate(
+        sb.with_values(scene(kind), dict(zip(paths, values, strict=True))),
+        rtol=1e-9,
+        max_steps=2048,
+    )
     work = run.energy
-    return jnp.stack([run.stopping_time, run.stopping_angle, work["friction_heat"] / 1e5]), work["closure"], run.code
+    return (
+        jnp.stack([run.stopping_time, run.stopping_angle, work["friction_heat"] / 1e5]),
+        work["closure"],
+        run.code,
+    )
 
 
 def on(*kinds):
     """These kinds; but for the rigid band, compiling takes long: slow tests."""
     assert set(kinds) <= {*KINDS, *PRESSED}
-    kinds = [pytest.param(kind, marks=[] if kind == "rigid band" else [pytest.mark.slow]) for kind in kinds]
+    kinds = [
+        pytest.param(kind, marks=[] if kind == "rigid band" else [pytest.mark.slow])
+        for kind in kinds
+    ]
     return pytest.mark.parametrize("kind", kinds)
 
 
 @pytest.mark.slow
-@on("rigid band", "staged, elastic band", "chain", "bandage on springs", "several bands", "double-shoe brake")
+@on(
+    "rigid band",
+    "staged, elastic band",
+    "chain",
+    "bandage on springs",
+    "several bands",
+    "double-shoe brake",
+)
 def test_derivatives_both_ways_and_batches(kind):
     start = np.asarray([20.0, 900.0, 0.4])
-    value, forwards, backwards = jacobians(lambda x: answers(kind, x)[0])(jnp.asarray(start))
+    value, forwards, backwards = jacobians(lambda x: answers(kind, x)[0])(
+        jnp.asarray(start)
+    )
     assert np.all(np.isfinite(value))
-    np.testing.assert_allclose(forwards, backwards, rtol=1e-10, atol=1e-12 * np.max(np.abs(forwards)))
+    np.testing.assert_allclose(
+        forwards, backwards, rtol=1e-10, atol=1e-12 * np.max(np.abs(forwards))
+    )
     assert np.all(forwards[0, :2] > 0)  # a faster, heavier pulley stops later
-    # (the run under a derivative takes shorter steps where its tangents ask for them: alone is one without)
+    # (the run under a derivative takes shorter steps where its tangents ask for them:
+    # alone is one without)
     alone = jax.jit(lambda x: answers(kind, x)[0])(jnp.asarray(start))
     np.testing.assert_allclose(value, alone, rtol=1e-8)
     two = jnp.asarray([start, start * [1.05, 1.0, 1.0]])
@@ -109,13 +170,21 @@ def test_derivatives_both_ways_and_batches(kind):
     assert not np.any(code)
     assert np.max(closure) < 1e-9
     np.testing.assert_allclose(side[0], alone, rtol=1e-12)
-    # a chord over 5 % of the speed has the mean of the slopes at its ends: the first of them within the bend
+    # a chord over 5 % of the speed has the mean of the slopes at its ends: the first of
+    # them within the bend
     chord = (side[1, 0] - side[0, 0]) / (0.05 * start[0])
     assert float(chord) == pytest.approx(float(forwards[0, 0]), rel=0.05)
 
 
 @pytest.mark.slow
-@on("elastic band", "staged, rigid band", "staged, elastic band", "bandage on springs", "several bands", "disc brake")
+@on(
+    "elastic band",
+    "staged, rigid band",
+    "staged, elastic band",
+    "bandage on springs",
+    "several bands",
+    "disc brake",
+)
 def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     hot = scene(kind, hot=True)
     result = sb.simulate(hot, rtol=1e-9)
@@ -123,60 +192,110 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     energy = {name: float(value) for name, value in result.energy.items()}
     assert energy["closure"] < 1e-9
     assert energy["heat_closure"] < 1e-12
-    stored = np.asarray(CAPACITY) * (np.asarray(result.end_temperatures) - sb.thermal.ROOM)
+    stored = np.asarray(CAPACITY) * (
+        np.asarray(result.end_temperatures) - sb.thermal.ROOM
+    )
     assert energy["heat_stored"] == pytest.approx(stored.sum(), rel=1e-12)
     # V = k W/f of each pair: Archard's law does not ask how the load is spread
     worn = result.record.y_end.worn
-    f = 0.4 * np.asarray([1.0, 1 - 2e-4 * (float(np.max(result.end_temperatures)) - 293.15)])
+    f = 0.4 * np.asarray(
+        [1.0, 1 - 2e-4 * (float(np.max(result.end_temperatures)) - 293.15)]
+    )
     cosine = 1.0 if kind in PRESSED else math.cos(BETA / 2)
     volume = float(np.mean(hot.brake.linings.area)) * float(np.sum(worn[0])) / cosine
     outer = energy.get("heat_external", energy["friction_heat"])
-    assert 1e-14 * outer / f[0] * (1 - 1e-6) <= volume <= 1e-14 * outer / f[1] * (1 + 1e-6)
+    assert (
+        1e-14 * outer / f[0] * (1 - 1e-6) <= volume <= 1e-14 * outer / f[1] * (1 + 1e-6)
+    )
     if "heat_internal" in energy:
-        assert AREA * float(np.sum(worn[1])) == pytest.approx(2e-14 * energy["heat_internal"] / 0.22, rel=1e-6)
+        assert AREA * float(np.sum(worn[1])) == pytest.approx(
+            2e-14 * energy["heat_internal"] / 0.22, rel=1e-6
+        )
     # every pair passes on what its linings give at its radius, and only takes energy
     s = result.series(np.linspace(0.0, 9.0, 40))
     radii = (hot.brake.radius, hot.brake.track_radius)
     for pair, radius, tilt in zip(s.pairs.values(), radii, (cosine, 1.0), strict=False):
         given = radius * np.sum(pair.friction_force, axis=1) / tilt
-        np.testing.assert_allclose(given, pair.torque, rtol=1e-9, atol=1e-9 * np.max(np.abs(pair.torque)))
+        np.testing.assert_allclose(
+            given, pair.torque, rtol=1e-9, atol=1e-9 * np.max(np.abs(pair.torque))
+        )
         assert np.min(pair.sense * pair.slip_speed) >= 0.0
         assert np.min(np.diff(pair.heat)) >= -1e-12 * energy["friction_heat"]
-        assert np.all(np.abs(pair.friction_force) <= (1 + 1e-9) * pair.friction_coefficient * pair.normal_load + 1e-9)
-    np.testing.assert_array_equal(sum(pair.heat for pair in s.pairs.values()), s.friction_heat)
-    np.testing.assert_array_equal(sum(pair.worn_thickness for pair in s.pairs.values()), s.worn_thickness)
+        assert np.all(
+            np.abs(pair.friction_force)
+            <= (1 + 1e-9) * pair.friction_coefficient * pair.normal_load + 1e-9
+        )
+    np.testing.assert_array_equal(
+        sum(pair.heat for pair in s.pairs.values()), s.friction_heat
+    )
+    np.testing.assert_array_equal(
+        sum(pair.worn_thickness for pair in s.pairs.values()), s.worn_thickness
+    )
 
-    answer = sb.prepare(hot, ["stopping_time", "energy.friction_heat"], rtol=1e-9, solver=sb.hybrid.Rodas5P())()
-    assert answer.metrics["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-6)
-    assert answer.metrics["energy.friction_heat"] == pytest.approx(energy["friction_heat"], rel=1e-6)
+    answer = sb.prepare(
+        hot,
+        ["stopping_time", "energy.friction_heat"],
+        rtol=1e-9,
+        solver=sb.hybrid.Rodas5P(),
+    )()
+    assert answer.metrics["stopping_time"] == pytest.approx(
+        float(result.stopping_time), rel=1e-6
+    )
+    assert answer.metrics["energy.friction_heat"] == pytest.approx(
+        energy["friction_heat"], rel=1e-6
+    )
     kept = sb.read_result(sb.save(result, tmp_path / "run.nc"))
     # held, exactly
     assert float(result.record.y_end.omega) == kept["omega"].values[-1] == 0.0
-    np.testing.assert_allclose(np.sum(kept["worn_thickness"].values[-1]), np.sum(result.worn_thickness), rtol=1e-9)
+    np.testing.assert_allclose(
+        np.sum(kept["worn_thickness"].values[-1]),
+        np.sum(result.worn_thickness),
+        rtol=1e-9,
+    )
 
 
-@on("rigid band", "elastic band", "staged, rigid band", "chain", "disc brake", "double-shoe brake")
+@on(
+    "rigid band",
+    "elastic band",
+    "staged, rigid band",
+    "chain",
+    "disc brake",
+    "double-shoe brake",
+)
 def test_breakpoints_on_line_change_nothing(kind):
-    """All modes are chosen anew at a breakpoint: of a brake that slides, sticks, is held, is turned by its load."""
+    """All modes are chosen anew at a breakpoint: of a brake that slides, sticks, is
+    held, is turned by its load."""
     calm = scene(kind)
     lines = ([0.0, 3.0, 5.0, 6.5, 7.5, 9.0], [500.0, 7e3, 7e3, 100.0, 100.0, 8e3])
     pairs = linings_of(kind) + ["brake.bandage"] * bool(KINDS.get(kind, (None,))[-1])
-    calm = sb.with_values(calm, {f"{pair}.friction.static_ratio": 1.15 for pair in pairs})
+    calm = sb.with_values(
+        calm, {f"{pair}.friction.static_ratio": 1.15 for pair in pairs}
+    )
     runs = []
     for more in ([], np.linspace(0.05, 8.95, 61)):
         t = np.union1d(lines[0], more)
         lever = sb.PiecewiseLinear(t, np.interp(t, *lines))
         load = sb.TorqueLoad(sb.Constant(900.0), 2.0)
-        duty = dataclasses.replace(calm.duty, **{calm.duty.lever_field: lever, "load": load})
+        duty = dataclasses.replace(
+            calm.duty, **{calm.duty.lever_field: lever, "load": load}
+        )
         runs.append(sb.simulate(dataclasses.replace(calm, duty=duty), rtol=1e-11))
     few, many = ([e for e in run.events if "lever" not in e.name] for run in runs)
     assert [e.name for e in few] == [e.name for e in many]
     # a chain swings: what differs by rounding grows
     atol = 1e-9 if kind == "chain" else 1e-13
-    np.testing.assert_allclose([e.time for e in few], [e.time for e in many], rtol=0, atol=atol)
+    np.testing.assert_allclose(
+        [e.time for e in few], [e.time for e in many], rtol=0, atol=atol
+    )
     one, other = (run.series(np.linspace(0.0, 9.0, 91)) for run in runs)
     for name in ("omega", "phi", "brake_torque", "friction_heat"):
         value = getattr(one, name)
-        np.testing.assert_allclose(value, getattr(other, name), rtol=1e-8, atol=1e-9 * np.max(np.abs(value)))
+        np.testing.assert_allclose(
+            value, getattr(other, name), rtol=1e-8, atol=1e-9 * np.max(np.abs(value))
+        )
     if kind != "disc brake":  # which the load turns throughout
-        assert [e.name for e in few if e.name in ("stop", "restart")][:3] == ["stop", "restart", "stop"]
+        assert [e.name for e in few if e.name in ("stop", "restart")][:3] == [
+            "stop",
+            "restart",
+            "stop",
+        ]

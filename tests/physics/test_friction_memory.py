@@ -1,4 +1,5 @@
-"""Friction with memory: recovery against a closed form, all processes against SciPy, files."""
+"""Friction with memory: recovery against a closed form, all processes against SciPy,
+files."""
 
 import math
 import pathlib
@@ -12,7 +13,22 @@ from helpers import jacobians
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from test_memory import AREA, BETA, OMEGA, PADS, R_B, T_0, TORQUE, F, J, Timed, Z, band, disc, final
+from test_memory import (
+    AREA,
+    BETA,
+    OMEGA,
+    PADS,
+    R_B,
+    T_0,
+    TORQUE,
+    F,
+    J,
+    Timed,
+    Z,
+    band,
+    disc,
+    final,
+)
 
 import simbrake as sb
 from simbrake.friction import FrictionWithMemory, LinearFade, MemoryProcess
@@ -24,15 +40,21 @@ KELVIN = 520.0
 def furnace(mass=1e15):
     """Heat of pads whose temperature stays as it is."""
     return sb.Heat(
-        (sb.thermal.Lump("disc", mass), sb.thermal.Lump("pads", mass, count=PADS, temperature=KELVIN)),
-        friction=sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.6)),
+        (
+            sb.thermal.Lump("disc", mass),
+            sb.thermal.Lump("pads", mass, count=PADS, temperature=KELVIN),
+        ),
+        friction=sb.thermal.FrictionHeat(
+            "disc", "pads", sb.thermal.ConstantPartition(0.6)
+        ),
         linings="pads",
     )
 
 
 @pytest.mark.slow
 def test_isothermal_memory_is_exponential():
-    """`c = c_e φ + (c_0 − c_e φ) e^{−kt}`, `k = A e^{−E/(R_g T)}`; stopping time, and how it follows A, E and c_0."""
+    """`c = c_e φ + (c_0 − c_e φ) e^{−kt}`, `k = A e^{−E/(R_g T)}`; stopping time, and
+    how it follows A, E and c_0."""
     A = 3e3
     E = 4e4
     end = 1.0
@@ -43,21 +65,31 @@ def test_isothermal_memory_is_exponential():
 
     def stop(x):
         process = MemoryProcess(end, fade, x[0], x[1])
-        run = sb.simulate(disc(FrictionWithMemory(F, (process,), x[2]), heat=furnace()), rtol=1e-12, max_steps=512)
+        run = sb.simulate(
+            disc(FrictionWithMemory(F, (process,), x[2]), heat=furnace()),
+            rtol=1e-12,
+            max_steps=512,
+        )
         return jnp.stack([run.stopping_time, run.record.y_end.memory[0][0]])
 
     def left(t, k=k, start=start):
-        return OMEGA - TORQUE / J * (goal * t + (start - goal) * (1 - math.exp(-k * t)) / k)
+        return OMEGA - TORQUE / J * (
+            goal * t + (start - goal) * (1 - math.exp(-k * t)) / k
+        )
 
     t = brentq(left, 0.0, 20.0, xtol=1e-14, rtol=1e-14)
     value, forwards, backwards = jacobians(stop)(jnp.asarray([A, E, start]))
     assert float(value[0]) == pytest.approx(t, rel=1e-9)
-    assert float(value[1]) == pytest.approx(goal + (start - goal) * math.exp(-k * 10.0), rel=1e-9)
+    assert float(value[1]) == pytest.approx(
+        goal + (start - goal) * math.exp(-k * 10.0), rel=1e-9
+    )
     gone = math.exp(-k * t)
     c = goal + (start - goal) * gone
     by_k = (start - goal) * ((1 - gone) / k - t * gone) / k / c
     by_start = -(1 - gone) / k / c
-    np.testing.assert_allclose(forwards[0], [by_k * k / A, -by_k * k / (GAS * KELVIN), by_start], rtol=1e-7)
+    np.testing.assert_allclose(
+        forwards[0], [by_k * k / A, -by_k * k / (GAS * KELVIN), by_start], rtol=1e-7
+    )
     np.testing.assert_allclose(backwards, forwards, rtol=1e-9, atol=1e-12)
 
 
@@ -69,7 +101,9 @@ def test_stop_with_all_processes_by_scipy():
     room = sb.thermal.ROOM
     heat = sb.Heat(
         (sb.thermal.Lump("rim", 2e5), sb.thermal.Lump("pads", capacity, count=n)),
-        friction=sb.thermal.FrictionHeat("rim", "pads", sb.thermal.ConstantPartition(share)),
+        friction=sb.thermal.FrictionHeat(
+            "rim", "pads", sb.thermal.ConstantPartition(share)
+        ),
         linings="pads",
     )
     A = 2e5
@@ -81,8 +115,12 @@ def test_stop_with_all_processes_by_scipy():
         MemoryProcess(0.0, rate=A, activation=E),
         MemoryProcess(1.1, work=w_0),
     )
-    scene = sb.with_values(band(FrictionWithMemory(F, processes, 0.9)), {"end_time": 4.0})
-    result = sb.simulate(sb.Scene(scene.brake, scene.duty, scene.initial, 4.0, heat), rtol=1e-12)
+    scene = sb.with_values(
+        band(FrictionWithMemory(F, processes, 0.9)), {"end_time": 4.0}
+    )
+    result = sb.simulate(
+        sb.Scene(scene.brake, scene.duty, scene.initial, 4.0, heat), rtol=1e-12
+    )
 
     def rhs(t, y):
         omega = max(y[0], 0.0)
@@ -96,12 +134,23 @@ def test_stop_with_all_processes_by_scipy():
             - A * np.exp(-E / (GAS * T)) * c
             + power * math.cos(BETA / 2) / AREA / w_0 * (1.1 - c)
         )
-        return [-R_B * (tension[-1] - T_0) / J, *((1 - share) * power / capacity), *change]
+        return [
+            -R_B * (tension[-1] - T_0) / J,
+            *((1 - share) * power / capacity),
+            *change,
+        ]
 
     how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
-    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, *(n * [room]), *(n * [0.9])], events=at_rest, **how)
+    run = solve_ivp(
+        rhs, (0.0, 9.0), [OMEGA, *(n * [room]), *(n * [0.9])], events=at_rest, **how
+    )
     assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
-    rested = solve_ivp(lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]], (run.t[-1], 4.0), run.y[:, -1], **how)
+    rested = solve_ivp(
+        lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]],
+        (run.t[-1], 4.0),
+        run.y[:, -1],
+        **how,
+    )
     np.testing.assert_allclose(final(result), rested.y[1 + n :, -1], rtol=1e-9)
     assert np.ptp(final(result)) > 1e-3
     assert float(result.energy["closure"]) < 1e-9
@@ -110,7 +159,10 @@ def test_stop_with_all_processes_by_scipy():
 def test_processes_in_a_file_and_errors(tmp_path):
     law = FrictionWithMemory(
         sb.StribeckFriction(0.45, 0.4, 0.5),
-        (MemoryProcess(1.0, LinearFade(8e-4, 423.15, 0.2), 0.5), MemoryProcess(1.2, work=4e6)),
+        (
+            MemoryProcess(1.0, LinearFade(8e-4, 423.15, 0.2), 0.5),
+            MemoryProcess(1.2, work=4e6),
+        ),
         [0.8, 0.9, 0.8],
     )
     sb.write_scene(disc(law, heat=furnace()), tmp_path / "scene.toml")
@@ -118,17 +170,34 @@ def test_processes_in_a_file_and_errors(tmp_path):
     assert jax.tree.structure(again) == jax.tree.structure(law)
     for x, y in zip(jax.tree.leaves(again), jax.tree.leaves(law), strict=True):
         np.testing.assert_array_equal(x, y)
-    recipes = (pathlib.Path(__file__).parents[2] / "docs" / "recipes.md").read_text("utf-8")
+    recipes = (pathlib.Path(__file__).parents[2] / "docs" / "recipes.md").read_text(
+        "utf-8"
+    )
     recipe = re.search(r"```toml\n(\[brake\.linings\.friction\].*?)```", recipes, re.S)
     assert recipe is not None
-    heads, _, rest = (tmp_path / "scene.toml").read_text("utf-8").partition("[brake.linings.friction]")
-    (tmp_path / "short.toml").write_text(heads + recipe[1] + rest[rest.index("\n[brake.linings.pressure]") :], "utf-8")
+    heads, _, rest = (
+        (tmp_path / "scene.toml")
+        .read_text("utf-8")
+        .partition("[brake.linings.friction]")
+    )
+    (tmp_path / "short.toml").write_text(
+        heads + recipe[1] + rest[rest.index("\n[brake.linings.pressure]") :], "utf-8"
+    )
     short = sb.read_scene(tmp_path / "short.toml").brake.linings.friction
     assert [float(one.end) for one in short.processes] == [0.85, 1.0]
-    assert [float(short.processes[0].activation), float(short.processes[1].work)] == [7e4, 4e7]
+    assert [float(short.processes[0].activation), float(short.processes[1].work)] == [
+        7e4,
+        4e7,
+    ]
     with pytest.raises(sb.InputError) as caught:
-        sb.simulate(band(FrictionWithMemory(Timed(), (MemoryProcess(1.0, activation=4e4),))))
+        sb.simulate(
+            band(FrictionWithMemory(Timed(), (MemoryProcess(1.0, activation=4e4),)))
+        )
     for words in ("processes[0]", "has no pace", "base", "states of its own"):
         assert words in str(caught.value)
-    with pytest.raises(sb.InputError, match="temperature"):  # a law that needs heat in a scene without
-        sb.simulate(band(FrictionWithMemory(F, (MemoryProcess(0.0, rate=1.0, activation=4e4),))))
+    with pytest.raises(
+        sb.InputError, match="temperature"
+    ):  # a law that needs heat in a scene without
+        sb.simulate(
+            band(FrictionWithMemory(F, (MemoryProcess(0.0, rate=1.0, activation=4e4),)))
+        )

@@ -1,4 +1,5 @@
-"""First derivatives with respect to every number: forward = reverse = closed form = central differences."""
+"""First derivatives with respect to every number: forward = reverse = closed form =
+central differences."""
 
 import math
 
@@ -21,20 +22,31 @@ def stopping_time(scene, max_steps=128):
 def test_every_number_has_exact_derivatives():
     scene = jax.tree.map(jnp.asarray, stop_scene())
     vector, tree = ravel_pytree(scene)
-    forward, reverse = (tree(x) for x in jacobians(lambda x: stopping_time(tree(x)))(vector)[1:])
+    forward, reverse = (
+        tree(x) for x in jacobians(lambda x: stopping_time(tree(x)))(vector)[1:]
+    )
     numbers = [(leaf.path, leaf.value) for leaf in sb.files.leaves(reverse)]
     assert len(numbers) >= 12
-    scale = {leaf.path: np.maximum(np.abs(np.asarray(leaf.value)), 1e-3) for leaf in sb.files.leaves(scene)}
+    scale = {
+        leaf.path: np.maximum(np.abs(np.asarray(leaf.value)), 1e-3)
+        for leaf in sb.files.leaves(scene)
+    }
     for (path, a), leaf in zip(numbers, sb.files.leaves(forward), strict=True):
         np.testing.assert_allclose(
-            np.asarray(a) * scale[path], np.asarray(leaf.value) * scale[path], rtol=1e-10, atol=1e-12, err_msg=path
+            np.asarray(a) * scale[path],
+            np.asarray(leaf.value) * scale[path],
+            rtol=1e-10,
+            atol=1e-12,
+            err_msg=path,
         )
 
     def truth(f, beta, R, J, C, T0, w0):
         return closed_form(f=f, beta=beta, R=R, J=J, C=C, T0=T0, w0=w0, xp=jnp)["stop"]
 
     values = (0.35, 13.5, 0.725, 800.0, 2e5, 8e3, 20.0)
-    f, beta, R, J, C, T0, w0 = jax.jit(jax.grad(truth, argnums=tuple(range(7))))(*values)
+    f, beta, R, J, C, T0, w0 = jax.jit(jax.grad(truth, argnums=tuple(range(7))))(
+        *values
+    )
     got = reverse
     pairs = {
         "f": (got.brake.linings.friction.coefficient, f),
@@ -54,7 +66,8 @@ def test_every_number_has_exact_derivatives():
 
 @pytest.mark.slow
 def test_derivatives_by_start_and_end_time():
-    """`ω = ω_0 − a (t_1 − t_0)` and its angle in a stop that the end of the run cuts off, both ways."""
+    """`ω = ω_0 − a (t_1 − t_0)` and its angle in a stop that the end of the run cuts
+    off, both ways."""
 
     def end(x):
         scene = stop_scene(C=None, w0=x[2], time=x[0], end=x[1])
@@ -64,14 +77,26 @@ def test_derivatives_by_start_and_end_time():
     value, forward, reverse = jacobians(end)(jnp.array([0.1, 0.4, 20.0]))
     a = 0.725 * 8e3 * (closed_form()["Pi"] - 1) / 800.0
     omega = 20.0 - a * 0.3
-    np.testing.assert_allclose(value, [omega, 20.0 * 0.3 - 0.5 * a * 0.3**2], rtol=1e-12)
+    np.testing.assert_allclose(
+        value, [omega, 20.0 * 0.3 - 0.5 * a * 0.3**2], rtol=1e-12
+    )
     for found in (forward, reverse):
-        np.testing.assert_allclose(found, [[a, -a, 1.0], [-omega, omega, 0.3]], rtol=1e-11)
+        np.testing.assert_allclose(
+            found, [[a, -a, 1.0], [-omega, omega, 0.3]], rtol=1e-11
+        )
 
 
 def events_of(scene):
     r = sb.simulate(scene, rtol=1e-12, max_steps=256)
-    return jnp.stack([r.slip_onset_time, r.full_slip_time, r.stopping_time, r.hook_travel, r.max_tension.value])
+    return jnp.stack(
+        [
+            r.slip_onset_time,
+            r.full_slip_time,
+            r.stopping_time,
+            r.hook_travel,
+            r.max_tension.value,
+        ]
+    )
 
 
 @pytest.mark.slow
@@ -88,31 +113,56 @@ def test_scenario_gradients_by_differences(scenarios):
         def shifted(step, path=leaf.path, value=value, index=index):
             new = value.copy()
             new[index] += step
-            return np.asarray(run(jax.tree.map(jnp.asarray, sb.with_values(scene, {path: new}))))
+            return np.asarray(
+                run(jax.tree.map(jnp.asarray, sb.with_values(scene, {path: new})))
+            )
 
-        if leaf.path in ("initial.elongation", "brake.linings.friction.static_ratio", "duty.load.drag"):
-            difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (2 * h)  # at the edge of its range
+        if leaf.path in (
+            "initial.elongation",
+            "brake.linings.friction.static_ratio",
+            "duty.load.drag",
+        ):
+            difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (
+                2 * h
+            )  # at the edge of its range
         else:
             far = (shifted(2 * h) - shifted(-2 * h)) / 4
             near = (shifted(h) - shifted(-h)) / 2
             difference = (4 * near - far) / 3 / h
-        size = np.maximum(np.abs(np.asarray(run(scene))), 1e-6) / max(abs(float(value[index])), 1.0)
+        size = np.maximum(np.abs(np.asarray(run(scene))), 1e-6) / max(
+            abs(float(value[index])), 1.0
+        )
         got = jacobian[leaf.path][(slice(None), *index)]
-        np.testing.assert_allclose(got, difference, rtol=2e-6, atol=float(np.max(size)) * 1e-7, err_msg=leaf.path)
+        np.testing.assert_allclose(
+            got,
+            difference,
+            rtol=2e-6,
+            atol=float(np.max(size)) * 1e-7,
+            err_msg=leaf.path,
+        )
 
 
 @pytest.mark.slow
 def test_metrics_differentiable_outside_jit():
-    """Where only the numbers that are differentiated are traced, and the modes of the run are known."""
+    """Where only the numbers that are differentiated are traced, and the modes of the
+    run are known."""
 
     def asked(w0):
         result = sb.simulate(stop_scene(C=None, w0=w0), rtol=1e-12, max_steps=64)
-        return result.stopping_time, result.stopping_angle, result.max_tension.value, result.energy["friction_heat"]
+        return (
+            result.stopping_time,
+            result.stopping_angle,
+            result.max_tension.value,
+            result.energy["friction_heat"],
+        )
 
     values, slopes = jax.jvp(asked, (20.0,), (1.0,))
     t, phi, T, heat = (float(x) for x in values)
-    # a constant torque M stops J ω₀ after t = J ω₀/M, φ = ω₀ t/2, with J ω₀²/2 of heat; tensions do not know the speed
-    for slope, truth in zip(slopes, (t / 20, 2 * phi / 20, 0.0, 2 * heat / 20), strict=True):
+    # a constant torque M stops J ω₀ after t = J ω₀/M, φ = ω₀ t/2, with J ω₀²/2 of heat;
+    # tensions do not know the speed
+    for slope, truth in zip(
+        slopes, (t / 20, 2 * phi / 20, 0.0, 2 * heat / 20), strict=True
+    ):
         assert float(slope) == pytest.approx(truth, rel=1e-9, abs=1e-9 * T)
     assert heat == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-9)
 
@@ -123,7 +173,9 @@ def test_series_and_energy_have_derivatives():
         scene = stop_scene(T0=T0)
         r = sb.simulate(scene, rtol=1e-12, max_steps=128)
         s = r.series(jnp.asarray([0.001, 0.008, 0.3]))
-        return jnp.concatenate([s.omega, s.tight_tension, r.energy["friction_heat"][None]])
+        return jnp.concatenate(
+            [s.omega, s.tight_tension, r.energy["friction_heat"][None]]
+        )
 
     forward = np.asarray(jax.jit(jax.jacfwd(metrics))(8e3))
     h = 1.0
@@ -139,7 +191,9 @@ LONG = 9000
 @pytest.mark.slow
 @pytest.mark.parametrize("max_steps", [128, LONG])
 def test_gradients_of_a_batch(max_steps):
-    many = jax.jit(jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w), max_steps))))(jnp.array([10.0, 15, 20]))
+    many = jax.jit(
+        jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w), max_steps)))
+    )(jnp.array([10.0, 15, 20]))
     truth = jax.jit(jax.grad(lambda w: closed_form(w0=w, xp=jnp)["stop"]))
     for w, g in zip((10.0, 15.0, 20.0), np.asarray(many), strict=True):
         assert g == pytest.approx(float(truth(w)), rel=1e-9)
@@ -147,7 +201,8 @@ def test_gradients_of_a_batch(max_steps):
 
 @pytest.mark.slow
 def test_gradients_with_room_for_a_long_run():
-    """Both ways, by the friction and the speed at the start; a derivative of a derivative is refused there too."""
+    """Both ways, by the friction and the speed at the start; a derivative of a
+    derivative is refused there too."""
 
     def stop(x):
         return stopping_time(stop_scene(f=x[0], w0=x[1]), LONG)
@@ -159,14 +214,17 @@ def test_gradients_with_room_for_a_long_run():
     slope = jax.jit(lambda x: jax.jvp(stop, (x,), (direction,))[1])(x)
     np.testing.assert_allclose(slope, truth @ direction, rtol=1e-9)
     # outside of jit, with too many rows for a matrix of all derivatives
-    _, slope = jax.jvp(lambda w: stopping_time(stop_scene(w0=w), 400_000), (20.0,), (2.0,))
+    _, slope = jax.jvp(
+        lambda w: stopping_time(stop_scene(w0=w), 400_000), (20.0,), (2.0,)
+    )
     assert float(slope) == pytest.approx(2.0 * float(truth[1]), rel=1e-9)
     with pytest.raises(NotImplementedError, match="first derivatives only"):
         jax.jit(jax.hessian(stop))(x)
 
 
 def test_series_that_does_not_depend_on_the_number():
-    """Outside of jit only the scene is traced there, nothing of the run: a derivative of 0."""
+    """Outside of jit only the scene is traced there, nothing of the run: a derivative
+    of 0."""
     scene = stop_scene()
 
     def speed(radius, times=(0.3,)):
@@ -177,7 +235,8 @@ def test_series_that_does_not_depend_on_the_number():
 
 
 def test_series_by_its_times():
-    """Of a run with values, outside of jit: the rate of the speed is that of the torques."""
+    """Of a run with values, outside of jit: the rate of the speed is that of the
+    torques."""
     result = sb.simulate(stop_scene())
     rate = jax.grad(lambda t: result.series(t).omega[0])(0.3)
     before, after = result.series([0.299, 0.301]).omega
@@ -185,18 +244,25 @@ def test_series_by_its_times():
 
 
 def test_what_never_comes_has_no_derivative():
-    """Forward, reverse, mapped, inside and outside of jit; other metrics of the same run keep theirs."""
+    """Forward, reverse, mapped, inside and outside of jit; other metrics of the same
+    run keep theirs."""
     never = stop_scene(C=None, load=1e5, end=1.0)
 
     def both(omega):
-        result = sb.simulate(sb.with_values(never, {"initial.omega": omega}), max_steps=128)
+        result = sb.simulate(
+            sb.with_values(never, {"initial.omega": omega}), max_steps=128
+        )
         return jnp.stack([result.stopping_time, result.energy["load_work"]])
 
     def bounded(omega):
         return jnp.minimum(both(omega)[0], 10.0)
 
     work = 1e5 * 1.0  # of the load, for each rad/s more at the start
-    for slope in (jax.jacfwd(both), jax.jit(jax.jacrev(both)), lambda x: jax.vmap(jax.jacrev(both))(x[None])[0]):
+    for slope in (
+        jax.jacfwd(both),
+        jax.jit(jax.jacrev(both)),
+        lambda x: jax.vmap(jax.jacrev(both))(x[None])[0],
+    ):
         found = slope(jnp.asarray(20.0))
         assert np.isnan(found[0])
         assert found[1] == pytest.approx(work, rel=1e-9)

@@ -1,4 +1,5 @@
-"""Hard cases of a brake without heat: limits of friction and geometry, events, time and units."""
+"""Hard cases of a brake without heat: limits of friction and geometry, events, time and
+units."""
 
 import pytest
 from oracles import hard_events, hard_limits, hard_time

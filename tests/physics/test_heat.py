@@ -1,4 +1,5 @@
-"""Brakes with heat: against scipy on the same equations, closed forms with fade, gradients with it."""
+"""Brakes with heat: against scipy on the same equations, closed forms with fade,
+gradients with it."""
 
 import functools
 import math
@@ -20,7 +21,8 @@ from simbrake.friction import Contact
 
 
 def scipy_stop(growth, method, rtol):
-    """The same equations written for scipy: full slip and stop of `layered_stop`, and the layers at the stop."""
+    """The same equations written for scipy: full slip and stop of `layered_stop`, and
+    the layers at the stop."""
     rates_of, first = layers(growth)
     z = math.tan(BETA / 2)
 
@@ -30,7 +32,9 @@ def scipy_stop(growth, method, rtol):
         return Pi, Pi * N * 2 * z / (1 - (f * z) ** 2) * (-0.35 * 3e-4)
 
     def elastic(t, y):
-        return np.concatenate([[-R * (C * y[1] - T0) / J, R * y[0]], rates_of(y[2:], 0.0)])
+        return np.concatenate(
+            [[-R * (C * y[1] - T0) / J, R * y[0]], rates_of(y[2:], 0.0)]
+        )
 
     def slipping(t, y):
         Pi, slope = ratio(y[2])
@@ -56,7 +60,9 @@ def scipy_stop(growth, method, rtol):
         event.direction = -1
     atol = rtol * np.concatenate([[1.0, 0.01], np.full(20, 10.0)])
     solve = functools.partial(solve_ivp, method=method, rtol=rtol, atol=atol)
-    one = solve(elastic, (0, 5), np.concatenate([[W0, T0 / C], np.zeros(20)]), events=limit)
+    one = solve(
+        elastic, (0, 5), np.concatenate([[W0, T0 / C], np.zeros(20)]), events=limit
+    )
     # a slip that begins at v_s > 0 ends where v_s has fallen to 0
     two = solve(slipping, (one.t[-1], 5), one.y[:, -1], events=(sticks, rests))
     three = solve(elastic, (two.t[-1], 5), two.y[:, -1], events=rests)
@@ -79,7 +85,9 @@ def test_layered_rim_with_fade_against_scipy():
     assert events["stop"] == pytest.approx(stop, rel=1e-9)
     assert stop == pytest.approx(0.65866, abs=1e-5)
     series = result.series([stop], left=True)
-    np.testing.assert_allclose(series.temperature[0] - sb.thermal.ROOM, T, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(
+        series.temperature[0] - sb.thermal.ROOM, T, rtol=1e-7, atol=1e-9
+    )
     assert T[0] + 20.0 == pytest.approx(29.29, abs=0.005)
 
 
@@ -107,7 +115,9 @@ def test_every_watt_is_accounted_for(growth):
     energy = layered_result(growth).energy
     assert float(energy["closure"]) < 1e-9
     assert float(energy["heat_closure"]) < 1e-12
-    given = float(energy["heat_to_metal"] + energy["heat_to_linings"] + energy["heat_to_band"])
+    given = float(
+        energy["heat_to_metal"] + energy["heat_to_linings"] + energy["heat_to_band"]
+    )
     assert given == pytest.approx(float(energy["friction_heat"]), rel=1e-13)
     assert float(energy["heat_to_metal"]) == pytest.approx(0.95 * given, rel=1e-12)
     stored = float(energy["heat_stored"])
@@ -115,15 +125,18 @@ def test_every_watt_is_accounted_for(growth):
     assert stored + lost == pytest.approx(given, rel=1e-12)
 
 
-# --- closed forms ------------------------------------------------------------------------------------------------
+# --- closed forms -------------------------------------------------------------------
 
 
 def fade_stop(f=0.35, slope=2e-3, capacity=2e4, solver=None):
-    return sb.simulate(rigid_stop(fading(f, slope), lump(capacity)), solver=solver, rtol=1e-11)
+    return sb.simulate(
+        rigid_stop(fading(f, slope), lump(capacity)), solver=solver, rtol=1e-11
+    )
 
 
 def stopping_time(f, slope, capacity):
-    """Adiabatic lump: `T − T_0 = J (ω_0² − ω²)/2C` whatever the friction does, so that `t = ∫ J dω/M(T(ω))`."""
+    """Adiabatic lump: `T − T_0 = J (ω_0² − ω²)/2C` whatever the friction does, so that
+    `t = ∫ J dω/M(T(ω))`."""
     z = math.tan(BETA / 2)
 
     def torque(w):
@@ -134,10 +147,13 @@ def stopping_time(f, slope, capacity):
 
 
 def test_shares_of_heat_of_single_linings():
-    """The heat of a lining is in proportion to `T_i − T_{i−1}`, a geometric series along the band."""
+    """The heat of a lining is in proportion to `T_i − T_{i−1}`, a geometric series
+    along the band."""
     shares = np.linspace(0.4, 0.9, N)
     f = 0.35
-    energy = sb.simulate(rigid_stop(sb.ConstantFriction(f), lump(share=shares, linings=1e4))).energy
+    energy = sb.simulate(
+        rigid_stop(sb.ConstantFriction(f), lump(share=shares, linings=1e4))
+    ).energy
     mu = (1 + f * math.tan(BETA / 2)) / (1 - f * math.tan(BETA / 2))
     along = np.diff(mu ** np.arange(N + 1.0))
     work = 0.5 * J * W0**2
@@ -147,17 +163,25 @@ def test_shares_of_heat_of_single_linings():
     assert float(energy["heat_closure"]) < 1e-12
 
 
-@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "solver",
+    [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)],
+)
 def test_adiabatic_lump_against_quadrature(solver):
     for slope in (2e-3, 0.0):
         result = fade_stop(slope=slope, solver=solver)
-        assert result.metrics["stopping_time"] == pytest.approx(stopping_time(0.35, slope, 2e4), rel=1e-10)
+        assert result.metrics["stopping_time"] == pytest.approx(
+            stopping_time(0.35, slope, 2e4), rel=1e-10
+        )
         hot = sb.thermal.ROOM + 0.5 * J * W0**2 / 2e4
         assert result.metrics["peak_rim_temperature"] == pytest.approx(hot, rel=1e-12)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "solver",
+    [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)],
+)
 def test_gradients_with_fade_by_quadrature(solver):
     def metrics(x):
         result = fade_stop(*x, solver)
@@ -172,7 +196,10 @@ def test_gradients_with_fade_by_quadrature(solver):
             return stopping_time(*(x + h * (j == i) for j, x in enumerate(at)))
 
         # fourth-order differences of the quadrature
-        exact = (8 * (shifted(size) - shifted(-size)) - (shifted(2 * size) - shifted(-2 * size))) / (12 * size)
+        exact = (
+            8 * (shifted(size) - shifted(-size))
+            - (shifted(2 * size) - shifted(-2 * size))
+        ) / (12 * size)
         assert backward[0, i] == pytest.approx(exact, rel=1e-8)
     assert backward[1, 2] == pytest.approx(-0.5 * J * W0**2 / 2e4**2, rel=1e-9)
 
@@ -180,21 +207,29 @@ def test_gradients_with_fade_by_quadrature(solver):
 @pytest.mark.slow
 def test_lever_follows_fade_to_hold_speed():
     heat = lump(5e4, linings=1e4, share=0.9, cooling=300.0)
-    scene = rigid_stop(fading(slope=1e-3), heat, 60.0, sb.SpeedHold(limit=50e3), load=2e4, w0=5.0)
+    scene = rigid_stop(
+        fading(slope=1e-3), heat, 60.0, sb.SpeedHold(limit=50e3), load=2e4, w0=5.0
+    )
     result = sb.simulate(scene)
     assert float(result.record.y_end.omega) == pytest.approx(5.0, rel=1e-13)
     power = 2e4 * 5.0
-    assert float(result.energy["friction_heat"]) == pytest.approx(power * 60.0, rel=1e-12)
+    assert float(result.energy["friction_heat"]) == pytest.approx(
+        power * 60.0, rel=1e-12
+    )
     t = np.asarray([0.0, 20.0, 60.0])
     series = result.series(t)
     rim = sb.thermal.ROOM + 0.9 * power / 300.0 * (1 - np.exp(-300.0 / 5e4 * t))
     linings = sb.thermal.ROOM + 0.1 * power / 1e4 * t
-    np.testing.assert_allclose(series.temperature, np.stack([rim, linings], axis=1), rtol=1e-10)
+    np.testing.assert_allclose(
+        series.temperature, np.stack([rim, linings], axis=1), rtol=1e-10
+    )
     fz = 0.35 * (1 - 1e-3 * (linings - sb.thermal.ROOM)) * math.tan(BETA / 2)
     Pi = ((1 + fz) / (1 - fz)) ** N
     np.testing.assert_allclose(series.slack_tension, 2e4 / (R * (Pi - 1)), rtol=1e-9)
     assert "grip_lost" not in [event.name for event in result.events]
-    runaway = sb.simulate(eqx.tree_at(lambda s: s.duty.slack_tension.limit, scene, np.asarray(7e3)))
+    runaway = sb.simulate(
+        eqx.tree_at(lambda s: s.duty.slack_tension.limit, scene, np.asarray(7e3))
+    )
     needed = 2e4 / (7e3 * R) + 1
     f_end = (needed ** (1 / N) - 1) / (needed ** (1 / N) + 1) / math.tan(BETA / 2)
     t_end = (1 - f_end / 0.35) / 1e-3 / (0.1 * power / 1e4)
@@ -202,7 +237,7 @@ def test_lever_follows_fade_to_hold_speed():
     assert lost[0] == pytest.approx(t_end, rel=1e-6)
 
 
-# --- faults ------------------------------------------------------------------------------------------------------
+# --- faults -------------------------------------------------------------------------
 
 
 def test_faults_of_a_scene_with_heat():
@@ -211,12 +246,16 @@ def test_faults_of_a_scene_with_heat():
     with pytest.raises(sb.InputError, match=r"brake\.linings\.area"):
         sb.simulate(
             stop_scene(
-                law=sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.friction.PressureFactor(1e6, 0.2),))
+                law=sb.friction.ProductFriction(
+                    sb.ConstantFriction(0.3), (sb.friction.PressureFactor(1e6, 0.2),)
+                )
             )
         )
     scene = layered_stop()
     bad = eqx.tree_at(
-        lambda s: s.heat.friction, scene, sb.thermal.FrictionHeat("rim", "nowhere", sb.thermal.ConstantPartition(0.5))
+        lambda s: s.heat.friction,
+        scene,
+        sb.thermal.FrictionHeat("rim", "nowhere", sb.thermal.ConstantPartition(0.5)),
     )
     with pytest.raises(sb.InputError, match=r"partition\.metal"):
         sb.simulate(eqx.tree_at(lambda s: s.heat.friction.partition.metal, bad, 1.5))
@@ -227,10 +266,18 @@ def test_faults_of_a_scene_with_heat():
 
 
 def test_slip_may_begin_on_a_fade_corner():
-    """Heating from just there, friction falls from the first instant on: no step is shortened to find that out."""
+    """Heating from just there, friction falls from the first instant on: no step is
+    shortened to find that out."""
     for above in (293.15, 283.15):
         scene = layered_stop(law=fading(above=above))
-        assert int(sb.simulate(scene, solver=diffrax.Dopri8(), rtol=1e-8).record.stats.rejected) <= 2
+        assert (
+            int(
+                sb.simulate(
+                    scene, solver=diffrax.Dopri8(), rtol=1e-8
+                ).record.stats.rejected
+            )
+            <= 2
+        )
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
@@ -242,52 +289,94 @@ def test_stribeck_slope_where_slip_begins(exponent):
 
     value, slope = jax.jvp(f, (jnp.asarray(0.0),), (jnp.asarray(1.0),))
     assert float(value) == 0.4
-    assert float(slope) == pytest.approx(-0.1 / 0.5 if exponent == 1 else 0.0, abs=1e-15)
-    assert float(f(jnp.asarray(0.7))) == pytest.approx(0.3 + 0.1 * math.exp(-((0.7 / 0.5) ** exponent)), rel=1e-14)
+    assert float(slope) == pytest.approx(
+        -0.1 / 0.5 if exponent == 1 else 0.0, abs=1e-15
+    )
+    assert float(f(jnp.asarray(0.7))) == pytest.approx(
+        0.3 + 0.1 * math.exp(-((0.7 / 0.5) ** exponent)), rel=1e-14
+    )
 
 
 def test_two_pulleys_are_twice_a_structure():
-    """Steady flow through V's radial resistance and the convection behind it, per pulley."""
+    """Steady flow through V's radial resistance and the convection behind it, per
+    pulley."""
     steel = sb.material("steel_20L")
     air = sb.thermal.Reservoir("air", 300.0)
     base = sb.Heat((sb.thermal.Reservoir("rim", 500.0), air))
     lam = float(steel.conductivity)
     for pulleys in (1, 2):
-        heat = sb.thermal.with_pulley_structure(base, steel, rim_place="rim", inside=20.0, pulleys=pulleys)
+        heat = sb.thermal.with_pulley_structure(
+            base, steel, rim_place="rim", inside=20.0, pulleys=pulleys
+        )
         T = sb.steady_state(heat)
-        for name, (r, outer, L) in {"flange": (0.420, 0.565, 0.035), "rebord_2": (0.575, 0.615, 0.025)}.items():
+        for name, (r, outer, L) in {
+            "flange": (0.420, 0.565, 0.035),
+            "rebord_2": (0.575, 0.615, 0.025),
+        }.items():
             through = 2 * np.pi * lam * L / np.log(outer / r)
             away = 20.0 * 2 * np.pi * (outer**2 - r**2)
-            assert float(T[name]) == pytest.approx(300 + 200 * through / (through + away), rel=1e-12)
+            assert float(T[name]) == pytest.approx(
+                300 + 200 * through / (through + away), rel=1e-12
+            )
             flow = pulleys * through * (500 - float(T[name]))
-            link = next(link for link in heat.links if link.a == "rim" and link.b == name)
-            assert float(link.value) * (500 - float(T[name])) == pytest.approx(flow, rel=1e-12)
-        volumes = {b.name: float(b.capacity) / float(steel.density * steel.specific_heat) for b in heat.bodies[2:]}
-        assert volumes["disc"] == pytest.approx(pulleys * np.pi * (0.590**2 - 0.575**2) * 0.025, rel=1e-12)
+            link = next(
+                link for link in heat.links if link.a == "rim" and link.b == name
+            )
+            assert float(link.value) * (500 - float(T[name])) == pytest.approx(
+                flow, rel=1e-12
+            )
+        volumes = {
+            b.name: float(b.capacity) / float(steel.density * steel.specific_heat)
+            for b in heat.bodies[2:]
+        }
+        assert volumes["disc"] == pytest.approx(
+            pulleys * np.pi * (0.590**2 - 0.575**2) * 0.025, rel=1e-12
+        )
 
 
 @pytest.mark.slow
 def test_surface_layer_in_series_with_wall():
-    """Steady flow through `δ_s(T)/λ_s` and a wall: with `δ_s` linear in the temperature a quadratic equation."""
+    """Steady flow through `δ_s(T)/λ_s` and a wall: with `δ_s` linear in the temperature
+    a quadratic equation."""
     L = 0.03
     lam = 0.736
     A = 0.2
     n = 6
     layer = sb.thermal.SurfaceLayer([373.15, 923.15], ["5.6 um", "35.4 um"])
-    wall = sb.thermal.Wall("wall", sb.Material(lam, 2000.0, 1000.0), L, A, n, surface_layer=layer)
-    bodies = (wall, sb.thermal.Reservoir("hot", 900.0), sb.thermal.Reservoir("cold", 300.0))
+    wall = sb.thermal.Wall(
+        "wall", sb.Material(lam, 2000.0, 1000.0), L, A, n, surface_layer=layer
+    )
+    bodies = (
+        wall,
+        sb.thermal.Reservoir("hot", 900.0),
+        sb.thermal.Reservoir("cold", 300.0),
+    )
     behind = sb.thermal.ThermalContact("wall.back", "cold", A)
     per_kelvin = 29.8e-6 / 550 / 1.02
     at_0 = 5.6e-6 / 1.02 - per_kelvin * 373.15
     half = L / (2 * n * lam)
     rest = L / lam * (1 - 0.5 / n)
-    T = sb.steady_state(sb.Heat(bodies, (sb.thermal.ThermalContact("hot", "wall.front", A), behind)))
+    T = sb.steady_state(
+        sb.Heat(bodies, (sb.thermal.ThermalContact("hot", "wall.front", A), behind))
+    )
     # (T_1 − 300)(at_0 + per_kelvin T_1 + half) = (900 − T_1) rest
-    T_1 = np.roots([per_kelvin, at_0 + half - 300 * per_kelvin + rest, -300 * (at_0 + half) - 900 * rest]).max()
+    T_1 = np.roots(
+        [
+            per_kelvin,
+            at_0 + half - 300 * per_kelvin + rest,
+            -300 * (at_0 + half) - 900 * rest,
+        ]
+    ).max()
     assert float(next(iter(T.values()))) == pytest.approx(T_1, rel=1e-11)
 
-    # friction heat enters at its face: the surface is warmer by all of it through the layer
-    heat = sb.Heat(bodies[::2], (behind,), sb.thermal.FrictionHeat("wall.front", None, 1.0), rim="wall.front")
+    # friction heat enters at its face: the surface is warmer by all of it through the
+    # layer
+    heat = sb.Heat(
+        bodies[::2],
+        (behind,),
+        sb.thermal.FrictionHeat("wall.front", None, 1.0),
+        rim="wall.front",
+    )
     result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
     start = result.series(np.zeros(1))
     q = float(start.brake_torque[0]) * W0 / A

@@ -1,4 +1,5 @@
-"""Events and ends of a run that heat brings about, and coefficients of friction that are implicit."""
+"""Events and ends of a run that heat brings about, and coefficients of friction that
+are implicit."""
 
 import dataclasses
 import math
@@ -15,7 +16,7 @@ from scipy.optimize import brentq
 
 import simbrake as sb
 
-# --- events that heat brings about -------------------------------------------------------------------------------
+# --- events that heat brings about ---------------------------------------------------
 
 
 @pytest.mark.slow
@@ -23,7 +24,9 @@ import simbrake as sb
 def test_held_brake_lets_go_when_heated(stiffness):
     z = math.tan(BETA / 2)
     load = 2.0e4
-    result = sb.simulate(warmed(fading(slope=1e-3), 2e4, load, stiffness, end=150.0), throw=False)
+    result = sb.simulate(
+        warmed(fading(slope=1e-3), 2e4, load, stiffness, end=150.0), throw=False
+    )
     mu = (load / (R * T0) + 1) ** (1 / N)
     f = (mu - 1) / (mu + 1) / z
     t = (1 - f / 0.35) / 1e-3 / 2.0
@@ -37,25 +40,35 @@ def test_held_brake_lets_go_when_heated(stiffness):
 
 @pytest.mark.slow
 def test_break_away_heats_the_walls_at_once():
-    """The tension falls from the static to the kinetic limit in no time: `E = (T_1 − T_2)/C ((T_1 + T_2)/2 − T_0)`."""
+    """The tension falls from the static to the kinetic limit in no time:
+    `E = (T_1 − T_2)/C ((T_1 + T_2)/2 − T_0)`."""
     C = 2e5
     n = 4
     share = 0.8
     z = math.tan(math.radians(30.0))
     rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, 1.1, 3, 1.7)
-    own = sb.thermal.Wall("lining", sb.Material(0.8, 2000.0, 900.0), 0.03, 0.05, 2, copies=n)
+    own = sb.thermal.Wall(
+        "lining", sb.Material(0.8, 2000.0, 900.0), 0.03, 0.05, 2, copies=n
+    )
     heat = sb.Heat(
         bodies=(rim, own),
-        friction=sb.thermal.FrictionHeat("rim.front", "lining.front", sb.thermal.ConstantPartition(share)),
+        friction=sb.thermal.FrictionHeat(
+            "rim.front", "lining.front", sb.thermal.ConstantPartition(share)
+        ),
     )
     law = sb.ConstantFriction(0.25, 1.2)
     duty = sb.Duty(T0, sb.TorqueLoad())
-    result = sb.simulate(sb.Scene(brake(law, C, n, math.radians(60.0)), duty, sb.Initial(W0), 0.5, heat), rtol=1e-11)
+    result = sb.simulate(
+        sb.Scene(brake(law, C, n, math.radians(60.0)), duty, sb.Initial(W0), 0.5, heat),
+        rtol=1e-11,
+    )
     T_1, T_2 = (T0 * ((1 + f * z) / (1 - f * z)) ** n for f in (0.3, 0.25))
     E = (T_1 - T_2) / C * (0.5 * (T_1 + T_2) - T0)
     at = [float(result.full_slip_time)]
     before, after = (result.series(at, left=left) for left in (True, False))
-    assert float(after.friction_heat[0] - before.friction_heat[0]) == pytest.approx(E, rel=1e-10)
+    assert float(after.friction_heat[0] - before.friction_heat[0]) == pytest.approx(
+        E, rel=1e-10
+    )
     rise = np.asarray(after.temperature - before.temperature)[0]
     into_rim = share * E / (7800 * 500 * 0.028 * 1.1)
     into_each = (1 - share) * E / n / (2000 * 900 * 0.03 * 0.05)
@@ -67,37 +80,77 @@ def test_self_locking_by_heat_is_reported():
     """By an event (elastic band) or a named code (rigid band)."""
     rising = sb.friction.ProductFriction(
         sb.ConstantFriction(0.9),
-        (sb.friction.TabulatedFade(np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])),),
+        (
+            sb.friction.TabulatedFade(
+                np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])
+            ),
+        ),
     )
     elastic = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0))
     (locked,) = [event.time for event in elastic.events if event.name == "self_locking"]
     T = sb.thermal.ROOM + 4.0 * locked
-    factor = float(rising.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray([T])))[0])
+    factor = float(
+        rising.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray([T])))[0]
+    )
     assert 0.9 * factor * math.tan(math.radians(30.0)) == pytest.approx(1.0, rel=1e-9)
-    rigid = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0, stiffness=None), throw=False)
+    rigid = sb.simulate(
+        warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0, stiffness=None),
+        throw=False,
+    )
     assert rigid.status == "singular_geometry"
     assert float(rigid.record.t_end) == pytest.approx(locked, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_a_held_staged_brake_locks_itself():
-    """All bodies warm at 4 K/s; at `f(T) tan(β/2) = 1` of the outer pair its tensions have no end."""
+    """All bodies warm at 4 K/s; at `f(T) tan(β/2) = 1` of the outer pair its tensions
+    have no end."""
     rising = sb.friction.ProductFriction(
-        sb.ConstantFriction(1.8), (sb.friction.TabulatedFade(np.array([250.0, 350.0, 900.0]), np.array([0.9, 1, 2.5])),)
+        sb.ConstantFriction(1.8),
+        (
+            sb.friction.TabulatedFade(
+                np.array([250.0, 350.0, 900.0]), np.array([0.9, 1, 2.5])
+            ),
+        ),
     )
-    heat = sb.thermal.lumped_heat(rim=5e3, linings=6e3, band=9e3, partition=0.7, lining_to_band=30.0, rim_cooling=0.0)
+    heat = sb.thermal.lumped_heat(
+        rim=5e3,
+        linings=6e3,
+        band=9e3,
+        partition=0.7,
+        lining_to_band=30.0,
+        rim_cooling=0.0,
+    )
     bodies = [body for body in heat.bodies if isinstance(body, sb.thermal.Lump)]
-    sources = tuple(sb.thermal.Source(body.name, 4.0 * body.capacity) for body in bodies)
-    heat = sb.thermal.with_external_pair(dataclasses.replace(heat, links=(), sources=sources), 0.5)
-    scene = staged.stop(law=rising, heat=heat, w0=0.0, load=3e3, lever=sb.Constant(8e3), end=140.0)
+    sources = tuple(
+        sb.thermal.Source(body.name, 4.0 * body.capacity) for body in bodies
+    )
+    heat = sb.thermal.with_external_pair(
+        dataclasses.replace(heat, links=(), sources=sources), 0.5
+    )
+    scene = staged.stop(
+        law=rising, heat=heat, w0=0.0, load=3e3, lever=sb.Constant(8e3), end=140.0
+    )
     result = sb.simulate(scene, throw=False)
 
     def margin(t):
-        contact = sb.friction.Contact(v=None, T=jnp.asarray([sb.thermal.ROOM + 4.0 * t]))
-        return 1.8 * float(rising.factors[0].factor(contact)[0]) * math.tan(staged.BETA / 2) - 1
+        contact = sb.friction.Contact(
+            v=None, T=jnp.asarray([sb.thermal.ROOM + 4.0 * t])
+        )
+        return (
+            1.8
+            * float(rising.factors[0].factor(contact)[0])
+            * math.tan(staged.BETA / 2)
+            - 1
+        )
 
-    assert (result.status, [event.name for event in result.events]) == ("singular_geometry", ["self_locking"])
-    assert float(result.record.t_end) == pytest.approx(brentq(margin, 50.0, 140.0, xtol=1e-12), rel=1e-11)
+    assert (result.status, [event.name for event in result.events]) == (
+        "singular_geometry",
+        ["self_locking"],
+    )
+    assert float(result.record.t_end) == pytest.approx(
+        brentq(margin, 50.0, 140.0, xtol=1e-12), rel=1e-11
+    )
     assert float(jnp.abs(result.record.y_end.omega)) == 0.0
 
 
@@ -105,36 +158,48 @@ def test_a_held_staged_brake_locks_itself():
 def test_a_table_that_is_left():
     def law(*T):
         return sb.friction.ProductFriction(
-            sb.ConstantFriction(0.3), (sb.friction.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),)
+            sb.ConstantFriction(0.3),
+            (sb.friction.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),),
         )
 
     result = sb.simulate(warmed(law(280.0, 400.0), 2e4), throw=False)
     assert result.status == "outside_table"
-    assert float(result.record.t_end) == pytest.approx((400.0 - 293.15) / 2.0, rel=1e-10)
+    assert float(result.record.t_end) == pytest.approx(
+        (400.0 - 293.15) / 2.0, rel=1e-10
+    )
     with pytest.raises(sb.InputError, match="does not cover the start"):
         sb.simulate(warmed(law(300.0, 400.0), 2e4))
 
 
 def test_flash_temperature_of_moving_source():
-    assert float(FLASH.rise(jnp.asarray(1e8), jnp.asarray(20.0))) == pytest.approx(60.5551805284838, rel=1e-12)
+    assert float(FLASH.rise(jnp.asarray(1e8), jnp.asarray(20.0))) == pytest.approx(
+        60.5551805284838, rel=1e-12
+    )
 
 
 def test_flash_temperature_of_a_slow_source():
-    """Tian and Kennedy: `ΔT = 2 q b/(λ √(π (1.273 + Pe)))`, `Pe = v b/(2 a)`, of a round spot of radius `b`; at rest
-    `q b/λ` (Carslaw and Jaeger)."""
+    """Tian and Kennedy: `ΔT = 2 q b/(λ √(π (1.273 + Pe)))`, `Pe = v b/(2 a)`, of a
+    round spot of radius `b`; at rest `q b/λ` (Carslaw and Jaeger)."""
     slow = dataclasses.replace(FLASH, slow=True)
     q = 1e8
     b = 0.5e-3
     a = 1.44e-5
-    assert float(slow.rise(jnp.asarray(q), jnp.asarray(0.0))) == pytest.approx(q * b / 50.0, rel=1e-12)
+    assert float(slow.rise(jnp.asarray(q), jnp.asarray(0.0))) == pytest.approx(
+        q * b / 50.0, rel=1e-12
+    )
     for v in (1e-3, 0.1, 20.0):
-        truth = 2 * q * b / (50.0 * math.sqrt(math.pi * (4 / math.pi + v * b / (2 * a))))
-        assert float(slow.rise(jnp.asarray(q), jnp.asarray(v))) == pytest.approx(truth, rel=1e-12)
+        truth = (
+            2 * q * b / (50.0 * math.sqrt(math.pi * (4 / math.pi + v * b / (2 * a))))
+        )
+        assert float(slow.rise(jnp.asarray(q), jnp.asarray(v))) == pytest.approx(
+            truth, rel=1e-12
+        )
 
 
 @pytest.mark.slow
 def test_stop_with_flash_and_derivatives():
-    """`t = ∫ J dω/M(f)` with `f = f_0 (1 − s (ΔT_rim + κ f v/√(v + v_0)))`, solved for `f`; by quadrature."""
+    """`t = ∫ J dω/M(f)` with `f = f_0 (1 − s (ΔT_rim + κ f v/√(v + v_0)))`, solved for
+    `f`; by quadrature."""
     a = 1.44e-5
     hardness = 3e7
     capacity = 1e5
@@ -154,32 +219,52 @@ def test_stop_with_flash_and_derivatives():
             f = f_0 * (1 - s * rim) / (1 + f_0 * s * kappa * v / math.sqrt(v + v_0))
             return J / (R * T0 * (((1 + f * z) / (1 - f * z)) ** n - 1))
 
-        return quad(needs, 0.0, W0, epsabs=0, epsrel=1e-12, points=[0.05, 0.5], limit=200)[0]
+        return quad(
+            needs, 0.0, W0, epsabs=0, epsrel=1e-12, points=[0.05, 0.5], limit=200
+        )[0]
 
     def run(x):
-        law = sb.friction.ProductFriction(sb.ConstantFriction(x[0]), (sb.LinearFade(x[1], 293.15, 0.0),))
+        law = sb.friction.ProductFriction(
+            sb.ConstantFriction(x[0]), (sb.LinearFade(x[1], 293.15, 0.0),)
+        )
         flash = sb.thermal.FlashTemperature(x[2], 50.0, a, 1.0, hardness, slow=True)
         partition = sb.thermal.ConstantPartition(1.0)
-        heat = dataclasses.replace(sb.lumped_heat(rim=capacity, partition=partition, rim_cooling=0.0), flash=flash)
+        heat = dataclasses.replace(
+            sb.lumped_heat(rim=capacity, partition=partition, rim_cooling=0.0),
+            flash=flash,
+        )
         brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.Lining(law, np.full(n, beta)))
         scene = sb.Scene(brake, sb.Duty(T0, sb.TorqueLoad()), sb.Initial(W0), 3.0, heat)
         return sb.simulate(scene, rtol=1e-12, max_steps=512).stopping_time[None]
 
     value, forwards, backwards = jacobians(run)(jnp.asarray([*at.values()]))
     assert float(value[0]) == pytest.approx(time(**at), rel=1e-10)
-    moved = [(time(**{**at, name: 1.0001 * x}), time(**{**at, name: 0.9999 * x})) for name, x in at.items()]
-    slopes = [(up - down) / (2e-4 * x) for (up, down), x in zip(moved, at.values(), strict=True)]
+    moved = [
+        (time(**{**at, name: 1.0001 * x}), time(**{**at, name: 0.9999 * x}))
+        for name, x in at.items()
+    ]
+    slopes = [
+        (up - down) / (2e-4 * x)
+        for (up, down), x in zip(moved, at.values(), strict=True)
+    ]
     np.testing.assert_allclose(forwards[0], slopes, rtol=1e-6)
     np.testing.assert_allclose(backwards[0], slopes, rtol=1e-6)
 
 
 @pytest.mark.slow
 def test_flash_fold_is_named():
-    """Friction that rises with temperature feeds its own flash: warmed far enough, the branch without flash ends."""
+    """Friction that rises with temperature feeds its own flash: warmed far enough, the
+    branch without flash ends."""
     table = np.asarray([250.0, 400.0, 450.0, 2000.0]), np.asarray([0.9, 1.0, 2.2, 2.3])
-    rising = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.friction.TabulatedFade(*table),))
-    flash = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5, hardness=3.0e7)
-    scene = warmed(rising, 1e5, stiffness=None, end=80.0, flash=flash, capacity=1e5, w0=20.0)
+    rising = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.3), (sb.friction.TabulatedFade(*table),)
+    )
+    flash = sb.thermal.FlashTemperature(
+        length=1e-3, conductivity=50.0, diffusivity=1.44e-5, hardness=3.0e7
+    )
+    scene = warmed(
+        rising, 1e5, stiffness=None, end=80.0, flash=flash, capacity=1e5, w0=20.0
+    )
     scene = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene, np.asarray(1e6))
     result = sb.simulate(scene, throw=False)
     assert result.status == "flash_fold", result.message
@@ -187,7 +272,11 @@ def test_flash_fold_is_named():
     v = R * float(result.record.y_end.omega)
     per_f = 2 * 3.0e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
     f = np.linspace(0.28, 0.5, 2001)
-    excess = f - 0.3 * np.asarray(rising.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray(T + per_f * f))))
+    excess = f - 0.3 * np.asarray(
+        rising.factors[0].factor(
+            sb.friction.Contact(v=None, T=jnp.asarray(T + per_f * f))
+        )
+    )
     # here the hill of the residual, behind the first root, has just sunk to 0
     hill = excess[np.argmax(np.diff(excess) < 0)]
     assert abs(hill) < 1e-4

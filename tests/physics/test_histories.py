@@ -1,4 +1,5 @@
-"""Histories of many points: against the same course of few, against closed forms, and what a step costs."""
+"""Histories of many points: against the same course of few, against closed forms, and
+what a step costs."""
 
 import dataclasses
 import time
@@ -29,12 +30,15 @@ COURSES = {
 
 @pytest.mark.parametrize("course", COURSES.values(), ids=list(COURSES))
 def test_samples_of_straight_lines_are_these_lines(course):
-    """Values, and derivatives: along a change of all samples in proportion that of the line's height."""
+    """Values, and derivatives: along a change of all samples in proportion that of the
+    line's height."""
     stops = []
     slopes = []
     for lever in course:
         run = sb.prepare(scene(lever), ["stopping_time"], rtol=1e-12)
-        values = next(place for path, place in run.places.items() if path.endswith("values"))
+        values = next(
+            place for path, place in run.places.items() if path.endswith("values")
+        )
         stops.append(run().metrics["stopping_time"])
         slopes.append(run.gradient()[0, values] @ run.numbers[values])
     assert stops[1] == pytest.approx(stops[0], rel=1e-11)
@@ -47,28 +51,41 @@ def end_speed(result):
 
 
 def test_held_samples_of_a_torque_add_up():
-    """`J (ω − ω_0) = Σ M_i Δt_i`; derivatives with respect to the first, a middle and the last sample are `Δt_i/J`, and
-    with respect to the time of a jump its height over `J`."""
+    """`J (ω − ω_0) = Σ M_i Δt_i`; derivatives with respect to the first, a middle and
+    the last sample are `Δt_i/J`, and with respect to the time of a jump its height over
+    `J`."""
     t = np.linspace(0.0, 3.9, 40)
     M = 100.0 * np.cos(np.arange(40.0))
     free = scene(0.0, end=4.0)
-    free = dataclasses.replace(free, duty=sb.Duty(0.0, sb.TorqueLoad(sb.profiles.held(t, M))))
+    free = dataclasses.replace(
+        free, duty=sb.Duty(0.0, sb.TorqueLoad(sb.profiles.held(t, M)))
+    )
     run = sb.prepare(free, [end_speed], rtol=1e-12)
-    assert run().metrics["end_speed"] == pytest.approx(W0 + M.sum() * 0.1 / J, rel=1e-13)
+    assert run().metrics["end_speed"] == pytest.approx(
+        W0 + M.sum() * 0.1 / J, rel=1e-13
+    )
     slope = run.gradient()[0]
     by_value = slope[run.places["duty.load.profile.values"]]
-    np.testing.assert_allclose(by_value[::2][[0, 20, 39]] + np.append(by_value[1::2], 0.0)[[0, 20, 39]], 0.1 / J)
+    np.testing.assert_allclose(
+        by_value[::2][[0, 20, 39]] + np.append(by_value[1::2], 0.0)[[0, 20, 39]],
+        0.1 / J,
+    )
     by_time = slope[run.places["duty.load.profile.times"]]
-    np.testing.assert_allclose(by_time[1::2] + by_time[2::2], (M[:-1] - M[1:]) / J, atol=1e-13)
+    np.testing.assert_allclose(
+        by_time[1::2] + by_time[2::2], (M[:-1] - M[1:]) / J, atol=1e-13
+    )
 
 
 @pytest.mark.slow
 def test_a_step_costs_the_same_however_many_points_there_are():
-    """Runs and gradients with 32 times as many points: time per step within twice, the best of several tries."""
+    """Runs and gradients with 32 times as many points: time per step within twice, the
+    best of several tries."""
 
     def cost(points):
         t = np.linspace(0.0, 4.9, points)
-        run = sb.prepare(scene(sb.PiecewiseLinear(t, 9e3 + 1e3 * np.sin(5 * t))), ["stopping_time"])
+        run = sb.prepare(
+            scene(sb.PiecewiseLinear(t, 9e3 + 1e3 * np.sin(5 * t))), ["stopping_time"]
+        )
         run.gradient()  # (compiles)
         seconds = []
         for call in (run, run.gradient):

@@ -1,4 +1,5 @@
-"""Hoisting: a motor with limits, phases that end upwards, strings that grow and shrink, the rope that winds back."""
+"""Hoisting: a motor with limits, phases that end upwards, strings that grow and shrink,
+the rope that winds back."""
 
 import dataclasses
 import itertools
@@ -34,15 +35,24 @@ UP = 1.2
 DOWN = 1.0
 FASTER = 0.5
 
-BRAKE = sb.Brake(sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
-CHAIN = sb.Brake(BRAKE.pulley, sb.Band(0.623, 4e5, sb.Segments(1e7)), sb.uniform_linings(4, "270 deg", 0.35, mass=3.5))
+BRAKE = sb.Brake(
+    sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
+)
+CHAIN = sb.Brake(
+    BRAKE.pulley,
+    sb.Band(0.623, 4e5, sb.Segments(1e7)),
+    sb.uniform_linings(4, "270 deg", 0.35, mass=3.5),
+)
 LOAD = HookLoad(MASS, RADIUS, LINES)
 MOTOR = Motor("60 kN*m", "1100 kW", "40 rad/s")
 
 
 def course(*speeds):
-    """Speed of the drum (rad/s) in straight lines between speeds of the hook (m/s), at `FASTER`."""
-    times = np.cumsum([0.0, *(abs(b - a) / FASTER for a, b in itertools.pairwise(speeds))])
+    """Speed of the drum (rad/s) in straight lines between speeds of the hook (m/s), at
+    `FASTER`."""
+    times = np.cumsum(
+        [0.0, *(abs(b - a) / FASTER for a, b in itertools.pairwise(speeds))]
+    )
     return sb.PiecewiseLinear(times, np.asarray(speeds) / TRAVEL)
 
 
@@ -59,13 +69,21 @@ def down(distance, speed=DOWN, **levers):
     """Lower from rest to rest over a distance (m) by a driller."""
     slowing = speed**2 / (2 * FASTER)
     return (
-        Phase(Driller(course(0.0, speed), 60e3, **levers), AfterTravel(distance - slowing), "lower"),
+        Phase(
+            Driller(course(0.0, speed), 60e3, **levers),
+            AfterTravel(distance - slowing),
+            "lower",
+        ),
         Phase(Driller(course(speed, 0.0, -speed), 60e3, **levers), "rest", "brake"),
     )
 
 
 def run(phases, load=LOAD, motor=MOTOR, end=1e4, brake=BRAKE, **parts):
-    return sb.simulate(sb.Scene(brake, sb.Duty(phases, load), sb.Initial(0.0), end, motor=motor, **parts))
+    return sb.simulate(
+        sb.Scene(
+            brake, sb.Duty(phases, load), sb.Initial(0.0), end, motor=motor, **parts
+        )
+    )
 
 
 def ends(result):
@@ -80,10 +98,16 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     hoist = 25.0 / UP + UP / FASTER
     lower = 20.0 / DOWN + DOWN / FASTER
     cycle = np.cumsum([25.0 / UP, UP / FASTER, 10.0, 20.0 / DOWN, DOWN / FASTER, 10.0])
-    np.testing.assert_allclose(ends(result), [*cycle, *(cycle + hoist + lower + 20.0)], rtol=1e-10)
+    np.testing.assert_allclose(
+        ends(result), [*cycle, *(cycle + hoist + lower + 20.0)], rtol=1e-10
+    )
     energy = result.energy
-    assert float(energy["motor_work"]) == pytest.approx(2 * MASS * 9.80665 * 25.0, rel=1e-10)
-    assert float(energy["friction_heat"]) == pytest.approx(2 * MASS * 9.80665 * 20.0, rel=1e-10)
+    assert float(energy["motor_work"]) == pytest.approx(
+        2 * MASS * 9.80665 * 25.0, rel=1e-10
+    )
+    assert float(energy["friction_heat"]) == pytest.approx(
+        2 * MASS * 9.80665 * 20.0, rel=1e-10
+    )
     assert float(energy["closure"]) < 1e-12
     at = result.series([20.0])  # steady: the motor bears the load
     assert float(at.motor_torque[0]) == pytest.approx(WEIGHT, rel=1e-10)
@@ -93,7 +117,10 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
 
 def test_a_motor_brings_the_drum_to_rest_before_the_band_closes():
     hoist, slow = up(25.0)
-    slow = dataclasses.replace(slow, motor=sb.PiecewiseLinear([0.0, 2 * UP / FASTER], [-UP / TRAVEL, UP / TRAVEL]))
+    slow = dataclasses.replace(
+        slow,
+        motor=sb.PiecewiseLinear([0.0, 2 * UP / FASTER], [-UP / TRAVEL, UP / TRAVEL]),
+    )
     result = run(Phases((hoist, slow, HOLD)))
     # the band bears the load at rest, and has never rubbed
     held = 30e3 + WEIGHT / 0.623
@@ -103,23 +130,41 @@ def test_a_motor_brings_the_drum_to_rest_before_the_band_closes():
 
 
 @pytest.mark.parametrize(
-    "timed", [pytest.param(False, id="rest"), pytest.param(True, id="time", marks=pytest.mark.slow)]
+    "timed",
+    [
+        pytest.param(False, id="rest"),
+        pytest.param(True, id="time", marks=pytest.mark.slow),
+    ],
 )
 @pytest.mark.parametrize(
-    "shaft", [pytest.param((), id="smooth", marks=pytest.mark.slow), pytest.param((BearingFriction(600.0),), id="dry")]
+    "shaft",
+    [
+        pytest.param((), id="smooth", marks=pytest.mark.slow),
+        pytest.param((BearingFriction(600.0),), id="dry"),
+    ],
 )
 @pytest.mark.parametrize(
-    "stiffness", [pytest.param(None, id="rigid"), pytest.param(4e5, id="elastic", marks=pytest.mark.slow)]
+    "stiffness",
+    [
+        pytest.param(None, id="rigid"),
+        pytest.param(4e5, id="elastic", marks=pytest.mark.slow),
+    ],
 )
-def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(stiffness, shaft, timed):
+def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(
+    stiffness, shaft, timed
+):
     brake = sb.Brake(BRAKE.pulley, sb.Band(0.623, stiffness), BRAKE.linings)
     hoist, slow = up(25.0)
     slow = Phase(0.0, UP / FASTER, "slow", motor=course(-UP, 0.0)) if timed else slow
     phases = Phases((hoist, slow, HOLD), 3)
-    scene = sb.Scene(brake, sb.Duty(phases, LOAD), sb.Initial(0.0), 1e3, motor=MOTOR, shaft=shaft)
+    scene = sb.Scene(
+        brake, sb.Duty(phases, LOAD), sb.Initial(0.0), 1e3, motor=MOTOR, shaft=shaft
+    )
     result = sb.simulate(scene)
     first = 25.0 / UP + UP / FASTER
-    np.testing.assert_allclose(result.stops["time"], first + np.arange(3) * (first + 10.0), rtol=1e-10)
+    np.testing.assert_allclose(
+        result.stops["time"], first + np.arange(3) * (first + 10.0), rtol=1e-10
+    )
     np.testing.assert_allclose(result.stops["travel"], -25.0, rtol=1e-10)
     np.testing.assert_allclose(result.stops["braking_time"], 0.0, atol=1e-6)
     np.testing.assert_array_equal(result.events["stop"].times, result.stops["time"])
@@ -133,7 +178,9 @@ def test_errors_of_a_start_are_not_those_of_another_one():
     hoist = Phases((Phase(0.0, "block up to 30 m", motor=course(0.0, -UP)),))
 
     def code(**start):
-        scene = sb.Scene(BRAKE, sb.Duty(hoist, LOAD), sb.Initial(0.0, **start), 1e3, motor=MOTOR)
+        scene = sb.Scene(
+            BRAKE, sb.Duty(hoist, LOAD), sb.Initial(0.0, **start), 1e3, motor=MOTOR
+        )
         return int(sb.simulate(scene).code)
 
     assert code(block_height="5 m") == 0
@@ -152,12 +199,20 @@ def test_a_motor_gives_no_more_than_its_torque():
     torque = 1.2 * WEIGHT
 
     def time(torque):
-        scene = sb.Scene(BRAKE, sb.Duty(Phases((phase,)), LOAD), sb.Initial(0.0), 1e3, motor=_weak(torque, 1e7))
+        scene = sb.Scene(
+            BRAKE,
+            sb.Duty(Phases((phase,)), LOAD),
+            sb.Initial(0.0),
+            1e3,
+            motor=_weak(torque, 1e7),
+        )
         return sb.simulate(scene).record.t_end
 
     expected = np.sqrt(2 * 5.0 / TRAVEL * J / (torque - WEIGHT))
     assert float(time(torque)) == pytest.approx(expected, rel=1e-10)
-    assert float(jax.grad(time)(torque)) == pytest.approx(-expected / (2 * (torque - WEIGHT)), rel=1e-7)
+    assert float(jax.grad(time)(torque)) == pytest.approx(
+        -expected / (2 * (torque - WEIGHT)), rel=1e-7
+    )
 
 
 @pytest.mark.slow
@@ -176,7 +231,15 @@ def test_a_motor_gives_no_more_than_its_power():
     knee = power / (2 * WEIGHT)  # up to this speed the torque is constant
     begin = knee * J / WEIGHT
     start = [0.5 * knee * begin, knee]
-    truth = solve_ivp(rates, (begin, 1e3), start, events=arrived, rtol=1e-12, atol=1e-12, method="DOP853")
+    truth = solve_ivp(
+        rates,
+        (begin, 1e3),
+        start,
+        events=arrived,
+        rtol=1e-12,
+        atol=1e-12,
+        method="DOP853",
+    )
     assert float(result.record.t_end) == pytest.approx(truth.t_events[0][0], rel=1e-9)
     assert result.metrics["max_motor_power"] == pytest.approx(power, rel=1e-9)
 
@@ -184,30 +247,54 @@ def test_a_motor_gives_no_more_than_its_power():
 @pytest.mark.slow
 def test_friction_of_the_tackle_is_overcome_upwards():
     law = TackleLoss(hoisting_efficiency=0.9)
-    result = run(Phases((*up(25.0), HOLD)), motor=Motor("60 kN*m", "2 MW", "40 rad/s"), shaft=(law,))
+    result = run(
+        Phases((*up(25.0), HOLD)),
+        motor=Motor("60 kN*m", "2 MW", "40 rad/s"),
+        shaft=(law,),
+    )
     energy = result.energy
-    np.testing.assert_allclose(ends(result)[:2], [25.0 / UP, 25.0 / UP + UP / FASTER], rtol=1e-9)
-    assert float(energy["motor_work"]) == pytest.approx(MASS * 9.80665 * 25.0 / 0.9, rel=1e-9)
-    assert float(energy["shaft_work"]) == pytest.approx((1 / 0.9 - 1) * MASS * 9.80665 * 25.0, rel=1e-9)
+    np.testing.assert_allclose(
+        ends(result)[:2], [25.0 / UP, 25.0 / UP + UP / FASTER], rtol=1e-9
+    )
+    assert float(energy["motor_work"]) == pytest.approx(
+        MASS * 9.80665 * 25.0 / 0.9, rel=1e-9
+    )
+    assert float(energy["shaft_work"]) == pytest.approx(
+        (1 / 0.9 - 1) * MASS * 9.80665 * 25.0, rel=1e-9
+    )
 
 
 def test_the_rope_of_a_tackle_is_judged_by_its_tightest_line():
-    """2 MN on 12 lines of sheaves with K = 1.04: in hoisting API RP 9B's 213.1 kN, where 2 MN/12 are 166.7 kN."""
+    """2 MN on 12 lines of sheaves with K = 1.04: in hoisting API RP 9B's 213.1 kN,
+    where 2 MN/12 are 166.7 kN."""
     K = 1.04
     n = 12
     pull = 2e6
     load = HookLoad(pull / 9.80665, RADIUS, n)
     shaft = (TackleLoss(K),)
-    steady = Phase(0.0, AfterTravel(-1.0), "hoist", motor=sb.PiecewiseLinear([0.0], [-12.0]))
+    steady = Phase(
+        0.0, AfterTravel(-1.0), "hoist", motor=sb.PiecewiseLinear([0.0], [-12.0])
+    )
     limits = sb.Limits(max_rope_tension="190 kN")
     motor = Motor("150 kN*m", "10 MW", "40 rad/s")
-    scene = sb.Scene(BRAKE, sb.Duty(Phases((steady,)), load), sb.Initial(-12.0), 60.0, motor=motor, shaft=shaft)
+    scene = sb.Scene(
+        BRAKE,
+        sb.Duty(Phases((steady,)), load),
+        sb.Initial(-12.0),
+        60.0,
+        motor=motor,
+        shaft=shaft,
+    )
     result = sb.simulate(dataclasses.replace(scene, limits=limits))
     fast = pull * K**n * (K - 1) / (K**n - 1)
     for name in ("max_rope_tension", "max_fast_line_tension"):
         assert result.metrics[name] == pytest.approx(fast, rel=1e-9)
-    assert result.metrics["max_dead_line_tension"] == pytest.approx(fast / K**n, rel=1e-9)
-    assert float(result.series([1.0]).motor_torque[0]) == pytest.approx(fast * RADIUS, rel=1e-9)
+    assert result.metrics["max_dead_line_tension"] == pytest.approx(
+        fast / K**n, rel=1e-9
+    )
+    assert float(result.series([1.0]).motor_torque[0]) == pytest.approx(
+        fast * RADIUS, rel=1e-9
+    )
     assert result.verdict().colour == "red"
     plain = sb.simulate(dataclasses.replace(scene, shaft=()))
     assert plain.metrics["max_rope_tension"] == pytest.approx(pull / n, rel=1e-9)
@@ -217,7 +304,8 @@ def test_the_rope_of_a_tackle_is_judged_by_its_tightest_line():
 @pytest.mark.parametrize("side", ["below", "above"])
 @pytest.mark.parametrize("edge", ["lowering", "hoisting"])
 def test_a_tackle_rests_between_its_two_branches(side, edge):
-    """A weak motor and an open brake: the drum rests while `η_l M_h ≤ M ≤ M_h/η_h`, and moves by the difference."""
+    """A weak motor and an open brake: the drum rests while `η_l M_h ≤ M ≤ M_h/η_h`, and
+    moves by the difference."""
     law = TackleLoss(1.04)
     strung = law.strung(LINES)
     torque = {
@@ -225,8 +313,12 @@ def test_a_tackle_rests_between_its_two_branches(side, edge):
         "hoisting": WEIGHT / float(strung.hoisting_efficiency),
     }[edge]
     away = 10.0 if side == "above" else -10.0
-    motor = Motor(torque + away, 1e9, 1e3, speed=sb.PiecewiseLinear([0.0, 100.0], [0.0, -200.0]))
-    scene = sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 2.0, motor=motor, shaft=(law,))
+    motor = Motor(
+        torque + away, 1e9, 1e3, speed=sb.PiecewiseLinear([0.0, 100.0], [0.0, -200.0])
+    )
+    scene = sb.Scene(
+        BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 2.0, motor=motor, shaft=(law,)
+    )
     moves = (edge == "lowering") == (side == "below")
     omega = float(sb.simulate(scene).record.y_end.omega)
     assert omega == pytest.approx(-away * 2.0 / J if moves else 0.0, rel=1e-9, abs=0.0)
@@ -249,12 +341,21 @@ def test_a_programme_asks_a_motor_for_what_the_tackle_takes_in_hoisting():
 
 def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
     weak = _weak(0.5 * WEIGHT, 1e7)
-    lower = Phase(Driller(course(0.0, DOWN), 60e3), "travel 20 m", "lower", motor=course(0.0, DOWN))
+    lower = Phase(
+        Driller(course(0.0, DOWN), 60e3),
+        "travel 20 m",
+        "lower",
+        motor=course(0.0, DOWN),
+    )
     brake = Phase(Driller(course(DOWN, 0.0, -DOWN), 60e3), "rest", "brake")
     energy = run(Phases((lower, brake)), motor=weak).energy
     hook_work = MASS * 9.80665 * (20.0 + DOWN**2 / (2 * FASTER))
-    assert float(energy["motor_work"]) == pytest.approx(-0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
-    assert float(energy["friction_heat"]) == pytest.approx(hook_work - 0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
+    assert float(energy["motor_work"]) == pytest.approx(
+        -0.5 * MASS * 9.80665 * 20.0, rel=1e-9
+    )
+    assert float(energy["friction_heat"]) == pytest.approx(
+        hook_work - 0.5 * MASS * 9.80665 * 20.0, rel=1e-9
+    )
 
 
 @pytest.mark.slow
@@ -267,7 +368,9 @@ def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
     position_gain = 1.5
     torque = 34e3
     power = 0.6e6
-    load = HookLoad(MASS, RADIUS, LINES, elasticity=sb.loads.RopeElasticity(k, damping=c))
+    load = HookLoad(
+        MASS, RADIUS, LINES, elasticity=sb.loads.RopeElasticity(k, damping=c)
+    )
     motor = Motor(torque, power, 40.0, gain=gain, position_gain=position_gain)
     hoist = Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),))
     result = run(hoist, load, motor, 60.0, shaft=(sb.loads.ViscousDrag(drag),))
@@ -284,14 +387,22 @@ def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
         most = min(torque, power / max(abs(omega), 1e-12))
         given = np.clip(force * TRAVEL - drag * omega - INERTIA * wanted, -most, most)
         alpha = (force * TRAVEL - drag * omega - given) / INERTIA
-        return [omega, alpha, 9.80665 - force / MASS, v - TRAVEL * omega, -given * omega]
+        return [
+            omega,
+            alpha,
+            9.80665 - force / MASS,
+            v - TRAVEL * omega,
+            -given * omega,
+        ]
 
     def arrived(t, y):
         return y[0] * TRAVEL + 5.0
 
     arrived.terminal = True
     options = {"rtol": 1e-11, "atol": 1e-10, "method": "DOP853", "max_step": 0.02}
-    first = solve_ivp(rates, (0.0, knot), [0.0, 0.0, 0.0, MASS * 9.80665 / k, 0.0], **options)
+    first = solve_ivp(
+        rates, (0.0, knot), [0.0, 0.0, 0.0, MASS * 9.80665 / k, 0.0], **options
+    )
     truth = solve_ivp(rates, (knot, 60.0), first.y[:, -1], events=arrived, **options)
     assert float(result.record.t_end) == pytest.approx(truth.t[-1], rel=1e-9)
     assert float(result.energy["motor_work"]) == pytest.approx(truth.y[4, -1], rel=1e-9)
@@ -300,32 +411,51 @@ def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
 
 @pytest.mark.slow
 def test_the_limits_of_a_motor_show_in_the_energies_beside_a_driller():
-    """The speed is that of the course throughout, whatever the motor gives of the torque."""
+    """The speed is that of the course throughout, whatever the motor gives of the
+    torque."""
     torque = 10e3
     power = 0.1e6
     speed = DOWN / TRAVEL
     end = 20.0
     motor = Motor(torque, power, 40.0, course(0.0, DOWN))
-    scene = sb.Scene(BRAKE, sb.Duty(Driller(course(0.0, DOWN), 60e3), LOAD), sb.Initial(0.0), end, motor=motor)
+    scene = sb.Scene(
+        BRAKE,
+        sb.Duty(Driller(course(0.0, DOWN), 60e3), LOAD),
+        sb.Initial(0.0),
+        end,
+        motor=motor,
+    )
     energy = sb.simulate(scene).energy
     knee = power / torque  # rad/s
     begin = knee * TRAVEL / FASTER
     work = -torque * 0.5 * knee * begin - power * (end - begin)
     turned = speed * (end - 0.5 * DOWN / FASTER)
     assert float(energy["motor_work"]) == pytest.approx(work, rel=1e-9)
-    assert float(energy["friction_heat"]) == pytest.approx(WEIGHT * turned - 0.5 * J * speed**2 + work, rel=1e-9)
+    assert float(energy["friction_heat"]) == pytest.approx(
+        WEIGHT * turned - 0.5 * J * speed**2 + work, rel=1e-9
+    )
 
 
 @pytest.mark.slow
 def test_an_auxiliary_brake_is_engaged_by_phases():
     eddy = sb.loads.EddyCurrentBrake("160 kN*m", "12 rad/s")
     lower = Phase(0.0, "20 s", "lower", auxiliary=0.5)
-    hoist, slow = (Phase(x.lever, x.until, x.name, motor=x.motor, auxiliary=0.0) for x in up(25.0))
-    result = run(Phases((hoist, slow, Phase(30e3, 5.0), lower, Phase(60e3, "rest"))), shaft=(eddy,))
-    assert float(result.energy["motor_work"]) == pytest.approx(MASS * 9.80665 * 25.0, rel=1e-9)
-    # at the end of lowering the speed is steady: half the excitation has a quarter of the torque
+    hoist, slow = (
+        Phase(x.lever, x.until, x.name, motor=x.motor, auxiliary=0.0) for x in up(25.0)
+    )
+    result = run(
+        Phases((hoist, slow, Phase(30e3, 5.0), lower, Phase(60e3, "rest"))),
+        shaft=(eddy,),
+    )
+    assert float(result.energy["motor_work"]) == pytest.approx(
+        MASS * 9.80665 * 25.0, rel=1e-9
+    )
+    # at the end of lowering the speed is steady: half the excitation has a quarter of
+    # the torque
     speed = np.roots([1.0, -2 * 0.25 * 160e3 * 12.0 / WEIGHT, 12.0**2]).min()
-    assert float(result.series([ends(result)[3] - 1e-3]).omega[0]) == pytest.approx(speed, rel=1e-6)
+    assert float(result.series([ends(result)[3] - 1e-3]).omega[0]) == pytest.approx(
+        speed, rel=1e-6
+    )
 
 
 @pytest.mark.slow
@@ -336,12 +466,25 @@ def test_thirty_stands_in_and_out_have_their_masses():
     stand = 800.0
     inwards = (*up(27.0), Phase(30e3, 5.0, "make up"), *down(27.0), HOLD)
     inwards = tuple(
-        sb.loads.Phase(x.lever, x.until, x.name, string_on_hook=x.name in ("lower", "brake"), motor=x.motor)
+        sb.loads.Phase(
+            x.lever,
+            x.until,
+            x.name,
+            string_on_hook=x.name in ("lower", "brake"),
+            motor=x.motor,
+        )
         for x in inwards
     )
     out = (*up(27.0), Phase(30e3, 5.0, "lay down"), *down(27.0), HOLD)
     out = tuple(
-        sb.loads.Phase(x.lever, x.until, x.name, string_on_hook=x.name in ("hoist", "slow"), motor=x.motor) for x in out
+        sb.loads.Phase(
+            x.lever,
+            x.until,
+            x.name,
+            string_on_hook=x.name in ("hoist", "slow"),
+            motor=x.motor,
+        )
+        for x in out
     )
     phases = Phases(inwards, count, then=Phases(out, count, stands=-1))
     result = run(phases, StringLoad(empty, string, RADIUS, LINES, stand=stand), end=1e5)
@@ -349,15 +492,25 @@ def test_thirty_stands_in_and_out_have_their_masses():
     g = 9.80665
     strings = string + stand * np.arange(count)
     # up and down over the same 27 m: the string goes down, then up, and the block both
-    assert float(result.energy["friction_heat"]) == pytest.approx(g * 27 * np.sum(2 * empty + strings), rel=1e-9)
-    assert float(result.energy["motor_work"]) == pytest.approx(g * 27 * np.sum(2 * empty + strings), rel=1e-9)
+    assert float(result.energy["friction_heat"]) == pytest.approx(
+        g * 27 * np.sum(2 * empty + strings), rel=1e-9
+    )
+    assert float(result.energy["motor_work"]) == pytest.approx(
+        g * 27 * np.sum(2 * empty + strings), rel=1e-9
+    )
     assert float(result.energy["closure"]) < 1e-9
     assert len(result.events["phase_end"]) == 2 * count * 6
     assert result.events["phase_end"][-1].phase.cycle == 2 * count
-    load = result.series(ends(result) - 0.5).load_torque  # in the last second of every phase
+    load = result.series(
+        ends(result) - 0.5
+    ).load_torque  # in the last second of every phase
     begun = np.asarray(load).reshape(2, count, 6)
-    np.testing.assert_allclose(begun[0, :, 3], (empty + strings) * g * TRAVEL, rtol=1e-12)
-    np.testing.assert_allclose(begun[1, :, 0], (empty + strings[::-1]) * g * TRAVEL, rtol=1e-12)
+    np.testing.assert_allclose(
+        begun[0, :, 3], (empty + strings) * g * TRAVEL, rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        begun[1, :, 0], (empty + strings[::-1]) * g * TRAVEL, rtol=1e-12
+    )
 
 
 @pytest.mark.slow
@@ -365,7 +518,11 @@ def test_every_phase_may_have_its_own_string():
     load = StringLoad(8e3, ["10 t", "10 t", "20 t", "30 t"], RADIUS, LINES)
     result = run(Phases((*up(20.0), Phase(30e3, 5.0), Phase(40e3, 5.0))), load)
     torques = result.series(ends(result) - 0.5).load_torque
-    np.testing.assert_allclose(torques, (8e3 + np.asarray([10e3, 10e3, 20e3, 30e3])) * 9.80665 * TRAVEL, rtol=1e-12)
+    np.testing.assert_allclose(
+        torques,
+        (8e3 + np.asarray([10e3, 10e3, 20e3, 30e3])) * 9.80665 * TRAVEL,
+        rtol=1e-12,
+    )
 
 
 @pytest.mark.slow
@@ -376,7 +533,12 @@ def test_the_rope_winds_back_onto_its_layers():
     brake = Phase(Driller(course(DOWN, 0.0, -DOWN), 60e3), "rest", "brake")
     hoist = Phase(0.0, "travel -6 m", "hoist", motor=course(0.0, -UP))
     slow = Phase(0.0, UP / FASTER, "slow", motor=course(-UP, 0.0))
-    result = run(Phases((hoist, slow, HOLD, lower, brake, HOLD)), load, Motor("60 kN*m", "2 MW", "40 rad/s"), end=1e3)
+    result = run(
+        Phases((hoist, slow, HOLD, lower, brake, HOLD)),
+        load,
+        Motor("60 kN*m", "2 MW", "40 rad/s"),
+        end=1e3,
+    )
     # up to the third layer and down to the second again: full at 40 turns
     full = 5 * 2 * np.pi
     speed = UP / TRAVEL
@@ -401,7 +563,9 @@ def test_position_is_corrected_as_a_damped_oscillator():
     scene = sb.Scene(BRAKE, sb.Duty(driller, LOAD), sb.Initial(1.05 * speed), 5.0)
     t = np.linspace(0.0, 5.0, 6)
     away = np.asarray(sb.simulate(scene).series(t).phi) - speed * t
-    np.testing.assert_allclose(away, 0.05 * speed * t * np.exp(-t), atol=1e-9)  # g²/4 = h: aperiodic
+    np.testing.assert_allclose(
+        away, 0.05 * speed * t * np.exp(-t), atol=1e-9
+    )  # g²/4 = h: aperiodic
 
 
 @pytest.mark.slow
@@ -426,15 +590,23 @@ def test_phases_end_at_a_height_of_the_block():
 
 def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     driller = Driller(sb.PiecewiseLinear([0.0], [1.2 / TRAVEL]), 200e3)
-    scene = sb.Scene(BRAKE, sb.Duty(driller, LOAD), sb.Initial(hook_speed="1.2 m/s"), 5.0)
+    scene = sb.Scene(
+        BRAKE, sb.Duty(driller, LOAD), sb.Initial(hook_speed="1.2 m/s"), 5.0
+    )
     result = sb.simulate(scene)
     assert result.metrics["max_hook_speed"] == pytest.approx(1.2, rel=1e-12)
-    assert result.metrics["max_rope_tension"] == pytest.approx(MASS * 9.80665 / LINES, rel=1e-12)
+    assert result.metrics["max_rope_tension"] == pytest.approx(
+        MASS * 9.80665 / LINES, rel=1e-12
+    )
     slower = sb.with_values(scene, {"initial.hook_speed": 1.0})
-    limited = dataclasses.replace(slower, limits=sb.Limits(max_hook_speed="1.1 m/s", max_rope_tension="80 kN"))
+    limited = dataclasses.replace(
+        slower, limits=sb.Limits(max_hook_speed="1.1 m/s", max_rope_tension="80 kN")
+    )
     (event,) = sb.simulate(limited).events["hook_overspeed"]
     # the load runs free until the lever follows it: 1 m/s at first, 1.2 m/s later
-    assert event.time == pytest.approx(np.log(2.0) / 2.0, rel=1e-9)  # the deviation halves at the gain of 2/s
+    assert event.time == pytest.approx(
+        np.log(2.0) / 2.0, rel=1e-9
+    )  # the deviation halves at the gain of 2/s
 
 
 @pytest.mark.parametrize(
@@ -446,10 +618,15 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     ],
 )
 def test_a_run_that_ends_under_the_motor_is_driven(speed, travel, reason):
-    """It is amber, as no pull of the friction brake is given: it would not hold the load without the motor."""
-    motor = dataclasses.replace(MOTOR, speed=course(0.0, speed) if speed else sb.PiecewiseLinear([0.0], [0.0]))
+    """It is amber, as no pull of the friction brake is given: it would not hold the
+    load without the motor."""
+    motor = dataclasses.replace(
+        MOTOR, speed=course(0.0, speed) if speed else sb.PiecewiseLinear([0.0], [0.0])
+    )
     end = 5.0 if speed == 0 else 9.0 / abs(speed) + 0.5 * abs(speed) / FASTER
-    result = sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), end, motor=motor))
+    result = sb.simulate(
+        sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), end, motor=motor)
+    )
     assert result.status == result.summary()["duty"] == "driven"
     assert (result.verdict().colour, result.verdict().reason) == ("amber", reason)
     assert float(result.total_hook_travel) == pytest.approx(travel, abs=1e-9)
@@ -463,7 +640,9 @@ def test_runs_of_an_ensemble_are_driven_too():
     data = sb.sweep(scene, {"motor.max_power": [1e5, 2e6]}, ["max_motor_power"])
     assert data["status"].values.tolist() == ["driven", "driven"]
     powers = data["max_motor_power"].values
-    assert powers == pytest.approx([1e5, UP / TRAVEL * (WEIGHT + J * FASTER / TRAVEL)], rel=1e-8)
+    assert powers == pytest.approx(
+        [1e5, UP / TRAVEL * (WEIGHT + J * FASTER / TRAVEL)], rel=1e-8
+    )
 
 
 @pytest.mark.slow
@@ -472,19 +651,31 @@ def test_a_load_that_the_motor_keeps_does_not_run_away():
     with pytest.raises(sb.SimulationError, match="phase_never_ends"):
         run(Phases((lower,)), end=20.0)
     with pytest.raises(sb.SimulationError, match=r"load torque 29\.42 kN"):
-        run(Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),)), motor=_weak(20e3, 1e6), end=3.0)
+        run(
+            Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),)),
+            motor=_weak(20e3, 1e6),
+            end=3.0,
+        )
 
 
 def test_a_motor_corrects_the_angle_from_the_time_0_on():
     motor = dataclasses.replace(MOTOR, speed=course(0.0, -UP), position_gain=1.0)
-    with pytest.raises(sb.InputError, match=r"motor.position_gain: counts from the time 0"):
-        sb.check_scene(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0, time=5.0), 9.0, motor=motor))
+    with pytest.raises(
+        sb.InputError, match=r"motor.position_gain: counts from the time 0"
+    ):
+        sb.check_scene(
+            sb.Scene(
+                BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0, time=5.0), 9.0, motor=motor
+            )
+        )
 
 
 @pytest.mark.slow
 def test_figures_of_a_trip_show_its_motor_and_the_stops_of_its_brake():
     result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
-    np.testing.assert_array_equal(sb.plot.stops(result).axes[0].lines[0].get_xdata(), [2, 4])
+    np.testing.assert_array_equal(
+        sb.plot.stops(result).axes[0].lines[0].get_xdata(), [2, 4]
+    )
 
 
 def test_a_speed_that_is_never_followed_has_a_name():
@@ -492,12 +683,26 @@ def test_a_speed_that_is_never_followed_has_a_name():
     driller = Driller(sb.PiecewiseLinear([0.0], [30.0]), 60e3)
     result = sb.simulate(sb.Scene(BRAKE, sb.Duty(driller, load), sb.Initial(0.0), 5.0))
     assert result.status == "not_followed"
-    assert (result.verdict().colour, result.verdict().reason, result.verdict().fails) == ("amber", "L0", True)
+    assert (
+        result.verdict().colour,
+        result.verdict().reason,
+        result.verdict().fails,
+    ) == ("amber", "L0", True)
     weak = Motor(0.5 * WEIGHT, 1e6, 40.0, sb.PiecewiseLinear([0.0], [-10.0]))
-    assert sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 5.0, motor=weak)).status == "not_followed"
+    assert (
+        sb.simulate(
+            sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 5.0, motor=weak)
+        ).status
+        == "not_followed"
+    )
     with pytest.raises(sb.InputError, match="is never followed: a brake cannot hoist"):
         sb.simulate(
-            sb.Scene(BRAKE, sb.Duty(Driller(sb.PiecewiseLinear([0.0], [-10.0]), 60e3), LOAD), sb.Initial(0.0), 5.0)
+            sb.Scene(
+                BRAKE,
+                sb.Duty(Driller(sb.PiecewiseLinear([0.0], [-10.0]), 60e3), LOAD),
+                sb.Initial(0.0),
+                5.0,
+            )
         )
 
 
@@ -506,7 +711,10 @@ def test_a_speed_that_is_never_followed_has_a_name():
     [
         ({"motor": None}, r"phases\[0\].motor: has no effect: the scene has no motor"),
         ({"motor": Motor(6e4, 1e6, 20.0)}, r"24 rad/s is above the motor's 20 rad/s"),
-        ({"motor": Motor(6e4, 1e6, 40.0, course(0.0, 1.0))}, "has no effect on a duty in phases"),
+        (
+            {"motor": Motor(6e4, 1e6, 40.0, course(0.0, 1.0))},
+            "has no effect on a duty in phases",
+        ),
         ({"load": StringLoad(8e3, [1e4, 2e4], 0.4, 8)}, "has 2 masses for 3 phases"),
         ({"brake": CHAIN}, "a band in segments is never open"),
         ({"phases": [HOLD, 3.0]}, "3.0 does not fit here — give a Phase"),
@@ -519,14 +727,19 @@ def test_what_cannot_be_hoisted_is_named(change, words):
 
 
 def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
-    """`s = v²/(2 a)` of a block that coasts up; nothing else hoists it, and the run names the phase."""
+    """`s = v²/(2 a)` of a block that coasts up; nothing else hoists it, and the run
+    names the phase."""
     rises = Phases((Phase(0.0, "travel -0.1 m", "coast"), HOLD))
     scene = sb.Scene(BRAKE, sb.Duty(rises, LOAD), sb.Initial(-10.0), 5.0)
     a = WEIGHT / J
     v = 10.0
     t = (v - np.sqrt(v**2 - 2 * a * 0.1 / TRAVEL)) / a
-    assert sb.simulate(scene, throw=False).events["phase_end"].times == pytest.approx([t], rel=1e-10)
-    failed = sb.simulate(dataclasses.replace(scene, initial=sb.Initial(0.0)), throw=False)
+    assert sb.simulate(scene, throw=False).events["phase_end"].times == pytest.approx(
+        [t], rel=1e-10
+    )
+    failed = sb.simulate(
+        dataclasses.replace(scene, initial=sb.Initial(0.0)), throw=False
+    )
     assert failed.status == "phase_never_ends"
 
 
@@ -538,8 +751,12 @@ def test_a_motor_without_limits_is_refused():
 @pytest.mark.slow
 def test_a_hoist_in_a_file(tmp_path):
     load = StringLoad(8e3, 40e3, RADIUS, LINES, stand=800.0)
-    phases = Phases((*up(25.0), HOLD), 2, then=Phases((*down(25.0), HOLD), 2, stands=-1))
+    phases = Phases(
+        (*up(25.0), HOLD), 2, then=Phases((*down(25.0), HOLD), 2, stands=-1)
+    )
     scene = sb.Scene(BRAKE, sb.Duty(phases, load), sb.Initial(0.0), 1e3, motor=MOTOR)
     sb.write_scene(scene, tmp_path / "trip.toml")
     again = sb.read_scene(tmp_path / "trip.toml")
-    assert float(sb.simulate(again).record.t_end) == float(sb.simulate(scene).record.t_end)
+    assert float(sb.simulate(again).record.t_end) == float(
+        sb.simulate(scene).record.t_end
+    )

@@ -1,4 +1,5 @@
-"""Holding reserve: static capacity in the direction of the load over the load; hot, and of every kind of brake."""
+"""Holding reserve: static capacity in the direction of the load over the load; hot, and
+of every kind of brake."""
 
 import dataclasses
 import math
@@ -33,29 +34,50 @@ def held(load=M, lever=None, law=None, **parts):
     law = law or sb.ConstantFriction(F, STATIC)
     brake = sb.Brake(sb.Pulley(R, 900.0), sb.Band(R), sb.Lining(law, np.full(N, BETA)))
     lever = lever or sb.PiecewiseLinear([0.0, 1.0, 4.0], [T0, T0, 0.5 * T0])
-    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(0.0), 4.0, **parts)
+    return sb.Scene(
+        brake,
+        sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))),
+        sb.Initial(0.0),
+        4.0,
+        **parts,
+    )
 
 
 @pytest.mark.slow
 def test_reserve_of_a_band_brake_either_way():
     tension = T0 * np.array([1.0, 1.0, 0.75, 0.5])
-    for load, grip in ((M, capstan(STATIC * F) - 1), (-0.2 * M, 1 - 1 / capstan(STATIC * F))):
+    for load, grip in (
+        (M, capstan(STATIC * F) - 1),
+        (-0.2 * M, 1 - 1 / capstan(STATIC * F)),
+    ):
         result = sb.simulate(held(load))
         reserve = R * tension * grip / abs(load)
-        np.testing.assert_allclose(result.series(TIMES).holding_reserve, reserve, rtol=1e-12)
-        assert result.metrics["min_holding_reserve"] == pytest.approx(reserve[-1], rel=1e-9)
+        np.testing.assert_allclose(
+            result.series(TIMES).holding_reserve, reserve, rtol=1e-12
+        )
+        assert result.metrics["min_holding_reserve"] == pytest.approx(
+            reserve[-1], rel=1e-9
+        )
         assert float(result.min_holding_reserve.time) == pytest.approx(4.0, rel=1e-9)
     text = f"holding  static capacity at least {reserve[-1]:.5g} times the load, at 4 s"
     assert text in str(result)
 
 
-#: brakes at rest with limits of every kind; the weaker pair of a staged brake is the inner or the outer one
+#: brakes at rest with limits of every kind; the weaker pair of a staged brake is the
+#: inner or the outer one
 AT_REST = {
     "rigid": {},
     "elastic": {"stiffness": 2e5},
     "staged, inner": {"bandage": sb.Bandage(45.0, sb.ConstantFriction(0.2), 900.0)},
-    "staged, outer": {"stiffness": 2e5, "bandage": sb.Bandage(45.0, sb.ConstantFriction(0.9), 9e3)},
-    "resolved": {"bandage": sb.Bandage(np.full(4, 9.0), sb.ConstantFriction(0.2), 900.0, spring=2e5)},
+    "staged, outer": {
+        "stiffness": 2e5,
+        "bandage": sb.Bandage(45.0, sb.ConstantFriction(0.9), 9e3),
+    },
+    "resolved": {
+        "bandage": sb.Bandage(
+            np.full(4, 9.0), sb.ConstantFriction(0.2), 900.0, spring=2e5
+        )
+    },
     "disc": None,
     "bearings": {},
 }
@@ -64,7 +86,9 @@ SLOW = ("staged, outer", "resolved")
 
 def peak(kind, load, pull):
     """At rest, with a load and a lever that turn round at 2 s."""
-    load, lever = (sb.PiecewiseLinear([0.0, 2.0, 3.0], values) for values in (load, pull))
+    load, lever = (
+        sb.PiecewiseLinear([0.0, 2.0, 3.0], values) for values in (load, pull)
+    )
     linings = sb.uniform_linings(4, 4.0, sb.ConstantFriction(0.4, 1.1))
     shaft = ()
     if kind == "bearings":
@@ -78,19 +102,28 @@ def peak(kind, load, pull):
         band = sb.Band(0.64, parts.get("stiffness"))
         brake = sb.Brake(sb.Pulley(0.59, 900.0), band, linings, parts.get("bandage"))
         duty = sb.Duty
-    return sb.Scene(brake, duty(lever, sb.TorqueLoad(load)), sb.Initial(0.0), 4.0, shaft=shaft)
+    return sb.Scene(
+        brake, duty(lever, sb.TorqueLoad(load)), sb.Initial(0.0), 4.0, shaft=shaft
+    )
 
 
 @pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=pytest.mark.slow if kind in SLOW else ()) for kind in AT_REST]
+    "kind",
+    [
+        pytest.param(kind, marks=pytest.mark.slow if kind in SLOW else ())
+        for kind in AT_REST
+    ],
 )
 def test_a_touch_of_the_limit_is_no_break_away(kind):
-    """A load that rises to what the brake at rest can hold, or a lever that falls so far, and turns back."""
+    """A load that rises to what the brake at rest can hold, or a lever that falls so
+    far, and turns back."""
     ones = np.ones(3)
     pull = np.full(3, 5e3)
     most = 150.0
     if kind != "bearings":
-        most = 100.0 * float(sb.simulate(peak(kind, 100.0 * ones, pull)).series([1.0]).holding_reserve[0])
+        most = 100.0 * float(
+            sb.simulate(peak(kind, 100.0 * ones, pull)).series([1.0]).holding_reserve[0]
+        )
     load = most * np.array([0.3, 1.0, 0.5])
     lever = pull * np.array([2.0, 1.0, 1.5])
     for over, restarts in ((0.0, []), (-1e-9, []), (1e-9, [2.0])):
@@ -107,7 +140,9 @@ def test_a_touch_of_the_limit_is_no_stop():
     lost = sb.friction.FrictionChange(sb.Constant(0.1), when="stop 1")
 
     def scene(load):
-        base = held(law=sb.friction.ChangingFriction(sb.ConstantFriction(F, STATIC), (lost,)))
+        base = held(
+            law=sb.friction.ChangingFriction(sb.ConstantFriction(F, STATIC), (lost,))
+        )
         load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 2.0, 3.0], load))
         return dataclasses.replace(base, duty=sb.Duty(sb.Constant(T0), load))
 
@@ -122,7 +157,9 @@ def test_no_load_has_no_reserve():
     assert "min_holding_reserve" not in result.metrics
     with pytest.raises(ValueError, match="no min_holding_reserve: it has no load"):
         _ = result.min_holding_reserve
-    moving = sb.simulate(sb.with_values(held(), {"initial.omega": 20.0, "end_time": 0.1}))
+    moving = sb.simulate(
+        sb.with_values(held(), {"initial.omega": 20.0, "end_time": 0.1})
+    )
     assert moving.metrics["min_holding_reserve"] is None  # it never came to rest
     assert moving.series(TIMES[:1]).holding_reserve[0] == pytest.approx(
         R * T0 * (capstan(STATIC * F) - 1) / M, rel=1e-12
@@ -140,7 +177,8 @@ def test_a_lever_that_follows_the_speed_has_its_limit():
 
 @pytest.mark.slow
 def test_reserve_falls_with_fade():
-    """Linings heated by a source: `T = T_a + P t/C`, `f = f_0 (1 − s (T − T_a))`; its derivatives."""
+    """Linings heated by a source: `T = T_a + P t/C`, `f = f_0 (1 − s (T − T_a))`; its
+    derivatives."""
     C = 2e4
     slope = 1e-3
 
@@ -152,7 +190,9 @@ def test_reserve_falls_with_fade():
             sources=(sb.thermal.Source("linings", power),),
             linings="linings",
         )
-        law = sb.friction.ProductFriction(sb.ConstantFriction(f, STATIC), (sb.LinearFade(slope, 300.0),))
+        law = sb.friction.ProductFriction(
+            sb.ConstantFriction(f, STATIC), (sb.LinearFade(slope, 300.0),)
+        )
         return held(load, sb.Constant(T0), law, heat=heat)
 
     def reserve(x, t):
@@ -161,8 +201,12 @@ def test_reserve_falls_with_fade():
 
     x = jnp.asarray([M, F, 1e5 / 4])
     result = sb.simulate(scene(np.asarray(x)))
-    np.testing.assert_allclose(result.series(TIMES).holding_reserve, reserve(np.asarray(x), TIMES), rtol=1e-9)
-    value, slopes = jax.value_and_grad(lambda x: sb.simulate(scene(x), max_steps=256).min_holding_reserve.value)(x)
+    np.testing.assert_allclose(
+        result.series(TIMES).holding_reserve, reserve(np.asarray(x), TIMES), rtol=1e-9
+    )
+    value, slopes = jax.value_and_grad(
+        lambda x: sb.simulate(scene(x), max_steps=256).min_holding_reserve.value
+    )(x)
     expected, truth = jax.value_and_grad(lambda x: reserve(x, 4.0))(x)
     np.testing.assert_allclose(value, expected, rtol=1e-9)
     np.testing.assert_allclose(slopes, truth, rtol=1e-7)
@@ -171,12 +215,16 @@ def test_reserve_falls_with_fade():
 @pytest.mark.slow
 def test_reserve_of_disc_and_shoes():
     disc = sb.simulate(disc_scene())
-    assert disc.metrics["min_holding_reserve"] == pytest.approx(RATIO * TORQUE / LOAD, rel=1e-12)
+    assert disc.metrics["min_holding_reserve"] == pytest.approx(
+        RATIO * TORQUE / LOAD, rel=1e-12
+    )
     for load in (60.0, -60.0):
         shoes = sb.simulate(shoe_scene(omega=0.0, load=load, end=1.0))
         f = 1.1 * FRICTION
         capacity = 0.150 * f * np.sum(normals(f, back=load < 0))
-        assert shoes.metrics["min_holding_reserve"] == pytest.approx(capacity / 60.0, rel=1e-9)
+        assert shoes.metrics["min_holding_reserve"] == pytest.approx(
+            capacity / 60.0, rel=1e-9
+        )
 
 
 @pytest.mark.slow
@@ -188,46 +236,109 @@ def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
     ratio = 1.2
 
     def changed(f, factor):
-        change = sb.friction.FrictionChange(sb.PiecewiseLinear([0.0, 1.0], [factor, factor]))
+        change = sb.friction.FrictionChange(
+            sb.PiecewiseLinear([0.0, 1.0], [factor, factor])
+        )
         return sb.friction.ChangingFriction(sb.ConstantFriction(f, ratio), (change,))
 
-    laws = {"law": changed(staged.F_EXT / wet, wet), "inner": changed(f_int / oiled, oiled)}
+    laws = {
+        "law": changed(staged.F_EXT / wet, wet),
+        "inner": changed(f_int / oiled, oiled),
+    }
     scene = staged.stop(lever=sb.Constant(T_0), load=load, w0=0.0, end=1.0, **laws)
     z = math.tan(staged.BETA / 2)
     s = math.sin(staged.BETA / 2)
-    mu = np.full(staged.N, (1 + ratio * staged.F_EXT * z) / (1 - ratio * staged.F_EXT * z))
+    mu = np.full(
+        staged.N, (1 + ratio * staged.F_EXT * z) / (1 - ratio * staged.F_EXT * z)
+    )
 
     def grip(T_n):
         T = staged.tensions(T_0, T_n, mu)
-        return staged.R * ratio * f_int * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+        return (
+            staged.R
+            * ratio
+            * f_int
+            * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+        )
 
     most = T_0 * np.prod(mu)
     outer = staged.R_B * (most - T_0)
     inner = grip(most)
-    if inner < outer:  # the band holds what slides in the bandage with less than its limit
-        inner = grip(brentq(lambda T_n: staged.R_B * (T_n - T_0) - grip(T_n), T_0, most, xtol=1e-10))
+    if (
+        inner < outer
+    ):  # the band holds what slides in the bandage with less than its limit
+        inner = grip(
+            brentq(
+                lambda T_n: staged.R_B * (T_n - T_0) - grip(T_n), T_0, most, xtol=1e-10
+            )
+        )
     found = sb.simulate(scene).metrics["min_holding_reserve"]
     assert found == pytest.approx(min(outer, inner) / load, rel=1e-9)
 
 
-# --- the lever that is let go, and the load that breaks away ----------------------------------------------------------
+# --- the lever that is let go, and the load that breaks away ------------------------
 
-CASES = {  # lever (s, times T0), factor of friction and load (times M) from 2 s on: minimum, when; at T0 it is `FULL`
+# lever (s, times T0), factor of friction and load (times M) from 2 s on: minimum, when;
+# at T0 it is `FULL`
+CASES = {
     "let go slowly": (([0.0, 1.0, 3.0, 3.8], [0.9, 1.0, 1.0, 0.0]), 1.0, 1.0, 0.9, 0.0),
-    "let go at once": (([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.0]), 1.0, 1.0, 1.0, 0.0),
-    "dropped, but not open": (([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.1]), 1.0, 1.0, 0.1, 3.0),
-    "eased, and held": (([0.0, 1.0, 3.0, 3.5], [1.0, 1.0, 1.0, 0.8]), 1.0, 1.0, 0.8, 3.5),
-    "let go in two steps": (([0.0, 1.0, 1.5, 3.5], [1.0, 1.0, 0.7, 0.0]), 1.0, 1.0, 1.0, 0.0),
-    "oil, and let go": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 0.8, 1.0, None, 2.0),
-    "oil that lets it go": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 0.2, 1.0, None, 2.0),
-    "a load too heavy": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 1.0, 3.0, 1 / 3, 2.0),
+    "let go at once": (
+        ([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.0]),
+        1.0,
+        1.0,
+        1.0,
+        0.0,
+    ),
+    "dropped, but not open": (
+        ([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.1]),
+        1.0,
+        1.0,
+        0.1,
+        3.0,
+    ),
+    "eased, and held": (
+        ([0.0, 1.0, 3.0, 3.5], [1.0, 1.0, 1.0, 0.8]),
+        1.0,
+        1.0,
+        0.8,
+        3.5,
+    ),
+    "let go in two steps": (
+        ([0.0, 1.0, 1.5, 3.5], [1.0, 1.0, 0.7, 0.0]),
+        1.0,
+        1.0,
+        1.0,
+        0.0,
+    ),
+    "oil, and let go": (
+        ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]),
+        0.8,
+        1.0,
+        None,
+        2.0,
+    ),
+    "oil that lets it go": (
+        ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]),
+        0.2,
+        1.0,
+        None,
+        2.0,
+    ),
+    "a load too heavy": (
+        ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]),
+        1.0,
+        3.0,
+        1 / 3,
+        2.0,
+    ),
 }
 
 
 def one_case(lever, factor, load):
     times, values = lever
     law = sb.friction.ChangingFriction(
-        sb.ConstantFriction(F, STATIC), (sb.friction.FrictionChange(sb.PiecewiseLinear([2.0, 2.0], [1.0, factor])),)
+        sb.ConstantFriction(F, STATIC),
+        (sb.friction.FrictionChange(sb.PiecewiseLinear([2.0, 2.0], [1.0, factor])),),
     )
     scene = held(M, sb.PiecewiseLinear(times, T0 * jnp.asarray(values)), law)
     steps = sb.TorqueLoad(sb.PiecewiseLinear([2.0, 2.0], [M, load * M]))
@@ -250,13 +361,17 @@ def test_reserve_derivatives_at_break_away():
     lever = ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0])
 
     def least(x):
-        return sb.simulate(one_case((lever[0], x[0] * jnp.asarray(lever[1])), x[1], 1.0), max_steps=256)
+        return sb.simulate(
+            one_case((lever[0], x[0] * jnp.asarray(lever[1])), x[1], 1.0), max_steps=256
+        )
 
     def truth(x):
         return R * x[0] * T0 * (capstan(STATIC * F * x[1]) - 1) / M
 
     for factor in (0.2, 0.8):
         x = jnp.asarray([1.0, factor])
-        value, slopes = jax.value_and_grad(lambda x: least(x).min_holding_reserve.value)(x)
+        value, slopes = jax.value_and_grad(
+            lambda x: least(x).min_holding_reserve.value
+        )(x)
         np.testing.assert_allclose(value, truth(x), rtol=1e-9)
         np.testing.assert_allclose(slopes, jax.grad(truth)(x), rtol=1e-7)

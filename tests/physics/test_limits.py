@@ -1,4 +1,5 @@
-"""Limits of a scene: marks of the log, verdict and scene files; a run does not depend on them."""
+"""Limits of a scene: marks of the log, verdict and scene files; a run does not depend
+on them."""
 
 import dataclasses
 
@@ -17,13 +18,24 @@ INERTIA = 1200.0
 
 def falling(**limits):
     """A load that falls freely under an open brake until the lever acts at 0.5 s."""
-    brake = sb.Brake(sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
-    duty = sb.Duty(sb.ramp(0.0, 40e3, 0.5, 1.0), sb.HookLoad(MASS, DRUM, LINES, gravity=9.81))
-    return sb.Scene(brake, duty, sb.Initial(10.0), 12.0, limits=sb.Limits(**limits) if limits else None)
+    brake = sb.Brake(
+        sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
+    )
+    duty = sb.Duty(
+        sb.ramp(0.0, 40e3, 0.5, 1.0), sb.HookLoad(MASS, DRUM, LINES, gravity=9.81)
+    )
+    return sb.Scene(
+        brake,
+        duty,
+        sb.Initial(10.0),
+        12.0,
+        limits=sb.Limits(**limits) if limits else None,
+    )
 
 
 def test_overspeed_of_free_fall():
-    """`ω = ω_0 + M t/(J + m (R/z)²)` passes its limit on the way up, and is not told again on the way down."""
+    """`ω = ω_0 + M t/(J + m (R/z)²)` passes its limit on the way up, and is not told
+    again on the way down."""
     arm = DRUM / LINES
     rate = MASS * 9.81 * arm / (INERTIA + MASS * arm**2)
     result = sb.simulate(falling(max_drum_speed=14.0))
@@ -37,25 +49,37 @@ def test_overspeed_of_free_fall():
 
 def test_limits_change_no_run():
     """The same bits with and without, and no event where the limit is not reached."""
-    free, limited = (sb.simulate(one) for one in (falling(), falling(max_drum_speed=99.0, max_tension="1 MN")))
+    free, limited = (
+        sb.simulate(one)
+        for one in (falling(), falling(max_drum_speed=99.0, max_tension="1 MN"))
+    )
     assert not limited.events["overspeed"]
-    assert jax.tree.all(jax.tree.map(np.array_equal, free.record.rows, limited.record.rows))
+    assert jax.tree.all(
+        jax.tree.map(np.array_equal, free.record.rows, limited.record.rows)
+    )
 
 
 def test_limits_of_temperatures():
-    """A limit in the scene has the event that the permissible value of the heat part has, at the same time."""
+    """A limit in the scene has the event that the permissible value of the heat part
+    has, at the same time."""
     scene = hs.rigid_stop(hs.fading(), hs.lump())
     hottest = sb.simulate(scene)["peak_rim_temperature"]
     most = 0.5 * (hottest + 293.15)
     own = sb.with_values(scene, {"heat.permissible_rim": most})
     here = dataclasses.replace(scene, limits=sb.Limits(peak_rim_temperature=most))
-    times = [sb.simulate(one).events["permissible_rim_temperature"].times for one in (own, here)]
+    times = [
+        sb.simulate(one).events["permissible_rim_temperature"].times
+        for one in (own, here)
+    ]
     assert times[0] == times[1]
     assert len(times[0]) == 1
 
 
 def test_limits_in_a_scene_file():
-    text = sb.files.scene_text(falling()) + '\n[limits]\nmax_drum_speed = "133.7 rpm"\nmax_tension = "90 kN"\n'
+    text = (
+        sb.files.scene_text(falling())
+        + '\n[limits]\nmax_drum_speed = "133.7 rpm"\nmax_tension = "90 kN"\n'
+    )
     scene = sb.files.scene_from_text(text)
     assert float(scene.limits.max_drum_speed) == pytest.approx(133.7 * np.pi / 30)
     again = sb.files.scene_from_text(sb.files.scene_text(scene))
@@ -67,10 +91,16 @@ def test_limits_in_a_scene_file():
 
 
 def test_limit_of_an_energy():
-    """In a scene file, in Python and by `--limit` it is one limit, with the same verdict and warning."""
-    text = sb.files.scene_text(falling()) + '\n[limits]\nenergy.friction_heat = "1 kJ"\n'
+    """In a scene file, in Python and by `--limit` it is one limit, with the same
+    verdict and warning."""
+    text = (
+        sb.files.scene_text(falling()) + '\n[limits]\nenergy.friction_heat = "1 kJ"\n'
+    )
     scene = sb.files.scene_from_text(text)
-    assert sb.files.scene_from_text(sb.files.scene_text(scene)).limits.given == scene.limits.given
+    assert (
+        sb.files.scene_from_text(sb.files.scene_text(scene)).limits.given
+        == scene.limits.given
+    )
     own = sb.simulate(falling(energy={"friction_heat": "1 kJ"}))
     (row,) = [row for row in own.verdict().rows if row.name == "Energy: friction heat"]
     assert (row.limit, row.state) == ("≤ 1 kJ", "exceeded")
@@ -82,22 +112,32 @@ def test_limit_of_an_energy():
 
 def test_limits_of_an_explanation():
     """A limit given to `explain` has its event, as one of the scene."""
-    said = sb.results.explain(sb.simulate(falling()), limits={"max_drum_speed": 14.0}, influence=False)
+    said = sb.results.explain(
+        sb.simulate(falling()), limits={"max_drum_speed": 14.0}, influence=False
+    )
     (time,) = sb.simulate(falling(max_drum_speed=14.0)).events["overspeed"].times
-    assert f"Maximum speed of the drum is exceeded, first at {time:.6g} s: " in said["limits"].text
+    assert (
+        f"Maximum speed of the drum is exceeded, first at {time:.6g} s: "
+        in said["limits"].text
+    )
     assert said["outcome"].numbers["exceeded"] == 1
 
 
 def test_limit_of_zero():
     result = sb.simulate(falling(max_tension=0.0))
-    assert any("is above the allowable 0 N" in text for text in result.summary()["warnings"])
+    assert any(
+        "is above the allowable 0 N" in text for text in result.summary()["warnings"]
+    )
 
 
 @pytest.mark.slow
 def test_drum_speed_derivative():
-    """No torque depends on the speed: the whole course shifts with the initial speed, and so does its maximum."""
+    """No torque depends on the speed: the whole course shifts with the initial speed,
+    and so does its maximum."""
 
     def top(omega):
-        return sb.simulate(sb.with_values(falling(), {"initial.omega": omega})).max_drum_speed.value
+        return sb.simulate(
+            sb.with_values(falling(), {"initial.omega": omega})
+        ).max_drum_speed.value
 
     assert float(jax.grad(top)(10.0)) == pytest.approx(1.0, rel=1e-9)

@@ -1,4 +1,5 @@
-"""The life of the linings: closed forms, steps of many brakings beside one after the other, turning the band."""
+"""The life of the linings: closed forms, steps of many brakings beside one after the
+other, turning the band."""
 
 import dataclasses
 import json
@@ -18,13 +19,16 @@ LIMIT = 8e-3
 
 
 def dragged(speed=None, k=1.5e-11, **wear):
-    """A load that drives on while the lever comes: what delays the lever makes every braking longer."""
+    """A load that drives on while the lever comes: what delays the lever makes every
+    braking longer."""
     scene = ws.stop(sb.Wear(k, permissible=LIMIT, take_up_speed=speed, **wear), end=6.0)
     lever = sb.PiecewiseLinear([0.2, 0.6], [200.0, ws.T0])
-    return dataclasses.replace(scene, duty=sb.Duty(lever, sb.TorqueLoad(sb.Constant(2000.0))))
+    return dataclasses.replace(
+        scene, duty=sb.Duty(lever, sb.TorqueLoad(sb.Constant(2000.0)))
+    )
 
 
-# --- without feedback -------------------------------------------------------------------------------------------------
+# --- without feedback ---------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -42,9 +46,12 @@ def test_life_is_that_of_the_tight_lining(braking):
     np.testing.assert_allclose(life.each, LIMIT / w, rtol=1e-12)
     np.testing.assert_allclose(life.worn, LIMIT * w / w.max(), rtol=1e-12)
     assert life.over_mean[-1] == pytest.approx(float(braking.wear_over_mean), rel=1e-12)
-    assert life.over_least[0] == pytest.approx(float(braking.wear_over_least), rel=1e-12)
+    assert life.over_least[0] == pytest.approx(
+        float(braking.wear_over_least), rel=1e-12
+    )
     assert life.used == pytest.approx(w.mean() / w.max(), rel=1e-12)
-    # what is worn before, and a permissible wear of one's own, per lining and with a unit
+    # what is worn before, and a permissible wear of one's own, per lining and with a
+    # unit
     worn = np.array([0.0, 1e-3, 0.0, 2e-3])
     early = sb.lining_life(sb.with_values(braking.scene, {"wear.worn": worn}), "6 mm")
     np.testing.assert_allclose(early.each, (6e-3 - worn) / w, rtol=1e-12)
@@ -63,11 +70,15 @@ def test_best_turn_is_at_half_of_the_life(braking):
     third = life.unturned / 3
     early = sb.lining_life(braking, turn_at=third)
     assert early.first == 1
-    assert early.brakings == pytest.approx(third + (LIMIT - third * w[0]) / w[-1], rel=1e-12)
+    assert early.brakings == pytest.approx(
+        third + (LIMIT - third * w[0]) / w[-1], rel=1e-12
+    )
     there_and_back = sb.lining_life(braking, turn_at=[third, 2 * third])
     assert there_and_back.first == 4
     np.testing.assert_allclose(
-        there_and_back.worn[0], third * w[3] + (there_and_back.brakings - third) * w[0], rtol=1e-9
+        there_and_back.worn[0],
+        third * w[3] + (there_and_back.brakings - third) * w[0],
+        rtol=1e-9,
     )
     never = sb.lining_life(braking, turn_at=10 * third)
     assert never.turned_at == ()
@@ -77,14 +88,24 @@ def test_best_turn_is_at_half_of_the_life(braking):
 def test_what_goes_with_a_turned_band():
     law = sb.friction.ProductFriction(
         sb.ConstantFriction(np.array([0.3, 0.28, 0.33, 0.25])),
-        (sb.friction.TabulatedFade([300.0, 400.0, 500.0, 600.0], [1.0, 0.9, 0.8, 0.7]),),
+        (
+            sb.friction.TabulatedFade(
+                [300.0, 400.0, 500.0, 600.0], [1.0, 0.9, 0.8, 0.7]
+            ),
+        ),
     )
     wear = sb.Wear(np.arange(1.0, 5.0) * 1e-14, worn=[1e-3, 2e-3, 3e-3, 4e-3])
     scene = ws.stop(wear, ws.lumps(), np.radians([40.0, 50.0, 60.0, 70.0]), law=law)
     turned = sb.studies.turned_scene(scene)
-    np.testing.assert_allclose(np.degrees(turned.brake.linings.angle), [70.0, 60.0, 50.0, 40.0])
-    np.testing.assert_allclose(turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3])
-    np.testing.assert_allclose(turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7])  # a table
+    np.testing.assert_allclose(
+        np.degrees(turned.brake.linings.angle), [70.0, 60.0, 50.0, 40.0]
+    )
+    np.testing.assert_allclose(
+        turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3]
+    )
+    np.testing.assert_allclose(
+        turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7]
+    )  # a table
     np.testing.assert_allclose(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
     again = sb.studies.turned_scene(turned)
     assert sb.files.scene_text(again) == sb.files.scene_text(scene)
@@ -93,12 +114,17 @@ def test_what_goes_with_a_turned_band():
 
 
 def test_equal_loads_of_z_level_the_wear(braking):
-    """`N_n/N_1 = μ^(n−1)` for the uniform pitch, 1 for equal loads, over the whole life; and the gain in brakings."""
+    """`N_n/N_1 = μ^(n−1)` for the uniform pitch, 1 for equal loads, over the whole
+    life; and the gain in brakings."""
     angle = np.asarray(sb.layouts.equal_load_angles(ws.F, ws.N, ws.N * ws.BETA).angle)
     fz = ws.F * math.tan(ws.BETA / 2)
     factor = ((1 + fz) / (1 - fz)) ** (ws.N - 1)
     uniform, level = (
-        sb.lining_life(one) for one in (braking, sb.with_values(braking.scene, {"brake.linings.angle": angle}))
+        sb.lining_life(one)
+        for one in (
+            braking,
+            sb.with_values(braking.scene, {"brake.linings.angle": angle}),
+        )
     )
     np.testing.assert_allclose(uniform.over_least / level.over_least, factor, rtol=1e-9)
     np.testing.assert_allclose(level.over_least, 1.0, rtol=1e-9)
@@ -110,18 +136,25 @@ def test_equal_loads_of_z_level_the_wear(braking):
     assert level.brakings / uniform.brakings == pytest.approx(gain, rel=1e-9)
 
 
-# --- with feedback ----------------------------------------------------------------------------------------------------
+# --- with feedback ------------------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_worn_brake_has_a_smaller_circle(braking):
-    """`R_b' = R_b − h̄`; without load the distance and the wear of a braking stay, and the stop takes longer."""
+    """`R_b' = R_b − h̄`; without load the distance and the wear of a braking stay, and
+    the stop takes longer."""
     h = np.array([1e-3, 2e-3, 3e-3, 6e-3])
     scene = sb.with_values(braking.scene, {"brake.band.radius": 0.65})
-    fresh = sb.simulate(eqx.tree_at(lambda s: s.wear, scene, sb.Wear(ws.K, worn=h, geometry=True)))
-    assert float(fresh.record.system.mechanism.radius) == pytest.approx(0.65 - h.mean(), rel=1e-14)
+    fresh = sb.simulate(
+        eqx.tree_at(lambda s: s.wear, scene, sb.Wear(ws.K, worn=h, geometry=True))
+    )
+    assert float(fresh.record.system.mechanism.radius) == pytest.approx(
+        0.65 - h.mean(), rel=1e-14
+    )
     alpha = ws.T0 * (ws.statics()[0][-1] - 1) / ws.J
-    assert float(fresh.stopping_time) == pytest.approx(ws.W0 / (alpha * (0.65 - h.mean())), rel=1e-10)
+    assert float(fresh.stopping_time) == pytest.approx(
+        ws.W0 / (alpha * (0.65 - h.mean())), rel=1e-10
+    )
     np.testing.assert_allclose(fresh.worn_thickness, braking.worn_thickness, rtol=1e-9)
     slow = dragged(0.05, worn=h)
     late = float(np.sum(h) * ws.BETA / 0.05)
@@ -130,11 +163,16 @@ def test_worn_brake_has_a_smaller_circle(braking):
     prompt = dataclasses.replace(dragged(), initial=sb.Initial(ws.W0, time=0.0))
     moved = sb.simulate(slow)
     by_hand = dataclasses.replace(
-        prompt.duty, slack_tension=sb.PiecewiseLinear([0.2 + late, 0.6 + late], [200.0, ws.T0])
+        prompt.duty,
+        slack_tension=sb.PiecewiseLinear([0.2 + late, 0.6 + late], [200.0, ws.T0]),
     )
     expected = sb.simulate(dataclasses.replace(prompt, duty=by_hand))
-    assert float(moved.stopping_time) == pytest.approx(float(expected.stopping_time), rel=1e-12)
-    np.testing.assert_allclose(moved.worn_thickness, expected.worn_thickness, rtol=1e-10)
+    assert float(moved.stopping_time) == pytest.approx(
+        float(expected.stopping_time), rel=1e-12
+    )
+    np.testing.assert_allclose(
+        moved.worn_thickness, expected.worn_thickness, rtol=1e-10
+    )
 
 
 def test_worn_linings_in_the_heat_part():
@@ -145,10 +183,14 @@ def test_worn_linings_in_the_heat_part():
         heat,
         bodies=(*heat.bodies, sb.thermal.Lump("band", 1e4)),
         links=(sb.thermal.Conductance("linings", "band", 3.0),),
-        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.9)),
+        friction=sb.thermal.FrictionHeat(
+            "rim", "linings", sb.thermal.ConstantPartition(0.9)
+        ),
     )
     worn = sb.studies.worn_scene(ws.stop(wear, heat)).heat
-    np.testing.assert_allclose(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14)
+    np.testing.assert_allclose(
+        worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14
+    )
     np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
     # insulated walls: they store a tenth of the friction's heat in what is left of them
     steel = sb.material("steel_20L")
@@ -168,25 +210,37 @@ def test_worn_linings_in_the_heat_part():
         )
         result = sb.simulate(ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered))
         (wall,) = (body for body in layered.bodies if body.name == "lining")
-        rise = (np.asarray(result.end_temperatures)[-5 * each :].reshape(each, 5) - sb.thermal.ROOM) @ np.asarray(
-            wall.steps
-        )
+        rise = (
+            np.asarray(result.end_temperatures)[-5 * each :].reshape(each, 5)
+            - sb.thermal.ROOM
+        ) @ np.asarray(wall.steps)
         depth = np.sum(rise / 0.03 * left) * float(wall.area)
         stored = float(lining.density * lining.specific_heat) * depth
-        assert stored == pytest.approx(0.1 * float(result.energy["friction_heat"]), rel=1e-8)
-    table = sb.thermal.TransmissionPartition([300.0], [8.0], [8.0], [12.0], [1e-5], lining_thickness=0.03)
-    partition = dataclasses.replace(layered, friction=dataclasses.replace(layered.friction, partition=table))
-    seen = sb.studies.worn_scene(ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)).heat.friction.partition
+        assert stored == pytest.approx(
+            0.1 * float(result.energy["friction_heat"]), rel=1e-8
+        )
+    table = sb.thermal.TransmissionPartition(
+        [300.0], [8.0], [8.0], [12.0], [1e-5], lining_thickness=0.03
+    )
+    partition = dataclasses.replace(
+        layered, friction=dataclasses.replace(layered.friction, partition=table)
+    )
+    seen = sb.studies.worn_scene(
+        ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)
+    ).heat.friction.partition
     assert float(seen.lining_thickness) == pytest.approx(0.03 - h.mean(), rel=1e-14)
 
 
 def test_a_step_of_many_stops_by_its_formula():
-    """`h(Δ) = ½ [(Δ + 1) w(0) + (Δ − 1) w(Δ w(0))]`; at the end the first lining has lost all that it may lose."""
+    """`h(Δ) = ½ [(Δ + 1) w(0) + (Δ − 1) w(Δ w(0))]`; at the end the first lining has
+    lost all that it may lose."""
     scene = dragged(0.03)
     step = 20.0
 
     def wear(worn):
-        return np.asarray(sb.simulate(sb.with_values(scene, {"wear.worn": worn})).worn_thickness)
+        return np.asarray(
+            sb.simulate(sb.with_values(scene, {"wear.worn": worn})).worn_thickness
+        )
 
     first = wear(np.zeros(4))
     life = sb.lining_life(scene, step=step)
@@ -202,42 +256,69 @@ def test_large_steps_match_single_brakings():
     scene = dragged(0.03)
     one_by_one = sb.lining_life(scene, step=1)
     life = sb.lining_life(scene)
-    assert one_by_one.history.per_braking[-1, 3] > 1.1 * one_by_one.history.per_braking[0, 3]  # feedback matters
+    assert (
+        one_by_one.history.per_braking[-1, 3]
+        > 1.1 * one_by_one.history.per_braking[0, 3]
+    )  # feedback matters
     assert life.runs < one_by_one.runs / 2
     assert life.brakings == pytest.approx(one_by_one.brakings, rel=2e-4)
     sharp = sb.lining_life(scene, tolerance=1e-4)
-    assert abs(sharp.brakings - one_by_one.brakings) < abs(life.brakings - one_by_one.brakings)
+    assert abs(sharp.brakings - one_by_one.brakings) < abs(
+        life.brakings - one_by_one.brakings
+    )
     np.testing.assert_allclose(sharp.worn, one_by_one.worn, rtol=1e-4)
     # one after the other is the recursion itself
     h = np.zeros(4)
     for _ in range(3):
-        h = h + np.asarray(sb.simulate(sb.with_values(scene, {"wear.worn": h})).worn_thickness)
+        h = h + np.asarray(
+            sb.simulate(sb.with_values(scene, {"wear.worn": h})).worn_thickness
+        )
     np.testing.assert_allclose(one_by_one.history.worn[3], h, rtol=1e-9)
     turned = sb.lining_life(scene, turn_at="best")
-    around = [sb.lining_life(scene, turn_at=turned.turned_at[0] * x).brakings for x in (0.97, 1.03)]
+    around = [
+        sb.lining_life(scene, turn_at=turned.turned_at[0] * x).brakings
+        for x in (0.97, 1.03)
+    ]
     assert turned.brakings > max(around)
     assert turned.gain > 1.3
 
 
-# --- faults, command, picture, programme ------------------------------------------------------------------------------
+# --- faults, command, picture, programme --------------------------------------------
 
 
 def test_what_cannot_be_worn_is_said(braking):
     scene = braking.scene
     for wrong, words in (
-        ({"run": ws.stop(None)}, "wear: is missing — give the scene a `Wear`, a file [wear] with rate = 1e-14"),
-        ({"run": sb.with_values(scene, {"wear.permissible": None})}, "give the permissible wear depth"),
+        (
+            {"run": ws.stop(None)},
+            "wear: is missing — give the scene a `Wear`, a file [wear] with rate = 1e-14",
+        ),
+        (
+            {"run": sb.with_values(scene, {"wear.permissible": None})},
+            "give the permissible wear depth",
+        ),
         ({"permissible": "8 mm", "turn_at": [5.0, 3.0]}, "do not increase"),
         ({"turn_at": "soon"}, "is not a number of stops"),
         ({"step": 0.5}, "at least 1"),
         ({"run": sb.with_values(scene, {"wear.worn": 9e-3})}, "worn already"),
         ({"run": sb.with_values(scene, {"initial.omega": 0.0})}, "no lining wears"),
         (
-            {"run": ws.wearing(staged_scenes.stop(), sb.Wear(1e-14, permissible=1e-3)), "turn_at": 5},
+            {
+                "run": ws.wearing(
+                    staged_scenes.stop(), sb.Wear(1e-14, permissible=1e-3)
+                ),
+                "turn_at": 5,
+            },
             "ride on the pulley",
         ),
-        ({"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True))}, "wear.heat: has no effect"),
-        ({"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True), ws.lumps())}, "wear.thickness: is missing"),
+        (
+            {"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True))},
+            "wear.heat: has no effect",
+        ),
+        (
+            {"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True), ws.lumps())},
+            "wear.thickness: is missing",
+        ),
     ):
         with pytest.raises(sb.InputError) as caught:
             sb.lining_life(**{"run": scene, **wrong})
@@ -248,7 +329,9 @@ def test_the_command_prints_the_life(braking, tmp_path, capsys):
     file = tmp_path / "stop.toml"
     sb.write_scene(braking.scene, file)
     with pytest.raises(SystemExit) as done:
-        main(["life", str(file), "--permissible", "6 mm", "--turn-at", "best", "--json"])
+        main(
+            ["life", str(file), "--permissible", "6 mm", "--turn-at", "best", "--json"]
+        )
     assert done.value.code == 0
     figures = json.loads(capsys.readouterr().out)
     w = np.asarray(braking.worn_thickness)
@@ -258,7 +341,10 @@ def test_the_command_prints_the_life(braking, tmp_path, capsys):
     with pytest.raises(SystemExit) as done:
         main(["life", str(file), "--out", str(tmp_path / "life")])
     assert done.value.code == 0
-    assert {path.name for path in (tmp_path / "life").iterdir()} == {"life.json", "wear.png"}
+    assert {path.name for path in (tmp_path / "life").iterdir()} == {
+        "life.json",
+        "wear.png",
+    }
     with pytest.raises(SystemExit) as done:
         main(["life", str(file), "--turn-at", "late"])
     assert done.value.code == 2
@@ -268,11 +354,17 @@ def test_the_picture_shows_the_life(braking):
     plain = sb.lining_life(braking)
     turned = sb.lining_life(braking, turn_at="best")
     figure = plot.wear({"as built": plain, "turned": turned})
-    along = [axes for axes in figure.get_axes() if "brake applications" in axes.get_title()]
+    along = [
+        axes for axes in figure.get_axes() if "brake applications" in axes.get_title()
+    ]
     last = along[0].lines[4]
     np.testing.assert_allclose(last.get_ydata(), 1e3 * plain.worn, rtol=1e-9)
     np.testing.assert_allclose(last.get_xdata(), [1, 2, 3, 4])
-    course = next(axes for axes in figure.get_axes() if axes.get_ylabel() == "worn off, mm" and axes not in along)
+    course = next(
+        axes
+        for axes in figure.get_axes()
+        if axes.get_ylabel() == "worn off, mm" and axes not in along
+    )
     most = course.lines[0]
     assert most.get_xdata()[-1] == pytest.approx(plain.brakings / 1e3)
     assert most.get_ydata()[-1] == pytest.approx(8.0)
@@ -289,17 +381,29 @@ def test_turning_the_band_in_a_programme():
     cycle = ("lower 10 m at 1.2 m/s", "brake to rest", "hold 5 s")
 
     def scene(*more):
-        return sb.programme_scene(brake, cycle + more, hook, pull=40e3, wear=sb.Wear(1e-14))
+        return sb.programme_scene(
+            brake, cycle + more, hook, pull=40e3, wear=sb.Wear(1e-14)
+        )
 
     plain = scene("repeat 3 times")
     turned = scene("turn the band after 1 cycle", "repeat 3 times")
-    np.testing.assert_array_equal(turned.wear.turned_after, [3])  # phases that have ended: three in a cycle
+    np.testing.assert_array_equal(
+        turned.wear.turned_after, [3]
+    )  # phases that have ended: three in a cycle
     every = scene("turn the band", "repeat 3 times")
     np.testing.assert_array_equal(every.wear.turned_after, [3, 6, 9])
     # all cycles are alike: after one of three it is the other end's turn
     w = np.asarray(sb.simulate(plain).worn_thickness) / 3
-    np.testing.assert_allclose(sb.simulate(turned).worn_thickness, w + 2 * w[::-1], rtol=1e-8)
+    np.testing.assert_allclose(
+        sb.simulate(turned).worn_thickness, w + 2 * w[::-1], rtol=1e-8
+    )
     with pytest.raises(sb.InputError, match="wear: is missing"):
         sb.programme_scene(brake, (*cycle, "turn the band"), hook, pull=40e3)
     with pytest.raises(sb.InputError, match="begins in motion"):
-        sb.programme_scene(brake, (cycle[0], "turn the band", *cycle[1:]), hook, pull=40e3, wear=sb.Wear(1e-14))
+        sb.programme_scene(
+            brake,
+            (cycle[0], "turn the band", *cycle[1:]),
+            hook,
+            pull=40e3,
+            wear=sb.Wear(1e-14),
+        )

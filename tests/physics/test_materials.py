@@ -1,4 +1,5 @@
-"""Materials by energy level: exchanged in a scene, estimated by hand, simulated by one program, shown."""
+"""Materials by energy level: exchanged in a scene, estimated by hand, simulated by one
+program, shown."""
 
 import dataclasses
 import math
@@ -12,12 +13,19 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-# --- the materials ----------------------------------------------------------------------------------------------------
+# --- the materials -------------------------------------------------------------------
 
 
 def test_numbers_of_the_library():
-    printed = {"steel_20L": 47.8, "magnesium_alloy": 79.1, "brass": 109.0, "aluminium_alloy": 163.0}  # V, table 1
-    assert {name: sb.formulas.rim_material(name).numbers["conductivity"] for name in printed} == printed
+    printed = {
+        "steel_20L": 47.8,
+        "magnesium_alloy": 79.1,
+        "brass": 109.0,
+        "aluminium_alloy": 163.0,
+    }  # V, table 1
+    assert {
+        name: sb.formulas.rim_material(name).numbers["conductivity"] for name in printed
+    } == printed
     for table, maker in (
         (sb.formulas.RIMS, sb.formulas.rim_material),
         (sb.formulas.LININGS, sb.formulas.lining_material),
@@ -26,15 +34,27 @@ def test_numbers_of_the_library():
             one = maker(name)
             assert set(one.numbers) == set(one.sources)
             assert all(one.sources.values())
-            assert all(entry.low <= entry.value <= entry.high for entry in entries.values()), name
-    assert "assum" in sb.formulas.rim_material("brass").sources["permissible_temperature"]
+            assert all(
+                entry.low <= entry.value <= entry.high for entry in entries.values()
+            ), name
+    assert (
+        "assum" in sb.formulas.rim_material("brass").sources["permissible_temperature"]
+    )
 
 
 def test_a_number_of_a_material_can_be_given():
-    bronze = sb.formulas.rim_material("brass", conductivity=60.0, young=1.1e11, permissible_temperature=600.0)
-    assert (float(bronze.thermal.conductivity), bronze.elastic.young, bronze.permissible) == (60.0, 1.1e11, 600.0)
+    bronze = sb.formulas.rim_material(
+        "brass", conductivity=60.0, young=1.1e11, permissible_temperature=600.0
+    )
+    assert (
+        float(bronze.thermal.conductivity),
+        bronze.elastic.young,
+        bronze.permissible,
+    ) == (60.0, 1.1e11, 600.0)
     assert bronze.sources["young"] == "given"
-    with pytest.raises(KeyError, match="no rim material 'wood'; there are: aluminium_alloy"):
+    with pytest.raises(
+        KeyError, match="no rim material 'wood'; there are: aluminium_alloy"
+    ):
         sb.formulas.rim_material("wood")
     with pytest.raises(KeyError, match="has no colour"):
         sb.formulas.lining_material("FK-24A", colour=1.0)
@@ -44,13 +64,17 @@ def test_a_number_of_a_material_can_be_given():
 
 def test_wear_of_lining_materials():
     law = sb.wear.ThresholdWear(2e-14, 500.0, 40e3)
-    cold, there, hot = (float(law(None, None, np.asarray(T))) for T in (300.0, 500.0, 650.0))
+    cold, there, hot = (
+        float(law(None, None, np.asarray(T))) for T in (300.0, 500.0, 650.0)
+    )
     assert (cold, there) == (2e-14, 2e-14)
-    assert hot == pytest.approx(2e-14 * math.exp(40e3 / 8.31446261815324 * (1 / 500 - 1 / 650)), rel=1e-14)
+    assert hot == pytest.approx(
+        2e-14 * math.exp(40e3 / 8.31446261815324 * (1 / 500 - 1 / 650)), rel=1e-14
+    )
     assert float(law(None, None, None)) == 2e-14
 
 
-# --- exchanged in a scene ---------------------------------------------------------------------------------------------
+# --- exchanged in a scene -----------------------------------------------------------
 
 
 def test_new_material_equals_a_scene_with_it():
@@ -66,15 +90,24 @@ def test_new_material_equals_a_scene_with_it():
 def test_shares_follow_if_of_materials():
     brass = sb.material("brass")
     other = sb.material("retinax")
-    given = sb.with_materials(whole_scene(sb.thermal.ConstantPartition(0.9)), brass, other).heat.friction.partition
+    given = sb.with_materials(
+        whole_scene(sb.thermal.ConstantPartition(0.9)), brass, other
+    ).heat.friction.partition
     assert float(given.metal) == 0.9
     flat = np.full(2, 10.0)
-    law = sb.thermal.TransmissionPartition(np.array([300.0, 400.0]), flat, flat, flat, flat * 1e-6)
+    law = sb.thermal.TransmissionPartition(
+        np.array([300.0, 400.0]), flat, flat, flat, flat * 1e-6
+    )
     changed = sb.with_materials(whole_scene(law), brass, other).heat.friction.partition
-    assert (float(changed.rim_conductivity), float(changed.lining_conductivity)) == (109.0, 0.6)
+    assert (float(changed.rim_conductivity), float(changed.lining_conductivity)) == (
+        109.0,
+        0.6,
+    )
     assert float(changed.surface_conductivity) == 1.02
     scene = whole_scene()
-    for a, b in zip(jax.tree.leaves(sb.with_materials(scene)), jax.tree.leaves(scene), strict=True):
+    for a, b in zip(
+        jax.tree.leaves(sb.with_materials(scene)), jax.tree.leaves(scene), strict=True
+    ):
         np.testing.assert_array_equal(a, b)
 
 
@@ -83,12 +116,13 @@ def test_scene_without_material_is_refused():
         sb.with_materials(stop_scene(), sb.material("brass"), sb.material("retinax"))
 
 
-# --- by hand ----------------------------------------------------------------------------------------------------------
+# --- by hand ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["steel_20L", "aluminium_alloy"])
 def test_a_stop_by_hand(name):
-    """Constant torque, no load: W = ½ J ω², and a half-space while no heat reaches the back."""
+    """Constant torque, no load: W = ½ J ω², and a half-space while no heat reaches the
+    back."""
     scene = stop_scene(C=None)
     table = compared([name], scene=scene)
     row = table.row(name)
@@ -119,16 +153,23 @@ def test_a_stop_by_hand(name):
         "bulk_end": ROOM + mean,
         "surface": ROOM + peak,
         "maximum": ROOM + peak + flash / 3,
-        "stress": -m.elastic.young * m.elastic.expansion / (1 - m.elastic.poisson) * (at_end - mean),
+        "stress": -m.elastic.young
+        * m.elastic.expansion
+        / (1 - m.elastic.poisson)
+        * (at_end - mean),
         "wear": 3e-14 * work * math.cos(half) / (0.35 * 0.75),
         "mass": rho * 0.05 * 1.05,
     }
     truth["stress_ratio"] = -truth["stress"] / m.elastic.permissible
     radius = float(scene.brake.pulley.radius)
     truth["inertia"] = truth["mass"] * (radius**2 + (radius - 0.05) ** 2) / 2
-    image = math.exp(-(0.05**2) / (a * tau)) + erfc(0.05 / math.sqrt(a * tau))  # what the back gives to the face
+    image = math.exp(-(0.05**2) / (a * tau)) + erfc(
+        0.05 / math.sqrt(a * tau)
+    )  # what the back gives to the face
     for key, value in truth.items():
-        scale = value - (ROOM if key in ("bulk", "bulk_end", "surface", "maximum") else 0.0)
+        scale = value - (
+            ROOM if key in ("bulk", "bulk_end", "surface", "maximum") else 0.0
+        )
         assert abs(row[key].value - value) <= (1e-12 + 2 * image) * abs(scale), key
     assert float(lining.conductivity) == 0.736
 
@@ -137,7 +178,8 @@ def test_estimates_match_the_estimate_table():
     row = compared(["brass"]).row("brass")
     m = sb.formulas.rim_material("brass")
     table = sb.estimates(
-        stop_scene(C=None), dataclasses.replace(DATA, rim=m.thermal, elastic=m.elastic, hardness=300e6)
+        stop_scene(C=None),
+        dataclasses.replace(DATA, rim=m.thermal, elastic=m.elastic, hardness=300e6),
     )
     for key, name in {
         "friction_work": "friction work",
@@ -150,24 +192,34 @@ def test_estimates_match_the_estimate_table():
         "effusivity_share": "heat partition coefficient, rim, effusivities",
     }.items():
         assert row[key].value == pytest.approx(table[name].value, rel=1e-13), key
-    # V's table has 48.85 W/(m·K): the rim's material hardly matters for the share by transmission
+    # V's table has 48.85 W/(m·K): the rim's material hardly matters for the share by
+    # transmission
     steel = compared(["steel_20L"]).row("steel_20L")["transmission_share"].value
-    assert steel == pytest.approx(table["heat partition coefficient, rim, transmission"].value, rel=1e-4)
+    assert steel == pytest.approx(
+        table["heat partition coefficient, rim, transmission"].value, rel=1e-4
+    )
 
 
 def test_maximum_work_in_closed_form():
-    """Surface of a half-space: rise ∝ q √τ ∝ W^(3/4) at given torques; at that work a pair is just admissible."""
-    stiffless = sb.formulas.rim_material("steel_20L", young=1.0, permissible_temperature=ROOM + 30.0)
+    """Surface of a half-space: rise ∝ q √τ ∝ W^(3/4) at given torques; at that work a
+    pair is just admissible."""
+    stiffless = sb.formulas.rim_material(
+        "steel_20L", young=1.0, permissible_temperature=ROOM + 30.0
+    )
     row = compared([stiffless]).row("steel_20L")
     rise = row["surface"].value - ROOM
-    assert row.greatest_work == pytest.approx(row["friction_work"].value * (30.0 / rise) ** (4 / 3), rel=1e-10)
+    assert row.greatest_work == pytest.approx(
+        row["friction_work"].value * (30.0 / rise) ** (4 / 3), rel=1e-10
+    )
     assert row.ends == "rim temperature"
     stressed = compared(["steel_20L"]).row("steel_20L")
     assert stressed.ends == "thermal stress"
     works = [f * stressed.greatest_work for f in (1 - 1e-6, 1.0, 1 + 1e-6)]
     table = compared(["steel_20L"], energy=works)
     found = [table.row("steel_20L", level=i) for i in range(3)]
-    assert [row["friction_work"].value for row in found] == pytest.approx(works, rel=1e-11)
+    assert [row["friction_work"].value for row in found] == pytest.approx(
+        works, rel=1e-11
+    )
     assert found[1]["stress_ratio"].value == pytest.approx(1.0, rel=1e-9)
     assert [row.admissible for row in (found[0], found[2])] == [True, False]
     assert found[2].fails == ("stress 1.00 × allowable stress",)
@@ -176,7 +228,9 @@ def test_maximum_work_in_closed_form():
 
 
 def test_rim_too_hot_at_start_leaves_nothing():
-    row = compared([sb.formulas.rim_material("brass", permissible_temperature=290.0)]).row("brass")
+    row = compared(
+        [sb.formulas.rim_material("brass", permissible_temperature=290.0)]
+    ).row("brass")
     assert (row.greatest_work, row.ends) == (0.0, "rim temperature")
     assert not row.admissible
 
@@ -184,7 +238,10 @@ def test_rim_too_hot_at_start_leaves_nothing():
 def test_levels_by_a_number_of_the_scene():
     table = compared(["brass"], energy={"initial.omega": [10.0, 30.0]})
     assert [row["friction_work"].value for row in table] == pytest.approx([4e4, 36e4])
-    assert [level.label for level in table.levels] == ["initial.omega = 10 rad/s", "initial.omega = 30 rad/s"]
+    assert [level.label for level in table.levels] == [
+        "initial.omega = 10 rad/s",
+        "initial.omega = 30 rad/s",
+    ]
     loaded = compared(["brass"], scene=stop_scene(C=None, load=2e3), energy=[1e5])
     assert loaded.row("brass")["friction_work"].value == pytest.approx(1e5, rel=1e-11)
 
@@ -196,12 +253,18 @@ def test_inertia_follows_the_mass_if_asked():
     lighter = 1.05 * 0.05 * (other.numbers["density"] - own.numbers["density"])
     inertia = J + lighter * (radius**2 + (radius - 0.05) ** 2) / 2
     table = compared([own, other], inertia=True)
-    assert [row["friction_work"].value for row in table] == pytest.approx([0.5 * J * W0**2, 0.5 * inertia * W0**2])
+    assert [row["friction_work"].value for row in table] == pytest.approx(
+        [0.5 * J * W0**2, 0.5 * inertia * W0**2]
+    )
 
 
 def test_ranking_has_admissible_pairs_first():
-    weak = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e6), name="weak")
-    strong = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e9), name="strong")
+    weak = dataclasses.replace(
+        sb.formulas.rim_material("steel_20L", permissible_stress=1e6), name="weak"
+    )
+    strong = dataclasses.replace(
+        sb.formulas.rim_material("steel_20L", permissible_stress=1e9), name="strong"
+    )
     table = compared([weak, strong])
     assert [row.rim for row in table.ranking()] == ["strong", "weak"]
     assert [row.admissible for row in table.ranking()] == [True, False]
@@ -228,6 +291,8 @@ def test_what_cannot_be_compared_is_said(options, word):
 
 def test_a_staged_brake_is_refused():
     scene = stop_scene(C=None)
-    brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
+    brake = dataclasses.replace(
+        scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1))
+    )
     with pytest.raises(sb.InputError, match="one friction pair"):
         compared(["brass"], scene=dataclasses.replace(scene, brake=brake))

@@ -13,7 +13,7 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-# --- simulated --------------------------------------------------------------------------------------------------------
+# --- simulated -----------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -35,34 +35,60 @@ def test_simulated_numbers_are_of_the_scene(simulated):
     heat = dataclasses.replace(scene.heat, bodies=(wall, *scene.heat.bodies[1:]))
     result = sb.simulate(dataclasses.replace(scene, heat=heat))
     series = result.series(np.linspace(0.0, float(result.stopping_time), 4001))
-    assert row["surface"].simulated == pytest.approx(float(np.max(series.rim_temperature)), abs=2e-4)
-    assert row["friction_work"].value == pytest.approx(float(series.friction_heat[-1]), rel=1e-9)
+    assert row["surface"].simulated == pytest.approx(
+        float(np.max(series.rim_temperature)), abs=2e-4
+    )
+    assert row["friction_work"].value == pytest.approx(
+        float(series.friction_heat[-1]), rel=1e-9
+    )
     assert row["share"].simulated == pytest.approx(0.95, rel=1e-9)
-    assert row["wear"].simulated is None  # the scene has no lining whose temperature were known
+    assert (
+        row["wear"].simulated is None
+    )  # the scene has no lining whose temperature were known
     assert row["mass"].simulated is None
 
 
 @pytest.mark.slow
 def test_estimates_and_runs_of_a_half_space(simulated):
-    """Closed forms for a face under falling flux; the air, layers of some thickness and the back take little from it.
+    """Closed forms for a face under falling flux; the air, layers of some thickness and
+    the back take little from it.
 
-    The estimated stress takes the face under the mean flux at the end: 3/√8 of its greatest rise.
+    The estimated stress takes the face under the mean flux at the end: 3/√8 of its
+    greatest rise.
     """
     for row in simulated:
         m = sb.formulas.rim_material(row.rim)
-        thermal = [float(x) for x in (m.thermal.conductivity, m.thermal.density, m.thermal.specific_heat)]
-        face, mean, difference = falling_flux(*thermal, 0.95 * 0.5 * J * W0**2, row["duration"].value)
+        thermal = [
+            float(x)
+            for x in (
+                m.thermal.conductivity,
+                m.thermal.density,
+                m.thermal.specific_heat,
+            )
+        ]
+        face, mean, difference = falling_flux(
+            *thermal, 0.95 * 0.5 * J * W0**2, row["duration"].value
+        )
         K = -m.elastic.young * m.elastic.expansion / (1 - m.elastic.poisson)
         for key, rise in (("surface", face), ("bulk_end", mean)):
-            assert row[key].value - ROOM == pytest.approx(rise, rel=1e-4), (row.rim, key)
-            assert row[key].simulated - ROOM == pytest.approx(rise, rel=5e-3), (row.rim, key)
-        assert row["stress"].value == pytest.approx(K * (3 / math.sqrt(8) * face - mean), rel=1e-4)
+            assert row[key].value - ROOM == pytest.approx(rise, rel=1e-4), (
+                row.rim,
+                key,
+            )
+            assert row[key].simulated - ROOM == pytest.approx(rise, rel=5e-3), (
+                row.rim,
+                key,
+            )
+        assert row["stress"].value == pytest.approx(
+            K * (3 / math.sqrt(8) * face - mean), rel=1e-4
+        )
         assert row["stress"].simulated == pytest.approx(K * difference, rel=5e-3)
 
 
 @pytest.mark.slow
 def test_one_run_without_heat_and_mean_wear():
-    """Mean wear by hand against the integral over the run, for a constant coefficient."""
+    """Mean wear by hand against the integral over the run, for a constant
+    coefficient."""
     scene = stop_scene(C=None)
     cold = sb.formulas.lining_material("FK-24A", wear_activation=0.0)
     table = compared(["brass", "cast_iron"], [cold], scene=scene, run=True)
@@ -71,12 +97,16 @@ def test_one_run_without_heat_and_mean_wear():
     assert table.row("brass")["surface"].simulated is None
     n = scene.brake.linings.count
     linings = dataclasses.replace(scene.brake.linings, area=np.asarray(0.75 / n))
-    result = sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
+    result = sb.simulate(
+        dataclasses.replace(
+            scene, brake=dataclasses.replace(scene.brake, linings=linings)
+        )
+    )
     mean = float(np.mean(np.asarray(sb.results.lining_wear(result, 3e-14))))
     assert table.row("brass")["wear"].value == pytest.approx(mean, rel=1e-9)
 
 
-# --- shown ------------------------------------------------------------------------------------------------------------
+# --- shown --------------------------------------------------------------------------
 
 
 def test_table_its_numbers_and_labelled_data():
@@ -107,14 +137,22 @@ def test_the_chart_shows_every_number(simulated):
     assert hot > 100 * cold > 0
     assert sb.formulas.figures.materials(apart).axes[2].get_xscale() == "log"
     widths = sorted(bar.get_width() for bar in axes[1].patches)
-    ratios = sorted(table.row(rim, level=i)["stress_ratio"].value for rim in ("steel_20L", "brass") for i in (0, 1))
+    ratios = sorted(
+        table.row(rim, level=i)["stress_ratio"].value
+        for rim in ("steel_20L", "brass")
+        for i in (0, 1)
+    )
     assert widths == pytest.approx(ratios)
     assert sum(bar.get_hatch() is not None for bar in axes[1].patches) == sum(
         not row.admissible for row in table if row.lining == "FK-24A"
     )
     run = sb.formulas.figures.materials(simulated).axes[0]
-    dots = sorted(float(line.get_xdata()[0]) for line in run.lines if line.get_marker() == "D")
-    assert dots == pytest.approx(sorted(row["surface"].simulated - 273.15 for row in simulated))
+    dots = sorted(
+        float(line.get_xdata()[0]) for line in run.lines if line.get_marker() == "D"
+    )
+    assert dots == pytest.approx(
+        sorted(row["surface"].simulated - 273.15 for row in simulated)
+    )
 
 
 def call(capsys, *arguments):
@@ -126,9 +164,19 @@ def call(capsys, *arguments):
 
 def test_the_command(capsys, scenarios, tmp_path, monkeypatch, drawn):
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
-    command = ["materials", str(scenarios / "u2_5_5_stop.toml"), "--no-run", "--rim", "brass", "--rim", "cast_iron"]
+    command = [
+        "materials",
+        str(scenarios / "u2_5_5_stop.toml"),
+        "--no-run",
+        "--rim",
+        "brass",
+        "--rim",
+        "cast_iron",
+    ]
     picture = tmp_path / "materials.png"
-    code, out, _ = call(capsys, *command, "--energy", "400 kJ, 0.8 MJ", "-o", str(picture))
+    code, out, _ = call(
+        capsys, *command, "--energy", "400 kJ, 0.8 MJ", "-o", str(picture)
+    )
     assert code == 0
     assert picture.exists()
     told = json.loads(call(capsys, *command, "--energy", "400 kJ, 0.8 MJ", "--json")[1])
@@ -136,15 +184,37 @@ def test_the_command(capsys, scenarios, tmp_path, monkeypatch, drawn):
     first = [row for row in told["rows"] if row["lining"] == told["rows"][0]["lining"]]
     rises = sorted(row["surface"]["estimate"] - 273.15 for row in first)
     assert sorted(widths) == pytest.approx(rises)
-    code, out, _ = call(capsys, *command, "--lining", "retinax", "--energy", "initial.omega=120 rpm, 24", "--json")
+    code, out, _ = call(
+        capsys,
+        *command,
+        "--lining",
+        "retinax",
+        "--energy",
+        "initial.omega=120 rpm, 24",
+        "--json",
+    )
     told = json.loads(out)
     assert code == 0
-    assert [level["label"] for level in told["levels"]] == ["initial.omega = 12.5664 rad/s", "initial.omega = 24 rad/s"]
+    assert [level["label"] for level in told["levels"]] == [
+        "initial.omega = 12.5664 rad/s",
+        "initial.omega = 24 rad/s",
+    ]
     assert len(told["rows"]) == 4
     # brass is over its allowable stress at 12 MJ, cast iron alone bears 100 kJ
     assert call(capsys, *command, "--energy", "12 MJ", "--fail-on-limit")[0] == 3
     assert call(capsys, *command, "--energy", "12 MJ")[0] == 0
-    assert call(capsys, *command[:3], "--rim", "cast_iron", "--energy", "100 kJ", "--fail-on-limit")[0] == 0
+    assert (
+        call(
+            capsys,
+            *command[:3],
+            "--rim",
+            "cast_iron",
+            "--energy",
+            "100 kJ",
+            "--fail-on-limit",
+        )[0]
+        == 0
+    )
     assert call(capsys, *command, "-o", str(tmp_path / "charts"))[0] == 0
     assert [file.name for file in (tmp_path / "charts").iterdir()] == ["materials.png"]
     for wrong, word in (

@@ -1,4 +1,5 @@
-"""Friction laws with states of their own: against closed forms and SciPy, files, input."""
+"""Friction laws with states of their own: against closed forms and SciPy, files,
+input."""
 
 import json
 import math
@@ -21,7 +22,8 @@ J = 900.0
 OMEGA = 20.0
 F = 0.4
 CAPACITY = 3e4
-#: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start
+#: pads: force, count, effective radius by uniform wear, area, torque of the brake at
+#: the start
 FORCE = 3e4
 PADS = 3
 ARM = 0.5 * (0.5 + 0.6)
@@ -44,7 +46,8 @@ class Pressed(Timed):
 
 
 class Recovering(Timed):
-    """Two states: a fade that heat brings and that recovers slower, and the temperature that was last seen."""
+    """Two states: a fade that heat brings and that recovers slower, and the temperature
+    that was last seen."""
 
     def start(self, n):
         return {"fade": jnp.zeros(n), "seen": 293.15}
@@ -52,7 +55,10 @@ class Recovering(Timed):
     def rates(self, contact):
         fade = contact.memory["fade"]
         seen = contact.memory["seen"]
-        return {"fade": (1e-3 * (seen - 293.15) - fade) / self.time, "seen": (contact.T - seen) / 0.5}
+        return {
+            "fade": (1e-3 * (seen - 293.15) - fade) / self.time,
+            "seen": (contact.T - seen) / 0.5,
+        }
 
     def sizes(self):
         return {"fade": 0.1, "seen": 100.0}
@@ -71,8 +77,22 @@ def disc(law, load=0.0, omega=OMEGA, end=10.0, heat=None):
     return sb.Scene(brake, duty, sb.Initial(omega), end, heat)
 
 
-def band(law, stiffness=None, load=0.0, omega=OMEGA, end=10.0, elongation=0.0, bandage=None, n=4):
-    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R_B, stiffness), sb.Lining(law, np.full(n, BETA), AREA), bandage)
+def band(
+    law,
+    stiffness=None,
+    load=0.0,
+    omega=OMEGA,
+    end=10.0,
+    elongation=0.0,
+    bandage=None,
+    n=4,
+):
+    brake = sb.Brake(
+        sb.Pulley(R, J),
+        sb.Band(R_B, stiffness),
+        sb.Lining(law, np.full(n, BETA), AREA),
+        bandage,
+    )
     duty = sb.Duty(sb.Constant(T_0), sb.TorqueLoad(sb.Constant(load)))
     return sb.Scene(brake, duty, sb.Initial(omega, elongation), end)
 
@@ -91,21 +111,26 @@ def towards(end, x):
     return end + (1 - end) * np.exp(-x)
 
 
-# --- sliding, closed forms --------------------------------------------------------------------------------------------
+# --- sliding, closed forms ----------------------------------------------------------
 
 
 def test_friction_that_falls_with_the_way():
-    """`½ J ω_0² = (M/r) [ξ_e s + (1 − ξ_e) L (1 − e^{−s/L})]` over the way `s` of a stop."""
+    """`½ J ω_0² = (M/r) [ξ_e s + (1 − ξ_e) L (1 − e^{−s/L})]` over the way `s` of a
+    stop."""
     end = 0.4
     length = 6.0
     result = sb.simulate(disc(Travelled(F, end, length)), rtol=1e-12)
 
     def left(s):
-        return 0.5 * J * OMEGA**2 - TORQUE / ARM * (end * s + (1 - end) * length * (1 - math.exp(-s / length)))
+        return 0.5 * J * OMEGA**2 - TORQUE / ARM * (
+            end * s + (1 - end) * length * (1 - math.exp(-s / length))
+        )
 
     s = brentq(left, 0.0, 100.0, xtol=1e-14, rtol=1e-14)
     assert float(result.stopping_angle) == pytest.approx(s / ARM, rel=1e-10)
-    np.testing.assert_allclose(final(result), towards(end, s / length), rtol=1e-10)  # and at rest nothing changes
+    np.testing.assert_allclose(
+        final(result), towards(end, s / length), rtol=1e-10
+    )  # and at rest nothing changes
 
 
 def test_friction_that_runs_in_with_the_work():
@@ -116,10 +141,12 @@ def test_friction_that_runs_in_with_the_work():
     each = 0.5 * J * OMEGA**2 / PADS / PAD
     np.testing.assert_allclose(final(result), towards(end, each / work), rtol=1e-10)
     with pytest.raises(sb.InputError, match=r"linings\.area"):
-        sb.simulate(eqx.tree_at(lambda s: s.brake.linings.area, band(RunningIn()), None))
+        sb.simulate(
+            eqx.tree_at(lambda s: s.brake.linings.area, band(RunningIn()), None)
+        )
 
 
-# --- at rest ----------------------------------------------------------------------------------------------------------
+# --- at rest ------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -134,11 +161,23 @@ def test_held_brake_slips_as_friction_decays(stiffness):
     else:
         root = (1 + load / (R_B * T_0)) ** 0.25
         needed = (root - 1) / (root + 1) / Z
-        slope = load / (R_B * T_0) / (1 + load / (R_B * T_0)) * 0.25 * 2 * root / (root**2 - 1)  # d ln f*/d ln M
+        slope = (
+            load
+            / (R_B * T_0)
+            / (1 + load / (R_B * T_0))
+            * 0.25
+            * 2
+            * root
+            / (root**2 - 1)
+        )  # d ln f*/d ln M
 
     def run(x):
         law = Timed(F, 0.0, x[0])
-        scene = disc(law, x[1], 0.0) if stiffness == "disc" else band(law, stiffness, x[1], 0.0)
+        scene = (
+            disc(law, x[1], 0.0)
+            if stiffness == "disc"
+            else band(law, stiffness, x[1], 0.0)
+        )
         return sb.simulate(scene, rtol=1e-12, max_steps=256)
 
     result = run([tau, load])
@@ -158,20 +197,26 @@ def test_held_brake_slips_as_friction_decays(stiffness):
 
 @pytest.mark.slow
 def test_pressure_at_rest_follows_tensions():
-    """While the first lining alone carries the load all others have the tension of the tight end at both sides."""
+    """While the first lining alone carries the load all others have the tension of the
+    tight end at both sides."""
     end = 0.8
     tau = 5.0
     load = 200.0
-    result = sb.simulate(band(Pressed(F, end, tau), load=load, omega=0.0, end=3.0), rtol=1e-11)
+    result = sb.simulate(
+        band(Pressed(F, end, tau), load=load, omega=0.0, end=3.0), rtol=1e-11
+    )
     tight = T_0 + load / R_B
     normal = np.asarray([T_0 + tight, *(3 * [2 * tight])]) * math.sin(BETA / 2)
     assert result.status == "held"
-    np.testing.assert_allclose(final(result), towards(end, normal / AREA / 1e6 * 3.0 / tau), rtol=1e-9)
+    np.testing.assert_allclose(
+        final(result), towards(end, normal / AREA / 1e6 * 3.0 / tau), rtol=1e-9
+    )
 
 
 @pytest.mark.slow
 def test_a_sliding_brake_that_loses_its_grip():
-    """Without heat too the log has the instant at which the load outweighs the brake."""
+    """Without heat too the log has the instant at which the load outweighs the
+    brake."""
     end = 0.5
     tau = 2.0
     load = 0.7 * TORQUE
@@ -183,7 +228,8 @@ def test_a_sliding_brake_that_loses_its_grip():
 
 @pytest.mark.slow
 def test_elastic_band_in_slip_follows_states():
-    """`v_s = R_b ω − ẋ`, `x = T_0 Π(f ξ)/C`, `ξ̇ = (ξ_e − ξ) v_s²/L`: one equation for `v_s` at every instant."""
+    """`v_s = R_b ω − ẋ`, `x = T_0 Π(f ξ)/C`, `ξ̇ = (ξ_e − ξ) v_s²/L`: one equation for
+    `v_s` at every instant."""
     C = 3e4
     end = 0.6
     length = 40.0
@@ -223,14 +269,16 @@ def test_friction_that_outruns_the_band():
     assert "state" in result.message
 
 
-# --- heat, two states, files ------------------------------------------------------------------------------------------
+# --- heat, two states, files --------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def recovering():
     heat = sb.Heat(
         (sb.thermal.Lump("disc", 2e5), sb.thermal.Lump("pads", CAPACITY, count=PADS)),
-        friction=sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.6)),
+        friction=sb.thermal.FrictionHeat(
+            "disc", "pads", sb.thermal.ConstantPartition(0.6)
+        ),
         linings="pads",
     )
     return disc(Recovering(F, time=0.7), heat=heat, end=4.0)
@@ -242,13 +290,28 @@ def test_two_states_and_heat_against_scipy(recovering):
     def rhs(t, y):
         omega, T, fade, seen = y
         power = F * (1 - fade) * FORCE * ARM * omega
-        rates = [0.4 * power / CAPACITY, (1e-3 * (seen - sb.thermal.ROOM) - fade) / 0.7, (T - seen) / 0.5]
+        rates = [
+            0.4 * power / CAPACITY,
+            (1e-3 * (seen - sb.thermal.ROOM) - fade) / 0.7,
+            (T - seen) / 0.5,
+        ]
         return [-PADS * F * (1 - fade) * FORCE * ARM / J, *rates]
 
     how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
-    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM], events=at_rest, **how)
+    run = solve_ivp(
+        rhs,
+        (0.0, 9.0),
+        [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM],
+        events=at_rest,
+        **how,
+    )
     assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
-    cooled = solve_ivp(lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]], (run.t[-1], 4.0), run.y[:, -1], **how)
+    cooled = solve_ivp(
+        lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]],
+        (run.t[-1], 4.0),
+        run.y[:, -1],
+        **how,
+    )
     end = result.record.y_end.memory[0]
     np.testing.assert_allclose(end["fade"], cooled.y[2, -1], rtol=1e-8)
     np.testing.assert_allclose(end["seen"], cooled.y[3, -1], rtol=1e-9)
@@ -259,17 +322,25 @@ def test_results_files_and_pages_show_states(recovering, tmp_path):
     result = sb.simulate(recovering)
     series = result.series([0.0, 1.0])
     assert np.shape(series.friction_memory) == (2, 2, PADS)  # fade, seen
-    np.testing.assert_allclose(series.friction_memory[0], [[0.0] * PADS, [sb.thermal.ROOM] * PADS])
+    np.testing.assert_allclose(
+        series.friction_memory[0], [[0.0] * PADS, [sb.thermal.ROOM] * PADS]
+    )
     f = F * (1 - series.friction_memory[:, 0])
     np.testing.assert_allclose(series.friction_coefficient, f, rtol=1e-12)
     kept = sb.read_result(sb.save(result, tmp_path / "run.nc"))["friction_memory"]
     assert kept.dims == ("time", "friction_memory_state", "lining")
-    np.testing.assert_allclose(kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9)
+    np.testing.assert_allclose(
+        kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9
+    )
     json.dumps(result.summary(), allow_nan=False)
     with pytest.raises(sb.InputError, match="Recovering is a custom class"):
         sb.write_scene(recovering, tmp_path / "scene.toml")
-    answer = sb.prepare(recovering, ["stopping_time"])({"brake.linings.friction.time": 1e6})
-    assert answer.metrics["stopping_time"] == pytest.approx(OMEGA * J / TORQUE, rel=1e-5)
+    answer = sb.prepare(recovering, ["stopping_time"])(
+        {"brake.linings.friction.time": 1e6}
+    )
+    assert answer.metrics["stopping_time"] == pytest.approx(
+        OMEGA * J / TORQUE, rel=1e-5
+    )
 
 
 @pytest.mark.slow
@@ -279,12 +350,16 @@ def test_one_state_is_one_column_per_lining(tmp_path):
     series = plain.series([0.0, 3.0])
     assert series.friction_memory is None
     np.testing.assert_allclose(
-        series.pairs["internal"].friction_memory[:, 0], towards(0.5, np.asarray([0.0, 3.0]) / 2.0)
+        series.pairs["internal"].friction_memory[:, 0],
+        towards(0.5, np.asarray([0.0, 3.0]) / 2.0),
     )
     table = sb.read_result(sb.save(plain, tmp_path / "run.nc"))
     assert table["internal_friction_memory"].dims == ("time", "lining")
     heat = sb.Heat(
-        (sb.thermal.Lump("rim", 1e4),), friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0))
+        (sb.thermal.Lump("rim", 1e4),),
+        friction=sb.thermal.FrictionHeat(
+            "rim", None, sb.thermal.ConstantPartition(1.0)
+        ),
     )
     with pytest.raises(sb.InputError, match="law with states"):
         sb.cyclic_steady_state(disc(Timed(), heat=heat))
@@ -292,28 +367,43 @@ def test_one_state_is_one_column_per_lining(tmp_path):
 
 @pytest.mark.slow
 def test_fast_state_gets_a_stiff_method():
-    slow, fast = (sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3))
+    slow, fast = (
+        sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3)
+    )
     assert slow.method_name == "Dopri8"
     assert fast.method_name == "Rodas5P"
-    drop = 1e-3 * (1 - 0.5) / 0.5  # (s) what the first millisecond brakes more than all others
-    assert float(fast.stopping_time) == pytest.approx(OMEGA * J / (0.5 * TORQUE) - drop, rel=1e-7)
+    drop = (
+        1e-3 * (1 - 0.5) / 0.5
+    )  # (s) what the first millisecond brakes more than all others
+    assert float(fast.stopping_time) == pytest.approx(
+        OMEGA * J / (0.5 * TORQUE) - drop, rel=1e-7
+    )
 
 
-# --- staged brakes ----------------------------------------------------------------------------------------------------
+# --- staged brakes ------------------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_derivatives_of_two_pairs():
-    """Both ways the same, and those of a chord; every pair has states that its slip drives."""
+    """Both ways the same, and those of a chord; every pair has states that its slip
+    drives."""
 
     def end(x):
         changed = eqx.tree_at(
-            lambda s: s.brake.linings.friction, scene("staged, elastic band"), Travelled(F, x[0], x[1])
+            lambda s: s.brake.linings.friction,
+            scene("staged, elastic band"),
+            Travelled(F, x[0], x[1]),
         )
-        changed = eqx.tree_at(lambda s: s.brake.bandage.friction, changed, Travelled(0.22, x[0], x[1]))
+        changed = eqx.tree_at(
+            lambda s: s.brake.bandage.friction, changed, Travelled(0.22, x[0], x[1])
+        )
         run = sb.simulate(changed, rtol=1e-9, max_steps=2048)
-        states = jnp.concatenate([one for one in run.record.y_end.memory if one is not None])
-        return jnp.concatenate([run.stopping_time[None], states, run.energy["closure"][None]])
+        states = jnp.concatenate(
+            [one for one in run.record.y_end.memory if one is not None]
+        )
+        return jnp.concatenate(
+            [run.stopping_time[None], states, run.energy["closure"][None]]
+        )
 
     start = jnp.asarray([0.8, 30.0])
     program = jacobians(end)
@@ -321,17 +411,24 @@ def test_derivatives_of_two_pairs():
     assert np.all(np.isfinite(value))
     assert float(value[-1]) < 1e-9
     assert np.all(value[1:-1] < 1.0 - 1e-3)
-    np.testing.assert_allclose(forwards[:-1], backwards[:-1], rtol=1e-9, atol=1e-11 * np.max(np.abs(forwards[:-1])))
+    np.testing.assert_allclose(
+        forwards[:-1],
+        backwards[:-1],
+        rtol=1e-9,
+        atol=1e-11 * np.max(np.abs(forwards[:-1])),
+    )
     step = jnp.asarray([1e-3, 0.0])
     less, more = (program(x)[0] for x in (start - step, start + step))
     np.testing.assert_allclose((more - less)[:-1] / 2e-3, forwards[:-1, 0], rtol=2e-4)
 
 
-# --- what a law says of itself ----------------------------------------------------------------------------------------
+# --- what a law says of itself ------------------------------------------------------
 
 
 def test_a_law_without_states_costs_nothing():
-    plain, timed = (sb.simulate(disc(law)).record.y_end for law in (sb.ConstantFriction(F), Timed()))
+    plain, timed = (
+        sb.simulate(disc(law)).record.y_end for law in (sb.ConstantFriction(F), Timed())
+    )
     assert len(jax.tree.leaves(timed)) == len(jax.tree.leaves(plain)) + 1
     assert plain.memory is None
 
@@ -342,15 +439,29 @@ class Wrong(Timed):
     def start(self, n):
         if self.kind == "fails":
             raise ValueError("no start")
-        return jnp.zeros(n + 1) if self.kind == "start" else jnp.nan if self.kind == "nan" else 1.0
+        return (
+            jnp.zeros(n + 1)
+            if self.kind == "start"
+            else jnp.nan
+            if self.kind == "nan"
+            else 1.0
+        )
 
     def rates(self, contact):
         if self.kind == "name":
             return contact.velocity
-        return (contact.memory, 0.0) if self.kind == "structure" else jnp.zeros(7) if self.kind == "rate" else 0.0
+        return (
+            (contact.memory, 0.0)
+            if self.kind == "structure"
+            else jnp.zeros(7)
+            if self.kind == "rate"
+            else 0.0
+        )
 
     def sizes(self):
-        return -1.0 if self.kind == "size" else (1.0, 2.0) if self.kind == "sizes" else 1.0
+        return (
+            -1.0 if self.kind == "size" else (1.0, 2.0) if self.kind == "sizes" else 1.0
+        )
 
 
 class WithoutRates(sb.ConstantFriction):
@@ -375,7 +486,10 @@ class WithoutRates(sb.ConstantFriction):
 def test_wrong_states_are_input_errors(law, words):
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(eqx.tree_at(lambda s: s.end_time, band(law), np.asarray(-1.0)))
-    assert {fault.path for fault in caught.value.faults} == {"brake.linings.friction", "end_time"}
+    assert {fault.path for fault in caught.value.faults} == {
+        "brake.linings.friction",
+        "end_time",
+    }
     assert words in str(caught.value)
 
 
@@ -385,19 +499,29 @@ def test_linings_do_not_rub_under_open_band():
     law = Travelled(F, 0.5, 3.0)
     late = sb.PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 0.0, 9e3])
     changed = eqx.tree_at(
-        lambda s: (s.brake.linings.friction, s.duty.slack_tension), scene("bandage on springs"), (law, late)
+        lambda s: (s.brake.linings.friction, s.duty.slack_tension),
+        scene("bandage on springs"),
+        (law, late),
     )
-    result = sb.simulate(eqx.tree_at(lambda s: s.end_time, changed, np.asarray(1.5)), rtol=1e-8)
+    result = sb.simulate(
+        eqx.tree_at(lambda s: s.end_time, changed, np.asarray(1.5)), rtol=1e-8
+    )
     series = result.series([0.9, 1.5])
     np.testing.assert_array_equal(series.friction_memory[0], 1.0)
     assert np.all(series.friction_memory[1] < 0.99)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("law", "stiffness"), [(Travelled(), 1e5), (RunningIn(time=1e6), None)])
+@pytest.mark.parametrize(
+    ("law", "stiffness"), [(Travelled(), 1e5), (RunningIn(time=1e6), None)]
+)
 def test_open_band_has_no_path_and_no_work(law, stiffness):
     closed = band(law, stiffness)
     duty = sb.Duty(sb.PiecewiseLinear([0.7, 0.7], [0.0, T_0]), closed.duty.load)
     for end, moved in ((0.6, False), (0.9, True)):
-        xi = final(sb.simulate(sb.Scene(closed.brake, duty, closed.initial, end), max_steps=512))
+        xi = final(
+            sb.simulate(
+                sb.Scene(closed.brake, duty, closed.initial, end), max_steps=512
+            )
+        )
         assert np.all(xi < 1.0) if moved else np.all(xi == 1.0)

@@ -1,4 +1,5 @@
-"""Holding, restarting, releasing, re-sticking, reversing: sequences of modes and what happens to the energy."""
+"""Holding, restarting, releasing, re-sticking, reversing: sequences of modes and what
+happens to the energy."""
 
 import math
 
@@ -19,12 +20,17 @@ def changes(result):
 
 
 def in_steps(lever=((0.0,), (8e3,)), load=((0.0,), (0.0,)), **parts):
-    """Points of the lever and of the load, as many in all of these scenes, so that they share a program."""
-    return stop_scene(lever=profile(*lever, 5), load=sb.TorqueLoad(profile(*load, 2)), **parts)
+    """Points of the lever and of the load, as many in all of these scenes, so that they
+    share a program."""
+    return stop_scene(
+        lever=profile(*lever, 5), load=sb.TorqueLoad(profile(*load, 2)), **parts
+    )
 
 
 @pytest.mark.parametrize("stiffness", [2e5, None])
-@pytest.mark.parametrize("share", [0.0, 0.5, 0.999999, 1.0, 1 - 1e-15, 1 + 1e-15, -0.05])
+@pytest.mark.parametrize(
+    "share", [0.0, 0.5, 0.999999, 1.0, 1 - 1e-15, 1 + 1e-15, -0.05]
+)
 def test_a_held_brake_does_not_move_at_all(stiffness, share):
     scene = stop_scene(C=stiffness, w0=0.0, load=share * HOLD, end=3600.0)
     result = sb.simulate(scene)
@@ -55,8 +61,11 @@ def test_too_weak_brake_ends_with_a_status(stiffness):
 
 @pytest.mark.parametrize("stiffness", [pytest.param(2e5, marks=pytest.mark.slow), None])
 def test_load_above_the_brake_restarts_it(stiffness):
-    """Load ramp from 0 at 5 kN·m/s on a brake at rest: restart exactly where it passes the capacity."""
-    result = sb.simulate(in_steps(load=((0.0, 12.0), (0.0, 60e3)), C=stiffness, w0=0.0, end=12.0))
+    """Load ramp from 0 at 5 kN·m/s on a brake at rest: restart exactly where it passes
+    the capacity."""
+    result = sb.simulate(
+        in_steps(load=((0.0, 12.0), (0.0, 60e3)), C=stiffness, w0=0.0, end=12.0)
+    )
     restart = next(e.time for e in result.events if e.name == "restart")
     assert restart == pytest.approx(HOLD / 5e3, rel=1e-11)
     assert changes(result)[0] == "restart"
@@ -67,7 +76,8 @@ def test_load_above_the_brake_restarts_it(stiffness):
 
 
 def test_release_at_rest_and_braking_again():
-    """Lever off and on: stop, slow release until the load breaks the brake loose, open, second stop."""
+    """Lever off and on: stop, slow release until the load breaks the brake loose, open,
+    second stop."""
     lever = (0.0, 2.0, 3.0, 3.5, 3.6), (8e3, 8e3, 0.0, 0.0, 8e3)
     result = sb.simulate(in_steps(lever, ((0.0,), (0.5 * HOLD,)), end=8.0))
     assert changes(result) == [
@@ -81,25 +91,35 @@ def test_release_at_rest_and_braking_again():
         "full_slip",
         "stop",
     ]
-    times = {name: [e.time for e in result.events if e.name == name] for name in ("restart", "release")}
+    times = {
+        name: [e.time for e in result.events if e.name == name]
+        for name in ("restart", "release")
+    }
     assert times["release"] == [pytest.approx(3.0, abs=1e-12)]
-    assert times["restart"][0] == pytest.approx(2.5, rel=1e-9)  # where the capacity has fallen to half
+    assert times["restart"][0] == pytest.approx(
+        2.5, rel=1e-9
+    )  # where the capacity has fallen to half
     assert float(result.energy["closure"]) <= 1e-9
     assert result.status == "stopped"
 
 
 def test_release_books_the_elastic_energy():
-    result = sb.simulate(in_steps(((0.0, 2.0, 2.0, 3.0), (8e3, 8e3, 0.0, 0.0)), end=3.0))
+    result = sb.simulate(
+        in_steps(((0.0, 2.0, 2.0, 3.0), (8e3, 8e3, 0.0, 0.0)), end=3.0)
+    )
     assert changes(result) == ["slip_onset", "full_slip", "stop", "release"]
     assert result.status == "released"
     assert float(result.record.y_end.own.x) == 0.0
     e = result.energy
-    assert float(e["friction_heat"]) == pytest.approx(160e3 + float(e["lever_work"]), rel=1e-12)
+    assert float(e["friction_heat"]) == pytest.approx(
+        160e3 + float(e["lever_work"]), rel=1e-12
+    )
     assert float(e["closure"]) <= 1e-12
 
 
 def test_band_sticks_again_under_fast_lever():
-    """In slip ẋ = Ṫ_0 Π/C: under a ramp the band sticks again before the stop, where R_b ω has fallen to it."""
+    """In slip ẋ = Ṫ_0 Π/C: under a ramp the band sticks again before the stop, where
+    R_b ω has fallen to it."""
     result = sb.simulate(in_steps(((0.0, 0.5, 0.7), (8e3, 8e3, 12e3)), C=5e4, end=3.0))
     assert changes(result) == ["slip_onset", "full_slip", "restick", "stop"]
     restick = next(e.time for e in result.events if e.name == "restick")
@@ -110,7 +130,8 @@ def test_band_sticks_again_under_fast_lever():
 
 @pytest.mark.parametrize("ratio", [1.0, 1.3])
 def test_static_friction_above_kinetic(ratio):
-    """Break-away drops the tension from T_0 Π_s to T_0 Π_k at once; the energy freed is heat."""
+    """Break-away drops the tension from T_0 Π_s to T_0 Π_k at once; the energy freed is
+    heat."""
     scene = stop_scene(law=sb.ConstantFriction(0.3, static_ratio=ratio))
     result = sb.simulate(scene)
     t1 = float(result.full_slip_time)
@@ -123,19 +144,26 @@ def test_static_friction_above_kinetic(ratio):
     x1 = 8e3 * static / 2e5
     x2 = 8e3 * kinetic / 2e5
     heat = float(after.friction_heat[0] - before.friction_heat[0])
-    assert heat == pytest.approx((x1 - x2) * (0.5 * 8e3 * (static + kinetic) - 8e3), rel=1e-8, abs=1e-9)
+    assert heat == pytest.approx(
+        (x1 - x2) * (0.5 * 8e3 * (static + kinetic) - 8e3), rel=1e-8, abs=1e-9
+    )
     assert float(result.energy["closure"]) <= 1e-12
 
 
-@pytest.mark.parametrize(("r", "status"), [(0.5, "not_stopped"), (2.0, "not_stopped"), (20.0, "stopped")])
+@pytest.mark.parametrize(
+    ("r", "status"), [(0.5, "not_stopped"), (2.0, "not_stopped"), (20.0, "stopped")]
+)
 def test_lever_ramp_from_exactly_zero(r, status):
-    """r = C R_b ω0/Ṫ_0: onset at 0 if r ≥ 1, lining i at 0 if r ≥ Π_i in index order, full slip at 0 if r ≥ Π."""
+    """r = C R_b ω0/Ṫ_0: onset at 0 if r ≥ 1, lining i at 0 if r ≥ Π_i in index order,
+    full slip at 0 if r ≥ Π."""
     rate = 2e5 * 0.725 * 20 / r
     result = sb.simulate(in_steps(((0.0, 10.0), (0.0, 10 * rate)), end=2.0))
     at_zero = [e for e in result.events if e.time == 0.0]
     mu = PI ** (1 / 20)
     linings = min(20, int(math.log(r) / math.log(mu)) if r > 1 else 0)
-    assert [e.lining for e in at_zero if e.name == "lining_limit"] == list(range(1, linings + 1))
+    assert [e.lining for e in at_zero if e.name == "lining_limit"] == list(
+        range(1, linings + 1)
+    )
     assert ("slip_onset" in [e.name for e in at_zero]) == (r >= 1)
     assert ("full_slip" in [e.name for e in at_zero]) == (r >= PI)
     assert result.status == status
@@ -149,11 +177,14 @@ def test_lever_draws_a_slack_band_at_rest():
     assert float(result.record.y_end.own.x) == pytest.approx(x, rel=1e-13)
     e = result.energy
     assert float(e["lever_work"]) == pytest.approx(8e3 * x, rel=1e-12)
-    assert float(e["friction_heat"]) == pytest.approx(8e3 * x - 0.5 * 2e5 * x**2, rel=1e-12)
+    assert float(e["friction_heat"]) == pytest.approx(
+        8e3 * x - 0.5 * 2e5 * x**2, rel=1e-12
+    )
 
 
 def test_speed_through_zero():
-    """The load stops the pulley before full slip and drives it back, until the band slides the other way."""
+    """The load stops the pulley before full slip and drives it back, until the band
+    slides the other way."""
     low = -0.725 * 8e3 * (1 - 1 / PI)
     result = sb.simulate(stop_scene(load=2 * low, w0=3.0, end=3.0))
     assert changes(result) == ["slip_onset", "reversal", "full_slip"]
@@ -162,22 +193,31 @@ def test_speed_through_zero():
     assert float(end.omega) < 0
     # in full slip backwards: ω̇ = (M_load + R_b T_0 (1 − 1/Π))/J
     s = result.series([2.5, 3.0])
-    assert float(s.omega[1] - s.omega[0]) / 0.5 == pytest.approx((2 * low - low) / 800, rel=1e-9)
+    assert float(s.omega[1] - s.omega[0]) / 0.5 == pytest.approx(
+        (2 * low - low) / 800, rel=1e-9
+    )
     assert float(result.energy["closure"]) <= 1e-9
 
 
 def test_reversed_load_restarts_other_way():
     low = 0.725 * 8e3 * (1 - 1 / PI)
-    result = sb.simulate(in_steps(load=((0.0, 10.0), (0.0, -2 * low)), w0=0.0, C=None, end=10.0))
-    assert next(e.time for e in result.events if e.name == "restart") == pytest.approx(5.0, rel=1e-11)
+    result = sb.simulate(
+        in_steps(load=((0.0, 10.0), (0.0, -2 * low)), w0=0.0, C=None, end=10.0)
+    )
+    assert next(e.time for e in result.events if e.name == "restart") == pytest.approx(
+        5.0, rel=1e-11
+    )
     assert float(result.record.y_end.omega) < 0
 
 
 def test_short_pulse_of_the_load_is_noticed():
-    """1 s of overload in an hour of holding, given as a smooth function without any knots."""
+    """1 s of overload in an hour of holding, given as a smooth function without any
+    knots."""
     load = sb.TorqueLoad(
         sb.profiles.FunctionProfile(
-            lambda t, p: p * jnp.exp(-(((t - 1800.0) / 60.0) ** 2)), jnp.asarray(1.2 * HOLD), HOLD
+            lambda t, p: p * jnp.exp(-(((t - 1800.0) / 60.0) ** 2)),
+            jnp.asarray(1.2 * HOLD),
+            HOLD,
         )
     )
     result = sb.simulate(stop_scene(w0=0.0, C=None, end=3600.0, load=load))
@@ -189,34 +229,50 @@ def test_short_pulse_of_the_load_is_noticed():
 
 def test_a_lining_that_locks_itself():
     law = sb.ConstantFriction(np.append(np.full(19, 0.35), 9.0))
-    with pytest.raises(sb.InputError, match=r"lining 20: f·tan\(β/2\) = 1.065 ≥ 1, the band is self-locking"):
+    with pytest.raises(
+        sb.InputError,
+        match=r"lining 20: f·tan\(β/2\) = 1.065 ≥ 1, the band is self-locking",
+    ):
         sb.simulate(stop_scene(C=None, law=law))
     result = sb.simulate(stop_scene(law=law, end=1.0))
     assert result.metrics["full_slip_time"] is None  # it never slips
     # as if bonded: a quarter of an oscillation from the onset
     chi = math.sqrt(2e5 * 0.725**2 / 800)
-    assert float(result.stopping_time) == pytest.approx(8e3 / (2e5 * 0.725 * 20) + math.pi / 2 / chi, rel=1e-10)
+    assert float(result.stopping_time) == pytest.approx(
+        8e3 / (2e5 * 0.725 * 20) + math.pi / 2 / chi, rel=1e-10
+    )
 
 
 @pytest.mark.slow
 def test_random_duties_keep_the_energy():
-    """Levers, loads, releases and reversals at random: the run ends, the ledger closes, friction only takes."""
+    """Levers, loads, releases and reversals at random: the run ends, the ledger closes,
+    friction only takes."""
     rng = np.random.default_rng(0)
     seen = set()
     for _ in range(60):
         lever = sb.PiecewiseLinear(
-            np.cumsum(rng.uniform(0, 0.6, 6)), rng.choice([0.0, 1.0], 6, p=[0.25, 0.75]) * rng.uniform(0, 1e4, 6)
+            np.cumsum(rng.uniform(0, 0.6, 6)),
+            rng.choice([0.0, 1.0], 6, p=[0.25, 0.75]) * rng.uniform(0, 1e4, 6),
         )
-        torque = sb.PiecewiseLinear(np.cumsum(rng.uniform(0, 0.6, 5)), rng.uniform(-2e4, 4e4, 5))
+        torque = sb.PiecewiseLinear(
+            np.cumsum(rng.uniform(0, 0.6, 5)), rng.uniform(-2e4, 4e4, 5)
+        )
         law = sb.ConstantFriction(rng.uniform(0.1, 0.45), rng.choice([1.0, 1.2]))
         speed = rng.choice([0.0, 20.0, -8.0, 3.0])
         stiffness = rng.choice([2e5, 2e4, 1e6])
         load = sb.TorqueLoad(torque, drag=rng.choice([0.0, 100.0]))
-        result = sb.simulate(stop_scene(C=stiffness, w0=speed, lever=lever, law=law, end=4.0, load=load))
+        result = sb.simulate(
+            stop_scene(C=stiffness, w0=speed, lever=lever, law=law, end=4.0, load=load)
+        )
         s = result.series(np.linspace(0.0, 4.0, 201))
         assert float(result.energy["closure"]) <= 1e-9
-        assert np.all(np.diff(np.asarray(s.friction_heat)) >= -1e-9 * max(1.0, float(s.friction_heat[-1])))
-        power = (np.asarray(s.tight_tension) - np.asarray(s.slack_tension)) * np.asarray(s.slip_speed)
+        assert np.all(
+            np.diff(np.asarray(s.friction_heat))
+            >= -1e-9 * max(1.0, float(s.friction_heat[-1]))
+        )
+        power = (
+            np.asarray(s.tight_tension) - np.asarray(s.slack_tension)
+        ) * np.asarray(s.slip_speed)
         assert np.all(power >= -1e-9 * max(1.0, np.max(np.abs(power))))
         assert np.all(np.asarray(s.tension) >= 0)
         held = np.asarray(s.band_mode) == sb.results.BandMode.HELD

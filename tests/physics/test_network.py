@@ -1,4 +1,5 @@
-"""Thermal networks by themselves against closed forms: lumps, radiation, slabs, contact, junctions, steady states."""
+"""Thermal networks by themselves against closed forms: lumps, radiation, slabs,
+contact, junctions, steady states."""
 
 import math
 
@@ -13,15 +14,27 @@ from user_parts import Quartic
 import simbrake as sb
 from simbrake.thermal import Lump, ThermalContact
 
-STEEL = sb.Material(conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5))
+STEEL = sb.Material(
+    conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5)
+)
 
 
-def wall(name, layers, thickness=0.08, material=STEEL, growth=1.0, temperature=sb.thermal.ROOM):
+def wall(
+    name,
+    layers,
+    thickness=0.08,
+    material=STEEL,
+    growth=1.0,
+    temperature=sb.thermal.ROOM,
+):
     return sb.thermal.Wall(name, material, thickness, 1.0, layers, growth, temperature)
 
 
 def heated_wall(layers, q=1e6, growth=1.0, power=None):
-    return sb.Heat(bodies=(wall("w", layers, growth=growth),), sources=(sb.thermal.Source("w.front", power or q),))
+    return sb.Heat(
+        bodies=(wall("w", layers, growth=growth),),
+        sources=(sb.thermal.Source("w.front", power or q),),
+    )
 
 
 @pytest.mark.slow
@@ -29,7 +42,10 @@ def test_junctions_in_a_row():
     """Two lumps over three resistances in series: `ΔT = ΔT_0 exp(−2 t/(C ΣR))`."""
     lumps = (sb.thermal.Lump("a", 15.0, 373.15), sb.thermal.Lump("b", 15.0, 273.15))
     row = [*zip("apqb", "pqb", strict=False)]
-    links = tuple(sb.thermal.Conductance(*ends, g) for ends, g in zip(row, (10.0, 20.0, 5.0), strict=True))
+    links = tuple(
+        sb.thermal.Conductance(*ends, g)
+        for ends, g in zip(row, (10.0, 20.0, 5.0), strict=True)
+    )
     heat = sb.Heat((*lumps, sb.thermal.Junction("p"), sb.thermal.Junction("q")), links)
     ts = np.array([0.0, 0.1, 0.5, 2.0])
     run = sb.simulate_heat(heat, ts, rtol=1e-12)
@@ -38,15 +54,33 @@ def test_junctions_in_a_row():
 
 
 def test_bodies_of_a_layered_brake():
-    steel, lining, band = (sb.material(name) for name in ("steel_20L", "FK-24A", "band_steel"))
+    steel, lining, band = (
+        sb.material(name) for name in ("steel_20L", "FK-24A", "band_steel")
+    )
     heat = sb.layered_heat(
-        **{"rim": steel, "rim_thickness": 0.025, "track_area": 1.0, "partition": 0.5, "lining": lining},
-        **{"lining_thickness": 0.03, "lining_area": 0.7, "band": band, "band_thickness": 0.004},
+        **{
+            "rim": steel,
+            "rim_thickness": 0.025,
+            "track_area": 1.0,
+            "partition": 0.5,
+            "lining": lining,
+        },
+        **{
+            "lining_thickness": 0.03,
+            "lining_area": 0.7,
+            "band": band,
+            "band_thickness": 0.004,
+        },
     )
     by_name = {body.name: body for body in heat.bodies}
     mass = float(band.density) * 0.004 * 0.7
-    assert float(by_name["band"].capacity) == pytest.approx(mass * float(band.specific_heat), rel=1e-14)
-    assert [float(by_name[name].thickness) for name in ("rim", "lining")] == [0.025, 0.03]
+    assert float(by_name["band"].capacity) == pytest.approx(
+        mass * float(band.specific_heat), rel=1e-14
+    )
+    assert [float(by_name[name].thickness) for name in ("rim", "lining")] == [
+        0.025,
+        0.03,
+    ]
     assert [float(by_name[name].area) for name in ("rim", "lining")] == [1.0, 0.7]
 
 
@@ -69,9 +103,13 @@ def test_radiation(ambient, truth, method):
 
 
 def test_source_changes_before_first_result():
-    """A lump with nothing around: `T = T_0 + ∫P dt/C`, of a power that jumps and bends before the first result."""
+    """A lump with nothing around: `T = T_0 + ∫P dt/C`, of a power that jumps and bends
+    before the first result."""
     power = sb.PiecewiseLinear([2.0, 2.0, 5.0], [300.0, 900.0, 0.0])
-    heat = sb.Heat(bodies=(sb.thermal.Lump("a", 15.0, 300.0),), sources=(sb.thermal.Source("a", power),))
+    heat = sb.Heat(
+        bodies=(sb.thermal.Lump("a", 15.0, 300.0),),
+        sources=(sb.thermal.Source("a", power),),
+    )
     run = sb.simulate_heat(heat, [0.0, 6.0, 9.0], rtol=1e-12)
     warm = 300.0 + (2 * 300.0 + 0.5 * 3 * 900.0) / 15.0
     np.testing.assert_allclose(run.temperature[:, 0], [300.0, warm, warm], rtol=1e-12)
@@ -79,11 +117,19 @@ def test_source_changes_before_first_result():
 
 @pytest.mark.parametrize(("begin", "after"), [(0.0, 30.0), (40.0, 61.0), (40.0, 80.0)])
 def test_custom_pulse_is_not_stepped_over(begin, after):
-    """`C ΔT = P √π` over the whole bell, wherever it lies between the steps, also where the run begins late."""
-    bell = sb.profiles.FunctionProfile(lambda t, at: 900.0 * jnp.exp(-((t - at) ** 2)), begin + after)
-    heat = sb.Heat(bodies=(sb.thermal.Lump("a", 15.0, 300.0),), sources=(sb.thermal.Source("a", bell),))
+    """`C ΔT = P √π` over the whole bell, wherever it lies between the steps, also where
+    the run begins late."""
+    bell = sb.profiles.FunctionProfile(
+        lambda t, at: 900.0 * jnp.exp(-((t - at) ** 2)), begin + after
+    )
+    heat = sb.Heat(
+        bodies=(sb.thermal.Lump("a", 15.0, 300.0),),
+        sources=(sb.thermal.Source("a", bell),),
+    )
     run = sb.simulate_heat(heat, [begin, begin + 100.0], rtol=1e-10)
-    assert run.temperature[-1, 0] - 300.0 == pytest.approx(900.0 * math.sqrt(math.pi) / 15.0, rel=1e-8)
+    assert run.temperature[-1, 0] - 300.0 == pytest.approx(
+        900.0 * math.sqrt(math.pi) / 15.0, rel=1e-8
+    )
 
 
 @pytest.mark.slow
@@ -98,18 +144,26 @@ def test_constant_flux_has_second_order():
         run = sb.simulate_heat(heat, [0.0, t], rtol=1e-9)
         x = np.asarray(heat.bodies[0].centres)
         exact = (
-            q / k * (2 * np.sqrt(a * t / math.pi) * np.exp(-(x**2) / (4 * a * t)) - x * erfc(x / (2 * np.sqrt(a * t))))
+            q
+            / k
+            * (
+                2 * np.sqrt(a * t / math.pi) * np.exp(-(x**2) / (4 * a * t))
+                - x * erfc(x / (2 * np.sqrt(a * t)))
+            )
         )
         rise = np.asarray(run.temperature[-1]) - sb.thermal.ROOM
         surface = rise[0] + q * x[0] / k
         errors.append([np.abs(rise - exact).max(), abs(surface - 119.416426428837)])
     orders = np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
     assert np.all((orders > 1.9) & (orders < 2.1)), orders
-    assert np.all(errors[-1] < np.array([0.025, 0.1]))  # of 12.6 K at a depth of 10 mm, of 119 K at the face
+    assert np.all(
+        errors[-1] < np.array([0.025, 0.1])
+    )  # of 12.6 K at a depth of 10 mm, of 119 K at the face
 
 
 def test_graded_wall_is_two_half_spaces():
-    """Layers are symmetric, and either face has the closed form of its own flux as long as the middle stays cold."""
+    """Layers are symmetric, and either face has the closed form of its own flux as long
+    as the middle stays cold."""
     k = 0.5
     rho_c = 2e6
     t = 20.0
@@ -118,20 +172,33 @@ def test_graded_wall_is_two_half_spaces():
     body = sb.thermal.Wall("w", lining, 0.045, 1.0, 40, growth, both=True)
     np.testing.assert_allclose(body.steps, body.steps[::-1], rtol=1e-14)
     assert float(body.steps[0]) == pytest.approx(1e-4, rel=1e-9)
-    heat = sb.Heat((body,), sources=(sb.thermal.Source("w.front", 2e4), sb.thermal.Source("w.back", 1e4)))
+    heat = sb.Heat(
+        (body,),
+        sources=(sb.thermal.Source("w.front", 2e4), sb.thermal.Source("w.back", 1e4)),
+    )
     run = sb.simulate_heat(heat, [0.0, t], rtol=1e-9)
     half = np.cumsum(body.steps) - body.steps / 2
     for flux, node in ((2e4, 0), (1e4, -1)):
         x = float(half[0])
         a = k / rho_c
         root = np.sqrt(a * t)
-        exact = flux / k * (2 * root / math.sqrt(math.pi) * np.exp(-(x**2) / (4 * a * t)) - x * erfc(x / (2 * root)))
-        assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(exact, rel=5e-3)
+        exact = (
+            flux
+            / k
+            * (
+                2 * root / math.sqrt(math.pi) * np.exp(-(x**2) / (4 * a * t))
+                - x * erfc(x / (2 * root))
+            )
+        )
+        assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(
+            exact, rel=5e-3
+        )
 
 
 @pytest.mark.slow
 def test_contact_finds_the_effusivity_split():
-    """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
+    """Heat into an interface without capacity between two bodies: Charron's share,
+    without being told."""
     steel = sb.Material(45.0, 7850.0, 480.0)
     lining = sb.Material(0.8, 2000.0, 1100.0)
     n = 200
@@ -149,16 +216,23 @@ def test_contact_finds_the_effusivity_split():
         sources=(sb.thermal.Source("face", 1e6),),
     )
     run = sb.simulate_heat(heat, [0.0, 0.05, 0.2], rtol=1e-9)
-    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature)[-1] - sb.thermal.ROOM)
+    stored = np.asarray(run.record.system.thermal.capacity) * (
+        np.asarray(run.temperature)[-1] - sb.thermal.ROOM
+    )
     share = stored[:n].sum() / stored.sum()
     assert share == pytest.approx(0.907538740903391, abs=2e-4)
-    assert float(sb.thermal.effusivity_share(steel, lining)) == pytest.approx(0.907538740903391, rel=1e-12)
+    assert float(sb.thermal.effusivity_share(steel, lining)) == pytest.approx(
+        0.907538740903391, rel=1e-12
+    )
     assert float(run.closure) < 1e-12
 
 
 def test_varying_properties_conserve_heat():
-    """λ and c linear in T: an insulated wall, unevenly warm at the start, keeps its heat content to rounding."""
-    m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-5e-4, specific_heat_slope=8e-4)
+    """λ and c linear in T: an insulated wall, unevenly warm at the start, keeps its
+    heat content to rounding."""
+    m = sb.Material(
+        40.0, 7800.0, 450.0, conductivity_slope=-5e-4, specific_heat_slope=8e-4
+    )
     T0 = np.linspace(900.0, 300.0, 12)
     heat = sb.Heat((sb.thermal.Wall("w", m, 0.03, 1.0, 12, 1.0, T0),))
     run = sb.simulate_heat(heat, [0.0, 5.0, 2000.0], rtol=1e-9)
@@ -170,15 +244,26 @@ def test_varying_properties_conserve_heat():
 
 @pytest.mark.slow
 def test_kirchhoff_profile_of_a_steady_wall():
-    """With λ(T) linear, λ T is harmonic: the steady flux through a wall is the mean conductivity's."""
+    """With λ(T) linear, λ T is harmonic: the steady flux through a wall is the mean
+    conductivity's."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-8e-4)
     heat = sb.Heat(
-        (wall("w", 400, 0.03, m), sb.thermal.Reservoir("hot", 700.0), sb.thermal.Reservoir("cold", 300.0)),
-        (sb.thermal.ThermalContact("hot", "w.front", 1.0), sb.thermal.ThermalContact("w.back", "cold", 1.0)),
+        (
+            wall("w", 400, 0.03, m),
+            sb.thermal.Reservoir("hot", 700.0),
+            sb.thermal.Reservoir("cold", 300.0),
+        ),
+        (
+            sb.thermal.ThermalContact("hot", "w.front", 1.0),
+            sb.thermal.ThermalContact("w.back", "cold", 1.0),
+        ),
     )
     T = np.asarray(list(sb.steady_state(heat).values()))
     theta = (T - sb.thermal.ROOM) - 4e-4 * (T - sb.thermal.ROOM) ** 2  # ∫ λ/λ_r dT
-    ends = [(x - sb.thermal.ROOM) - 4e-4 * (x - sb.thermal.ROOM) ** 2 for x in (700.0, 300.0)]
+    ends = [
+        (x - sb.thermal.ROOM) - 4e-4 * (x - sb.thermal.ROOM) ** 2
+        for x in (700.0, 300.0)
+    ]
     depth = np.asarray(heat.bodies[0].centres) / 0.03
     np.testing.assert_allclose(theta, ends[0] + (ends[1] - ends[0]) * depth, atol=2e-3)
 
@@ -196,7 +281,9 @@ def test_steady_state_ends_long_cooling():
             sb.thermal.Conductance("rim", "bolt", 30.0),
             sb.thermal.Conductance("bolt", "flange", 20.0),
             sb.thermal.Radiation("rim", 0.8, 0.7),
-            sb.thermal.Convection("flange", 1.2, sb.thermal.TemperatureCoefficient(2.0)),
+            sb.thermal.Convection(
+                "flange", 1.2, sb.thermal.TemperatureCoefficient(2.0)
+            ),
         ),
         sources=(sb.thermal.Source("rim", 2000.0),),
     )
@@ -218,19 +305,29 @@ def test_steady_state_ends_long_cooling():
 def eqx_source(heat, power):
     import equinox as eqx
 
-    return eqx.tree_at(lambda h: h.sources[0].power, heat, jnp.asarray(power, jnp.float64))
+    return eqx.tree_at(
+        lambda h: h.sources[0].power, heat, jnp.asarray(power, jnp.float64)
+    )
 
 
 @pytest.mark.slow
 def test_gradients_by_the_points_of_a_source():
-    """`Σ C ΔT = ∫ P dt`: by the values of `P` the weights of the trapezoidal rule, by a time its derivative."""
+    """`Σ C ΔT = ∫ P dt`: by the values of `P` the weights of the trapezoidal rule, by a
+    time its derivative."""
     C = np.array([2.0, 5.0])
 
     def stored(times, power):
         source = sb.thermal.Source("a", sb.PiecewiseLinear(times, power))
         bodies = (sb.thermal.Lump("a", C[0], 300.0), sb.thermal.Lump("b", C[1], 300.0))
-        heat = sb.Heat(bodies, (sb.thermal.Conductance("a", "b", 3.0),), sources=(source,))
-        return C @ sb.simulate_heat(heat, [0.0, 4.0], rtol=1e-9, solver=sb.hybrid.Rodas5P()).temperature[-1]
+        heat = sb.Heat(
+            bodies, (sb.thermal.Conductance("a", "b", 3.0),), sources=(source,)
+        )
+        return (
+            C
+            @ sb.simulate_heat(
+                heat, [0.0, 4.0], rtol=1e-9, solver=sb.hybrid.Rodas5P()
+            ).temperature[-1]
+        )
 
     times = jnp.array([0.0, 1.5, 4.0])
     power = jnp.array([10.0, 90.0, 30.0])
@@ -241,9 +338,11 @@ def test_gradients_by_the_points_of_a_source():
 
 @pytest.mark.parametrize("times", [[0.0, 10.0, 5.0], [0.0, math.nan], [], ["soon"]])
 def test_wrong_times_are_an_input_error(times):
-    """The run ends at the last time: 10 s of `[0, 10, 5]` would have the values of 5 s."""
+    """The run ends at the last time: 10 s of `[0, 10, 5]` would have the values of 5
+    s."""
     heat = sb.Heat(
-        (sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0, 300.0)), (sb.thermal.Conductance("a", "b", 1.0),)
+        (sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0, 300.0)),
+        (sb.thermal.Conductance("a", "b", 1.0),),
     )
     with pytest.raises(sb.InputError, match=r"\n  ts: "):
         sb.simulate_heat(heat, times)
@@ -256,11 +355,18 @@ def test_all_network_errors_in_one_report():
             sb.thermal.Lump("b", 1.0, 280.0),
             sb.thermal.Lump("c", np.asarray([0.0, 1.0]), count=2),
         ),
-        links=(sb.thermal.Conductance("a", "b", 1.0), sb.thermal.Conductance("b", "c", 1.0)),
+        links=(
+            sb.thermal.Conductance("a", "b", 1.0),
+            sb.thermal.Conductance("b", "c", 1.0),
+        ),
     )
-    with pytest.raises(sb.InputError, match=r"heat\.bodies\[2\]\.capacity: 0 J/K at some"):
+    with pytest.raises(
+        sb.InputError, match=r"heat\.bodies\[2\]\.capacity: 0 J/K at some"
+    ):
         sb.simulate_heat(heat, [0.0, 1.0])
-    heat = eqx.tree_at(lambda h: (h.bodies[0].capacity, h.bodies[1].temperature), heat, (-1.0, -5.0))
+    heat = eqx.tree_at(
+        lambda h: (h.bodies[0].capacity, h.bodies[1].temperature), heat, (-1.0, -5.0)
+    )
     with pytest.raises(sb.InputError) as caught:
         sb.simulate_heat(heat, [0.0, 1.0])
     assert "heat.bodies[0].capacity" in str(caught.value)
@@ -282,22 +388,36 @@ def test_all_network_errors_in_one_report():
     with pytest.raises(sb.InputError) as caught:
         sb.simulate_heat(heat, [0.0, 1.0])
     text = str(caught.value)
-    for part in ("'c' is connected to nothing", "'j' has no defined temperature", "'k' has no", "no face", "'nowhere'"):
+    for part in (
+        "'c' is connected to nothing",
+        "'j' has no defined temperature",
+        "'k' has no",
+        "no face",
+        "'nowhere'",
+    ):
         assert part in text, part
     with pytest.raises(sb.InputError, match="no reservoir"):
         sb.steady_state(
-            sb.Heat((sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0)), (sb.thermal.Conductance("a", "b", 1.0),))
+            sb.Heat(
+                (sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0)),
+                (sb.thermal.Conductance("a", "b", 1.0),),
+            )
         )
 
 
 @pytest.mark.slow
 def test_links_of_one_face_see_one_surface():
-    """Two convections from one face are one of the sum, although each lies behind the same half layer."""
+    """Two convections from one face are one of the sum, although each lies behind the
+    same half layer."""
 
     def end(*coefficients):
         links = tuple(sb.thermal.Convection("w.back", 1.0, h) for h in coefficients)
-        heat = sb.Heat((wall("w", 3, temperature=600.0), sb.thermal.Reservoir("air")), links)
-        return np.asarray(sb.simulate_heat(heat, [0.0, 50.0], rtol=1e-11).temperature[-1])
+        heat = sb.Heat(
+            (wall("w", 3, temperature=600.0), sb.thermal.Reservoir("air")), links
+        )
+        return np.asarray(
+            sb.simulate_heat(heat, [0.0, 50.0], rtol=1e-11).temperature[-1]
+        )
 
     np.testing.assert_allclose(end(60.0, 90.0), end(150.0), rtol=1e-8)
     np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-8)
@@ -305,17 +425,28 @@ def test_links_of_one_face_see_one_surface():
 
 def test_custom_link_matches_its_closed_form():
     # C dθ/dt = −s θ³, θ = θ_0/√(1 + 2 s θ_0² t/C)
-    heat = sb.Heat((sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)), (Quartic("a", "air", 1e-3),))
+    heat = sb.Heat(
+        (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)),
+        (Quartic("a", "air", 1e-3),),
+    )
     t = np.linspace(0.0, 10.0, 6)
     run = sb.simulate_heat(heat, t, rtol=1e-12)
-    np.testing.assert_allclose(run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10)
+    np.testing.assert_allclose(
+        run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10
+    )
     assert float(run.closure) < 1e-13
-    assert [leaf.path for leaf in sb.files.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]
+    assert [
+        leaf.path for leaf in sb.files.leaves(heat, "heat") if "links" in leaf.path
+    ] == ["heat.links[0].growth"]
 
 
-@pytest.mark.parametrize("kind", [sb.thermal.Convection, pytest.param(sb.thermal.Radiation, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "kind",
+    [sb.thermal.Convection, pytest.param(sb.thermal.Radiation, marks=pytest.mark.slow)],
+)
 def test_closed_band_covers_the_surface(kind):
-    """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
+    """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A`
+    the open area."""
     h = 20.0
     emissivity = 0.8
     area = 0.7
@@ -326,14 +457,27 @@ def test_closed_band_covers_the_surface(kind):
     def end(closed, **covered):
         heat = sb.Heat(
             (sb.thermal.Lump("a", C, T_0), sb.thermal.Reservoir("air", 0.0)),
-            (kind("a", area, h if kind is sb.thermal.Convection else emissivity, **covered),),
+            (
+                kind(
+                    "a",
+                    area,
+                    h if kind is sb.thermal.Convection else emissivity,
+                    **covered,
+                ),
+            ),
         )
-        return float(sb.simulate_heat(heat, [0.0, t], closed=closed, rtol=1e-11).temperature[-1, 0])
+        return float(
+            sb.simulate_heat(heat, [0.0, t], closed=closed, rtol=1e-11).temperature[
+                -1, 0
+            ]
+        )
 
     def truth(open_area):
         if kind is sb.thermal.Convection:
             return T_0 * math.exp(-h * open_area * t / C)
-        return (T_0**-3 + 3 * emissivity * 5.670374419e-8 * open_area * t / C) ** (-1 / 3)
+        return (T_0**-3 + 3 * emissivity * 5.670374419e-8 * open_area * t / C) ** (
+            -1 / 3
+        )
 
     assert end(1.0, covered=0.6) == pytest.approx(truth(0.4 * area), rel=1e-9)
     assert end(0.0, covered=0.6) == pytest.approx(truth(area), rel=1e-9)
@@ -341,7 +485,8 @@ def test_closed_band_covers_the_surface(kind):
 
 
 def test_walls_side_by_side():
-    """Three copies of a wall, a wall of one layer and lumps, each heated by itself: what each took stays in it."""
+    """Three copies of a wall, a wall of one layer and lumps, each heated by itself:
+    what each took stays in it."""
     bodies = (
         sb.thermal.Lump("before", 500.0),
         sb.thermal.Wall("row", STEEL, 0.03, 1.0, 4, 1.2, copies=3),
@@ -349,13 +494,31 @@ def test_walls_side_by_side():
         wall("sheet", 1, 0.005),
         wall("single", 5, 0.02),
     )
-    powers = {"before": 1e3, "row.front": 3e3, "row.back": 6e3, "between": 500.0, "single.back": 2e3}
+    powers = {
+        "before": 1e3,
+        "row.front": 3e3,
+        "row.back": 6e3,
+        "between": 500.0,
+        "single.back": 2e3,
+    }
     powers |= {"sheet.front": 800.0, "sheet.back": 400.0}
-    heat = sb.Heat(bodies, sources=tuple(sb.thermal.Source(place, power) for place, power in powers.items()))
+    heat = sb.Heat(
+        bodies,
+        sources=tuple(
+            sb.thermal.Source(place, power) for place, power in powers.items()
+        ),
+    )
     run = sb.simulate_heat(heat, [0.0, 2.0])
-    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature[-1]) - sb.thermal.ROOM)
-    found = {name: stored[here] for name, here in run.record.system.thermal.spans.stores.items()}
-    np.testing.assert_allclose(found["row"].reshape(3, 4).sum(axis=1), 3 * [6e3], rtol=1e-9)
+    stored = np.asarray(run.record.system.thermal.capacity) * (
+        np.asarray(run.temperature[-1]) - sb.thermal.ROOM
+    )
+    found = {
+        name: stored[here]
+        for name, here in run.record.system.thermal.spans.stores.items()
+    }
+    np.testing.assert_allclose(
+        found["row"].reshape(3, 4).sum(axis=1), 3 * [6e3], rtol=1e-9
+    )
     np.testing.assert_allclose(found["between"], [500.0, 500.0], rtol=1e-9)
     for name, total in (("before", 2e3), ("sheet", 2.4e3), ("single", 4e3)):
         assert found[name].sum() == pytest.approx(total, rel=1e-9)
@@ -367,7 +530,14 @@ def test_walls_side_by_side():
 
 
 def test_two_lumps_at_one_face():
-    bodies = (sb.thermal.Wall("w", STEEL, 0.02, 1.0, 2), Lump("a", 10.0), Lump("b", 10.0, 350.0))
+    bodies = (
+        sb.thermal.Wall("w", STEEL, 0.02, 1.0, 2),
+        Lump("a", 10.0),
+        Lump("b", 10.0, 350.0),
+    )
     links = (ThermalContact("w.front", "a", 1.0), ThermalContact("b", "w.front", 1.0))
-    with pytest.raises(sb.InputError, match=r"heat\.links: perfect contacts at w\.front hold a and b together"):
+    with pytest.raises(
+        sb.InputError,
+        match=r"heat\.links: perfect contacts at w\.front hold a and b together",
+    ):
         sb.simulate_heat(sb.Heat(bodies, links), [0.0, 1.0])

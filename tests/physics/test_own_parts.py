@@ -1,4 +1,5 @@
-"""User-defined friction laws, thermal links, profiles and brakes: what they read is found without a word of theirs."""
+"""User-defined friction laws, thermal links, profiles and brakes: what they read is
+found without a word of theirs."""
 
 import dataclasses
 import math
@@ -17,23 +18,31 @@ import simbrake as sb
 from simbrake import plot
 from simbrake.friction import FrictionWithMemory, MemoryProcess
 
-# --- friction laws: the same coefficient written in many ways ---------------------------------------------------------
+# --- friction laws: the same coefficient written in many ways ------------------------
 
 
 def test_a_shipped_law_made_to_fall():
     """Frozen at rest it would stop the second pulley as well."""
     result = sb.simulate(stop_scene(C=None, law=Derived(AT_REST)))
-    stop = quad(lambda w: J / torque_of(falling(R * w)), 0.0, 20.0, epsabs=1e-12, epsrel=1e-12)[0]
+    stop = quad(
+        lambda w: J / torque_of(falling(R * w)), 0.0, 20.0, epsabs=1e-12, epsrel=1e-12
+    )[0]
     assert float(result.stopping_time) == pytest.approx(stop, rel=1e-10)
     load = 0.5 * (torque_of(AT_REST) + torque_of(falling(R * 20.0)))
     result = sb.simulate(stop_scene(C=None, law=Derived(AT_REST), load=load))
-    run = solve_ivp(lambda t, w: (load - torque_of(falling(R * w))) / J, (0.0, 5.0), [20.0], rtol=1e-12, atol=1e-10)
+    run = solve_ivp(
+        lambda t, w: (load - torque_of(falling(R * w))) / J,
+        (0.0, 5.0),
+        [20.0],
+        rtol=1e-12,
+        atol=1e-10,
+    )
     assert result.status == "runaway"
     assert float(result.record.y_end.omega) == pytest.approx(run.y[0, -1], rel=1e-9)
     assert run.y[0, -1] > 20.0
 
 
-# --- temperature and pressure, where the scene has them ---------------------------------------------------------------
+# --- temperature and pressure, where the scene has them -----------------------------
 
 
 class Fading(sb.ConstantFriction):
@@ -41,7 +50,9 @@ class Fading(sb.ConstantFriction):
 
     def kinetic(self, contact):
         f = jnp.asarray(self.coefficient)
-        return f if contact.T is None else f * (1 - 1e-3 * (contact.T - sb.thermal.ROOM))
+        return (
+            f if contact.T is None else f * (1 - 1e-3 * (contact.T - sb.thermal.ROOM))
+        )
 
     def static(self, contact):
         return self.kinetic(contact)
@@ -51,16 +62,24 @@ def heated(law, capacity):
     """A stop whose friction heat stays in a rim of one node, which the law senses."""
     heat = sb.Heat(
         (sb.thermal.Lump("rim", capacity, sb.thermal.ROOM),),
-        friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
+        friction=sb.thermal.FrictionHeat(
+            "rim", None, sb.thermal.ConstantPartition(1.0)
+        ),
     )
-    return eqx.tree_at(lambda s: s.heat, stop_scene(C=None, law=law), heat, is_leaf=lambda x: x is None)
+    return eqx.tree_at(
+        lambda s: s.heat, stop_scene(C=None, law=law), heat, is_leaf=lambda x: x is None
+    )
 
 
 def test_optional_temperature_may_be_absent():
-    fading, constant = (stop_scene(law=law) for law in (Fading(0.35), sb.ConstantFriction(0.35)))
+    fading, constant = (
+        stop_scene(law=law) for law in (Fading(0.35), sb.ConstantFriction(0.35))
+    )
     found = sb.simulate(fading)
     plain = sb.simulate(constant)
-    assert len(jax.tree.leaves(found.record.y_end)) == len(jax.tree.leaves(plain.record.y_end))
+    assert len(jax.tree.leaves(found.record.y_end)) == len(
+        jax.tree.leaves(plain.record.y_end)
+    )
     assert float(found.stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
 
 
@@ -80,16 +99,23 @@ class NeedsAll(sb.ConstantFriction):
     """Cannot do without temperature and pressure."""
 
     def kinetic(self, contact):
-        return self.coefficient * (1 - 1e-3 * (contact.T - sb.thermal.ROOM)) * (1 + contact.p / 1e6) ** -0.1
+        return (
+            self.coefficient
+            * (1 - 1e-3 * (contact.T - sb.thermal.ROOM))
+            * (1 + contact.p / 1e6) ** -0.1
+        )
 
 
 def test_what_the_scene_lacks_is_named():
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(stop_scene(law=NeedsAll(0.3)))
-    assert {fault.path for fault in caught.value.faults} == {"brake.linings.area", "heat"}
+    assert {fault.path for fault in caught.value.faults} == {
+        "brake.linings.area",
+        "heat",
+    }
 
 
-# --- thermal links ----------------------------------------------------------------------------------------------------
+# --- thermal links ------------------------------------------------------------------
 
 
 def test_junction_behind_a_nonlinear_link():
@@ -97,15 +123,21 @@ def test_junction_behind_a_nonlinear_link():
     P = 500.0
     G = 10.0
     s = 1e-3
-    bodies = (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Junction("j"), sb.thermal.Reservoir("air", 300.0))
+    bodies = (
+        sb.thermal.Lump("a", 2.0, 400.0),
+        sb.thermal.Junction("j"),
+        sb.thermal.Reservoir("air", 300.0),
+    )
     links = (sb.thermal.Conductance("a", "j", G), Cubic("j", "air", s))
-    found = sb.steady_state(sb.Heat(bodies, links, sources=(sb.thermal.Source("a", P),)))
+    found = sb.steady_state(
+        sb.Heat(bodies, links, sources=(sb.thermal.Source("a", P),))
+    )
     T_j = 300.0 + (P / s) ** (1 / 3)
     assert float(found["j"]) == pytest.approx(T_j, rel=1e-9)
     assert float(found["a"]) == pytest.approx(T_j + P / G, rel=1e-9)
 
 
-# --- profiles ---------------------------------------------------------------------------------------------------------
+# --- profiles -----------------------------------------------------------------------
 
 
 def test_bump_on_a_profile_is_not_missed():
@@ -114,7 +146,7 @@ def test_bump_on_a_profile_is_not_missed():
     assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
 
 
-# --- another kind of brake --------------------------------------------------------------------------------------------
+# --- another kind of brake ----------------------------------------------------------
 
 
 class ConeLining(sb.brakes.AbstractLinings):
@@ -123,7 +155,9 @@ class ConeLining(sb.brakes.AbstractLinings):
     friction: sb.friction.AbstractFriction
     inner_radius: Any = sb.quantity("m", "inner radius", positive=True)
     outer_radius: Any = sb.quantity("m", "outer radius", positive=True)
-    half_angle: Any = sb.quantity("rad", "half of the angle of the cone", positive=True, high=math.pi / 2)
+    half_angle: Any = sb.quantity(
+        "rad", "half of the angle of the cone", positive=True, high=math.pi / 2
+    )
 
     @property
     def count(self):
@@ -131,7 +165,11 @@ class ConeLining(sb.brakes.AbstractLinings):
 
     @property
     def area(self):
-        return jnp.pi * (jnp.asarray(self.outer_radius) ** 2 - self.inner_radius**2) / jnp.sin(self.half_angle)
+        return (
+            jnp.pi
+            * (jnp.asarray(self.outer_radius) ** 2 - self.inner_radius**2)
+            / jnp.sin(self.half_angle)
+        )
 
     @property
     def weights(self):
@@ -143,11 +181,15 @@ class ConeBrake(sb.brakes.AbstractPressedBrake):
 
     inertia: Any = sb.quantity("kg*m^2", "inertia about the shaft", positive=True)
     linings: ConeLining
-    words: ClassVar[sb.brakes.BrakeWords] = sb.brakes.BrakeWords("cone brake", "lining", "cone")
+    words: ClassVar[sb.brakes.BrakeWords] = sb.brakes.BrakeWords(
+        "cone brake", "lining", "cone"
+    )
 
     @property
     def radius(self):
-        return 0.5 * (jnp.asarray(self.linings.inner_radius) + self.linings.outer_radius)
+        return 0.5 * (
+            jnp.asarray(self.linings.inner_radius) + self.linings.outer_radius
+        )
 
     def normal(self, force, f, back):
         return jnp.broadcast_to(force / jnp.sin(self.linings.half_angle), (1,))
@@ -173,7 +215,14 @@ def test_custom_cone_brake_is_a_full_brake():
     )
     brake = ConeBrake(inertia, ConeLining(sb.ConstantFriction(f, 1.2), r_i, r_o, alpha))
     duty = sb.ForceDuty(sb.Constant(F), sb.TorqueLoad(sb.Constant(load)))
-    scene = sb.Scene(brake, duty, sb.Initial(omega), 12.0, heat, wear=sb.Wear(sb.wear.ConstantWear(1e-14)))
+    scene = sb.Scene(
+        brake,
+        duty,
+        sb.Initial(omega),
+        12.0,
+        heat,
+        wear=sb.Wear(sb.wear.ConstantWear(1e-14)),
+    )
     run = sb.simulate(scene)
     N = F / math.sin(alpha)
     r = 0.5 * (r_i + r_o)
@@ -183,29 +232,40 @@ def test_custom_cone_brake_is_a_full_brake():
     assert run.status == "stopped"
     friction = f * N * r * omega * stop / 2
     assert float(run.energy["friction_heat"]) == pytest.approx(friction, rel=1e-11)
-    assert run.end_temperatures[1] - sb.thermal.ROOM == pytest.approx(0.2 * friction / 500.0, rel=1e-9)
+    assert run.end_temperatures[1] - sb.thermal.ROOM == pytest.approx(
+        0.2 * friction / 500.0, rel=1e-9
+    )
     worn = 1e-14 * N * r * omega * stop / 2 / float(brake.linings.area)
     np.testing.assert_allclose(run.worn_thickness, worn, rtol=1e-9)
 
-    (table,) = sb.sensitivity(scene, ["stopping_time"], ["brake.linings.half_angle"], span=None)
+    (table,) = sb.sensitivity(
+        scene, ["stopping_time"], ["brake.linings.half_angle"], span=None
+    )
     slope = stop**2 * f * r * N / math.tan(alpha) / (inertia * omega)
     assert table.rows[0].derivative == pytest.approx(slope, rel=1e-9)
     swept = sb.sweep(scene, {"initial.omega": [30.0, 60.0]}, ["stopping_time"])
     np.testing.assert_allclose(swept["stopping_time"], [stop / 2, stop], rtol=1e-9)
     sb.report(run, check=False)
-    with pytest.raises(sb.InputError, match="is a cone brake: this draws discs and drums"):
+    with pytest.raises(
+        sb.InputError, match="is a cone brake: this draws discs and drums"
+    ):
         plot.pressed(run)
     with pytest.raises(sb.InputError, match="half_angle"):
         sb.simulate(sb.with_values(scene, {"brake.linings.half_angle": 2.0}))
 
 
 class ServoBrake(sb.brakes.AbstractPressedBrake):
-    """Pads of which each presses the next one on: `N_1 = F`, `N_{i+1} = N_i (1 + k f_i)`."""
+    """Pads of which each presses the next one on: `N_1 = F`,
+    `N_{i+1} = N_i (1 + k f_i)`."""
 
     inertia: Any = sb.quantity("kg*m^2", "inertia about the shaft", positive=True)
     linings: sb.Pads
-    share: Any = sb.quantity("1", "share of its friction with which a pad presses", default=1.5)
-    words: ClassVar[sb.brakes.BrakeWords] = sb.brakes.BrakeWords("servo brake", "pad", "disc")
+    share: Any = sb.quantity(
+        "1", "share of its friction with which a pad presses", default=1.5
+    )
+    words: ClassVar[sb.brakes.BrakeWords] = sb.brakes.BrakeWords(
+        "servo brake", "pad", "disc"
+    )
     can_lock: ClassVar[bool] = True
 
     @property
@@ -218,13 +278,16 @@ class ServoBrake(sb.brakes.AbstractPressedBrake):
 
 
 def test_linings_that_press_others_on_are_coupled_by_their_friction_states():
-    """The Jacobian of a stiff step needs the coupling: without it the order falls, and 755 steps are taken."""
+    """The Jacobian of a stiff step needs the coupling: without it the order falls, and
+    755 steps are taken."""
     f = 0.35
     end = 0.3
     work = 3e4
     force = 4e3
     speed = 60.0
-    pads = sb.Pads(FrictionWithMemory(f, (MemoryProcess(end, work=work),)), 0.3, 0.5, 0.7, faces=6)
+    pads = sb.Pads(
+        FrictionWithMemory(f, (MemoryProcess(end, work=work),)), 0.3, 0.5, 0.7, faces=6
+    )
     brake = ServoBrake(800.0, pads)
     scene = sb.Scene(brake, sb.ForceDuty(force, 0), sb.Initial(speed), 2.0)
     result = sb.simulate(scene, solver=sb.hybrid.Rodas5P(), rtol=1e-8)
@@ -234,9 +297,13 @@ def test_linings_that_press_others_on_are_coupled_by_their_friction_states():
     def rhs(t, y):
         c = y[1:]
         friction = f * c * force * np.append(1.0, np.cumprod(1 + 1.5 * f * c[:-1]))
-        return np.append(-r * friction.sum() / 800.0, (end - c) * friction * r * y[0] / area / work)
+        return np.append(
+            -r * friction.sum() / 800.0, (end - c) * friction * r * y[0] / area / work
+        )
 
-    truth = solve_ivp(rhs, (0, 2), [speed, *np.ones(6)], method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+    truth = solve_ivp(
+        rhs, (0, 2), [speed, *np.ones(6)], method="DOP853", rtol=1e-12, atol=1e-14
+    ).y[:, -1]
     y = result.record.y_end
     np.testing.assert_allclose([y.omega, *y.memory[0]], truth, rtol=1e-8)
     assert int(result.record.stats.accepted) < 150
@@ -267,19 +334,29 @@ class Windy(sb.TorqueLoad):
 @pytest.mark.parametrize(
     ("place", "part", "words"),
     [
-        (lambda s: s.brake.linings.friction, Ramped(0.4), "brake.linings.friction: Ramped.kinetic needs"),
-        (lambda s: s.brake.linings.friction, Exponential(0.4), "brake.linings.friction: Exponential.kinetic needs"),
+        (
+            lambda s: s.brake.linings.friction,
+            Ramped(0.4),
+            "brake.linings.friction: Ramped.kinetic needs",
+        ),
+        (
+            lambda s: s.brake.linings.friction,
+            Exponential(0.4),
+            "brake.linings.friction: Exponential.kinetic needs",
+        ),
         (lambda s: s.duty.slack_tension, Late(8e3), "Late.value: needs"),
         (lambda s: s.duty.load, Windy(0.0), "Windy.torque: needs"),
     ],
 )
 def test_own_parts_written_for_plain_numbers(place, part, words):
-    with pytest.raises(sb.InputError, match=r"test_own_parts.py, line \d+.*jnp.where in place of `if`") as caught:
+    with pytest.raises(
+        sb.InputError, match=r"test_own_parts.py, line \d+.*jnp.where in place of `if`"
+    ) as caught:
         sb.simulate(eqx.tree_at(place, stop_scene(), part))
     assert words in str(caught.value)
 
 
-# --- laws that are not finite where a run begins ----------------------------------------------------------------------
+# --- laws that are not finite where a run begins ------------------------------------
 
 
 class AtNoPressure(sb.friction.AbstractFriction):
@@ -334,24 +411,50 @@ class WearAtPressure(sb.wear.AbstractWearRate):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"wear": sb.Wear(WearAtPressure())}, "wear.rate: WearAtPressure is inf at p = 0 Pa, v = 14.5 m/s"),
-        ({"law": AtNoPressure()}, "brake.linings.friction: AtNoPressure is inf at v = 0 m/s, p = 0 Pa"),
-        ({"law": TooFast()}, "brake.linings.friction: TooFast is nan at v = 14.5 m/s, p = 0 Pa"),
+        (
+            {"wear": sb.Wear(WearAtPressure())},
+            "wear.rate: WearAtPressure is inf at p = 0 Pa, v = 14.5 m/s",
+        ),
+        (
+            {"law": AtNoPressure()},
+            "brake.linings.friction: AtNoPressure is inf at v = 0 m/s, p = 0 Pa",
+        ),
+        (
+            {"law": TooFast()},
+            "brake.linings.friction: TooFast is nan at v = 14.5 m/s, p = 0 Pa",
+        ),
         (
             {"law": sb.friction.ProductFriction(AtNoPressure(), ())},
             "brake.linings.friction: ProductFriction is inf at v = 0 m/s",
         ),
-        ({"duty": sb.Duty(of(lambda t: 8e3 / t), 0.0)}, "duty.slack_tension: FunctionProfile is inf at t = 0 s"),
-        ({"duty": sb.Duty(8e3, sb.TorqueLoad(of(jnp.log)))}, "duty.load.profile: FunctionProfile is -inf at t = 0 s"),
-        ({"duty": sb.Duty(8e3, Spring())}, "duty.load: Spring is inf at t = 0 s, ω = 20 rad/s"),
+        (
+            {"duty": sb.Duty(of(lambda t: 8e3 / t), 0.0)},
+            "duty.slack_tension: FunctionProfile is inf at t = 0 s",
+        ),
+        (
+            {"duty": sb.Duty(8e3, sb.TorqueLoad(of(jnp.log)))},
+            "duty.load.profile: FunctionProfile is -inf at t = 0 s",
+        ),
+        (
+            {"duty": sb.Duty(8e3, Spring())},
+            "duty.load: Spring is inf at t = 0 s, ω = 20 rad/s",
+        ),
         ({"shaft": (Drag(),)}, "shaft[0]: Drag is -inf at t = 0 s, ω = 20 rad/s"),
-        ({"shaft": (Nothing(),)}, "shaft[0]: Nothing gives nothing — return its number"),
-        ({"shaft": (Both(),)}, "shaft[0]: Both gives an array of the shape (2,) — return one number"),
+        (
+            {"shaft": (Nothing(),)},
+            "shaft[0]: Nothing gives nothing — return its number",
+        ),
+        (
+            {"shaft": (Both(),)},
+            "shaft[0]: Both gives an array of the shape (2,) — return one number",
+        ),
     ],
 )
 def test_law_that_is_not_finite_at_the_start_is_named_once(change, words):
     change = dict(change)
-    scene = sb.with_values(stop_scene(C=None, law=change.pop("law", None)), {"brake.linings.area": 0.01})
+    scene = sb.with_values(
+        stop_scene(C=None, law=change.pop("law", None)), {"brake.linings.area": 0.01}
+    )
     with pytest.raises(sb.InputError) as raised:
         sb.simulate(dataclasses.replace(scene, **change))
     (fault,) = raised.value.faults

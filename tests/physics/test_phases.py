@@ -1,4 +1,5 @@
-"""Duties in phases that end with rest, travel, a temperature or a time: against closed forms; a faded stop by SciPy."""
+"""Duties in phases that end with rest, travel, a temperature or a time: against closed
+forms; a faded stop by SciPy."""
 
 import dataclasses
 import math
@@ -23,7 +24,9 @@ N = 20
 WRAP = math.radians(270)
 MU = ((1 + F * math.tan(WRAP / N / 2)) / (1 - F * math.tan(WRAP / N / 2))) ** N
 GAIN = R_B * (MU - 1)  # N·m of brake torque per N of slack tension
-BRAKE = sb.Brake(sb.Pulley(R, J_P), sb.Band(R_B), sb.uniform_linings(N, WRAP, sb.ConstantFriction(F)))
+BRAKE = sb.Brake(
+    sb.Pulley(R, J_P), sb.Band(R_B), sb.uniform_linings(N, WRAP, sb.ConstantFriction(F))
+)
 EMPTY = 5e3
 STRING = 40e3
 STAND = 2e3
@@ -53,7 +56,8 @@ def ends(result):
 
 
 def closed_form(string=STRING):
-    """Ends of the phases, and the angle after each cycle: a fall by the distance, the ramp, the rest of the stop."""
+    """Ends of the phases, and the angle after each cycle: a fall by the distance, the
+    ramp, the rest of the stop."""
     t = 0.0
     phi = 0.0
     found = []
@@ -82,7 +86,12 @@ def test_two_cycles_in_closed_form(two_cycles):
     assert [(event.phase.name, event.phase.cycle) for event in found] == [
         (phase.name, cycle) for cycle in (1, 2) for phase in PHASES.phases
     ]
-    assert [event.phase.until for event in found[:4]] == ["travel 12 m", "rest", "4 s", "2 s"]
+    assert [event.phase.until for event in found[:4]] == [
+        "travel 12 m",
+        "rest",
+        "4 s",
+        "2 s",
+    ]
     np.testing.assert_allclose(np.cumsum(two_cycles.stops["angle"]), angles, rtol=1e-9)
     assert float(two_cycles.record.t_end) == pytest.approx(times[-1], rel=1e-10)
     assert two_cycles.ok
@@ -93,22 +102,36 @@ def test_two_cycles_in_closed_form(two_cycles):
 
 
 @pytest.mark.parametrize(
-    "solver", [pytest.param(diffrax.Dopri8(), marks=pytest.mark.slow, id="explicit"), sb.hybrid.Rodas5P()]
+    "solver",
+    [
+        pytest.param(diffrax.Dopri8(), marks=pytest.mark.slow, id="explicit"),
+        sb.hybrid.Rodas5P(),
+    ],
 )
 def test_derivatives_through_the_begin_of_a_phase(solver):
-    """The lever's ramp begins with its phase, later for a lighter string: rates depend on that instant.
+    """The lever's ramp begins with its phase, later for a lighter string: rates depend
+    on that instant.
 
-    Heat changes nothing here, but with it the implicit method knows which rates depend on which states.
+    Heat changes nothing here, but with it the implicit method knows which rates depend
+    on which states.
     """
-    warm = dataclasses.replace(SCENE, heat=sb.lumped_heat(rim=6e4, linings=6e3, partition=0.9, rim_cooling=0.0))
+    warm = dataclasses.replace(
+        SCENE, heat=sb.lumped_heat(rim=6e4, linings=6e3, partition=0.9, rim_cooling=0.0)
+    )
 
     def end(string):
-        return sb.simulate(sb.with_values(warm, {"duty.load.string": string}), solver=solver).record.t_end
+        return sb.simulate(
+            sb.with_values(warm, {"duty.load.string": string}), solver=solver
+        ).record.t_end
 
     def true(share):
         return closed_form(STRING * (1 + share))[0][-1]
 
-    slope = (4 * (true(1e-3) - true(-1e-3)) / 2e-3 - (true(2e-3) - true(-2e-3)) / 4e-3) / 3 / STRING
+    slope = (
+        (4 * (true(1e-3) - true(-1e-3)) / 2e-3 - (true(2e-3) - true(-2e-3)) / 4e-3)
+        / 3
+        / STRING
+    )
     for derivative in (jax.grad, jax.jacfwd):
         assert float(jax.jit(derivative(end))(STRING)) == pytest.approx(slope, rel=1e-7)
 
@@ -121,40 +144,75 @@ def test_faded_stop_ends_its_phase_at_rest():
     T_0 = 293.15
     pull = 16e3
     torque = 8e3
-    law = sb.friction.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(slope, above=T_0, floor=0.2),))
-    brake = dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
-    heat = sb.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
-    heat = dataclasses.replace(heat, friction=dataclasses.replace(heat.friction, sensed="rim"))
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(F), (sb.LinearFade(slope, above=T_0, floor=0.2),)
+    )
+    brake = dataclasses.replace(
+        BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law)
+    )
+    heat = sb.lumped_heat(
+        rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0
+    )
+    heat = dataclasses.replace(
+        heat, friction=dataclasses.replace(heat.friction, sensed="rim")
+    )
 
     def rates(t, y):
         z = F * (1 - slope * (y[1] - T_0)) * math.tan(WRAP / N / 2)
         braked = R_B * (((1 + z) / (1 - z)) ** N - 1) * pull
         return [(torque - braked) / J_P, braked * y[0] / capacity]
 
-    out = solve_ivp(rates, (0, 60), [30.0, T_0], events=at_rest, rtol=1e-12, atol=1e-10, method="DOP853")
+    out = solve_ivp(
+        rates,
+        (0, 60),
+        [30.0, T_0],
+        events=at_rest,
+        rtol=1e-12,
+        atol=1e-10,
+        method="DOP853",
+    )
     assert out.t[-1] > 1.02 * J_P * 30.0 / (GAIN * pull - torque)
     duty = sb.Duty(Phases((Phase(pull, "rest"), Phase(60e3, "3 s")), 1), torque)
     result = sb.simulate(sb.Scene(brake, duty, sb.Initial(30.0), 40.0, heat))
-    assert [event.time for event in ends(result)] == pytest.approx([out.t[-1], out.t[-1] + 3.0], rel=1e-9)
-    assert result.stops["peak_rim_temperature"] == pytest.approx([out.y[1, -1]], rel=1e-9)
-    assert result.stops["energy"] == pytest.approx([float(result.energy["friction_heat"])], rel=1e-12)
+    assert [event.time for event in ends(result)] == pytest.approx(
+        [out.t[-1], out.t[-1] + 3.0], rel=1e-9
+    )
+    assert result.stops["peak_rim_temperature"] == pytest.approx(
+        [out.y[1, -1]], rel=1e-9
+    )
+    assert result.stops["energy"] == pytest.approx(
+        [float(result.energy["friction_heat"])], rel=1e-12
+    )
 
 
 @pytest.mark.slow
 def test_a_phase_ended_by_a_temperature():
-    """Drag at a held speed heats the rim with `M ω`; two phases that are over as they begin are passed at once."""
+    """Drag at a held speed heats the rim with `M ω`; two phases that are over as they
+    begin are passed at once."""
     capacity = 6e4
     torque = 8e3
     omega = 10.0
     level = 323.15
-    heat = sb.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
+    heat = sb.lumped_heat(
+        rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0
+    )
 
     def run(level):
         drag = sb.SpeedHold(100e3)
         hot = sb.loads.AtTemperature(level)
         below = f"temperature of the rim below {float(sb.thermal.ROOM) + 35} K"
-        phases = Phases((Phase(drag, hot), Phase(drag, hot), Phase(drag, below), Phase(60e3, "rest")), 1)
-        return sb.simulate(sb.Scene(BRAKE, sb.Duty(phases, torque), sb.Initial(omega), 40.0, heat))
+        phases = Phases(
+            (
+                Phase(drag, hot),
+                Phase(drag, hot),
+                Phase(drag, below),
+                Phase(60e3, "rest"),
+            ),
+            1,
+        )
+        return sb.simulate(
+            sb.Scene(BRAKE, sb.Duty(phases, torque), sb.Initial(omega), 40.0, heat)
+        )
 
     t = capacity * (level - sb.thermal.ROOM) / (torque * omega)
     found = ends(run(level))
@@ -168,32 +226,55 @@ def test_a_phase_ended_by_a_temperature():
 
 @pytest.mark.slow
 def test_rest_is_armed_by_motion_alone():
-    # it rests from the start under the lever: only after the release, the drop and the stop it has come to rest
+    # it rests from the start under the lever: only after the release, the drop and the
+    # stop it has come to rest
     lever = sb.PiecewiseLinear([1.0, 1.0, 2.0, 2.0], [PULL, 0.0, 0.0, PULL])
-    scene = dataclasses.replace(SCENE, duty=sb.Duty(Phases((Phase(lever, "rest"),)), LOAD))
+    scene = dataclasses.replace(
+        SCENE, duty=sb.Duty(Phases((Phase(lever, "rest"),)), LOAD)
+    )
     result = sb.simulate(scene)
     M = (EMPTY + STRING) * G * PER_RAD
-    assert [event.time for event in ends(result)] == pytest.approx([2.0 + M / (GAIN * PULL - M)], rel=1e-10)
+    assert [event.time for event in ends(result)] == pytest.approx(
+        [2.0 + M / (GAIN * PULL - M)], rel=1e-10
+    )
 
 
 @pytest.mark.slow
 def test_ends_at_one_instant_are_all_passed():
-    """A corner of the lever, the end of the phase by its time, and a lever that jumps with it."""
+    """A corner of the lever, the end of the phase by its time, and a lever that jumps
+    with it."""
     M = (EMPTY + STRING) * G * PER_RAD
     lever = sb.PiecewiseLinear([0.0, 1.0], [0.0, 0.0])
-    phases = Phases((Phase(lever, "1 s"), Phase(sb.PiecewiseLinear([0.0, 0.0], [0.0, PULL]), "rest")), 1)
+    phases = Phases(
+        (
+            Phase(lever, "1 s"),
+            Phase(sb.PiecewiseLinear([0.0, 0.0], [0.0, PULL]), "rest"),
+        ),
+        1,
+    )
     result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(phases, LOAD)))
-    assert [event.time for event in ends(result)] == pytest.approx([1.0, 1.0 + M / (GAIN * PULL - M)], rel=1e-10)
+    assert [event.time for event in ends(result)] == pytest.approx(
+        [1.0, 1.0 + M / (GAIN * PULL - M)], rel=1e-10
+    )
 
 
 def test_pads_are_pressed_in_phases():
     # uniform wear: M = n f F (r_i + r_o)/2
     pads = sb.Pads(sb.ConstantFriction(0.4), 0.3, 0.5, 0.7, 4, sb.brakes.UniformWear())
     phases = Phases((Phase(5e3, "0.5 s"), Phase(20e3, "rest"), Phase(20e3, "1 s")))
-    result = sb.simulate(sb.Scene(sb.DiscBrake(400.0, pads), sb.ForceDuty(phases, 1.5e3), sb.Initial(30.0), 9.0))
+    result = sb.simulate(
+        sb.Scene(
+            sb.DiscBrake(400.0, pads),
+            sb.ForceDuty(phases, 1.5e3),
+            sb.Initial(30.0),
+            9.0,
+        )
+    )
     early, late = ((4 * 0.4 * force * 0.4 - 1.5e3) / 400.0 for force in (5e3, 20e3))
     stop = 0.5 + (30.0 - 0.5 * early) / late
-    assert [event.time for event in ends(result)] == pytest.approx([0.5, stop, stop + 1.0], rel=1e-10)
+    assert [event.time for event in ends(result)] == pytest.approx(
+        [0.5, stop, stop + 1.0], rel=1e-10
+    )
 
 
 HOISTED = sb.HookLoad(60e3, 0.4, 8)
@@ -205,21 +286,51 @@ BEARINGS = sb.loads.BearingFriction(500.0)
 @pytest.mark.parametrize(
     ("load", "omega", "lever", "shaft", "truth"),
     [
-        pytest.param(HOISTED, -10.0, 0.0, (), MOVED * 10.0 / WEIGHT, id="hoisted, power fails"),
-        pytest.param(HOISTED, -10.0, 0.0, (BEARINGS,), MOVED * 10.0 / (WEIGHT + 500.0), id="it overcomes bearings"),
-        pytest.param(HOISTED, -10.0, 100.0, (), MOVED * 10.0 / (WEIGHT + 100.0 * GAIN / MU), id="and a weak brake"),
-        pytest.param(-800.0, 10.0, 0.0, (), J_P * 10.0 / 800.0, id="torque against the motion"),
-        pytest.param(0.0, 10.0, 0.0, (BEARINGS,), J_P * 10.0 / 500.0, id="dry bearings without load"),
+        pytest.param(
+            HOISTED, -10.0, 0.0, (), MOVED * 10.0 / WEIGHT, id="hoisted, power fails"
+        ),
+        pytest.param(
+            HOISTED,
+            -10.0,
+            0.0,
+            (BEARINGS,),
+            MOVED * 10.0 / (WEIGHT + 500.0),
+            id="it overcomes bearings",
+        ),
+        pytest.param(
+            HOISTED,
+            -10.0,
+            100.0,
+            (),
+            MOVED * 10.0 / (WEIGHT + 100.0 * GAIN / MU),
+            id="and a weak brake",
+        ),
+        pytest.param(
+            -800.0, 10.0, 0.0, (), J_P * 10.0 / 800.0, id="torque against the motion"
+        ),
+        pytest.param(
+            0.0,
+            10.0,
+            0.0,
+            (BEARINGS,),
+            J_P * 10.0 / 500.0,
+            id="dry bearings without load",
+        ),
     ],
 )
 def test_rest_comes_by_whatever_stops_the_pulley(load, omega, lever, shaft, truth):
-    """Nothing holds it there: the phase ends as the speed passes through 0, and the lever of the next one holds it."""
+    """Nothing holds it there: the phase ends as the speed passes through 0, and the
+    lever of the next one holds it."""
     lost = sb.friction.FrictionChange(sb.Constant(0.9), when="stop 1")
     law = sb.friction.ChangingFriction(sb.ConstantFriction(F), (lost,))
-    brake = dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
+    brake = dataclasses.replace(
+        BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law)
+    )
     duty = sb.Duty(Phases((Phase(lever, "rest"), Phase(30e3, "3 s"))), load)
     result = sb.simulate(sb.Scene(brake, duty, sb.Initial(omega), 60.0, shaft=shaft))
-    assert [event.time for event in ends(result)] == pytest.approx([truth, truth + 3.0], rel=1e-12)
+    assert [event.time for event in ends(result)] == pytest.approx(
+        [truth, truth + 3.0], rel=1e-12
+    )
     assert result.events["stop"].times == pytest.approx([truth], rel=1e-12)
     assert result.events["friction_change"].times == pytest.approx([truth], rel=1e-12)
     assert result.metrics["stopping_time"] == pytest.approx(truth, rel=1e-12)
@@ -236,7 +347,7 @@ def test_time_of_a_rest_that_nothing_holds_has_derivatives():
     np.testing.assert_allclose(slope, [-J_P * 10.0 / 800.0**2, J_P / 800.0], rtol=1e-12)
 
 
-# --- what cannot be ---------------------------------------------------------------------------------------------------
+# --- what cannot be -----------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -246,7 +357,10 @@ def test_time_of_a_rest_that_nothing_holds_has_derivatives():
         ("travel far", "'far' is no travel in a unit of m"),
         ("travel 0 m", "'travel 0 m' is no travel"),
         ("travel 27 kg", "'27 kg' is no travel in a unit of m"),
-        ("temperature of the moon 350 degC", "'moon' is no place of a temperature — there are: rim, linings, band"),
+        (
+            "temperature of the moon 350 degC",
+            "'moon' is no place of a temperature — there are: rim, linings, band",
+        ),
         ("12 m", "'12 m' is no time in a unit of s"),
     ],
 )
@@ -256,7 +370,9 @@ def test_text_that_is_no_end_is_refused(text, words):
 
 
 def test_impossible_ends_are_named_at_once():
-    torque = sb.Duty(Phases((Phase(1e3, "travel 3 m"), Phase(1e3, "temperature 350 degC"))), 5e3)
+    torque = sb.Duty(
+        Phases((Phase(1e3, "travel 3 m"), Phase(1e3, "temperature 350 degC"))), 5e3
+    )
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(dataclasses.replace(SCENE, duty=torque))
     said = str(caught.value)
@@ -272,7 +388,9 @@ def test_impossible_ends_are_named_at_once():
 @pytest.mark.slow
 def test_endless_phase_says_what_it_awaits():
     weak = Phases((PHASES.phases[0], Phase(500.0, "rest", "brake")), 1)
-    result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(weak, LOAD), end_time=8.0), throw=False)
+    result = sb.simulate(
+        dataclasses.replace(SCENE, duty=sb.Duty(weak, LOAD), end_time=8.0), throw=False
+    )
     assert result.status == "phase_never_ends"
 
 
@@ -280,7 +398,10 @@ def test_phases_are_written_and_read(two_cycles):
     text = sb.files.scene_text(SCENE)
     back = sb.files.scene_from_text(text)
     assert jax.tree.structure(back) == jax.tree.structure(SCENE)
-    assert all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(back), jax.tree.leaves(SCENE), strict=True))
+    assert all(
+        np.array_equal(a, b)
+        for a, b in zip(jax.tree.leaves(back), jax.tree.leaves(SCENE), strict=True)
+    )
     toml = """
     end_time = 60
     initial = { omega = 0 }
@@ -306,8 +427,16 @@ def test_phases_are_written_and_read(two_cycles):
     """
     read = sb.files.scene_from_text(toml)
     assert jax.tree.structure(read) == jax.tree.structure(SCENE)
-    np.testing.assert_allclose(*(np.concatenate([np.ravel(x) for x in jax.tree.leaves(one)]) for one in (read, SCENE)))
-    with pytest.raises(sb.InputError, match=r"duty\.slack_tension\.phases\[0\]\.until: 'sometime' is not understood"):
+    np.testing.assert_allclose(
+        *(
+            np.concatenate([np.ravel(x) for x in jax.tree.leaves(one)])
+            for one in (read, SCENE)
+        )
+    )
+    with pytest.raises(
+        sb.InputError,
+        match=r"duty\.slack_tension\.phases\[0\]\.until: 'sometime' is not understood",
+    ):
         sb.files.scene_from_text(toml.replace("travel 12 m", "sometime"))
 
 
@@ -315,10 +444,18 @@ def test_stops_are_in_every_form(two_cycles):
     table = two_cycles.stops
     times, _ = closed_form()
     assert table["time"] == pytest.approx(times[[1, 5]], rel=1e-9)
-    assert table["motion_time"] == pytest.approx([times[1], times[5] - times[3]], rel=1e-9)
-    assert table["braking_time"] == pytest.approx([times[1] - times[0], times[5] - times[4]], rel=1e-9)
-    assert np.sum(table["energy"]) == pytest.approx(float(two_cycles.energy["friction_heat"]), rel=1e-12)
-    np.testing.assert_allclose(np.asarray(table["angle"]) * PER_RAD, table["travel"], rtol=1e-12)
+    assert table["motion_time"] == pytest.approx(
+        [times[1], times[5] - times[3]], rel=1e-9
+    )
+    assert table["braking_time"] == pytest.approx(
+        [times[1] - times[0], times[5] - times[4]], rel=1e-9
+    )
+    assert np.sum(table["energy"]) == pytest.approx(
+        float(two_cycles.energy["friction_heat"]), rel=1e-12
+    )
+    np.testing.assert_allclose(
+        np.asarray(table["angle"]) * PER_RAD, table["travel"], rtol=1e-12
+    )
     assert two_cycles.summary()["stops"] == table.as_list()
     assert str(table).splitlines()[0].strip() in str(two_cycles)
     data = sb.dataset(two_cycles)
@@ -331,12 +468,20 @@ def test_scipy_passes_the_same_phases():
 
 
 def test_a_stop_is_no_reversal():
-    """Power fails while hoisting, with a loss of the tackle: the pulley stops as the friction turns round."""
+    """Power fails while hoisting, with a loss of the tackle: the pulley stops as the
+    friction turns round."""
     up = sb.PiecewiseLinear([0.0, 3.0], [0.0, -20.0])
     some = Phase(0.0, "4 s", motor=up), Phase(0.0, "rest"), Phase(60e3, "5 s")
     motor = sb.loads.Motor("60 kN*m", "2 MW", "40 rad/s")
     duty = sb.Duty(Phases(some), sb.HookLoad("60 t", 0.4, 8))
     loss = (sb.loads.TackleLoss(sheave_factor=1.04),)
-    scene = dataclasses.replace(SCENE, duty=duty, initial=sb.Initial(0.0), end_time=60.0, motor=motor, shaft=loss)
+    scene = dataclasses.replace(
+        SCENE,
+        duty=duty,
+        initial=sb.Initial(0.0),
+        end_time=60.0,
+        motor=motor,
+        shaft=loss,
+    )
     names = [event.name for event in sb.simulate(scene).events]
     assert (names.count("stop"), names.count("reversal")) == (1, 0)

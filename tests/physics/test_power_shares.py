@@ -1,4 +1,5 @@
-"""Friction power as heat, electrical and mechanical work: what heats, what is booked, and that it costs nothing."""
+"""Friction power as heat, electrical and mechanical work: what heats, what is booked,
+and that it costs nothing."""
 
 import dataclasses
 
@@ -11,9 +12,15 @@ SHARES = sb.PowerShares(electrical=0.05, mechanical=0.27)
 
 
 def heated(shares=None):
-    """A stop whose rim takes all heat and loses none, with friction that does not look at it."""
+    """A stop whose rim takes all heat and loses none, with friction that does not look
+    at it."""
     rim = sb.thermal.Lump("rim", capacity=2e4, temperature=300.0)
-    heat = sb.Heat((rim,), (), sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)), rim="rim")
+    heat = sb.Heat(
+        (rim,),
+        (),
+        sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
+        rim="rim",
+    )
     return dataclasses.replace(stop_scene(), heat=heat, power_shares=shares)
 
 
@@ -24,7 +31,9 @@ def runs():
 
 @pytest.mark.slow
 def test_heat_warms_and_the_rest_is_booked(runs):
-    plain, split = ({name: float(value) for name, value in run.energy.items()} for run in runs)
+    plain, split = (
+        {name: float(value) for name, value in run.energy.items()} for run in runs
+    )
     work = plain["friction_heat"]
     assert split["friction_heat"] == pytest.approx(0.68 * work, rel=1e-9)
     assert split["electrical_work"] == pytest.approx(0.05 * work, rel=1e-9)
@@ -37,7 +46,9 @@ def test_heat_warms_and_the_rest_is_booked(runs):
     assert rises[1] == pytest.approx(0.68 * work / 2e4, rel=1e-9)
     assert rises[0] == pytest.approx(work / 2e4, rel=1e-9)
     # torque and times do not know of it
-    assert float(runs[1].stopping_time) == pytest.approx(float(runs[0].stopping_time), rel=1e-10)
+    assert float(runs[1].stopping_time) == pytest.approx(
+        float(runs[0].stopping_time), rel=1e-10
+    )
 
 
 def test_shares_above_one_are_an_input_error():
@@ -61,9 +72,12 @@ def test_thermal_estimates_take_heat_alone():
     start = 293.15
     assert rows["friction work"].value == pytest.approx(plain["friction work"].value)
     name = next(row.name for row in plain if row.name.startswith("bulk"))
-    assert rows[name].value - start == pytest.approx(0.68 * (plain[name].value - start), rel=1e-9)
+    assert rows[name].value - start == pytest.approx(
+        0.68 * (plain[name].value - start), rel=1e-9
+    )
     tables = [
-        sb.compare_materials(each, rims=["steel_20L"], linings=["FK-24A"], run=False) for each in (scene, stop_scene())
+        sb.compare_materials(each, rims=["steel_20L"], linings=["FK-24A"], run=False)
+        for each in (scene, stop_scene())
     ]
     warm, hot = (table.rows[0]["bulk"].value - start for table in tables)
     assert warm == pytest.approx(0.68 * hot, rel=1e-9)
@@ -73,13 +87,23 @@ def test_thermal_estimates_take_heat_alone():
 def test_flash_temperature_sees_heat_alone():
     """Half of the power as heat is a flash of half the share."""
     flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),)
+    )
 
     def torque(flash, shares):
-        start = dataclasses.replace(stop_scene(C=None, law=law, end=1e-3), heat=heated().heat, power_shares=shares)
-        scene = dataclasses.replace(start, heat=dataclasses.replace(start.heat, flash=flash))
+        start = dataclasses.replace(
+            stop_scene(C=None, law=law, end=1e-3),
+            heat=heated().heat,
+            power_shares=shares,
+        )
+        scene = dataclasses.replace(
+            start, heat=dataclasses.replace(start.heat, flash=flash)
+        )
         return float(sb.simulate(scene).series([0.0]).brake_torque[0])
 
     half = torque(flash, sb.PowerShares(mechanical=0.5))
-    assert half == pytest.approx(torque(dataclasses.replace(flash, share=0.5), None), rel=1e-12)
+    assert half == pytest.approx(
+        torque(dataclasses.replace(flash, share=0.5), None), rel=1e-12
+    )
     assert half > 1.001 * torque(flash, None)

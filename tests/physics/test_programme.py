@@ -29,7 +29,9 @@ TRIP = (
 
 @pytest.fixture(scope="module")
 def tripping():
-    return sb.simulate(sb.programme_scene(BRAKE, TRIP, HOOK, pull=30e3, empty=5e3, stand=900.0))
+    return sb.simulate(
+        sb.programme_scene(BRAKE, TRIP, HOOK, pull=30e3, empty=5e3, stand=900.0)
+    )
 
 
 def times(result, name):
@@ -39,7 +41,11 @@ def times(result, name):
 def starts_of(result, count):
     """Starts of all cycles: the ends of the last phase of those before."""
     last = len(result.scene.duty.slack_tension.phases)
-    return [0.0] + [e.time for e in result.events if e.phase and e.phase.phase == last and e.phase.cycle < count]
+    return [0.0] + [
+        e.time
+        for e in result.events
+        if e.phase and e.phase.phase == last and e.phase.cycle < count
+    ]
 
 
 @pytest.mark.slow
@@ -47,10 +53,15 @@ def test_hook_is_lowered_as_programmed(tripping):
     run_up = 1.2 / 0.5
     lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
     starts = starts_of(tripping, 3)
-    s = tripping.series(np.concatenate([[t + run_up, t + 10.0, t + lowering] for t in starts]), left=True)
+    s = tripping.series(
+        np.concatenate([[t + run_up, t + 10.0, t + lowering] for t in starts]),
+        left=True,
+    )
     np.testing.assert_allclose(s.omega, 24.0, rtol=1e-9)
     travel = np.asarray(s.phi).reshape(3, 3) * 0.4 / 8
-    np.testing.assert_allclose(travel[:, 2] - travel[:, 0], 27 - 1.2**2 / (2 * 0.5), rtol=1e-9)
+    np.testing.assert_allclose(
+        travel[:, 2] - travel[:, 0], 27 - 1.2**2 / (2 * 0.5), rtol=1e-9
+    )
     assert travel[0, 2] == pytest.approx(27.0, rel=1e-9)
     assert times(tripping, "restart") == pytest.approx(starts[1:], rel=1e-12)
     assert float(tripping.energy["closure"]) <= 1e-9
@@ -60,7 +71,9 @@ def test_hook_is_lowered_as_programmed(tripping):
 def test_stop_comes_later_with_each_stand(tripping):
     first, *_ = stops = times(tripping, "stop")
     # J ω̇ = −R_b (Π − 1)(T_0 − T_w): the lever goes from T_w to the pull in 0.35 s
-    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (1 - 0.35 * math.tan(math.radians(13.5) / 2))
+    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (
+        1 - 0.35 * math.tan(math.radians(13.5) / 2)
+    )
     gain = 0.623 * (mu**20 - 1)
     J = 1200 + 60e3 * 0.05**2
     excess = gain * 30e3 - 60e3 * 9.80665 * 0.05
@@ -68,16 +81,23 @@ def test_stop_comes_later_with_each_stand(tripping):
     lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
     assert first == pytest.approx(lowering + stop, rel=1e-10)
     starts = starts_of(tripping, 3)
-    # what follows a stop waits for it: holding and the time in the slips last as said in every cycle
-    assert [*starts[1:], float(tripping.record.t_end)] == pytest.approx([time + 15.0 for time in stops], rel=1e-12)
-    assert float(tripping.scene.end_time) == pytest.approx(2 * 3 * (lowering + stop + 15.0), rel=1e-12)
+    # what follows a stop waits for it: holding and the time in the slips last as said
+    # in every cycle
+    assert [*starts[1:], float(tripping.record.t_end)] == pytest.approx(
+        [time + 15.0 for time in stops], rel=1e-12
+    )
+    assert float(tripping.scene.end_time) == pytest.approx(
+        2 * 3 * (lowering + stop + 15.0), rel=1e-12
+    )
     late = [time - start for time, start in zip(stops, starts, strict=True)]
     assert late[0] < late[1] < late[2]
 
 
 def fading(factor):
     law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (factor,))
-    return dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
+    return dataclasses.replace(
+        BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law)
+    )
 
 
 FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
@@ -89,11 +109,20 @@ FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
         (("lower 27 at 1.2 m",), "is not a unit of speed of the hook"),
         (("brake to rest",), "'brake to rest' begins at rest"),
         (("lower 27 m at 1.2 m/s",), "ends in motion — add: brake to rest"),
-        (("lower 1 m at 1.2 m/s", "brake to rest"), "too short to reach the speed, which takes 1.44 m"),
-        (("lower 9 m at 1 m/s", "break to rest"), "is not understood — nearest: brake to rest"),
+        (
+            ("lower 1 m at 1.2 m/s", "brake to rest"),
+            "too short to reach the speed, which takes 1.44 m",
+        ),
+        (
+            ("lower 9 m at 1 m/s", "break to rest"),
+            "is not understood — nearest: brake to rest",
+        ),
         (("lower 9 m at 1 m/s", "hold 3 s"), "begins in motion"),
         (("repeat 3 times", "hold 3 s"), "'repeat 3 times' has no line to repeat"),
-        (("take the string", "hold 3 s"), "takes the string or sets it down, but not both"),
+        (
+            ("take the string", "hold 3 s"),
+            "takes the string or sets it down, but not both",
+        ),
         ((), "has no step"),
     ],
 )
@@ -114,14 +143,23 @@ LOWERED = ("lower 10 m at 1.2 m/s", "brake to rest", "hold 1 s")
     ],
 )
 def test_the_lever_starts_from_what_all_torques_leave_of_the_load(drag, shaft):
-    """The same resistance as drag of the load and as parts of the shaft: the lever begins with what it held before."""
-    result = sb.simulate(sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft))
+    """The same resistance as drag of the load and as parts of the shaft: the lever
+    begins with what it held before."""
+    result = sb.simulate(
+        sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft)
+    )
     lowered = result.events["phase_end"].times[0]
-    before, after = result.series([lowered * (1 - 1e-9), lowered * (1 + 1e-12)]).slack_tension
+    before, after = result.series(
+        [lowered * (1 - 1e-9), lowered * (1 + 1e-12)]
+    ).slack_tension
     assert after == pytest.approx(before, rel=1e-6)
     if len(shaft) == 1 and drag:
         same = dataclasses.replace(HOOK, drag=drag)
-        times = sb.simulate(sb.programme_scene(BRAKE, LOWERED, same, pull=24e3)).events["phase_end"].times
+        times = (
+            sb.simulate(sb.programme_scene(BRAKE, LOWERED, same, pull=24e3))
+            .events["phase_end"]
+            .times
+        )
         assert times == pytest.approx(result.events["phase_end"].times, rel=1e-10)
 
 
@@ -136,9 +174,13 @@ def test_the_plan_of_braking_counts_what_resists_at_speed(shaft):
     """Time and travel of the plan are those of the run."""
     planned = sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft)
     result = sb.simulate(planned)
-    assert float(planned.end_time) / 2 == pytest.approx(float(result.record.t_end), rel=1e-10)
+    assert float(planned.end_time) / 2 == pytest.approx(
+        float(result.record.t_end), rel=1e-10
+    )
     short = dataclasses.replace(HOOK, rope=sb.loads.RopeLayers("30 mm", 10.0, 10.0))
-    with pytest.raises(sb.InputError, match=f"lowers {result['total_hook_travel']:.5g} m in all"):
+    with pytest.raises(
+        sb.InputError, match=f"lowers {result['total_hook_travel']:.5g} m in all"
+    ):
         sb.programme_scene(BRAKE, LOWERED, short, pull=24e3, shaft=shaft)
 
 
@@ -151,39 +193,67 @@ def test_the_plan_of_braking_counts_what_resists_at_speed(shaft):
     ],
 )
 def test_a_speed_that_other_torques_keep_away_is_said(shaft):
-    with pytest.raises(sb.InputError, match="cannot be reached: the load is too light") as caught:
+    with pytest.raises(
+        sb.InputError, match="cannot be reached: the load is too light"
+    ) as caught:
         sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft)
     assert len(caught.value.faults) == 1
 
 
 def test_too_weak_a_pull_names_the_least_one():
-    with pytest.raises(sb.InputError, match=r"needs \d+ N at the slack end — raise `pull`") as caught:
-        sb.programme_scene(BRAKE, ("lower 9 m at 1 m/s", "brake to rest"), HOOK, pull=3e3)
+    with pytest.raises(
+        sb.InputError, match=r"needs \d+ N at the slack end — raise `pull`"
+    ) as caught:
+        sb.programme_scene(
+            BRAKE, ("lower 9 m at 1 m/s", "brake to rest"), HOOK, pull=3e3
+        )
     least = float(str(caught.value).split("needs ")[1].split(" N")[0])
-    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (1 - 0.35 * math.tan(math.radians(13.5) / 2))
-    assert least == pytest.approx(60e3 * 9.80665 * 0.05 / (0.623 * (mu**20 - 1)), rel=1e-3)
+    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (
+        1 - 0.35 * math.tan(math.radians(13.5) / 2)
+    )
+    assert least == pytest.approx(
+        60e3 * 9.80665 * 0.05 / (0.623 * (mu**20 - 1)), rel=1e-3
+    )
 
 
-@pytest.mark.parametrize("lines", [TRIP, ("lower 9 m at 1 m/s", "brake to rest in 3 s", "hold 1 s")])
+@pytest.mark.parametrize(
+    "lines", [TRIP, ("lower 9 m at 1 m/s", "brake to rest in 3 s", "hold 1 s")]
+)
 def test_fade_without_heat_is_usual_error(lines):
     for brake, heat, words in (
-        (fading(FADE), None, "heat: is missing, but friction law brake.linings.friction depends on the temperature"),
+        (
+            fading(FADE),
+            None,
+            "heat: is missing, but friction law brake.linings.friction depends on the temperature",
+        ),
         (
             fading(sb.friction.TabulatedFade([400.0, 500.0], [1.0, 0.9])),
-            sb.lumped_heat(rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0),
+            sb.lumped_heat(
+                rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0
+            ),
             "brake.linings.friction: the table of 400…500 K does not cover the start",
         ),
     ):
         with pytest.raises(sb.InputError, match=words) as caught:
             sb.programme_scene(brake, lines, HOOK, pull=60e3, heat=heat)
         with pytest.raises(sb.InputError) as other:
-            sb.simulate(sb.Scene(brake, sb.Duty(sb.Constant(60e3), HOOK), sb.Initial(0.0), 1.0, heat=heat))
+            sb.simulate(
+                sb.Scene(
+                    brake,
+                    sb.Duty(sb.Constant(60e3), HOOK),
+                    sb.Initial(0.0),
+                    1.0,
+                    heat=heat,
+                )
+            )
         assert caught.value.faults == other.value.faults
 
 
 def test_load_errors_are_named_as_load():
     with pytest.raises(sb.InputError, match=r"\n  load\.mass: -3 kg is out of range"):
-        sb.programme_scene(BRAKE, TRIP, eqx.tree_at(lambda load: load.mass, HOOK, -3.0), pull=60e3)
+        sb.programme_scene(
+            BRAKE, TRIP, eqx.tree_at(lambda load: load.mass, HOOK, -3.0), pull=60e3
+        )
 
 
 def test_programme_file_equals_python_scene():
@@ -202,36 +272,61 @@ def test_programme_file_equals_python_scene():
     lines = ("lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times")
     scene = sb.files.scene_from_text(text)
     wanted = sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
-    for a, b in ((scene, wanted), (sb.files.scene_from_text(sb.files.scene_text(scene)), wanted)):
+    for a, b in (
+        (scene, wanted),
+        (sb.files.scene_from_text(sb.files.scene_text(scene)), wanted),
+    ):
         assert jax.tree.structure(a) == jax.tree.structure(b)
-        assert all(np.array_equal(x, y) for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True))
-    with pytest.raises(sb.InputError, match=r"\n  programme\[1\]: 'brake' is not understood"):
+        assert all(
+            np.array_equal(x, y)
+            for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True)
+        )
+    with pytest.raises(
+        sb.InputError, match=r"\n  programme\[1\]: 'brake' is not understood"
+    ):
         sb.files.scene_from_text(text.replace("brake to rest", "brake"))
 
 
-@pytest.mark.parametrize("brake", ["brake to rest in 3 s", pytest.param("brake to rest", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "brake",
+    ["brake to rest in 3 s", pytest.param("brake to rest", marks=pytest.mark.slow)],
+)
 def test_braking_adds_its_own_travel(brake):
-    """`V X/2` beside the 25 m: in the run, and in the error of a rope that is too short by a little."""
+    """`V X/2` beside the 25 m: in the run, and in the error of a rope that is too short
+    by a little."""
     lines = ("lower 25 m at 1.2 m/s", brake)
-    travel = sb.simulate(sb.programme_scene(BRAKE, lines, sb.HookLoad(60e3, 0.4, 8), pull=40e3))["total_hook_travel"]
+    travel = sb.simulate(
+        sb.programme_scene(BRAKE, lines, sb.HookLoad(60e3, 0.4, 8), pull=40e3)
+    )["total_hook_travel"]
     if brake.endswith("s"):
         assert travel == pytest.approx(26.8, rel=1e-4)
     assert travel > 25.1
     turns = (travel - 0.05) * 8 / (2 * math.pi * 0.4)
     hook = sb.HookLoad(60e3, 0.4, 8, rope=sb.loads.RopeLayers("30 mm", turns, turns))
-    with pytest.raises(sb.InputError, match=f"lowers {travel:.4g}[0-9]* m in all, braking included"):
+    with pytest.raises(
+        sb.InputError, match=f"lowers {travel:.4g}[0-9]* m in all, braking included"
+    ):
         sb.programme_scene(BRAKE, lines, hook, pull=40e3)
 
 
 @pytest.mark.slow
 def test_a_programme_with_layers_of_rope():
-    """The hook is lowered as far as said over three layers; the pulley keeps the speed of the outermost."""
+    """The hook is lowered as far as said over three layers; the pulley keeps the speed
+    of the outermost."""
     rope = sb.loads.RopeLayers("30 mm", 20.0, 50.0)
     hook = sb.HookLoad(60e3, 0.4, 8, rope=rope)
-    lines = ("take the string", "lower 12 m at 1 m/s", "brake to rest", "hold 1 s", "set the string in the slips")
+    lines = (
+        "take the string",
+        "lower 12 m at 1 m/s",
+        "brake to rest",
+        "hold 1 s",
+        "set the string in the slips",
+    )
     result = sb.simulate(sb.programme_scene(BRAKE, lines, hook, pull=40e3, empty=5e3))
     radius = 0.4 + np.array([0.0, 1.0, 2.0]) * math.sqrt(3) / 2 * 0.03
-    full = 2 * math.pi * radius * np.array([20.0, 20.0, 10.0])  # m of rope in each layer
+    full = (
+        2 * math.pi * radius * np.array([20.0, 20.0, 10.0])
+    )  # m of rope in each layer
     down = next(event.time for event in result.events if event.name == "phase_end")
     rope_out = 12.0 * 8
     assert full[1] + full[2] < rope_out < full.sum()
@@ -243,12 +338,15 @@ def test_a_programme_with_layers_of_rope():
     assert result.status == "stopped"
     assert float(result.energy["closure"]) <= 1e-9
     with pytest.raises(
-        sb.InputError, match=r"lowers 3\d\.\d+ m in all, braking included, the rope on the drum is enough for 16\.\d+ m"
+        sb.InputError,
+        match=r"lowers 3\d\.\d+ m in all, braking included, the rope on the drum is enough for 16\.\d+ m",
     ):
-        sb.programme_scene(BRAKE, (*lines, "repeat 3 times"), hook, pull=40e3, empty=5e3)
+        sb.programme_scene(
+            BRAKE, (*lines, "repeat 3 times"), hook, pull=40e3, empty=5e3
+        )
 
 
-# --- hoisting, and lowering by other brakes ---------------------------------------------------------------------------
+# --- hoisting, and lowering by other brakes -----------------------------------------
 
 MOTOR = sb.loads.Motor("90 kN*m", "2 MW", "60 rad/s")
 EDDY = sb.loads.EddyCurrentBrake("90 kN*m", "30 rad/s")
@@ -275,20 +373,35 @@ ROUND = (
 
 def test_a_trip_in_and_out_comes_back():
     scene = sb.programme_scene(
-        BRAKE, ROUND, HOOK, pull=30e3, empty=8e3, stand=900.0, acceleration=0.3, motor=MOTOR, shaft=(EDDY,)
+        BRAKE,
+        ROUND,
+        HOOK,
+        pull=30e3,
+        empty=8e3,
+        stand=900.0,
+        acceleration=0.3,
+        motor=MOTOR,
+        shaft=(EDDY,),
     )
     result = sb.simulate(scene)
     ends = {(e.phase.name, e.phase.cycle): e.time for e in result.events["phase_end"]}
-    s = result.series([ends["lower", 1] - 1e-6, ends["lower", 2] - 1e-6, float(result.record.t_end)])
-    # the auxiliary brake alone tends to the speed that the words say, with a heavier string to a higher one
+    s = result.series(
+        [ends["lower", 1] - 1e-6, ends["lower", 2] - 1e-6, float(result.record.t_end)]
+    )
+    # the auxiliary brake alone tends to the speed that the words say, with a heavier
+    # string to a higher one
     assert float(s.hook_speed[0]) == pytest.approx(1.2, rel=5e-3)
     # 2 M_m e/(1 + e²) of the full torque, by the square of the share
     e = 24.0 / 30.0
     weight = 60e3 * 9.80665 * 0.05
-    assert float(s.load_torque[1]) == pytest.approx((60e3 + 900.0) * 9.80665 * 0.05, rel=1e-12)
+    assert float(s.load_torque[1]) == pytest.approx(
+        (60e3 + 900.0) * 9.80665 * 0.05, rel=1e-12
+    )
     share = weight / (2 * 90e3 * e / (1 + e * e))
     ratio = float(s.omega[1]) / 30.0
-    assert share * 2 * 90e3 * ratio / (1 + ratio**2) == pytest.approx((60e3 + 900.0) * 9.80665 * 0.05, rel=5e-3)
+    assert share * 2 * 90e3 * ratio / (1 + ratio**2) == pytest.approx(
+        (60e3 + 900.0) * 9.80665 * 0.05, rel=5e-3
+    )
     assert float(s.hook_position[2]) == pytest.approx(0.0, abs=1e-9)
     assert float(result.energy["closure"]) <= 1e-9
 
@@ -297,10 +410,16 @@ def test_a_trip_in_and_out_comes_back():
     ("lines", "words"),
     [
         (("hoist 9 m at 1 m/s",), "needs a motor"),
-        (("lower 9 m at 1 m/s on the auxiliary brake", "brake to rest"), "needs an auxiliary brake"),
+        (
+            ("lower 9 m at 1 m/s on the auxiliary brake", "brake to rest"),
+            "needs an auxiliary brake",
+        ),
         (("hoist 1 m at 1 m/s",), "is too short to reach the speed, which takes 2 m"),
         (("hoist back at 1 m/s",), "the hook is not below where it began"),
-        (("make up a stand in 9 s", "lay down a stand in 9 s"), "makes up a stand and lays one down in a cycle"),
+        (
+            ("make up a stand in 9 s", "lay down a stand in 9 s"),
+            "makes up a stand and lays one down in a cycle",
+        ),
     ],
 )
 def test_what_no_part_of_the_drawworks_does_is_said(lines, words):
@@ -310,8 +429,16 @@ def test_what_no_part_of_the_drawworks_does_is_said(lines, words):
 
 
 def test_a_motor_and_an_auxiliary_brake_that_are_too_weak_are_named():
-    weak = {"motor": sb.loads.Motor("40 kN*m", "2 MW", "60 rad/s"), "shaft": (sb.loads.EddyCurrentBrake(9e3, 30.0),)}
-    lines = ("hoist 9 m at 1 m/s", "hold 1 s", "lower 9 m at 1 m/s on the auxiliary brake", "brake to rest")
+    weak = {
+        "motor": sb.loads.Motor("40 kN*m", "2 MW", "60 rad/s"),
+        "shaft": (sb.loads.EddyCurrentBrake(9e3, 30.0),),
+    }
+    lines = (
+        "hoist 9 m at 1 m/s",
+        "hold 1 s",
+        "lower 9 m at 1 m/s on the auxiliary brake",
+        "brake to rest",
+    )
     with pytest.raises(sb.InputError, match="of a motor that gives 40 kN·m") as caught:
         sb.programme_scene(BRAKE, lines, HOOK, pull=30e3, **weak)
     assert "cannot be held: the auxiliary brake gives" in str(caught.value)

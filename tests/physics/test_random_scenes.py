@@ -1,6 +1,8 @@
-"""Random scenes against models in NumPy and SciPy that share no equation with the package.
+"""Random scenes against models in NumPy and SciPy that share no equation with the
+package.
 
-A few of those that `python tests/oracles/random_scenes.py` runs, one of each kind of brake.
+A few of those that `python tests/oracles/random_scenes.py` runs, one of each kind of
+brake.
 """
 
 import pytest
@@ -18,11 +20,13 @@ SCENES = (
     ("disc", "hot", 2),
     ("shoe", "hot", 0),
     ("shoe", "fill", 2),
-    # linings that lift off the rim and touch again, where they take no heat; the second on two alike rims
+    # linings that lift off the rim and touch again, where they take no heat; the second
+    # on two alike rims
     ("staged, rigid band", "hot", 1),
     ("staged, elastic band", "plain", 9),
     ("resolved bandage", "plain", 1),
-    # linings held at rest of which springs tear one off; six linings with friction that depends on their own speeds
+    # linings held at rest of which springs tear one off; six linings with friction that
+    # depends on their own speeds
     ("resolved bandage", "plain", 2),
     ("resolved bandage", "fill", 2),
     ("several bands", "hot", 1),

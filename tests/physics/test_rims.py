@@ -1,4 +1,5 @@
-"""Several alike rims: stops, levers and heat in closed form and against SciPy, one band of twice the force, input."""
+"""Several alike rims: stops, levers and heat in closed form and against SciPy, one band
+of twice the force, input."""
 
 import dataclasses
 import math
@@ -32,8 +33,14 @@ def brake(rims=2, linings=LININGS, **parts):
 
 
 def scene(rims=2, *, lever=T0, load=LOAD, end=9.0, omega=W0, linings=LININGS, **parts):
-    lever = sb.PiecewiseLinear([0.0, 9.0], [lever, lever]) if isinstance(lever, float) else lever
-    return sb.Scene(brake(rims, linings), sb.Duty(lever, load), sb.Initial(omega), end, **parts)
+    lever = (
+        sb.PiecewiseLinear([0.0, 9.0], [lever, lever])
+        if isinstance(lever, float)
+        else lever
+    )
+    return sb.Scene(
+        brake(rims, linings), sb.Duty(lever, load), sb.Initial(omega), end, **parts
+    )
 
 
 def mu(f):
@@ -55,7 +62,9 @@ def test_torques_are_those_of_all_rims_and_forces_those_of_one(stopped):
     assert float(stopped.scene.brake.torque(T0, F)) == pytest.approx(torque, rel=1e-13)
     s = stopped.series([0.5 * time, 8.0])
     np.testing.assert_allclose(s.tension[0], along[1:], rtol=1e-13)
-    np.testing.assert_allclose([s.slack_tension[0], s.tight_tension[0]], along[[0, -1]], rtol=1e-13)
+    np.testing.assert_allclose(
+        [s.slack_tension[0], s.tight_tension[0]], along[[0, -1]], rtol=1e-13
+    )
     normal = (along[1:] + along[:-1]) * math.sin(BETA / 2)
     np.testing.assert_allclose(s.normal_load[0], normal, rtol=1e-13)
     np.testing.assert_allclose(s.pressure[0], normal / AREA, rtol=1e-13)
@@ -64,13 +73,19 @@ def test_torques_are_those_of_all_rims_and_forces_those_of_one(stopped):
     # at rest each band bears half of the load
     assert float(s.tight_tension[1]) - T0 == pytest.approx(LOAD / 2 / R_B, rel=1e-12)
     assert stopped.metrics["max_tension"] == pytest.approx(along[-1], rel=1e-13)
-    assert stopped.metrics["min_holding_reserve"] == pytest.approx(torque / LOAD, rel=1e-12)
+    assert stopped.metrics["min_holding_reserve"] == pytest.approx(
+        torque / LOAD, rel=1e-12
+    )
     work = torque * W0 * time / 2
     assert float(stopped.energy["friction_heat"]) == pytest.approx(work, rel=1e-11)
-    assert 2 * np.sum(sb.results.friction_work(stopped)) == pytest.approx(work, rel=1e-11)
+    assert 2 * np.sum(sb.results.friction_work(stopped)) == pytest.approx(
+        work, rel=1e-11
+    )
     assert float(stopped.energy["closure"]) < 1e-12
     assert (
-        0 < float(sb.simulate(scene(load=3 * torque, end=0.1)).end_capacity.torque) == pytest.approx(torque, rel=1e-12)
+        0
+        < float(sb.simulate(scene(load=3 * torque, end=0.1)).end_capacity.torque)
+        == pytest.approx(torque, rel=1e-12)
     )
 
 
@@ -80,21 +95,38 @@ def test_equal_to_one_band_of_twice_the_force_and_to_two_bands(stopped):
     band = sb.brakes.LinedBand(LININGS, share=1.0)
     lever = sb.PiecewiseLinear([0.0, 9.0], [2 * T0, 2 * T0])
     several = sb.simulate(
-        dataclasses.replace(scene(lever=lever), brake=sb.brakes.MultiBandBrake(sb.Pulley(R, J), R_B, (band, band)))
+        dataclasses.replace(
+            scene(lever=lever),
+            brake=sb.brakes.MultiBandBrake(sb.Pulley(R, J), R_B, (band, band)),
+        )
     )
     for other in (one, several):
         for name in ("stopping_time", "stopping_angle", "min_holding_reserve"):
-            assert stopped.metrics[name] == pytest.approx(other.metrics[name], rel=1e-13)
+            assert stopped.metrics[name] == pytest.approx(
+                other.metrics[name], rel=1e-13
+            )
         for name in ("friction_heat", "load_work", "kinetic_change"):
-            assert float(stopped.energy[name]) == pytest.approx(float(other.energy[name]), rel=1e-13)
-    np.testing.assert_allclose(several.series([0.3]).tension[0, :N], stopped.series([0.3]).tension[0], rtol=1e-13)
-    assert several.metrics["max_tension"] == pytest.approx(stopped.metrics["max_tension"], rel=1e-13)
+            assert float(stopped.energy[name]) == pytest.approx(
+                float(other.energy[name]), rel=1e-13
+            )
+    np.testing.assert_allclose(
+        several.series([0.3]).tension[0, :N],
+        stopped.series([0.3]).tension[0],
+        rtol=1e-13,
+    )
+    assert several.metrics["max_tension"] == pytest.approx(
+        stopped.metrics["max_tension"], rel=1e-13
+    )
 
 
 @pytest.mark.slow
 def test_derivatives_in_closed_form():
     def time(x):
-        values = {"brake.pulley.inertia": x[0], "brake.linings.friction.coefficient": x[1], "initial.omega": x[2]}
+        values = {
+            "brake.pulley.inertia": x[0],
+            "brake.linings.friction.coefficient": x[1],
+            "initial.omega": x[2],
+        }
         return sb.simulate(sb.with_values(scene(), values), max_steps=256).stopping_time
 
     def exact(x):
@@ -106,37 +138,61 @@ def test_derivatives_in_closed_form():
         np.testing.assert_allclose(mode(time)(at), mode(exact)(at), rtol=1e-9)
 
 
-# --- every mechanism --------------------------------------------------------------------------------------------------
+# --- every mechanism ----------------------------------------------------------------
 
 
 def doubled(scene):
     """One band, linings and bandage of twice the stiffness, mass, area and force."""
     old = scene.brake
-    twice = lambda part, *names: dataclasses.replace(part, **{n: 2 * getattr(part, n) for n in names})
+    twice = lambda part, *names: dataclasses.replace(
+        part, **{n: 2 * getattr(part, n) for n in names}
+    )
     band = old.band
     linings = twice(old.linings, "area")
     bandage = old.bandage
     if band.stiffness is not None:
         band = twice(band, "stiffness")
     if band.segments is not None:
-        band = dataclasses.replace(band, segments=twice(band.segments, "stiffness", "anchor_damping"))
+        band = dataclasses.replace(
+            band, segments=twice(band.segments, "stiffness", "anchor_damping")
+        )
         linings = twice(linings, "mass")
     if bandage is not None:
-        bandage = twice(bandage, "inertia", "preload", "area", *(["spring"] if bandage.spring is not None else []))
+        bandage = twice(
+            bandage,
+            "inertia",
+            "preload",
+            "area",
+            *(["spring"] if bandage.spring is not None else []),
+        )
     brake = dataclasses.replace(old, band=band, linings=linings, bandage=bandage)
-    return dataclasses.replace(scene, brake=brake, duty=sb.Duty(twice(scene.duty.lever, "values"), scene.duty.load))
+    return dataclasses.replace(
+        scene,
+        brake=brake,
+        duty=sb.Duty(twice(scene.duty.lever, "values"), scene.duty.load),
+    )
 
 
 @pytest.mark.slow
-@every.on("rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "bandage on springs")
+@every.on(
+    "rigid band",
+    "elastic band",
+    "staged, rigid band",
+    "staged, elastic band",
+    "chain",
+    "bandage on springs",
+)
 def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
-    """Heat and wear too: the heat part has both rims together, pressures are equal. Bands break away with a jump."""
+    """Heat and wear too: the heat part has both rims together, pressures are equal.
+    Bands break away with a jump."""
     single = every.scene(kind, hot=kind != "chain")
     law = sb.ConstantFriction(0.4, 1.15)
     if kind != "chain":
         law = sb.friction.ProductFriction(law, (sb.LinearFade(2e-4, ROOM),))
     linings = dataclasses.replace(single.brake.linings, friction=law)
-    single = dataclasses.replace(single, brake=dataclasses.replace(single.brake, linings=linings))
+    single = dataclasses.replace(
+        single, brake=dataclasses.replace(single.brake, linings=linings)
+    )
     pair = dataclasses.replace(single, brake=dataclasses.replace(single.brake, rims=2))
     two = sb.simulate(pair)
     one = sb.simulate(doubled(single))
@@ -148,41 +204,62 @@ def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
     assert float(two.energy["closure"]) < 1e-9
     for name in ("stopping_time", "min_holding_reserve"):
         assert two.metrics[name] == pytest.approx(one.metrics[name], rel=rel)
-    assert float(two.end_capacity.torque) == pytest.approx(float(one.end_capacity.torque), rel=rel)
+    assert float(two.end_capacity.torque) == pytest.approx(
+        float(one.end_capacity.torque), rel=rel
+    )
     ts = np.linspace(0.0, 8.0, 17)
     s = two.series(ts)
     wanted = one.series(ts)
-    np.testing.assert_allclose(s.brake_torque, wanted.brake_torque, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(
+        s.brake_torque, wanted.brake_torque, rtol=1e-6, atol=1e-3
+    )
     np.testing.assert_allclose(2 * s.tension, wanted.tension, rtol=1e-6, atol=1e-3)
     for mine, other in zip(s.pairs.values(), wanted.pairs.values(), strict=True):
         np.testing.assert_allclose(mine.torque, other.torque, rtol=1e-6, atol=1e-3)
-        np.testing.assert_allclose(mine.friction_work, other.friction_work, rtol=1e-8, atol=1e-3)
+        np.testing.assert_allclose(
+            mine.friction_work, other.friction_work, rtol=1e-8, atol=1e-3
+        )
     if two.scene.heated:
         assert float(two.energy["heat_closure"]) < 1e-12
-        np.testing.assert_allclose(two.end_temperatures, one.end_temperatures, rtol=1e-12)
+        np.testing.assert_allclose(
+            two.end_temperatures, one.end_temperatures, rtol=1e-12
+        )
         np.testing.assert_allclose(two.worn_thickness, one.worn_thickness, rtol=1e-12)
 
 
 @pytest.mark.slow
 def test_each_of_two_rims_is_one_under_half_of_load_and_inertia():
-    """Friction that depends on the pressure and runs in: no band of twice the force is the same."""
-    law = sb.friction.ProductFriction(sb.ConstantFriction(F, 1.2), (sb.friction.PressureFactor(5e5, 0.3),))
-    law = sb.friction.FrictionWithMemory(law, (sb.friction.MemoryProcess(0.8, work=4e6),))
+    """Friction that depends on the pressure and runs in: no band of twice the force is
+    the same."""
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(F, 1.2), (sb.friction.PressureFactor(5e5, 0.3),)
+    )
+    law = sb.friction.FrictionWithMemory(
+        law, (sb.friction.MemoryProcess(0.8, work=4e6),)
+    )
     runs = []
     for rims in (np.int64(2), 1):
         built = brake(rims, sb.Lining(law, np.full(2, 2.0), AREA))
         built = dataclasses.replace(built, pulley=sb.Pulley(R, J * rims / 2))
         lever = sb.ramp(500.0, 9e3, 0.0, 2.0)
-        runs.append(sb.simulate(sb.Scene(built, sb.Duty(lever, LOAD * rims / 2), sb.Initial(W0), 6.0)))
+        runs.append(
+            sb.simulate(
+                sb.Scene(built, sb.Duty(lever, LOAD * rims / 2), sb.Initial(W0), 6.0)
+            )
+        )
     two, one = runs
     np.testing.assert_allclose(two.events.times, one.events.times, rtol=1e-12)
     for name in ("friction_heat", "load_work", "kinetic_change"):
-        assert float(two.energy[name]) == pytest.approx(2 * float(one.energy[name]), rel=1e-12)
-    np.testing.assert_allclose(two.series([0.5]).pressure, one.series([0.5]).pressure, rtol=1e-12)
+        assert float(two.energy[name]) == pytest.approx(
+            2 * float(one.energy[name]), rel=1e-12
+        )
+    np.testing.assert_allclose(
+        two.series([0.5]).pressure, one.series([0.5]).pressure, rtol=1e-12
+    )
     assert float(two.energy["closure"]) < 1e-10
 
 
-# --- heat -------------------------------------------------------------------------------------------------------------
+# --- heat ---------------------------------------------------------------------------
 
 C_RIM = 8e4
 C_LINING = 6e3
@@ -194,16 +271,25 @@ WEAR = 1e-13
 
 @pytest.mark.slow
 def test_heat_of_both_rims_enters_the_network_against_scipy():
-    """Linings that fade, each with its node: that of lining `i` of both bands; wear and power are those of one."""
-    law = sb.friction.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(SLOPE, ROOM),))
+    """Linings that fade, each with its node: that of lining `i` of both bands; wear and
+    power are those of one."""
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(F), (sb.LinearFade(SLOPE, ROOM),)
+    )
     heat = sb.Heat(
-        (sb.thermal.Lump("rim", C_RIM), sb.thermal.Lump("linings", C_LINING, count=N), sb.thermal.Reservoir("air")),
+        (
+            sb.thermal.Lump("rim", C_RIM),
+            sb.thermal.Lump("linings", C_LINING, count=N),
+            sb.thermal.Reservoir("air"),
+        ),
         (sb.thermal.Conductance("rim", "air", 40.0),),
         sb.thermal.FrictionHeat("rim", "linings", TO_RIM),
         rim="rim",
         linings="linings",
     )
-    hot = scene(linings=sb.Lining(law, np.full(N, BETA), AREA), heat=heat, wear=sb.Wear(WEAR))
+    hot = scene(
+        linings=sb.Lining(law, np.full(N, BETA), AREA), heat=heat, wear=sb.Wear(WEAR)
+    )
     result = sb.simulate(hot, rtol=1e-11)
 
     def rates(t, y):
@@ -214,21 +300,32 @@ def test_heat_of_both_rims_enters_the_network_against_scipy():
         p = (along[1:] + along[:-1]) * np.sin(BETA / 2) / AREA
         power = 2 * pull * v
         rim = (TO_RIM * power.sum() - 40.0 * (y[1] - ROOM)) / C_RIM
-        return [(LOAD - 2 * R_B * pull.sum()) / J, rim, *((1 - TO_RIM) * power / C_LINING), *(WEAR * p * v)]
+        return [
+            (LOAD - 2 * R_B * pull.sum()) / J,
+            rim,
+            *((1 - TO_RIM) * power / C_LINING),
+            *(WEAR * p * v),
+        ]
 
     start = [W0, *[ROOM] * (1 + N), *[0.0] * N]
-    truth = solve_ivp(rates, (0, 9), start, "DOP853", events=at_rest, rtol=1e-13, atol=1e-14)
+    truth = solve_ivp(
+        rates, (0, 9), start, "DOP853", events=at_rest, rtol=1e-13, atol=1e-14
+    )
     assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-9)
     s = result.series([truth.t[-1]])
     np.testing.assert_allclose(s.rim_temperature[0], truth.y[1, -1:], rtol=1e-9)
-    np.testing.assert_allclose(s.lining_temperature[0], truth.y[2 : 2 + N, -1], rtol=1e-9)
+    np.testing.assert_allclose(
+        s.lining_temperature[0], truth.y[2 : 2 + N, -1], rtol=1e-9
+    )
     np.testing.assert_allclose(result.worn_thickness, truth.y[2 + N :, -1], rtol=1e-9)
     assert float(result.energy["heat_closure"]) < 1e-13
-    stored = C_RIM * (result.end_temperatures[0] - ROOM) + C_LINING * np.sum(result.end_temperatures[1:] - ROOM)
+    stored = C_RIM * (result.end_temperatures[0] - ROOM) + C_LINING * np.sum(
+        result.end_temperatures[1:] - ROOM
+    )
     assert float(result.energy["heat_stored"]) == pytest.approx(stored, rel=1e-12)
 
 
-# --- levers -----------------------------------------------------------------------------------------------------------
+# --- levers -------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -236,19 +333,35 @@ def test_levers_pull_on_all_bands():
     arms = {"arm": 1.5, "slack_arm": 0.1, "efficiency": 0.9}
     hand = sb.PiecewiseLinear([0.0, 9.0], [600.0, 600.0])
     result = sb.simulate(scene(lever=sb.Lever(hand, **arms)))
-    assert float(result.series([0.1]).slack_tension[0]) == pytest.approx(0.9 * 600.0 * 15 / 2, rel=1e-13)
+    assert float(result.series([0.1]).slack_tension[0]) == pytest.approx(
+        0.9 * 600.0 * 15 / 2, rel=1e-13
+    )
     assert result.metrics["max_lever_force"] == pytest.approx(600.0, rel=1e-13)
     torque = 2 * R_B * 0.9 * 600.0 * 15 / 2 * (mu(F) ** N - 1)
-    assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
-    assert sb.formulas.classical_stop(result.scene).time == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
-    geared = dataclasses.replace(result.scene, shaft=(sb.shaft.ViscousDrag(10.0),), end_time=0.2)
-    assert float(sb.simulate(geared).series([0.1]).slack_tension[0]) == pytest.approx(0.9 * 600.0 * 15 / 2, rel=1e-13)
+    assert float(result.stopping_time) == pytest.approx(
+        J * W0 / (torque - LOAD), rel=1e-12
+    )
+    assert sb.formulas.classical_stop(result.scene).time == pytest.approx(
+        J * W0 / (torque - LOAD), rel=1e-12
+    )
+    geared = dataclasses.replace(
+        result.scene, shaft=(sb.shaft.ViscousDrag(10.0),), end_time=0.2
+    )
+    assert float(sb.simulate(geared).series([0.1]).slack_tension[0]) == pytest.approx(
+        0.9 * 600.0 * 15 / 2, rel=1e-13
+    )
     held = sb.simulate(scene(lever=sb.SpeedHold(T0), end=2.0))
-    assert float(held.series([1.0]).slack_tension[0]) == pytest.approx(LOAD / (2 * R_B * (mu(F) ** N - 1)), rel=1e-12)
-    assert float(held.energy["friction_heat"]) == pytest.approx(LOAD * W0 * 2.0, rel=1e-10)
+    assert float(held.series([1.0]).slack_tension[0]) == pytest.approx(
+        LOAD / (2 * R_B * (mu(F) ** N - 1)), rel=1e-12
+    )
+    assert float(held.energy["friction_heat"]) == pytest.approx(
+        LOAD * W0 * 2.0, rel=1e-10
+    )
     stepper = sb.Stepper(result.scene, inputs=["lever"])
     stepper.advance(0.2, lever=300.0)
-    assert float(stepper.omega) == pytest.approx(W0 - (torque / 2 - LOAD) / J * 0.2, rel=1e-12)
+    assert float(stepper.omega) == pytest.approx(
+        W0 - (torque / 2 - LOAD) / J * 0.2, rel=1e-12
+    )
 
 
 @pytest.mark.slow
@@ -258,26 +371,43 @@ def test_a_programme_lowers_with_two_rims():
     for rims in (1, 2):
         programme = ["lower 4 m at 1 m/s", "brake to rest", "hold 2 s"]
         load = sb.HookLoad("30 t", "400 mm", 8)
-        runs.append(sb.simulate(sb.programme_scene(brake(rims), programme, load, pull=4e4 / rims)))
+        runs.append(
+            sb.simulate(
+                sb.programme_scene(brake(rims), programme, load, pull=4e4 / rims)
+            )
+        )
     one, two = runs
     assert two.status == "stopped"
     np.testing.assert_allclose(two.events.times, one.events.times, rtol=1e-10)
-    assert two.metrics["total_hook_travel"] == pytest.approx(one.metrics["total_hook_travel"], rel=1e-10)
-    assert two.metrics["max_tension"] == pytest.approx(one.metrics["max_tension"] / 2, rel=1e-10)
+    assert two.metrics["total_hook_travel"] == pytest.approx(
+        one.metrics["total_hook_travel"], rel=1e-10
+    )
+    assert two.metrics["max_tension"] == pytest.approx(
+        one.metrics["max_tension"] / 2, rel=1e-10
+    )
 
 
-# --- estimates --------------------------------------------------------------------------------------------------------
+# --- estimates ----------------------------------------------------------------------
 
 
 def test_estimates_and_synthesis_of_a_run(stopped):
     for table in (sb.estimates(stopped), sb.synthesize(stopped)):
-        for name in ("brake torque", "stopping time", "stopping angle", "friction work"):
+        for name in (
+            "brake torque",
+            "stopping time",
+            "stopping angle",
+            "friction work",
+        ):
             assert table[name].value == pytest.approx(table[name].simulated, rel=1e-6)
     inputs = {entry.name: entry.value for entry in table.inputs}
     assert inputs["track_area"] == pytest.approx(2 * 2 * math.pi * R * WIDTH, rel=1e-14)
     assert inputs["lining_area"] == pytest.approx(2 * N * AREA, rel=1e-14)
-    pressure = table["pressure, mean"]  # (the formula leaves out the angle at which the band leaves a lining)
-    assert pressure.value * math.cos(BETA / 2) == pytest.approx(pressure.simulated, rel=1e-6)
+    pressure = table[
+        "pressure, mean"
+    ]  # (the formula leaves out the angle at which the band leaves a lining)
+    assert pressure.value * math.cos(BETA / 2) == pytest.approx(
+        pressure.simulated, rel=1e-6
+    )
     for name in ("slack tension, maximum", "tight tension, maximum"):
         assert table[name].value == pytest.approx(table[name].simulated, rel=1e-12)
 
@@ -286,30 +416,48 @@ def test_estimates_and_synthesis_of_a_run(stopped):
 def test_staged_estimates_are_those_of_one_band_of_twice_the_force():
     single = every.scene("staged, rigid band")
     pair = dataclasses.replace(single, brake=dataclasses.replace(single.brake, rims=2))
-    mine, wanted = (sb.formulas.classical_staged_stop(each) for each in (pair, doubled(single)))
+    mine, wanted = (
+        sb.formulas.classical_staged_stop(each) for each in (pair, doubled(single))
+    )
     assert 2 * mine.onset == pytest.approx(wanted.onset, rel=1e-13)
-    for name in ("times", "torques", "shares", "work", "angle", "external_torque", "internal_torque"):
-        np.testing.assert_allclose(getattr(mine, name), getattr(wanted, name), rtol=1e-12)
+    for name in (
+        "times",
+        "torques",
+        "shares",
+        "work",
+        "angle",
+        "external_torque",
+        "internal_torque",
+    ):
+        np.testing.assert_allclose(
+            getattr(mine, name), getattr(wanted, name), rtol=1e-12
+        )
 
 
-# --- input, files, words ----------------------------------------------------------------------------------------------
+# --- input, files, words ------------------------------------------------------------
 
 
 @pytest.mark.parametrize("rims", [0, 1.5, True, 101, "two"])
 def test_a_number_of_rims_is_a_whole_one(rims):
-    with pytest.raises(sb.InputError, match=r"Brake\.rims: .* number of alike rims, each with its band"):
+    with pytest.raises(
+        sb.InputError, match=r"Brake\.rims: .* number of alike rims, each with its band"
+    ):
         brake(rims)
 
 
 def test_two_bands_on_one_rim_are_not_two_rims():
     wide = dataclasses.replace(brake(), pulley=sb.Pulley(R, J, 0.2))
     with pytest.raises(
-        sb.InputError, match=r"brake\.rims: 2 bands of linings 0\.0971 m wide fit side by side on one rim"
+        sb.InputError,
+        match=r"brake\.rims: 2 bands of linings 0\.0971 m wide fit side by side on one rim",
     ):
         sb.check_scene(dataclasses.replace(scene(), brake=wide))
-    side_by_side = dataclasses.replace(brake(), band=sb.Band(R_B, sb.brakes.ParallelBands([1e5, 1e5])))
+    side_by_side = dataclasses.replace(
+        brake(), band=sb.Band(R_B, sb.brakes.ParallelBands([1e5, 1e5]))
+    )
     with pytest.raises(
-        sb.InputError, match=r"brake\.band\.stiffness: there are 2 bands side by side on each of 2 rims"
+        sb.InputError,
+        match=r"brake\.band\.stiffness: there are 2 bands side by side on each of 2 rims",
     ):
         sb.check_scene(dataclasses.replace(scene(), brake=side_by_side))
 
@@ -317,19 +465,33 @@ def test_two_bands_on_one_rim_are_not_two_rims():
 @pytest.mark.slow
 def test_files_figures_and_reports_say_whose_forces(stopped, tmp_path):
     text = sb.files.scene_text(stopped.scene)
-    assert float(sb.simulate(sb.files.scene_from_text(text)).stopping_time) == float(stopped.stopping_time)
+    assert float(sb.simulate(sb.files.scene_from_text(text)).stopping_time) == float(
+        stopped.stopping_time
+    )
     for key, hint in (("bands", "did you mean rims?"), ("rim", "nearest: rims")):
-        with pytest.raises(sb.InputError, match=rf"brake\.{key}: unknown key of Brake — {hint}"):
+        with pytest.raises(
+            sb.InputError, match=rf"brake\.{key}: unknown key of Brake — {hint}"
+        ):
             sb.files.scene_from_text(text.replace("rims = 2", f"{key} = 2"))
-    disc = sb.files.scene_text(every.scene("disc brake")).replace("[brake]", "[brake]\nrims = 2")
-    with pytest.raises(sb.InputError, match=r"brake\.rims: unknown key of DiscBrake — a key of Brake"):
+    disc = sb.files.scene_text(every.scene("disc brake")).replace(
+        "[brake]", "[brake]\nrims = 2"
+    )
+    with pytest.raises(
+        sb.InputError, match=r"brake\.rims: unknown key of DiscBrake — a key of Brake"
+    ):
         sb.files.scene_from_text(disc)
     assert stopped.summary()["rims"] == 2
 
 
 def test_walls_with_the_area_of_one_rim_are_named():
     for tracks in (1, 2):
-        walls = {"rim_thickness": 0.025, "track_area": tracks * 2 * math.pi * R * WIDTH, "rim_layers": 2}
+        walls = {
+            "rim_thickness": 0.025,
+            "track_area": tracks * 2 * math.pi * R * WIDTH,
+            "rim_layers": 2,
+        }
         heat = sb.layered_heat(rim=sb.material("steel_20L"), partition=0.9, **walls)
         said = sb.simulate(scene(heat=heat, end=0.1)).summary()["warnings"]
-        assert any(text.startswith("rims: heat.bodies[0].area = 0.44485 m²") for text in said) == (tracks == 1)
+        assert any(
+            text.startswith("rims: heat.bodies[0].area = 0.44485 m²") for text in said
+        ) == (tracks == 1)

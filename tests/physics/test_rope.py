@@ -1,4 +1,5 @@
-"""Layers of rope on the drum: travel, a stop by energy with jumps of the speed, the end of the rope."""
+"""Layers of rope on the drum: travel, a stop by energy with jumps of the speed, the end
+of the rope."""
 
 import dataclasses
 import math
@@ -20,7 +21,8 @@ GRAVITY = 9.80665
 PITCH = math.sqrt(3) / 2
 Z = math.tan(math.radians(13.5) / 2)
 GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
-#: mass on the hook, diameter, turns of a layer, turns on the drum (a third layer begun), speed
+#: mass on the hook, diameter, turns of a layer, turns on the drum (a third layer
+#: begun), speed
 GIVEN = (40e3, 0.04, 4.0, 9.5, 24.0)
 
 
@@ -31,8 +33,8 @@ def stop(x=GIVEN, T0=10.5e3, C=None, end=12.0, **given):
 
 
 def by_energy(x, T0=10.5e3):
-    """Time, angle, travel of a stop that ends in the first layer: in each layer a constant torque, between them jumps
-    of the speed at constant kinetic energy."""
+    """Time, angle, travel of a stop that ends in the first layer: in each layer a
+    constant torque, between them jumps of the speed at constant kinetic energy."""
     m, d, per_layer, turns, w0 = x
     radii = [R_1 + k * PITCH * d for k in (2, 1, 0)]
     J_0 = J + m * (radii[0] / LINES) ** 2
@@ -58,7 +60,9 @@ def by_energy(x, T0=10.5e3):
 def test_three_layer_stop_and_derivatives():
     def run(x):
         result = sb.simulate(stop(tuple(x)), rtol=1e-12, max_steps=256)
-        return jnp.stack([result.stopping_time, result.stopping_angle, result.hook_travel])
+        return jnp.stack(
+            [result.stopping_time, result.stopping_angle, result.hook_travel]
+        )
 
     value, forwards, backwards = jacobians(run)(jnp.asarray(GIVEN))
     truth, slopes, _ = jacobians(by_energy)(jnp.asarray(GIVEN))
@@ -82,16 +86,25 @@ def test_three_layer_stop_events_and_balance():
     m, d = GIVEN[:2]
     r = R_1 + PITCH * d * np.array([2.0, 1.0, 0.0])
     inertia = J + m * (r / LINES) ** 2
-    np.testing.assert_allclose(after.omega / before.omega, np.sqrt(inertia[:-1] / inertia[1:]), rtol=1e-12)
-    np.testing.assert_allclose(after.load_torque, m * GRAVITY * r[1:] / LINES, rtol=1e-12)
+    np.testing.assert_allclose(
+        after.omega / before.omega, np.sqrt(inertia[:-1] / inertia[1:]), rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        after.load_torque, m * GRAVITY * r[1:] / LINES, rtol=1e-12
+    )
     # held in the first layer
-    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(m * GRAVITY * R_1 / LINES, rel=1e-12)
-    assert float(result.energy["load_work"]) == pytest.approx(m * GRAVITY * float(result.hook_travel), rel=1e-12)
+    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(
+        m * GRAVITY * R_1 / LINES, rel=1e-12
+    )
+    assert float(result.energy["load_work"]) == pytest.approx(
+        m * GRAVITY * float(result.hook_travel), rel=1e-12
+    )
 
 
 @pytest.mark.slow
 def test_rope_wound_up_again_and_rope_ending():
-    """Thrown upwards the rope climbs a layer and comes back: the same speed there, without a loss; then it ends."""
+    """Thrown upwards the rope climbs a layer and comes back: the same speed there,
+    without a loss; then it ends."""
     m = 40e3
     d = 0.04
     per_layer = 4.0
@@ -107,9 +120,13 @@ def test_rope_wound_up_again_and_rope_ending():
     first = (-w0 - up) * inertia[0] / torque[0]
     beyond = up * math.sqrt(inertia[0] / inertia[1])
     second = first + 2 * beyond * inertia[1] / torque[1]
-    np.testing.assert_allclose([event.time for event in result.events], [first, second], rtol=1e-9)
+    np.testing.assert_allclose(
+        [event.time for event in result.events], [first, second], rtol=1e-9
+    )
     down = math.sqrt(up**2 + 2 * torque[0] * 2 * math.pi * per_layer / inertia[0])
-    assert float(result.record.t_end) == pytest.approx(second + (down - up) * inertia[0] / torque[0], rel=1e-9)
+    assert float(result.record.t_end) == pytest.approx(
+        second + (down - up) * inertia[0] / torque[0], rel=1e-9
+    )
     assert float(result.record.y_end.phi) == pytest.approx(6 * math.pi, rel=1e-10)
 
 
@@ -118,22 +135,35 @@ def test_bandage_rides_over_a_layer():
     """While it rides with the pulley both keep one speed, and their kinetic energy."""
     rope = sb.HookLoad(6e3, 0.2, 4.0, rope=RopeLayers(0.03, 3.0, 7.2))
     plain = staged.stop(lever=sb.Constant(0.0), end=0.5)
-    run = sb.simulate(dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rope)))
+    run = sb.simulate(
+        dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rope))
+    )
     change = [event.time for event in run.events if event.name == "layer_change"][:1]
     before = run.series(change, left=True)
     after = run.series(change)
-    inertia = staged.J + staged.J_B + 6e3 * ((0.2 + 0.03 * PITCH * np.array([2.0, 1.0])) / 4.0) ** 2
-    np.testing.assert_allclose(after.omega / before.omega, np.sqrt(inertia[0] / inertia[1]), rtol=1e-12)
+    inertia = (
+        staged.J
+        + staged.J_B
+        + 6e3 * ((0.2 + 0.03 * PITCH * np.array([2.0, 1.0])) / 4.0) ** 2
+    )
+    np.testing.assert_allclose(
+        after.omega / before.omega, np.sqrt(inertia[0] / inertia[1]), rtol=1e-12
+    )
     np.testing.assert_array_equal(after.bandage_speed, after.omega)
     assert float(run.energy["closure"]) < 1e-9
 
 
 def test_tripping_with_layers():
-    """Mass taken in motion on a layer brings its energy at that radius; the balance closes."""
+    """Mass taken in motion on a layer brings its energy at that radius; the balance
+    closes."""
     load = sb.TrippingLoad(
-        *(4e3, 30e3, 2e3, 0.5, 6.0, 8.0, R_1, LINES), count=1, rope=RopeLayers(0.04, 4.0, 9.5, rise=1.0)
+        *(4e3, 30e3, 2e3, 0.5, 6.0, 8.0, R_1, LINES),
+        count=1,
+        rope=RopeLayers(0.04, 4.0, 9.5, rise=1.0),
     )
-    result = sb.simulate(stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=7.0))
+    result = sb.simulate(
+        stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=7.0)
+    )
     assert float(result.energy["closure"]) < 1e-12
     r = R_1 + 2 * 0.04
     first = sb.simulate(stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=0.4))
@@ -152,6 +182,11 @@ def test_rope_in_a_scene_file_and_in_checks(tmp_path):
     with pytest.raises(sb.InputError, match=r"RopeLayers\.turns_per_layer"):
         RopeLayers(0.03, 0.0, 5.0)
     layers = RopeLayers(0.03, 20.0, 50.0)
-    assert float(layers.paid_out(jnp.asarray(R_1), jnp.asarray(100 * math.pi))) == pytest.approx(
-        2 * math.pi * (20 * R_1 + 20 * (R_1 + 0.03 * PITCH) + 10 * (R_1 + 2 * 0.03 * PITCH)), rel=1e-12
+    assert float(
+        layers.paid_out(jnp.asarray(R_1), jnp.asarray(100 * math.pi))
+    ) == pytest.approx(
+        2
+        * math.pi
+        * (20 * R_1 + 20 * (R_1 + 0.03 * PITCH) + 10 * (R_1 + 2 * 0.03 * PITCH)),
+        rel=1e-12,
     )

@@ -1,4 +1,5 @@
-"""A load that the brake cannot hold: the outcome `runaway`, both torques, temporary shortages, the kinetic energy."""
+"""A load that the brake cannot hold: the outcome `runaway`, both torques, temporary
+shortages, the kinetic energy."""
 
 import dataclasses
 import json
@@ -34,12 +35,16 @@ BACK = R * T0 * (1 - 1 / capstan(0.35))
 
 
 def with_load(scene, load):
-    duty = sb.Duty(scene.duty.slack_tension, load if isinstance(load, sb.TorqueLoad) else sb.TorqueLoad(load))
+    duty = sb.Duty(
+        scene.duty.slack_tension,
+        load if isinstance(load, sb.TorqueLoad) else sb.TorqueLoad(load),
+    )
     return dataclasses.replace(scene, duty=duty)
 
 
 def assert_holds_up_to(scene, torque, *, relative=1e-6):
-    """A load just above `torque` runs away, one just below does not; the torque is named to 1e-9."""
+    """A load just above `torque` runs away, one just below does not; the torque is
+    named to 1e-9."""
     for factor, status in ((1 + relative, "runaway"), (1 - relative, "not_stopped")):
         result = sb.simulate(with_load(scene, sb.Constant(factor * torque)))
         assert result.status == status
@@ -61,12 +66,16 @@ def test_brake_holds_by_the_capstan_equation(stiffness, omega, torque):
         stop_scene(C=None, load=AHEAD, end=2.0),
         stop_scene(C=2e5, load=AHEAD, end=2.0),
         stop_scene(C=None, w0=-20.0, load=-BACK, end=2.0),
-        pytest.param(stop_scene(C=None, lever=sb.SpeedHold(T0), load=AHEAD, end=2.0), marks=pytest.mark.slow),
+        pytest.param(
+            stop_scene(C=None, lever=sb.SpeedHold(T0), load=AHEAD, end=2.0),
+            marks=pytest.mark.slow,
+        ),
         pytest.param(disc_scene(load=TORQUE, end=2.0), marks=pytest.mark.slow),
     ],
 )
 def test_load_equal_to_brake_is_no_runaway(scene):
-    """The speed stays constant from full slip on: nothing runs away, and nothing says so."""
+    """The speed stays constant from full slip on: nothing runs away, and nothing says
+    so."""
     result = sb.simulate(scene)
     found = result.end_capacity
     s = result.series([1.0, 2.0])
@@ -84,15 +93,21 @@ def test_message_names_both_torques():
 
 @pytest.mark.slow
 def test_capacity_at_the_speed_of_the_end():
-    law = sb.StribeckFriction(static_coefficient=0.35, kinetic_coefficient=0.2, stribeck_speed=30.0)
+    law = sb.StribeckFriction(
+        static_coefficient=0.35, kinetic_coefficient=0.2, stribeck_speed=30.0
+    )
     result = sb.simulate(stop_scene(law=law, C=None, load=6e4, end=0.3))
     v = R * float(result.record.y_end.omega)
     f = 0.2 + 0.15 * math.exp(-((v / 30.0) ** 2))
     assert 0.22 < f < 0.33
     assert result.status == "runaway"
-    assert float(result.end_capacity.torque) == pytest.approx(R * T0 * (capstan(f) - 1), rel=1e-9)
+    assert float(result.end_capacity.torque) == pytest.approx(
+        R * T0 * (capstan(f) - 1), rel=1e-9
+    )
     # the load is below what the cold brake gives and above what the faded one does
-    hot = sb.simulate(rigid_stop(fading(slope=1.5e-3), lump(2e4), 8.0, load=2e4, w0=25.0))
+    hot = sb.simulate(
+        rigid_stop(fading(slope=1.5e-3), lump(2e4), 8.0, load=2e4, w0=25.0)
+    )
     f = 0.35 * (1 - 1.5e-3 * (float(hot.end_temperatures[0]) - 293.15))
     faded = R * T0 * (capstan(f) - 1)
     assert faded < 2e4 < AHEAD
@@ -119,17 +134,26 @@ def test_staged_brake_holds_by_weaker_pair():
         return staged.R * f * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
 
     most = 2e3 * float(np.prod(mu))
-    T_n = brentq(lambda T: staged.R_B * (T - 2e3) - rim(T, staged.F_INT), 2e3, most, xtol=1e-9, rtol=1e-14)
+    T_n = brentq(
+        lambda T: staged.R_B * (T - 2e3) - rim(T, staged.F_INT),
+        2e3,
+        most,
+        xtol=1e-9,
+        rtol=1e-14,
+    )
     assert_holds_up_to(scene, rim(T_n, staged.F_INT))
     external = staged.R_B * (most - 2e3)
     assert rim(most, 0.6) > external
-    assert_holds_up_to(staged.stop(lever=sb.Constant(2e3), end=0.5, f_int=0.6), external)
+    assert_holds_up_to(
+        staged.stop(lever=sb.Constant(2e3), end=0.5, f_int=0.6), external
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sense", [-1, pytest.param(1, marks=pytest.mark.slow)])
 def test_capacity_of_a_resolved_bandage(sense):
-    """Linings 1 and 2 slide on the rim, lining 3 with its strong rim on the band: a walk along the band by hand."""
+    """Linings 1 and 2 slide on the rim, lining 3 with its strong rim on the band: a
+    walk along the band by hand."""
     f_int = np.array([0.1, 0.15, 0.9])
     preload = 1500.0
     T_0 = 2e3
@@ -140,14 +164,24 @@ def test_capacity_of_a_resolved_bandage(sense):
     for f in f_int:
         q = resolved.R * f * s
         p = resolved.R * f * preload
-        on_rim = ((resolved.R_B + sense * q) * T[-1] + sense * p) / (resolved.R_B - sense * q)
+        on_rim = ((resolved.R_B + sense * q) * T[-1] + sense * p) / (
+            resolved.R_B - sense * q
+        )
         on_band = T[-1] * ((1 + 0.4 * z) / (1 - 0.4 * z)) ** sense
         T.append(min(on_rim, on_band) if sense > 0 else max(on_rim, on_band))
     assert T[3] == pytest.approx(T[2] * ((1 + 0.4 * z) / (1 - 0.4 * z)) ** sense)
     torque = resolved.R_B * (T[-1] - T_0)
-    options = {"f_int": f_int, "lever": ((0.0,), (T_0,)), "spring": 1e-7, "damping": 0.0, "omega": 20.0 * sense}
+    options = {
+        "f_int": f_int,
+        "lever": ((0.0,), (T_0,)),
+        "spring": 1e-7,
+        "damping": 0.0,
+        "omega": 20.0 * sense,
+    }
     for factor, status in ((1 + 1e-4, "runaway"), (1 - 1e-4, "not_stopped")):
-        result = sb.simulate(resolved.scene(load=((0.0,), (factor * torque,)), end=0.3, **options))
+        result = sb.simulate(
+            resolved.scene(load=((0.0,), (factor * torque,)), end=0.3, **options)
+        )
         assert result.status == status
         assert float(result.end_capacity.torque) == pytest.approx(abs(torque), rel=1e-6)
 
@@ -158,9 +192,14 @@ def test_lever_to_pull_harder_is_no_runaway():
         return sb.simulate(stop_scene(lever=lever, load=3e4, C=None, end=end)).status
 
     times = [0.0, 0.2, 1.0, 2.0]
-    assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, T0])) == "runaway"  # no change is to come
+    assert (
+        status(sb.PiecewiseLinear(times, [1e3, T0, T0, T0])) == "runaway"
+    )  # no change is to come
     assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, 2 * T0])) == "not_stopped"
-    assert status(sb.PiecewiseLinear([0.0, 0.4, 1.0, 2.0], [1e3, T0, T0, T0])) == "not_stopped"
+    assert (
+        status(sb.PiecewiseLinear([0.0, 0.4, 1.0, 2.0], [1e3, T0, T0, T0]))
+        == "not_stopped"
+    )
     assert status(sb.profiles.ExponentialRise(T0, 0.01)) == "runaway"
     assert status(sb.profiles.ExponentialRise(T0, 0.2)) == "not_stopped"
     assert status(sb.SpeedHold(limit=T0)) == "runaway"
@@ -176,7 +215,12 @@ def test_lever_to_pull_harder_is_no_runaway():
         (sb.Lever(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), 2.0, 1.0), 1.0),
         (sb.Repeated([0.0, 0.5], [1.0, 2.0], period=2.0, count=3), 4.5),
         (sb.profiles.ExponentialRise(1.0, 0.1, begin=0.7), 0.7),
-        (sb.loads.Actuator(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), dead_time=0.25), 1.25),
+        (
+            sb.loads.Actuator(
+                sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), dead_time=0.25
+            ),
+            1.25,
+        ),
         (sb.wear.Delayed(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), 0.5), 1.5),
     ],
 )
@@ -189,7 +233,11 @@ def test_locking_and_no_load_are_no_runaway():
     assert sb.simulate(stop_scene(f=0.0, end=0.3)).status == "not_stopped"
     locked = sb.simulate(stop_scene(n=2, beta=100.0, f=0.9, load=1e5, w0=0.5, end=0.02))
     assert locked.status == "not_stopped"
-    assert locked.summary()["capacity"] == {"load_torque": 1e5, "brake_torque": None, "pairs": [None]}
+    assert locked.summary()["capacity"] == {
+        "load_torque": 1e5,
+        "brake_torque": None,
+        "pairs": [None],
+    }
 
 
 @pytest.mark.slow
@@ -198,16 +246,27 @@ def test_temporary_shortage_is_a_warning():
     result = sb.simulate(with_load(stop_scene(C=None, end=6.0), pulse))
     assert result.status == "stopped"
     assert result.summary()["warnings"][0].startswith("shortage")
-    # a load that the brake outweighs, and one that is there only while the lever still rises
-    assert sb.simulate(with_load(stop_scene(C=None), sb.Constant(0.9 * AHEAD))).summary()["warnings"] == []
-    rising = stop_scene(C=None, lever=sb.PiecewiseLinear([0.0, 0.5], [10.0, T0]), load=1e4)
+    # a load that the brake outweighs, and one that is there only while the lever still
+    # rises
+    assert (
+        sb.simulate(with_load(stop_scene(C=None), sb.Constant(0.9 * AHEAD))).summary()[
+            "warnings"
+        ]
+        == []
+    )
+    rising = stop_scene(
+        C=None, lever=sb.PiecewiseLinear([0.0, 0.5], [10.0, T0]), load=1e4
+    )
     assert sb.simulate(rising).summary()["warnings"] == []
 
 
 @pytest.mark.slow
 def test_swings_of_a_chain_are_no_shortage():
-    """The tensions of a light chain swing, and the pulley gains speed for moments; the load is below the capacity."""
-    result = sb.simulate(chain_scenes.chain(m=0.3, K=10.0, w0=0.5, end=12.0, load=((0.0,), (0.65,))))
+    """The tensions of a light chain swing, and the pulley gains speed for moments; the
+    load is below the capacity."""
+    result = sb.simulate(
+        chain_scenes.chain(m=0.3, K=10.0, w0=0.5, end=12.0, load=((0.0,), (0.65,)))
+    )
     z = math.tan(math.radians(27.0) / 2)
     assert chain_scenes.ARM * (capstan(0.3, 4, z) - 1) > 0.65
     s = result.series(np.linspace(0.01, 12.0, 2001))
@@ -219,7 +278,9 @@ def test_swings_of_a_chain_are_no_shortage():
 @pytest.mark.slow
 def test_ensemble_runs_end_as_single_ones():
     loads = [0.2 * AHEAD, 0.999 * AHEAD, 1.001 * AHEAD]
-    data = sb.ensemble(stop_scene(end=2.0), {"duty.load.profile.level": loads}, ["stopping_time"])
+    data = sb.ensemble(
+        stop_scene(end=2.0), {"duty.load.profile.level": loads}, ["stopping_time"]
+    )
     assert list(data.status.values) == ["stopped", "not_stopped", "runaway"]
 
 
@@ -228,7 +289,9 @@ def test_capacity_is_differentiable():
     """∂M_b/∂T_0 = M_b/T_0."""
 
     def torque(T):
-        return sb.simulate(stop_scene(T0=T, load=1e5, C=None, end=0.3), max_steps=64).end_capacity.torque
+        return sb.simulate(
+            stop_scene(T0=T, load=1e5, C=None, end=0.3), max_steps=64
+        ).end_capacity.torque
 
     value, slope = jax.jvp(torque, (T0,), (1.0,))
     assert float(value) == pytest.approx(AHEAD, rel=1e-12)
@@ -240,7 +303,8 @@ def energy_line(result):
 
 
 def test_kinetic_energy_stands_where_it_went():
-    """Given up it is a source; gained, as in a runaway, a sink: never a negative source."""
+    """Given up it is a source; gained, as in a runaway, a sink: never a negative
+    source."""
     stopped = energy_line(sb.simulate(stop_scene()))
     into, out = stopped.split(" = ")
     assert "kinetic" not in out

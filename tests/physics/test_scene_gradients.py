@@ -1,4 +1,5 @@
-"""Derivatives of shipped scenes: along all numbers at once against central differences, and reverse = forward."""
+"""Derivatives of shipped scenes: along all numbers at once against central differences,
+and reverse = forward."""
 
 import dataclasses
 
@@ -29,27 +30,38 @@ STEPS = {"slip_onset_chain": 4096}
 END = {"tripping_30_stands": 10.0, "slip_onset_chain": 0.3, "drag_lowering": 2.0}
 #: the same where runs need not be repeated
 THIRD_PHASE = {"tripping_30_stands": 60.0}
-#: share by which all numbers move; less where many linings pass their marks in close order, which must stay the same
+#: share by which all numbers move; less where many linings pass their marks in close
+#: order, which must stay the same
 STEP = {"resolved_bandage": 5e-5, "slip_onset_chain": 1e-5}
 #: scenes that `simulate` runs by the implicit method
 STIFF = {"disc_stop", "drag_lowering", "staged_vs_standard", "tripping_30_stands"}
-#: tighter where an event is passed slowly: friction of a heated pair that recovers at rest lets go at last
+#: tighter where an event is passed slowly: friction of a heated pair that recovers at
+#: rest lets go at last
 TIGHT = {"everything_coupled": 1e-13}
 
 
 def scene_and_direction(name, ends):
-    """A scene, with its end if it is cut, and the direction in which its numbers move."""
+    """A scene, with its end if it is cut, and the direction in which its numbers
+    move."""
     scene = load(name).scene()
-    scene = dataclasses.replace(scene, end_time=min(float(scene.end_time), ends.get(name, np.inf)))
+    scene = dataclasses.replace(
+        scene, end_time=min(float(scene.end_time), ends.get(name, np.inf))
+    )
     rng = np.random.default_rng(5)
-    # every number moves by a random part of itself, but for those at the edge of their range
-    direction = jax.tree.map(lambda p: np.asarray(p) * rng.uniform(-1, 1, np.shape(p)), scene)
+    # every number moves by a random part of itself, but for those at the edge of their
+    # range
+    direction = jax.tree.map(
+        lambda p: np.asarray(p) * rng.uniform(-1, 1, np.shape(p)), scene
+    )
     for leaf in sb.files.leaves(scene):
         chosen = leaf.path.endswith("].linings")  # (their numbers are whole)
         if chosen or not all(
-            np.all(leaf.about.admits(np.atleast_1d(np.multiply(leaf.value, f)))) for f in (0.99, 1.01)
+            np.all(leaf.about.admits(np.atleast_1d(np.multiply(leaf.value, f))))
+            for f in (0.99, 1.01)
         ):
-            direction = sb.with_values(direction, {leaf.path: np.zeros(np.shape(leaf.value))})
+            direction = sb.with_values(
+                direction, {leaf.path: np.zeros(np.shape(leaf.value))}
+            )
     return scene, direction
 
 
@@ -60,23 +72,37 @@ def test_events_and_states_of_a_scene(name):
     solver = sb.hybrid.Rodas5P() if name in STIFF else diffrax.Dopri8()
     rtol = TIGHT.get(name, RTOL)
 
-    # one program for runs and slope: compiling is most of the work, and another program would round differently
-    # (the numbers of the scene are arguments, so that scenes of one structure share it)
+    # one program for runs and slope: compiling is most of the work, and another program
+    # would round differently (the numbers of the scene are arguments, so that scenes of
+    # one structure share it)
     @jax.jit
     def run(scene, direction, share):
         def starts(share):
             moved = jax.tree.map(lambda p, d: p + share * d, scene, direction)
-            record = sb.simulate(moved, rtol=rtol, solver=solver, max_steps=STEPS.get(name)).record
-            return (record.rows.t, record.rows.y), (record.rows.kind, record.count, record.code)
+            record = sb.simulate(
+                moved, rtol=rtol, solver=solver, max_steps=STEPS.get(name)
+            ).record
+            return (record.rows.t, record.rows.y), (
+                record.rows.kind,
+                record.count,
+                record.code,
+            )
 
         return jax.jvp(starts, (share,), (jnp.ones(()),), has_aux=True)
 
     def at(share):
-        """Times of the events looked at and of the end, the states there, and the slopes of both."""
-        (t, y), (dt, dy), (kind, count, code) = jax.tree.map(np.asarray, run(scene, direction, np.float64(share)))
-        assert code == Code.COMPLETED or name in END  # (a duty in phases that is cut does not end)
+        """Times of the events looked at and of the end, the states there, and the
+        slopes of both."""
+        (t, y), (dt, dy), (kind, count, code) = jax.tree.map(
+            np.asarray, run(scene, direction, np.float64(share))
+        )
+        assert (
+            code == Code.COMPLETED or name in END
+        )  # (a duty in phases that is cut does not end)
         landed = np.flatnonzero(kind[:count] == LANDED)
-        wanted = np.unique(np.linspace(0, len(landed) - 1, min(len(landed), EVENTS)).astype(int))
+        wanted = np.unique(
+            np.linspace(0, len(landed) - 1, min(len(landed), EVENTS)).astype(int)
+        )
         rows = np.append(landed[wanted] + 1, count)
         return len(landed), (t[rows], y[rows]), (dt[rows], dy[rows])
 
@@ -91,7 +117,9 @@ def test_events_and_states_of_a_scene(name):
     h = STEP.get(name, 3e-4)
     coarse = difference(2 * h)
     fine = difference(h)
-    t_difference, y_difference = ((4 * f - c) / 3 for f, c in zip(fine, coarse, strict=True))
+    t_difference, y_difference = (
+        (4 * f - c) / 3 for f, c in zip(fine, coarse, strict=True)
+    )
     span = np.max(np.abs(t_slope))
     np.testing.assert_allclose(t_slope, t_difference, rtol=1e-7, atol=1e-7 * span)
     size = np.maximum(np.max(np.abs(y_slope), axis=0), 1e-300)
@@ -101,16 +129,21 @@ def test_events_and_states_of_a_scene(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(NAMES) - REPEATED))
 def test_reverse_and_forward_derivatives(name):
-    """`w · (J v) = (Jᵀ w) · v` of event times and states with weights `w`, along a direction `v` of all numbers."""
+    """`w · (J v) = (Jᵀ w) · v` of event times and states with weights `w`, along a
+    direction `v` of all numbers."""
     scene, direction = scene_and_direction(name, END | THIRD_PHASE)
     solver = sb.hybrid.Rodas5P() if name in STIFF else diffrax.Dopri8()
 
-    numbers, fixed = eqx.partition(jax.tree.map(jnp.asarray, scene), eqx.is_inexact_array)
+    numbers, fixed = eqx.partition(
+        jax.tree.map(jnp.asarray, scene), eqx.is_inexact_array
+    )
     direction = jax.tree.map(lambda _, d: jnp.asarray(d), numbers, direction)
 
     def rows(numbers):
         scene = eqx.combine(numbers, fixed)
-        record = sb.simulate(scene, rtol=1e-8, solver=solver, max_steps=STEPS.get(name)).record
+        record = sb.simulate(
+            scene, rtol=1e-8, solver=solver, max_steps=STEPS.get(name)
+        ).record
         return (record.rows.t, record.rows.y), (record.rows.kind, record.count)
 
     @jax.jit
@@ -121,8 +154,12 @@ def test_reverse_and_forward_derivatives(name):
     def reverse(numbers, weights):
         return jax.vjp(rows, numbers, has_aux=True)[1](weights)[0]
 
-    ((t, y), (dt, dy), (kind, count)) = jax.tree.map(np.asarray, forward(numbers, direction))
-    at = np.append(np.flatnonzero(kind[:count] == LANDED) + 1, count)  # starts of rows after events, and the end
+    ((t, y), (dt, dy), (kind, count)) = jax.tree.map(
+        np.asarray, forward(numbers, direction)
+    )
+    at = np.append(
+        np.flatnonzero(kind[:count] == LANDED) + 1, count
+    )  # starts of rows after events, and the end
     rng = np.random.default_rng(7)
     spans = np.maximum(np.max(np.abs(dy[at]), axis=0), 1e-300)
     weights = np.zeros_like(t), np.zeros_like(y)
@@ -130,5 +167,7 @@ def test_reverse_and_forward_derivatives(name):
     weights[1][at] = rng.uniform(-1.0, 1.0, (len(at), y.shape[1])) / spans
     along = weights[0] @ dt + np.sum(weights[1] * dy)
     pulled = jax.tree.leaves(reverse(numbers, weights))
-    back = sum(np.sum(g * d) for g, d in zip(pulled, jax.tree.leaves(direction), strict=True))
+    back = sum(
+        np.sum(g * d) for g, d in zip(pulled, jax.tree.leaves(direction), strict=True)
+    )
     np.testing.assert_allclose(back, along, rtol=1e-8)

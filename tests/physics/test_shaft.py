@@ -1,4 +1,5 @@
-"""Torques on the shaft beside the brake: stops, rest on dry friction, terminal speeds, heat; against closed forms."""
+"""Torques on the shaft beside the brake: stops, rest on dry friction, terminal speeds,
+heat; against closed forms."""
 
 import dataclasses
 import math
@@ -13,7 +14,13 @@ from scipy.optimize import brentq
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.loads import BearingFriction, EddyCurrentBrake, HydrodynamicBrake, TackleLoss, ViscousDrag
+from simbrake.loads import (
+    BearingFriction,
+    EddyCurrentBrake,
+    HydrodynamicBrake,
+    TackleLoss,
+    ViscousDrag,
+)
 
 J = 800.0
 W0 = 20.0
@@ -25,7 +32,9 @@ HOOK = sb.HookLoad(20e3, 0.4, 8)
 
 def scene(*laws, load=0.0, T0=0.0, w0=W0, end=30.0, C=None, **given):
     """A rigid brake, its band open unless told otherwise, with torques on its shaft."""
-    return dataclasses.replace(stop_scene(C=C, T0=T0, w0=w0, load=load, end=end, **given), shaft=laws)
+    return dataclasses.replace(
+        stop_scene(C=C, T0=T0, w0=w0, load=load, end=end, **given), shaft=laws
+    )
 
 
 def names(result):
@@ -40,12 +49,13 @@ def balanced(result):
     return energy
 
 
-# --- stops on one law and on three ------------------------------------------------------------------------------------
+# --- stops on one law and on three --------------------------------------------------
 
 
 @pytest.mark.slow
 def test_stop_on_three_laws_and_derivatives():
-    """Dry, viscous and quadratic drag with the band open: `t = (2J/D)[atan((2kω+c)/D)]`, `D² = 4 k M − c²`."""
+    """Dry, viscous and quadratic drag with the band open:
+    `t = (2J/D)[atan((2kω+c)/D)]`, `D² = 4 k M − c²`."""
     given = jnp.asarray([1500.0, 40.0, 12.0, J, W0])
 
     def run(x):
@@ -55,27 +65,45 @@ def test_stop_on_three_laws_and_derivatives():
     def closed(x):
         M, c, k, inertia, omega = x
         D = jnp.sqrt(4 * k * M - c**2)
-        return 2 * inertia / D * (jnp.arctan((2 * k * omega + c) / D) - jnp.arctan(c / D))
+        return (
+            2 * inertia / D * (jnp.arctan((2 * k * omega + c) / D) - jnp.arctan(c / D))
+        )
 
-    np.testing.assert_allclose(jax.jit(jax.jacrev(run))(given), jax.grad(closed)(given), rtol=1e-7)
-    result = sb.simulate(scene(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0)))
+    np.testing.assert_allclose(
+        jax.jit(jax.jacrev(run))(given), jax.grad(closed)(given), rtol=1e-7
+    )
+    result = sb.simulate(
+        scene(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0))
+    )
     assert (result.status, names(result)) == ("stopped", ["stop"])
     assert float(result.stopping_time) == pytest.approx(float(closed(given)), rel=1e-9)
     energy = balanced(result)
-    assert float(energy["shaft_bearing_friction"]) == pytest.approx(1500.0 * float(result.stopping_angle), rel=1e-9)
-    shares = [float(energy[f"shaft_{name}"]) for name in ("bearing_friction", "viscous_drag", "hydrodynamic_brake")]
+    assert float(energy["shaft_bearing_friction"]) == pytest.approx(
+        1500.0 * float(result.stopping_angle), rel=1e-9
+    )
+    shares = [
+        float(energy[f"shaft_{name}"])
+        for name in ("bearing_friction", "viscous_drag", "hydrodynamic_brake")
+    ]
     assert sum(shares) == pytest.approx(0.5 * J * W0**2, rel=1e-12)
     assert float(result.record.y_end.omega) == 0.0
 
 
 def test_eddy_current_brake_after_kloss():
-    """`t = ∫ J (ω² + ω_m²)/(2 e² M_m ω ω_m) dω` between two speeds, by quadrature; e from 0.5 to 1 at the second."""
+    """`t = ∫ J (ω² + ω_m²)/(2 e² M_m ω ω_m) dω` between two speeds, by quadrature; e
+    from 0.5 to 1 at the second."""
     M_m = 9e3
     w_m = 11.0
     slow = 12.0
 
     def time(e, high, low):
-        return quad(lambda w: J * (w**2 + w_m**2) / (2 * e**2 * M_m * w * w_m), low, high, epsabs=0, epsrel=1e-13)[0]
+        return quad(
+            lambda w: J * (w**2 + w_m**2) / (2 * e**2 * M_m * w * w_m),
+            low,
+            high,
+            epsabs=0,
+            epsrel=1e-13,
+        )[0]
 
     first = time(0.5, W0, slow)
     second = time(1.0, slow, 3.0)
@@ -87,7 +115,9 @@ def test_eddy_current_brake_after_kloss():
     torque = 2 * 0.25 * M_m * slow * w_m / (slow**2 + w_m**2)
     assert float(seen.shaft_torque[0]) == pytest.approx(torque, rel=1e-9)
     assert result.status == "released"
-    assert float(balanced(result)["shaft_eddy_current_brake"]) == pytest.approx(0.5 * J * (W0**2 - 9.0), rel=1e-9)
+    assert float(balanced(result)["shaft_eddy_current_brake"]) == pytest.approx(
+        0.5 * J * (W0**2 - 9.0), rel=1e-9
+    )
 
 
 def test_quadratic_drag_decays_as_one_over_t():
@@ -95,12 +125,14 @@ def test_quadratic_drag_decays_as_one_over_t():
     fill = 0.4
     end = 7.0
     result = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end))
-    assert float(result.record.y_end.omega) == pytest.approx(W0 / (1 + fill * k * W0 * end / J), rel=1e-9)
+    assert float(result.record.y_end.omega) == pytest.approx(
+        W0 / (1 + fill * k * W0 * end / J), rel=1e-9
+    )
     back = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end, w0=-W0))
     assert float(back.record.y_end.omega) == -float(result.record.y_end.omega)
 
 
-# --- terminal speeds --------------------------------------------------------------------------------------------------
+# --- terminal speeds ----------------------------------------------------------------
 
 LOAD = 6e3
 
@@ -109,7 +141,10 @@ LOAD = 6e3
 @pytest.mark.parametrize(
     ("law", "closed"),
     [
-        (lambda M: EddyCurrentBrake(M, 9.0), lambda M: 9.0 * (M / LOAD - jnp.sqrt((M / LOAD) ** 2 - 1))),
+        (
+            lambda M: EddyCurrentBrake(M, 9.0),
+            lambda M: 9.0 * (M / LOAD - jnp.sqrt((M / LOAD) ** 2 - 1)),
+        ),
         (lambda k: HydrodynamicBrake(k), lambda k: jnp.sqrt(LOAD / k)),
         (lambda c: ViscousDrag(c), lambda c: LOAD / c),
     ],
@@ -118,7 +153,9 @@ def test_terminal_speed_of_each_law(law, closed):
     size = 2e4 if "Eddy" in type(law(1.0)).__name__ else 900.0
 
     def speed(x):
-        return sb.simulate(scene(law(x), load=LOAD, w0=0.0, end=20.0), max_steps=256).terminal_speed
+        return sb.simulate(
+            scene(law(x), load=LOAD, w0=0.0, end=20.0), max_steps=256
+        ).terminal_speed
 
     value, slope = jax.jvp(speed, (jnp.asarray(size),), (jnp.ones(()),))
     truth, exact = jax.jvp(closed, (jnp.asarray(size),), (jnp.ones(()),))
@@ -134,38 +171,73 @@ def test_terminal_speed_of_each_law(law, closed):
 
 @pytest.mark.slow
 def test_load_above_the_maximum_torque():
-    assert math.isinf(sb.simulate(scene(EddyCurrentBrake(0.9 * LOAD, 9.0), load=LOAD, w0=1.0, end=2.0)).terminal_speed)
+    assert math.isinf(
+        sb.simulate(
+            scene(EddyCurrentBrake(0.9 * LOAD, 9.0), load=LOAD, w0=1.0, end=2.0)
+        ).terminal_speed
+    )
     # a band that drags: M_load − M_b = c ω
-    result = sb.simulate(scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=15.0))
+    result = sb.simulate(
+        scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=15.0)
+    )
     assert result.status == "lowering"
     assert float(result.terminal_speed) == pytest.approx(0.4 * LOAD / 500.0, rel=1e-9)
-    # the band cannot hold the load, and the eddy-current brake is past its maximum: it runs away
-    lost = sb.simulate(scene(EddyCurrentBrake(0.3 * LOAD, 2.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=1.0))
+    # the band cannot hold the load, and the eddy-current brake is past its maximum: it
+    # runs away
+    lost = sb.simulate(
+        scene(
+            EddyCurrentBrake(0.3 * LOAD, 2.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=1.0
+        )
+    )
     assert lost.status == "runaway"
     # on the way to a terminal speed it is neither
-    assert sb.simulate(scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=0.1)).status == "not_stopped"
+    assert (
+        sb.simulate(
+            scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=0.1)
+        ).status
+        == "not_stopped"
+    )
 
 
-# --- rest on dry friction ---------------------------------------------------------------------------------------------
+# --- rest on dry friction -----------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_a_load_that_turns_round():
-    """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards; also where the band stopped it first."""
+    """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards; also
+    where the band stopped it first."""
     M_c = 2e3
 
     def turned(times, torques, end, T0=0.0):
         load = sb.PiecewiseLinear(times, torques)
         lever = sb.PiecewiseLinear([0.0, 0.5, 0.5], [T0, T0, 0.0])
-        return sb.simulate(scene(BearingFriction(M_c), load=sb.TorqueLoad(load), lever=lever, w0=1.0, end=end))
+        return sb.simulate(
+            scene(
+                BearingFriction(M_c),
+                load=sb.TorqueLoad(load),
+                lever=lever,
+                w0=1.0,
+                end=end,
+            )
+        )
 
     result = turned([0.0, 10.0], [0.0, -1e4], 6.0)
 
     def motion(sense):
         return lambda t, y: [(-1e3 * t - sense * M_c) / J]
 
-    ahead = solve_ivp(motion(1.0), (0.0, 6.0), [1.0], events=at_rest, rtol=1e-12, atol=1e-14, method="DOP853")
-    back = solve_ivp(motion(-1.0), (2.0, 6.0), [0.0], rtol=1e-12, atol=1e-14, method="DOP853")
+    ahead = solve_ivp(
+        motion(1.0),
+        (0.0, 6.0),
+        [1.0],
+        events=at_rest,
+        rtol=1e-12,
+        atol=1e-14,
+        method="DOP853",
+    )
+    back = solve_ivp(
+        motion(-1.0), (2.0, 6.0), [0.0], rtol=1e-12, atol=1e-14, method="DOP853"
+    )
     assert names(result) == ["stop", "restart"]
     assert float(result.stopping_time) == pytest.approx(ahead.t[-1], rel=1e-9)
     assert result.events[1].time == pytest.approx(2.0, rel=1e-10)
@@ -178,7 +250,9 @@ def test_a_load_that_turns_round():
     # without rest between: a jump of the load throws it back at once
     thrown = turned([0.0, 0.0], [-9e3, -9e3], 1.0)
     turn = J * 1.0 / (9e3 + M_c)
-    assert float(thrown.record.y_end.omega) == pytest.approx(-(9e3 - M_c) * (1.0 - turn) / J, rel=1e-9)
+    assert float(thrown.record.y_end.omega) == pytest.approx(
+        -(9e3 - M_c) * (1.0 - turn) / J, rel=1e-9
+    )
     assert math.isinf(thrown.stopping_time)
     balanced(thrown)
 
@@ -186,29 +260,43 @@ def test_a_load_that_turns_round():
 @pytest.mark.slow
 @pytest.mark.parametrize("C", [None, 2e5])
 def test_bearings_hold_first_then_the_band(C):
-    """Held by both; the lever is released and the bearings hold; the load grows until it exceeds them."""
+    """Held by both; the lever is released and the bearings hold; the load grows until
+    it exceeds them."""
     M_c = 4e3
     M = 3e3
     T0 = 2e3
     slope = 1e3
     lever = sb.PiecewiseLinear([0.0, 6.0, 6.0], [T0, T0, 0.0])
-    grown = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 3.0, 4.0, 5.0, 8.0, 30.0], [M, M, 6e3, M, M, M + 22e3]))
-    result = sb.simulate(scene(BearingFriction(M_c), load=grown, lever=lever, C=C, end=9.6, w0=4.0))
+    grown = sb.TorqueLoad(
+        sb.PiecewiseLinear([0.0, 3.0, 4.0, 5.0, 8.0, 30.0], [M, M, 6e3, M, M, M + 22e3])
+    )
+    result = sb.simulate(
+        scene(BearingFriction(M_c), load=grown, lever=lever, C=C, end=9.6, w0=4.0)
+    )
     seen = result.series([2.0, 4.0, 7.0])
     np.testing.assert_array_equal(seen.omega, 0.0)
     np.testing.assert_allclose(seen.brake_torque, [0.0, 6e3 - M_c, 0.0], atol=1e-8)
     np.testing.assert_allclose(seen.shaft_torque, [M, M_c, M], rtol=1e-12)
-    assert [name for name in names(result) if name != "lining_limit"][-3:] == ["stop", "release", "restart"]
+    assert [name for name in names(result) if name != "lining_limit"][-3:] == [
+        "stop",
+        "release",
+        "restart",
+    ]
     restart = 8.0 + (M_c - M) / slope
     assert result.events[-1].time == pytest.approx(restart, rel=1e-11)
-    assert float(result.record.y_end.omega) == pytest.approx(slope * (9.6 - restart) ** 2 / (2 * J), rel=1e-8)
+    assert float(result.record.y_end.omega) == pytest.approx(
+        slope * (9.6 - restart) ** 2 / (2 * J), rel=1e-8
+    )
     if C is None:
-        assert float(result.stopping_time) == pytest.approx(J * 4.0 / (T0 * GAIN + M_c - M), rel=1e-11)
+        assert float(result.stopping_time) == pytest.approx(
+            J * 4.0 / (T0 * GAIN + M_c - M), rel=1e-11
+        )
     balanced(result)
 
 
 def test_bearings_alone_stop_and_hold():
-    """They take `J ω_0/(M_c − M)` to stop the pulley, and hold it until the load exceeds `M_c`."""
+    """They take `J ω_0/(M_c − M)` to stop the pulley, and hold it until the load
+    exceeds `M_c`."""
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0, 25.0], [1e3, 1e3, 17e3]))
     result = sb.simulate(scene(BearingFriction(5e3), load=load, end=11.0), rtol=1e-12)
     assert float(result.stopping_time) == pytest.approx(J * W0 / 4e3, rel=1e-11)
@@ -216,7 +304,8 @@ def test_bearings_alone_stop_and_hold():
 
 
 def test_band_and_bearings_hold_their_sum():
-    """A restart at `t_r`, where the load exceeds `T_0 R_b (Π − 1) + M_c`; then `ω = s (t − t_r)²/(2J)`."""
+    """A restart at `t_r`, where the load exceeds `T_0 R_b (Π − 1) + M_c`; then
+    `ω = s (t − t_r)²/(2J)`."""
     M_c = 4e3
     T0 = 2e3
     slope = 5e3
@@ -226,7 +315,9 @@ def test_band_and_bearings_hold_their_sum():
     restart = next(event for event in result.events if event.name == "restart")
     torn = (T0 * GAIN + M_c) / slope
     assert restart.time == pytest.approx(torn, rel=1e-11)
-    assert float(result.record.y_end.omega) == pytest.approx(slope * (end - torn) ** 2 / (2 * J), rel=1e-9)
+    assert float(result.record.y_end.omega) == pytest.approx(
+        slope * (end - torn) ** 2 / (2 * J), rel=1e-9
+    )
     balanced(result)
 
 
@@ -239,34 +330,54 @@ def test_tackle_loss_helps_to_lower():
     hook = sb.HookLoad(m, 0.4, 8)
     lowered = m * 9.80665 * 0.05 * eta
     arm = 0.05
-    result = sb.simulate(scene(TackleLoss(lowering_efficiency=eta), load=hook, T0=T0, end=12.0))
+    result = sb.simulate(
+        scene(TackleLoss(lowering_efficiency=eta), load=hook, T0=T0, end=12.0)
+    )
     inertia = J + m * arm**2
-    assert float(result.stopping_time) == pytest.approx(inertia * W0 / (T0 * GAIN - lowered), rel=1e-10)
-    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(lowered, rel=1e-12)
+    assert float(result.stopping_time) == pytest.approx(
+        inertia * W0 / (T0 * GAIN - lowered), rel=1e-10
+    )
+    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(
+        lowered, rel=1e-12
+    )
     energy = balanced(result)
-    assert float(energy["shaft_tackle_loss"]) == pytest.approx((1 - eta) * float(energy["load_work"]), rel=1e-10)
+    assert float(energy["shaft_tackle_loss"]) == pytest.approx(
+        (1 - eta) * float(energy["load_work"]), rel=1e-10
+    )
 
 
-@pytest.mark.parametrize(("K", "n"), [(1.04, 8), (1.04, 12), (1.09, 10), (1.0, 8), (1.0 + 1e-9, 8), (1.3, 1)])
+@pytest.mark.parametrize(
+    ("K", "n"), [(1.04, 8), (1.04, 12), (1.09, 10), (1.0, 8), (1.0 + 1e-9, 8), (1.3, 1)]
+)
 def test_lines_of_a_tackle(K, n):
-    """Line by line: neighbours differ by `K`, together they bear the hook; each efficiency leads back to `K`."""
+    """Line by line: neighbours differ by `K`, together they bear the hook; each
+    efficiency leads back to `K`."""
     law = TackleLoss(sheave_factor=K).strung(n)
     powers = K ** np.arange(n)
     fast, dead = law.tensions(1.0, n, -1.0)
-    assert [float(dead * powers.sum()), float(fast)] == pytest.approx([1.0, float(dead) * K**n], rel=1e-14)
-    assert float(law.hoisting_efficiency) == pytest.approx(1 / (n * float(fast)), rel=1e-14)
+    assert [float(dead * powers.sum()), float(fast)] == pytest.approx(
+        [1.0, float(dead) * K**n], rel=1e-14
+    )
+    assert float(law.hoisting_efficiency) == pytest.approx(
+        1 / (n * float(fast)), rel=1e-14
+    )
     fast, dead = law.tensions(1.0, n, 1.0)
-    assert [float(fast * K * powers.sum()), float(dead)] == pytest.approx([1.0, float(fast) * K**n], rel=1e-14)
+    assert [float(fast * K * powers.sum()), float(dead)] == pytest.approx(
+        [1.0, float(fast) * K**n], rel=1e-14
+    )
     assert float(law.lowering_efficiency) == pytest.approx(n * float(fast), rel=1e-14)
     for name in ("hoisting_efficiency", "lowering_efficiency"):
         other = TackleLoss(**{name: getattr(law, name)}).strung(n)
         for number in ("sheave_factor", "hoisting_efficiency", "lowering_efficiency"):
-            assert float(getattr(other, number)) == pytest.approx(float(getattr(law, number)), rel=1e-14)
+            assert float(getattr(other, number)) == pytest.approx(
+                float(getattr(law, number)), rel=1e-14
+            )
 
 
 @pytest.mark.parametrize("K", [1.0, 1.04, 1.3])
 def test_derivatives_through_the_sheave_factor(K):
-    """Of `1/η_l = mean K^i` and `1/η_h = 1/mean K^-i`, and back from the efficiency by the inverse of the slope."""
+    """Of `1/η_l = mean K^i` and `1/η_h = 1/mean K^-i`, and back from the efficiency by
+    the inverse of the slope."""
     n = 8
     i = np.arange(1, 9)
     mean = float(np.mean(K**i))
@@ -276,23 +387,34 @@ def test_derivatives_through_the_sheave_factor(K):
     by_K = jax.jacrev(lambda x: TackleLoss(sheave_factor=x).strung(n))(jnp.asarray(K))
     assert float(by_K.lowering_efficiency) == pytest.approx(lowering, rel=1e-13)
     assert float(by_K.hoisting_efficiency) == pytest.approx(hoisting, rel=1e-13)
-    by_eta = jax.jacfwd(lambda x: TackleLoss(lowering_efficiency=x).strung(n))(jnp.asarray(1 / mean))
+    by_eta = jax.jacfwd(lambda x: TackleLoss(lowering_efficiency=x).strung(n))(
+        jnp.asarray(1 / mean)
+    )
     assert float(by_eta.sheave_factor) == pytest.approx(1 / lowering, rel=1e-12)
-    assert float(by_eta.hoisting_efficiency) == pytest.approx(hoisting / lowering, rel=1e-12)
-    by_eta = jax.jacrev(lambda x: TackleLoss(hoisting_efficiency=x).strung(n))(jnp.mean(K ** (-1.0 * i)))
-    assert float(by_eta.lowering_efficiency) == pytest.approx(lowering / hoisting, rel=1e-12)
+    assert float(by_eta.hoisting_efficiency) == pytest.approx(
+        hoisting / lowering, rel=1e-12
+    )
+    by_eta = jax.jacrev(lambda x: TackleLoss(hoisting_efficiency=x).strung(n))(
+        jnp.mean(K ** (-1.0 * i))
+    )
+    assert float(by_eta.lowering_efficiency) == pytest.approx(
+        lowering / hoisting, rel=1e-12
+    )
 
 
 @pytest.mark.slow
 def test_the_dead_line_is_the_tightest_in_lowering():
-    """Until the stop by the pull `m (g + a)`; then by the weight, as if it could have been hoisted last."""
+    """Until the stop by the pull `m (g + a)`; then by the weight, as if it could have
+    been hoisted last."""
     K = 1.04
     n = 8
     m = 20e3
     T0 = 6e3
 
     def run(K):
-        return sb.simulate(scene(TackleLoss(K), load=sb.HookLoad(m, 0.4, n), T0=T0, end=12.0))
+        return sb.simulate(
+            scene(TackleLoss(K), load=sb.HookLoad(m, 0.4, n), T0=T0, end=12.0)
+        )
 
     result = run(K)
     eta = n * (K - 1) / (K * (K**n - 1))
@@ -301,7 +423,9 @@ def test_the_dead_line_is_the_tightest_in_lowering():
     dead = eta * K**n / n * m * np.asarray([9.80665 + slower, 9.80665])
     np.testing.assert_allclose(at.dead_line_tension, dead, rtol=1e-10)
     np.testing.assert_allclose(at.rope_tension, [dead[0], K * dead[1]], rtol=1e-10)
-    slope = jax.grad(lambda x: run(x).series(jnp.asarray([1.0])).dead_line_tension[0])(K)
+    slope = jax.grad(lambda x: run(x).series(jnp.asarray([1.0])).dead_line_tension[0])(
+        K
+    )
     away = [run(x).series([1.0]).dead_line_tension[0] for x in (K + 1e-6, K - 1e-6)]
     assert float(slope) == pytest.approx((away[0] - away[1]) / 2e-6, rel=1e-7)
 
@@ -318,9 +442,22 @@ BOTH = ("hoisting_efficiency", "lowering_efficiency")
         (lambda: TackleLoss(), BOTH),
         (lambda: TackleLoss(1.04, lowering_efficiency=0.8), BOTH),
         (lambda: TackleLoss(hoisting_efficiency=0.8, lowering_efficiency=0.8), BOTH),
-        (lambda: sb.with_values(scene(TackleLoss(1.04), load=HOOK), {"shaft[0].efficiency": 0.85}), BOTH),
-        (lambda: sb.check_scene(scene(TackleLoss(1.04), load=1e3)), ("load on a hook",)),
-        (lambda: sb.check_scene(scene(TackleLoss(1.04), TackleLoss(1.04), load=HOOK)), ("one tackle",)),
+        (
+            lambda: sb.with_values(
+                scene(TackleLoss(1.04), load=HOOK), {"shaft[0].efficiency": 0.85}
+            ),
+            BOTH,
+        ),
+        (
+            lambda: sb.check_scene(scene(TackleLoss(1.04), load=1e3)),
+            ("load on a hook",),
+        ),
+        (
+            lambda: sb.check_scene(
+                scene(TackleLoss(1.04), TackleLoss(1.04), load=HOOK)
+            ),
+            ("one tackle",),
+        ),
     ],
 )
 def test_a_tackle_without_a_direction_is_refused(give, words):
@@ -332,12 +469,17 @@ def test_a_tackle_without_a_direction_is_refused(give, words):
 @pytest.mark.parametrize("kind", ["", 'type = "TackleLoss"'])
 def test_a_file_with_an_efficiency_of_the_tackle_is_refused(kind):
     text = sb.files.scene_text(scene(load=HOOK)).replace("shaft = []", "")
-    with pytest.raises(sb.InputError, match=r"shaft\[0\]\.efficiency: .*hoisting_efficiency.*lowering_efficiency"):
+    with pytest.raises(
+        sb.InputError,
+        match=r"shaft\[0\]\.efficiency: .*hoisting_efficiency.*lowering_efficiency",
+    ):
         sb.files.scene_from_text(f"{text}\n[[shaft]]\n{kind}\nefficiency = 0.85\n")
 
 
 def test_rests_or_starts_at_once():
-    still, moving = (sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0], [M, M])) for M in (1e3, 3e3))
+    still, moving = (
+        sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0], [M, M])) for M in (1e3, 3e3)
+    )
     held = sb.simulate(scene(BearingFriction(2e3), load=still, w0=0.0, end=1.0))
     assert (held.status, names(held)) == ("held", [])
     assert float(held.record.y_end.phi) == 0.0
@@ -347,7 +489,8 @@ def test_rests_or_starts_at_once():
 
 @pytest.mark.slow
 def test_staged_stop_with_dry_shaft_by_scipy():
-    """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry friction on the pulley alone."""
+    """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry
+    friction on the pulley alone."""
     import staged_scenes as staged
 
     M_c = 400.0
@@ -364,29 +507,39 @@ def test_staged_stop_with_dry_shaft_by_scipy():
 
     def rim(T_n):
         T = staged.tensions(T_0, T_n, mu)
-        return staged.R * staged.F_INT * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+        return (
+            staged.R
+            * staged.F_INT
+            * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+        )
 
     full = T_0 * float(np.prod(mu))
     external = staged.R_B * (full - T_0)
-    # the band brakes the bandage harder than the rim drives it: stage 2 from the start, then stage 3
+    # the band brakes the bandage harder than the rim drives it: stage 2 from the start,
+    # then stage 3
     assert external > rim(full)
     t_2 = w0 / ((external - rim(full)) / J_b)
     w_2 = w0 - (rim(full) + M_c - load) / J_p * t_2
-    T_n = brentq(lambda T: staged.R_B * (T - T_0) - rim(T), T_0, full, xtol=1e-9, rtol=1e-14)
+    T_n = brentq(
+        lambda T: staged.R_B * (T - T_0) - rim(T), T_0, full, xtol=1e-9, rtol=1e-14
+    )
     stop = t_2 + w_2 * J_p / (rim(T_n) + M_c - load)
     assert "external_lock" in names(result)
     assert float(result.external_lock_time) == pytest.approx(t_2, rel=1e-9)
     assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
     assert names(result)[-1] == "stop"
-    assert float(result.series([15.0]).shaft_torque[0]) == pytest.approx(min(load, M_c), rel=1e-12)
+    assert float(result.series([15.0]).shaft_torque[0]) == pytest.approx(
+        min(load, M_c), rel=1e-12
+    )
     balanced(result)
 
 
-# --- heat, levers, input ----------------------------------------------------------------------------------------------
+# --- heat, levers, input ------------------------------------------------------------
 
 
 def test_heat_enters_its_body_or_is_lost():
-    """One lump behind a conductance to the air takes the eddy-current brake's heat: SciPy, of 3 equations."""
+    """One lump behind a conductance to the air takes the eddy-current brake's heat:
+    SciPy, of 3 equations."""
     C = 5e4
     g = 30.0
     M_m = 2e4
@@ -396,15 +549,27 @@ def test_heat_enters_its_body_or_is_lost():
         bodies=(sb.thermal.Lump("rotor", C, 300.0), sb.thermal.Reservoir("air", 290.0)),
         links=(sb.thermal.Conductance("rotor", "air", g),),
     )
-    plain = scene(EddyCurrentBrake(M_m, w_m, 1.0, "rotor"), BearingFriction(300.0), load=load, w0=5.0, end=20.0)
+    plain = scene(
+        EddyCurrentBrake(M_m, w_m, 1.0, "rotor"),
+        BearingFriction(300.0),
+        load=load,
+        w0=5.0,
+        end=20.0,
+    )
     result = sb.simulate(dataclasses.replace(plain, heat=heat))
 
     def rates(t, y):
         w, T, _ = y
         M = 2 * M_m * w * w_m / (w * w + w_m * w_m)
-        return [(load - M - 300.0) / J, (M * w - g * (T - 290.0)) / C, g * (T - 290.0) + 300.0 * w]
+        return [
+            (load - M - 300.0) / J,
+            (M * w - g * (T - 290.0)) / C,
+            g * (T - 290.0) + 300.0 * w,
+        ]
 
-    truth = solve_ivp(rates, (0.0, 20.0), [5.0, 300.0, 0.0], rtol=1e-12, atol=1e-10, method="DOP853").y[:, -1]
+    truth = solve_ivp(
+        rates, (0.0, 20.0), [5.0, 300.0, 0.0], rtol=1e-12, atol=1e-10, method="DOP853"
+    ).y[:, -1]
     assert float(result.record.y_end.omega) == pytest.approx(truth[0], rel=1e-9)
     assert float(result.end_temperatures[0]) == pytest.approx(truth[1], rel=1e-9)
     energy = balanced(result)
@@ -417,18 +582,29 @@ def test_speed_holding_lever_gives_the_rest():
     load = 9e3
     c = 200.0
     held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
-    result = sb.simulate(dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0))))
+    result = sb.simulate(
+        dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0)))
+    )
     seen = result.series([1.0])
     assert float(seen.omega[0]) == pytest.approx(12.0, rel=1e-12)
-    assert float(seen.brake_torque[0]) == pytest.approx(load - 12.0 * c - 500.0, rel=1e-12)
+    assert float(seen.brake_torque[0]) == pytest.approx(
+        load - 12.0 * c - 500.0, rel=1e-12
+    )
 
 
 def test_input_errors_and_a_scene_file(tmp_path):
-    bad = scene(EddyCurrentBrake(1e3, 5.0, 1.05, place="nowhere"), HydrodynamicBrake(1.0, -0.1))
+    bad = scene(
+        EddyCurrentBrake(1e3, 5.0, 1.05, place="nowhere"), HydrodynamicBrake(1.0, -0.1)
+    )
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(bad)
     text = str(caught.value)
-    for part in ("shaft[0].excitation: 1.05 is above 1", "shaft[0].place", "'nowhere'", "shaft[1].fill.level: -0.1"):
+    for part in (
+        "shaft[0].excitation: 1.05 is above 1",
+        "shaft[0].place",
+        "'nowhere'",
+        "shaft[1].fill.level: -0.1",
+    ):
         assert part in text
     file = tmp_path / "scene.toml"
     laws = (
@@ -440,17 +616,24 @@ def test_input_errors_and_a_scene_file(tmp_path):
     )
     sb.write_scene(scene(*laws, load=HOOK), file)
     again = sb.read_scene(file)
-    assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws, load=HOOK)))
+    assert jax.tree.structure(again) == jax.tree.structure(
+        jax.tree.map(np.asarray, scene(*laws, load=HOOK))
+    )
     assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
     assert type(again.shaft[0].excitation) is sb.PiecewiseLinear
 
 
 @pytest.mark.parametrize(
     ("laws", "load", "T0", "torque"),
-    [((), 900.0, 0.0, 900.0), ((BearingFriction(300.0),), 900.0, 0.0, 1200.0), ((), 900.0, 10.0, None)],
+    [
+        ((), 900.0, 0.0, 900.0),
+        ((BearingFriction(300.0),), 900.0, 0.0, 1200.0),
+        ((), 900.0, 10.0, None),
+    ],
 )
 def test_a_pulley_that_turns_round_has_an_event(laws, load, T0, torque):
-    """`t = J ω_0/M`, free, against dry friction, and sliding under a brake that is too weak."""
+    """`t = J ω_0/M`, free, against dry friction, and sliding under a brake that is too
+    weak."""
     back = 0.725 * T0 * (1 - 1 / ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20)
     result = sb.simulate(scene(*laws, load=load, T0=T0, w0=-W0))
     time = J * W0 / (torque or load + back)
@@ -460,9 +643,13 @@ def test_a_pulley_that_turns_round_has_an_event(laws, load, T0, torque):
 
 def test_a_rest_is_no_reversal():
     """It comes to rest on its bearings, and a load the other way starts it again."""
-    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 25.0, 25.0, 26.0], [100.0, 100.0, 900.0, 900.0]))
+    load = sb.TorqueLoad(
+        sb.PiecewiseLinear([0.0, 25.0, 25.0, 26.0], [100.0, 100.0, 900.0, 900.0])
+    )
     result = sb.simulate(scene(BearingFriction(600.0), load=load, w0=-W0))
     assert names(result) == ["stop", "restart"]
-    swings = sb.TorqueLoad(sb.profiles.FunctionProfile(lambda t, M: M * jnp.cos(t), 1e3, typical=1e3))
+    swings = sb.TorqueLoad(
+        sb.profiles.FunctionProfile(lambda t, M: M * jnp.cos(t), 1e3, typical=1e3)
+    )
     times = sb.simulate(scene(load=swings, w0=0.0, end=7.0)).events["reversal"].times
     assert times == pytest.approx([math.pi, 2 * math.pi], rel=1e-12)

@@ -1,4 +1,5 @@
-"""Classical estimates of a staged brake: exact where the run is as they assume, and each pair with its own numbers."""
+"""Classical estimates of a staged brake: exact where the run is as they assume, and
+each pair with its own numbers."""
 
 import dataclasses
 import json
@@ -11,7 +12,9 @@ from scipy.optimize import brentq
 
 import simbrake as sb
 
-R, R_B, J, J_B, N = (getattr(staged_scenes, name) for name in ("R", "R_B", "J", "J_B", "N"))
+R, R_B, J, J_B, N = (
+    getattr(staged_scenes, name) for name in ("R", "R_B", "J", "J_B", "N")
+)
 
 
 def constant(T_0, **changes):
@@ -20,19 +23,26 @@ def constant(T_0, **changes):
 
 
 def by_hand(T_0, load=300.0, w0=20.0):
-    """Stages 2 and 3 from the equations of motion, the tension of the held bandage by bisection."""
+    """Stages 2 and 3 from the equations of motion, the tension of the held bandage by
+    bisection."""
     z = np.tan(staged_scenes.BETA / 2)
     s = np.sin(staged_scenes.BETA / 2)
     mu = np.full(N, (1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z))
 
     def grip(T_n):
         T = staged_scenes.tensions(T_0, T_n, mu)
-        return R * staged_scenes.F_INT * float(np.sum((T[1:] + T[:-1]) * s + staged_scenes.PRELOAD))
+        return (
+            R
+            * staged_scenes.F_INT
+            * float(np.sum((T[1:] + T[:-1]) * s + staged_scenes.PRELOAD))
+        )
 
     top = T_0 * float(np.prod(mu))
     M_ext = R_B * (top - T_0)
     M_int = grip(top)
-    T_n = brentq(lambda T_n: R_B * (T_n - T_0) - grip(T_n), T_0, top, xtol=1e-9, rtol=1e-14)
+    T_n = brentq(
+        lambda T_n: R_B * (T_n - T_0) - grip(T_n), T_0, top, xtol=1e-9, rtol=1e-14
+    )
     t_2 = J_B * w0 / (M_ext - M_int)
     left = w0 + (load - M_int) / J * t_2
     t_3 = J * left / (grip(T_n) - load)
@@ -78,7 +88,10 @@ def test_run_as_the_estimate_assumes_agrees(run):
     assert table["stage 1"].value == table["stage 1"].simulated == 0
     alone = sb.estimates(constant(3e3))
     assert {row.simulated for row in alone} == {None}
-    for name in ("surface temperature, falling flux, internal pair", "bulk temperature, end, external pair"):
+    for name in (
+        "surface temperature, falling flux, internal pair",
+        "bulk temperature, end, external pair",
+    ):
         assert alone[name].value == pytest.approx(table[name].value, rel=1e-6), name
     # work over friction, way and area of the linings
     assert alone["pressure, mean, internal pair"].value == pytest.approx(
@@ -88,16 +101,23 @@ def test_run_as_the_estimate_assumes_agrees(run):
 
 @pytest.mark.slow
 def test_power_shares_keep_the_friction_work(run):
-    """The works of the pairs are those of the run without shares, also where none of it is heat."""
-    shared = dataclasses.replace(constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2))
+    """The works of the pairs are those of the run without shares, also where none of it
+    is heat."""
+    shared = dataclasses.replace(
+        constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2)
+    )
     table = sb.estimates(sb.simulate(shared))
     plain = sb.estimates(run)
     for pair in ("external", "internal"):
         row = table[f"friction work, {pair} pair"]
         assert row.simulated == pytest.approx(plain[row.name].simulated, rel=1e-9)
         name = f"surface temperature, falling flux, {pair} pair"
-        assert table[name].value - 293.15 == pytest.approx(0.7 * (plain[name].value - 293.15), rel=1e-9)
-    assert table["work into heat"].simulated == pytest.approx(0.7 * plain["friction work"].simulated, rel=1e-9)
+        assert table[name].value - 293.15 == pytest.approx(
+            0.7 * (plain[name].value - 293.15), rel=1e-9
+        )
+    assert table["work into heat"].simulated == pytest.approx(
+        0.7 * plain["friction work"].simulated, rel=1e-9
+    )
     alone = dataclasses.replace(shared, power_shares=sb.PowerShares(mechanical=1.0))
     cold = sb.estimates(sb.simulate(alone))
     for pair in ("external", "internal"):
@@ -112,17 +132,26 @@ def test_brake_below_onset_rides_to_the_end():
     stop = sb.formulas.classical_staged_stop(scene)
     assert stop is not None
     assert stop.internal == (0.0, 0.0, 0.0, 0.0)
-    assert stop.external.work == pytest.approx(0.5 * (J + J_B) * 20.0**2 + 300.0 * stop.angle, rel=1e-12)
+    assert stop.external.work == pytest.approx(
+        0.5 * (J + J_B) * 20.0**2 + 300.0 * stop.angle, rel=1e-12
+    )
     table = sb.estimates(scene)
     assert table["share of the internal pair"].value == 0
     assert not any(row.name.endswith("rim, internal pair") for row in table)
     result = sb.simulate(scene)
-    assert sb.estimates(result)["stage 1"].value == pytest.approx(result.metrics["stopping_time"], rel=1e-10)
+    assert sb.estimates(result)["stage 1"].value == pytest.approx(
+        result.metrics["stopping_time"], rel=1e-10
+    )
 
 
 def test_pairs_have_their_shares_and_faces():
     data = sb.formulas.EstimateData(
-        share=0.9, external_share=0.6, beyond_share=0.05, track_area=0.9, lining_area=0.6, outer_area=0.7
+        share=0.9,
+        external_share=0.6,
+        beyond_share=0.05,
+        track_area=0.9,
+        lining_area=0.6,
+        outer_area=0.7,
     )
     table = sb.estimates(constant(3e3), data)
     stop = sb.formulas.classical_staged_stop(constant(3e3))
@@ -132,26 +161,42 @@ def test_pairs_have_their_shares_and_faces():
     band = inputs["band"].value
     into_rim = 0.9 * stop.internal.work + 0.05 * stop.external.work
     rise = into_rim / (0.9 * 0.025 * float(rim.density * rim.specific_heat))
-    assert table["bulk temperature, end, internal pair"].value - 293.15 == pytest.approx(rise)
-    rise = 0.6 * stop.external.work / (0.7 * 0.006 * float(band.density * band.specific_heat))
-    assert table["bulk temperature, end, external pair"].value - 293.15 == pytest.approx(rise)
+    assert table[
+        "bulk temperature, end, internal pair"
+    ].value - 293.15 == pytest.approx(rise)
+    rise = (
+        0.6
+        * stop.external.work
+        / (0.7 * 0.006 * float(band.density * band.specific_heat))
+    )
+    assert table[
+        "bulk temperature, end, external pair"
+    ].value - 293.15 == pytest.approx(rise)
     way = R * stop.internal.angle
     pressure = stop.internal.work / (staged_scenes.F_INT * way * 0.6)
     assert table["pressure, mean, internal pair"].value == pytest.approx(pressure)
     # only heat warms
     half = sb.estimates(
-        constant(3e3), dataclasses.replace(data, power=sb.PowerShares(electrical=0.25, mechanical=0.25))
+        constant(3e3),
+        dataclasses.replace(
+            data, power=sb.PowerShares(electrical=0.25, mechanical=0.25)
+        ),
     )
     name = "surface temperature, falling flux, internal pair"
     assert half[name].value - 293.15 == pytest.approx((table[name].value - 293.15) / 2)
     told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
     assert len(told["estimates"]) == len(table.rows)
-    assert len({row.name for row in table}) == len(table.rows)  # each can be asked for by its name
+    assert len({row.name for row in table}) == len(
+        table.rows
+    )  # each can be asked for by its name
 
 
 @pytest.mark.parametrize(
     ("scene", "word"),
-    [(lambda: constant(3e3, w0=0.0), "no classical stop"), (lambda: constant(3e3, load=9e3), "no classical stop")],
+    [
+        (lambda: constant(3e3, w0=0.0), "no classical stop"),
+        (lambda: constant(3e3, load=9e3), "no classical stop"),
+    ],
 )
 def test_staged_estimates_need_a_stop(scene, word):
     """A scene without a classical stop says so."""
@@ -161,28 +206,44 @@ def test_staged_estimates_need_a_stop(scene, word):
 
 @pytest.mark.slow
 def test_temperatures_of_both_pairs_in_a_run():
-    """A ramp of the lever, a layered rim and a band of steel: bulk by energy, the rim's surface by Schmidt's scheme."""
+    """A ramp of the lever, a layered rim and a band of steel: bulk by energy, the rim's
+    surface by Schmidt's scheme."""
     import runpy
 
-    file = str(staged_scenes.__file__).replace("tests/staged_scenes", "scenarios/staged_vs_standard")
+    file = str(staged_scenes.__file__).replace(
+        "tests/staged_scenes", "scenarios/staged_vs_standard"
+    )
     scene = runpy.run_path(file)["scene"]()
     coarse = next(body for body in scene.heat.bodies if body.name == "rim")
     rim = sb.thermal.Wall("rim", coarse.material, coarse.thickness, coarse.area, 40)
     bodies = tuple(rim if body is coarse else body for body in scene.heat.bodies)
-    result = sb.simulate(dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, bodies=bodies)))
+    result = sb.simulate(
+        dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, bodies=bodies))
+    )
     table = sb.estimates(result)
-    works = [table[f"friction work, {pair} pair"].simulated for pair in ("external", "internal")]
-    assert works == pytest.approx([float(result.energy[f"heat_{pair}"]) for pair in ("external", "internal")], rel=1e-6)
+    works = [
+        table[f"friction work, {pair} pair"].simulated
+        for pair in ("external", "internal")
+    ]
+    assert works == pytest.approx(
+        [float(result.energy[f"heat_{pair}"]) for pair in ("external", "internal")],
+        rel=1e-6,
+    )
     assert table["slack tension of internal slip"].value == pytest.approx(
         table["slack tension of internal slip"].simulated, rel=1e-6
     )
     for name, share in (
         ("bulk temperature, end, internal pair", 0.002),
-        ("bulk temperature, end, external pair", 0.05),  # the linings' outer faces warm the band as well
+        (
+            "bulk temperature, end, external pair",
+            0.05,
+        ),  # the linings' outer faces warm the band as well
         ("surface temperature, Schmidt, internal pair", 0.002),
     ):
         row = table[name]
-        assert row.value - 293.15 == pytest.approx(row.simulated - 293.15, rel=share), name
+        assert row.value - 293.15 == pytest.approx(row.simulated - 293.15, rel=share), (
+            name
+        )
     for pair, part in (("external", "band"), ("internal", "rim")):
         row = table[f"heat partition coefficient, {part}, effusivities, {pair} pair"]
         assert row.value == pytest.approx(row.simulated, rel=1e-6)
@@ -198,28 +259,53 @@ def test_staged_stop_with_centrifugal_force():
     z = np.tan(staged_scenes.BETA / 2)
     scene = constant(T_0, w0=w0, preload=300.0)
     bandage = dataclasses.replace(scene.brake.bandage, mass=mass, mass_radius=0.61)
-    scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
-    Pi = ((1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z)) ** np.arange(N + 1)
+    scene = dataclasses.replace(
+        scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
+    )
+    Pi = ((1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z)) ** np.arange(
+        N + 1
+    )
     pressed = T_0 * (Pi[1:] + Pi[:-1]) * np.sin(staged_scenes.BETA / 2) + 300.0
     assert np.any(pressed < mass * 0.61 * w0**2)
 
     def rates(t, y):
-        M = R * staged_scenes.F_INT * np.maximum(pressed - mass * 0.61 * y[1] ** 2, 0).sum()
-        return [(load - M) / J, (M - R_B * T_0 * (Pi[-1] - 1)) / J_B, y[0], y[1], M * (y[0] - y[1])]
+        M = (
+            R
+            * staged_scenes.F_INT
+            * np.maximum(pressed - mass * 0.61 * y[1] ** 2, 0).sum()
+        )
+        return [
+            (load - M) / J,
+            (M - R_B * T_0 * (Pi[-1] - 1)) / J_B,
+            y[0],
+            y[1],
+            M * (y[0] - y[1]),
+        ]
 
     lock = lambda t, y: y[1]
     lock.terminal = True
-    truth = solve_ivp(rates, (0, 9), [w0, w0, 0, 0, 0], "DOP853", events=lock, rtol=1e-12, atol=1e-12)
+    truth = solve_ivp(
+        rates, (0, 9), [w0, w0, 0, 0, 0], "DOP853", events=lock, rtol=1e-12, atol=1e-12
+    )
     stop = sb.formulas.classical_staged_stop(scene)
     assert stop.times[1] == pytest.approx(truth.t[-1], rel=1e-9)
     assert stop.external.angle == pytest.approx(truth.y[3, -1], rel=1e-9)
     M_3 = stop.torques[2]
     left = truth.y[0, -1]
     assert stop.times[2] == pytest.approx(J * left / (M_3 - load), rel=1e-9)
-    assert stop.angle == pytest.approx(truth.y[2, -1] + 0.5 * left * stop.times[2], rel=1e-9)
-    assert stop.internal.work == pytest.approx(truth.y[4, -1] + M_3 * 0.5 * left * stop.times[2], rel=1e-9)
+    assert stop.angle == pytest.approx(
+        truth.y[2, -1] + 0.5 * left * stop.times[2], rel=1e-9
+    )
+    assert stop.internal.work == pytest.approx(
+        truth.y[4, -1] + M_3 * 0.5 * left * stop.times[2], rel=1e-9
+    )
     table = sb.estimates(sb.simulate(scene))
-    for name in ("stage 2", "stage 3", "friction work, internal pair", "slack tension of internal slip"):
+    for name in (
+        "stage 2",
+        "stage 3",
+        "friction work, internal pair",
+        "slack tension of internal slip",
+    ):
         row = table[name]
         if name.startswith("slack"):
             assert row.value < row.simulated == T_0
@@ -228,7 +314,8 @@ def test_staged_stop_with_centrifugal_force():
 
 
 def test_initial_friction_by_speed_of_pair():
-    """The outer pair slides on the band circle, the inner one on the rim; a line through two points, 0 at 20 m/s."""
+    """The outer pair slides on the band circle, the inner one on the rim; a line
+    through two points, 0 at 20 m/s."""
     law = sb.friction.TabulatedFriction([0.0, 20.0], [0.4, 0.0])
     scene = staged_scenes.stop(law=law, inner=law, w0=20.0)
     for pair, radius in (("external", R_B), ("internal", R)):

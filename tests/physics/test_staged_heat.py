@@ -20,12 +20,18 @@ def heated(fade=4e-4, **parts):
         band_cooling=5.0,
         partition=sb.thermal.ConstantPartition(0.7),
     )
-    heat = sb.thermal.with_external_pair(heat, sb.thermal.ConstantPartition(0.5), rim_share=0.1)
+    heat = sb.thermal.with_external_pair(
+        heat, sb.thermal.ConstantPartition(0.5), rim_share=0.1
+    )
 
     def law(f):
-        return sb.friction.ProductFriction(sb.ConstantFriction(f), (sb.LinearFade(fade, 293.15, 0.0, 0.0),))
+        return sb.friction.ProductFriction(
+            sb.ConstantFriction(f), (sb.LinearFade(fade, 293.15, 0.0, 0.0),)
+        )
 
-    return staged.stop(law=law(staged.F_EXT), inner=law(staged.F_INT), heat=heat, **parts)
+    return staged.stop(
+        law=law(staged.F_EXT), inner=law(staged.F_INT), heat=heat, **parts
+    )
 
 
 @pytest.mark.slow
@@ -38,8 +44,12 @@ def test_heat_of_both_pairs_is_accounted_for(stiffness):
     external = energy["heat_external"]
     internal = energy["heat_internal"]
     assert energy["heat_to_band"] == pytest.approx(0.5 * external, rel=1e-9)
-    assert energy["heat_to_metal"] == pytest.approx(0.1 * external + 0.7 * internal, rel=1e-9)
-    assert energy["heat_to_linings"] == pytest.approx(0.4 * external + 0.3 * internal, rel=1e-9)
+    assert energy["heat_to_metal"] == pytest.approx(
+        0.1 * external + 0.7 * internal, rel=1e-9
+    )
+    assert energy["heat_to_linings"] == pytest.approx(
+        0.4 * external + 0.3 * internal, rel=1e-9
+    )
     cold = sb.simulate(staged.stop(stiffness=stiffness))
     assert float(result.stopping_time) > 1.002 * float(cold.stopping_time)
 
@@ -47,28 +57,42 @@ def test_heat_of_both_pairs_is_accounted_for(stiffness):
 @pytest.mark.parametrize("temperature_dependent", [False, True])
 @pytest.mark.parametrize("spring", [None, 1e5])
 def test_pair_must_have_a_place_for_its_heat(temperature_dependent, spring):
-    """The heat of either pair would leave the network: both are named, once each, with what builds the place."""
+    """The heat of either pair would leave the network: both are named, once each, with
+    what builds the place."""
     scene = heated() if temperature_dependent else staged.stop(heat=heated().heat)
     bandage = dataclasses.replace(scene.brake.bandage, spring=spring)
-    scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
+    scene = dataclasses.replace(
+        scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
+    )
     sb.check_scene(scene)
-    for field, builder in (("external", "with_external_pair(heat, partition)"), ("friction", "FrictionHeat(metal")):
-        one = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, **{field: None}))
+    for field, builder in (
+        ("external", "with_external_pair(heat, partition)"),
+        ("friction", "FrictionHeat(metal"),
+    ):
+        one = dataclasses.replace(
+            scene, heat=dataclasses.replace(scene.heat, **{field: None})
+        )
         with pytest.raises(sb.InputError) as caught:
             sb.simulate(one)
         (fault,) = caught.value.faults
         assert fault.path == f"heat.{field}"
         assert "would enter no body" in fault.problem
         assert builder in fault.hint
-    neither = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, friction=None, external=None))
+    neither = dataclasses.replace(
+        scene, heat=dataclasses.replace(scene.heat, friction=None, external=None)
+    )
     with pytest.raises(sb.InputError) as caught:
         sb.check_scene(neither)
-    assert {fault.path for fault in caught.value.faults} == {"heat.friction", "heat.external"}
+    assert {fault.path for fault in caught.value.faults} == {
+        "heat.friction",
+        "heat.external",
+    }
 
 
 @pytest.mark.slow
 def test_outer_lining_face_has_its_own_place():
-    """Equal steel and equal fluxes on both faces of the linings: each face takes the heat that its own pair gives."""
+    """Equal steel and equal fluxes on both faces of the linings: each face takes the
+    heat that its own pair gives."""
     lining = sb.Material(0.5, 2000.0, 1000.0)
     steel = sb.Material(48.0, 7800.0, 500.0)
     heat = sb.layered_heat(
@@ -89,20 +113,30 @@ def test_outer_lining_face_has_its_own_place():
     result = sb.simulate(staged.stop(heat=heat))
     onset = float(result.internal_slip_time)
     early = result.series([0.5 * onset, onset])
-    assert np.all(np.asarray(early.lining_temperature) < sb.thermal.ROOM + 1e-3)  # nothing slides inside yet
+    assert np.all(
+        np.asarray(early.lining_temperature) < sb.thermal.ROOM + 1e-3
+    )  # nothing slides inside yet
     assert np.max(early.lining_outer_temperature[0]) > sb.thermal.ROOM + 1.0
     outer = result.peak_lining_outer_temperature
     inner = result.peak_lining_temperature
     lock = float(result.external_lock_time)
     assert float(outer.time) < lock < float(inner.time)
     assert float(outer.value) == pytest.approx(
-        float(np.max(result.series(np.linspace(0.9 * onset, lock, 200)).lining_outer_temperature)), rel=1e-4
+        float(
+            np.max(
+                result.series(
+                    np.linspace(0.9 * onset, lock, 200)
+                ).lining_outer_temperature
+            )
+        ),
+        rel=1e-4,
     )
 
 
 @pytest.mark.slow
 def test_fade_undoes_a_stage():
-    """External friction that fades below the internal one: the bandage comes loose again and rides with the pulley."""
+    """External friction that fades below the internal one: the bandage comes loose
+    again and rides with the pulley."""
     heat = sb.lumped_heat(
         rim=4e5,
         linings=5e4,
@@ -112,10 +146,22 @@ def test_fade_undoes_a_stage():
         band_cooling=0.0,
         partition=sb.thermal.ConstantPartition(1.0),
     )
-    pair = sb.thermal.FrictionHeat("band", "linings", sb.thermal.ConstantPartition(1.0), sensed="band")
+    pair = sb.thermal.FrictionHeat(
+        "band", "linings", sb.thermal.ConstantPartition(1.0), sensed="band"
+    )
     heat = dataclasses.replace(heat, external=pair)
-    law = sb.friction.ProductFriction(sb.ConstantFriction(staged.F_EXT), (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),))
-    scene = staged.stop(law=law, heat=heat, lever=sb.Constant(2e3), load=2e3, w0=40.0, preload=0.0, end=8.0)
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(staged.F_EXT), (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),)
+    )
+    scene = staged.stop(
+        law=law,
+        heat=heat,
+        lever=sb.Constant(2e3),
+        load=2e3,
+        w0=40.0,
+        preload=0.0,
+        end=8.0,
+    )
     result = sb.simulate(scene)
     names = [e.name for e in result.events if e.name != "lining_limit"]
     assert names == ["slip_onset", "full_slip", "internal_slip", "internal_restick"]

@@ -1,4 +1,5 @@
-"""Whole runs of the standard brake against closed forms, and against SciPy where there is none."""
+"""Whole runs of the standard brake against closed forms, and against SciPy where there
+is none."""
 
 import math
 
@@ -37,11 +38,25 @@ def test_closed_forms_of_every_event(case):
     truth = closed_form(**case)
     result = sb.simulate(stop_scene(**case, end=2 * truth["stop"]))
     limits = [e.time for e in result.events if e.name == "lining_limit"]
-    got = [float(result.slip_onset_time), *limits, float(result.full_slip_time), float(result.stopping_time)]
-    np.testing.assert_allclose(got, [truth["t0"], *truth["limits"], truth["t1"], truth["stop"]], rtol=1e-11)
-    assert float(result.max_tension.value) == pytest.approx(case.get("T0", 8e3) * truth["Pi"], rel=1e-11)
-    assert [e.lining for e in result.events if e.name == "lining_limit"] == list(range(1, 21))
-    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + ["full_slip", "stop"]
+    got = [
+        float(result.slip_onset_time),
+        *limits,
+        float(result.full_slip_time),
+        float(result.stopping_time),
+    ]
+    np.testing.assert_allclose(
+        got, [truth["t0"], *truth["limits"], truth["t1"], truth["stop"]], rtol=1e-11
+    )
+    assert float(result.max_tension.value) == pytest.approx(
+        case.get("T0", 8e3) * truth["Pi"], rel=1e-11
+    )
+    assert [e.lining for e in result.events if e.name == "lining_limit"] == list(
+        range(1, 21)
+    )
+    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
+        "full_slip",
+        "stop",
+    ]
     assert float(result.energy["closure"]) <= 1e-9
     assert result.status == "stopped"
 
@@ -52,7 +67,9 @@ def test_stop_before_slip_is_all_elastic():
     onset = 8e3 / (5e3 * 0.725 * 2.0)
     result = sb.simulate(stop_scene(**case, end=10.0))
     chi = math.sqrt(5e3 * 0.725**2 / 800)
-    assert float(result.stopping_time) == pytest.approx(onset + math.pi / (2 * chi), rel=1e-10)
+    assert float(result.stopping_time) == pytest.approx(
+        onset + math.pi / (2 * chi), rel=1e-10
+    )
     assert result.metrics["full_slip_time"] is None
     assert float(result.energy["friction_heat"]) == pytest.approx(0.0, abs=1e-9)
     assert 0 < names(result).count("lining_limit") < 20
@@ -68,25 +85,40 @@ def test_other_methods_and_tolerances_agree(solver):
 def test_rigid_band_has_no_elastic_state():
     result = sb.simulate(stop_scene(C=None))
     Pi = closed_form()["Pi"]
-    assert float(result.stopping_time) == pytest.approx(20 * 800 / (0.725 * 8e3 * (Pi - 1)), rel=1e-12)
+    assert float(result.stopping_time) == pytest.approx(
+        20 * 800 / (0.725 * 8e3 * (Pi - 1)), rel=1e-12
+    )
     assert result.record.y_end.own is None
-    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + ["full_slip", "stop"]
+    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
+        "full_slip",
+        "stop",
+    ]
     assert {e.time for e in result.events[:-1]} == {0.0}
     assert result.series([0.1]).elongation is None
 
 
 @pytest.mark.smoke
 def test_textbook_stop_of_band_and_blocks():
-    """Khurmi & Gupta: 2000 kg, k_g 0.5 m, 360 rpm, R_b 0.5 m: α 5.09464574453 rad/s², t 7.39975137300599 s."""
+    """Khurmi & Gupta: 2000 kg, k_g 0.5 m, 360 rpm, R_b 0.5 m: α 5.09464574453 rad/s², t
+    7.39975137300599 s."""
     scene = stop_scene(
-        n=14, beta=15.0, f=0.25, R=0.5, J=2000 * 0.25, C=None, T0=3364.88191484, w0=12 * math.pi, end=9.0
+        n=14,
+        beta=15.0,
+        f=0.25,
+        R=0.5,
+        J=2000 * 0.25,
+        C=None,
+        T0=3364.88191484,
+        w0=12 * math.pi,
+        end=9.0,
     )
     result = sb.simulate(scene)
     assert float(result.stopping_time) == pytest.approx(7.39975137300599, rel=1e-11)
 
 
 def test_hook_load_in_closed_form():
-    """J 1200, 60 t on 8 lines and a drum of 0.4 m, 1.2 m/s, brake torque 60 kN·m, g 9.81."""
+    """J 1200, 60 t on 8 lines and a drum of 0.4 m, 1.2 m/s, brake torque 60 kN·m, g
+    9.81."""
     Pi = closed_form(n=1, f=0.3, beta=30.0)["Pi"]
     scene = sb.Scene(
         brake=sb.Brake(
@@ -104,15 +136,24 @@ def test_hook_load_in_closed_form():
     result = sb.simulate(scene)
     assert float(result.stopping_time) == pytest.approx(1.05986261040236, rel=1e-11)
     assert float(result.hook_travel) == pytest.approx(0.635917566241413, rel=1e-11)
-    assert float(result.energy["friction_heat"]) == pytest.approx(763101.079489696, rel=1e-11)
+    assert float(result.energy["friction_heat"]) == pytest.approx(
+        763101.079489696, rel=1e-11
+    )
     s = result.series([0.5])
-    assert float(s.tight_tension[0] / s.slack_tension[0]) == pytest.approx(1.17482258673933, rel=1e-11)
+    assert float(s.tight_tension[0] / s.slack_tension[0]) == pytest.approx(
+        1.17482258673933, rel=1e-11
+    )
 
 
 def test_brake_on_a_slider():
-    """Modelica Standard Library: 0.1 + m v/F and v t_0 + m v²/2F of a mass that a force brakes from 0.1 s on."""
-    lever = sb.PiecewiseLinear([0.0, 0.1, 0.1], [0.0, 0.0, tension_for(1.0, 14, 0.25, 15.0)])
-    scene = stop_scene(n=14, f=0.25, beta=15.0, R=1.0, J=1.0, C=None, w0=1.0, end=2.0, lever=lever)
+    """Modelica Standard Library: 0.1 + m v/F and v t_0 + m v²/2F of a mass that a force
+    brakes from 0.1 s on."""
+    lever = sb.PiecewiseLinear(
+        [0.0, 0.1, 0.1], [0.0, 0.0, tension_for(1.0, 14, 0.25, 15.0)]
+    )
+    scene = stop_scene(
+        n=14, f=0.25, beta=15.0, R=1.0, J=1.0, C=None, w0=1.0, end=2.0, lever=lever
+    )
     result = sb.simulate(scene, rtol=1e-12)
     assert float(result.stopping_time) == pytest.approx(1.1, rel=1e-11)
     assert float(result.stopping_angle) == pytest.approx(0.6, rel=1e-11)
@@ -126,13 +167,16 @@ def test_stop_of_a_pulley_that_turns_back():
 
 
 def test_exponential_rise_of_slack_tension():
-    """p = p0(1 − exp(−t/ti)) from exactly 0 on a rigid band: t_s = a + ti + ti W0(−exp(−(a + ti)/ti))."""
+    """p = p0(1 − exp(−t/ti)) from exactly 0 on a rigid band: t_s = a + ti + ti
+    W0(−exp(−(a + ti)/ti))."""
     Pi = closed_form()["Pi"]
     a = 4.0
     ti = 0.5
     T_1 = 800 * 20 / a / (0.725 * (Pi - 1))
     scene = stop_scene(C=None, lever=sb.profiles.ExponentialRise(T_1, ti), end=8.0)
-    assert float(sb.simulate(scene).stopping_time) == pytest.approx(4.49993828748156, rel=1e-11)
+    assert float(sb.simulate(scene).stopping_time) == pytest.approx(
+        4.49993828748156, rel=1e-11
+    )
 
 
 def test_custom_friction_in_closed_form():
@@ -142,14 +186,29 @@ def test_custom_friction_in_closed_form():
     kappa = 0.3
     w0 = 8.0
     law = FallingFriction(*(jnp.asarray(x) for x in (M0, kappa, 20.0)))
-    scene = stop_scene(n=1, beta=math.degrees(0.5), R=1.0, J=J, C=None, T0=20.0, w0=w0, law=law, end=10.0)
+    scene = stop_scene(
+        n=1,
+        beta=math.degrees(0.5),
+        R=1.0,
+        J=J,
+        C=None,
+        T0=20.0,
+        w0=w0,
+        law=law,
+        end=10.0,
+    )
     result = sb.simulate(scene, rtol=1e-12)
-    assert float(result.stopping_time) == pytest.approx(J / M0 * (w0 + kappa * w0**2 / 2), rel=1e-10)
-    assert float(result.stopping_angle) == pytest.approx(J / M0 * (w0**2 / 2 + kappa * w0**3 / 3), rel=1e-10)
+    assert float(result.stopping_time) == pytest.approx(
+        J / M0 * (w0 + kappa * w0**2 / 2), rel=1e-10
+    )
+    assert float(result.stopping_angle) == pytest.approx(
+        J / M0 * (w0**2 / 2 + kappa * w0**3 / 3), rel=1e-10
+    )
 
 
 def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
-    """Take-up, elastic band, full slip, re-stick and stop, mode by mode with SciPy: nothing shared with simbrake."""
+    """Take-up, elastic band, full slip, re-stick and stop, mode by mode with SciPy:
+    nothing shared with simbrake."""
 
     def until(fun, guard, t, y):
         def event(t, y):
@@ -157,12 +216,18 @@ def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
 
         event.terminal = True
         event.direction = -1
-        out = solve_ivp(fun, (t, t_end), y, events=event, method="DOP853", rtol=3e-14, atol=1e-13)
+        out = solve_ivp(
+            fun, (t, t_end), y, events=event, method="DOP853", rtol=3e-14, atol=1e-13
+        )
         assert out.t_events[0].size == 1
         return out.t[-1], out.y[:, -1]
 
     def elastic(t, y):
-        torque = R * max(C * y[1] - T(t), 0.0) if t < times.get("t0", np.inf) else R * (C * y[1] - T(t))
+        torque = (
+            R * max(C * y[1] - T(t), 0.0)
+            if t < times.get("t0", np.inf)
+            else R * (C * y[1] - T(t))
+        )
         return [(load(t, y[0]) - torque) / J, R * y[0]]
 
     def sliding(t, w):
@@ -171,19 +236,31 @@ def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
     times = {}
     times["t0"], y = until(elastic, lambda t, y: T(t) - C * y[1], 0.0, [w0, 0.0])
     times["t1"], y = until(elastic, lambda t, y: T(t) * Pi - C * y[1], times["t0"], y)
-    times["restick"], w = until(sliding, lambda t, w: R * w[0] - dT(t) * Pi / C, times["t1"], [y[0]])
-    times["stop"], y = until(elastic, lambda t, y: y[0], times["restick"], [w[0], T(times["restick"]) * Pi / C])
+    times["restick"], w = until(
+        sliding, lambda t, w: R * w[0] - dT(t) * Pi / C, times["t1"], [y[0]]
+    )
+    times["stop"], y = until(
+        elastic,
+        lambda t, y: y[0],
+        times["restick"],
+        [w[0], T(times["restick"]) * Pi / C],
+    )
     return times
 
 
 def test_ramp_and_load_by_speed_match_scipy():
-    """A lever and a load that change all the time; before the stop the rising tension makes the band stick again."""
+    """A lever and a load that change all the time; before the stop the rising tension
+    makes the band stick again."""
     lever = sb.profiles.FunctionProfile(
-        lambda t, p: p[0] + p[1] * jnp.sin(p[2] * t) ** 2, jnp.asarray([6e3, 4e3, 1.5]), 1e4
+        lambda t, p: p[0] + p[1] * jnp.sin(p[2] * t) ** 2,
+        jnp.asarray([6e3, 4e3, 1.5]),
+        1e4,
     )
     scene = stop_scene(C=4e4, lever=lever, end=3.0)
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0], [2e3, 6e3]), drag=30.0)
-    result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, load), scene.initial, 3.0), rtol=1e-12)
+    result = sb.simulate(
+        sb.Scene(scene.brake, sb.Duty(lever, load), scene.initial, 3.0), rtol=1e-12
+    )
     truth = scipy_stop(
         lambda t: 6e3 + 4e3 * math.sin(1.5 * t) ** 2,
         lambda t: 6e3 * math.sin(3.0 * t),
@@ -196,13 +273,22 @@ def test_ramp_and_load_by_speed_match_scipy():
         3.0,
     )
     got = [e.time for e in result.events if e.name != "lining_limit"]
-    assert [e.name for e in result.events if e.name != "lining_limit"] == ["slip_onset", "full_slip", "restick", "stop"]
+    assert [e.name for e in result.events if e.name != "lining_limit"] == [
+        "slip_onset",
+        "full_slip",
+        "restick",
+        "stop",
+    ]
     np.testing.assert_allclose(got, list(truth.values()), rtol=2e-10)
     assert float(result.energy["closure"]) < 1e-11
 
 
 @pytest.mark.parametrize(
-    "table", [pytest.param(False, marks=pytest.mark.smoke), pytest.param(True, marks=pytest.mark.slow)]
+    "table",
+    [
+        pytest.param(False, marks=pytest.mark.smoke),
+        pytest.param(True, marks=pytest.mark.slow),
+    ],
 )
 def test_stribeck_and_tables_match_scipy(table):
     v = np.linspace(0.0, 20.0, 161)
@@ -217,21 +303,31 @@ def test_stribeck_and_tables_match_scipy(table):
         mu = 0.25 + 0.1 * math.exp(-0.725 * max(w, 0.0) / 4.0)
         return [-0.725 * 8e3 * (((1 + mu * z) / (1 - mu * z)) ** 20 - 1) / 800]
 
-    out = solve_ivp(sliding, (0, 3), [20.0], events=at_rest, method="DOP853", rtol=1e-13, atol=1e-13)
+    out = solve_ivp(
+        sliding, (0, 3), [20.0], events=at_rest, method="DOP853", rtol=1e-13, atol=1e-13
+    )
     expected = out.t_events[0][0]
     got = float(sb.simulate(scene, rtol=1e-11 if not table else 1e-8).stopping_time)
-    assert got == pytest.approx(expected, rel=2e-5 if table else 1e-10)  # the table's own interpolation error
+    assert got == pytest.approx(
+        expected, rel=2e-5 if table else 1e-10
+    )  # the table's own interpolation error
 
 
 @pytest.mark.slow
 def test_elastic_band_heat_with_speed_law():
-    """`T_n = T_0 Π(R ω)` stretches the band as it slides: its heat is ∫ (T_n − T_0)(R ω − Ṫ_n/C) dt."""
+    """`T_n = T_0 Π(R ω)` stretches the band as it slides: its heat is ∫ (T_n − T_0)(R ω
+    − Ṫ_n/C) dt."""
     C = 2e5
     T_0 = 8e3
     J = 800.0
     R = 0.725
     z = math.tan(math.radians(13.5) / 2)
-    result = sb.simulate(stop_scene(C=C, law=sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0), end=3.0), rtol=1e-11)
+    result = sb.simulate(
+        stop_scene(
+            C=C, law=sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0), end=3.0
+        ),
+        rtol=1e-11,
+    )
 
     def rates(t, y):
         more = 0.1 * math.exp(-R * y[0] / 4.0)
@@ -245,8 +341,14 @@ def test_elastic_band_heat_with_speed_law():
 
     times = [float(result.full_slip_time), 0.5 * float(result.stopping_time)]
     s = result.series(times)
-    truth = solve_ivp(rates, times, [float(s.omega[0]), 0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-8).y[:, -1]
-    found = [s.omega[1], s.friction_heat[1] - s.friction_heat[0], s.lever_work[1] - s.lever_work[0]]
+    truth = solve_ivp(
+        rates, times, [float(s.omega[0]), 0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-8
+    ).y[:, -1]
+    found = [
+        s.omega[1],
+        s.friction_heat[1] - s.friction_heat[0],
+        s.lever_work[1] - s.lever_work[0],
+    ]
     np.testing.assert_allclose(found, truth, rtol=1e-9)
 
 
@@ -254,8 +356,12 @@ def test_common_scaling_keeps_the_motion():
     """Inertia and all torques scaled by one factor."""
     truth = sb.simulate(stop_scene(load=3e3))
     for scale in (1e-6, 1e9):
-        scaled = sb.simulate(stop_scene(J=800 * scale, C=2e5 * scale, T0=8e3 * scale, load=3e3 * scale))
-        np.testing.assert_allclose(float(scaled.stopping_time), float(truth.stopping_time), rtol=1e-9)
+        scaled = sb.simulate(
+            stop_scene(J=800 * scale, C=2e5 * scale, T0=8e3 * scale, load=3e3 * scale)
+        )
+        np.testing.assert_allclose(
+            float(scaled.stopping_time), float(truth.stopping_time), rtol=1e-9
+        )
 
 
 @pytest.mark.slow
@@ -264,14 +370,18 @@ def test_shifting_time_shifts_events():
     late = sb.PiecewiseLinear([5.1, 5.4], [3e3, 8e3])
     a = sb.simulate(stop_scene(lever=lever))
     b = sb.simulate(stop_scene(lever=late, end=10.0, time=5.0))
-    np.testing.assert_allclose([e.time + 5 for e in a.events], [e.time for e in b.events], rtol=1e-10)
+    np.testing.assert_allclose(
+        [e.time + 5 for e in a.events], [e.time for e in b.events], rtol=1e-10
+    )
 
 
 def test_other_way_swaps_slack_and_tight():
     """Rigid band, ω < 0: torque R_b T_0 (1 − 1/Π)."""
     Pi = closed_form()["Pi"]
     result = sb.simulate(stop_scene(C=None, w0=-20.0, end=10.0))
-    assert float(result.stopping_time) == pytest.approx(20 * 800 / (0.725 * 8e3 * (1 - 1 / Pi)), rel=1e-11)
+    assert float(result.stopping_time) == pytest.approx(
+        20 * 800 / (0.725 * 8e3 * (1 - 1 / Pi)), rel=1e-11
+    )
     forces = result.series([0.5])
     assert float(forces.tight_tension[0]) == pytest.approx(8e3 / Pi, rel=1e-12)
     assert float(forces.friction_force.sum()) < 0
@@ -283,13 +393,19 @@ def test_series_has_both_values_at_events(stop):
     t1 = float(stop.stopping_time)
     left = stop.series([t1], left=True)
     right = stop.series([t1])
-    assert float(left.brake_torque[0]) == pytest.approx(0.725 * 8e3 * (closed_form()["Pi"] - 1), rel=1e-9)
+    assert float(left.brake_torque[0]) == pytest.approx(
+        0.725 * 8e3 * (closed_form()["Pi"] - 1), rel=1e-9
+    )
     assert float(right.brake_torque[0]) == 0.0  # held without a load
     assert float(right.omega[0]) == 0.0
     grid = np.linspace(0.0, 1.0, 37)
     s = stop.series(grid)
     truth = closed_form()
-    w = np.where(grid > truth["t1"], (truth["stop"] - grid) * 0.725 * 8e3 * (truth["Pi"] - 1) / 800, np.nan)
+    w = np.where(
+        grid > truth["t1"],
+        (truth["stop"] - grid) * 0.725 * 8e3 * (truth["Pi"] - 1) / 800,
+        np.nan,
+    )
     late = (grid > truth["t1"]) & (grid < truth["stop"])
     np.testing.assert_allclose(np.asarray(s.omega)[late], w[late], rtol=1e-9)
 
@@ -317,9 +433,14 @@ def test_views_refuse_times_outside_the_run(stop, tmp_path):
         lambda: sb.results.overlap(stop, [6.0]),
         lambda: sb.dataset(stop, [6.0]),
         lambda: plot.pulley(stop, 6.0),
-        lambda: plot.animate(stop, tmp_path / "stop.gif", duration=6.0, start=1.0, end=6.0),
+        lambda: plot.animate(
+            stop, tmp_path / "stop.gif", duration=6.0, start=1.0, end=6.0
+        ),
     ):
-        with pytest.raises(sb.InputError, match=r"(ts|times|time|end): 6 s is outside the run — between 0 and 5 s"):
+        with pytest.raises(
+            sb.InputError,
+            match=r"(ts|times|time|end): 6 s is outside the run — between 0 and 5 s",
+        ):
             view()
 
 
@@ -330,7 +451,9 @@ def test_values_outside_are_nan_if_asked_for(stop):
     t = 0.5 * (truth["t0"] + truth["t1"])
     s = stop.series([t, 99.0, -1.0, math.nan], fill=True)
     np.testing.assert_array_equal(s.t, [t, 99.0, -1.0, math.nan])
-    assert float(s.omega[0]) == pytest.approx(20.0 * math.cos(chi * (t - truth["t0"])), rel=1e-9)
+    assert float(s.omega[0]) == pytest.approx(
+        20.0 * math.cos(chi * (t - truth["t0"])), rel=1e-9
+    )
     for column in jax.tree.leaves(s[1:]):
         assert column.dtype == np.float64
         assert np.all(np.isfinite(column[0]))
@@ -350,7 +473,9 @@ def test_rounding_at_run_ends_is_accepted(stop):
     np.testing.assert_array_equal(s.omega, [20.0, 0.0])
     assert np.issubdtype(np.asarray(s.band_mode).dtype, np.integer)
     assert sb.dataset(stop, [late])["time"].item() == 5.0
-    measured = sb.studies.Measured.of([early, 6.0], {"omega": [20.0, 0.0]}, sigma={"omega": 0.1})
+    measured = sb.studies.Measured.of(
+        [early, 6.0], {"omega": [20.0, 0.0]}, sigma={"omega": 0.1}
+    )
     with pytest.raises(sb.InputError, match="measured at 6 s") as caught:
         sb.calibrate(stop.scene, {"initial.omega": (5.0, 30.0)}, measured)
     assert len(caught.value.faults) == 1
@@ -361,7 +486,9 @@ def test_sliding_linings_follow_the_tension(stop):
     middle = 0.5 * (np.asarray(truth["limits"][:-1]) + np.asarray(truth["limits"][1:]))
     s = stop.series(middle)
     assert list(np.asarray(s.at_limit)) == list(range(1, 20))
-    np.testing.assert_allclose(np.asarray(s.tension)[:, -1], np.asarray(s.tight_tension), rtol=1e-12)
+    np.testing.assert_allclose(
+        np.asarray(s.tension)[:, -1], np.asarray(s.tight_tension), rtol=1e-12
+    )
 
 
 def test_peaks(stop):
@@ -369,7 +496,9 @@ def test_peaks(stop):
     Pi = closed_form()["Pi"]
     assert m["max_tension"] == pytest.approx(8e3 * Pi, rel=1e-9)
     mu = Pi ** (1 / 20)
-    assert m["max_normal_load"] == pytest.approx(8e3 * Pi * (1 + 1 / mu) * math.sin(math.radians(13.5) / 2), rel=1e-9)
+    assert m["max_normal_load"] == pytest.approx(
+        8e3 * Pi * (1 + 1 / mu) * math.sin(math.radians(13.5) / 2), rel=1e-9
+    )
     # first reached where the band begins to slide, behind the last lining
     assert (int(stop.max_tension.lining), int(stop.max_normal_load.lining)) == (20, 20)
     assert float(stop.max_tension.time) == pytest.approx(closed_form()["t1"], rel=1e-9)
@@ -378,12 +507,25 @@ def test_peaks(stop):
 def test_printing_gives_the_summary(stop):
     text = str(stop)
     assert 8 <= len(text.splitlines()) <= 12
-    for word in ("stopped", "slip onset", "full slip", "stop", "closure", "Dopri8", "kN", "lining 20"):
+    for word in (
+        "stopped",
+        "slip onset",
+        "full slip",
+        "stop",
+        "closure",
+        "Dopri8",
+        "kN",
+        "lining 20",
+    ):
         assert word in text
 
 
 @pytest.mark.parametrize("omega", [1e-155, 1e-300, -1e-200])
 def test_tiny_speed_at_the_start(omega):
-    """Its energy is below the least number: a stop at once, as from the least speeds that have one."""
+    """Its energy is below the least number: a stop at once, as from the least speeds
+    that have one."""
     result = sb.simulate(stop_scene(C=None, w0=omega))
-    assert (result.status, result["stopping_time"]) == ("stopped", pytest.approx(0.0, abs=1e-100))
+    assert (result.status, result["stopping_time"]) == (
+        "stopped",
+        pytest.approx(0.0, abs=1e-100),
+    )

@@ -1,4 +1,5 @@
-"""Stresses of band and anchor, force and travel of the lever, and their allowable values."""
+"""Stresses of band and anchor, force and travel of the lever, and their allowable
+values."""
 
 import math
 
@@ -29,7 +30,12 @@ WORN = 4e-3
 
 def scene(strength=None, force=FORCE, worn=WORN, **limits):
     lever = sb.Lever(
-        sb.PiecewiseLinear([0.0, 0.2], jnp.stack([0.0 * force, 1.0 * force])), ARM, SLACK_ARM, ETA, CLEARANCE, **limits
+        sb.PiecewiseLinear([0.0, 0.2], jnp.stack([0.0 * force, 1.0 * force])),
+        ARM,
+        SLACK_ARM,
+        ETA,
+        CLEARANCE,
+        **limits,
     )
     lining = sb.Lining(sb.ConstantFriction(F), np.full(N, BETA), area=0.02)
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R, C, strength=strength), lining)
@@ -52,10 +58,20 @@ def test_stresses_force_and_travel():
     lost = WORN + np.asarray(result.worn_thickness)
     travel = ARM / SLACK_ARM * (T0 * RATIO / C + np.sum(BETA * (lost + CLEARANCE)))
     assert m["lever_travel"] == pytest.approx(travel, rel=1e-9)
-    said = [text for text in result.summary()["warnings"] if text.startswith("over_limit")]
-    assert [text.split()[1:3] for text in said] == [["band", "stress"], ["lever", "force"], ["lever", "travel"]]
-    within = sb.simulate(scene(sb.brakes.Strength(AREA, "80 MPa"), greatest_force="600 N"))
-    assert not [text for text in within.summary()["warnings"] if text.startswith("over_limit")]
+    said = [
+        text for text in result.summary()["warnings"] if text.startswith("over_limit")
+    ]
+    assert [text.split()[1:3] for text in said] == [
+        ["band", "stress"],
+        ["lever", "force"],
+        ["lever", "travel"],
+    ]
+    within = sb.simulate(
+        scene(sb.brakes.Strength(AREA, "80 MPa"), greatest_force="600 N")
+    )
+    assert not [
+        text for text in within.summary()["warnings"] if text.startswith("over_limit")
+    ]
     assert "max_anchor_stress" not in within.metrics
 
 
@@ -63,12 +79,20 @@ def test_stresses_force_and_travel():
 def test_derivatives():
     def numbers(x):
         result = sb.simulate(scene(sb.brakes.Strength(x[1]), x[0], x[2]), max_steps=256)
-        return jnp.stack([result.max_band_stress.value, result.max_lever_force.value, result.lever_travel])
+        return jnp.stack(
+            [
+                result.max_band_stress.value,
+                result.max_lever_force.value,
+                result.lever_travel,
+            ]
+        )
 
     x = jnp.asarray([FORCE, AREA, WORN])
     slope = jax.jacfwd(numbers)(x)
     stress = T0 * RATIO / AREA
-    np.testing.assert_allclose(slope[0], [stress / FORCE, -stress / AREA, 0.0], rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(
+        slope[0], [stress / FORCE, -stress / AREA, 0.0], rtol=1e-7, atol=1e-7
+    )
     np.testing.assert_allclose(slope[1], [1.0, 0.0, 0.0], rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(slope[2, 2], ARM / SLACK_ARM * N * BETA, rtol=1e-7)
 
@@ -77,12 +101,21 @@ def test_derivatives():
 def test_absent_without_sections_and_arms():
     plain = sb.simulate(
         sb.Scene(
-            sb.Brake(sb.Pulley(R, J), sb.Band(R, C), sb.Lining(sb.ConstantFriction(F), np.full(N, BETA))),
+            sb.Brake(
+                sb.Pulley(R, J),
+                sb.Band(R, C),
+                sb.Lining(sb.ConstantFriction(F), np.full(N, BETA)),
+            ),
             sb.Duty(T0, 0.0),
             sb.Initial(20.0),
             3.0,
         )
     )
-    assert not {"max_band_stress", "max_anchor_stress", "max_lever_force", "lever_travel"} & set(plain.metrics)
+    assert not {
+        "max_band_stress",
+        "max_anchor_stress",
+        "max_lever_force",
+        "lever_travel",
+    } & set(plain.metrics)
     with pytest.raises(ValueError, match="its band has no `strength`"):
         _ = plain.max_band_stress

@@ -1,4 +1,5 @@
-"""Engineering formulas: closed forms, quadrature, printed tables, and Schmidt's scheme against all of them."""
+"""Engineering formulas: closed forms, quadrature, printed tables, and Schmidt's scheme
+against all of them."""
 
 import math
 
@@ -15,10 +16,16 @@ E = float(STEEL.effusivity)
 
 def test_depth_has_fourier_number_one_third():
     depth = sb.formulas.penetration_depth(A, 2.0)
-    assert sb.formulas.fourier_number(A, 2.0, depth) == pytest.approx(1 / 3, rel=3e-3)  # 1.73² = 2.9929
+    assert sb.formulas.fourier_number(A, 2.0, depth) == pytest.approx(
+        1 / 3, rel=3e-3
+    )  # 1.73² = 2.9929
     assert sb.formulas.effective_fourier_number(A, 2.0, 1.01 * depth) == 1 / 3
-    assert sb.formulas.effective_fourier_number(A, 2.0, 0.5 * depth) == pytest.approx(4 / 1.73**2)
-    np.testing.assert_allclose(sb.formulas.effective_volume(2.0, 0.025, np.array([0.01, 0.03])), [0.02, 0.05])
+    assert sb.formulas.effective_fourier_number(A, 2.0, 0.5 * depth) == pytest.approx(
+        4 / 1.73**2
+    )
+    np.testing.assert_allclose(
+        sb.formulas.effective_volume(2.0, 0.025, np.array([0.01, 0.03])), [0.02, 0.05]
+    )
 
 
 def test_bulk_rise_is_mean_for_falling_power():
@@ -33,11 +40,19 @@ def test_surface_of_a_stop_by_duhamel():
     tau = 1.3
     for t in (0.2, tau / 2, tau):
         # dT = q(s) ds/(e √(π (t − s))), with t − s = u²
-        truth = quad(lambda u, t=t: 2 * q * (1 - (t - u**2) / tau) / (E * math.sqrt(math.pi)), 0.0, math.sqrt(t))[0]
-        assert sb.formulas.stopping_rise(q, t, tau, E) == pytest.approx(truth, rel=1e-12)
+        truth = quad(
+            lambda u, t=t: 2 * q * (1 - (t - u**2) / tau) / (E * math.sqrt(math.pi)),
+            0.0,
+            math.sqrt(t),
+        )[0]
+        assert sb.formulas.stopping_rise(q, t, tau, E) == pytest.approx(
+            truth, rel=1e-12
+        )
     times = np.linspace(0.0, tau, 1001)
     top = np.max(sb.formulas.stopping_rise(q, times, tau, E))
-    assert top == pytest.approx(2 / 3 * sb.formulas.half_space_rise(q, tau / 2, E), rel=1e-14)
+    assert top == pytest.approx(
+        2 / 3 * sb.formulas.half_space_rise(q, tau / 2, E), rel=1e-14
+    )
 
 
 def test_slab_at_first_and_in_the_end():
@@ -57,23 +72,30 @@ def test_slab_at_first_and_in_the_end():
     times = np.array([0.02 * (1 - 1e-9), 0.02 * (1 + 1e-9)]) * thickness**2 / A
     for depth in (0.0, 0.1 * thickness, thickness):  # images and series meet
         before, after = sb.formulas.slab_rise(q, times, thickness, STEEL, depth)
-        assert before == pytest.approx(after, rel=1e-7, abs=1e-9 * q * thickness / conductivity)
+        assert before == pytest.approx(
+            after, rel=1e-7, abs=1e-9 * q * thickness / conductivity
+        )
     assert sb.formulas.slab_rise(q, 1e-12, thickness, STEEL) == pytest.approx(
         sb.formulas.half_space_rise(q, 1e-12, E), rel=1e-12
     )
-    mean = quad(lambda x: float(sb.formulas.slab_rise(q, early, thickness, STEEL, x)), 0.0, thickness, points=[0.005])[
-        0
-    ]
+    mean = quad(
+        lambda x: float(sb.formulas.slab_rise(q, early, thickness, STEEL, x)),
+        0.0,
+        thickness,
+        points=[0.005],
+    )[0]
     stored = mean * float(STEEL.density * STEEL.specific_heat)
     assert stored == pytest.approx(q * early, rel=1e-9)
 
 
 def falling_face(q, tau, thickness, times):
-    """Surface of a slab with an insulated back under q (1 − t/τ): finite volumes, each mode integrated exactly."""
+    """Surface of a slab with an insulated back under q (1 − t/τ): finite volumes, each
+    mode integrated exactly."""
     n = 600
     conductivity = float(STEEL.conductivity)
     dx = thickness / n
-    # modes of the volumes, cos(k π (j + ½)/n), and their rates; the input goes into the first volume
+    # modes of the volumes, cos(k π (j + ½)/n), and their rates; the input goes into the
+    # first volume
     k = np.arange(1, n)
     rate = 4 * A / dx**2 * np.sin(k * math.pi / (2 * n)) ** 2
     weight = 2 * np.cos(k * math.pi / (2 * n)) ** 2
@@ -81,7 +103,9 @@ def falling_face(q, tau, thickness, times):
     t = np.asarray(times)[:, None]
     grown = (1 + 1 / (rate * tau)) * -np.expm1(-rate * t) / rate - t / (rate * tau)
     first = source * (t[:, 0] - t[:, 0] ** 2 / (2 * tau) + (weight * grown).sum(axis=1))
-    return first + q * (1 - t[:, 0] / tau) * dx / (2 * conductivity)  # from the centre to the face
+    return first + q * (1 - t[:, 0] / tau) * dx / (
+        2 * conductivity
+    )  # from the centre to the face
 
 
 def test_slab_surface_matches_finite_volumes():
@@ -91,14 +115,21 @@ def test_slab_surface_matches_finite_volumes():
     times = tau * np.array([0.05, 0.3, 0.5, 0.8, 1.0])
     found = sb.formulas.stopping_slab_rise(q, times, tau, thickness, STEEL)
     np.testing.assert_allclose(found, falling_face(q, tau, thickness, times), rtol=2e-5)
-    # Duhamel's integral over the slab under a constant flux, to rounding; also where images take over
+    # Duhamel's integral over the slab under a constant flux, to rounding; also where
+    # images take over
     for Fo, t in ((1e-3, 0.7), (0.05, 0.6), (3.0, 0.9)):
         D = math.sqrt(A * tau / Fo)
         past = quad(
-            lambda s, D=D: float(sb.formulas.slab_rise(q / tau, s, D, STEEL)), 0.0, t * tau, epsabs=0, limit=200
+            lambda s, D=D: float(sb.formulas.slab_rise(q / tau, s, D, STEEL)),
+            0.0,
+            t * tau,
+            epsabs=0,
+            limit=200,
         )
         truth = sb.formulas.slab_rise(q, t * tau, D, STEEL) - past[0]
-        assert sb.formulas.stopping_slab_rise(q, t * tau, tau, D, STEEL) == pytest.approx(truth, rel=1e-9)
+        assert sb.formulas.stopping_slab_rise(
+            q, t * tau, tau, D, STEEL
+        ) == pytest.approx(truth, rel=1e-9)
     assert sb.formulas.stopping_slab_rise(q, 0.0, tau, thickness, STEEL) == 0.0
 
 
@@ -113,10 +144,20 @@ def test_s_24_with_the_term_for_a_zero_start():
     unit = q * thickness / (2 * float(STEEL.conductivity))
     n = np.arange(1, 200_001)
     for s in (0.0, 0.1, 0.5, 1.0):
-        third = 2 / math.pi**2 * 2 * (1 - s) * np.sum(np.exp(-(n**2) * math.pi**2 * Fo * s) / n**2)
+        third = (
+            2
+            / math.pi**2
+            * 2
+            * (1 - s)
+            * np.sum(np.exp(-(n**2) * math.pi**2 * Fo * s) / n**2)
+        )
         truth = unit * (2 * (1 - s) / 3 + Fo * (2 * s - s**2) - third)
-        found = sb.formulas.reconstructed_surface_rise(q, s * tau, tau, thickness, STEEL)
-        assert found == pytest.approx(truth, abs=3e-6 * unit)  # the tail of the sum at s = 0
+        found = sb.formulas.reconstructed_surface_rise(
+            q, s * tau, tau, thickness, STEEL
+        )
+        assert found == pytest.approx(
+            truth, abs=3e-6 * unit
+        )  # the tail of the sum at s = 0
     ends = [rise(q, 10 * tau, 10 * tau, thickness, STEEL) for rise in RISES]
     assert ends[0] - ends[1] == pytest.approx(unit * 2 / (450 * Fo), rel=1e-5)
     for rise in RISES:
@@ -129,11 +170,12 @@ def test_maximum_temperature_combinations():
     assert found == (90.0, 80.0, 180.0)
 
 
-# --- Schmidt's scheme -------------------------------------------------------------------------------------------------
+# --- Schmidt's scheme ---------------------------------------------------------------
 
 
 def test_schmidt_is_a_random_walk_in_depth():
-    """Each step puts q Δx/(2 λ) into the first layer, from where it walks and is reflected at the face."""
+    """Each step puts q Δx/(2 λ) into the first layer, from where it walks and is
+    reflected at the face."""
     q = 2e5
     m = 40
     step = 0.5e-3
@@ -142,7 +184,9 @@ def test_schmidt_is_a_random_walk_in_depth():
     walks = sum(math.comb(s, (s + 1) // 2) / 2**s for s in range(m))
     assert course.temperature[m, 1] == pytest.approx(once * walks, rel=1e-12)
     assert course.temperature[m, 0] == pytest.approx(once * (walks + 1), rel=1e-12)
-    assert course.temperature[m, 0] == pytest.approx(sb.formulas.half_space_rise(q, course.t[m], E), rel=1e-2)
+    assert course.temperature[m, 0] == pytest.approx(
+        sb.formulas.half_space_rise(q, course.t[m], E), rel=1e-2
+    )
 
 
 def test_schmidt_is_of_second_order_on_slab():
@@ -161,7 +205,9 @@ def test_schmidt_is_of_second_order_on_slab():
 
 
 def test_schmidt_keeps_every_joule():
-    course = sb.formulas.schmidt(STEEL, 0.025, 20, 3.0, lambda t0, t1: 1e5 * (t0 + t1) / 2)
+    course = sb.formulas.schmidt(
+        STEEL, 0.025, 20, 3.0, lambda t0, t1: 1e5 * (t0 + t1) / 2
+    )
     gained = 0.5 * 1e5 * course.t**2
     stored = course.mean * float(STEEL.density * STEEL.specific_heat) * 0.025
     np.testing.assert_allclose(stored, gained, rtol=1e-12, atol=1e-6)
@@ -169,7 +215,8 @@ def test_schmidt_keeps_every_joule():
 
 @pytest.mark.slow
 def test_schmidt_beside_the_layered_rim():
-    """Adaptive steps of a network and halving by hand come to the same layers, with second order in their thickness."""
+    """Adaptive steps of a network and halving by hand come to the same layers, with
+    second order in their thickness."""
     q = 3e5
     thickness = 0.025
     ts = np.array([0.0, 0.5 * 0.025**2 / A])
@@ -184,14 +231,21 @@ def test_schmidt_beside_the_layered_rim():
         )
         network = np.asarray(sb.simulate_heat(heat, ts).temperature[-1])
         course = sb.formulas.schmidt(
-            STEEL, thickness, layers, ts[-1], q, start=300.0, back_coefficient=40.0, ambient=300.0
+            STEEL,
+            thickness,
+            layers,
+            ts[-1],
+            q,
+            start=300.0,
+            back_coefficient=40.0,
+            ambient=300.0,
         )
         apart.append(np.max(np.abs(network - course.temperature[-1, 1:-1])))
     assert apart[1] < 1e-3 * np.ptp(network)
     assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.15)
 
 
-# --- thermal stress ---------------------------------------------------------------------------------------------------
+# --- thermal stress -----------------------------------------------------------------
 
 ELASTIC = sb.formulas.ElasticMaterial(2.0e11, 12e-6, 0.3, 150e6)
 MODULUS = 2.0e11 * 12e-6 / 0.7
@@ -201,17 +255,22 @@ def test_stress_of_a_linear_profile():
     z = np.linspace(0.0, 0.025, 11)
     T = 400.0 - 100.0 * z / 0.025
     np.testing.assert_allclose(
-        sb.formulas.plate_stress(T, z, ELASTIC, restraint="none"), 0.0, atol=1e-12 * MODULUS * 100
+        sb.formulas.plate_stress(T, z, ELASTIC, restraint="none"),
+        0.0,
+        atol=1e-12 * MODULUS * 100,
     )
     held = sb.formulas.plate_stress(T, z, ELASTIC)
     assert held[0] == pytest.approx(-MODULUS * 50.0)
     assert held[-1] == pytest.approx(MODULUS * 50.0)
     assert sb.formulas.surface_stress(400.0, 350.0, ELASTIC) == pytest.approx(held[0])
-    assert sb.formulas.plate_stress(T - 300.0, z, ELASTIC, restraint="all")[0] == pytest.approx(-MODULUS * 100.0)
+    assert sb.formulas.plate_stress(T - 300.0, z, ELASTIC, restraint="all")[
+        0
+    ] == pytest.approx(-MODULUS * 100.0)
 
 
 def test_stress_of_a_parabolic_profile():
-    """T = T_0 (1 − y²/c²): σ = E' T_0 (2/3 − 1 + y²/c²) (Timoshenko & Goodier §132), with second order."""
+    """T = T_0 (1 − y²/c²): σ = E' T_0 (2/3 − 1 + y²/c²) (Timoshenko & Goodier §132),
+    with second order."""
     c = 0.0125
     T_0 = 80.0
     errors = []
@@ -219,7 +278,9 @@ def test_stress_of_a_parabolic_profile():
         y = np.linspace(-c, c, n + 1)
         truth = MODULUS * T_0 * (2 / 3 - 1 + y**2 / c**2)
         for restraint in ("none", "bending"):  # symmetric: it does not bend
-            found = sb.formulas.plate_stress(T_0 * (1 - y**2 / c**2), y, ELASTIC, restraint=restraint)
+            found = sb.formulas.plate_stress(
+                T_0 * (1 - y**2 / c**2), y, ELASTIC, restraint=restraint
+            )
             np.testing.assert_allclose(found, truth, atol=1e-3 * MODULUS * T_0)
         errors.append(np.max(np.abs(found - truth)))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
@@ -240,11 +301,14 @@ def test_stress_of_a_free_plate():
 
 
 def test_stress_history_of_a_heated_slab():
-    """The surface passes its greatest stress only at the end of a constant flux, q δ/(3 λ) above the mean."""
+    """The surface passes its greatest stress only at the end of a constant flux, q δ/(3
+    λ) above the mean."""
     thickness = 0.025
     q = 1e5
     course = sb.formulas.schmidt(STEEL, thickness, 40, 3.0 * thickness**2 / A, q)
-    history = sb.formulas.stress_over_time(course.t, course.temperature, course.depth, ELASTIC)
+    history = sb.formulas.stress_over_time(
+        course.t, course.temperature, course.depth, ELASTIC
+    )
     final = -MODULUS * q * thickness / (3 * float(STEEL.conductivity))
     assert history.surface[-1] == pytest.approx(final, rel=1e-3)
     time, stress, ratio = history.worst
@@ -253,33 +317,58 @@ def test_stress_history_of_a_heated_slab():
     assert 0 < time <= course.t[-1]
 
 
-# --- equivalents, surfaces, balance, shares of the power --------------------------------------------------------------
+# --- equivalents, surfaces, balance, shares of the power ----------------------------
 
 
 def test_parts_in_a_row_give_the_total_of_v1():
     shell = sb.thermal.axial_resistance(0.220, 47.8, 0.565, 0.590)
-    parts = [(0.035, 0.420, 0.565), (0.025, 0.565, 0.615), (0.025, 0.575, 0.615), (0.025, 0.575, 0.590)]
+    parts = [
+        (0.035, 0.420, 0.565),
+        (0.025, 0.565, 0.615),
+        (0.025, 0.575, 0.615),
+        (0.025, 0.575, 0.590),
+    ]
     rings = [sb.thermal.radial_resistance(width, 47.8, r, R) for width, r, R in parts]
-    assert sb.formulas.series_resistance(shell, *rings) == pytest.approx(0.102, abs=1e-3)
+    assert sb.formulas.series_resistance(shell, *rings) == pytest.approx(
+        0.102, abs=1e-3
+    )
     assert sb.formulas.parallel_resistance(2.0, 2.0, 1.0) == pytest.approx(0.5)
     d = np.array([30e-3, 6e-3])
     k = np.array([0.736, 53.94])
-    assert d.sum() / sb.formulas.series_conductivity(d, k) == pytest.approx(np.sum(d / k))
-    assert sb.formulas.parallel_conductivity([1.0, 3.0], [10.0, 50.0]) == pytest.approx(40.0)
-    assert sb.formulas.equivalent_specific_heat([1.0, 3.0], [400.0, 800.0]) == pytest.approx(700.0)
-    assert sb.formulas.equivalent_density([2.0, 3.0], [1e-3, 4e-3]) == pytest.approx(1000.0)
-    assert sb.formulas.equivalent_diffusivity(47.8, 7850.0, 534.135) == pytest.approx(1.14e-5, rel=1e-4)
-    assert sb.formulas.current_density(47.8, 30.0, 0.025) == pytest.approx(47.8 * 1200.0)
+    assert d.sum() / sb.formulas.series_conductivity(d, k) == pytest.approx(
+        np.sum(d / k)
+    )
+    assert sb.formulas.parallel_conductivity([1.0, 3.0], [10.0, 50.0]) == pytest.approx(
+        40.0
+    )
+    assert sb.formulas.equivalent_specific_heat(
+        [1.0, 3.0], [400.0, 800.0]
+    ) == pytest.approx(700.0)
+    assert sb.formulas.equivalent_density([2.0, 3.0], [1e-3, 4e-3]) == pytest.approx(
+        1000.0
+    )
+    assert sb.formulas.equivalent_diffusivity(47.8, 7850.0, 534.135) == pytest.approx(
+        1.14e-5, rel=1e-4
+    )
+    assert sb.formulas.current_density(47.8, 30.0, 0.025) == pytest.approx(
+        47.8 * 1200.0
+    )
 
 
 def test_surfaces_and_radiation():
-    assert sb.formulas.polished_surface(0.590, 0.220) == pytest.approx(2 * math.pi * 0.590 * 0.220)
-    assert sb.formulas.matte_surface(sb.formulas.ring_face(0.0, 1.0), 1.0) == pytest.approx(math.pi + 1)
+    assert sb.formulas.polished_surface(0.590, 0.220) == pytest.approx(
+        2 * math.pi * 0.590 * 0.220
+    )
+    assert sb.formulas.matte_surface(
+        sb.formulas.ring_face(0.0, 1.0), 1.0
+    ) == pytest.approx(math.pi + 1)
     T = 650.0
     T_a = 300.0
     C_r = 1e8 * 0.8 * sb.thermal.STEFAN_BOLTZMANN
     printed = C_r * ((T / 100) ** 4 - (T_a / 100) ** 4) / (T - T_a)
-    assert sb.formulas.radiation_coefficient(0.8, T, T_a) == pytest.approx(printed, rel=1e-13)
+    assert sb.formulas.radiation_coefficient(0.8, T, T_a) == pytest.approx(
+        printed, rel=1e-13
+    )
     assert sb.formulas.radiation_coefficient(0.8, T_a, T_a) == pytest.approx(
         4 * 0.8 * sb.thermal.STEFAN_BOLTZMANN * T_a**3
     )
@@ -287,20 +376,38 @@ def test_surfaces_and_radiation():
 
 
 def test_heat_balance_over_four_revolutions():
-    given = {"overlap": 0.75, "coefficient": 60.0, "ambient": 293.15, "omega": 12.0, "area": 0.8}
+    given = {
+        "overlap": 0.75,
+        "coefficient": 60.0,
+        "ambient": 293.15,
+        "omega": 12.0,
+        "area": 0.8,
+    }
     found = sb.formulas.heat_balance(4e4, surface=450.0, **given)
     assert found.time == pytest.approx(8 * math.pi / 12.0)
     assert found.mean_flux == pytest.approx(0.75 * 4e4 - 0.25 * 60.0 * (450.0 - 293.15))
     assert found.net == pytest.approx(found.mean_flux * 0.8 * found.time)
     still = sb.formulas.heat_balance(4e4, surface=found.stationary, **given)
     assert still.net == pytest.approx(0.0, abs=1e-9 * found.gained)
-    assert sb.formulas.heat_balance(4e4, surface=450.0, **{**given, "overlap": 1.0}).stationary == math.inf
+    assert (
+        sb.formulas.heat_balance(
+            4e4, surface=450.0, **{**given, "overlap": 1.0}
+        ).stationary
+        == math.inf
+    )
 
 
 def test_network_settles_by_the_balance():
-    """One lump, heated under the linings and cooled on the open track (S-21 without the four revolutions)."""
+    """One lump, heated under the linings and cooled on the open track (S-21 without the
+    four revolutions)."""
     balance = sb.formulas.heat_balance(
-        2e3, overlap=0.75, coefficient=80.0, surface=300.0, ambient=290.0, omega=5.0, area=0.8
+        2e3,
+        overlap=0.75,
+        coefficient=80.0,
+        surface=300.0,
+        ambient=290.0,
+        omega=5.0,
+        area=0.8,
     )
     heat = sb.Heat(
         (sb.thermal.Lump("rim", 1e4, 300.0), sb.thermal.Reservoir("air", 290.0)),
@@ -326,11 +433,16 @@ def test_power_is_split_without_rest():
 
 
 def test_triboelectric_estimate():
-    assert sb.formulas.triboelectric_power(0.02, 0.01) == pytest.approx(200.0 * 0.02 * 0.01)
+    assert sb.formulas.triboelectric_power(0.02, 0.01) == pytest.approx(
+        200.0 * 0.02 * 0.01
+    )
     voltage = sb.formulas.thermoelectric_voltage(10e-6, 600.0, 300.0)
     assert voltage == pytest.approx(3e-3)
-    # n spots of the same total area: each radius falls by √n, their number raises the current by n
-    one, many = (sb.formulas.contact_current(voltage, 1e-6, 1e-6, spots=n) for n in (1, 100))
+    # n spots of the same total area: each radius falls by √n, their number raises the
+    # current by n
+    one, many = (
+        sb.formulas.contact_current(voltage, 1e-6, 1e-6, spots=n) for n in (1, 100)
+    )
     assert one == pytest.approx(voltage * 2 * math.sqrt(1e-6 / math.pi) / 1e-6)
     assert many == pytest.approx(10 * one)
 
@@ -343,16 +455,35 @@ def test_triboelectric_estimate():
         (lambda: sb.formulas.mean_bulk_rise(1.2, 1.0, 1.0, 1.0), "share"),
         (lambda: sb.formulas.stopping_rise(1.0, 2.0, 1.0, E), "after the end"),
         (lambda: sb.formulas.schmidt(STEEL, 0.025, 1, 1.0, 1.0), "layers"),
-        (lambda: sb.formulas.schmidt(STEEL, 0.025, 2, 1.0, 1.0, back_coefficient=-1.0), "back_coefficient"),
+        (
+            lambda: sb.formulas.schmidt(
+                STEEL, 0.025, 2, 1.0, 1.0, back_coefficient=-1.0
+            ),
+            "back_coefficient",
+        ),
         (lambda: sb.formulas.plate_stress([1.0, 2.0], [0.0, 0.0], ELASTIC), "rise"),
-        (lambda: sb.formulas.plate_stress([1.0, 2.0], [0.0, 1.0], ELASTIC, restraint="bolts"), "bolts"),
-        (lambda: sb.formulas.surface_stress(1.0, 2.0, ELASTIC._replace(poisson=0.6)), "poisson"),
+        (
+            lambda: sb.formulas.plate_stress(
+                [1.0, 2.0], [0.0, 1.0], ELASTIC, restraint="bolts"
+            ),
+            "bolts",
+        ),
+        (
+            lambda: sb.formulas.surface_stress(1.0, 2.0, ELASTIC._replace(poisson=0.6)),
+            "poisson",
+        ),
         (lambda: sb.formulas.real_contact_area(1.0, 2.0, 1.0), "hardness"),
         (lambda: sb.formulas.ring_face(1.0, 0.5), "outer"),
         (lambda: sb.formulas.parallel_resistance(1.0, 0.0), "resistance"),
         (
             lambda: sb.formulas.heat_balance(
-                1.0, overlap=1.5, coefficient=1.0, surface=300.0, ambient=290.0, omega=1.0, area=1.0
+                1.0,
+                overlap=1.5,
+                coefficient=1.0,
+                surface=300.0,
+                ambient=290.0,
+                omega=1.0,
+                area=1.0,
             ),
             "overlap",
         ),

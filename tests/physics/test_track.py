@@ -16,21 +16,23 @@ ZETA = -0.2078862249773546  # ζ(−½)
 
 
 def by_fourier(x, edges, flux, period, effusivity, terms=400_000):
-    """Each harmonic of the flux through its own impedance `e √(iω)`; the tail of the sum is of the order N^{−3/2}."""
+    """Each harmonic of the flux through its own impedance `e √(iω)`; the tail of the
+    sum is of the order N^{−3/2}."""
     ends = np.append(edges[1:], edges[0] + 1.0)
     total = np.zeros(np.size(x))
     for first in range(1, terms, 50_000):
         k = np.arange(first, first + 50_000)[:, None]
-        c = (flux * (np.exp(-2j * np.pi * k * edges) - np.exp(-2j * np.pi * k * ends))).sum(axis=1) / (
-            2j * np.pi * k[:, 0]
-        )
+        c = (
+            flux * (np.exp(-2j * np.pi * k * edges) - np.exp(-2j * np.pi * k * ends))
+        ).sum(axis=1) / (2j * np.pi * k[:, 0])
         root = effusivity * np.sqrt(2j * np.pi * k[:, 0] / period)
         total += 2 * np.real((c / root) @ np.exp(2j * np.pi * k * x))
     return total
 
 
 def test_square_wave_of_flux_on_a_half_space():
-    """`±q` in turn: at the ends of the halves `∓(4 q/e) √(P/π) (2 − √½) ζ(−½)`, and the series in between."""
+    """`±q` in turn: at the ends of the halves `∓(4 q/e) √(P/π) (2 − √½) ζ(−½)`, and the
+    series in between."""
     q = 2e6
     period = 0.05
     edges = np.asarray([0.0, 0.5])
@@ -48,17 +50,30 @@ def test_ripple_of_any_flux_has_no_mean():
     flux = np.asarray([3e6, -2e4, 1e6, -2e4])
     x = np.asarray([0.0, 0.1, 0.33, 0.6, 0.9])
     found = sb.formulas.revolution_ripple(x, edges, flux, 0.3, E)
-    np.testing.assert_allclose(found, by_fourier(x, edges, flux, 0.3, E), atol=1e-6 * np.max(np.abs(found)))
+    np.testing.assert_allclose(
+        found, by_fourier(x, edges, flux, 0.3, E), atol=1e-6 * np.max(np.abs(found))
+    )
     nodes, weights = np.polynomial.legendre.leggauss(40)
     mean = 0.0
     for begin, end in zip(edges, [*edges[1:], 1.05], strict=True):
-        u = 0.5 * (nodes + 1)  # x = begin + h u²: the ripple has a root at the beginning of an interval
-        inside = sb.formulas.revolution_ripple(begin + (end - begin) * u**2, edges, flux, 0.3, E)
+        u = 0.5 * (
+            nodes + 1
+        )  # x = begin + h u²: the ripple has a root at the beginning of an interval
+        inside = sb.formulas.revolution_ripple(
+            begin + (end - begin) * u**2, edges, flux, 0.3, E
+        )
         mean += (end - begin) * np.sum(weights * inside * u)
     assert abs(mean) < 1e-12 * np.max(np.abs(found))
     shifted = sb.formulas.revolution_ripple(x, edges, flux + 5e6, 0.3, E)
     np.testing.assert_allclose(shifted, found, rtol=1e-9)
-    for wrong in (edges[::-1], edges - 0.1, edges + 0.3, edges[:3], edges[None], [0.05, 0.2, 0.2, 0.7]):
+    for wrong in (
+        edges[::-1],
+        edges - 0.1,
+        edges + 0.3,
+        edges[:3],
+        edges[None],
+        [0.05, 0.2, 0.2, 0.7],
+    ):
         with pytest.raises(ValueError, match="rise"):
             sb.formulas.revolution_ripple(x, wrong, flux, 0.3, E)
     steps = sb.formulas.revolution_ripple([0.0], [0.0, 1 - 1e-9], [1e6, 1e6], 0.3, E)
@@ -68,7 +83,9 @@ def test_ripple_of_any_flux_has_no_mean():
 @pytest.fixture(scope="module")
 def stop():
     scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
-    brake = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
+    brake = dataclasses.replace(
+        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
+    )
     n = scene.brake.linings.count
     share = 0.6
     wrap = float(np.sum(scene.brake.linings.angle))
@@ -76,7 +93,9 @@ def stop():
     area = share * wrap / n * float(pulley.radius) * 0.22
     linings = dataclasses.replace(brake.linings, area=area)
     brake = dataclasses.replace(brake, pulley=pulley, linings=linings)
-    return sb.simulate(dataclasses.replace(scene, brake=brake, initial=sb.Initial(20.0))), area
+    return sb.simulate(
+        dataclasses.replace(scene, brake=brake, initial=sb.Initial(20.0))
+    ), area
 
 
 @pytest.mark.slow
@@ -96,19 +115,33 @@ def test_a_point_of_the_track_in_a_run(stop):
     assert np.sum(ripple.heated) == n
     # linings from the tight end on, each over 0.6 of its section
     before = np.append(np.asarray(s.slack_tension)[0], np.asarray(s.tension)[0, :-1])
-    power = (np.asarray(s.tension)[0] - before) * float(result.scene.brake.band.radius) * omega[0]
+    power = (
+        (np.asarray(s.tension)[0] - before)
+        * float(result.scene.brake.band.radius)
+        * omega[0]
+    )
     share = result.energy["heat_to_metal"] / result.energy["friction_heat"]
-    np.testing.assert_allclose(ripple.flux[0][ripple.heated], share * power[::-1] / area, rtol=1e-9)
+    np.testing.assert_allclose(
+        ripple.flux[0][ripple.heated], share * power[::-1] / area, rtol=1e-9
+    )
     np.testing.assert_allclose(ripple.flux[0][~ripple.heated], 0.0)
     pitch = angle[::-1] / (2 * math.pi)
-    np.testing.assert_allclose(ripple.edges[ripple.heated], np.cumsum(pitch) - 0.8 * pitch, rtol=1e-9)
+    np.testing.assert_allclose(
+        ripple.edges[ripple.heated], np.cumsum(pitch) - 0.8 * pitch, rtol=1e-9
+    )
     x = np.append(np.linspace(0.0, 1.0, 500), ripple.edges)
-    truth = sb.formulas.revolution_ripple(x, ripple.edges, ripple.flux[0], ripple.period[0], float(rim.effusivity))
+    truth = sb.formulas.revolution_ripple(
+        x, ripple.edges, ripple.flux[0], ripple.period[0], float(rim.effusivity)
+    )
     assert ripple.amplitude[0] == pytest.approx(np.ptp(truth), rel=1e-5)
     assert ripple.above[0] == pytest.approx(np.max(truth), rel=1e-5)
-    np.testing.assert_allclose(ripple.reach, np.sqrt(rim.diffusivity * 2 * math.pi / omega) / 0.028, rtol=1e-6)
+    np.testing.assert_allclose(
+        ripple.reach, np.sqrt(rim.diffusivity * 2 * math.pi / omega) / 0.028, rtol=1e-6
+    )
     assert ripple.valid.all()
-    late = sb.formulas.track_ripple(result, [float(result.stopping_time) * (1 - 1e-6), float(result.scene.end_time)])
+    late = sb.formulas.track_ripple(
+        result, [float(result.stopping_time) * (1 - 1e-6), float(result.scene.end_time)]
+    )
     assert not late.valid.any()  # slow, and at rest
     assert late.amplitude[1] == 0.0
 
@@ -123,9 +156,13 @@ def test_what_a_ripple_needs(stop):
     assert {"material", "share"} <= {fault.path for fault in caught.value.faults}
     given = sb.formulas.track_ripple(run, [0.1], material=STEEL, share=0.9)
     assert given.amplitude[0] > 0
-    cooled = sb.formulas.track_ripple(run, [0.1], material=STEEL, share=0.9, cooling=4e3)
+    cooled = sb.formulas.track_ripple(
+        run, [0.1], material=STEEL, share=0.9, cooling=4e3
+    )
     np.testing.assert_array_equal(cooled.flux[:, ~cooled.heated], -4e3)
-    np.testing.assert_array_equal(cooled.flux[:, cooled.heated], given.flux[:, given.heated])
+    np.testing.assert_array_equal(
+        cooled.flux[:, cooled.heated], given.flux[:, given.heated]
+    )
     assert np.isnan(given.reach).all()  # of a rim without a thickness
     assert not given.valid.any()
 
@@ -133,12 +170,20 @@ def test_what_a_ripple_needs(stop):
 @pytest.mark.slow
 def test_inner_pair_heats_a_staged_rim():
     scene = staged_scenes.stop(lever=sb.Constant(3e3), end=60.0)
-    scene = sb.with_values(scene, {"brake.bandage.area": 0.05, "brake.pulley.width": 0.2})
+    scene = sb.with_values(
+        scene, {"brake.bandage.area": 0.05, "brake.pulley.width": 0.2}
+    )
     result = sb.simulate(scene)
-    t = [stage.start + 0.5 * stage.duration for stage in result.stages if stage.name == "stage_3"]
+    t = [
+        stage.start + 0.5 * stage.duration
+        for stage in result.stages
+        if stage.name == "stage_3"
+    ]
     ripple = sb.formulas.track_ripple(result, t, material=STEEL, share=0.9)
     s = result.series(np.asarray(t))
     power = np.asarray(s.pairs["internal"].torque) * np.asarray(s.omega)
-    assert 0.9 * power[0] == pytest.approx(0.05 * ripple.flux[0][ripple.heated].sum(), rel=1e-9)
+    assert 0.9 * power[0] == pytest.approx(
+        0.05 * ripple.flux[0][ripple.heated].sum(), rel=1e-9
+    )
     assert float(s.bandage_speed[0]) == 0.0
     assert ripple.period[0] == pytest.approx(2 * math.pi / float(s.omega[0]))

@@ -1,4 +1,5 @@
-"""Water-cooled rims: streams over an isothermal wall (ε-NTU), properties of water, boiling; closed forms and SciPy."""
+"""Water-cooled rims: streams over an isothermal wall (ε-NTU), properties of water,
+boiling; closed forms and SciPy."""
 
 import dataclasses
 import math
@@ -12,9 +13,19 @@ from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
-from simbrake.thermal import Conductance, FrictionHeat, Junction, Lump, Reservoir, Wall, WaterJacket, water
+from simbrake.thermal import (
+    Conductance,
+    FrictionHeat,
+    Junction,
+    Lump,
+    Reservoir,
+    Wall,
+    WaterJacket,
+    water,
+)
 
-#: wetted area (m²), flow (m³/s), inlet (K), coefficient (W/(m²·K)), heat capacity of a rim (J/K)
+#: wetted area (m²), flow (m³/s), inlet (K), coefficient (W/(m²·K)), heat capacity of a
+#: rim (J/K)
 AREA = 0.8
 FLOW = 200.0 / 60_000
 INLET = 303.15
@@ -43,27 +54,41 @@ def jacket(place="rim", flow=FLOW, coefficient: object = H, **more):
 
 
 def wet_lump(flow=FLOW, inlet=INLET, start=INLET, **more):
-    """A rim as one lump with water behind it, and nothing else; the friction heat is all its own."""
+    """A rim as one lump with water behind it, and nothing else; the friction heat is
+    all its own."""
     bodies = (Lump("rim", RIM, start), Reservoir("water", inlet))
-    return sb.Heat(bodies, (jacket(flow=flow, **more),), FrictionHeat("rim", None, 1.0), rim="rim")
+    return sb.Heat(
+        bodies, (jacket(flow=flow, **more),), FrictionHeat("rim", None, 1.0), rim="rim"
+    )
 
 
 def drag(heat, end=60.0):
-    """A load that a lever lowers at constant speed: the friction power is `LOAD · SPEED`."""
-    return hs.rigid_stop(sb.ConstantFriction(0.35), heat, end, sb.SpeedHold(limit=50e3), load=LOAD, w0=SPEED)
+    """A load that a lever lowers at constant speed: the friction power is
+    `LOAD · SPEED`."""
+    return hs.rigid_stop(
+        sb.ConstantFriction(0.35),
+        heat,
+        end,
+        sb.SpeedHold(limit=50e3),
+        load=LOAD,
+        w0=SPEED,
+    )
 
 
 def events(result):
     return [event.name for event in result.events]
 
 
-# --- water ------------------------------------------------------------------------------------------------------------
+# --- water --------------------------------------------------------------------------
 
 
 def test_properties_of_water():
-    """Check values of IAPWS R7-97(2012), table 36, and SR6-08(2011), tables 3 and 5; those of other texts at 60 °C."""
+    """Check values of IAPWS R7-97(2012), table 36, and SR6-08(2011), tables 3 and 5;
+    those of other texts at 60 °C."""
     for pressure, T in ((0.1e6, 372.755919), (1e6, 453.035632), (10e6, 584.149488)):
-        assert float(sb.thermal.saturation_temperature(pressure)) == pytest.approx(T, abs=5e-7)
+        assert float(sb.thermal.saturation_temperature(pressure)) == pytest.approx(
+            T, abs=5e-7
+        )
     liquid = water(298.15)
     assert float(liquid.density) == pytest.approx(997.047013, rel=1e-8)
     assert float(liquid.specific_heat) == pytest.approx(4181.44618, rel=1e-8)
@@ -71,37 +96,58 @@ def test_properties_of_water():
     assert float(liquid.conductivity) == pytest.approx(0.606502308, rel=1e-8)
     # VDI Heat Atlas, 60 °C and 1 bar
     warm = water("60 degC")
-    np.testing.assert_allclose([warm.density, warm.specific_heat], [983.2, 4185.0], rtol=2e-4)
+    np.testing.assert_allclose(
+        [warm.density, warm.specific_heat], [983.2, 4185.0], rtol=2e-4
+    )
     assert float(warm.prandtl) == pytest.approx(2.99, rel=5e-3)
-    with pytest.raises(sb.InputError, match=r"temperature of the water must be ≥ 273\.15 and ≤ 383\.15 K"):
+    with pytest.raises(
+        sb.InputError,
+        match=r"temperature of the water must be ≥ 273\.15 and ≤ 383\.15 K",
+    ):
         water(30.0)
-    with pytest.raises(sb.InputError, match=r"absolute pressure of the water must be ≥ 611\.213"):
+    with pytest.raises(
+        sb.InputError, match=r"absolute pressure of the water must be ≥ 611\.213"
+    ):
         water(pressure=3.0)
 
 
 def test_dittus_boelter_of_a_jacket():
-    """The channel gives `h` by the speed `V̇/section`, as the equation of the textbook does."""
+    """The channel gives `h` by the speed `V̇/section`, as the equation of the textbook
+    does."""
     v = FLOW / 45e-4
-    mu, k, cp, rho = (float(x) for x in (LIQUID.viscosity, LIQUID.conductivity, LIQUID.specific_heat, LIQUID.density))
+    mu, k, cp, rho = (
+        float(x)
+        for x in (
+            LIQUID.viscosity,
+            LIQUID.conductivity,
+            LIQUID.specific_heat,
+            LIQUID.density,
+        )
+    )
     Re = rho * v * 36e-3 / mu
     Pr = mu * cp / k
     h = 0.023 * Re**0.8 * Pr**0.4 * k / 36e-3
-    assert float(sb.thermal.dittus_boelter(v, 36e-3, LIQUID)) == pytest.approx(h, rel=1e-14)
+    assert float(sb.thermal.dittus_boelter(v, 36e-3, LIQUID)) == pytest.approx(
+        h, rel=1e-14
+    )
     by_channel = jacket(coefficient=None, **CHANNEL)
     got = by_channel.conductance(400.0, INLET, sb.thermal.Surroundings())
     assert float(got) == pytest.approx(float(conductance_of(h=h)), rel=1e-13)
-    by_law = jacket(coefficient=sb.thermal.SpeedCoefficient(500.0, "0.1 m/s"), section="45 cm^2")
+    by_law = jacket(
+        coefficient=sb.thermal.SpeedCoefficient(500.0, "0.1 m/s"), section="45 cm^2"
+    )
     h = 500.0 * (1 + (v / 0.1) ** 2) ** 0.4
     got = by_law.conductance(400.0, INLET, sb.thermal.Surroundings())
     assert float(got) == pytest.approx(float(conductance_of(h=h)), rel=1e-13)
 
 
-# --- the stream -------------------------------------------------------------------------------------------------------
+# --- the stream ---------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("layers", [0, 6])
 def test_steady_state_of_a_rim(layers):
-    """`T_w = T_in + P/(C (1 − e^{−NTU}))`, of a rim in layers at its back, and with derivatives by flow and inlet."""
+    """`T_w = T_in + P/(C (1 − e^{−NTU}))`, of a rim in layers at its back, and with
+    derivatives by flow and inlet."""
     P = 150e3
 
     def front(x):
@@ -126,12 +172,15 @@ def test_steady_state_of_a_rim(layers):
 
     at = jnp.asarray([FLOW, INLET])
     assert float(front(at)) == pytest.approx(float(closed(at)), rel=1e-9)
-    np.testing.assert_allclose(jax.jit(jax.grad(front))(at), jax.grad(closed)(at), rtol=1e-7)
+    np.testing.assert_allclose(
+        jax.jit(jax.grad(front))(at), jax.grad(closed)(at), rtol=1e-7
+    )
 
 
 @pytest.mark.slow
 def test_cooling_while_the_pump_stops():
-    """`T − T_in` decays exponentially with the flow, not at all without; what it loses the water carries away."""
+    """`T − T_in` decays exponentially with the flow, not at all without; what it loses
+    the water carries away."""
     stop = 20.0
     start = 50.0
     end = 90.0
@@ -153,27 +202,39 @@ def test_cooling_while_the_pump_stops():
     T = [INLET]
     for span, g in ((10.0, fast), (10.0, fast), (15.0, 0.0), (15.0, 0.0), (40.0, slow)):
         last = INLET + P / g if g else 0.0
-        T.append(last + (T[-1] - last) * math.exp(-g * span / RIM) if g else T[-1] + P * span / RIM)
+        T.append(
+            last + (T[-1] - last) * math.exp(-g * span / RIM)
+            if g
+            else T[-1] + P * span / RIM
+        )
     np.testing.assert_allclose(series.wetted_temperature[:, 0], T, rtol=1e-10)
-    np.testing.assert_allclose(series.coolant_temperature[3, 0], T[3], rtol=1e-10)  # standing water is as hot
+    np.testing.assert_allclose(
+        series.coolant_temperature[3, 0], T[3], rtol=1e-10
+    )  # standing water is as hot
 
 
 def test_no_flow_has_no_heat_and_a_derivative():
-    """At no flow `∂Q/∂V̇ = ρ c_p (T_w − T_in)` from above: the water leaves as hot as the wall."""
+    """At no flow `∂Q/∂V̇ = ρ c_p (T_w − T_in)` from above: the water leaves as hot as
+    the wall."""
     around = sb.thermal.Surroundings()
 
     def heat(flow, **more):
-        return jacket(flow=flow, **more).conductance(jnp.asarray(400.0), jnp.asarray(300.0), around)
+        return jacket(flow=flow, **more).conductance(
+            jnp.asarray(400.0), jnp.asarray(300.0), around
+        )
 
     for more in ({}, {"coefficient": None, **CHANNEL}):
-        value, slope = jax.value_and_grad(lambda flow, more=more: heat(flow, **more))(0.0)
+        value, slope = jax.value_and_grad(lambda flow, more=more: heat(flow, **more))(
+            0.0
+        )
         assert float(value) == 0.0
         assert float(slope) == pytest.approx(float(rate_of(1.0)), rel=1e-14)
 
 
 @pytest.mark.slow
 def test_constant_friction_power():
-    """Columns, ledger and derivatives of a drag: `T = T_∞ − (T_∞ − T_in) e^{−g t/RIM}`, `T_out = T_in + Q/C`."""
+    """Columns, ledger and derivatives of a drag: `T = T_∞ − (T_∞ − T_in) e^{−g t/RIM}`,
+    `T_out = T_in + Q/C`."""
     P = LOAD * SPEED
     g = float(conductance_of())
     end = 60.0
@@ -181,17 +242,27 @@ def test_constant_friction_power():
     t = np.array([0.0, 7.0, 30.0, end])
     rise = P / g * (1 - np.exp(-g * t / RIM))
     series = result.series(t)
-    np.testing.assert_allclose(series.wetted_temperature[:, 0], INLET + rise, rtol=1e-10)
-    np.testing.assert_allclose(series.coolant_heat_flow[:, 0], g * rise, rtol=1e-9, atol=1e-6)
-    np.testing.assert_allclose(series.coolant_temperature[:, 0], INLET + g * rise / rate_of(), rtol=1e-10)
+    np.testing.assert_allclose(
+        series.wetted_temperature[:, 0], INLET + rise, rtol=1e-10
+    )
+    np.testing.assert_allclose(
+        series.coolant_heat_flow[:, 0], g * rise, rtol=1e-9, atol=1e-6
+    )
+    np.testing.assert_allclose(
+        series.coolant_temperature[:, 0], INLET + g * rise / rate_of(), rtol=1e-10
+    )
     carried = P * end - RIM * rise[-1]
     np.testing.assert_allclose(series.heat_to_coolant[-1], carried, rtol=1e-9)
     energy = result.energy
     assert float(energy["heat_to_coolant"]) == pytest.approx(carried, rel=1e-9)
     assert float(energy["heat_lost"]) == 0.0
     assert float(energy["heat_closure"]) < 1e-12
-    assert float(result["peak_wetted_temperature"]) == pytest.approx(INLET + rise[-1], rel=1e-10)
-    assert float(result["peak_coolant_temperature"]) == pytest.approx(INLET + g * rise[-1] / rate_of(), rel=1e-10)
+    assert float(result["peak_wetted_temperature"]) == pytest.approx(
+        INLET + rise[-1], rel=1e-10
+    )
+    assert float(result["peak_coolant_temperature"]) == pytest.approx(
+        INLET + g * rise[-1] / rate_of(), rel=1e-10
+    )
     assert sb.dataset(result, [end]).coolant_temperature.dims == ("time",)
 
     def ends(x):
@@ -204,19 +275,24 @@ def test_constant_friction_power():
         return jnp.stack([INLET + rise, P * end - RIM * rise])
 
     at = jnp.asarray([FLOW, INLET])
-    np.testing.assert_allclose(jax.jit(jax.jacfwd(ends))(at), jax.jacfwd(closed)(at), rtol=1e-7)
+    np.testing.assert_allclose(
+        jax.jit(jax.jacfwd(ends))(at), jax.jacfwd(closed)(at), rtol=1e-7
+    )
 
 
 @pytest.mark.slow
 def test_stop_with_a_layered_rim():
-    """A stop with fading friction and water by Dittus–Boelter behind eight layers, against SciPy."""
+    """A stop with fading friction and water by Dittus–Boelter behind eight layers,
+    against SciPy."""
     layers = 8
     depth = 0.028
     k = 48.0
     rho_c = 7800.0 * 500.0
     slope = 4e-4
     law = hs.fading(slope=slope)
-    rim = Wall("rim", sb.Material(k, 7800.0, 500.0), depth, hs.TRACK, layers, 1.0, 340.0)
+    rim = Wall(
+        "rim", sb.Material(k, 7800.0, 500.0), depth, hs.TRACK, layers, 1.0, 340.0
+    )
     wet = jacket("rim.back", coefficient=None, **CHANNEL)
     heat = sb.Heat(
         (rim, Reservoir("water", INLET), Reservoir("air")),
@@ -234,18 +310,41 @@ def test_stop_with_a_layered_rim():
     half = dx / (2 * k * A)
 
     def face(T_last):
-        return (T_last / half + g * INLET + 0.2 * 20.0 * sb.thermal.ROOM) / (1 / half + g + 0.2 * 20.0)
+        return (T_last / half + g * INLET + 0.2 * 20.0 * sb.thermal.ROOM) / (
+            1 / half + g + 0.2 * 20.0
+        )
 
     def rates(t, y):
         omega = y[0]
         T = y[1 : 1 + layers]
         f = 0.35 * max(1 - slope * (T[0] - 293.15), 0.0)
         torque = hs.R * hs.T0 * (((1 + f * tan) / (1 - f * tan)) ** hs.N - 1)
-        q = np.concatenate([[0.95 * torque * omega], k * A / dx * -np.diff(T), [(T[-1] - face(T[-1])) / half]])
-        return np.concatenate([[-torque / hs.J], -np.diff(q) / (rho_c * A * dx), [g * (face(T[-1]) - INLET)]])
+        q = np.concatenate(
+            [
+                [0.95 * torque * omega],
+                k * A / dx * -np.diff(T),
+                [(T[-1] - face(T[-1])) / half],
+            ]
+        )
+        return np.concatenate(
+            [
+                [-torque / hs.J],
+                -np.diff(q) / (rho_c * A * dx),
+                [g * (face(T[-1]) - INLET)],
+            ]
+        )
 
     y0 = np.concatenate([[hs.W0], np.full(layers, 340.0), [0.0]])
-    truth = solve_ivp(rates, (0.0, 10.0), y0, "DOP853", events=at_rest, rtol=1e-12, atol=1e-10, dense_output=True)
+    truth = solve_ivp(
+        rates,
+        (0.0, 10.0),
+        y0,
+        "DOP853",
+        events=at_rest,
+        rtol=1e-12,
+        atol=1e-10,
+        dense_output=True,
+    )
     assert stop == pytest.approx(truth.t_events[0][0], rel=1e-9)
     t = np.linspace(0.0, stop, 5)
     course = truth.sol(t)
@@ -253,18 +352,27 @@ def test_stop_with_a_layered_rim():
     np.testing.assert_allclose(series.temperature, course[1 : 1 + layers].T, rtol=1e-9)
     wall = face(course[layers])
     np.testing.assert_allclose(series.wetted_temperature[:, 0], wall, rtol=1e-9)
-    np.testing.assert_allclose(series.coolant_heat_flow[:, 0], g * (wall - INLET), rtol=1e-8)
+    np.testing.assert_allclose(
+        series.coolant_heat_flow[:, 0], g * (wall - INLET), rtol=1e-8
+    )
     np.testing.assert_allclose(series.heat_to_coolant, course[-1], rtol=1e-8, atol=1e-3)
     assert float(result.energy["heat_closure"]) < 1e-12
 
 
 @pytest.mark.slow
 def test_two_jackets_and_heat_through_a_junction():
-    """Friction heat of a contact without capacity reaches its water at once: `P (g_c)/(g_c + g)` of it, and the
-    ledger closes; of two rims each jacket has its own columns."""
+    """Friction heat of a contact without capacity reaches its water at once:
+    `P (g_c)/(g_c + g)` of it, and the ledger closes; of two rims each jacket has its
+    own columns."""
     bodies = (Lump("rim", RIM, INLET), Junction("contact"), Reservoir("water", INLET))
-    links = (Conductance("rim", "contact", 800.0), jacket("contact"), jacket("rim", 2 * FLOW))
-    heat = sb.Heat(bodies, links, FrictionHeat("contact", "contact", 1.0, "rim"), rim="rim")
+    links = (
+        Conductance("rim", "contact", 800.0),
+        jacket("contact"),
+        jacket("rim", 2 * FLOW),
+    )
+    heat = sb.Heat(
+        bodies, links, FrictionHeat("contact", "contact", 1.0, "rim"), rim="rim"
+    )
     result = sb.simulate(drag(heat, 20.0))
     series = result.series([0.0, 20.0])
     g = float(conductance_of())
@@ -272,7 +380,9 @@ def test_two_jackets_and_heat_through_a_junction():
     P = LOAD * SPEED
     T = np.asarray(series.temperature[:, 0])
     contact = (P + 800.0 * T + g * INLET) / (800.0 + g)
-    np.testing.assert_allclose(series.wetted_temperature, np.stack([contact, T], axis=1), rtol=1e-12)
+    np.testing.assert_allclose(
+        series.wetted_temperature, np.stack([contact, T], axis=1), rtol=1e-12
+    )
     flows = np.stack([g * (contact - INLET), more * (T - INLET)], axis=1)
     np.testing.assert_allclose(series.coolant_heat_flow, flows, rtol=1e-11, atol=1e-6)
     assert float(result.energy["heat_closure"]) < 1e-12
@@ -285,14 +395,17 @@ def test_scenes_without_water_have_nothing_of_it():
     assert result.record.y_end.ledger.heat.coolant is None
     assert result.series([0.1]).coolant_temperature is None
     assert "heat_to_coolant" not in result.energy
-    assert not {"peak_wetted_temperature", "energy.heat_to_coolant"} & set(sb.results.metric_names(result.scene))
+    assert not {"peak_wetted_temperature", "energy.heat_to_coolant"} & set(
+        sb.results.metric_names(result.scene)
+    )
 
 
-# --- boiling ----------------------------------------------------------------------------------------------------------
+# --- boiling ------------------------------------------------------------------------
 
 
 def test_boiling_is_an_event_and_a_limit():
-    """`t = (RIM/g) ln[ΔT_∞/(ΔT_∞ − ΔT_boil)]`; a limit of the user changes the verdict, not the event."""
+    """`t = (RIM/g) ln[ΔT_∞/(ΔT_∞ − ΔT_boil)]`; a limit of the user changes the verdict,
+    not the event."""
     weak = 0.08 * FLOW
     g = float(conductance_of(weak))
     rise = float(LIQUID.boiling) - INLET
@@ -305,17 +418,28 @@ def test_boiling_is_an_event_and_a_limit():
     assert event.time == pytest.approx(time, rel=1e-9)
     said = result.verdict()
     (row,) = [row for row in said.rows if row.name == "Hottest wetted wall"]
-    assert (said.colour, row.state, row.limit) == ("red", "exceeded", f"≤ {float(LIQUID.boiling) - 273.15:.6g} °C")
-    assert any(text.startswith(f"coolant_boils: from {time:.6g} s on") for text in result.summary()["warnings"])
+    assert (said.colour, row.state, row.limit) == (
+        "red",
+        "exceeded",
+        f"≤ {float(LIQUID.boiling) - 273.15:.6g} °C",
+    )
+    assert any(
+        text.startswith(f"coolant_boils: from {time:.6g} s on")
+        for text in result.summary()["warnings"]
+    )
     for limit in (330.0, 400.0):
-        own = sb.simulate(dataclasses.replace(scene, limits=sb.Limits(peak_wetted_temperature=limit)))
+        own = sb.simulate(
+            dataclasses.replace(scene, limits=sb.Limits(peak_wetted_temperature=limit))
+        )
         assert own.events["coolant_boils"].times == [event.time]
-        (row,) = [row for row in own.verdict().rows if row.name == "Hottest wetted wall"]
+        (row,) = [
+            row for row in own.verdict().rows if row.name == "Hottest wetted wall"
+        ]
         assert row.limit == f"≤ {limit - 273.15:.6g} °C"
     assert "coolant_boils" not in events(sb.simulate(drag(wet_lump(), 3 * time)))
 
 
-# --- scene files and errors -------------------------------------------------------------------------------------------
+# --- scene files and errors ---------------------------------------------------------
 
 WET = """
 [heat]
@@ -351,7 +475,9 @@ def test_scene_file():
     again = sb.files.scene_from_text(sb.files.scene_text(scene))
     assert jax.tree.all(jax.tree.map(np.array_equal, again, scene))
     gallons = sb.files.scene_from_text(text_with(WET.replace("200 l/min", "50 gpm")))
-    assert float(gallons.heat.links[-1].flow) == pytest.approx(50 * 3.785411784e-3 / 60, rel=1e-15)
+    assert float(gallons.heat.links[-1].flow) == pytest.approx(
+        50 * 3.785411784e-3 / 60, rel=1e-15
+    )
 
 
 @pytest.mark.parametrize(
@@ -366,11 +492,31 @@ def test_scene_file():
         ('"200 l/min"', '"3.3 kg/s"', "kg/s is of another kind"),
         ('"30 degC"', '"130 degC"', "must be ≥ 273.15 and ≤ 383.15 K"),
         ('"1.5 bar"', "3", "absolute pressure of the water must be ≥ 611.213"),
-        ('pressure = "1.5 bar"', 'pressure = "0.04 bar"', "30 °C of the inlet: the coolant boils at 28.96"),
-        ("rim_layers = 6", 'temperature = "120 degC"', "120 °C of the wetted wall: the coolant boils at 111.35 °C"),
-        ('length = "3.5 m"', "", "length: is missing: the coefficient follows from the channel"),
-        ('pressure = "1.5 bar"', "coefficient = 4000", "section: has no effect on this coefficient"),
-        ('"200 l/min"', '{times = [0, 1], values = ["200 l/min", "-1 l/min"]}', "the coolant flows one way"),
+        (
+            'pressure = "1.5 bar"',
+            'pressure = "0.04 bar"',
+            "30 °C of the inlet: the coolant boils at 28.96",
+        ),
+        (
+            "rim_layers = 6",
+            'temperature = "120 degC"',
+            "120 °C of the wetted wall: the coolant boils at 111.35 °C",
+        ),
+        (
+            'length = "3.5 m"',
+            "",
+            "length: is missing: the coefficient follows from the channel",
+        ),
+        (
+            'pressure = "1.5 bar"',
+            "coefficient = 4000",
+            "section: has no effect on this coefficient",
+        ),
+        (
+            '"200 l/min"',
+            '{times = [0, 1], values = ["200 l/min", "-1 l/min"]}',
+            "the coolant flows one way",
+        ),
     ],
 )
 def test_errors_of_a_jacket(old, new, said):
@@ -385,7 +531,9 @@ def test_errors_of_the_stream():
     other = dataclasses.replace(LIQUID, boiling=400.0)
     wrong = {
         "links[0].b: 'tank' is no reservoir": dataclasses.replace(
-            heat, bodies=(*heat.bodies, Lump("tank", 1e4)), links=(jacket(b="tank"), Conductance("tank", "water", 1.0))
+            heat,
+            bodies=(*heat.bodies, Lump("tank", 1e4)),
+            links=(jacket(b="tank"), Conductance("tank", "water", 1.0)),
         ),
         "links[0].a: 'water' is a reservoir": dataclasses.replace(
             heat, links=(jacket("water"), Conductance("rim", "water", 1.0))
@@ -393,7 +541,9 @@ def test_errors_of_the_stream():
         "links[1].liquid.boiling: differs": dataclasses.replace(
             heat, links=(heat.links[0], dataclasses.replace(jacket(), liquid=other))
         ),
-        "of the inlet: the coolant boils": wet_lump(inlet=sb.PiecewiseLinear([0.0, 9.0], [300.0, 400.0])),
+        "of the inlet: the coolant boils": wet_lump(
+            inlet=sb.PiecewiseLinear([0.0, 9.0], [300.0, 400.0])
+        ),
     }
     for said, made in wrong.items():
         with pytest.raises(sb.InputError) as caught:
@@ -405,21 +555,43 @@ def test_errors_of_the_stream():
     with pytest.raises(ValueError, match="needs its wetted area"):
         sb.thermal.with_water_jacket(hs.lump(), FLOW, coefficient=H)
     with pytest.raises(ValueError, match="needs the liquid"):
-        sb.thermal.with_water_jacket(hs.lump(), FLOW, inlet=sb.Constant(300.0), area=1.0, coefficient=H)
+        sb.thermal.with_water_jacket(
+            hs.lump(), FLOW, inlet=sb.Constant(300.0), area=1.0, coefficient=H
+        )
 
 
 def test_warnings_of_the_range():
-    """Below the flow at which Re is 10,000 the law is outside its range, and the warning names that flow."""
-    Re_of_a_litre = float(LIQUID.density) / 60_000 / 45e-4 * 36e-3 / float(LIQUID.viscosity)
+    """Below the flow at which Re is 10,000 the law is outside its range, and the
+    warning names that flow."""
+    Re_of_a_litre = (
+        float(LIQUID.density) / 60_000 / 45e-4 * 36e-3 / float(LIQUID.viscosity)
+    )
     few = sb.simulate(drag(wet_lump("40 l/min", coefficient=None, **CHANNEL), 0.1))
-    (said,) = [text for text in few.summary()["warnings"] if text.startswith("outside_range")]
-    assert f"Re = {40 * Re_of_a_litre:.4g} is below 10,000, reached at {1e4 / Re_of_a_litre:.4g} l/min" in said
+    (said,) = [
+        text for text in few.summary()["warnings"] if text.startswith("outside_range")
+    ]
+    assert (
+        f"Re = {40 * Re_of_a_litre:.4g} is below 10,000, reached at {1e4 / Re_of_a_litre:.4g} l/min"
+        in said
+    )
     short = jacket(coefficient=None, **{**CHANNEL, "length": "30 cm"})
     assert short.outside_range() == ["length/diameter = 8.333 is below 10"]
     assert not jacket(coefficient=None, **CHANNEL).outside_range()
-    for times, said in (([2.0, 2.0], []), ([2.0, 3.0], [f"values under {1e4 / Re_of_a_litre:.4g} l/min"])):
-        falling = jacket(flow=sb.PiecewiseLinear(times, [FLOW, 0.0]), coefficient=None, **CHANNEL)
-        assert [text[-len(end) :] for text, end in zip(falling.outside_range(), said, strict=True)] == said
-    (unit,) = [text for text in sb.simulate(drag(wet_lump(200.0), 0.1)).summary()["warnings"] if "did you mean" in text]
+    for times, said in (
+        ([2.0, 2.0], []),
+        ([2.0, 3.0], [f"values under {1e4 / Re_of_a_litre:.4g} l/min"]),
+    ):
+        falling = jacket(
+            flow=sb.PiecewiseLinear(times, [FLOW, 0.0]), coefficient=None, **CHANNEL
+        )
+        assert [
+            text[-len(end) :]
+            for text, end in zip(falling.outside_range(), said, strict=True)
+        ] == said
+    (unit,) = [
+        text
+        for text in sb.simulate(drag(wet_lump(200.0), 0.1)).summary()["warnings"]
+        if "did you mean" in text
+    ]
     assert "heat.links[0].flow = 200 m³/s" in unit
     assert '"200 l/min"' in unit

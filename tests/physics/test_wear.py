@@ -1,4 +1,5 @@
-"""Wear as a part of a scene: laws, states beside a run, and that a scene without it pays nothing."""
+"""Wear as a part of a scene: laws, states beside a run, and that a scene without it
+pays nothing."""
 
 import dataclasses
 import functools
@@ -17,7 +18,7 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-# --- laws -------------------------------------------------------------------------------------------------------------
+# --- laws ----------------------------------------------------------------------------
 
 
 def test_laws_at_their_reference():
@@ -35,12 +36,16 @@ def test_laws_at_their_reference():
     grows = np.asarray(laws[2].at(hot))
     assert grows[1] / grows[0] == pytest.approx(math.exp(200 / 120), rel=1e-14)
     decomposed = np.asarray(laws[3].at(hot))
-    assert math.log(decomposed[1] / decomposed[0]) == pytest.approx(4e4 / 8.31446261815324 * (1 / 373.15 - 1 / 573.15))
-    np.testing.assert_allclose(np.asarray(laws[1].at(hot)), 3e-14 * np.array([0.7, 1.9]), rtol=1e-14)
+    assert math.log(decomposed[1] / decomposed[0]) == pytest.approx(
+        4e4 / 8.31446261815324 * (1 / 373.15 - 1 / 573.15)
+    )
+    np.testing.assert_allclose(
+        np.asarray(laws[1].at(hot)), 3e-14 * np.array([0.7, 1.9]), rtol=1e-14
+    )
     assert float(laws[1].at(jnp.asarray(200.0))) == 0.0  # never negative
 
 
-# --- a stop in closed form --------------------------------------------------------------------------------------------
+# --- a stop in closed form ----------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -52,35 +57,61 @@ def test_rigid_stop_wears_linings_by_loads(cold):
     normal = ws.statics()[1]
     worn = np.asarray(cold.worn_thickness)
     np.testing.assert_allclose(worn / worn.sum(), normal / normal.sum(), rtol=1e-12)
-    np.testing.assert_allclose(worn, ws.K * ws.T0 * normal / ws.AREA * ws.distance(), rtol=1e-10)
-    # the volume is that of Archard for the friction work: f N = (T_i − T_{i−1}) cos(β/2)
+    np.testing.assert_allclose(
+        worn, ws.K * ws.T0 * normal / ws.AREA * ws.distance(), rtol=1e-10
+    )
+    # the volume is that of Archard for the friction work: f N = (T_i − T_{i−1})
+    # cos(β/2)
     work = float(cold.energy["friction_heat"])
-    assert ws.AREA * worn.sum() == pytest.approx(ws.K * work * math.cos(ws.BETA / 2) / ws.F, rel=1e-12)
-    np.testing.assert_allclose(worn, np.asarray(sb.results.lining_wear(cold, ws.K)), rtol=1e-12)
+    assert ws.AREA * worn.sum() == pytest.approx(
+        ws.K * work * math.cos(ws.BETA / 2) / ws.F, rel=1e-12
+    )
+    np.testing.assert_allclose(
+        worn, np.asarray(sb.results.lining_wear(cold, ws.K)), rtol=1e-12
+    )
 
 
 def test_lining_pressure_integrates_to_load():
-    """At, near and far from a uniform pressure, below and above 1; smooth there, derivatives too."""
+    """At, near and far from a uniform pressure, below and above 1; smooth there,
+    derivatives too."""
     for ratio in (0.3, 1 - 1e-3, 1.0, 1 + 1e-9, 1.02, 1.7, 40.0):
         within = functools.partial(sb.brakes.pressure_within, 3.0, ratio)
-        mean = quad(lambda s, within=within: float(within(s)), 0.0, 1.0, epsabs=0, epsrel=1e-13)[0]
+        mean = quad(
+            lambda s, within=within: float(within(s)), 0.0, 1.0, epsabs=0, epsrel=1e-13
+        )[0]
         assert mean == pytest.approx(3.0, rel=1e-12)
-        assert float(within(1.0)) / float(within(0.0)) == pytest.approx(ratio, rel=1e-12)
+        assert float(within(1.0)) / float(within(0.0)) == pytest.approx(
+            ratio, rel=1e-12
+        )
     # p/p̄ = 1 + x (s − ½) + x² (s²/2 − s/2 + 1/12) + …,  x = ln r
     first = jax.grad(lambda r: sb.brakes.pressure_within(1.0, r, 0.8))(1.0)
-    second = jax.grad(jax.grad(lambda x: sb.brakes.pressure_within(1.0, jnp.exp(x), 0.8)))(0.0)
-    np.testing.assert_allclose([first, second], [0.3, 2 * (0.32 - 0.4 + 1 / 12)], rtol=1e-12)
+    second = jax.grad(
+        jax.grad(lambda x: sb.brakes.pressure_within(1.0, jnp.exp(x), 0.8))
+    )(0.0)
+    np.testing.assert_allclose(
+        [first, second], [0.3, 2 * (0.32 - 0.4 + 1 / 12)], rtol=1e-12
+    )
 
 
 @pytest.mark.slow
 def test_edges_of_linings_in_a_run(cold):
     tension, normal = ws.statics()
     x = np.log(tension[1:] / tension[:-1])
-    edges = [ws.T0 * normal / ws.AREA * x / np.expm1(x) * np.exp(x * s) for s in (0.0, 1.0)]
-    for name, place, pressure in zip(("slack_edge", "tight_edge"), (0.0, 1.0), edges, strict=True):
-        np.testing.assert_allclose(sb.results.lining_peak(cold, f"{name}_pressure"), pressure, rtol=1e-12)
-        np.testing.assert_allclose(sb.results.lining_mean(cold, f"{name}_pressure"), pressure, rtol=1e-10)
-        np.testing.assert_allclose(sb.results.lining_peak(cold, "edge_pressure_ratio"), np.exp(x), rtol=1e-12)
+    edges = [
+        ws.T0 * normal / ws.AREA * x / np.expm1(x) * np.exp(x * s) for s in (0.0, 1.0)
+    ]
+    for name, place, pressure in zip(
+        ("slack_edge", "tight_edge"), (0.0, 1.0), edges, strict=True
+    ):
+        np.testing.assert_allclose(
+            sb.results.lining_peak(cold, f"{name}_pressure"), pressure, rtol=1e-12
+        )
+        np.testing.assert_allclose(
+            sb.results.lining_mean(cold, f"{name}_pressure"), pressure, rtol=1e-10
+        )
+        np.testing.assert_allclose(
+            sb.results.lining_peak(cold, "edge_pressure_ratio"), np.exp(x), rtol=1e-12
+        )
         worn = sb.results.lining_wear(cold, ws.K, place=place)
         np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
 
@@ -89,20 +120,30 @@ def test_edges_of_linings_in_a_run(cold):
 def test_wear_metrics_series_and_words(cold):
     _, normal = ws.statics()
     m = cold.metrics
-    assert m["greatest_wear"] == pytest.approx(float(cold.worn_thickness[-1]), rel=1e-15)
+    assert m["greatest_wear"] == pytest.approx(
+        float(cold.worn_thickness[-1]), rel=1e-15
+    )
     assert m["wear_over_mean"] == pytest.approx(normal[-1] / normal.mean(), rel=1e-12)
     assert m["wear_over_least"] == pytest.approx(normal[-1] / normal[0], rel=1e-12)
     assert float(cold.wear_over_least) == m["wear_over_least"]
     # wear follows the distance: φ R
     series = cold.series([0.0, 0.5, 8.0])
     share = np.asarray(series.phi) / float(series.phi[-1])
-    np.testing.assert_allclose(np.asarray(series.worn_thickness), np.outer(share, cold.worn_thickness), rtol=1e-10)
+    np.testing.assert_allclose(
+        np.asarray(series.worn_thickness),
+        np.outer(share, cold.worn_thickness),
+        rtol=1e-10,
+    )
     assert list(series.pairs) == ["external"]
-    np.testing.assert_array_equal(series.pairs["external"].worn_thickness, series.worn_thickness)
+    np.testing.assert_array_equal(
+        series.pairs["external"].worn_thickness, series.worn_thickness
+    )
     data = sb.dataset(cold, [0.0, 8.0])
     assert data.worn_thickness.dims == ("time", "lining")
     assert data.worn_thickness.attrs["units"] == "m"
-    np.testing.assert_allclose(data.worn_thickness.values[-1], np.asarray(cold.worn_thickness), rtol=1e-15)
+    np.testing.assert_allclose(
+        data.worn_thickness.values[-1], np.asarray(cold.worn_thickness), rtol=1e-15
+    )
     assert {"greatest_wear", "wear_over_mean", "wear_over_least"} <= set(data)
     assert cold.summary()["worn_thickness"] == np.asarray(cold.worn_thickness).tolist()
 
@@ -113,23 +154,32 @@ def test_run_without_slip_has_no_wear(cold):
     assert still.metrics["wear_over_mean"] is None
 
 
-# --- with heat --------------------------------------------------------------------------------------------------------
+# --- with heat ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("solver", [None, pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "solver", [None, pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)]
+)
 def test_hot_wear_is_as_exact_as_the_run(solver):
-    """All heat into an insulated rim: `k p_i ∫ exp((T − T_r)/ΔT) ds`, `T = T_r + W/C`; no rate depends on the wear."""
+    """All heat into an insulated rim: `k p_i ∫ exp((T − T_r)/ΔT) ds`, `T = T_r + W/C`;
+    no rate depends on the wear."""
     rise = 70.0
     capacity = 800.0
-    heat = sb.thermal.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
-    result = sb.simulate(ws.stop(sb.Wear(sb.wear.ExponentialWear(ws.K, rise)), heat), solver=solver, rtol=1e-9)
+    heat = sb.thermal.lumped_heat(
+        rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0
+    )
+    result = sb.simulate(
+        ws.stop(sb.Wear(sb.wear.ExponentialWear(ws.K, rise)), heat),
+        solver=solver,
+        rtol=1e-9,
+    )
     hottest = ws.J * ws.W0**2 / 2 / capacity
     mean = rise / hottest * math.expm1(hottest / rise)
     worn = ws.K * ws.T0 * ws.statics()[1] / ws.AREA * ws.distance() * mean
     np.testing.assert_allclose(result.worn_thickness, worn, rtol=1e-8)
 
 
-# --- every kind of brake ----------------------------------------------------------------------------------------------
+# --- every kind of brake ------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -147,48 +197,81 @@ def test_states_are_integrals_over_the_run(scene):
     inner = None if scene.brake.bandage is None else 3e-14
     result = sb.simulate(ws.wearing(scene, sb.Wear(1e-14, internal=inner)))
     worn = result.record.y_end.worn
-    np.testing.assert_allclose(np.asarray(worn[0]), np.asarray(sb.results.lining_wear(result, 1e-14)), rtol=1e-9)
+    np.testing.assert_allclose(
+        np.asarray(worn[0]),
+        np.asarray(sb.results.lining_wear(result, 1e-14)),
+        rtol=1e-9,
+    )
     assert np.min(worn[0]) > 0
     if inner is not None:
         np.testing.assert_allclose(
-            np.asarray(worn[1]), np.asarray(sb.results.lining_wear(result, inner, pair="internal")), rtol=1e-9
+            np.asarray(worn[1]),
+            np.asarray(sb.results.lining_wear(result, inner, pair="internal")),
+            rtol=1e-9,
         )
-        np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15)
+        np.testing.assert_allclose(
+            np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15
+        )
         last = result.series([float(result.record.t_end)])
-        np.testing.assert_allclose(np.asarray(last.pairs["internal"].worn_thickness)[0], np.asarray(worn[1]), rtol=1e-9)
+        np.testing.assert_allclose(
+            np.asarray(last.pairs["internal"].worn_thickness)[0],
+            np.asarray(worn[1]),
+            rtol=1e-9,
+        )
 
 
 @pytest.mark.slow
 def test_turned_band_wears_from_other_end():
-    lever = sb.PiecewiseLinear([0.0, 3.0, 3.0, 5.0, 5.0], [ws.T0, ws.T0, 0.0, 0.0, ws.T0])
-    drive = sb.TorqueLoad(sb.PiecewiseLinear([3.0, 3.0, 5.0, 5.0], [0.0, 7000.0, 7000.0, 0.0]))
+    lever = sb.PiecewiseLinear(
+        [0.0, 3.0, 3.0, 5.0, 5.0], [ws.T0, ws.T0, 0.0, 0.0, ws.T0]
+    )
+    drive = sb.TorqueLoad(
+        sb.PiecewiseLinear([3.0, 3.0, 5.0, 5.0], [0.0, 7000.0, 7000.0, 0.0])
+    )
 
     def worn(turned_at):
         scene = ws.stop(sb.Wear(ws.K, turned_at=turned_at), end=9.0)
-        scene = sb.Scene(scene.brake, sb.Duty(lever, drive), scene.initial, 9.0, wear=scene.wear)
+        scene = sb.Scene(
+            scene.brake, sb.Duty(lever, drive), scene.initial, 9.0, wear=scene.wear
+        )
         result = sb.simulate(scene)
         assert [e.name for e in result.events].count("stop") == 2
         return np.asarray(result.series([2.9, 9.0]).worn_thickness)
 
     first, both = worn([20.0, 30.0])  # after the end: never
-    np.testing.assert_allclose(worn([3.5, 30.0])[1], first + (both - first)[::-1], rtol=1e-12)
+    np.testing.assert_allclose(
+        worn([3.5, 30.0])[1], first + (both - first)[::-1], rtol=1e-12
+    )
     np.testing.assert_allclose(worn([3.5, 4.0])[1], both, rtol=1e-12)
 
 
-# --- files and faults -------------------------------------------------------------------------------------------------
+# --- files and faults ---------------------------------------------------------------
 
 
 def test_wear_in_a_scene_file():
     text = sb.files.scene_text(
-        ws.stop(sb.Wear(sb.wear.ExponentialWear(2e-14, rise=90.0), permissible=8e-3, turned_at=[3.0]))
+        ws.stop(
+            sb.Wear(
+                sb.wear.ExponentialWear(2e-14, rise=90.0),
+                permissible=8e-3,
+                turned_at=[3.0],
+            )
+        )
     )
     again = sb.files.scene_from_text(text)
     assert again.wear.rate.rise == 90.0
     assert sb.files.scene_text(again) == text
-    units = text.replace('coefficient = "2e-14 m^3/(N*m)"', 'coefficient = "2e-5 mm^3/(N*m)"')
-    assert float(sb.files.scene_from_text(units).wear.rate.coefficient) == pytest.approx(2e-14, rel=1e-15)
+    units = text.replace(
+        'coefficient = "2e-14 m^3/(N*m)"', 'coefficient = "2e-5 mm^3/(N*m)"'
+    )
+    assert float(
+        sb.files.scene_from_text(units).wear.rate.coefficient
+    ) == pytest.approx(2e-14, rel=1e-15)
     late = dataclasses.replace(
-        ws.stop(None), duty=sb.Duty(sb.wear.Delayed(sb.ramp(200.0, ws.T0, 0.0, 0.3), 0.5), sb.TorqueLoad())
+        ws.stop(None),
+        duty=sb.Duty(
+            sb.wear.Delayed(sb.ramp(200.0, ws.T0, 0.0, 0.3), 0.5), sb.TorqueLoad()
+        ),
     )
     delayed = sb.files.scene_text(late)
     assert sb.files.scene_text(sb.files.scene_from_text(delayed)) == delayed
@@ -196,7 +279,9 @@ def test_wear_in_a_scene_file():
     scene = sb.files.scene_from_text(sb.files.scene_text(ws.stop(None)) + "\n" + short)
     assert float(scene.wear.rate.coefficient) == 3e-14
     assert float(scene.wear.worn) == pytest.approx(2e-3)
-    assert float(sb.with_values(scene, {"wear.permissible": "6 mm"}).wear.permissible) == pytest.approx(6e-3)
+    assert float(
+        sb.with_values(scene, {"wear.permissible": "6 mm"}).wear.permissible
+    ) == pytest.approx(6e-3)
 
 
 def test_what_cannot_be_is_said():
@@ -208,9 +293,15 @@ def test_what_cannot_be_is_said():
     bare = sb.with_values(ws.stop(sb.Wear(1e-14)), {"brake.linings.area": None})
     assert "brake.linings.area: is missing" in said(bare)
     assert "wear.internal" in said(ws.stop(sb.Wear(1e-14, internal=1e-14)))
-    assert "wear.rate.coefficient: does not fit 4" in said(ws.stop(sb.Wear(np.full(3, 1e-14))))
-    assert "lining 2 must be below" in said(ws.stop(sb.Wear(1e-14, worn=[0, 0.03, 0, 0], thickness=0.03)))
-    uneven = ws.stop(sb.Wear(1e-14, turned_at=[3.0]), angle=np.radians([50.0, 60.0, 60.0, 70.0]))
+    assert "wear.rate.coefficient: does not fit 4" in said(
+        ws.stop(sb.Wear(np.full(3, 1e-14)))
+    )
+    assert "lining 2 must be below" in said(
+        ws.stop(sb.Wear(1e-14, worn=[0, 0.03, 0, 0], thickness=0.03))
+    )
+    uneven = ws.stop(
+        sb.Wear(1e-14, turned_at=[3.0]), angle=np.radians([50.0, 60.0, 60.0, 70.0])
+    )
     assert "brake.linings.angle are not equal" in said(uneven)
     staged = sb.with_values(staged_scenes.stop(), {"brake.linings.area": 0.03})
     staged = ws.wearing(staged, sb.Wear(1e-14, internal=1e-14, turned_at=[3.0]))

@@ -1,4 +1,5 @@
-"""Calibration: planted parameters come back within their own error bars, and what data leave open is named."""
+"""Calibration: planted parameters come back within their own error bars, and what data
+leave open is named."""
 
 import contextlib
 
@@ -6,7 +7,22 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from fit_scenes import ELASTIC, LINE, OMEGA, SIGMA, START, T0, TS, F, J, elastic_data, line, rate, rigid, speeds
+from fit_scenes import (
+    ELASTIC,
+    LINE,
+    OMEGA,
+    SIGMA,
+    START,
+    T0,
+    TS,
+    F,
+    J,
+    elastic_data,
+    line,
+    rate,
+    rigid,
+    speeds,
+)
 from heat_scenes import fading, lump, rigid_stop
 from scipy.stats import binom, chi2, norm, t
 from stop_scenes import stop_scene
@@ -14,20 +30,26 @@ from stop_scenes import stop_scene
 import simbrake as sb
 from simbrake.studies import Outcome, State
 
-# --- errors ---------------------------------------------------------------------------------------------------------
+# --- errors --------------------------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_linear_covariance_is_the_closed_one():
-    fit = sb.calibrate(rigid(), LINE, speeds(line(noise=np.random.default_rng(0))), start=START)
+    fit = sb.calibrate(
+        rigid(), LINE, speeds(line(noise=np.random.default_rng(0))), start=START
+    )
     X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
     cov = SIGMA**2 * np.linalg.inv(X.T @ X)
     best = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0]
     np.testing.assert_allclose([fit[OMEGA].value, fit[T0].value], best, rtol=1e-9)
     np.testing.assert_allclose(fit.covariance, cov, rtol=1e-7)
-    np.testing.assert_allclose(fit.correlation[0, 1], cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), rtol=1e-7)
+    np.testing.assert_allclose(
+        fit.correlation[0, 1], cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), rtol=1e-7
+    )
     half = norm.ppf(0.975) * np.sqrt(np.diag(cov))
-    np.testing.assert_allclose(fit[T0].interval, best[1] + half[1] * np.array([-1, 1]), rtol=1e-7)
+    np.testing.assert_allclose(
+        fit[T0].interval, best[1] + half[1] * np.array([-1, 1]), rtol=1e-7
+    )
     assert fit.freedom == TS.size - 2
     assert fit.probability == pytest.approx(chi2.sf(fit.chi2, fit.freedom))
     assert fit.converged
@@ -36,7 +58,11 @@ def test_linear_covariance_is_the_closed_one():
     assert fit.open == ()
     assert float(fit.scene.initial.omega) == fit[OMEGA].value
     spans = np.array([55.0, 28e3])
-    np.testing.assert_allclose(fit.singular_values, np.linalg.svd(X * spans / SIGMA, compute_uv=False), rtol=1e-7)
+    np.testing.assert_allclose(
+        fit.singular_values,
+        np.linalg.svd(X * spans / SIGMA, compute_uv=False),
+        rtol=1e-7,
+    )
 
 
 @pytest.mark.slow
@@ -48,17 +74,22 @@ def test_errors_without_standard_deviations():
     cov = r @ r / (TS.size - 2) * np.linalg.inv(X.T @ X)
     np.testing.assert_allclose(fit.covariance, cov, rtol=1e-7)
     low, high = fit[OMEGA].interval
-    assert (high - low) / 2 == pytest.approx(t.ppf(0.975, TS.size - 2) * np.sqrt(cov[0, 0]), rel=1e-7)
+    assert (high - low) / 2 == pytest.approx(
+        t.ppf(0.975, TS.size - 2) * np.sqrt(cov[0, 0]), rel=1e-7
+    )
     assert fit.probability is None
     assert not fit.absolute
     assert np.mean(fit.residuals[0].scaled ** 2) == pytest.approx(1 - 2 / TS.size)
-    weights = sb.calibrate(rigid(), LINE, speeds(values, 7.0), start=START, absolute=False)
+    weights = sb.calibrate(
+        rigid(), LINE, speeds(values, 7.0), start=START, absolute=False
+    )
     np.testing.assert_allclose(weights.covariance, cov, rtol=1e-6)
 
 
 @pytest.mark.slow
 def test_coverage_over_repeated_experiments(caplog):
-    """60 seeded experiments on one program: intervals hold the truth, errors are neither too small nor too large."""
+    """60 seeded experiments on one program: intervals hold the truth, errors are
+    neither too small nor too large."""
     sb.calibrate(rigid(), LINE, speeds(line()), start=START)
     noise = np.random.default_rng(7)
     runs = 60
@@ -70,7 +101,10 @@ def test_coverage_over_repeated_experiments(caplog):
         with jax.log_compiles() if i else contextlib.nullcontext():
             fit = sb.calibrate(rigid(), LINE, speeds(line(noise=noise)), start=START)
         off = np.array([fit[OMEGA].value, fit[T0].value]) - truth
-        inside += [p.interval[0] <= x <= p.interval[1] for p, x in zip(fit.parameters, truth, strict=True)]
+        inside += [
+            p.interval[0] <= x <= p.interval[1]
+            for p, x in zip(fit.parameters, truth, strict=True)
+        ]
         distance += off @ np.linalg.solve(fit.covariance, off)
         scatter += fit.chi2
     assert "Compiling" not in caplog.text
@@ -82,21 +116,30 @@ def test_coverage_over_repeated_experiments(caplog):
 
 @pytest.mark.slow
 def test_undetermined_product_is_named():
-    """ω = ω_0 − R_b T_0 (Π − 1)/J t: of T_0 and J only the ratio is determined, and f enters the same product."""
+    """ω = ω_0 − R_b T_0 (Π − 1)/J t: of T_0 and J only the ratio is determined, and f
+    enters the same product."""
     bounds = {OMEGA: (5.0, 60.0), T0: (2e3, 3e4), J: (200.0, 5e3)}
-    fit = sb.calibrate(rigid(), bounds, speeds(line(noise=np.random.default_rng(0))), start=START)
+    fit = sb.calibrate(
+        rigid(), bounds, speeds(line(noise=np.random.default_rng(0))), start=START
+    )
     assert [p.state for p in fit.parameters] == [State.FITTED, State.OPEN, State.OPEN]
     assert np.isinf(fit[T0].standard_error)
     assert np.isinf(fit[J].standard_error)
     assert fit.outcome == Outcome.NOT_DETERMINED
-    assert fit.headline.startswith(f"not determined: the data do not determine {T0}, {J}")
+    assert fit.headline.startswith(
+        f"not determined: the data do not determine {T0}, {J}"
+    )
     assert fit.open == (pytest.approx({OMEGA: 0.0, T0: 1.0, J: 1.0}, abs=1e-6),)
     assert f"open     {T0} +1, {J} +1 (relative changes) together" in str(fit)
     X = np.stack([np.ones_like(TS), TS], axis=1)
     best = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0]
     cov = np.linalg.inv(X.T @ X)
-    assert fit[OMEGA].standard_error == pytest.approx(SIGMA * np.sqrt(cov[0, 0]), rel=1e-6)
-    assert fit[T0].value / fit[J].value == pytest.approx(-best[1] / (rate() * 800.0), rel=1e-9)
+    assert fit[OMEGA].standard_error == pytest.approx(
+        SIGMA * np.sqrt(cov[0, 0]), rel=1e-6
+    )
+    assert fit[T0].value / fit[J].value == pytest.approx(
+        -best[1] / (rate() * 800.0), rel=1e-9
+    )
     assert fit.singular_values[2] < 1e-9 * fit.singular_values[0]
     saved = fit.as_dict()
     assert saved["parameters"][1]["standard_error"] is None
@@ -116,7 +159,7 @@ def test_a_robust_loss_shrugs_off_outliers():
     assert "the model does not explain the data" in plain.headline
 
 
-# --- recovery and derivatives ---------------------------------------------------------------------------------------
+# --- recovery and derivatives -------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +169,9 @@ def elastic():
 
 def test_planted_parameters_come_back(elastic):
     fit = sb.calibrate(stop_scene(), ELASTIC, elastic, rtol=1e-11)
-    np.testing.assert_allclose(list(fit.values.values()), [0.31, 1.5e5, 900.0], rtol=1e-8)
+    np.testing.assert_allclose(
+        list(fit.values.values()), [0.31, 1.5e5, 900.0], rtol=1e-8
+    )
     assert [p.logarithmic for p in fit.parameters] == [False, True, False]
     assert fit.chi2 < 1e-8
     low, high = fit["brake.band.stiffness"].interval
@@ -159,7 +204,7 @@ def test_fade_and_heat_capacity_come_back():
     assert "Dopri8" in fit.solver
 
 
-# --- what a fit has not learned ---------------------------------------------------------------------------------------
+# --- what a fit has not learned -----------------------------------------------------
 
 # N: the brake holds the load of `held` from the first one on
 HOLDS = 280.0
@@ -168,7 +213,8 @@ LATER = np.linspace(0.1, 2.0, 20)
 
 
 def held(T):
-    """A load that hangs on the brake: from rest it accelerates at `(M − R T_0 (Π − 1))/J`, or is held."""
+    """A load that hangs on the brake: from rest it accelerates at
+    `(M − R T_0 (Π − 1))/J`, or is held."""
     return rigid(T0=T, w0=0.0, load=rate(HOLDS) * 800.0)
 
 
@@ -198,42 +244,61 @@ def test_start_that_holds_the_load_determines_nothing():
 
 @pytest.mark.slow
 def test_headline_names_wrong_fixed_number():
-    """Speeds of a short time long after the start determine ω_0 given T_0, and hardly both."""
+    """Speeds of a short time long after the start determine ω_0 given T_0, and hardly
+    both."""
     ts = np.linspace(0.55, 0.6, 30)
-    data = sb.studies.Measured.of(ts, {"omega": 20.0 - rate(8e3) * ts}, sigma={"omega": 0.01})
+    data = sb.studies.Measured.of(
+        ts, {"omega": 20.0 - rate(8e3) * ts}, sigma={"omega": 0.01}
+    )
     wrong = 8.4e3
     fit = sb.calibrate(rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, data)
     assert fit.outcome == Outcome.CONVERGED
-    assert abs(fit[OMEGA].value - 20.0) > 100 * fit[OMEGA].standard_error  # confident, and wrong
+    assert (
+        abs(fit[OMEGA].value - 20.0) > 100 * fit[OMEGA].standard_error
+    )  # confident, and wrong
     (one,) = [one for one in fit.fixed if one.path == T0]
-    cov = np.linalg.inv(np.stack([np.ones_like(ts), -ts]) @ np.stack([np.ones_like(ts), -ts], axis=1))
-    assert one.correlation == pytest.approx(cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), abs=1e-6)
+    cov = np.linalg.inv(
+        np.stack([np.ones_like(ts), -ts]) @ np.stack([np.ones_like(ts), -ts], axis=1)
+    )
+    assert one.correlation == pytest.approx(
+        cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), abs=1e-6
+    )
     assert 0.9999 > one.correlation > 0.99
-    assert one.shift == pytest.approx(rate(wrong) * ts.mean() / fit[OMEGA].value, rel=1e-5)
-    assert (1 - one.shift * 0.4 / 8.4) * fit[OMEGA].value == pytest.approx(20.0, rel=1e-6)  # corrected by it
+    assert one.shift == pytest.approx(
+        rate(wrong) * ts.mean() / fit[OMEGA].value, rel=1e-5
+    )
+    assert (1 - one.shift * 0.4 / 8.4) * fit[OMEGA].value == pytest.approx(
+        20.0, rel=1e-6
+    )  # corrected by it
     assert one.parameter == OMEGA
     assert T0 in fit.headline or len(fit.fixed) > 3
     assert fit.as_dict()["fixed"][0]["parameter"] == OMEGA
     # speeds from the start on tell the two apart: -0.87
-    fit = sb.calibrate(rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, speeds(20.0 - rate(8e3) * TS, 0.01))
+    fit = sb.calibrate(
+        rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, speeds(20.0 - rate(8e3) * TS, 0.01)
+    )
     assert fit.fixed == ()
     assert "does not explain the data" in fit.headline
 
 
-# --- bounds, events that do not occur, interruption -----------------------------------------------------------------
+# --- bounds, events that do not occur, interruption ---------------------------------
 
 
 def test_a_bound_that_holds_the_fit_is_said():
     values = line(noise=np.random.default_rng(0))
     texts = START | {T0: f"{START[T0] / 1e3!r} kN"}
-    fit = sb.calibrate(rigid(), LINE | {T0: ("2 kN", "7 kN")}, speeds(values), start=texts)
+    fit = sb.calibrate(
+        rigid(), LINE | {T0: ("2 kN", "7 kN")}, speeds(values), start=texts
+    )
     assert fit[T0].state == State.AT_HIGH
     assert fit[T0].value == 7e3
     assert np.isnan(fit[T0].standard_error)
     assert "at its upper bound" in str(fit)
     best = np.mean(values + rate(7e3) * TS)  # the other one, given this
     assert fit[OMEGA].value == pytest.approx(best, rel=1e-8)
-    assert fit[OMEGA].standard_error == pytest.approx(SIGMA / np.sqrt(TS.size), rel=1e-6)
+    assert fit[OMEGA].standard_error == pytest.approx(
+        SIGMA / np.sqrt(TS.size), rel=1e-6
+    )
     assert fit.as_dict()["parameters"][1]["state"] == "at_upper_bound"
 
 
@@ -248,24 +313,54 @@ def test_events_that_the_model_does_not_have():
     assert float(sb.simulate(fit.scene).stopping_time) == pytest.approx(0.5, rel=1e-7)
     assert fit.failures["stopping_time does not occur in the model"] >= 1
     assert fit.as_dict()["chi2_start"] is None
-    late = sb.calibrate(rigid(end=2.0), bounds, sb.studies.Measured.of(events={"stopping_time": (3.0, 0.01)}))
+    late = sb.calibrate(
+        rigid(end=2.0),
+        bounds,
+        sb.studies.Measured.of(events={"stopping_time": (3.0, 0.01)}),
+    )
     assert (late.outcome, late.converged) == (Outcome.NOT_CONVERGED, False)
     assert "stopping_time does not occur" in late.message
     assert np.isfinite(late[F].value)
 
 
 def test_all_errors_of_a_fit_come_at_once():
-    bad = {F: (0.5, 0.4), "brake.pulley.mass": (1.0, 2.0), J: (-5.0, 900.0), T0: (2e3, 6e3), OMEGA: (1.0, np.inf)}
+    bad = {
+        F: (0.5, 0.4),
+        "brake.pulley.mass": (1.0, 2.0),
+        J: (-5.0, 900.0),
+        T0: (2e3, 6e3),
+        OMEGA: (1.0, np.inf),
+    }
     with pytest.raises(sb.InputError) as caught:
-        sb.calibrate(rigid(), bad, speeds(line()), loss="square", start={"end_time": 3.0}, confidence=1.0)
+        sb.calibrate(
+            rigid(),
+            bad,
+            speeds(line()),
+            loss="square",
+            start={"end_time": 3.0},
+            confidence=1.0,
+        )
     text = str(caught.value)
-    for words in (F, "brake.pulley.mass", "-5 kg*m^2", "start 8000", OMEGA, "'square'", "end_time", "confidence"):
+    for words in (
+        F,
+        "brake.pulley.mass",
+        "-5 kg*m^2",
+        "start 8000",
+        OMEGA,
+        "'square'",
+        "end_time",
+        "confidence",
+    ):
         assert words in text
     data = speeds(line(), None) + sb.studies.Measured.of(events={"stopping_time": 1.0})
     with pytest.raises(sb.InputError, match="2 input errors"):
         sb.calibrate(rigid(), LINE, data)
     with pytest.raises(sb.InputError, match="name the measured one"):
-        sb.calibrate(rigid(), LINE, sb.studies.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0}))
+        sb.calibrate(
+            rigid(),
+            LINE,
+            sb.studies.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0}),
+        )
     with pytest.raises(sb.InputError, match="end_time"):
         sb.calibrate(rigid(end=0.3), LINE, speeds(line()))
 
@@ -275,12 +370,16 @@ def test_number_is_not_free_twice(other):
     path = "brake.linings.angle[3]"
     with pytest.raises(sb.InputError) as caught:
         sb.calibrate(rigid(), {path: (0.2, 0.3), other: (0.2, 0.3)}, speeds(line()))
-    assert [str(fault) for fault in caught.value.faults] == [f"{other}: is free twice — as {path} is"]
+    assert [str(fault) for fault in caught.value.faults] == [
+        f"{other}: is free twice — as {path} is"
+    ]
 
 
 def test_traced_entries_of_arrays_can_be_set():
     def total(x):
-        scene = sb.with_values(rigid(), {"brake.linings.angle[3]": x, "brake.linings.area": None})
+        scene = sb.with_values(
+            rigid(), {"brake.linings.angle[3]": x, "brake.linings.area": None}
+        )
         whole = sb.with_values(rigid(), {"brake.linings.angle": x})
         return jnp.sum(scene.brake.linings.angle) + jnp.sum(whole.brake.linings.angle)
 

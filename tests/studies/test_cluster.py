@@ -1,4 +1,5 @@
-"""An ensemble on a Dask cluster of processes whose client, workers or scheduler are killed meanwhile."""
+"""An ensemble on a Dask cluster of processes whose client, workers or scheduler are
+killed meanwhile."""
 
 import contextlib
 import os
@@ -28,17 +29,30 @@ test_cluster.made(sys.argv[1], sys.argv[2], progress=False)
 
 def made(address, folder, **settings):
     return sb.ensemble(
-        stop_scene(), VALUES, ["stopping_time"], client=address, directory=folder, chunk=CHUNK, **settings
+        stop_scene(),
+        VALUES,
+        ["stopping_time"],
+        client=address,
+        directory=folder,
+        chunk=CHUNK,
+        **settings,
     )
 
 
 @contextlib.contextmanager
 def cluster():
-    """The address of a scheduler, a function that starts a worker, and the processes, by which they are killed."""
+    """The address of a scheduler, a function that starts a worker, and the processes,
+    by which they are killed."""
     processes = []
 
     def started(kind, *arguments):
-        module = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments, "--no-dashboard"]
+        module = [
+            sys.executable,
+            "-m",
+            f"distributed.cli.dask_{kind}",
+            *arguments,
+            "--no-dashboard",
+        ]
         processes.append(subprocess.Popen(module, stderr=subprocess.PIPE, text=True))
         return processes[-1].stderr
 
@@ -62,7 +76,9 @@ def cluster():
 
 @pytest.fixture(scope="module")
 def local():
-    return sb.ensemble(stop_scene(), VALUES, ["stopping_time"], progress=False).stopping_time.values
+    return sb.ensemble(
+        stop_scene(), VALUES, ["stopping_time"], progress=False
+    ).stopping_time.values
 
 
 def chunks(folder):
@@ -73,7 +89,9 @@ def test_resumed_after_a_killed_client(tmp_path, local):
     folder = tmp_path / "runs"
     with cluster() as (address, work, _):
         work()
-        client = subprocess.Popen([sys.executable, "-c", CLIENT, address, str(folder), *sys.path])
+        client = subprocess.Popen(
+            [sys.executable, "-c", CLIENT, address, str(folder), *sys.path]
+        )
         while chunks(folder) < 3:
             assert client.poll() is None
             time.sleep(0.02)
@@ -118,7 +136,9 @@ def test_workers_that_die_of_one_chunk_and_a_scheduler_that_is_gone(tmp_path, ca
     with cluster() as (address, work, processes):
         for _ in range(5):
             work()
-        data = sb.ensemble(stop_scene(), VALUES, [deadly], client=address, chunk=COUNT, progress=False)
+        data = sb.ensemble(
+            stop_scene(), VALUES, [deadly], client=address, chunk=COUNT, progress=False
+        )
         assert np.all(data.code == -1)
         assert (
             f"died again and again (look at their memory), {COUNT} of {COUNT} runs are missing"
@@ -132,4 +152,7 @@ def test_workers_that_die_of_one_chunk_and_a_scheduler_that_is_gone(tmp_path, ca
         data = made(address, tmp_path / "runs", progress=kill)
         missing = int(np.sum(data.code == -1))
         assert 0 < missing < COUNT
-        assert f"the scheduler is gone, {missing} of {COUNT} runs are missing (code -1)" in capfd.readouterr().err
+        assert (
+            f"the scheduler is gone, {missing} of {COUNT} runs are missing (code -1)"
+            in capfd.readouterr().err
+        )

@@ -1,4 +1,5 @@
-"""Ensembles: the numbers of single runs, every run's own fate, faults, restarts, a cluster, the command line."""
+"""Ensembles: the numbers of single runs, every run's own fate, faults, restarts, a
+cluster, the command line."""
 
 import csv
 import json
@@ -30,13 +31,18 @@ def assert_like_single_runs(scene, values, metrics, runs, **settings):
     for i in runs:
         one = sb.with_values(scene, {path: array[i] for path, array in values.items()})
         single = sb.simulate(one, throw=False, **settings)
-        assert (int(data.code[i]), str(data.status[i].values)) == (int(single.code), single.status)
+        assert (int(data.code[i]), str(data.status[i].values)) == (
+            int(single.code),
+            single.status,
+        )
         assert str(data.method[i].values) == single.method_name
         for name in data.data_vars:
             if name in metrics:
                 found = single[name]
                 wanted = np.inf if found is None else float(found)
-                np.testing.assert_allclose(data[name][i], wanted, rtol=1e-12, err_msg=str(name))
+                np.testing.assert_allclose(
+                    data[name][i], wanted, rtol=1e-12, err_msg=str(name)
+                )
         assert float(data["energy.closure"][i]) < 1e-9
         # runs of one sequence have the same events in the same order
         seen = [(event.name, event.lining) for event in single.events]
@@ -55,10 +61,18 @@ def test_same_numbers_as_single_runs():
         "brake.linings.angle[3]": rng.uniform(0.1, 0.3, n),
         "end_time": rng.uniform(0.5, 3.0, n),
     }
-    metrics = [*TIMES, "max_tension", "energy.friction_heat", "energy.elastic_change", "stopping_angle"]
+    metrics = [
+        *TIMES,
+        "max_tension",
+        "energy.friction_heat",
+        "energy.elastic_change",
+        "stopping_angle",
+    ]
     data = assert_like_single_runs(stop_scene(), values, metrics, range(n), chunk=8)
     assert {"stopped", "not_stopped", "held"} <= set(data.status.values)
-    assert np.all(np.isinf(data.stopping_time.values[data.status.values == "not_stopped"]))
+    assert np.all(
+        np.isinf(data.stopping_time.values[data.status.values == "not_stopped"])
+    )
     assert data["max_tension"].attrs["units"] == "N"
     assert data[SPEED].attrs == {"units": "rad/s", "meaning": "initial speed"}
     assert data["brake.linings.angle[3]"].attrs["units"] == "rad"
@@ -66,18 +80,28 @@ def test_same_numbers_as_single_runs():
 
 @pytest.mark.slow
 def test_failing_runs_keep_their_codes():
-    # before the onset of slip a few attempts, to the stop 20 to 30, as it comes with rounding
-    values = {"end_time": np.asarray([1e-3, 5.0, 1e-3, 5.0]), SPEED: np.asarray([20.0, 28.0, 15.0, 60.0])}
-    data = assert_like_single_runs(stop_scene(), values, ["stopping_time"], range(4), max_steps=12)
+    # before the onset of slip a few attempts, to the stop 20 to 30, as it comes with
+    # rounding
+    values = {
+        "end_time": np.asarray([1e-3, 5.0, 1e-3, 5.0]),
+        SPEED: np.asarray([20.0, 28.0, 15.0, 60.0]),
+    }
+    data = assert_like_single_runs(
+        stop_scene(), values, ["stopping_time"], range(4), max_steps=12
+    )
     assert list(data.status.values) == ["not_stopped", "step_limit"] * 2
 
 
 @pytest.mark.slow
 def test_run_gets_the_solver_of_a_single_run():
-    """A quick node asks for an implicit method, and one that is less quick where it is followed for long."""
+    """A quick node asks for an implicit method, and one that is less quick where it is
+    followed for long."""
     scene = rigid_stop(fading(), lump(cooling=2e4), end=1.0)
     metrics = ["stopping_time", "energy.heat_lost"]
-    for values in ({"heat.links[0].value": [10.0, 2e7], SPEED: [20.0, 15.0]}, {"end_time": [1.0, 2000.0]}):
+    for values in (
+        {"heat.links[0].value": [10.0, 2e7], SPEED: [20.0, 15.0]},
+        {"end_time": [1.0, 2000.0]},
+    ):
         given = {path: np.asarray(two) for path, two in values.items()}
         data = assert_like_single_runs(scene, given, metrics, range(2))
         assert list(data.method.values) == ["Dopri8", "Rodas5P"], values
@@ -85,32 +109,63 @@ def test_run_gets_the_solver_of_a_single_run():
 
 @pytest.mark.slow
 def test_long_runs_beside_short_ones():
-    """Runs that need more steps than most are repeated with more of them, as long as they are allowed to."""
-    load = sb.TorqueLoad(sb.Repeated([0.0, 0.25, 0.75, 1.0], [0.0, 1e5, -1e5, 0.0], 1.0, 60))
+    """Runs that need more steps than most are repeated with more of them, as long as
+    they are allowed to."""
+    load = sb.TorqueLoad(
+        sb.Repeated([0.0, 0.25, 0.75, 1.0], [0.0, 1e5, -1e5, 0.0], 1.0, 60)
+    )
     scene = stop_scene(n=6, load=load, w0=0.5)
     ends = {"end_time": np.asarray([0.1, 60.0, 0.2, 12.0])}
-    data = assert_like_single_runs(scene, ends, ["stopping_angle", "energy.friction_heat"], range(4), max_steps=4096)
+    data = assert_like_single_runs(
+        scene,
+        ends,
+        ["stopping_angle", "energy.friction_heat"],
+        range(4),
+        max_steps=4096,
+    )
     assert data.steps[1] > 1024 > 128 > data.steps[0]
 
 
 def test_many_stops_against_the_closed_form(caplog):
     values = drawn(1000)
     done = []
-    data = sb.ensemble(stop_scene(end=20.0), values, TIMES, progress=lambda n, total: done.append((n, total)))
+    data = sb.ensemble(
+        stop_scene(end=20.0),
+        values,
+        TIMES,
+        progress=lambda n, total: done.append((n, total)),
+    )
     truth = closed_form(w0=values[SPEED], f=values[FRICTION], T0=values[LEVER], xp=np)
     for name, wanted in zip(TIMES, ("t0", "t1", "stop"), strict=True):
         np.testing.assert_allclose(data[name], truth[wanted], rtol=1e-10)
     assert np.all(data.code == 0)
     assert done[-1] == (1000, 1000)
-    with nothing_compiled(caplog):  # for other numbers, and for other metrics, by which no number changes
-        other = sb.ensemble(stop_scene(end=21.0, J=700.0), drawn(1000, 2), TIMES, progress=False, workers=1, rtol=1e-9)
+    with nothing_compiled(
+        caplog
+    ):  # for other numbers, and for other metrics, by which no number changes
+        other = sb.ensemble(
+            stop_scene(end=21.0, J=700.0),
+            drawn(1000, 2),
+            TIMES,
+            progress=False,
+            workers=1,
+            rtol=1e-9,
+        )
         wanted = ["stopping_angle", "stopping_time"]
-        again = sb.ensemble(stop_scene(end=20.0), values, wanted, progress=False, workers=1)
+        again = sb.ensemble(
+            stop_scene(end=20.0), values, wanted, progress=False, workers=1
+        )
     assert not np.any(other.stopping_time == data.stopping_time)
     assert [name for name in again.data_vars if name in (*TIMES, *wanted)] == wanted
     np.testing.assert_array_equal(again.stopping_time, data.stopping_time)
-    one = sb.simulate(sb.with_values(stop_scene(end=20.0), {path: array[7] for path, array in values.items()}))
-    np.testing.assert_allclose(again.stopping_angle[7], one["stopping_angle"], rtol=1e-12)
+    one = sb.simulate(
+        sb.with_values(
+            stop_scene(end=20.0), {path: array[7] for path, array in values.items()}
+        )
+    )
+    np.testing.assert_allclose(
+        again.stopping_angle[7], one["stopping_angle"], rtol=1e-12
+    )
 
 
 def own_tolerance(result):
@@ -123,7 +178,9 @@ def test_metric_of_tolerance_is_recomputed(tmp_path):
 
     def found(rtol):
         where = {"directory": tmp_path, "key": "", "progress": False}
-        return sb.ensemble(stop_scene(C=None), values, [own_tolerance], rtol=rtol, **where)
+        return sb.ensemble(
+            stop_scene(C=None), values, [own_tolerance], rtol=rtol, **where
+        )
 
     truth = 800 / (0.725 * 8e3 * (closed_form()["Pi"] - 1)) * np.asarray(values[SPEED])
     np.testing.assert_allclose(found(1e-8).own_tolerance, 1e-8 * truth, rtol=1e-9)
@@ -136,7 +193,9 @@ OWN_SCENE = {"lever": sb.profiles.FunctionProfile(lambda t, p: 8e3 + 0 * t)}
 
 def kept_study(folder, scene=None, speed=10.0, metrics=("stopping_time",), **settings):
     settings = {"directory": folder, "progress": False} | settings
-    return sb.ensemble(scene or stop_scene(), {SPEED: [speed, 20.0]}, metrics, **settings)
+    return sb.ensemble(
+        scene or stop_scene(), {SPEED: [speed, 20.0]}, metrics, **settings
+    )
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +214,10 @@ def kept(tmp_path_factory):
         ({"scene": stop_scene(**OWN_SCENE), "key": "1"}, "the scene"),
         ({"rtol": 1e-9}, "rtol: 1e-10 there, 1e-09 here"),
         ({"max_steps": 500}, "max_steps: None there, 500 here"),
-        ({"solver": sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5())}, "solver: None there"),
+        (
+            {"solver": sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5())},
+            "solver: None there",
+        ),
         ({"metrics": ["full_slip_time"]}, "metrics"),
         ({"key": "1"}, "key: None there, 1 here"),
     ],
@@ -175,7 +237,10 @@ def test_a_finished_study_is_read_and_versions_count(kept):
     text = file.read_text("utf-8")
     manifest = json.loads(text)
     for name, now in manifest["versions"].items():
-        file.write_text(json.dumps(manifest | {"versions": manifest["versions"] | {name: "0.0.7"}}), "utf-8")
+        file.write_text(
+            json.dumps(manifest | {"versions": manifest["versions"] | {name: "0.0.7"}}),
+            "utf-8",
+        )
         with pytest.raises(sb.InputError) as caught:
             kept_study(kept)
         assert f"{name}: 0.0.7 there, {now} here" in str(caught.value)
@@ -186,12 +251,16 @@ def own_metric(result):
     return result.stopping_time
 
 
-OWN = {"function": {"metrics": [own_metric]}, "profile": {"scene": stop_scene(**OWN_SCENE)}}
+OWN = {
+    "function": {"metrics": [own_metric]},
+    "profile": {"scene": stop_scene(**OWN_SCENE)},
+}
 
 
 @pytest.mark.parametrize("kind", OWN)
 def test_functions_of_ones_own_are_resumed_by_a_key(tmp_path, capsys, kind):
-    """Without one a study starts anew and keeps nothing, as these may have changed; and says so in one line."""
+    """Without one a study starts anew and keeps nothing, as these may have changed; and
+    says so in one line."""
     place = tmp_path / "kept"
     kept_study(place, **OWN[kind])
     assert capsys.readouterr().err.count("\n") == 1
@@ -216,44 +285,83 @@ def limited(result):
 @pytest.mark.slow
 @pytest.mark.parametrize("chunk", [None, 2])
 def test_a_changed_global_is_seen_in_the_same_process(monkeypatch, chunk):
-    """Of a metric and of a profile in the scene: JAX would take each for the function that it has compiled."""
-    scene = stop_scene(C=None, lever=sb.profiles.FunctionProfile(lambda t, p: 4e3 * LIMIT * (1 + 0 * t)))
-    exact = 800.0 * np.array([10.0, 20.0]) / (0.725 * 4e3 * (closed_form()["Pi"] - 1))  # the stop of a rigid band
+    """Of a metric and of a profile in the scene: JAX would take each for the function
+    that it has compiled."""
+    scene = stop_scene(
+        C=None,
+        lever=sb.profiles.FunctionProfile(lambda t, p: 4e3 * LIMIT * (1 + 0 * t)),
+    )
+    exact = (
+        800.0 * np.array([10.0, 20.0]) / (0.725 * 4e3 * (closed_form()["Pi"] - 1))
+    )  # the stop of a rigid band
     for limit in (2.0, 4.0):
         monkeypatch.setitem(globals(), "LIMIT", limit)
-        for metric, truth in (("stopping_time", exact / limit), (limited, exact * limit**2)):
-            data = sb.ensemble(scene, {SPEED: [10.0, 20.0]}, [metric], chunk=chunk, progress=False)
-            np.testing.assert_allclose(data[metric if metric == "stopping_time" else "limited"], truth, rtol=1e-9)
+        for metric, truth in (
+            ("stopping_time", exact / limit),
+            (limited, exact * limit**2),
+        ):
+            data = sb.ensemble(
+                scene, {SPEED: [10.0, 20.0]}, [metric], chunk=chunk, progress=False
+            )
+            np.testing.assert_allclose(
+                data[metric if metric == "stopping_time" else "limited"],
+                truth,
+                rtol=1e-9,
+            )
 
 
 @pytest.mark.slow
 def test_fields_with_entries_and_functions():
     angles = np.full((3, 20), np.radians(13.0)) + np.linspace(0, 0.01, 3)[:, None]
-    data = sb.ensemble(stop_scene(), {"brake.linings.angle": angles}, [travel_share, "stopping_time"], progress=False)
+    data = sb.ensemble(
+        stop_scene(),
+        {"brake.linings.angle": angles},
+        [travel_share, "stopping_time"],
+        progress=False,
+    )
     assert data["brake.linings.angle"].shape == (3, 20)
     np.testing.assert_allclose(data.travel_share, 1.0, rtol=1e-12)
-    same = sb.ensemble(stop_scene(), {"brake.linings.angle": angles[:, 0]}, ["stopping_time"], progress=False)
+    same = sb.ensemble(
+        stop_scene(),
+        {"brake.linings.angle": angles[:, 0]},
+        ["stopping_time"],
+        progress=False,
+    )
     np.testing.assert_allclose(same.stopping_time, data.stopping_time, rtol=1e-13)
 
 
 def test_sweep_is_a_full_grid_of_single_runs(caplog):
-    """Few runs are those of `simulate` to the last bit, and need no program but those of a run that was printed."""
+    """Few runs are those of `simulate` to the last bit, and need no program but those
+    of a run that was printed."""
     scene = stop_scene()
     metrics = ["stopping_time", "energy.friction_heat", "max_tension"]
     assert str(sb.simulate(scene)).startswith("stopped")
     with nothing_compiled(caplog):
-        data = sb.sweep(scene, {SPEED: [10.0, 20.0], LEVER: ["6 kN", "8 kN", "1e4 N"]}, metrics, progress=False)
+        data = sb.sweep(
+            scene,
+            {SPEED: [10.0, 20.0], LEVER: ["6 kN", "8 kN", "1e4 N"]},
+            metrics,
+            progress=False,
+        )
     assert data.stopping_time.dims == (SPEED, LEVER)
     got = data.sel({SPEED: 20.0, LEVER: 1e4})
     single = sb.simulate(sb.with_values(scene, {SPEED: 20.0, LEVER: 1e4}))
     assert [float(got[name]) for name in metrics] == [single[name] for name in metrics]
-    assert (str(got.status.values), int(got.steps)) == (single.status, int(single.record.stats.accepted))
-    assert float(got.stopping_time) == pytest.approx(closed_form(w0=20.0, T0=1e4)["stop"], rel=1e-10)
+    assert (str(got.status.values), int(got.steps)) == (
+        single.status,
+        int(single.record.stats.accepted),
+    )
+    assert float(got.stopping_time) == pytest.approx(
+        closed_form(w0=20.0, T0=1e4)["stop"], rel=1e-10
+    )
 
 
 def test_grid_needs_distinct_numbers():
     with pytest.raises(sb.InputError) as error:
-        sb.sweep(stop_scene(), {SPEED: [1.0, 2.0, 1.0], LEVER: [[1.0, 2.0]], "end_time": "soon"})
+        sb.sweep(
+            stop_scene(),
+            {SPEED: [1.0, 2.0, 1.0], LEVER: [[1.0, 2.0]], "end_time": "soon"},
+        )
     assert [fault.path for fault in error.value.faults] == [SPEED, LEVER, "end_time"]
 
 
@@ -270,21 +378,52 @@ ANGLE = "brake.linings.angle"
         ),
         ({"initial.omeg": [1.0]}, {}, ["initial.omeg", "nearest: initial.omega"]),
         ({SPEED: [1.0], LEVER: [1.0, 2.0]}, {}, ["the numbers of runs differ"]),
-        ({"initial.time": [1.0, 7.0], SPEED: [1.0, 2.0]}, {}, ["end_time", "run 1", "must be later"]),
-        ({SPEED: ["fast"]}, {"rtol": 2.0, "chunk": 0}, ["3 input errors", "is not a number with", "rtol", "chunk"]),
         (
-            {SPEED: ["10 rpm", "2 m"], "brake.pulley.inertia": np.asarray(["1 kg*m^2", "-2 kg*m^2"])},
+            {"initial.time": [1.0, 7.0], SPEED: [1.0, 2.0]},
+            {},
+            ["end_time", "run 1", "must be later"],
+        ),
+        (
+            {SPEED: ["fast"]},
+            {"rtol": 2.0, "chunk": 0},
+            ["3 input errors", "is not a number with", "rtol", "chunk"],
+        ),
+        (
+            {
+                SPEED: ["10 rpm", "2 m"],
+                "brake.pulley.inertia": np.asarray(["1 kg*m^2", "-2 kg*m^2"]),
+            },
             {},
             ["'m' is not a unit", "'-2 kg*m^2' is out of range"],
         ),
-        ({SPEED: ["10 rpm", 2.0], "initial.omeg": ["1 rpm"]}, {}, ["2.0 has no unit", "nearest: initial.omega"]),
+        (
+            {SPEED: ["10 rpm", 2.0], "initial.omeg": ["1 rpm"]},
+            {},
+            ["2.0 has no unit", "nearest: initial.omega"],
+        ),
         ({}, {}, ["nothing varies"]),
-        ({SPEED: [1.0]}, {"metrics": ["stopping_time", "stopping_time"]}, ["asked for twice"]),
+        (
+            {SPEED: [1.0]},
+            {"metrics": ["stopping_time", "stopping_time"]},
+            ["asked for twice"],
+        ),
         ({SPEED: [1.0]}, {"workers": 0}, ["workers: 0 is out of range"]),
         ({SPEED: np.zeros((1, 1, 1))}, {}, ["has the shape (1, 1, 1)"]),
-        ({"brake.pulley.inertia": np.full(9, -1.0)}, {}, ["1 kg*m^2 is out of range", "runs 0, 1, 2, 3, 4 and 4 more"]),
-        ({ANGLE: [[0.2] * 20, [0.2] * 19 + [-0.3]]}, {}, ["-0.3 rad is out of range", "run 1"]),
-        ({ANGLE: [0.2, 0.4, 0.25, 0.5, 0.41]}, {}, ["458.4°", "runs 1, 4", "573.0°", "run 3"]),
+        (
+            {"brake.pulley.inertia": np.full(9, -1.0)},
+            {},
+            ["1 kg*m^2 is out of range", "runs 0, 1, 2, 3, 4 and 4 more"],
+        ),
+        (
+            {ANGLE: [[0.2] * 20, [0.2] * 19 + [-0.3]]},
+            {},
+            ["-0.3 rad is out of range", "run 1"],
+        ),
+        (
+            {ANGLE: [0.2, 0.4, 0.25, 0.5, 0.41]},
+            {},
+            ["458.4°", "runs 1, 4", "573.0°", "run 3"],
+        ),
     ],
 )
 def test_all_faults_at_once(values, settings, words):
@@ -301,7 +440,9 @@ def test_a_cluster_of_two_with_one_killed(tmp_path, caplog):
     values = drawn(400)
     folder = tmp_path / "runs"
     killed = []
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
         with Client(cluster) as client:
             pids = client.run(os.getpid)
 
@@ -312,10 +453,16 @@ def test_a_cluster_of_two_with_one_killed(tmp_path, caplog):
 
             metrics = ["stopping_time", lambda result: result.full_slip_time]
             where = {"client": client, "directory": folder, "key": "first"}
-            data = sb.ensemble(stop_scene(), values, metrics, **where, progress=kill, chunk=16)
+            data = sb.ensemble(
+                stop_scene(), values, metrics, **where, progress=kill, chunk=16
+            )
             assert killed
         by_address = sb.ensemble(
-            stop_scene(), values, metrics, progress=False, **where | {"client": cluster.scheduler_address}
+            stop_scene(),
+            values,
+            metrics,
+            progress=False,
+            **where | {"client": cluster.scheduler_address},
         )
     local = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
     assert np.all(data.code == 0)
@@ -341,7 +488,12 @@ def test_interrupted_and_resumed(tmp_path):
             raise KeyboardInterrupt
 
     def again(**more):
-        settings = {"values": values, "metrics": ["stopping_time"], "directory": folder, "progress": False} | more
+        settings = {
+            "values": values,
+            "metrics": ["stopping_time"],
+            "directory": folder,
+            "progress": False,
+        } | more
         return sb.ensemble(settings.pop("scene", stop_scene()), **settings)
 
     part = again(workers=1, chunk=32, progress=interrupt)
@@ -368,25 +520,59 @@ def test_interrupted_and_resumed(tmp_path):
 @pytest.mark.slow
 def test_the_command(capsys, tmp_path, scenarios):
     scenario = str(scenarios / "u2_5_5_stop.py")
-    grid = ["sweep", scenario, "--vary", "duty.load.mass=30 t:300 t:3", "--vary", "initial.omega=10,20"]
-    code, out, err = call(capsys, *grid, "--out", str(tmp_path / "out"), "--resume", str(tmp_path / "kept"))
+    grid = [
+        "sweep",
+        scenario,
+        "--vary",
+        "duty.load.mass=30 t:300 t:3",
+        "--vary",
+        "initial.omega=10,20",
+    ]
+    code, out, err = call(
+        capsys,
+        *grid,
+        "--out",
+        str(tmp_path / "out"),
+        "--resume",
+        str(tmp_path / "kept"),
+    )
     assert (code, err) == (0, "")
     assert out.startswith("6 runs: ")
     with open(tmp_path / "out" / "runs.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["duty.load.mass [kg]"]) for row in rows] == [3e4, 3e4, 1.65e5, 1.65e5, 3e5, 3e5]
-    assert {row["stopping_time [s]"] for row in rows if row["status"] == "runaway"} == {"inf"}
+    assert [float(row["duty.load.mass [kg]"]) for row in rows] == [
+        3e4,
+        3e4,
+        1.65e5,
+        1.65e5,
+        3e5,
+        3e5,
+    ]
+    assert {row["stopping_time [s]"] for row in rows if row["status"] == "runaway"} == {
+        "inf"
+    }
     with xr.open_dataset(tmp_path / "out" / "runs.nc", engine="scipy") as stored:
         assert stored["stopping_time"].dims == ("duty.load.mass", "initial.omega")
         assert stored["duty.load.mass"].attrs["units"] == "kg"
     code, out, _ = call(capsys, *grid, "--json", "--resume", str(tmp_path / "kept"))
     found = json.loads(out)
     assert len(found["runs"]) == 6
-    _, out, _ = call(capsys, "run", scenario, "--json", "--set", "duty.load.mass=3e4", "--set", "initial.omega=20")
+    _, out, _ = call(
+        capsys,
+        "run",
+        scenario,
+        "--json",
+        "--set",
+        "duty.load.mass=3e4",
+        "--set",
+        "initial.omega=20",
+    )
     single = json.loads(out)
     run = found["runs"][1]
     assert run["status"] == single["status"] == "stopped"
-    assert set(run["metrics"]) <= set(single["metrics"]) - {"max_tension"}  # maxima cost, and are measured if asked for
+    assert set(run["metrics"]) <= set(single["metrics"]) - {
+        "max_tension"
+    }  # maxima cost, and are measured if asked for
     assert set(run["energy"]) <= set(single["energy"])
     for name, value in run["metrics"].items():
         assert value == pytest.approx(single["metrics"][name], rel=1e-12)
@@ -394,17 +580,33 @@ def test_the_command(capsys, tmp_path, scenarios):
 
 
 def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
-    """Of a lever of 6 kN and one of 0 one run stops; the limits lie beside its closed form."""
+    """Of a lever of 6 kN and one of 0 one run stops; the limits lie beside its closed
+    form."""
     stop = closed_form(T0=6e3)["stop"]
     for share, count in ((0.99, 2), (1.01, 1)):
-        parts = lambda s: (s.limits, s.brake.linings.area, s.brake.linings.permissible_pressure)
+        parts = lambda s: (
+            s.limits,
+            s.brake.linings.area,
+            s.brake.linings.permissible_pressure,
+        )
         given = sb.Limits(stopping_time=share * stop), 0.02, 1e6
-        sb.write_scene(eqx.tree_at(parts, stop_scene(), given, is_leaf=lambda x: x is None), tmp_path / "s.toml")
-        grid = ["sweep", str(tmp_path / "s.toml"), "--vary", f"{LEVER}=0,6000", "--metrics", "stopping_time"]
+        sb.write_scene(
+            eqx.tree_at(parts, stop_scene(), given, is_leaf=lambda x: x is None),
+            tmp_path / "s.toml",
+        )
+        grid = [
+            "sweep",
+            str(tmp_path / "s.toml"),
+            "--vary",
+            f"{LEVER}=0,6000",
+            "--metrics",
+            "stopping_time",
+        ]
         code, out, _ = call(capsys, *grid)
         assert code == 0
         said = (
-            f"limits   stopping_time above {share * stop:.6g} s in {count} of 2 runs; not among --metrics: max_pressure"
+            f"limits   stopping_time above {share * stop:.6g} s in {count} of 2 "
+            "runs; not among --metrics: max_pressure"
         )
         assert out.rstrip().endswith(said)
     sb.write_scene(stop_scene(), tmp_path / "s.toml")
@@ -415,13 +617,17 @@ def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
 def test_command_samples_and_counts_failures(capsys, scenarios):
     scenario = str(scenarios / "u2_5_5_stop.py")
     vary = ["--vary", "duty.load.mass=3e4:6e4", "--metrics", "stopping_time"]
-    code, out, _ = call(capsys, "sweep", scenario, *vary, "--sample", "4", "--max-steps", "8", "--json")
+    code, out, _ = call(
+        capsys, "sweep", scenario, *vary, "--sample", "4", "--max-steps", "8", "--json"
+    )
     runs = json.loads(out)["runs"]
     masses = {run["values"]["duty.load.mass"] for run in runs}
     assert code == 1
     assert len(masses) == 4
     assert all(3e4 < mass < 6e4 for mass in masses)
     assert {run["status"] for run in runs} == {"step_limit"}
-    code, out, err = call(capsys, "sweep", scenario, "--vary", "a=1:2", "--vary", "nonsense", "--out", "x")
+    code, out, err = call(
+        capsys, "sweep", scenario, "--vary", "a=1:2", "--vary", "nonsense", "--out", "x"
+    )
     assert (code, out) == (2, "")
     assert "2 input errors" in err

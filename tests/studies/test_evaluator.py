@@ -28,7 +28,11 @@ def truth(x):
 
 
 def test_a_scene_as_a_function_of_arrays(caplog):
-    ranges = {"initial.omega": ("10 rad/s", "30 rad/s"), PATHS[1]: (700.0, 1000.0), PATHS[2]: (6e3, 8e3)}
+    ranges = {
+        "initial.omega": ("10 rad/s", "30 rad/s"),
+        PATHS[1]: (700.0, 1000.0),
+        PATHS[2]: (6e3, 8e3),
+    }
 
     def twice(result):
         return 2.0 * result.stopping_time
@@ -36,7 +40,9 @@ def test_a_scene_as_a_function_of_arrays(caplog):
     run = sb.studies.evaluator(scene(), ranges, [*NAMES, twice])
     assert (run.names, run.units) == (PATHS, ("rad/s", "kg*m^2", "N"))
     assert (run.metrics, run.metric_units) == ((*NAMES, "twice"), ("s", "rad", ""))
-    np.testing.assert_array_equal(run.bounds, [[10.0, 30.0], [700.0, 1000.0], [6e3, 8e3]])
+    np.testing.assert_array_equal(
+        run.bounds, [[10.0, 30.0], [700.0, 1000.0], [6e3, 8e3]]
+    )
     np.testing.assert_array_equal(run.start, [20.0, 800.0, 8e3])
     run.jacobian(run.start)
     some = np.random.default_rng(0).uniform(*run.bounds.T, (4, 3))
@@ -69,33 +75,51 @@ def test_a_changed_global_of_an_own_function(monkeypatch):
         t = truth([20.0, 800.0, 8e3])[0][0]
         assert run.evaluate(run.start)[0] == pytest.approx(factor * t)
         assert run.jacobian(run.start)[0, 0] == pytest.approx(factor * t / 20.0)
-        row = sb.sensitivity(scene(), scaled, "initial.omega", span=None).at("initial.omega")
+        row = sb.sensitivity(scene(), scaled, "initial.omega", span=None).at(
+            "initial.omega"
+        )
         assert row.derivative == pytest.approx(factor * t / 20.0)
 
 
 def test_one_number_for_all_entries_of_a_list():
-    """Shifting all angles is shifting each of them; without bounds given these are the range of the number."""
+    """Shifting all angles is shifting each of them; without bounds given these are the
+    range of the number."""
     path = "brake.linings.angle"
     whole = sb.studies.evaluator(scene(), path, "stopping_time")
-    single = sb.studies.evaluator(scene(), [f"{path}[{i}]" for i in range(20)], "stopping_time")
+    single = sb.studies.evaluator(
+        scene(), [f"{path}[{i}]" for i in range(20)], "stopping_time"
+    )
     np.testing.assert_allclose(whole.bounds, [[0.0, np.pi]])
     assert whole.start == pytest.approx(single.start.mean())
-    np.testing.assert_allclose(whole.jacobian(whole.start)[0, 0], single.jacobian(single.start).sum(), rtol=1e-12)
+    np.testing.assert_allclose(
+        whole.jacobian(whole.start)[0, 0],
+        single.jacobian(single.start).sum(),
+        rtol=1e-12,
+    )
 
 
 def test_runs_without_values_say_why():
-    """A run that does not stop in time, and a shoe that locks when its friction grows."""
+    """A run that does not stop in time, and a shoe that locks when its friction
+    grows."""
     grown = FrictionChange(sb.PiecewiseLinear([0.3, 0.3], [1.0, 1.0]))
-    given = shoe_scene(friction=ChangingFriction(sb.ConstantFriction(np.array([0.32, 0.32]), 1.1), (grown,)))
+    given = shoe_scene(
+        friction=ChangingFriction(
+            sb.ConstantFriction(np.array([0.32, 0.32]), 1.1), (grown,)
+        )
+    )
     paths = ["end_time", "brake.linings.friction.changes[0].factor.values[1]"]
     run = sb.studies.evaluator(given, paths, ["stopping_time", "energy.friction_heat"])
     stops, slides, locks = run.evaluate([[9.0, 1.0], [0.1, 1.0], [9.0, 4.0]])
     assert np.all(np.isfinite(stops))
-    np.testing.assert_array_equal(np.isnan([slides, locks]), [[True, False], [True, True]])
+    np.testing.assert_array_equal(
+        np.isnan([slides, locks]), [[True, False], [True, True]]
+    )
     assert run.codes.tolist()[:2] == [0, 0]
     assert sb.results.FAILURES[run.codes[2]][0] == "singular_geometry"
     assert run.messages == ["", "no stopping_time", "singular_geometry"]
-    np.testing.assert_array_equal(np.isnan(run.jacobian([0.1, 1.0])), [[True, True], [False, False]])
+    np.testing.assert_array_equal(
+        np.isnan(run.jacobian([0.1, 1.0])), [[True, True], [False, False]]
+    )
     assert np.all(np.isnan(run.jacobian([9.0, 4.0])))
 
 
@@ -116,14 +140,19 @@ def undefined(result):
     [
         (an_array, "an_array: is an array"),
         (of_nothing, r"of_nothing: raises AttributeError: .*nearest: stopping_time"),
-        (undefined, "undefined: is not a number in the scene|undefined: has no value in this run"),
+        (
+            undefined,
+            "undefined: is not a number in the scene|undefined: has no value in this run",
+        ),
     ],
 )
 def test_a_metric_of_ones_own_that_fails_is_named(metric, words):
     studies = {
         "evaluator": lambda: sb.studies.evaluator(scene(), PATHS, metric),
         "sensitivity": lambda: sb.studies.sensitivity(scene(), metric),
-        "ensemble": lambda: sb.ensemble(scene(), {"initial.omega": [10.0, 20.0]}, metrics=[metric]),
+        "ensemble": lambda: sb.ensemble(
+            scene(), {"initial.omega": [10.0, 20.0]}, metrics=[metric]
+        ),
     }
     if metric is undefined:  # in some runs of many it may be
         del studies["ensemble"]
@@ -134,16 +163,29 @@ def test_a_metric_of_ones_own_that_fails_is_named(metric, words):
 
 
 def test_all_errors_of_the_input():
-    given = {"initial.omeg": (10.0, 20.0), "brake.linings.angle": (0.1, 0.2), "brake.linings.angle[2]": (0.1, 0.2)}
+    given = {
+        "initial.omeg": (10.0, 20.0),
+        "brake.linings.angle": (0.1, 0.2),
+        "brake.linings.angle[2]": (0.1, 0.2),
+    }
     with pytest.raises(sb.InputError) as caught:
         sb.studies.evaluator(scene(), given, ["stoping_time", max, max])
-    assert [fault.path for fault in caught.value.faults] == [*list(given)[::2], "stoping_time", "max"]
-    given = {"initial.omega": ("10 m", "20 m"), "brake.pulley.inertia": (-1.0, 2.0), PATHS[2]: (2.0, 1.0)}
+    assert [fault.path for fault in caught.value.faults] == [
+        *list(given)[::2],
+        "stoping_time",
+        "max",
+    ]
+    given = {
+        "initial.omega": ("10 m", "20 m"),
+        "brake.pulley.inertia": (-1.0, 2.0),
+        PATHS[2]: (2.0, 1.0),
+    }
     with pytest.raises(sb.InputError) as caught:
         sb.studies.evaluator(scene(), given)
     assert [fault.path for fault in caught.value.faults] == ["initial.omega", *given]
     with pytest.raises(
-        sb.InputError, match=r"(?s)brake\.linings\.area: cannot vary.*brake\.linings\.count: cannot vary"
+        sb.InputError,
+        match=r"(?s)brake\.linings\.area: cannot vary.*brake\.linings\.count: cannot vary",
     ):
         sb.studies.evaluator(scene(), ["brake.linings.area", "brake.linings.count"])
     with pytest.raises(sb.InputError, match="parameters: is empty"):

@@ -1,4 +1,5 @@
-"""Integrals over a run for every lining, layouts that level what they give, and the least tension under limits."""
+"""Integrals over a run for every lining, layouts that level what they give, and the
+least tension under limits."""
 
 import dataclasses
 import math
@@ -27,7 +28,8 @@ BETA = math.radians(60.0)
 
 
 class HotWear(eqx.Module):
-    """`I = I_0 (1 + s (T − 293.15))`: one structure with and without influence of the temperature."""
+    """`I = I_0 (1 + s (T − 293.15))`: one structure with and without influence of the
+    temperature."""
 
     rate: jax.Array
     slope: jax.Array
@@ -41,18 +43,31 @@ def rate(slope=0.0):
 
 
 def heated_stop(fade=0.0, angle=None):
-    """Rigid band, constant lever, no load; each lining a lump, whose temperature lowers its friction."""
-    law = sb.friction.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(fade, 293.15, 0.2, 0.05),))
-    linings = sb.Lining(law, np.full(N, BETA) if angle is None else angle, np.full(N, AREA))
+    """Rigid band, constant lever, no load; each lining a lump, whose temperature lowers
+    its friction."""
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(F), (sb.LinearFade(fade, 293.15, 0.2, 0.05),)
+    )
+    linings = sb.Lining(
+        law, np.full(N, BETA) if angle is None else angle, np.full(N, AREA)
+    )
     heat = sb.Heat(
-        bodies=(sb.thermal.Lump("rim", 1e5), sb.thermal.Lump("linings", 400.0, count=N), sb.thermal.Reservoir("air")),
+        bodies=(
+            sb.thermal.Lump("rim", 1e5),
+            sb.thermal.Lump("linings", 400.0, count=N),
+            sb.thermal.Reservoir("air"),
+        ),
         links=(sb.thermal.Conductance("rim", "air", 5.0),),
-        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.9)),
+        friction=sb.thermal.FrictionHeat(
+            "rim", "linings", sb.thermal.ConstantPartition(0.9)
+        ),
         rim="rim",
         linings="linings",
     )
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
-    return sb.Scene(brake, sb.Duty(sb.Constant(T0), sb.TorqueLoad()), sb.Initial(W0), 8.0, heat)
+    return sb.Scene(
+        brake, sb.Duty(sb.Constant(T0), sb.TorqueLoad()), sb.Initial(W0), 8.0, heat
+    )
 
 
 def statics(angle, f=F):
@@ -62,7 +77,7 @@ def statics(angle, f=F):
     return T, (T[1:] + T[:-1]) * np.sin(angle / 2)
 
 
-# --- integrals --------------------------------------------------------------------------------------------------------
+# --- integrals ----------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -75,7 +90,9 @@ def test_work_wear_and_means_in_closed_form():
     assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
     distance = energy / (T0 * (T[-1] - 1))
     np.testing.assert_allclose(
-        np.asarray(sb.results.lining_wear(result, rate())), 2e-14 * T0 * normal / AREA * distance, rtol=1e-10
+        np.asarray(sb.results.lining_wear(result, rate())),
+        2e-14 * T0 * normal / AREA * distance,
+        rtol=1e-10,
     )
     increment = np.asarray(sb.results.lining_mean(result, "tension_increment"))
     np.testing.assert_allclose(increment, T0 * np.diff(T), rtol=1e-12)
@@ -102,7 +119,9 @@ def test_work_matches_ledger_at_any_points():
 def test_lining_work_is_the_heat_in_ledger(scene):
     result = sb.simulate(scene())
     ledger = result.record.y_end.ledger
-    assert float(sb.results.friction_work(result).sum()) == pytest.approx(float(ledger.friction[0]), rel=1e-9)
+    assert float(sb.results.friction_work(result).sum()) == pytest.approx(
+        float(ledger.friction[0]), rel=1e-9
+    )
     if len(ledger.friction) > 1:
         inner = sb.results.friction_work(result, pair="internal")
         assert float(inner.sum()) == pytest.approx(float(ledger.friction[1]), rel=1e-9)
@@ -111,11 +130,15 @@ def test_lining_work_is_the_heat_in_ledger(scene):
 def test_break_away_heat_is_of_no_lining():
     n = 6
     C = 2e5
-    result = sb.simulate(stop_scene(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2)))
+    result = sb.simulate(
+        stop_scene(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2))
+    )
     fz = 0.25 * math.tan(math.radians(20.0))
     before, after = (8e3 * ((1 + g) / (1 - g)) ** n for g in (1.2 * fz, fz))
     jump = (before - after) / C * (0.5 * (before + after) - 8e3)
-    lost = float(result.energy["friction_heat"]) - float(sb.results.friction_work(result).sum())
+    lost = float(result.energy["friction_heat"]) - float(
+        sb.results.friction_work(result).sum()
+    )
     assert lost == pytest.approx(jump, rel=1e-8)
 
 
@@ -138,11 +161,17 @@ def test_gradients_of_wear_match_differences():
     gradient = jax.jit(jax.grad(worn))(jax.tree.map(jnp.asarray, scene))
     slopes = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(gradient)}
     for path, value in paths.items():
-        base, _, index = path.removesuffix("]").rpartition("[") if path.endswith("]") else (path, "", "")
+        base, _, index = (
+            path.removesuffix("]").rpartition("[")
+            if path.endswith("]")
+            else (path, "", "")
+        )
         got = slopes[base][int(index)] if index else slopes[base]
 
         def at(x, path=path):
-            result = sb.simulate(sb.with_values(scene, {path: x}), solver=diffrax.Dopri8(), rtol=1e-12)
+            result = sb.simulate(
+                sb.with_values(scene, {path: x}), solver=diffrax.Dopri8(), rtol=1e-12
+            )
             return 1e6 * float(shares @ sb.results.lining_wear(result, rate(2e-3)))
 
         h = 1e-3 * value
@@ -151,7 +180,7 @@ def test_gradients_of_wear_match_differences():
         assert float(got) == pytest.approx((4 * near - far) / 3, rel=1e-7), path
 
 
-# --- layouts ----------------------------------------------------------------------------------------------------------
+# --- layouts ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("target", ["tension_increment", "normal_load", "pressure"])
@@ -165,18 +194,26 @@ def test_static_layouts_are_the_closed_forms(target):
     if target == "tension_increment":
         expected = sb.layouts.equal_increment_angles(f, 5, 5, wrap).angle
     else:
-        expected = sb.layouts.equal_load_angles(f, 5, wrap, area=area if target == "pressure" else 1.0).angle
+        expected = sb.layouts.equal_load_angles(
+            f, 5, wrap, area=area if target == "pressure" else 1.0
+        ).angle
     np.testing.assert_allclose(design.angle, expected, atol=1e-8)
     assert design.non_uniformity <= 1 + 1e-8
     assert design.angle.sum() == pytest.approx(wrap, rel=1e-14)
     assert design.row("given").non_uniformity > 1.3
     T, normal = statics(expected, f)
-    level = {"tension_increment": np.diff(T), "normal_load": normal, "pressure": normal / area}[target]
+    level = {
+        "tension_increment": np.diff(T),
+        "normal_load": normal,
+        "pressure": normal / area,
+    }[target]
     np.testing.assert_allclose(level, level[0], rtol=1e-12)
 
 
 def test_equal_pressure_areas_follow_loads():
-    scene = sb.with_values(stop_scene(n=5, beta=44.0, C=None), {"brake.linings.area": 0.03})
+    scene = sb.with_values(
+        stop_scene(n=5, beta=44.0, C=None), {"brake.linings.area": 0.03}
+    )
     design = sb.equal_layout(scene, "pressure", free="area", start="given")
     normal = statics(np.full(5, math.radians(44.0)), 0.35)[1]
     np.testing.assert_allclose(design.area, 0.15 * normal / normal.sum(), rtol=1e-8)
@@ -186,7 +223,12 @@ def test_equal_pressure_areas_follow_loads():
 def test_angles_and_areas_over_a_braking():
     """Without fade the shares do not change in the run: the statics hold."""
     design = sb.equal_layout(
-        heated_stop(), ("friction_work", "wear"), free="both", over="braking", rate=rate(), start="given"
+        heated_stop(),
+        ("friction_work", "wear"),
+        free="both",
+        over="braking",
+        rate=rate(),
+        start="given",
     )
     angle = sb.layouts.equal_increment_angles(F, N, N, N * BETA).angle
     normal = statics(angle)[1]
@@ -196,10 +238,14 @@ def test_angles_and_areas_over_a_braking():
 
 @pytest.mark.slow
 def test_fade_and_hot_wear_move_the_layout():
-    cold = sb.equal_layout(heated_stop(), "wear", over="braking", rate=rate(), start="given")
+    cold = sb.equal_layout(
+        heated_stop(), "wear", over="braking", rate=rate(), start="given"
+    )
     static = sb.layouts.equal_load_angles(F, N, N * BETA).angle
     np.testing.assert_allclose(cold.angle, static, atol=1e-8)
-    hot = sb.equal_layout(heated_stop(fade=1e-3), "wear", over="braking", rate=rate(2e-3))
+    hot = sb.equal_layout(
+        heated_stop(fade=1e-3), "wear", over="braking", rate=rate(2e-3)
+    )
     assert hot.non_uniformity <= 1 + 1e-6
     assert hot.row("closed form").non_uniformity > 1.01
     assert np.abs(hot.angle - static).max() > math.radians(0.1)
@@ -217,15 +263,25 @@ def test_what_cannot_be_levelled_says_why():
 
 @pytest.mark.parametrize("large", [2, 3])
 def test_lining_that_cannot_carry_is_named(large):
-    """At equal pressure a lining of fifty times the area needs fifty times the load, above the peak at `f^(−1/3)`."""
+    """At equal pressure a lining of fifty times the area needs fifty times the load,
+    above the peak at `f^(−1/3)`."""
     area = np.where(np.arange(1, 5) == large, 50.0, 1.0)
-    with pytest.raises(sb.layouts.InfeasibleLayout, match=f"lining {large} cannot carry the load"):
+    with pytest.raises(
+        sb.layouts.InfeasibleLayout, match=f"lining {large} cannot carry the load"
+    ):
         sb.layouts.equal_load_angles(0.3, 4, math.radians(200.0), area=area)
 
 
 def test_all_faults_of_a_wish_in_one_report():
     with pytest.raises(sb.InputError) as caught:
-        sb.equal_layout(stop_scene(), "wear", free="areas", over="day", pair="internal", start="best")
+        sb.equal_layout(
+            stop_scene(),
+            "wear",
+            free="areas",
+            over="day",
+            pair="internal",
+            start="best",
+        )
     paths = {fault.path for fault in caught.value.faults}
     assert paths >= {"free", "over", "pair", "start", "rate"}
     with pytest.raises(sb.InputError) as caught:
@@ -241,21 +297,28 @@ def test_uniform_pitch_loads_the_tight_side():
     scenario = load("equal_wear_layout")
     wrap = math.radians(270.0)
     for f, ratio in ((0.2, 2.4), (0.3, 3.7), (0.5, 8.8)):  # model §7
-        assert float(scenario.load_ratio(f, wrap, 10)[0]) == pytest.approx(ratio, abs=0.05)
+        assert float(scenario.load_ratio(f, wrap, 10)[0]) == pytest.approx(
+            ratio, abs=0.05
+        )
         _, normal = statics(np.full(10, math.radians(27.0)), f)
         ends, halves = scenario.load_ratio(f, wrap, 10)
         assert normal[-1] / normal[0] == pytest.approx(float(ends), rel=1e-12)
-        assert normal[5:].sum() / normal[:5].sum() == pytest.approx(float(halves), rel=1e-12)
+        assert normal[5:].sum() / normal[:5].sum() == pytest.approx(
+            float(halves), rel=1e-12
+        )
     low, high = scenario.claim_holds(wrap, 10, 9)
-    np.testing.assert_allclose(scenario.load_ratio([low, high], wrap, 10)[0], [1.5, 3.0], rtol=1e-12)
+    np.testing.assert_allclose(
+        scenario.load_ratio([low, high], wrap, 10)[0], [1.5, 3.0], rtol=1e-12
+    )
 
 
-# --- least tension ----------------------------------------------------------------------------------------------------
+# --- least tension ------------------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_least_tension_is_the_closed_form():
-    """`T_max = T_0 Π`, `T_0 (Π − 1) = J ω_0/(R t)`: most friction, and most of the wrap on as few linings as may be."""
+    """`T_max = T_0 Π`, `T_0 (Π − 1) = J ω_0/(R t)`: most friction, and most of the wrap
+    on as few linings as may be."""
     n = 5
     longest = 4.0
     scene = stop_scene(n=n, f=0.2, C=None, J=J, R=R, end=6.0)
@@ -278,11 +341,17 @@ def test_least_tension_is_the_closed_form():
     time, load_limit = design.limits
     assert time.active
     assert time.value == pytest.approx(longest, rel=1e-8)
-    assert time.sensitivity == pytest.approx(-need / longest * best / (best - 1), rel=1e-6)
+    assert time.sensitivity == pytest.approx(
+        -need / longest * best / (best - 1), rel=1e-6
+    )
     assert not load_limit.active
     assert load_limit.sensitivity == 0.0
-    assert design.values["brake.linings.friction.coefficient"] == pytest.approx(0.3, rel=1e-9)
-    assert np.sum(np.asarray(design.scene.brake.linings.angle)) == pytest.approx(angle.sum(), rel=1e-12)
+    assert design.values["brake.linings.friction.coefficient"] == pytest.approx(
+        0.3, rel=1e-9
+    )
+    assert np.sum(np.asarray(design.scene.brake.linings.angle)) == pytest.approx(
+        angle.sum(), rel=1e-12
+    )
     assert design.stationarity < 1e-6
     again = sb.simulate(design.scene)
     assert again.metrics["max_tension"] == pytest.approx(design.value, rel=1e-9)

@@ -1,4 +1,5 @@
-"""Log-density of parameters given recordings: against the normal distribution of a stop on a straight line."""
+"""Log-density of parameters given recordings: against the normal distribution of a stop
+on a straight line."""
 
 import dataclasses
 
@@ -23,17 +24,28 @@ def density():
     prior = {T0: lambda T: -0.5 * ((T - 8e3) / 500.0) ** 2}
     shared = {T0: (2e3, 3e4)}
     noise = {"omega": (0.01, 2.0)}
-    return sb.studies.log_density(rigid(), stops(), shared=shared, per_recording=EACH, priors=prior, noise=noise)
+    return sb.studies.log_density(
+        rigid(), stops(), shared=shared, per_recording=EACH, priors=prior, noise=noise
+    )
 
 
 def closed(x, data):
-    """The same by speeds on straight lines; the ratio of the bounds of σ makes it logarithmic."""
+    """The same by speeds on straight lines; the ratio of the bounds of σ makes it
+    logarithmic."""
     z = 1 / (1 + jnp.exp(-x))
     T, first, second, third = (LOW + (HIGH - LOW) * z)[:4]
     sigma = LOW[4] * (HIGH[4] / LOW[4]) ** z[4]
-    total = jnp.sum(jnp.log(z) + jnp.log1p(-z)) - 0.5 * ((T - 8e3) / 500.0) ** 2 + jnp.log(HIGH[0] - LOW[0])
-    for (name, inertia), w0 in zip(INERTIAS.items(), (first, second, third), strict=True):
-        r = (w0 - deceleration(inertia) * T * TIMES[name] - data[name].points[0].value) / sigma
+    total = (
+        jnp.sum(jnp.log(z) + jnp.log1p(-z))
+        - 0.5 * ((T - 8e3) / 500.0) ** 2
+        + jnp.log(HIGH[0] - LOW[0])
+    )
+    for (name, inertia), w0 in zip(
+        INERTIAS.items(), (first, second, third), strict=True
+    ):
+        r = (
+            w0 - deceleration(inertia) * T * TIMES[name] - data[name].points[0].value
+        ) / sigma
         total += jnp.sum(-0.5 * r**2 - jnp.log(sigma) - 0.5 * jnp.log(2 * jnp.pi))
     return total
 
@@ -49,22 +61,36 @@ def test_density_and_its_gradient_are_the_closed_ones(density):
     np.testing.assert_allclose(got, want, rtol=1e-9)
     np.testing.assert_allclose(slope, exact, rtol=1e-7, atol=1e-7 * np.abs(exact).max())
     for i, h in enumerate(1e-4 * np.eye(x.size)):
-        a, b, c, d = np.asarray(value(points[:1] + np.array([-2, -1, 1, 2])[:, None] * h)[0])
-        assert slope[0, i] == pytest.approx((8 * (c - b) - (d - a)) / (12 * 1e-4), rel=1e-6)
+        a, b, c, d = np.asarray(
+            value(points[:1] + np.array([-2, -1, 1, 2])[:, None] * h)[0]
+        )
+        assert slope[0, i] == pytest.approx(
+            (8 * (c - b) - (d - a)) / (12 * 1e-4), rel=1e-6
+        )
     # other data by replacing them, and parameters by path for models of one's own
     changed = stops(seed=5)
     rows = [each.points[0].value for each in changed.values()]
     y = np.stack([np.append(row, np.full(30 - row.size, np.nan)) for row in rows])
     other = dataclasses.replace(density, measured=y)
-    assert float(other(points[0])) == pytest.approx(float(closed(points[0], changed)), rel=1e-9)
+    assert float(other(points[0])) == pytest.approx(
+        float(closed(points[0], changed)), rel=1e-9
+    )
     values = density.values(x)
-    assert {path: np.shape(value) for path, value in values.items()} == {T0: (), OMEGA: (3,), "omega_sigma": ()}
+    assert {path: np.shape(value) for path, value in values.items()} == {
+        T0: (),
+        OMEGA: (3,),
+        "omega_sigma": (),
+    }
     likelihood = norm.logpdf(y, density.model(values), 0.3)
-    assert float(other.log_likelihood(values)) == pytest.approx(np.nansum(likelihood), rel=1e-9)
+    assert float(other.log_likelihood(values)) == pytest.approx(
+        np.nansum(likelihood), rel=1e-9
+    )
     assert density.codes(values).tolist() == [0, 0, 0]
     # what runs give, without a derivative, in a program of the user's
     several = jax.jit(jax.vmap(lambda x: density.model(density.values(x))))(points)
-    np.testing.assert_allclose(several[0], density.model(density.values(points[0])), rtol=1e-9)
+    np.testing.assert_allclose(
+        several[0], density.model(density.values(points[0])), rtol=1e-9
+    )
 
 
 @pytest.mark.slow
@@ -77,7 +103,9 @@ def test_event_that_does_not_occur_has_no_density():
     strong = density.unconstrained({T0: 9e3})
     assert density(weak) == -np.inf
     time = 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * 9e3)
-    assert float(density.log_likelihood({T0: 9e3})) == pytest.approx(norm.logpdf(0.6, time, 0.01), rel=1e-7)
+    assert float(density.log_likelihood({T0: 9e3})) == pytest.approx(
+        norm.logpdf(0.6, time, 0.01), rel=1e-7
+    )
     assert np.isfinite(jax.grad(density)(strong)).all()
 
 
@@ -101,6 +129,9 @@ def test_errors_of_a_density_come_at_once():
         "phi@fourth: has no standard deviation",
     ):
         assert words in text
-    lists = [sb.studies.Measured(stops()["first"].points, known={"brake.linings.count": 10}), stops()["second"]]
+    lists = [
+        sb.studies.Measured(stops()["first"].points, known={"brake.linings.count": 10}),
+        stops()["second"],
+    ]
     with pytest.raises(sb.InputError, match="has another structure than 1"):
         sb.studies.log_density(rigid(), lists, shared={T0: (2e3, 3e4)})

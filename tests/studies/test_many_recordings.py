@@ -1,4 +1,5 @@
-"""One fit to many recordings: shared parameters, those of each recording, numbers that are known of each."""
+"""One fit to many recordings: shared parameters, those of each recording, numbers that
+are known of each."""
 
 import numpy as np
 import pytest
@@ -12,7 +13,11 @@ from simbrake.studies import Outcome, State
 
 INERTIAS = {"first": 800.0, "second": 1000.0, "third": 1300.0}
 SPEEDS = {"first": 20.0, "second": 23.0, "third": 18.0}
-TIMES = {"first": np.linspace(0.02, 0.6, 30), "second": np.linspace(0.1, 0.5, 11), "third": np.array([0.05, 0.4])}
+TIMES = {
+    "first": np.linspace(0.02, 0.6, 30),
+    "second": np.linspace(0.1, 0.5, 11),
+    "third": np.array([0.05, 0.4]),
+}
 EACH = {OMEGA: (5.0, 60.0)}
 
 
@@ -26,7 +31,11 @@ def stops(seed=0, **more):
     return {
         name: sb.studies.Measured.of(
             t,
-            {"omega": SPEEDS[name] - deceleration(inertia) * 8e3 * t + SIGMA * noise.standard_normal(t.size)},
+            {
+                "omega": SPEEDS[name]
+                - deceleration(inertia) * 8e3 * t
+                + SIGMA * noise.standard_normal(t.size)
+            },
             sigma={"omega": SIGMA},
             known={J: inertia, **more},
         )
@@ -44,13 +53,17 @@ def joint(data):
         rows.append(np.column_stack([-deceleration(inertia) * TIMES[name], own]))
         values.append(data[name].points[0].value)
     X = np.concatenate(rows)
-    return np.linalg.lstsq(X, np.concatenate(values), rcond=None)[0], SIGMA**2 * np.linalg.inv(X.T @ X)
+    return np.linalg.lstsq(X, np.concatenate(values), rcond=None)[
+        0
+    ], SIGMA**2 * np.linalg.inv(X.T @ X)
 
 
 def test_shared_and_own_parameters_are_the_joint_least_squares():
     data = stops()
     start = {f"{OMEGA}@third": 30.0}
-    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, data, per_recording=EACH, start=start, profile=True)
+    fit = sb.calibrate(
+        rigid(), {T0: (2e3, 3e4)}, data, per_recording=EACH, start=start, profile=True
+    )
     best, covariance = joint(data)
     assert list(fit.values) == [T0, *(f"{OMEGA}@{name}" for name in INERTIAS)]
     np.testing.assert_allclose(list(fit.values.values()), best, rtol=1e-9)
@@ -58,10 +71,14 @@ def test_shared_and_own_parameters_are_the_joint_least_squares():
     assert (fit.outcome, fit.freedom) == (Outcome.CONVERGED, 43 - 4)
     assert fit[f"{OMEGA}@third"].start == 30.0
     half = norm.ppf(0.975) * np.sqrt(covariance[0, 0])
-    np.testing.assert_allclose(fit[T0].interval, best[0] + half * np.array([-1, 1]), rtol=1e-7)
+    np.testing.assert_allclose(
+        fit[T0].interval, best[0] + half * np.array([-1, 1]), rtol=1e-7
+    )
     np.testing.assert_allclose(fit[T0].profile, fit[T0].interval, rtol=1e-7)  # linear
     assert fit[f"{OMEGA}@first"].profile is None
-    assert [part.name for part in fit.residuals] == [f"omega@{name}" for name in INERTIAS]
+    assert [part.name for part in fit.residuals] == [
+        f"omega@{name}" for name in INERTIAS
+    ]
     third = fit.recordings[2]
     assert float(third.scene.brake.pulley.inertia) == 1300.0
     assert float(third.scene.initial.omega) == fit[f"{OMEGA}@third"].value
@@ -77,29 +94,45 @@ def test_one_recording_of_many_is_a_fit_as_ever():
     alone = sb.calibrate(rigid(), {T0: (2e3, 3e4), **EACH}, data)
     listed = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, [data], per_recording=EACH)
     assert list(listed.values) == [T0, f"{OMEGA}@1"]
-    np.testing.assert_array_equal(list(listed.values.values()), list(alone.values.values()))
+    np.testing.assert_array_equal(
+        list(listed.values.values()), list(alone.values.values())
+    )
     np.testing.assert_array_equal(listed.covariance, alone.covariance)
     assert float(alone.scene.brake.pulley.inertia) == 1000.0
 
 
 @pytest.mark.slow
 def test_direction_that_no_recording_determines_is_named():
-    """Of T_0 and f only the product with the tension ratio enters; initial speeds are determined."""
-    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4), F: (0.2, 0.6)}, stops(), per_recording=EACH)
+    """Of T_0 and f only the product with the tension ratio enters; initial speeds are
+    determined."""
+    fit = sb.calibrate(
+        rigid(), {T0: (2e3, 3e4), F: (0.2, 0.6)}, stops(), per_recording=EACH
+    )
     assert fit.outcome == Outcome.NOT_DETERMINED
-    assert [p.state for p in fit.parameters] == [State.OPEN, State.OPEN, *[State.FITTED] * 3]
+    assert [p.state for p in fit.parameters] == [
+        State.OPEN,
+        State.OPEN,
+        *[State.FITTED] * 3,
+    ]
     (direction,) = fit.open
     assert {path for path, share in direction.items() if abs(share) > 1e-6} == {T0, F}
-    # without a known inertia of each, a scale of all forces and inertias is open as well
+    # without a known inertia of each, a scale of all forces and inertias is open as
+    # well
     free = {name: sb.studies.Measured(data.points) for name, data in stops().items()}
-    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, free, per_recording={**EACH, J: (300.0, 5e3)})
+    fit = sb.calibrate(
+        rigid(), {T0: (2e3, 3e4)}, free, per_recording={**EACH, J: (300.0, 5e3)}
+    )
     assert fit.outcome == Outcome.NOT_DETERMINED
-    assert f"the data do not determine {T0}, {J}@first, {J}@second, {J}@third" in fit.headline
+    assert (
+        f"the data do not determine {T0}, {J}@first, {J}@second, {J}@third"
+        in fit.headline
+    )
 
 
 @pytest.mark.slow
 def test_fixed_numbers_of_all_recordings_are_named():
-    """An error in all inertias at once is one in T_0, whose standard error takes them as exact."""
+    """An error in all inertias at once is one in T_0, whose standard error takes them
+    as exact."""
     fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, stops(), per_recording=EACH)
     (inertia,) = [one for one in fit.fixed if one.path == J]
     assert inertia.value == 1300.0
@@ -109,27 +142,37 @@ def test_fixed_numbers_of_all_recordings_are_named():
 
 def test_errors_name_the_recording():
     data = stops()
-    data["second"] = sb.studies.Measured(data["second"].points, known={J: -1.0, "end_time": 0.3, "brake.mass": 1.0})
+    data["second"] = sb.studies.Measured(
+        data["second"].points, known={J: -1.0, "end_time": 0.3, "brake.mass": 1.0}
+    )
     bounds = {T0: (2e3, 3e4), J: (1.0, 1e4)}
     start = {f"{OMEGA}@4": 22.0}
     with pytest.raises(sb.InputError) as caught:
         sb.calibrate(rigid(), bounds, data, per_recording=EACH, start=start)
     text = str(caught.value)
-    for words in (f"{J}: is shared by all recordings", "brake.mass@second", f"{J}@second", f"{OMEGA}@4: has a start"):
+    for words in (
+        f"{J}: is shared by all recordings",
+        "brake.mass@second",
+        f"{J}@second",
+        f"{OMEGA}@4: has a start",
+    ):
         assert words in text
     data["second"] = sb.studies.Measured(data["second"].points, known={"end_time": 0.3})
-    with pytest.raises(sb.InputError, match=r"omega@second: was measured at 0\.34 s, but the run"):
+    with pytest.raises(
+        sb.InputError, match=r"omega@second: was measured at 0\.34 s, but the run"
+    ):
         sb.calibrate(rigid(), {T0: (2e3, 3e4)}, data)
     with pytest.raises(sb.InputError, match="is not measured data"):
         sb.calibrate(rigid(), {T0: (2e3, 3e4)}, [])
 
 
-# --- profiles ---------------------------------------------------------------------------------------------------------
+# --- profiles -----------------------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_profile_of_a_curved_model():
-    """One stopping time t = J ω/(R T_0 (Π(f) − 1)) of σ: the ends are where the time is off by 1.96 σ."""
+    """One stopping time t = J ω/(R T_0 (Π(f) − 1)) of σ: the ends are where the time is
+    off by 1.96 σ."""
     time = lambda T: 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * T)
     sigma = 0.2 * time(8e3)
     quantile = norm.ppf(0.975)
@@ -143,22 +186,31 @@ def test_profile_of_a_curved_model():
     fit = sb.calibrate(scene, {T0: (2e3, 1.2e4)}, data, profile=True)
     assert fit[T0].profile[0] == pytest.approx(exact[0], rel=1e-6)
     assert fit[T0].profile[1] == np.inf
-    # with a friction that is not known better either, T_0 is open, and f is limited by the bound of T_0
+    # with a friction that is not known better either, T_0 is open, and f is limited by
+    # the bound of T_0
     both = sb.calibrate(scene, {T0: (6e3, 1e4), F: (0.3, 0.5)}, data, profile=True)
     assert both[T0].profile == (-np.inf, np.inf)
     highest = closed_form(f=both[F].profile[1])["Pi"] - 1
-    assert highest * 6e3 == pytest.approx((closed_form()["Pi"] - 1) * exact[1], rel=1e-6)
+    assert highest * 6e3 == pytest.approx(
+        (closed_form()["Pi"] - 1) * exact[1], rel=1e-6
+    )
     with pytest.raises(sb.InputError, match="profile: is not known of the loss huber"):
         sb.calibrate(scene, {T0: (6e3, 1e4)}, data, profile=True, loss="huber")
 
 
-# --- hidden truth -----------------------------------------------------------------------------------------------------
+# --- hidden truth -------------------------------------------------------------------
 
 
 def hook():
     """A hook that is lowered onto a rigid brake."""
-    duty = sb.Duty(sb.Constant(12e3), sb.HookLoad(mass=20e3, drum_radius=0.40, line_count=8))
-    brake = sb.Brake(sb.Pulley(0.590, 1200.0), sb.Band(0.623), sb.uniform_linings(20, np.radians(270), 0.36))
+    duty = sb.Duty(
+        sb.Constant(12e3), sb.HookLoad(mass=20e3, drum_radius=0.40, line_count=8)
+    )
+    brake = sb.Brake(
+        sb.Pulley(0.590, 1200.0),
+        sb.Band(0.623),
+        sb.uniform_linings(20, np.radians(270), 0.36),
+    )
     return sb.Scene(brake, duty, sb.Initial(omega=20.0), end_time=6.0)
 
 
@@ -194,7 +246,8 @@ HIDDEN = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HIDDEN)
 def test_hidden_truth_comes_back(name):
-    """Truth, known numbers and noise from a seed; the middle of the bounds knows nothing of it."""
+    """Truth, known numbers and noise from a seed; the middle of the bounds knows
+    nothing of it."""
     make, shared, own, known, sigma = HIDDEN[name]
     scene = make()
     random = np.random.default_rng(list(HIDDEN).index(name))
@@ -206,7 +259,9 @@ def test_hidden_truth_comes_back(name):
         }
 
     def noisy(name, value):
-        return np.reshape(value, -1) + sigma[name] * random.standard_normal(np.size(value))
+        return np.reshape(value, -1) + sigma[name] * random.standard_normal(
+            np.size(value)
+        )
 
     t = np.linspace(0.02, 0.5, 9)
     truth = draw(shared)
@@ -216,12 +271,24 @@ def test_hidden_truth_comes_back(name):
         mine = draw(own)
         numbers = draw(known)
         truth |= {f"{path}@{i}": value for path, value in mine.items()}
-        run = sb.simulate(sb.with_values(scene, {**common, **mine, **numbers}), rtol=1e-11)
+        run = sb.simulate(
+            sb.with_values(scene, {**common, **mine, **numbers}), rtol=1e-11
+        )
         series = run.series(t)
-        columns = {name: noisy(name, getattr(series, name)) for name in sigma if hasattr(series, name)}
-        events = {name: (noisy(name, run.metrics[name]).item(), sigma[name]) for name in sigma if name not in columns}
+        columns = {
+            name: noisy(name, getattr(series, name))
+            for name in sigma
+            if hasattr(series, name)
+        }
+        events = {
+            name: (noisy(name, run.metrics[name]).item(), sigma[name])
+            for name in sigma
+            if name not in columns
+        }
         spreads = {name: sigma[name] for name in columns}
-        stops[i] = sb.studies.Measured.of(t, columns, sigma=spreads, events=events, known=numbers)
+        stops[i] = sb.studies.Measured.of(
+            t, columns, sigma=spreads, events=events, known=numbers
+        )
     fit = sb.calibrate(scene, shared, stops, per_recording=own)
     assert fit.outcome == Outcome.CONVERGED
     assert 1e-3 < fit.probability < 1 - 1e-3

@@ -1,4 +1,5 @@
-"""Lowerings in recordings of a rig, and the ledger: known work in every sampling, states, flags, what is refused."""
+"""Lowerings in recordings of a rig, and the ledger: known work in every sampling,
+states, flags, what is refused."""
 
 import json
 import re
@@ -11,10 +12,19 @@ import simbrake as sb
 
 BLOCK = 3.0e5
 STRING = 1.2e6
-#: travel, speed, acceleration, load lowered, load at rest (in slips: the block's) and hoisted
+#: travel, speed, acceleration, load lowered, load at rest (in slips: the block's) and
+#: hoisted
 STANDS = [
-    *((28.0, 1.1, 0.4, STRING, BLOCK), (27.0, 2.0, 0.5, STRING, BLOCK), (38.0, 1.6, 0.3, BLOCK, BLOCK)),
-    *((9.0, 0.5, 0.2, STRING, BLOCK), (30.0, 0.9, 0.6, 0.9 * STRING, BLOCK), (28.0, 1.3, 0.3, STRING, BLOCK)),
+    *(
+        (28.0, 1.1, 0.4, STRING, BLOCK),
+        (27.0, 2.0, 0.5, STRING, BLOCK),
+        (38.0, 1.6, 0.3, BLOCK, BLOCK),
+    ),
+    *(
+        (9.0, 0.5, 0.2, STRING, BLOCK),
+        (30.0, 0.9, 0.6, 0.9 * STRING, BLOCK),
+        (28.0, 1.3, 0.3, STRING, BLOCK),
+    ),
 ]
 WRITERS = {"a.xml": witsml, "a.las": las, "a.csv": table}
 
@@ -24,16 +34,23 @@ def recording(folder, t, height, load, name="a.xml", **other):
     return sb.rig.read(written(folder, name, WRITERS[name](t, columns)))
 
 
-@pytest.mark.parametrize(("kind", "name"), [("fine", "a.csv"), ("decimated", "a.las"), ("held", "a.xml")])
+@pytest.mark.parametrize(
+    ("kind", "name"), [("fine", "a.csv"), ("decimated", "a.las"), ("held", "a.xml")]
+)
 def test_work_of_known_lowerings(tmp_path, kind, name):
-    """The work is load times travel, inertia included; the interval holds it, and is a few percent wide."""
+    """The work is load times travel, inertia included; the interval holds it, and is a
+    few percent wide."""
     t, h, load, true = trip(STANDS)
-    log = recording(tmp_path, *sampled(t, h, load, kind, np.random.default_rng(1)), name)
+    log = recording(
+        tmp_path, *sampled(t, h, load, kind, np.random.default_rng(1)), name
+    )
     assert log.position.held == (kind == "held")
     result = sb.rig.lowerings(log)
     assert len(result.valid) == len(result) == len(true)
     inside = 0
-    for one, (begin, end, travel, work), (_, speed, *_) in zip(result.lowerings, true, STANDS, strict=True):
+    for one, (begin, end, travel, work), (_, speed, *_) in zip(
+        result.lowerings, true, STANDS, strict=True
+    ):
         assert one.begin == pytest.approx(begin, abs=7.0)
         assert one.end == pytest.approx(end, abs=7.0)
         assert one.travel == pytest.approx(travel, rel=0.01)
@@ -45,7 +62,14 @@ def test_work_of_known_lowerings(tmp_path, kind, name):
         assert one.hook_work_high - one.hook_work_low < 0.08 * work
         inside += one.hook_work_low <= work <= one.hook_work_high
     assert inside >= 5
-    assert [one.kind for one in result.lowerings] == ["string", "string", "block", "string", "string", "string"]
+    assert [one.kind for one in result.lowerings] == [
+        "string",
+        "string",
+        "block",
+        "string",
+        "string",
+        "string",
+    ]
     assert result.tare.low <= 1.01 * BLOCK
     assert result.tare.high >= 0.99 * BLOCK
     shares = result.as_dict()["states"]
@@ -54,7 +78,8 @@ def test_work_of_known_lowerings(tmp_path, kind, name):
 
 
 def test_bounds_by_lowest_and_highest_loads(tmp_path):
-    """Readings at rows that miss what is between them: bounds by lowest and highest loads hold the work."""
+    """Readings at rows that miss what is between them: bounds by lowest and highest
+    loads hold the work."""
     t, h, load, true = trip(STANDS)
     load = load * (1 + 0.05 * np.sin(2.1 * t))
     rows = np.arange(0, t.size, 125)
@@ -80,12 +105,16 @@ def shape(*pieces):
 
 
 def test_work_of_a_load_that_grows_with_the_travel(tmp_path):
-    """Trapezoids are exact where load and height are straight lines: `∫ (F + k x) dx = F L + k L²/2`."""
+    """Trapezoids are exact where load and height are straight lines:
+    `∫ (F + k x) dx = F L + k L²/2`."""
     t, h, load = shape((40, 0), (40, -20), (60, 0))
-    (one,) = sb.rig.lowerings(recording(tmp_path, t, h, load + 1e4 * (40.0 - h))).lowerings
+    (one,) = sb.rig.lowerings(
+        recording(tmp_path, t, h, load + 1e4 * (40.0 - h))
+    ).lowerings
     true = 5e5 * 20.0 + 1e4 * 20.0**2 / 2
     assert one.hook_work == pytest.approx(true, rel=1e-9)
-    # the load is that of 1 s before: half an interval of the rows, which the interval of the work allows for
+    # the load is that of 1 s before: half an interval of the rows, which the interval
+    # of the work allows for
     late = np.interp(t - 1.0, t, load + 1e4 * (40.0 - h))
     (one,) = sb.rig.lowerings(recording(tmp_path, t, h, late)).lowerings
     assert one.hook_work_low < true < one.hook_work_high
@@ -94,13 +123,19 @@ def test_work_of_a_load_that_grows_with_the_travel(tmp_path):
 
 @pytest.mark.parametrize(("step", "grid"), [(7.3, 1e-3), (0.5, 0.3048)])
 def test_intervals_hold_the_work_of_rare_and_coarse_readings(tmp_path, step, grid):
-    """Each 7.3 s, or in whole feet: a load that swings, its true work by the fine curve."""
+    """Each 7.3 s, or in whole feet: a load that swings, its true work by the fine
+    curve."""
     rng = np.random.default_rng(3)
-    stands = [(rng.uniform(15, 30), rng.uniform(0.5, 1.6), 0.4, 1.2e6, BLOCK) for _ in range(20)]
+    stands = [
+        (rng.uniform(15, 30), rng.uniform(0.5, 1.6), 0.4, 1.2e6, BLOCK)
+        for _ in range(20)
+    ]
     t, h, load, true = trip(stands)
     load = load * (1 + 0.03 * np.sin(0.4 * t))
     rows = np.arange(0, t.size, round(step / 0.02))
-    result = sb.rig.lowerings(recording(tmp_path, t[rows], np.round(h[rows] / grid) * grid, load[rows]))
+    result = sb.rig.lowerings(
+        recording(tmp_path, t[rows], np.round(h[rows] / grid) * grid, load[rows])
+    )
     inside = []
     width = []
     for one, (begin, end, *_) in zip(result.lowerings, true, strict=True):
@@ -114,10 +149,13 @@ def test_intervals_hold_the_work_of_rare_and_coarse_readings(tmp_path, step, gri
 
 @pytest.mark.parametrize("ahead", [0.0, 3.0, -3.0])
 def test_clocks_that_differ_are_told(tmp_path, ahead):
-    """By the inertia in the load; with the offset of the note the intervals hold the work again."""
+    """By the inertia in the load; with the offset of the note the intervals hold the
+    work again."""
     t, h, load, true = trip(STANDS)
     rows = np.arange(0.0, t[-1], 1.0)
-    read = np.interp(rows - ahead, t, load) * np.random.default_rng(5).normal(1.0, 0.003, rows.size)
+    read = np.interp(rows - ahead, t, load) * np.random.default_rng(5).normal(
+        1.0, 0.003, rows.size
+    )
     columns = {"BPOS": ("m", np.interp(rows, t, h).round(3)), "HKLD": ("kN", read)}
     file = written(tmp_path, "a.xml", witsml(rows, columns))
 
@@ -125,7 +163,12 @@ def test_clocks_that_differ_are_told(tmp_path, ahead):
         result = sb.rig.lowerings(sb.rig.read(file, offset=offset))
         pairs = zip(result.lowerings, true, strict=True)
         said = [re.search(r"offset=(\S+) brings", note) for note in result.notes]
-        hit = np.mean([one.hook_work_low <= work <= one.hook_work_high for one, (*_, work) in pairs])
+        hit = np.mean(
+            [
+                one.hook_work_low <= work <= one.hook_work_high
+                for one, (*_, work) in pairs
+            ]
+        )
         return hit, [float(match[1]) for match in said if match]
 
     hit, offsets = found(None)
@@ -150,34 +193,50 @@ def test_clocks_that_differ_are_told(tmp_path, ahead):
 def test_pauses_heave_and_ends(tmp_path, pieces, travels):
     result = sb.rig.lowerings(recording(tmp_path, *shape(*pieces)))
     assert [one.travel for one in result.lowerings] == pytest.approx(travels, abs=0.05)
-    np.testing.assert_allclose([one.hook_work for one in result.lowerings], 5e5 * np.array(travels), rtol=0.01)
+    np.testing.assert_allclose(
+        [one.hook_work for one in result.lowerings], 5e5 * np.array(travels), rtol=0.01
+    )
 
 
-@pytest.mark.parametrize(("row", "held"), [(2, 5), (2, 3), (3, 5), (3, 7), (4, 6), (1, 2.5), (2, 6)])
+@pytest.mark.parametrize(
+    ("row", "held"), [(2, 5), (2, 3), (3, 5), (3, 7), (4, 6), (1, 2.5), (2, 6)]
+)
 def test_top_speed_of_heights_that_are_held(tmp_path, row, held):
-    """0.8 m/s; readings stand in the rows for longer and shorter times by turns, which are no speeds."""
+    """0.8 m/s; readings stand in the rows for longer and shorter times by turns, which
+    are no speeds."""
     t = np.arange(0.0, 1600.0, row)
     read = np.floor(t / held + 1e-9) * held % 200.0
-    height = np.interp(read, [60, 70, 110, 120, 130, 140, 180, 190], [40, 38, 6, 4, 4, 6, 38, 40])
+    height = np.interp(
+        read, [60, 70, 110, 120, 130, 140, 180, 190], [40, 38, 6, 4, 4, 6, 38, 40]
+    )
     result = sb.rig.lowerings(recording(tmp_path, t, height.round(3), 5e5 + 0.0 * t))
     assert len(result) == 8
-    np.testing.assert_allclose([one.top_speed for one in result.lowerings], 0.8, rtol=0.03)
+    np.testing.assert_allclose(
+        [one.top_speed for one in result.lowerings], 0.8, rtol=0.03
+    )
 
 
 @pytest.mark.parametrize("speed", [30 / 3600, 60 / 3600])
 @pytest.mark.parametrize(("row", "step"), [(1, 0.1), (2, 0.1), (1, 0.01), (5, 0.3048)])
 def test_drilling_is_no_lowering(tmp_path, speed, row, step):
-    """8 m at 0.5 m/s to the bottom, and 26 m of drilling at once, of which the height shows steps."""
+    """8 m at 0.5 m/s to the bottom, and 26 m of drilling at once, of which the height
+    shows steps."""
     t = np.arange(0.0, 100.0 + 26.0 / speed, row)
     h = 40.0 - np.interp(t, [40, 56, 56 + 26.0 / speed], [0, 8, 34])
-    (one,) = sb.rig.lowerings(recording(tmp_path, t, (h / step).round() * step, 1e6 + 0.0 * t)).lowerings
+    (one,) = sb.rig.lowerings(
+        recording(tmp_path, t, (h / step).round() * step, 1e6 + 0.0 * t)
+    ).lowerings
     assert one.travel == pytest.approx(8.0, abs=0.4)
     assert one.duration == pytest.approx(16.0, abs=10.0)
 
 
-@pytest.mark.parametrize(("row", "jump", "flags"), [(2, 6, ("jump",)), (2, 4, ("jump",)), (6, 0, ()), (2, 1, ())])
+@pytest.mark.parametrize(
+    ("row", "jump", "flags"),
+    [(2, 6, ("jump",)), (2, 4, ("jump",)), (6, 0, ()), (2, 1, ())],
+)
 def test_a_jump_within_a_lowering_is_flagged(tmp_path, row, jump, flags):
-    """The encoder is set back by some metres; and a block that falls by twice as much in one of its updates."""
+    """The encoder is set back by some metres; and a block that falls by twice as much
+    in one of its updates."""
     t = np.arange(0.0, 180.0, row)
     h = np.interp(t, [40, 46, 58, 64, 70, 76], [40, 37.5, 32, 25, 22, 19.5])
     if jump:
@@ -187,7 +246,17 @@ def test_a_jump_within_a_lowering_is_flagged(tmp_path, row, jump, flags):
 
 
 def test_artefacts_are_flagged_and_left_out(tmp_path):
-    t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 5), (60, 0), (20, -28), (60, 0), (10, -10), (60, 0))
+    t, h, load = shape(
+        (40, 0),
+        (20, -20),
+        (60, 0),
+        (20, 5),
+        (60, 0),
+        (20, -28),
+        (60, 0),
+        (10, -10),
+        (60, 0),
+    )
     reset = h.copy()
     reset[(t > 80) & (t < 100)] += 17.0  # 17 m up in one row, and down again in one
     load[t > 270] = np.nan
@@ -209,7 +278,9 @@ def test_states_and_the_log_s_own_codes(tmp_path):
     load[(t > 1) & (t < 20)] = 1e5
     codes = np.full(t.size, 99.0)
     columns = {"RIGACTIVITYCODE": ("", codes[::20])}
-    result = sb.rig.lowerings(recording(tmp_path, t[::20], h[::20], load[::20], **columns))
+    result = sb.rig.lowerings(
+        recording(tmp_path, t[::20], h[::20], load[::20], **columns)
+    )
     assert {one.activity for one in result.lowerings} == {"99"}
     words = np.array(sb.rig.STATES)[result.state]
     assert set(words[(t[::20] > 4) & (t[::20] < 18)]) == {"slack"}
@@ -226,12 +297,20 @@ def test_a_stand_in_the_elevators_is_not_the_block(tmp_path, stand):
     ends = np.cumsum(seconds * 5)
     t = np.arange(0.0, ends[-1], 2.0)
     h = 10.0 + np.interp(t, [0, *ends], np.cumsum([0, *(metres * 5)]))
-    loads = np.concatenate([BLOCK + stand * np.array([0, 0, 1, n, n]) for n in range(1, 6)])
+    loads = np.concatenate(
+        [BLOCK + stand * np.array([0, 0, 1, n, n]) for n in range(1, 6)]
+    )
     noise = np.random.default_rng(4).normal(1.0, 0.005, t.size)
-    result = sb.rig.lowerings(recording(tmp_path, t, h, loads[np.searchsorted(ends, t, side="right")] * noise))
+    result = sb.rig.lowerings(
+        recording(tmp_path, t, h, loads[np.searchsorted(ends, t, side="right")] * noise)
+    )
     assert result.tare.value == pytest.approx(BLOCK, rel=0.01)
     assert 0.98 * BLOCK < result.tare.low < result.tare.high < 1.02 * BLOCK
-    heavy = [one.kind for n, one in enumerate(result.lowerings, 1) if n * stand > 0.29 * BLOCK]
+    heavy = [
+        one.kind
+        for n, one in enumerate(result.lowerings, 1)
+        if n * stand > 0.29 * BLOCK
+    ]
     assert set(heavy) == {"string"}
 
 
@@ -242,7 +321,8 @@ def test_one_level_is_not_decidable(tmp_path):
     assert "it may contain a light string" in str(result)
 
 
-#: true lowerings: 28 m from 40 to 68 s, 27 m from 186 to 204 s, …, 30 m from 591 to 625 s
+#: true lowerings: 28 m from 40 to 68 s, 27 m from 186 to 204 s, …, 30 m from 591 to 625
+#: s
 @pytest.mark.parametrize("kind", ["fine", "decimated", "held"])
 @pytest.mark.parametrize(
     ("begin", "end", "lost", "cut"),
@@ -256,29 +336,45 @@ def test_one_level_is_not_decidable(tmp_path):
         pytest.param(-1.0, 0.5, [], 0, id="no gap"),
     ],
 )
-def test_a_gap_is_told_and_a_lowering_that_it_cuts_left_out(tmp_path, kind, begin, end, lost, cut):
-    """The others keep their work; what the block did in the gap is in no total, and that is said."""
+def test_a_gap_is_told_and_a_lowering_that_it_cuts_left_out(
+    tmp_path, kind, begin, end, lost, cut
+):
+    """The others keep their work; what the block did in the gap is in no total, and
+    that is said."""
     t, h, load, true = trip(STANDS)
     rows, height, force = sampled(t, h, load, kind, np.random.default_rng(1))
     kept = (rows < begin) | (rows > end)
-    result = sb.rig.lowerings(recording(tmp_path, rows[kept], height[kept], force[kept]))
+    result = sb.rig.lowerings(
+        recording(tmp_path, rows[kept], height[kept], force[kept])
+    )
     whole = [one for i, one in enumerate(true) if i not in lost]
-    assert [one.travel for one in result.valid] == pytest.approx([travel for _, _, travel, _ in whole], rel=0.01)
+    assert [one.travel for one in result.valid] == pytest.approx(
+        [travel for _, _, travel, _ in whole], rel=0.01
+    )
     work = sum(work for *_, work in whole)
     told = result.as_dict()
     out = result.left_out
     assert told["totals"]["hook_work"] == pytest.approx(work, rel=0.02)
     assert told["left_out"] == out
     assert (out["flagged"], out["cut"]) == (cut, cut)
-    assert [one.flags[0] for one in result.lowerings if one.flags] == ["cut by a gap"] * cut
+    assert [one.flags[0] for one in result.lowerings if one.flags] == [
+        "cut by a gap"
+    ] * cut
     if end < 1.0:
-        assert (result.gaps, result.lost, out["gaps"], out["travel"]) == ((), (), 0, 0.0)
+        assert (result.gaps, result.lost, out["gaps"], out["travel"]) == (
+            (),
+            (),
+            0,
+            0.0,
+        )
         return
     (gap,) = result.gaps
     before = rows[kept][rows[kept] < begin][-1]
     behind = rows[kept][rows[kept] > end][0]
     assert (gap.begin, gap.duration) == pytest.approx((before, behind - before))
-    assert gap.change == pytest.approx(height[rows == behind][0] - height[rows == before][0])
+    assert gap.change == pytest.approx(
+        height[rows == behind][0] - height[rows == before][0]
+    )
     assert (gap.cut, gap.rest) == (cut, not lost)
     assert told["gaps"][0]["change"] == gap.change
     for said in (str(result), str(sb.rig.ledger(result))):
@@ -290,12 +386,15 @@ def test_a_gap_is_told_and_a_lowering_that_it_cuts_left_out(tmp_path, kind, begi
 
 
 def test_a_day_of_rest_between_two_trips_is_a_rest(tmp_path):
-    t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 18), (60, 0), (20, -15), (60, 0))
+    t, h, load = shape(
+        (40, 0), (20, -20), (60, 0), (20, 18), (60, 0), (20, -15), (60, 0)
+    )
     log = recording(tmp_path, np.where(t > 90, t + 86400.0, t), h, load)
     result = sb.rig.lowerings(log)
     assert [one.travel for one in result.valid] == pytest.approx([20.0, 15.0])
     assert result.lost == (
-        "gaps in the log: 1, 24 h in all; behind each of them the block is where it was: taken as a rest",
+        "gaps in the log: 1, 24 h in all; behind each of them the block is where it "
+        "was: taken as a rest",
     )
     assert [row["lowerings"] for row in sb.rig.ledger(result).by_trip] == [1, 1]
 
@@ -306,7 +405,8 @@ def test_a_log_whose_only_lowering_is_in_a_gap_is_read(tmp_path):
     book = sb.rig.ledger(recording(tmp_path, t[kept], h[kept], load[kept]), lines=8)
     assert book.answer[0] == "no lowering without flags"
     assert book.answer[-1] == (
-        "gaps in the log: 1, 28 s in all; unknown, and in no total: travel and energy in 1 of them, behind which the "
+        "gaps in the log: 1, 28 s in all; unknown, and in no total: travel and energy "
+        "in 1 of them, behind which the "
         "block is 20 m lower in all"
     )
     assert book.totals["hook_work"] == 0.0
@@ -322,42 +422,78 @@ def test_what_has_no_lowerings_is_refused(tmp_path):
         sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, 20), (60, 0))))
     rare = {"BPOS": ("m", SMALL["BPOS"][1]), "HKLD": ("kN", SMALL["HKLD"][1])}
     with pytest.raises(sb.InputError, match="lowerings cannot be followed above 15 s"):
-        sb.rig.lowerings(sb.rig.read(written(tmp_path, "r.xml", witsml([100 * t for t in TIMES], rare))))
+        sb.rig.lowerings(
+            sb.rig.read(
+                written(tmp_path, "r.xml", witsml([100 * t for t in TIMES], rare))
+            )
+        )
 
 
-# --- the ledger -------------------------------------------------------------------------------------------------------
+# --- the ledger ---------------------------------------------------------------------
 
 
 def test_energies_at_hook_and_drum(tmp_path):
-    """Against the balance by hand: a string and an empty block, eight lines on a drum of 0.4 m."""
+    """Against the balance by hand: a string and an empty block, eight lines on a drum
+    of 0.4 m."""
     t, h, load, true = trip(STANDS)
-    found = sb.rig.lowerings(recording(tmp_path, *sampled(t, h, load, "decimated", np.random.default_rng(2))))
-    given = {"lines": 8, "drum_radius": 0.4, "efficiency": 0.9, "block_mass": 30e3, "brake": "auxiliary"}
+    found = sb.rig.lowerings(
+        recording(tmp_path, *sampled(t, h, load, "decimated", np.random.default_rng(2)))
+    )
+    given = {
+        "lines": 8,
+        "drum_radius": 0.4,
+        "efficiency": 0.9,
+        "block_mass": 30e3,
+        "brake": "auxiliary",
+    }
     book = sb.rig.ledger(found, **given, auxiliary={"string": 0.7, "block": 0.0})
-    for entry, (_, _, travel, work), (_, speed, *_) in zip(book.entries, true, STANDS, strict=True):
+    for entry, (_, _, travel, work), (_, speed, *_) in zip(
+        book.entries, true, STANDS, strict=True
+    ):
         assert entry.drum_work == pytest.approx(0.9 * work, rel=0.02)
-        assert entry.tackle_loss + entry.drum_work == pytest.approx(entry.lowering.hook_work)
-        assert entry.drum_torque == pytest.approx(0.9 * work / travel * 0.4 / 8, rel=0.02)
+        assert entry.tackle_loss + entry.drum_work == pytest.approx(
+            entry.lowering.hook_work
+        )
+        assert entry.drum_torque == pytest.approx(
+            0.9 * work / travel * 0.4 / 8, rel=0.02
+        )
         assert entry.drum_speed == pytest.approx(8 * speed / 0.4, rel=0.02)
         string = entry.lowering.kind == "string"
-        assert entry.friction_work == pytest.approx((0.3 if string else 1.0) * entry.drum_work)
+        assert entry.friction_work == pytest.approx(
+            (0.3 if string else 1.0) * entry.drum_work
+        )
         mass = work / travel / 9.80665 if string else 30e3
         assert entry.kinetic_energy == pytest.approx(0.5 * mass * speed**2, rel=0.04)
     assert book.separable
-    assert book.totals["hook_work"] == pytest.approx(sum(work for *_, work in true), rel=0.01)
-    assert book.totals["auxiliary_work"] + book.totals["friction_work"] == pytest.approx(book.totals["drum_work"])
+    assert book.totals["hook_work"] == pytest.approx(
+        sum(work for *_, work in true), rel=0.01
+    )
+    assert book.totals["auxiliary_work"] + book.totals[
+        "friction_work"
+    ] == pytest.approx(book.totals["drum_work"])
 
 
 def test_what_the_log_does_not_separate(tmp_path):
     log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
     book = sb.rig.ledger(log, lines=10, brake="regenerative")
     assert not book.separable
-    assert (book.entries[0].friction_work, book.totals["auxiliary_work"]) == (None, None)
-    assert "friction brakes and of a motor that brakes are not separable from this log" in str(book)
+    assert (book.entries[0].friction_work, book.totals["auxiliary_work"]) == (
+        None,
+        None,
+    )
+    assert (
+        "friction brakes and of a motor that brakes are not separable from this log"
+        in str(book)
+    )
     # the rope over each of ten sheaves, one after the other
-    assert book.entries[0].drum_work == pytest.approx(1e7 * 10 / sum(1.04**k for k in range(1, 11)))
+    assert book.entries[0].drum_work == pytest.approx(
+        1e7 * 10 / sum(1.04**k for k in range(1, 11))
+    )
     assert sb.rig.ledger(log).entries[0].drum_work is None
-    assert sb.rig.ledger(log, lines=10, brake="friction").entries[0].friction_work == book.entries[0].drum_work
+    assert (
+        sb.rig.ledger(log, lines=10, brake="friction").entries[0].friction_work
+        == book.entries[0].drum_work
+    )
 
 
 def test_a_compensated_height_is_no_motion_of_the_drum(tmp_path):
@@ -370,9 +506,17 @@ def test_a_compensated_height_is_no_motion_of_the_drum(tmp_path):
 
     calm, rough = (book(RIGHEAVE=("m", size * np.sin(t))) for size in (0.05, 1.0))
     assert calm.entries[0].drum_speed == pytest.approx(20.0)
-    for other, words in ((rough, r"m exceeds 1 % of 20 m"), (book(), "the heave is not recorded")):
+    for other, words in (
+        (rough, r"m exceeds 1 % of 20 m"),
+        (book(), "the heave is not recorded"),
+    ):
         assert words in other.entries[0].refused
-        assert other.entries[0].drum_work is other.entries[0].drum_speed is other.totals["drum_work"] is None
+        assert (
+            other.entries[0].drum_work
+            is other.entries[0].drum_speed
+            is other.totals["drum_work"]
+            is None
+        )
         assert other.entries[0].lowering.hook_work == pytest.approx(1e7, rel=1e-6)
         assert f"1 of 1 lowerings are refused, {other.entries[0].refused}" in str(other)
         assert other.answer[-1].endswith("motion of the drum refused: 1")
@@ -385,28 +529,60 @@ def test_trips_days_and_files(tmp_path):
     pieces = [(40, 0), down, rest, up, (300, 0), down, (4000, 0), up, rest, down, rest]
     log = recording(tmp_path, *shape(*pieces))  # begins 10 min before midnight
     book = sb.rig.ledger(log, lines=8)
-    assert [(row["day"], row["lowerings"]) for row in book.by_day] == [("2026-03-01", 2), ("2026-03-02", 1)]
+    assert [(row["day"], row["lowerings"]) for row in book.by_day] == [
+        ("2026-03-01", 2),
+        ("2026-03-02", 1),
+    ]
     assert [row["lowerings"] for row in book.by_trip] == [2, 1]
-    assert [row["lowerings"] for row in sb.rig.ledger(log, trip_pause=200.0).by_trip] == [1, 1, 1]
+    assert [
+        row["lowerings"] for row in sb.rig.ledger(log, trip_pause=200.0).by_trip
+    ] == [1, 1, 1]
     files = {file.name: file for file in sb.pages.write_ledger(book, tmp_path / "out")}
-    assert sorted(files) == ["ledger.csv", "ledger.html", "ledger.json", "ledger.png", "ledger.txt"]
+    assert sorted(files) == [
+        "ledger.csv",
+        "ledger.html",
+        "ledger.json",
+        "ledger.png",
+        "ledger.txt",
+    ]
     kept = json.loads(files["ledger.json"].read_text("utf-8"))
-    keys = ("start", "begin", "duration", "travel", "top_speed", "mean_load", "hook_work", "hook_work_low")
+    keys = (
+        "start",
+        "begin",
+        "duration",
+        "travel",
+        "top_speed",
+        "mean_load",
+        "hook_work",
+        "hook_work_low",
+    )
     first = kept["lowerings"][0]
     assert set(first) >= {*keys, "hook_work_high", "kind", "flags"}
-    assert (first["start"], first["begin"], first["flags"]) == ("2026-03-01T23:50:40Z", 40.0, [])
+    assert (first["start"], first["begin"], first["flags"]) == (
+        "2026-03-01T23:50:40Z",
+        40.0,
+        [],
+    )
     assert kept["totals"]["hook_work"] == pytest.approx(3e7, rel=1e-6)
     header, *lines = files["ledger.csv"].read_text("utf-8").splitlines()
     assert len(lines) == 3
-    assert float(lines[0].split(",")[header.split(",").index("drum_work")]) == first["drum_work"]
+    assert (
+        float(lines[0].split(",")[header.split(",").index("drum_work")])
+        == first["drum_work"]
+    )
 
 
 def test_lines_strung_of_the_log(tmp_path):
     t, h, load = shape((40, 0), (20, -20), (60, 0))
     log = recording(tmp_path, t, h, load, LINES_STRUNG=("", 12.0 + 0.0 * t))
     assert sb.rig.ledger(log).settings["lines"] == 12
-    changed = recording(tmp_path, t, h, load, LINES_STRUNG=("", np.where(t < 60, 12.0, 10.0)))
-    with pytest.raises(sb.InputError, match="LINES_STRUNG: lines strung change from 12 to 10 60 s after the first row"):
+    changed = recording(
+        tmp_path, t, h, load, LINES_STRUNG=("", np.where(t < 60, 12.0, 10.0))
+    )
+    with pytest.raises(
+        sb.InputError,
+        match="LINES_STRUNG: lines strung change from 12 to 10 60 s after the first row",
+    ):
         sb.rig.ledger(changed)
     assert sb.rig.ledger(changed, lines=10).settings["lines"] == 10
 
@@ -414,7 +590,14 @@ def test_lines_strung_of_the_log(tmp_path):
 def test_arguments_of_a_ledger_that_cannot_be(tmp_path):
     log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
     with pytest.raises(sb.InputError) as caught:
-        sb.rig.ledger(log, lines=0, drum_radius=float("nan"), efficiency=1.1, brake="air", auxiliary={"pipe": 2.0})
+        sb.rig.ledger(
+            log,
+            lines=0,
+            drum_radius=float("nan"),
+            efficiency=1.1,
+            brake="air",
+            auxiliary={"pipe": 2.0},
+        )
     assert [fault.path for fault in caught.value.faults] == [
         *("lines", "drum_radius", "efficiency", "brake", "auxiliary pipe", "auxiliary")
     ]

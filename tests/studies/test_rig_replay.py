@@ -1,4 +1,5 @@
-"""Replay of a rig's recording on a scene: motion, weight and heat against known truths, what is refused, comparison."""
+"""Replay of a rig's recording on a scene: motion, weight and heat against known truths,
+what is refused, comparison."""
 
 import dataclasses
 import json
@@ -23,16 +24,29 @@ AIR = 293.15
 STRING = 6.0e5
 BLOCK = 1.5e5
 #: travel, speed, acceleration, load lowered, load at rest and hoisted
-STANDS = [(28.0, 1.1, 0.15, STRING, BLOCK), (27.0, 1.6, 0.2, STRING, BLOCK), (25.0, 0.8, 0.1, STRING, BLOCK)]
+STANDS = [
+    (28.0, 1.1, 0.15, STRING, BLOCK),
+    (27.0, 1.6, 0.2, STRING, BLOCK),
+    (25.0, 0.8, 0.1, STRING, BLOCK),
+]
 
 
 def scene_of(cooling=COOLING, **parts):
-    brake = sb.Brake(sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+    brake = sb.Brake(
+        sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
+    )
     heat = sb.lumped_heat(
-        rim=CAPACITY, partition=1.0, rim_cooling=cooling, temperature=AIR, ambient=AIR, permissible_rim="500 degC"
+        rim=CAPACITY,
+        partition=1.0,
+        rim_cooling=cooling,
+        temperature=AIR,
+        ambient=AIR,
+        permissible_rim="500 degC",
     )
     duty = sb.Duty("20 kN", sb.HookLoad("60 t", RADIUS, LINES))
-    return dataclasses.replace(sb.Scene(brake, duty, sb.Initial(0.0), 1.0, heat), **parts)
+    return dataclasses.replace(
+        sb.Scene(brake, duty, sb.Initial(0.0), 1.0, heat), **parts
+    )
 
 
 def recording(folder, t, height, load, **other):
@@ -46,12 +60,21 @@ def truth(stands, *, inertia=STRING / G):
 
 
 @pytest.mark.parametrize(
-    "kind", [pytest.param("fine", marks=pytest.mark.slow), pytest.param("decimated", marks=pytest.mark.slow), "held"]
+    "kind",
+    [
+        pytest.param("fine", marks=pytest.mark.slow),
+        pytest.param("decimated", marks=pytest.mark.slow),
+        "held",
+    ],
 )
 def test_travel_work_and_temperature_of_a_known_trip(tmp_path, kind):
-    """The rim has the heat of load times travel, and cools between: by SciPy, with the true motion."""
+    """The rim has the heat of load times travel, and cools between: by SciPy, with the
+    true motion."""
     t, h, load, true = truth(STANDS)
-    replay = sb.rig.replay(recording(tmp_path, *sampled(t, h, load, kind, np.random.default_rng(2))), scene_of())
+    replay = sb.rig.replay(
+        recording(tmp_path, *sampled(t, h, load, kind, np.random.default_rng(2))),
+        scene_of(),
+    )
     assert replay.result.ok
     assert float(replay.result.energy["closure"]) < 1e-8
     assert len(replay.lowerings) == len(true)
@@ -62,38 +85,57 @@ def test_travel_work_and_temperature_of_a_known_trip(tmp_path, kind):
         assert one.hook_work == pytest.approx(work, rel=0.03)
     per_radian = RADIUS / LINES
     speed = np.clip(-np.gradient(h, t) / per_radian, 0.0, None)
-    power = speed * (STRING * per_radian - (INERTIA + STRING / G * per_radian**2) * np.gradient(speed, t))
+    power = speed * (
+        STRING * per_radian
+        - (INERTIA + STRING / G * per_radian**2) * np.gradient(speed, t)
+    )
 
     def rates(time, T):
         return (np.interp(time, t, power) - COOLING * (T - AIR)) / CAPACITY
 
-    each = [solve_ivp(rates, (a, b), [AIR], max_step=0.5).y[0, -1] for a, b, *_ in true[:1]]
-    assert replay.lowerings[0].hottest["peak_rim_temperature"] - AIR == pytest.approx(each[0] - AIR, rel=0.03)
+    each = [
+        solve_ivp(rates, (a, b), [AIR], max_step=0.5).y[0, -1] for a, b, *_ in true[:1]
+    ]
+    assert replay.lowerings[0].hottest["peak_rim_temperature"] - AIR == pytest.approx(
+        each[0] - AIR, rel=0.03
+    )
     whole = solve_ivp(rates, (t[0], true[-1][1]), [AIR], max_step=0.5)
     assert (
         replay.hottest
-        is replay.lowerings[int(np.argmax([x.hottest["peak_rim_temperature"] for x in replay.lowerings]))]
+        is replay.lowerings[
+            int(
+                np.argmax([x.hottest["peak_rim_temperature"] for x in replay.lowerings])
+            )
+        ]
     )
-    assert replay.lowerings[-1].hottest["peak_rim_temperature"] - AIR == pytest.approx(whole.y[0].max() - AIR, rel=0.03)
+    assert replay.lowerings[-1].hottest["peak_rim_temperature"] - AIR == pytest.approx(
+        whole.y[0].max() - AIR, rel=0.03
+    )
 
 
 def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
-    """A light block that is lowered fast: its load dips and rises by 15 %, its weight does not."""
+    """A light block that is lowered fast: its load dips and rises by 15 %, its weight
+    does not."""
     mass = BLOCK / G
     t, h, load, true = truth([(30.0, 2.4, 1.5, BLOCK, BLOCK)] * 2, inertia=mass)
     away = load / BLOCK - 1
     assert np.abs(away).max() > 0.15
-    replay = sb.rig.replay(recording(tmp_path, *sampled(t, h, load, "fine", np.random.default_rng(3))), scene_of(0.0))
+    replay = sb.rig.replay(
+        recording(tmp_path, *sampled(t, h, load, "fine", np.random.default_rng(3))),
+        scene_of(0.0),
+    )
     hung = np.asarray(replay.path.hook.masses)
     np.testing.assert_allclose(hung, mass, rtol=0.01)
     compared = sb.rig.compare(replay)
-    # the simulated load dips and rises as the recorded one
-    # the simulated load dips and rises as the recorded one: with the inertia in the masses too it would be off by 9 %
+    # the simulated load dips and rises as the recorded one the simulated load dips and
+    # rises as the recorded one: with the inertia in the masses too it would be off by 9
+    # %
     assert compared.load.total.rmse < 0.055 * BLOCK / 1e3
     assert abs(compared.load.total.bias) < 0.005 * BLOCK / 1e3
     assert compared.position.total.rmse < 0.01
     assert compared.position.total.coverage == compared.position.total.within == 1.0
-    # the drum has more inertia than the block can turn that fast: the motor drives it, and gives what is missing
+    # the drum has more inertia than the block can turn that fast: the motor drives it,
+    # and gives what is missing
     energy = replay.result.energy
     assert float(energy["friction_heat"]) > sum(work for *_, work in true)
     rise = replay.result["peak_rim_temperature"] - AIR
@@ -104,25 +146,45 @@ def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
     "cycle",
     [
         pytest.param([-28.0, -0.12, 28.12], id="into the slips"),
-        pytest.param([-3.0, 0.25] * 5 + [13.75], id="raised between lowerings", marks=pytest.mark.slow),
-        pytest.param([-14.0, 14.25, -0.25], id="lowered a little", marks=pytest.mark.slow),
+        pytest.param(
+            [-3.0, 0.25] * 5 + [13.75],
+            id="raised between lowerings",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            [-14.0, 14.25, -0.25], id="lowered a little", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_small_movements_at_rest_are_given_back(tmp_path, cycle):
-    """Movements below the threshold do not pile up: the block of the replay stays by that of the log."""
+    """Movements below the threshold do not pile up: the block of the replay stays by
+    that of the log."""
     pieces = [np.full(20, 30.0)]
     for way in cycle * 4:  # at 1 m/s, and 40 s of rest
         at = pieces[-1][-1]
-        pieces += [at + np.sign(way) * np.minimum(np.arange(2.0, abs(way) + 2, 2.0), abs(way)), np.full(20, at + way)]
+        pieces += [
+            at + np.sign(way) * np.minimum(np.arange(2.0, abs(way) + 2, 2.0), abs(way)),
+            np.full(20, at + way),
+        ]
     height = np.concatenate(pieces)
     t = 2.0 * np.arange(height.size)
     down = [-x for x in cycle * 4 if x < -2]
-    replay = sb.rig.replay(recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of())
-    away = height - (height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t))))
+    replay = sb.rig.replay(
+        recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of()
+    )
+    away = height - (
+        height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t)))
+    )
     resting = np.append(height[1:] == height[:-1], True)
     assert np.abs(away[resting]).max() < 0.3
-    np.testing.assert_allclose([one.travel for one in replay.lowerings], down, rtol=0.01)
-    np.testing.assert_allclose([one.hook_work for one in replay.lowerings], STRING * np.asarray(down), rtol=0.03)
+    np.testing.assert_allclose(
+        [one.travel for one in replay.lowerings], down, rtol=0.01
+    )
+    np.testing.assert_allclose(
+        [one.hook_work for one in replay.lowerings],
+        STRING * np.asarray(down),
+        rtol=0.03,
+    )
     assert float(replay.result.energy["load_work"]) == pytest.approx(
         STRING * (height[0] - height[-1]), abs=0.3 * STRING
     )
@@ -134,10 +196,16 @@ def test_a_slow_motion_follows_the_log(tmp_path):
     t = np.arange(0.0, 2600.0, 2.0)
     times = [0.0, 40, 45, 85, 1285, 1685, 2485, 2600]
     height = np.interp(t, times, 30.0 - np.array([0.0, 0, 5, 5, 17, 17, 25, 25]))
-    replay = sb.rig.replay(recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of())
-    away = height - (height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t))))
+    replay = sb.rig.replay(
+        recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of()
+    )
+    away = height - (
+        height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t)))
+    )
     assert np.abs(away).max() < 0.31
-    assert float(replay.result.energy["load_work"]) == pytest.approx(25.0 * STRING, rel=1e-3)
+    assert float(replay.result.energy["load_work"]) == pytest.approx(
+        25.0 * STRING, rel=1e-3
+    )
 
 
 @pytest.mark.slow
@@ -145,25 +213,40 @@ def test_the_lever_holds_in_a_pause_of_a_lowering(tmp_path):
     """At rest the tension is the pull, not what is left of that in motion."""
     t = np.arange(0.0, 200.0, 2.0)
     height = 40.0 - np.clip(0.5 * (t - 40), 0, 12) - np.clip(0.5 * (t - 76), 0, 14)
-    replay = sb.rig.replay(recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of())
+    replay = sb.rig.replay(
+        recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of()
+    )
     assert len(replay.lowerings) == 1
     scene = scene_of()
-    held = float(sb.simulate(dataclasses.replace(scene, end_time=5.0)).metrics["min_holding_reserve"])
-    assert replay.result.metrics["min_holding_reserve"] == pytest.approx(held * 60e3 * G / STRING, rel=1e-6)
+    held = float(
+        sb.simulate(dataclasses.replace(scene, end_time=5.0)).metrics[
+            "min_holding_reserve"
+        ]
+    )
+    assert replay.result.metrics["min_holding_reserve"] == pytest.approx(
+        held * 60e3 * G / STRING, rel=1e-6
+    )
     np.testing.assert_array_equal(replay.result.series([66.0, 70.0, 74.0]).omega, 0.0)
 
 
 def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     t, h, load, _ = truth(STANDS)
     log = recording(tmp_path, *sampled(t, h, load, "held", np.random.default_rng(4)))
-    book = sb.rig.ledger(log, lines=LINES, brake="regenerative", auxiliary={"string": 0.75, "block": 0.0})
+    book = sb.rig.ledger(
+        log, lines=LINES, brake="regenerative", auxiliary={"string": 0.75, "block": 0.0}
+    )
     replay = sb.rig.replay(book, scene_of())
     heat = float(replay.result.energy["friction_heat"])
     work = sum(one.hook_work for one in replay.lowerings)
     assert heat == pytest.approx(0.25 * work, rel=0.03)
-    # an assumed share takes heat off the brake: what it is at most, without it, stands beside it
+    # an assumed share takes heat off the brake: what it is at most, without it, stands
+    # beside it
     assert float(replay.bound.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
-    (said,) = [line for line in replay.answer if line.startswith("upper bound, by a second run")]
+    (said,) = [
+        line
+        for line in replay.answer
+        if line.startswith("upper bound, by a second run")
+    ]
     peak = replay.bound["peak_rim_temperature"]
     assert f"rim up to {peak - 273.15:.3g} °C" in said
     alone = sb.rig.replay(log, scene_of())
@@ -171,38 +254,69 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     assert float(alone.result.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
     said = json.loads(json.dumps(replay.as_dict()))["replay"]
     assert said["code"] == said["bound"]["code"] == 0
-    assert said["bound"]["metrics"]["peak_rim_temperature"] == peak > said["metrics"]["peak_rim_temperature"] + 20
-    assert (alone.bound, alone.upper_bound, alone.as_dict()["replay"]["bound"]) == (None, (), None)
+    assert (
+        said["bound"]["metrics"]["peak_rim_temperature"]
+        == peak
+        > said["metrics"]["peak_rim_temperature"] + 20
+    )
+    assert (alone.bound, alone.upper_bound, alone.as_dict()["replay"]["bound"]) == (
+        None,
+        (),
+        None,
+    )
     assert said["lowerings"][said["hottest"]]["peak_rim_temperature"] == max(
         row["peak_rim_temperature"] for row in said["lowerings"]
     )
 
 
 def test_through_gaps_the_block_of_a_replay_moves_evenly(tmp_path):
-    """Lowered by 16 m at 1 m/s, of which 6 m are in a gap, hoisted by 12 m in another one, and lowered by 10 m."""
+    """Lowered by 16 m at 1 m/s, of which 6 m are in a gap, hoisted by 12 m in another
+    one, and lowered by 10 m."""
     times = [0.0, 40, 56, 200, 240, 300, 320, 400]
     t = np.arange(0.0, 400.0, 2.0)
     height = np.interp(t, times, [30, 30, 14, 14, 26, 26, 16, 16])
     kept = (t <= 46) | ((t >= 52) & (t <= 180)) | (t >= 260)
     t = np.where(t >= 52, t + 20.0, t)  # 26 s for these 6 m
-    replay = sb.rig.replay(recording(tmp_path, t[kept], height[kept], np.full(t.size, STRING)[kept]), scene_of())
+    replay = sb.rig.replay(
+        recording(tmp_path, t[kept], height[kept], np.full(t.size, STRING)[kept]),
+        scene_of(),
+    )
     assert replay.result.ok
-    assert float(replay.result.energy["load_work"]) == pytest.approx(14.0 * STRING, rel=1e-3)
-    away = height[kept] - (height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t[kept]))))
+    assert float(replay.result.energy["load_work"]) == pytest.approx(
+        14.0 * STRING, rel=1e-3
+    )
+    away = height[kept] - (
+        height[0]
+        - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t[kept])))
+    )
     assert np.abs(away).max() < 0.3
-    assert [one.lowering.flags for one in replay.lowerings] == [("cut by a gap",), ("cut by a gap",), ()]
+    assert [one.lowering.flags for one in replay.lowerings] == [
+        ("cut by a gap",),
+        ("cut by a gap",),
+        (),
+    ]
     said = replay.as_dict()
-    assert [row["flags"] for row in said["replay"]["lowerings"]] == [["cut by a gap"], ["cut by a gap"], []]
+    assert [row["flags"] for row in said["replay"]["lowerings"]] == [
+        ["cut by a gap"],
+        ["cut by a gap"],
+        [],
+    ]
     assert [gap["change"] for gap in said["gaps"]] == [-6.0, 12.0]
     assert said["totals"]["travel"] == pytest.approx(10.0)
-    assert "in 2 gaps of the log the block moves evenly to where it is behind" in str(replay)
+    assert "in 2 gaps of the log the block moves evenly to where it is behind" in str(
+        replay
+    )
     assert "gaps in the log: 2, 106 s in all; unknown" in str(replay)
 
 
-def test_a_comparison_looks_at_each_rest_once_and_pages_ask_for_one_verdict(tmp_path, monkeypatch):
+def test_a_comparison_looks_at_each_rest_once_and_pages_ask_for_one_verdict(
+    tmp_path, monkeypatch
+):
     """The values are those of a series at all updates."""
     t = np.arange(0.0, 1200.0, 2.0)
-    log = recording(tmp_path, t, 40.0 - np.clip(0.5 * (t - 1000), 0, 20), np.full(t.size, STRING))
+    log = recording(
+        tmp_path, t, 40.0 - np.clip(0.5 * (t - 1000), 0, 20), np.full(t.size, STRING)
+    )
     replay = sb.rig.replay(log, scene_of())
     asked = {"series": 0, "verdict": 0}
     series = replay.result.series(t)
@@ -216,7 +330,9 @@ def test_a_comparison_looks_at_each_rest_once_and_pages_ask_for_one_verdict(tmp_
         monkeypatch.setattr(sb.Result, name, counted)
     compared = sb.rig.compare(replay)
     assert asked["series"] < 0.1 * t.size
-    np.testing.assert_allclose(compared.position.simulated, 40.0 - series.hook_position, atol=1e-9)
+    np.testing.assert_allclose(
+        compared.position.simulated, 40.0 - series.hook_position, atol=1e-9
+    )
     np.testing.assert_allclose(compared.load.simulated, series.hook_load, rtol=1e-9)
     sb.pages.write_ledger(replay, tmp_path / "duty")
     assert asked["verdict"] == 1
@@ -227,11 +343,20 @@ def test_logs_of_about_one_length_share_a_program(tmp_path, caplog):
     logs = []
     for n, seed in ((2, 5), (3, 6)):
         t, h, load, _ = truth(STANDS[:n])
-        logs.append(recording(tmp_path, *sampled(t, h, load, "held", np.random.default_rng(seed))))
+        logs.append(
+            recording(
+                tmp_path, *sampled(t, h, load, "held", np.random.default_rng(seed))
+            )
+        )
     sb.rig.replay(logs[0], scene_of())
     path = sb.rig.replay(logs[0], scene_of()).path
     with nothing_compiled(caplog):
-        sb.simulate(sb.rig.replay(logs[1], scene_of()).result.scene, rtol=1e-8, max_steps=1 << 13, max_events=1 << 13)
+        sb.simulate(
+            sb.rig.replay(logs[1], scene_of()).result.scene,
+            rtol=1e-8,
+            max_steps=1 << 13,
+            max_events=1 << 13,
+        )
     assert path.t.size > 30
 
 
@@ -243,36 +368,60 @@ def test_a_motor_and_a_rope_of_the_scene(tmp_path):
     scene = scene_of(
         duty=sb.Duty("20 kN", sb.HookLoad("60 t", RADIUS, LINES, rope=rope)),
         motor=sb.loads.Motor("60 kN*m", "3 MW", "60 rad/s"),
-        shaft=(sb.loads.TackleLoss(lowering_efficiency=0.9), sb.loads.EddyCurrentBrake("60 kN*m", "20 rad/s")),
+        shaft=(
+            sb.loads.TackleLoss(lowering_efficiency=0.9),
+            sb.loads.EddyCurrentBrake("60 kN*m", "20 rad/s"),
+        ),
     )
     log = recording(tmp_path, *sampled(t, h, load, "fine", np.random.default_rng(7)))
     replay = sb.rig.replay(log, scene)
-    heat, loss = (float(replay.result.energy[name]) for name in ("friction_heat", "shaft_tackle_loss"))
+    heat, loss = (
+        float(replay.result.energy[name])
+        for name in ("friction_heat", "shaft_tackle_loss")
+    )
     work = sum(one.hook_work for one in replay.lowerings)
     assert heat == pytest.approx(0.9 * work, rel=0.02)
     assert loss > 0.1 * work
     assert sb.rig.compare(replay).position.total.rmse < 0.02
     assert "auxiliary brakes on the shaft are left out" in str(replay)
     assert "too weak" not in str(replay)
-    weak = dataclasses.replace(scene, motor=sb.loads.Motor("6 kN*m", "1 MW", "60 rad/s"))
+    weak = dataclasses.replace(
+        scene, motor=sb.loads.Motor("6 kN*m", "1 MW", "60 rad/s")
+    )
     assert "too weak" in str(sb.rig.replay(log, weak))
     rope = sb.loads.RopeLayers("32 mm", turns_per_layer=20, turns=60)
-    short = dataclasses.replace(scene, duty=sb.Duty("20 kN", sb.HookLoad("60 t", RADIUS, LINES, rope=rope)))
-    with pytest.raises(sb.InputError, match=r"rope.turns: pay out .* of the hook, the log has 27.95 m"):
+    short = dataclasses.replace(
+        scene, duty=sb.Duty("20 kN", sb.HookLoad("60 t", RADIUS, LINES, rope=rope))
+    )
+    with pytest.raises(
+        sb.InputError, match=r"rope.turns: pay out .* of the hook, the log has 27.95 m"
+    ):
         sb.rig.replay(log, short)
 
 
 def test_what_cannot_be_replayed_is_named(tmp_path):
     t, h, load, _ = truth(STANDS[:1])
     rows = slice(None, None, 100)
-    log = recording(tmp_path, t[rows], h[rows], load[rows], LINS=("", np.full(t[rows].size, 10)))
-    with pytest.raises(sb.InputError, match="8 lines are strung, the log has 10") as error:
-        sb.rig.replay(log, scene_of(duty=sb.Duty(0.0, sb.HookLoad("60 t", RADIUS, LINES))), auxiliary=1.5)
+    log = recording(
+        tmp_path, t[rows], h[rows], load[rows], LINS=("", np.full(t[rows].size, 10))
+    )
+    with pytest.raises(
+        sb.InputError, match="8 lines are strung, the log has 10"
+    ) as error:
+        sb.rig.replay(
+            log,
+            scene_of(duty=sb.Duty(0.0, sb.HookLoad("60 t", RADIUS, LINES))),
+            auxiliary=1.5,
+        )
     assert "auxiliary" in str(error.value)
     assert "is never pulled" in str(error.value)
     with pytest.raises(sb.InputError, match="hook"):
         sb.rig.replay(log, scene_of(duty=sb.Duty("20 kN", sb.TorqueLoad("12 kN*m"))))
-    columns = {"BLOCKCOMP": ("m", h[rows]), "HKLD": ("kN", load[rows]), "HEAVE": ("m", np.sin(t[rows]))}
+    columns = {
+        "BLOCKCOMP": ("m", h[rows]),
+        "HKLD": ("kN", load[rows]),
+        "HEAVE": ("m", np.sin(t[rows])),
+    }
     heaving = sb.rig.read(written(tmp_path, "b.xml", witsml(t[rows], columns)))
     with pytest.raises(sb.InputError, match="1 of 1 lowerings"):
         sb.rig.replay(heaving, scene_of())
@@ -286,7 +435,9 @@ LIGHT = 2e3
 
 def of_a_motion(masses, share):
     """Lowered by 24 m and hoisted heavy, driven down by 15 m light."""
-    angles = np.append(0.0, np.cumsum(0.5 * (SPEEDS[1:] + SPEEDS[:-1]) * np.diff(TIMES)))
+    angles = np.append(
+        0.0, np.cumsum(0.5 * (SPEEDS[1:] + SPEEDS[:-1]) * np.diff(TIMES))
+    )
     speed = sb.PiecewiseLinear(TIMES, SPEEDS)
     shares = share * np.ones(TIMES.size)
     motion = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", shares)
@@ -296,7 +447,8 @@ def of_a_motion(masses, share):
 
 
 def heat_and_work(masses, share):
-    """Of the brake, of the motor: `drive` (N·m) is what it needs to drive the light load down."""
+    """Of the brake, of the motor: `drive` (N·m) is what it needs to drive the light
+    load down."""
     (heavy, light) = masses
     per_radian = RADIUS / LINES
     drive = (INERTIA + light * per_radian**2) * 10.0 - light * G * per_radian
@@ -315,25 +467,68 @@ def test_a_recorded_motion_is_followed_to_the_last_digit():
     heat, work = heat_and_work([HEAVY, LIGHT], 0.0)
     assert float(result.energy["motor_work"]) == pytest.approx(work, rel=1e-7)
     assert float(result.energy["friction_heat"]) == pytest.approx(heat, rel=1e-7)
-    assert sb.simulate(sb.files.scene_from_text(sb.files.scene_text(scene))).record.t_end == 130.0
+    assert (
+        sb.simulate(sb.files.scene_from_text(sb.files.scene_text(scene))).record.t_end
+        == 130.0
+    )
     for change, words in (
         ({"motor": None}, "the recorded motion hoists"),
-        ({"motor": dataclasses.replace(motor, speed=sb.PiecewiseLinear([0.0], [1.0]))}, "has no effect beside"),
-        ({"motor": sb.loads.Motor("90 kN*m", "3 MW", "20 rad/s")}, "30 rad/s is above the motor's 20 rad/s"),
-        ({"duty": sb.Duty(dataclasses.replace(motion, angles=motion.angles[1:]), load)}, "has 12 values for 13 points"),
-        ({"duty": sb.Duty(dataclasses.replace(motion, speed=sb.PiecewiseLinear(TIMES, SPEEDS - 1)), load)}, "sign"),
-        ({"duty": sb.Duty(motion, sb.loads.RecordedLoad([0, 95], [1e4], RADIUS, LINES))}, "of one length"),
+        (
+            {
+                "motor": dataclasses.replace(
+                    motor, speed=sb.PiecewiseLinear([0.0], [1.0])
+                )
+            },
+            "has no effect beside",
+        ),
+        (
+            {"motor": sb.loads.Motor("90 kN*m", "3 MW", "20 rad/s")},
+            "30 rad/s is above the motor's 20 rad/s",
+        ),
+        (
+            {
+                "duty": sb.Duty(
+                    dataclasses.replace(motion, angles=motion.angles[1:]), load
+                )
+            },
+            "has 12 values for 13 points",
+        ),
+        (
+            {
+                "duty": sb.Duty(
+                    dataclasses.replace(
+                        motion, speed=sb.PiecewiseLinear(TIMES, SPEEDS - 1)
+                    ),
+                    load,
+                )
+            },
+            "sign",
+        ),
+        (
+            {
+                "duty": sb.Duty(
+                    motion, sb.loads.RecordedLoad([0, 95], [1e4], RADIUS, LINES)
+                )
+            },
+            "of one length",
+        ),
     ):
         with pytest.raises(sb.InputError, match=words):
             sb.check_scene(dataclasses.replace(scene, **change))
 
 
-@pytest.mark.parametrize("torque", [15.0, *(pytest.param(torque, marks=pytest.mark.slow) for torque in (12.5, 18.0))])
+@pytest.mark.parametrize(
+    "torque",
+    [15.0, *(pytest.param(torque, marks=pytest.mark.slow) for torque in (12.5, 18.0))],
+)
 def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
-    """The drum is still hoisted, or just at rest, where the recording is lowered already; the tackle has its loss."""
+    """The drum is still hoisted, or just at rest, where the recording is lowered
+    already; the tackle has its loss."""
     times = np.array([0.0, 4, 14, 16, 18, 28, 32, 40])
     speeds = np.array([0.0, -20, -20, 0, 12, 12, 0, 0])
-    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
+    angles = np.append(
+        0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))
+    )
     speed = sb.PiecewiseLinear(times, speeds)
     share = np.full(times.size, 0.7)
     motion = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", share)
@@ -342,7 +537,9 @@ def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
         "motor": sb.loads.Motor(1e3 * torque, 3e6, 60.0),
         "shaft": (sb.loads.TackleLoss(lowering_efficiency=0.85),),
     }
-    result = sb.simulate(sb.Scene(scene_of().brake, duty, sb.Initial(0.0), 40.0, **parts))
+    result = sb.simulate(
+        sb.Scene(scene_of().brake, duty, sb.Initial(0.0), 40.0, **parts)
+    )
     assert result.ok
     assert float(result.energy["closure"]) < 1e-7
     assert float(result.series([15.9]).omega[0]) < -0.1
@@ -350,7 +547,8 @@ def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
 
 @pytest.mark.slow
 def test_derivatives_of_a_recorded_motion():
-    """By both masses and by the motor's share, forwards and backwards, beside those of the closed forms."""
+    """By both masses and by the motor's share, forwards and backwards, beside those of
+    the closed forms."""
 
     def of_the_run(x):
         energy = sb.simulate(of_a_motion(x[:2], x[2])).energy

@@ -1,4 +1,5 @@
-"""Sensitivity tables against closed forms and whole runs, and what they say where a derivative ends to hold."""
+"""Sensitivity tables against closed forms and whole runs, and what they say where a
+derivative ends to hold."""
 
 import dataclasses
 import json
@@ -20,11 +21,23 @@ def tables():
 
 @pytest.mark.slow
 def test_derivatives_match_the_closed_form(tables):
-    values = {"f": 0.35, "beta": 13.5, "R": 0.725, "J": 800.0, "C": 2e5, "T0": 8e3, "w0": 20.0}
+    values = {
+        "f": 0.35,
+        "beta": 13.5,
+        "R": 0.725,
+        "J": 800.0,
+        "C": 2e5,
+        "T0": 8e3,
+        "w0": 20.0,
+    }
 
     def truth(p):
         found = closed_form(**p, xp=jax.numpy)
-        return {"stopping_time": found["stop"], "slip_onset_time": found["t0"], "max_tension": p["T0"] * found["Pi"]}
+        return {
+            "stopping_time": found["stop"],
+            "slip_onset_time": found["t0"],
+            "max_tension": p["T0"] * found["Pi"],
+        }
 
     slopes = jax.jit(jax.jacrev(truth))(values)
     exact = {name: float(value) for name, value in jax.jit(truth)(values).items()}
@@ -42,11 +55,15 @@ def test_derivatives_match_the_closed_form(tables):
             row = table.at(path)
             scale = abs(exact[table.metric] / values[name])
             assert row.derivative == pytest.approx(slope, rel=1e-9, abs=1e-11 * scale)
-            assert row.elasticity == pytest.approx(slope / exact[table.metric] * values[name], rel=1e-8, abs=1e-10)
+            assert row.elasticity == pytest.approx(
+                slope / exact[table.metric] * values[name], rel=1e-8, abs=1e-10
+            )
         # a list as a whole: one factor for all its entries
         whole = table.at("brake.linings.angle[:]")
         slope = float(slopes[table.metric]["beta"])
-        assert whole.elasticity == pytest.approx(slope * 13.5 / exact[table.metric], rel=1e-8, abs=1e-10)
+        assert whole.elasticity == pytest.approx(
+            slope * 13.5 / exact[table.metric], rel=1e-8, abs=1e-10
+        )
         entries = [table.at(f"brake.linings.angle[{i}]").derivative for i in range(20)]
         assert sum(entries) == pytest.approx(whole.derivative, rel=1e-12)
     assert [t.unit for t in tables] == ["s", "s", "N", "J"]
@@ -59,7 +76,11 @@ def test_ends_of_the_ranges_are_runs(tables):
         assert row.half == pytest.approx(2e3)
         for end, factor in ((row.low, 0.99), (row.high, 1.01)):
             exact = closed_form(C=2e5 * factor)
-            truth = {"stopping_time": exact["stop"], "slip_onset_time": exact["t0"], "max_tension": 8e3 * exact["Pi"]}
+            truth = {
+                "stopping_time": exact["stop"],
+                "slip_onset_time": exact["t0"],
+                "max_tension": 8e3 * exact["Pi"],
+            }
             assert end == pytest.approx(truth[table.metric], rel=1e-9)
         assert row.tangent == pytest.approx(row.derivative * row.half, rel=1e-12)
 
@@ -68,7 +89,10 @@ def test_rows_are_sorted_and_written():
     table = sb.sensitivity(stop_scene(), "stopping_time", span=None)
     sizes = [abs(row.elasticity) for row in table.rows if np.isfinite(row.elasticity)]
     assert sizes == sorted(sizes, reverse=True)
-    assert json.loads(json.dumps(table.as_dict(), allow_nan=False))["rows"][0]["path"] == table.rows[0].path
+    assert (
+        json.loads(json.dumps(table.as_dict(), allow_nan=False))["rows"][0]["path"]
+        == table.rows[0].path
+    )
     words = str(table)
     assert "brake.linings.angle[:]" in words
     assert "brake.linings.angle[3]" not in words
@@ -78,21 +102,33 @@ def test_rows_are_sorted_and_written():
 
 @pytest.mark.slow
 def test_forward_for_one_is_reverse_for_all(tables):
-    one = sb.sensitivity(stop_scene(), ["stopping_time", "max_tension"], "brake.band.stiffness", span=None)
+    one = sb.sensitivity(
+        stop_scene(),
+        ["stopping_time", "max_tension"],
+        "brake.band.stiffness",
+        span=None,
+    )
     for table, full in zip(one, (tables[0], tables[2]), strict=True):
         (row,) = table.rows
         assert row.low is None
-        assert row.derivative == pytest.approx(full.at("brake.band.stiffness").derivative, rel=1e-10, abs=1e-16)
+        assert row.derivative == pytest.approx(
+            full.at("brake.band.stiffness").derivative, rel=1e-10, abs=1e-16
+        )
 
 
 @pytest.mark.slow
 def test_mode_change_within_range_is_noted():
     scene = stop_scene(end=closed_form()["stop"] * 1.005)
     table = sb.sensitivity(
-        scene, "stopping_time", ["initial.omega", "brake.pulley.inertia"], span={"initial.omega": "0.5 rad/s"}
+        scene,
+        "stopping_time",
+        ["initial.omega", "brake.pulley.inertia"],
+        span={"initial.omega": "0.5 rad/s"},
     )
     row = table.at("initial.omega")
-    assert row.high is None  # with more speed it does not stop before the end of the run
+    assert (
+        row.high is None
+    )  # with more speed it does not stop before the end of the run
     assert row.low == pytest.approx(closed_form(w0=19.5)["stop"], rel=1e-9)
     assert row.note.startswith("upper bound: other modes (the end instead of held")
     assert table.at("brake.pulley.inertia").note == ""
@@ -107,7 +143,9 @@ def test_ranges_of_the_parameters_that_matter_most(tables):
     assert any(row.low is not None for row in most.wholes)
     for row in most.rows:
         full = whole.at(row.path)
-        assert (row.low, row.high) == ((full.low, full.high) if row.path in ranged else (None, None))
+        assert (row.low, row.high) == (
+            (full.low, full.high) if row.path in ranged else (None, None)
+        )
         assert row.derivative == full.derivative
     with pytest.raises(sb.InputError, match="most: -1 is out of range"):
         sb.sensitivity(stop_scene(), METRICS[0], most=-1)
@@ -119,57 +157,87 @@ def test_an_event_beside_a_corner_is_noted():
     scene = stop_scene()
     for gap, notes in ((1e-8, 1), (1e-3, 0)):
         lever = sb.PiecewiseLinear([0.0, stop - gap, 10.0], [8e3, 8e3, 8e3])
-        near = sb.Scene(scene.brake, sb.Duty(lever, scene.duty.load), scene.initial, scene.end_time)
+        near = sb.Scene(
+            scene.brake, sb.Duty(lever, scene.duty.load), scene.initial, scene.end_time
+        )
         table = sb.sensitivity(near, "stopping_time", "initial.omega", span=None)
         assert table.notes == ()
-        table = sb.sensitivity(near, "stopping_time", "initial.omega", span={"initial.omega": 1e-3})
+        table = sb.sensitivity(
+            near, "stopping_time", "initial.omega", span={"initial.omega": 1e-3}
+        )
         assert len([note for note in table.notes if "corner" in note]) == notes
 
 
 def test_all_faults_in_one_report():
     with pytest.raises(sb.InputError) as error:
-        sb.sensitivity(stop_scene(), "stopping_time", ["brake.band.stifness", "initial"], span=None)
+        sb.sensitivity(
+            stop_scene(), "stopping_time", ["brake.band.stifness", "initial"], span=None
+        )
     assert "nearest: brake.band.stiffness" in str(error.value)
     with pytest.raises(sb.InputError, match="has no value in this run"):
         sb.sensitivity(stop_scene(end=0.01), "stopping_time", span=None)
-    for half, words in ((-1.0, "-1.0 is out of range — half a range must be > 0 rad/s"), ("2 m", "'m' is not a unit")):
+    for half, words in (
+        (-1.0, "-1.0 is out of range — half a range must be > 0 rad/s"),
+        ("2 m", "'m' is not a unit"),
+    ):
         with pytest.raises(sb.InputError, match="2 input errors") as error:
             sb.sensitivity(
-                stop_scene(), "stopping_time", "initial", span={"initial.omega": half, "brake.band.radius": 1.0}
+                stop_scene(),
+                "stopping_time",
+                "initial",
+                span={"initial.omega": half, "brake.band.radius": 1.0},
             )
         assert words in str(error.value)
 
 
 @pytest.mark.slow
 def test_limits_are_no_parameters():
-    scene = dataclasses.replace(stop_scene(C=None), limits=sb.Limits(max_tension="90 kN"))
+    scene = dataclasses.replace(
+        stop_scene(C=None), limits=sb.Limits(max_tension="90 kN")
+    )
     table = sb.sensitivity(scene, "stopping_angle", span=None)
     assert table.at("initial.omega").elasticity == pytest.approx(2.0, rel=1e-9)
     assert not [row.path for row in table.rows if row.path.startswith("limits")]
     prepared = sb.prepare(scene, ["stopping_angle"])
     places = range(prepared.numbers.size)
-    assert sorted(i for where in prepared.places.values() for i in places[where]) == list(places)
-    assert float(prepared.result({"initial.omega": 18.0}).scene.limits.max_tension) == 9e4
+    assert sorted(
+        i for where in prepared.places.values() for i in places[where]
+    ) == list(places)
+    assert (
+        float(prepared.result({"initial.omega": 18.0}).scene.limits.max_tension) == 9e4
+    )
     path = "limits.max_tension"
     for study in (
         lambda: sb.sensitivity(scene, "stopping_angle", ["limits"]),
         lambda: prepared({path: 8e4}),
         lambda: sb.ensemble(scene, {path: [8e4, 9e4]}),
         lambda: sb.studies.samples(scene, {path: (8e4, 9e4)}, 4),
-        lambda: sb.calibrate(scene, {path: (8e4, 9e4)}, sb.studies.Measured.of(events={"stopping_time": (1.0, 0.1)})),
+        lambda: sb.calibrate(
+            scene,
+            {path: (8e4, 9e4)},
+            sb.studies.Measured.of(events={"stopping_time": (1.0, 0.1)}),
+        ),
     ):
-        with pytest.raises(sb.InputError, match=r"limits.*: is no parameter of a run — what a run gives is compared"):
+        with pytest.raises(
+            sb.InputError,
+            match=r"limits.*: is no parameter of a run — what a run gives is compared",
+        ):
             study()
 
 
 def test_small_corner_at_a_bound():
-    """It is told although it would hide among all the other numbers: `M` grows by 0.0004 per unit above the bound."""
+    """It is told although it would hide among all the other numbers: `M` grows by
+    0.0004 per unit above the bound."""
 
     def corner(result):
         ratio = result.scene.brake.linings.friction.static_ratio
-        return result.stopping_time + 4e-4 * jax.numpy.where(ratio > 1.0, ratio - 1.0, 0.0)
+        return result.stopping_time + 4e-4 * jax.numpy.where(
+            ratio > 1.0, ratio - 1.0, 0.0
+        )
 
-    row = sb.sensitivity(stop_scene(), corner, span=None, most=0).at("brake.linings.friction.static_ratio")
+    row = sb.sensitivity(stop_scene(), corner, span=None, most=0).at(
+        "brake.linings.friction.static_ratio"
+    )
     assert row.note.startswith("one-sided, by differences: ")
     assert abs(row.derivative - 4e-4) < 1e-5
 
@@ -177,15 +245,22 @@ def test_small_corner_at_a_bound():
 @pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-5, 1e-7])
 def test_errors_of_derivatives_at_loose_tolerances(rtol):
-    """Beside the derivatives at 1e-13: at most one in twenty is more than three times as wrong as it says."""
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, 300.0),))
-    brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(6, "270 deg", law))
+    """Beside the derivatives at 1e-13: at most one in twenty is more than three times
+    as wrong as it says."""
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, 300.0),)
+    )
+    brake = sb.Brake(
+        sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(6, "270 deg", law)
+    )
     duty = sb.Duty(sb.ramp(2e3, 24e3, 0.0, 0.35), sb.HookLoad("60 t", 0.4, 8))
     heat = sb.lumped_heat(rim=2e5, linings=2e4, partition=0.8, rim_cooling=200.0)
     shaft = (sb.loads.HydrodynamicBrake(20.0),)
     scene = sb.Scene(brake, duty, sb.Initial(24.0), 8.0, heat=heat, shaft=shaft)
     asked = ["stopping_time", "stopping_angle", "energy.friction_heat"]
-    loose, exact = (sb.sensitivity(scene, asked, span=None, rtol=each) for each in (rtol, 1e-13))
+    loose, exact = (
+        sb.sensitivity(scene, asked, span=None, rtol=each) for each in (rtol, 1e-13)
+    )
     missed = []
     for table, truth in zip(loose, exact, strict=True):
         for row in table.rows:

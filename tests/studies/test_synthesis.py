@@ -25,7 +25,12 @@ def u2_5_5(scenarios):
 
 @pytest.fixture(scope="module")
 def classical(u2_5_5):
-    return sb.synthesize(u2_5_5, sb.formulas.EstimateData(track_area=2 * sb.formulas.polished_surface(0.590, 0.220)))
+    return sb.synthesize(
+        u2_5_5,
+        sb.formulas.EstimateData(
+            track_area=2 * sb.formulas.polished_surface(0.590, 0.220)
+        ),
+    )
 
 
 def hard(scene):
@@ -33,7 +38,7 @@ def hard(scene):
     return dataclasses.replace(scene, initial=sb.Initial(60.0))
 
 
-# --- the chain by hand ------------------------------------------------------------------------------------------------
+# --- the chain by hand --------------------------------------------------------------
 
 
 def test_the_chain_of_the_u2_5_5_by_hand(classical):
@@ -47,7 +52,10 @@ def test_every_step_has_numbers_and_source(classical):
     assert steps == sorted(steps)
     assert all(row.formula and row.unit for row in classical)
     depth = classical.step(1)[0]
-    assert [str(number) for number in depth.numbers] == ["a = 1.1401e-05 m^2/s", "τ = 0.95001 s"]
+    assert [str(number) for number in depth.numbers] == [
+        "a = 1.1401e-05 m^2/s",
+        "τ = 0.95001 s",
+    ]
     assert classical.rounds == 0
     assert classical.replaced == ()
     with pytest.raises(KeyError, match="no figure 'colour'"):
@@ -56,19 +64,38 @@ def test_every_step_has_numbers_and_source(classical):
 
 def test_shown_numbers_give_the_value(classical):
     """Values recomputed from the numbers that the report prints beside them."""
-    n = {row.name: {number.symbol: number.value for number in row.numbers} for row in classical}
+    n = {
+        row.name: {number.symbol: number.value for number in row.numbers}
+        for row in classical
+    }
     x = n["mean bulk temperature, rim"]
     hand = by_hand()
-    shown = [x["W"], x["α"], x["c"], x["G"], n["thickness that holds the heat, braking"]["Q"]]
+    shown = [
+        x["W"],
+        x["α"],
+        x["c"],
+        x["G"],
+        n["thickness that holds the heat, braking"]["Q"],
+    ]
     mass = 7850.0 * hand["effective volume, rim"]
     track = 2 * 2 * math.pi * 0.590 * 0.220
     work = hand["friction work"]
-    wanted = [work, hand["heat partition coefficient, rim"], 534.1, mass, hand["heat into the rim"] / track]
+    wanted = [
+        work,
+        hand["heat partition coefficient, rim"],
+        534.1,
+        mass,
+        hand["heat into the rim"] / track,
+    ]
     np.testing.assert_allclose(shown, wanted, rtol=1e-9)
     found = classical["mean bulk temperature, rim"].value
-    assert x["T"] + 2 / 3 * x["α"] * x["W"] / (x["c"] * x["G"]) == pytest.approx(found, rel=1e-15)
+    assert x["T"] + 2 / 3 * x["α"] * x["W"] / (x["c"] * x["G"]) == pytest.approx(
+        found, rel=1e-15
+    )
     x = n["maximum temperature, S-26"]
-    assert x["T"] + x["t_s"] + x["t_f"] / 3 == pytest.approx(classical["maximum temperature, S-26"].value)
+    assert x["T"] + x["t_s"] + x["t_f"] / 3 == pytest.approx(
+        classical["maximum temperature, S-26"].value
+    )
     x = n["maximum temperature, S-27"]
     found = classical["maximum temperature, S-27"].value
     assert x["T"] + x["t_v"] + x["t_s"] / 3 + x["t_f"] / 3 == pytest.approx(found)
@@ -79,19 +106,28 @@ def test_shown_numbers_give_the_value(classical):
     assert x["κ"] * x["q_1"] - loss == pytest.approx(classical["mean net flux"].value)
     x = n["heat gained in it"]
     time = classical["time of four revolutions"].value
-    assert x["q_1"] * x["A_a"] * x["κ"] * time == pytest.approx(classical["heat gained in it"].value)
+    assert x["q_1"] * x["A_a"] * x["κ"] * time == pytest.approx(
+        classical["heat gained in it"].value
+    )
     x = n["thickness that holds the heat, braking"]
     found = classical["thickness that holds the heat, braking"].value
     assert x["Q"] / (x["ρ c"] * x["ΔT_p"]) == pytest.approx(found, rel=1e-15)
 
 
 def test_layers_of_a_stop(classical):
-    """Heat does not reach the back: Schmidt's scheme against the closed form and its energy."""
+    """Heat does not reach the back: Schmidt's scheme against the closed form and its
+    energy."""
     face = classical["surface temperature, falling flux"].value
-    assert classical["maximum face temperature"].value == pytest.approx(face, abs=5e-3 * (face - 293.15))
+    assert classical["maximum face temperature"].value == pytest.approx(
+        face, abs=5e-3 * (face - 293.15)
+    )
     assert classical["rim at the end, back"].value == pytest.approx(293.15, abs=1e-2)
-    end = sb.formulas.stopping_rise(2 * 430460.0, 0.95001, 0.95001, float(STEEL.effusivity))
-    assert classical["rim at the end, face"].value - 293.15 == pytest.approx(end, rel=1e-2)
+    end = sb.formulas.stopping_rise(
+        2 * 430460.0, 0.95001, 0.95001, float(STEEL.effusivity)
+    )
+    assert classical["rim at the end, face"].value - 293.15 == pytest.approx(
+        end, rel=1e-2
+    )
 
 
 def test_transmission_replaces_a_scenes_law(u2_5_5):
@@ -100,26 +136,42 @@ def test_transmission_replaces_a_scenes_law(u2_5_5):
         found["heat partition coefficient, rim, transmission"].value
     )
     with pytest.raises(sb.InputError, match="beside a law"):
-        sb.synthesize(u2_5_5, sb.formulas.EstimateData(share=0.9), partition=sb.formulas.transmission_table())
+        sb.synthesize(
+            u2_5_5,
+            sb.formulas.EstimateData(share=0.9),
+            partition=sb.formulas.transmission_table(),
+        )
 
 
 def test_only_heat_of_friction_work_warms(u2_5_5, classical):
     data = sb.formulas.EstimateData(
-        track_area=2 * sb.formulas.polished_surface(0.590, 0.220), power=sb.thermal.shares_of_S()
+        track_area=2 * sb.formulas.polished_surface(0.590, 0.220),
+        power=sb.thermal.shares_of_S(),
     )
     found = sb.synthesize(u2_5_5, data)
-    for name in ("mean bulk temperature, rim", "mean bulk temperature, lining", "rim at the end, face"):
-        assert found[name].value - 293.15 == pytest.approx(0.68 * (classical[name].value - 293.15)), name
-    for name in ("heat into the rim", "thermal stress, surface", "thickness that holds the heat, braking"):
+    for name in (
+        "mean bulk temperature, rim",
+        "mean bulk temperature, lining",
+        "rim at the end, face",
+    ):
+        assert found[name].value - 293.15 == pytest.approx(
+            0.68 * (classical[name].value - 293.15)
+        ), name
+    for name in (
+        "heat into the rim",
+        "thermal stress, surface",
+        "thickness that holds the heat, braking",
+    ):
         assert found[name].value == pytest.approx(0.68 * classical[name].value), name
     assert found["friction work"].value == classical["friction work"].value
 
 
-# --- properties at temperature ----------------------------------------------------------------------------------------
+# --- properties at temperature ------------------------------------------------------
 
 
 def bulk_rise(T, share, W, A, tau, material, thickness=0.025):
-    """Mean bulk rise with properties at T, in terms of the half-space and of the slab."""
+    """Mean bulk rise with properties at T, in terms of the half-space and of the
+    slab."""
     factor_k = 1 + float(material.conductivity_slope or 0.0) * (T - 293.15)
     factor_c = 1 + float(material.specific_heat_slope or 0.0) * (T - 293.15)
     conductivity = float(material.conductivity) * factor_k
@@ -131,24 +183,39 @@ def bulk_rise(T, share, W, A, tau, material, thickness=0.025):
 
 @pytest.mark.parametrize("thickness", [0.025, 0.004])
 def test_property_temperature_is_a_root(u2_5_5, thickness):
-    """Heat that stays in the rim, and heat that passes through it; the root by bracketing."""
-    data = sb.formulas.EstimateData(rim=WARMER, share=0.9, track_area=0.35, rim_thickness=thickness)
+    """Heat that stays in the rim, and heat that passes through it; the root by
+    bracketing."""
+    data = sb.formulas.EstimateData(
+        rim=WARMER, share=0.9, track_area=0.35, rim_thickness=thickness
+    )
     found = sb.synthesize(hard(u2_5_5), data)
     stop = sb.formulas.classical_stop(hard(u2_5_5))
     truth = brentq(
-        lambda T: 293.15 + bulk_rise(T, 0.9, stop.work, 0.35, stop.time, WARMER, thickness) - T,
+        lambda T: (
+            293.15
+            + bulk_rise(T, 0.9, stop.work, 0.35, stop.time, WARMER, thickness)
+            - T
+        ),
         300.0,
         1500.0,
         xtol=1e-12,
     )
     assert found.replaced == ("rim", "lining")
     assert found.rounds > 2
-    assert found["mean bulk temperature, rim, refined"].value == pytest.approx(truth, rel=1e-11)
+    assert found["mean bulk temperature, rim, refined"].value == pytest.approx(
+        truth, rel=1e-11
+    )
     cold = sb.synthesize(u2_5_5, data)["mean bulk temperature, rim, refined"].value
-    assert cold == sb.synthesize(u2_5_5, data)["mean bulk temperature, rim"].value < 423.15  # of room temperature
-    first = 293.15 + bulk_rise(293.15, 0.9, stop.work, 0.35, stop.time, WARMER, thickness)
+    assert (
+        cold == sb.synthesize(u2_5_5, data)["mean bulk temperature, rim"].value < 423.15
+    )  # of room temperature
+    first = 293.15 + bulk_rise(
+        293.15, 0.9, stop.work, 0.35, stop.time, WARMER, thickness
+    )
     assert found["mean bulk temperature, rim"].value == pytest.approx(first, rel=1e-12)
-    assert found["conductivity, rim"].value == pytest.approx(47.8 * (1 - 6e-4 * (first - 293.15)))
+    assert found["conductivity, rim"].value == pytest.approx(
+        47.8 * (1 - 6e-4 * (first - 293.15))
+    )
     assert found["temperature of the properties, rim"].value == pytest.approx(first)
     assert abs(truth - first) > 5.0
 
@@ -161,38 +228,52 @@ def test_rim_and_lining_settle_together(u2_5_5):
     stop = sb.formulas.classical_stop(hard(u2_5_5))
 
     def effusivity(material, T):
-        product = float(material.conductivity * material.density * material.specific_heat)
+        product = float(
+            material.conductivity * material.density * material.specific_heat
+        )
         for slope in (material.conductivity_slope, material.specific_heat_slope):
             product *= 1 + float(slope) * (T - 293.15)
         return math.sqrt(product)
 
     def rest(T):
-        share = effusivity(WARMER, T[0]) / (effusivity(WARMER, T[0]) + effusivity(lining, T[1]))
+        share = effusivity(WARMER, T[0]) / (
+            effusivity(WARMER, T[0]) + effusivity(lining, T[1])
+        )
         rim = bulk_rise(T[0], share, stop.work, 0.35, stop.time, WARMER)
         other = bulk_rise(T[1], 1 - share, stop.work, 0.75 * 0.35, stop.time, lining)
         return [293.15 + rim - T[0], 293.15 + other - T[1]]
 
     truth = root(rest, [500.0, 560.0], tol=1e-13)
     assert truth.success
-    names = ("mean bulk temperature, rim, refined", "mean bulk temperature, lining, refined")
-    np.testing.assert_allclose([found[name].value for name in names], truth.x, rtol=1e-10)
+    names = (
+        "mean bulk temperature, rim, refined",
+        "mean bulk temperature, lining, refined",
+    )
+    np.testing.assert_allclose(
+        [found[name].value for name in names], truth.x, rtol=1e-10
+    )
 
 
 def test_falling_capacity_runs_away(u2_5_5):
-    """T − T_0 = K/(1 − b (T − T_0)) has a solution while K b ≤ 1/4 (heat through a thin rim)."""
+    """T − T_0 = K/(1 − b (T − T_0)) has a solution while K b ≤ 1/4 (heat through a thin
+    rim)."""
     stop = sb.formulas.classical_stop(hard(u2_5_5))
     K = bulk_rise(293.15, 0.9, stop.work, 0.35, stop.time, STEEL, 0.004)
 
     def found(slope, **options):
         steel = sb.material("steel_20L", specific_heat_slope=-slope)
-        data = sb.formulas.EstimateData(rim=steel, share=0.9, track_area=0.35, rim_thickness=0.004)
+        data = sb.formulas.EstimateData(
+            rim=steel, share=0.9, track_area=0.35, rim_thickness=0.004
+        )
         return sb.synthesize(hard(u2_5_5), data, **options)
 
     b = 0.9 / (4 * K)
     lower = (1 - math.sqrt(1 - 4 * b * K)) / (2 * b)
     rise = found(b)["mean bulk temperature, rim, refined"].value - 293.15
     assert rise == pytest.approx(lower, rel=1e-9)
-    with pytest.raises(sb.formulas.SynthesisError, match="specific heat of the rim") as error:
+    with pytest.raises(
+        sb.formulas.SynthesisError, match="specific heat of the rim"
+    ) as error:
         found(1.1 / (4 * K))
     assert error.value.code == "material_range"
     with pytest.raises(sb.formulas.SynthesisError, match="after 5 rounds") as error:
@@ -205,29 +286,44 @@ def test_inputs_are_given_or_assumed(u2_5_5, classical):
     assert sources["back_permissible"] == (393.15, "assumption: rivets or bond, 120 °C")
     assert sources["start"] == (293.15, "20 °C")
     limits = sb.formulas.Permissible(back=400.0, pressure=1e6)
-    given = {one.name: (one.value, one.unit, one.source) for one in sb.synthesize(u2_5_5, permissible=limits).inputs}
+    given = {
+        one.name: (one.value, one.unit, one.source)
+        for one in sb.synthesize(u2_5_5, permissible=limits).inputs
+    }
     assert given["back_permissible"] == (400.0, "K", "given")
     assert given["pressure_permissible"] == (1e6, "Pa", "given")
 
 
-# --- rational thickness -----------------------------------------------------------------------------------------------
+# --- rational thickness -------------------------------------------------------------
 
 
 def test_heat_reaches_back_of_rational_rim():
     found = sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=300.0)
-    assert sb.formulas.fourier_number(float(STEEL.diffusivity), 1.25, found.depth) == pytest.approx(1 / 1.73**2)
-    assert found.storage * float(STEEL.density * STEEL.specific_heat) * 300.0 == pytest.approx(8e5)
+    assert sb.formulas.fourier_number(
+        float(STEEL.diffusivity), 1.25, found.depth
+    ) == pytest.approx(1 / 1.73**2)
+    assert found.storage * float(
+        STEEL.density * STEEL.specific_heat
+    ) * 300.0 == pytest.approx(8e5)
     assert found.rational == found.depth
-    # S's criterion beside the slab: by then the back has risen by 26 % of the face, and half as deep by 52 % of it
-    face, back = (sb.formulas.slab_rise(1e5, 1.25, found.depth, STEEL, x) for x in (0.0, found.depth))
+    # S's criterion beside the slab: by then the back has risen by 26 % of the face, and
+    # half as deep by 52 % of it
+    face, back = (
+        sb.formulas.slab_rise(1e5, 1.25, found.depth, STEEL, x)
+        for x in (0.0, found.depth)
+    )
     assert back / face == pytest.approx(0.264, abs=2e-3)
     stored = sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e7, rise=300.0)
     assert stored.rational == stored.storage == pytest.approx(100 * found.storage)
-    assert sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=0.0).rational == math.inf
+    assert (
+        sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=0.0).rational
+        == math.inf
+    )
 
 
 def test_the_back_of_a_held_slab():
-    """Series and images meet; both against the half-space, and against volumes integrated by SciPy."""
+    """Series and images meet; both against the half-space, and against volumes
+    integrated by SciPy."""
     early = 0.05
     near = 2 * (erfc(1 / (2 * math.sqrt(early))) - erfc(3 / (2 * math.sqrt(early))))
     assert sb.formulas.held_face_rise(early) == pytest.approx(near, rel=1e-12)
@@ -241,11 +337,17 @@ def test_the_back_of_a_held_slab():
         h = 1 / cells
 
         def rates(_, T, h=h):
-            left = np.concatenate([[2 * (1.0 - T[0])], -np.diff(T)])  # the face is half a cell away
+            left = np.concatenate(
+                [[2 * (1.0 - T[0])], -np.diff(T)]
+            )  # the face is half a cell away
             return (left - np.concatenate([-np.diff(T), [0.0]])) / h**2
 
-        end = solve_ivp(rates, (0.0, 0.5), np.zeros(cells), method="BDF", rtol=1e-9, atol=1e-11).y[:, -1]
-        errors.append(1.125 * end[-1] - 0.125 * end[-2] - sb.formulas.held_face_rise(0.5))  # even about the back
+        end = solve_ivp(
+            rates, (0.0, 0.5), np.zeros(cells), method="BDF", rtol=1e-9, atol=1e-11
+        ).y[:, -1]
+        errors.append(
+            1.125 * end[-1] - 0.125 * end[-2] - sb.formulas.held_face_rise(0.5)
+        )  # even about the back
     assert abs(errors[1]) < 2e-4
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
 
@@ -253,17 +355,32 @@ def test_the_back_of_a_held_slab():
 def test_a_rational_lining():
     given = {"face": 600.0, "back": 393.15, "start": 293.15}
     found = sb.formulas.rational_lining_thickness(LINING, 1500.0, **given)
-    back = sb.formulas.back_temperature(LINING, found.insulation, 1500.0, face=600.0, start=293.15)
+    back = sb.formulas.back_temperature(
+        LINING, found.insulation, 1500.0, face=600.0, start=293.15
+    )
     assert back == pytest.approx(393.15, abs=1e-9)
-    Fo = brentq(lambda Fo: sb.formulas.held_face_rise(Fo) - 100.0 / 306.85, 0.05, 2.0, xtol=1e-14)
-    assert found.insulation == pytest.approx(math.sqrt(3.68e-7 * 1500.0 / Fo), rel=1e-10)
+    Fo = brentq(
+        lambda Fo: sb.formulas.held_face_rise(Fo) - 100.0 / 306.85,
+        0.05,
+        2.0,
+        xtol=1e-14,
+    )
+    assert found.insulation == pytest.approx(
+        math.sqrt(3.68e-7 * 1500.0 / Fo), rel=1e-10
+    )
     assert found.rational == max(found.insulation, found.depth)
-    cool = sb.formulas.rational_lining_thickness(LINING, 1500.0, **{**given, "face": 390.0})
+    cool = sb.formulas.rational_lining_thickness(
+        LINING, 1500.0, **{**given, "face": 390.0}
+    )
     assert cool.insulation == 0.0
     assert cool.rational == cool.depth
-    warm = sb.formulas.rational_lining_thickness(LINING, 1500.0, **{**given, "start": 393.15, "face": 500.0})
+    warm = sb.formulas.rational_lining_thickness(
+        LINING, 1500.0, **{**given, "start": 393.15, "face": 500.0}
+    )
     assert warm.rational == math.inf
-    thin = sb.formulas.back_temperature(LINING, 0.5 * found.insulation, 1500.0, face=600.0, start=293.15)
+    thin = sb.formulas.back_temperature(
+        LINING, 0.5 * found.insulation, 1500.0, face=600.0, start=293.15
+    )
     assert thin > 393.15 + 50.0
 
 

@@ -23,21 +23,32 @@ def u2_5_5(scenarios):
     return runpy.run_path(str(scenarios / "u2_5_5_stop.py"))["scene"]()
 
 
-# --- beside a run -----------------------------------------------------------------------------------------------------
+# --- beside a run -------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def run():
-    """A rigid band under constant tension slides from the first moment: the classical stop is then exact."""
+    """A rigid band under constant tension slides from the first moment: the classical
+    stop is then exact."""
     scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
-    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
-    return sb.simulate(dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0)))
+    rigid = dataclasses.replace(
+        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
+    )
+    return sb.simulate(
+        dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
+    )
 
 
 @pytest.mark.slow
 def test_formulas_match_a_stop_they_assume(run):
     found = sb.synthesize(run)
-    exact = ("stopping time", "brake torque", "stopping angle", "friction work", "tight tension, maximum")
+    exact = (
+        "stopping time",
+        "brake torque",
+        "stopping angle",
+        "friction work",
+        "tight tension, maximum",
+    )
     for name in (*exact, "friction travel", "energy load of the linings"):
         assert found[name].value == pytest.approx(found[name].simulated, rel=1e-9), name
     peak = found["maximum face temperature"].simulated - 293.15
@@ -45,29 +56,50 @@ def test_formulas_match_a_stop_they_assume(run):
         "maximum face temperature",
         *(f"rim at the end, {at}" for at in ("face", "1/4", "1/2", "3/4", "back")),
     ):
-        row = found[name]  # apart by layers of another thickness, and by what the air takes
+        row = found[
+            name
+        ]  # apart by layers of another thickness, and by what the air takes
         assert row.value == pytest.approx(row.simulated, abs=0.02 * peak), name
-    # the estimate leaves all heat within the depth b, in the run some of it goes on: ∫ q erfc(b/√(4 a u)) du
+    # the estimate leaves all heat within the depth b, in the run some of it goes on: ∫
+    # q erfc(b/√(4 a u)) du
     bulk = found["mean bulk temperature, rim"]
     tau = run.metrics["stopping_time"]
     a = 48.0 / (7800.0 * 500.0)
     b = 1.73 * math.sqrt(a * tau)
     beyond = dblquad(
-        lambda u, t: 2 * (1 - (t - u) / tau) * math.erfc(b / math.sqrt(4 * a * u)) / tau**2, 0, tau, 0, lambda t: t
+        lambda u, t: (
+            2 * (1 - (t - u) / tau) * math.erfc(b / math.sqrt(4 * a * u)) / tau**2
+        ),
+        0,
+        tau,
+        0,
+        lambda t: t,
     )[0]
     rise = 0.95 * 0.5 * 800.0 * 20.0**2 / (7800.0 * 500.0 * TRACK * b)
     assert bulk.value - 293.15 == pytest.approx(2 / 3 * rise, rel=1e-9)
     assert bulk.simulated - 293.15 == pytest.approx((2 / 3 - beyond) * rise, rel=1e-2)
     assert found["heat partition coefficient, rim"].simulated == pytest.approx(0.95)
-    assert found["relative time of the maximum"].simulated == pytest.approx(0.5, abs=0.02)
+    assert found["relative time of the maximum"].simulated == pytest.approx(
+        0.5, abs=0.02
+    )
     assert found["relative power then"].simulated == pytest.approx(1.0, abs=0.05)
-    assert found["pressure, mean"].value == pytest.approx(found["pressure, mean"].simulated, rel=0.02)
-    kept = quad(lambda u: 2 * u / tau**2 * math.erf(b / math.sqrt(4 * a * u)), 0, tau)[0]
-    assert found["rim's heat within the depth"].simulated == pytest.approx(kept, abs=5e-3)
+    assert found["pressure, mean"].value == pytest.approx(
+        found["pressure, mean"].simulated, rel=0.02
+    )
+    kept = quad(lambda u: 2 * u / tau**2 * math.erf(b / math.sqrt(4 * a * u)), 0, tau)[
+        0
+    ]
+    assert found["rim's heat within the depth"].simulated == pytest.approx(
+        kept, abs=5e-3
+    )
     assert found["rational thickness, rim"].simulated == pytest.approx(0.028)
     assert found["conductivity, rim"].simulated == pytest.approx(48.0)
     # the scene has no lining wall: nothing simulated is made up for it
-    for name in ("mean bulk temperature, lining", "rational thickness, lining", "lining's back after the braking"):
+    for name in (
+        "mean bulk temperature, lining",
+        "rational thickness, lining",
+        "lining's back after the braking",
+    ):
         assert found[name].simulated is None
 
 
@@ -78,7 +110,9 @@ def test_what_the_run_keeps(run):
     stop = run.metrics["stopping_time"]
     s = run.series(np.array([0.0, float(stop)]))
     assert row.value == pytest.approx(0.95 * float(s.friction_heat[-1]), rel=1e-9)
-    lost = float(s.heat_lost[-1]) - 0.05 * float(s.friction_heat[-1])  # what enters no body counts as lost
+    lost = float(s.heat_lost[-1]) - 0.05 * float(
+        s.friction_heat[-1]
+    )  # what enters no body counts as lost
     assert row.simulated == pytest.approx(row.value - lost, rel=1e-6)
     assert lost > 0
 
@@ -86,7 +120,9 @@ def test_what_the_run_keeps(run):
 @pytest.mark.slow
 def test_user_numbers_precede_those_of_scene(run):
     found = sb.synthesize(
-        run, sb.formulas.EstimateData(rim_thickness=0.05), permissible=sb.formulas.Permissible(lining=300.0, power=1.0)
+        run,
+        sb.formulas.EstimateData(rim_thickness=0.05),
+        permissible=sb.formulas.Permissible(lining=300.0, power=1.0),
     )
     assert found.limits["margin, face of the linings"] == "exceeded"
     assert found.limits["margin, power load"] == "exceeded"
@@ -99,16 +135,20 @@ def test_user_numbers_precede_those_of_scene(run):
     assert far.limits[name] == "within limit"
     hottest = 1e3 - min(far[name].value, far[name].simulated or np.inf)
     for beyond, verdict in ((0.5, "within limit"), (-0.5, "exceeded")):
-        close = sb.synthesize(run, permissible=sb.formulas.Permissible(lining=hottest + beyond))
+        close = sb.synthesize(
+            run, permissible=sb.formulas.Permissible(lining=hottest + beyond)
+        )
         assert verdict in close.limits[name]
 
 
 @pytest.fixture(scope="module")
 def twice():
-    """Two brakings from different speeds under a constant load: the drum runs away between them."""
+    """Two brakings from different speeds under a constant load: the drum runs away
+    between them."""
     scene = stop_scene(C=None, w0=0.0)
     lever = sb.PiecewiseLinear(
-        [0.0, 0.01, 1.5, 1.501, 9.0, 9.01, 12.0, 12.001], [8e3, 0.0, 0.0, 8e3, 8e3, 0.0, 0.0, 8e3]
+        [0.0, 0.01, 1.5, 1.501, 9.0, 9.01, 12.0, 12.001],
+        [8e3, 0.0, 0.0, 8e3, 8e3, 0.0, 0.0, 8e3],
     )
     duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(5e3)))
     return sb.simulate(dataclasses.replace(scene, duty=duty, end_time=30.0))
@@ -119,63 +159,100 @@ def test_the_hardest_of_several_brakings(twice):
     found = sb.synthesize(twice)
     assert "the hardest of" in found.about
     omega = 5e3 / 800.0 * (12.001 - 9.01)
-    assert found["stopping time"].value == pytest.approx(found["stopping time"].simulated, rel=5e-3)
+    assert found["stopping time"].value == pytest.approx(
+        found["stopping time"].simulated, rel=5e-3
+    )
     for name in ("stopping angle", "friction work"):
         assert found[name].value == pytest.approx(found[name].simulated, rel=1e-2), name
     numbers = {number.symbol: number.value for number in found["stopping time"].numbers}
     assert numbers["ω_0"] == pytest.approx(omega, rel=1e-2)
-    duty = {number.symbol: number.value for number in found["thickness that holds the heat, whole duty"].numbers}
-    one = {number.symbol: number.value for number in found["thickness that holds the heat, braking"].numbers}
+    duty = {
+        number.symbol: number.value
+        for number in found["thickness that holds the heat, whole duty"].numbers
+    }
+    one = {
+        number.symbol: number.value
+        for number in found["thickness that holds the heat, braking"].numbers
+    }
     total = float(twice.energy["friction_heat"])
-    assert duty["Q"] / one["Q"] == pytest.approx(total / found["friction work"].simulated, rel=1e-3)
+    assert duty["Q"] / one["Q"] == pytest.approx(
+        total / found["friction work"].simulated, rel=1e-3
+    )
 
 
 @pytest.mark.slow
 def test_no_thickness_for_a_lining_too_hot(run):
-    """No number stands for it, in words nor in JSON, nor a difference from the thickness of the run."""
-    found = sb.synthesize(run, permissible=sb.formulas.Permissible(lining=293.0, back=293.15))
+    """No number stands for it, in words nor in JSON, nor a difference from the
+    thickness of the run."""
+    found = sb.synthesize(
+        run, permissible=sb.formulas.Permissible(lining=293.0, back=293.15)
+    )
     assert found.lining_thickness == found.rim_thickness == math.inf
     row = found["rational thickness, rim"]
     assert row.simulated == pytest.approx(0.028)
     assert row.difference is None
     told = row.as_dict()
     assert told["value"] is told["difference"] is None
-    assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["steps"] == found.as_list()
+    assert (
+        json.loads(json.dumps(found.as_dict(), allow_nan=False))["steps"]
+        == found.as_list()
+    )
     assert re.search(r"rational thickness, lining +none", str(found))
 
 
-# --- bad input --------------------------------------------------------------------------------------------------------
+# --- bad input ----------------------------------------------------------------------
 
 
 def test_all_faults_come_in_one_report(u2_5_5):
-    data = sb.formulas.EstimateData(rim_thickness=-1.0, share=1.5, elastic=sb.formulas.ElasticMaterial(poisson=0.7))
+    data = sb.formulas.EstimateData(
+        rim_thickness=-1.0, share=1.5, elastic=sb.formulas.ElasticMaterial(poisson=0.7)
+    )
     with pytest.raises(sb.InputError) as error:
-        sb.synthesize(u2_5_5, data, permissible=sb.formulas.Permissible(back=math.nan), tolerance=0.0, rounds=0)
+        sb.synthesize(
+            u2_5_5,
+            data,
+            permissible=sb.formulas.Permissible(back=math.nan),
+            tolerance=0.0,
+            rounds=0,
+        )
     paths = [fault.path for fault in error.value.faults]
-    assert paths == ["rim_thickness", "share", "permissible.back", "elastic.poisson", "tolerance", "rounds"]
+    assert paths == [
+        "rim_thickness",
+        "share",
+        "permissible.back",
+        "elastic.poisson",
+        "tolerance",
+        "rounds",
+    ]
 
 
 def test_staged_brake_or_no_stop_is_refused():
     scene = stop_scene(C=None)
-    brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
+    brake = dataclasses.replace(
+        scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1))
+    )
     with pytest.raises(sb.InputError, match="one friction pair"):
         sb.synthesize(dataclasses.replace(scene, brake=brake))
     with pytest.raises(sb.InputError, match="no classical stop"):
         sb.synthesize(stop_scene(C=None, w0=0.0))
 
 
-# --- the command ------------------------------------------------------------------------------------------------------
+# --- the command --------------------------------------------------------------------
 
 
 def call(capsys, *arguments):
-    return commands.call(capsys, "synthesize", *(str(argument) for argument in arguments))
+    return commands.call(
+        capsys, "synthesize", *(str(argument) for argument in arguments)
+    )
 
 
 @pytest.mark.slow
 def test_report_tells_why_run_and_formula_differ(capsys, scenarios):
     code, out, err = call(capsys, scenarios / "u2_5_5_stop.toml")
     assert (code, err) == (0, "")
-    numbers = [line.split(".")[0] for line in out.splitlines() if re.match(r"\d+\.", line)]
+    numbers = [
+        line.split(".")[0] for line in out.splitlines() if re.match(r"\d+\.", line)
+    ]
     assert numbers == [str(i) for i in range(1, 13)]
     row = next(line for line in out.splitlines() if line.startswith("stopping time"))
     assert re.search(r"0\.95001 +1\.2496 +-0\.29963 +s", row)
@@ -184,7 +261,9 @@ def test_report_tells_why_run_and_formula_differ(capsys, scenarios):
 
 def test_json_lists_steps_and_file_is_whole(capsys, scenarios, tmp_path):
     place = tmp_path / "synthesis.json"
-    code, out, _ = call(capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--json", "-o", place)
+    code, out, _ = call(
+        capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--json", "-o", place
+    )
     assert code == 0
     rows = json.loads(out, parse_constant=pytest.fail)
     assert {row["step"] for row in rows} == set(range(1, 13))
@@ -195,9 +274,21 @@ def test_json_lists_steps_and_file_is_whole(capsys, scenarios, tmp_path):
 
 
 def test_options_change_the_inputs(capsys, scenarios):
-    given = ["--given", "rim=cast_iron", "--given", "permissible.lining=30 degC", "--transmission"]
+    given = [
+        "--given",
+        "rim=cast_iron",
+        "--given",
+        "permissible.lining=30 degC",
+        "--transmission",
+    ]
     code, out, _ = call(
-        capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--json", *given, "--set", "initial.omega=30"
+        capsys,
+        scenarios / "u2_5_5_stop.toml",
+        "--no-run",
+        "--json",
+        *given,
+        "--set",
+        "initial.omega=30",
     )
     assert code == 0
     rows = {row["name"]: row for row in json.loads(out)}
@@ -206,15 +297,41 @@ def test_options_change_the_inputs(capsys, scenarios):
         rows["heat partition coefficient, rim"]["value"]
         == rows["heat partition coefficient, rim, transmission"]["value"]
     )
-    stronger = ["--given", "permissible.stress=1 GPa"]  # the scene's own steel exceeds its allowable stress
-    assert call(capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--fail-on-limit")[0] == 3
-    assert call(capsys, scenarios / "u2_5_5_stop.toml", "--no-run", *stronger, "--fail-on-limit")[0] == 0
-    assert rows["stopping angle"]["value"] == pytest.approx(by_hand()["stopping angle"] * (30 / 24) ** 2)
+    stronger = [
+        "--given",
+        "permissible.stress=1 GPa",
+    ]  # the scene's own steel exceeds its allowable stress
+    assert (
+        call(capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--fail-on-limit")[0]
+        == 3
+    )
+    assert (
+        call(
+            capsys,
+            scenarios / "u2_5_5_stop.toml",
+            "--no-run",
+            *stronger,
+            "--fail-on-limit",
+        )[0]
+        == 0
+    )
+    assert rows["stopping angle"]["value"] == pytest.approx(
+        by_hand()["stopping angle"] * (30 / 24) ** 2
+    )
 
 
 def test_bad_input_writes_nothing(capsys, scenarios, tmp_path):
     (tmp_path / "taken").touch()
-    bad = ["--given", "rims=1", "--given", "share=2", "--set", "duty.load.mass=-1", "-o", tmp_path / "taken"]
+    bad = [
+        "--given",
+        "rims=1",
+        "--given",
+        "share=2",
+        "--set",
+        "duty.load.mass=-1",
+        "-o",
+        tmp_path / "taken",
+    ]
     code, out, err = call(capsys, scenarios / "u2_5_5_stop.toml", *bad)
     assert code == 2
     assert out == ""

@@ -1,7 +1,8 @@
 """Uncertain numbers: samples with known moments, intervals that cover.
 
-The stopping time of a rigid band under a constant lever, `ω_0 J/(R T_0 (Π − 1))`, is lognormal where speed, inertia and
-slack tension are: mean, deviation, quantiles and failure probability all have closed forms.
+The stopping time of a rigid band under a constant lever, `ω_0 J/(R T_0 (Π − 1))`, is
+lognormal where speed, inertia and slack tension are: mean, deviation, quantiles and
+failure probability all have closed forms.
 """
 
 import json
@@ -16,8 +17,16 @@ from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 
-SPREAD = {"initial.omega": 0.10, "brake.pulley.inertia": 0.20, "duty.slack_tension.level": 0.30}
-MEDIAN = {"initial.omega": 20.0, "brake.pulley.inertia": 800.0, "duty.slack_tension.level": 8e3}
+SPREAD = {
+    "initial.omega": 0.10,
+    "brake.pulley.inertia": 0.20,
+    "duty.slack_tension.level": 0.30,
+}
+MEDIAN = {
+    "initial.omega": 20.0,
+    "brake.pulley.inertia": 800.0,
+    "duty.slack_tension.level": 8e3,
+}
 S = math.sqrt(sum(s**2 for s in SPREAD.values()))
 TYPICAL = 20.0 * 800.0 / (0.725 * 8e3 * (closed_form()["Pi"] - 1))
 
@@ -34,10 +43,12 @@ def covered(estimate, truth):
     return estimate.low <= truth <= estimate.high
 
 
-# --- samples ----------------------------------------------------------------------------------------------------------
+# --- samples ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("method", "close"), [("sobol", 2e-3), ("latin", 2e-2), ("random", 0.2)])
+@pytest.mark.parametrize(
+    ("method", "close"), [("sobol", 2e-3), ("latin", 2e-2), ("random", 0.2)]
+)
 def test_samples_have_the_right_moments(method, close):
     given = {
         "brake.linings.friction.coefficient": (0.3, 0.4),
@@ -45,31 +56,49 @@ def test_samples_have_the_right_moments(method, close):
         "initial.omega": stats.norm(20, 3),
     }
     found = sb.studies.samples(brake(), given, 1024, seed=3, method=method)
-    for path, one in (given | {"brake.linings.friction.coefficient": stats.uniform(0.3, 0.1)}).items():
+    for path, one in (
+        given | {"brake.linings.friction.coefficient": stats.uniform(0.3, 0.1)}
+    ).items():
         x = found[path]
         assert x.shape == (1024,)
         assert abs(x.mean() - one.mean()) < close * one.std()
         assert x.std() == pytest.approx(one.std(), rel=5 * close)
     again = sb.studies.samples(brake(), given, 1024, seed=3, method=method)
     assert all(np.array_equal(found[path], again[path]) for path in given)
-    assert not np.array_equal(sb.studies.samples(brake(), given, 1024, seed=4, method=method)["initial.omega"], x)
+    assert not np.array_equal(
+        sb.studies.samples(brake(), given, 1024, seed=4, method=method)[
+            "initial.omega"
+        ],
+        x,
+    )
 
 
 def test_any_number_of_sobol_samples():
     given = {"initial.omega": (10.0, 20.0)}
     whole = sb.studies.samples(brake(), given, 128)["initial.omega"]
-    assert np.array_equal(sb.studies.samples(brake(), given, 100)["initial.omega"], whole[:100])
+    assert np.array_equal(
+        sb.studies.samples(brake(), given, 100)["initial.omega"], whole[:100]
+    )
 
 
 def test_ranges_with_units():
     given = sb.studies.samples(brake(), {"initial.omega": ("120 rpm", "240 rpm")}, 16)
     assert np.array_equal(
         given["initial.omega"],
-        sb.studies.samples(brake(), {"initial.omega": (4 * np.pi, 8 * np.pi)}, 16)["initial.omega"],
+        sb.studies.samples(brake(), {"initial.omega": (4 * np.pi, 8 * np.pi)}, 16)[
+            "initial.omega"
+        ],
     )
     with pytest.raises(sb.InputError) as caught:
-        sb.studies.samples(brake(), {"initial.omega": ("120 rpm", "2 m"), "initial.omeg": ("1 rpm", "2 rpm")}, 16)
-    assert [fault.path for fault in caught.value.faults] == ["initial.omega", "initial.omeg"]
+        sb.studies.samples(
+            brake(),
+            {"initial.omega": ("120 rpm", "2 m"), "initial.omeg": ("1 rpm", "2 rpm")},
+            16,
+        )
+    assert [fault.path for fault in caught.value.faults] == [
+        "initial.omega",
+        "initial.omeg",
+    ]
 
 
 def test_all_input_errors_in_one_report():
@@ -84,7 +113,13 @@ def test_all_input_errors_in_one_report():
     }
     with pytest.raises(sb.InputError) as caught:
         sb.uncertainty(
-            brake(), given, ["stoping_time"], 0, quantiles=[1.5], confidence=95.0, limits={"max_tension": "high"}
+            brake(),
+            given,
+            ["stoping_time"],
+            0,
+            quantiles=[1.5],
+            confidence=95.0,
+            limits={"max_tension": "high"},
         )
     text = str(caught.value)
     assert "with probability 0.00023" in text
@@ -105,12 +140,18 @@ def test_all_input_errors_in_one_report():
         assert words in text
 
 
-# --- intervals --------------------------------------------------------------------------------------------------------
+# --- intervals ----------------------------------------------------------------------
 
 
 def test_stop_statistics_match_closed_forms():
     limit = TYPICAL * math.exp(S * ndtri(0.97))
-    found = sb.uncertainty(brake(), lognormals(), n=1024, limits={"stopping_time": limit}, quantiles=(0.05, 0.5, 0.9))
+    found = sb.uncertainty(
+        brake(),
+        lognormals(),
+        n=1024,
+        limits={"stopping_time": limit},
+        quantiles=(0.05, 0.5, 0.9),
+    )
     s = found.statistics["stopping_time"]
     mean = TYPICAL * math.exp(S**2 / 2)
     deviation = mean * math.sqrt(math.expm1(S**2))
@@ -123,18 +164,28 @@ def test_stop_statistics_match_closed_forms():
         truth = TYPICAL * math.exp(S * ndtri(p))
         assert estimate.value == pytest.approx(truth, rel=1e-2)
         assert covered(estimate, truth)
-    (late,) = (f for name, f in found.failures.items() if name.startswith("stopping_time > "))
+    (late,) = (
+        f for name, f in found.failures.items() if name.startswith("stopping_time > ")
+    )
     assert late.probability.value == pytest.approx(0.03, abs=5e-3)
     assert covered(late.probability, 0.03)
     assert found.failures["does not stop"].count == 0
-    assert json.loads(found.json())["metrics"]["stopping_time"]["mean"]["value"] == s.mean.value
+    assert (
+        json.loads(found.json())["metrics"]["stopping_time"]["mean"]["value"]
+        == s.mean.value
+    )
     assert "16 independent sets of 64" in str(found)
     for path, given in json.loads(found.json())["inputs"].items():
-        drawn = {p: MEDIAN[path] * math.exp(SPREAD[path] * ndtri(float(p))) for p in ("0.05", "0.5", "0.95")}
+        drawn = {
+            p: MEDIAN[path] * math.exp(SPREAD[path] * ndtri(float(p)))
+            for p in ("0.05", "0.5", "0.95")
+        }
         assert given["quantiles"] == pytest.approx(drawn, rel=1e-9)
     shown = re.findall(r"^ *([\d.]+) % +([\d.]+)", str(found), re.MULTILINE)
     for p, value in shown:
-        assert float(value) == pytest.approx(TYPICAL * math.exp(S * ndtri(float(p) / 100)), rel=1e-2)
+        assert float(value) == pytest.approx(
+            TYPICAL * math.exp(S * ndtri(float(p) / 100)), rel=1e-2
+        )
     assert len(shown) == len(s.quantiles)
 
 
@@ -160,7 +211,7 @@ def test_interrupted_ensemble_is_no_sample():
         sb.uncertainty(brake(), lognormals(), n=512, progress=stop, workers=1)
 
 
-# --- statistics of given numbers --------------------------------------------------------------------------------------
+# --- statistics of given numbers ----------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -176,11 +227,16 @@ def test_interrupted_ensemble_is_no_sample():
             "is out of range with probability 0.16: coefficient of friction must be ≥ 0 and ≤ 10 — "
             "truncate it: scipy.stats.truncnorm(-1, 39, 0.25, 0.25)",
         ),
-        (stats.laplace(0.25, 0.25), "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"),
+        (
+            stats.laplace(0.25, 0.25),
+            "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one",
+        ),
     ],
 )
 def test_wrong_distributions_are_reported(distribution, words):
     with pytest.raises(sb.InputError) as caught:
-        sb.studies.samples(brake(), {"brake.linings.friction.coefficient": distribution}, 4)
+        sb.studies.samples(
+            brake(), {"brake.linings.friction.coefficient": distribution}, 4
+        )
     (fault,) = caught.value.faults
     assert words in str(fault)

@@ -1,4 +1,5 @@
-"""Cases with truths that are independent of simbrake: how they are written down, and what they read from a run.
+"""Cases with truths that are independent of simbrake: how they are written down, and
+what they read from a run.
 
 A case is a `simbrake.checks.Case`: a number that simbrake computes beside its truth.
 """
@@ -26,7 +27,8 @@ STIFF = sb.hybrid.Rodas5P()
 
 
 class Slope(NamedTuple):
-    """A derivative to be compared, by the number at a `path` of the scene; `of`: which of several quantities.
+    """A derivative to be compared, by the number at a `path` of the scene; `of`: which
+    of several quantities.
 
     - of an array by the sum of its numbers, or by that whose place ends the path
     """
@@ -35,24 +37,41 @@ class Slope(NamedTuple):
     of: int | None = None
 
 
-#: quantity that a case reads from a result: a function of it, or names, keys and places in it as `energy.friction_heat`
+#: quantity that a case reads from a result: a function of it, or names, keys and places
+#: in it as `energy.friction_heat`
 Reader: TypeAlias = str | Callable[[Any], Any] | Slope
-#: name, source of the truth, truth, quantity read from the result, and the tolerance if not the default
+#: name, source of the truth, truth, quantity read from the result, and the tolerance if
+#: not the default
 Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
 
 
-def cases_of(subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]) -> list[Case]:
-    """Cases that read one result, `run()`, which is made when the first of them is run."""
+def cases_of(
+    subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]
+) -> list[Case]:
+    """Cases that read one result, `run()`, which is made when the first of them is
+    run."""
     once = functools.cache(run)
     found = []
     for what, source, truth, read, *other in rows:
         value = functools.partial(_read, once, read)
-        found.append(Case(f"{subject}/{what}", source, truth, other[0] if other else tolerance, value))
+        found.append(
+            Case(
+                f"{subject}/{what}",
+                source,
+                truth,
+                other[0] if other else tolerance,
+                value,
+            )
+        )
     return found
 
 
 def cases_of_run(
-    subject: str, scene: Scene, rows: Iterable[Row], tolerance: float = 1e-11, rtol: float = 1e-12
+    subject: str,
+    scene: Scene,
+    rows: Iterable[Row],
+    tolerance: float = 1e-11,
+    rtol: float = 1e-12,
 ) -> list[Case]:
     """Cases that read the result of a scene."""
     return cases_of(subject, lambda: simulate(scene, rtol=rtol), tolerance, rows)
@@ -63,13 +82,17 @@ def stopping_time(result: Result) -> Any:
 
 
 def differentiated(of: Callable[[Any], Any], x: float) -> float:
-    """Derivative of a closed form at `x` by a complex step: no difference of near numbers."""
+    """Derivative of a closed form at `x` by a complex step: no difference of near
+    numbers."""
     return of(x + 1e-200j).imag / 1e-200
 
 
 @functools.cache
-def _with_slope(name: str, of: Callable[[Result], Any], solver: Solver | None = None) -> Callable[[Scene, Scene], Any]:
-    """One program for a result and a derivative, in forward mode: the other mode takes several times as long."""
+def _with_slope(
+    name: str, of: Callable[[Result], Any], solver: Solver | None = None
+) -> Callable[[Scene, Scene], Any]:
+    """One program for a result and a derivative, in forward mode: the other mode takes
+    several times as long."""
 
     def both(scene: Scene, tangent: Scene) -> tuple[Result, Any]:
         def found(scene: Scene) -> tuple[Any, Result]:
@@ -102,10 +125,13 @@ def cases_with_slopes(
     program: str | None = None,
     solver: Solver | None = None,
 ) -> list[Case]:
-    """Cases that read the result of a scene, of which those of a `Slope` are derivatives of `of(result)`.
+    """Cases that read the result of a scene, of which those of a `Slope` are
+    derivatives of `of(result)`.
 
-    - `program`: name of the compiled program that subjects share, whose scenes differ in their numbers alone
-    - `solver`: as of `simulate`; an explicit one takes less than half as long to compile
+    - `program`: name of the compiled program that subjects share, whose scenes differ
+      in their numbers alone
+    - `solver`: as of `simulate`; an explicit one takes less than half as long to
+      compile
     """
     rows = list(rows)
     run = _with_slope(program or subject, of, solver)
@@ -114,7 +140,9 @@ def cases_with_slopes(
     def along(path: str) -> tuple[Result, Any]:
         return run(jax.tree.map(np.asarray, scene), _towards(scene, path))
 
-    first = next((row[3].path for row in rows if isinstance(row[3], Slope)), "initial.omega")
+    first = next(
+        (row[3].path for row in rows if isinstance(row[3], Slope)), "initial.omega"
+    )
 
     def slope(at: Slope) -> Any:
         found = along(at.path)[1]
@@ -122,7 +150,9 @@ def cases_with_slopes(
 
     made = cases_of(subject, lambda: along(first)[0], tolerance, rows)
     return [
-        case._replace(value=functools.partial(slope, row[3])) if isinstance(row[3], Slope) else case
+        case._replace(value=functools.partial(slope, row[3]))
+        if isinstance(row[3], Slope)
+        else case
         for case, row in zip(made, rows, strict=True)
     ]
 
@@ -139,6 +169,11 @@ def _read(run: Callable[[], Any], what: Reader) -> Any:
     return found
 
 
-def rows_of(oracle: Callable[[], Iterable[Any]], reads: Mapping[str, Reader]) -> list[Row]:
+def rows_of(
+    oracle: Callable[[], Iterable[Any]], reads: Mapping[str, Reader]
+) -> list[Row]:
     """Rows of an oracle, each with what is read from the result."""
-    return [(what, source, float(truth), reads[what], tolerance) for what, truth, source, tolerance in oracle()]
+    return [
+        (what, source, float(truth), reads[what], tolerance)
+        for what, truth, source, tolerance in oracle()
+    ]

@@ -1,4 +1,5 @@
-"""Validation of duties: phases that end cool, a driller, snubs, strings that an elastic rope takes."""
+"""Validation of duties: phases that end cool, a driller, snubs, strings that an elastic
+rope takes."""
 
 import cmath
 import math
@@ -44,14 +45,22 @@ from simbrake.loads import (
     RopeElasticity,
     StringLoad,
 )
-from simbrake.thermal import ROOM, Conductance, ConstantPartition, FrictionHeat, Lump, Reservoir
+from simbrake.thermal import (
+    ROOM,
+    Conductance,
+    ConstantPartition,
+    FrictionHeat,
+    Lump,
+    Reservoir,
+)
 
 #: tension ratio of four linings of 50°
 _PI_4 = closed_form(n=4, beta=50.0)["Pi"]
 
 
 def cooling_cases() -> list[Case]:
-    """A stop whose rim loses heat meanwhile, and a phase that ends as it has cooled down to a level."""
+    """A stop whose rim loses heat meanwhile, and a phase that ends as it has cooled
+    down to a level."""
     C = 3e3
     G = 60.0
     level = ROOM + 25.0
@@ -89,7 +98,8 @@ def cooling_cases() -> list[Case]:
 
 
 def driller_cases() -> list[Case]:
-    """A driller who slows the pulley down to a given course of the speed, from 2 rad/s above it."""
+    """A driller who slows the pulley down to a given course of the speed, from 2 rad/s
+    above it."""
     M = 5e3
     J = 800.0
     R = 0.725
@@ -117,7 +127,12 @@ def driller_cases() -> list[Case]:
     pull = (M - J * (-1.5 - g * (speed(1.0).real - wanted(1.0)))) / gain
     follows = "ω = ω_r + (ω_0 − ω_r(0)) e^(−g t)"
     rows = [
-        ("speed", f"{FORM}{follows}", speed(1.0).real, lambda r: r.series([1.0]).omega[0]),
+        (
+            "speed",
+            f"{FORM}{follows}",
+            speed(1.0).real,
+            lambda r: r.series([1.0]).omega[0],
+        ),
         ("speed at the end", f"{FORM}{follows}", speed(end).real, "record.y_end.omega"),
         (
             "slack tension",
@@ -125,7 +140,12 @@ def driller_cases() -> list[Case]:
             pull,
             lambda r: r.series([1.0]).slack_tension[0],
         ),
-        ("friction heat", f"{FORM}M φ − J (ω² − ω_0²)/2", heat(g).real, "energy.friction_heat"),
+        (
+            "friction heat",
+            f"{FORM}M φ − J (ω² − ω_0²)/2",
+            heat(g).real,
+            "energy.friction_heat",
+        ),
         (
             "∂(friction heat)/∂g",
             f"{FORM}M φ − J (ω² − ω_0²)/2, differentiated",
@@ -135,15 +155,21 @@ def driller_cases() -> list[Case]:
         ),
     ]
     lever = Driller(PiecewiseLinear(times, course), 1e5, g)
-    scene = stop_scene(n=n, f=f, beta=50.0, lever=lever, load=M, J=J, w0=w0, C=None, end=end)
-    return cases_with_slopes("driller", scene, rows, lambda result: result.energy["friction_heat"])
+    scene = stop_scene(
+        n=n, f=f, beta=50.0, lever=lever, load=M, J=J, w0=w0, C=None, end=end
+    )
+    return cases_with_slopes(
+        "driller", scene, rows, lambda result: result.energy["friction_heat"]
+    )
 
 
 def snub_cases() -> list[Case]:
-    """Fade test of a car's disc brake after UN R13, Type-I: 15 snubs from 120 to 60 km/h every 45 s.
+    """Fade test of a car's disc brake after UN R13, Type-I: 15 snubs from 120 to 60
+    km/h every 45 s.
 
-    Heat input is linear in time and decays with `exp(−b t)`. The rise at the end of one snub of the length
-    `τ` from `v_1`, `P(t) = s m a (v_1 − a t)`, is `∫ P(t) e^{−b (τ − t)} dt/C`; the snubs add up.
+    Heat input is linear in time and decays with `exp(−b t)`. The rise at the end of one
+    snub of the length `τ` from `v_1`, `P(t) = s m a (v_1 − a t)`, is
+    `∫ P(t) e^{−b (τ − t)} dt/C`; the snubs add up.
     """
     # m/s, m/s, m/s², s, kg
     fast = 120 / 3.6
@@ -162,7 +188,9 @@ def snub_cases() -> list[Case]:
     f = 0.4
     r_i = 0.30
     r_o = 0.50
-    force = mass * a * wheel / (n * f * (r_i + r_o) / 2)  # uniform wear: the mean radius
+    force = (
+        mass * a * wheel / (n * f * (r_i + r_o) / 2)
+    )  # uniform wear: the mean radius
     again = J * (fast - slow) / wheel / (period - tau)  # torque that restores the speed
     lever, load = (
         Repeated([0.0, tau, tau, period], values, period, 15)
@@ -175,10 +203,18 @@ def snub_cases() -> list[Case]:
         rim="disc",
     )
     fall = math.exp(-b * tau)
-    one = share * mass * a / C * (fast * (1 - fall) / b - a * (tau / b - (1 - fall) / b**2))
+    one = (
+        share
+        * mass
+        * a
+        / C
+        * (fast * (1 - fall) / b - a * (tau / b - (1 - fall) / b**2))
+    )
 
     def rise(k: int) -> Callable[[Result], float]:
-        return lambda r: float(r.series([(k - 1) * period + tau]).temperature[0, 0]) - 293.15
+        return lambda r: (
+            float(r.series([(k - 1) * period + tau]).temperature[0, 0]) - 293.15
+        )
 
     rows = [
         (
@@ -190,19 +226,27 @@ def snub_cases() -> list[Case]:
         for k in (1, 5, 15)
     ]
     brake = DiscBrake(J, Pads(ConstantFriction(f), r_i, r_o, 0.7, n, UniformWear()))
-    scene = Scene(brake, ForceDuty(lever, TorqueLoad(load)), Initial(fast / wheel), 15 * period, heat)
+    scene = Scene(
+        brake,
+        ForceDuty(lever, TorqueLoad(load)),
+        Initial(fast / wheel),
+        15 * period,
+        heat,
+    )
     return cases_of_run("snubs", scene, rows, tolerance=1e-9)
 
 
 _BALANCE = "first law"
 
-# --- the elastic rope -------------------------------------------------------------------------------------------------
+# --- the elastic rope ----------------------------------------------------------------
 
 
 def moving_string_cases() -> list[Case]:
-    """A drum that turns under an empty hook takes a string, and brakes: two masses on a damped spring, by exp(A t).
+    """A drum that turns under an empty hook takes a string, and brakes: two masses on a
+    damped spring, by exp(A t).
 
-    The string comes with the speed of the hook, and the rope takes its weight on slowly.
+    The string comes with the speed of the hook, and the rope takes its weight on
+    slowly.
     """
     J = 1200.0
     per_rad = 0.05
@@ -218,7 +262,9 @@ def moving_string_cases() -> list[Case]:
     def matrix(mass: float, torque: float) -> Any:
         """Rates of ω, v, stretch beyond that under the weight, φ, s, 1."""
         A = np.zeros((6, 6))
-        A[0, [0, 1, 2, 5]] = np.array([-c * per_rad, c, k, mass * GRAVITY]) * per_rad / J - [0, 0, 0, torque / J]
+        A[0, [0, 1, 2, 5]] = np.array(
+            [-c * per_rad, c, k, mass * GRAVITY]
+        ) * per_rad / J - [0, 0, 0, torque / J]
         A[1, :3] = c * per_rad / mass, -c / mass, -k / mass
         A[2, :2] = (-per_rad, 1.0)
         A[3, 0] = 1.0
@@ -226,7 +272,8 @@ def moving_string_cases() -> list[Case]:
         return A
 
     def moved(at: complex) -> tuple[Any, Any]:
-        """States as the string is taken, and at the end; the stretch grows with the weight."""
+        """States as the string is taken, and at the end; the stretch grows with the
+        weight."""
         taken = expm(matrix(empty, 0.0) * at) @ np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         return taken, expm(matrix(empty + string, M) * (end - at)) @ taken
 
@@ -240,13 +287,23 @@ def moving_string_cases() -> list[Case]:
     taken, last = moved(at)
     light = empty * GRAVITY / k
     heavy = (empty + string) * GRAVITY / k
-    brought = string * taken[1] ** 2 / 2 + k * ((heavy + taken[2]) ** 2 - (light + taken[2]) ** 2) / 2
-    damped = heat(empty, 0.0, np.eye(6)[5], at) + heat(empty + string, M, taken, end - at)
+    brought = (
+        string * taken[1] ** 2 / 2
+        + k * ((heavy + taken[2]) ** 2 - (light + taken[2]) ** 2) / 2
+    )
+    damped = heat(empty, 0.0, np.eye(6)[5], at) + heat(
+        empty + string, M, taken, end - at
+    )
     source = f"{FORM}exp(A t) of ω, v, e; the string brings Δm v²/2 + k (e_2² − e_1²)/2"
     rows: list[Row] = [
         ("speed", source, last[0], "record.y_end.omega"),
         ("stretch", source, heavy + last[2], lambda r: r.series([end]).rope_stretch[0]),
-        ("hook load", f"{source}; k e + c ė", k * (heavy + last[2]) + c * (last[1] - per_rad * last[0]), _hook_load),
+        (
+            "hook load",
+            f"{source}; k e + c ė",
+            k * (heavy + last[2]) + c * (last[1] - per_rad * last[0]),
+            _hook_load,
+        ),
         (
             "kinetic energy",
             f"{source}; J ω²/2 + m v²/2",
@@ -256,11 +313,17 @@ def moving_string_cases() -> list[Case]:
         (
             "load work",
             f"{source}, + m_1 g s_1 + m_2 g s_2",
-            brought + GRAVITY * (empty * taken[4] + (empty + string) * (last[4] - taken[4])),
+            brought
+            + GRAVITY * (empty * taken[4] + (empty + string) * (last[4] - taken[4])),
             "energy.load_work",
         ),
         ("heat of the damper", f"{source}: ∫ c ė² dt", damped, "energy.damper_heat"),
-        ("friction heat", f"{source}: M φ", M * (last[3] - taken[3]), "energy.friction_heat"),
+        (
+            "friction heat",
+            f"{source}: M φ",
+            M * (last[3] - taken[3]),
+            "energy.friction_heat",
+        ),
         ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
         (
             "∂(speed)/∂(time at which it is taken)",
@@ -269,11 +332,18 @@ def moving_string_cases() -> list[Case]:
             Slope("duty.slack_tension.phases.0.until.duration"),
         ),
     ]
-    phases = Phases((Phase(Constant(0.0), f"{at} s", string_on_hook=False), Phase(Constant(T_0), "9 s")))
+    phases = Phases(
+        (
+            Phase(Constant(0.0), f"{at} s", string_on_hook=False),
+            Phase(Constant(T_0), "9 s"),
+        )
+    )
     load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, c))
     scene = stop_scene(C=None, J=J, w0=0.0, load=load, end=end)
     scene = Scene(scene.brake, Duty(phases, load), scene.initial, end)
-    return cases_with_slopes("string taken in motion", scene, rows, _speed_at_end, 1e-10)
+    return cases_with_slopes(
+        "string taken in motion", scene, rows, _speed_at_end, 1e-10
+    )
 
 
 def _speed_at_end(result: Result) -> Any:
@@ -286,7 +356,8 @@ def _hook_load(result: Result) -> Any:
 
 
 def tripping_cases() -> list[Case]:
-    """A string that the moving hook takes and sets down twice, a stand more the second time: speed, and work."""
+    """A string that the moving hook takes and sets down twice, a stand more the second
+    time: speed, and work."""
     J = 1200.0
     per_rad = 0.05
     empty = 5e3
@@ -299,7 +370,8 @@ def tripping_cases() -> list[Case]:
     end = 3.8
 
     def course(stand: complex = 4e3) -> tuple[complex, complex, complex]:
-        """Speed and angle at the end, and the work of the load with what the masses bring."""
+        """Speed and angle at the end, and the work of the load with what the masses
+        bring."""
         omega = w0
         phi = 0.0
         work = 0.0
@@ -324,7 +396,12 @@ def tripping_cases() -> list[Case]:
     load = TrippingLoad(empty, string, 4e3, marks[0], marks[1], 2.0, 0.4, 8.0, 2)
     rows: list[Row] = [
         ("speed", f"{FORM}ω̇ = (m_k g r/n − M_b)/J_k", omega, "record.y_end.omega"),
-        ("travel", f"{FORM}Σ (ω t + α t²/2) r/n", per_rad * phi, lambda r: r.series([end]).hook_position[0]),
+        (
+            "travel",
+            f"{FORM}Σ (ω t + α t²/2) r/n",
+            per_rad * phi,
+            lambda r: r.series([end]).hook_position[0],
+        ),
         ("load work", f"{FORM}Σ m_k g s_k + Σ Δm v²/2", work, "energy.load_work"),
         ("friction heat", f"{FORM}M_b φ", gain * pull * phi, "energy.friction_heat"),
         ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-12),
@@ -337,7 +414,9 @@ def tripping_cases() -> list[Case]:
         ),
     ]
     scene = stop_scene(C=None, J=J, T0=pull, w0=w0, load=load, end=end)
-    return cases_with_slopes("masses in motion", scene, rows, lambda result: result.record.y_end.omega)
+    return cases_with_slopes(
+        "masses in motion", scene, rows, lambda result: result.record.y_end.omega
+    )
 
 
 CASES = (

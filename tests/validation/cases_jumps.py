@@ -6,7 +6,16 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from case_tools import AIR, EXPLICIT, FORM, Case, Row, Slope, cases_with_slopes, differentiated
+from case_tools import (
+    AIR,
+    EXPLICIT,
+    FORM,
+    Case,
+    Row,
+    Slope,
+    cases_with_slopes,
+    differentiated,
+)
 from cases_thermal import _F, _J, _N, _R, _W0, _mu
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
@@ -17,7 +26,8 @@ from simbrake import ConstantFriction, Heat, LinearFade, Material, Result
 from simbrake.friction import ProductFriction, TabulatedFade
 from simbrake.thermal import EffusivityPartition, FrictionHeat, Lump
 
-# rim (J/K), stiffness of the band, lever and static ratio; share of the heat that the rim takes, √(λρc) on either side
+# rim (J/K), stiffness of the band, lever and static ratio; share of the heat that the
+# rim takes, √(λρc) on either side
 _RIM = 3e3
 _C = 2e4
 _TENSION = 4e3
@@ -37,11 +47,16 @@ _LAW = "brake.linings.friction"
 def _rounded(x: Any, w: float) -> Any:
     """`max(x, 0)`, its corner rounded over `±w` by the polynomial of the manual."""
     u = (x + w) / (2 * w)
-    return np.where(x <= -w, 0.0, np.where(x >= w, x, w * u**5 * (14 - 28 * u + 20 * u**2 - 5 * u**3)))
+    return np.where(
+        x <= -w,
+        0.0,
+        np.where(x >= w, x, w * u**5 * (14 - 28 * u + 20 * u**2 - 5 * u**3)),
+    )
 
 
 def _fading(T: Any) -> Any:
-    """Coefficient of friction at a temperature: fade above a limit down to a floor, times a table."""
+    """Coefficient of friction at a temperature: fade above a limit down to a floor,
+    times a table."""
     lost = _SLOPE * _rounded(T - _ABOVE, _BLEND)
     linear = _FLOOR + _rounded(1 - lost - _FLOOR, _SLOPE * _BLEND)
     return _F * linear * PchipInterpolator(*_TABLE)(T)
@@ -52,10 +67,12 @@ def _outcome(result: Result) -> Any:
 
 
 def jump_cases() -> list[Case]:
-    """An elastic band that breaks away from static friction and then fades as it heats the rim.
+    """An elastic band that breaks away from static friction and then fades as it heats
+    the rim.
 
     All mechanical energy becomes heat, that of the jump of the tension too:
-    `C_r ΔT/a = J (ω_0² − ω²)/2 − (T_n(T) − T_0)²/2C` from the moment on at which the band slides.
+    `C_r ΔT/a = J (ω_0² − ω²)/2 − (T_n(T) − T_0)²/2C` from the moment on at which the
+    band slides.
     """
     share = 1 / (1 + math.sqrt(math.prod(_LINING) / math.prod(_METAL)))
 
@@ -66,7 +83,11 @@ def jump_cases() -> list[Case]:
         """Temperature of the rim at a speed."""
 
         def left(T: float) -> float:
-            return _RIM * (T - AIR) / share + excess(T) ** 2 / (2 * _C) - _J * (_W0**2 - w**2) / 2
+            return (
+                _RIM * (T - AIR) / share
+                + excess(T) ** 2 / (2 * _C)
+                - _J * (_W0**2 - w**2) / 2
+            )
 
         found: Any = brentq(left, AIR, 399.0, xtol=1e-13)
         return found
@@ -76,7 +97,8 @@ def jump_cases() -> list[Case]:
     cold = float(_fading(AIR))
 
     def onset(ratio: complex) -> tuple[Any, Any]:
-        """Time at which the band slides, and the speed then: the rim is cold until then."""
+        """Time at which the band slides, and the speed then: the rim is cold until
+        then."""
         sine = chi * _TENSION * (_mu(ratio * cold) ** _N - 1) / v
         return _TENSION / v + np.arcsin(sine) / chi, _W0 * np.sqrt(1 - sine**2)
 
@@ -88,21 +110,45 @@ def jump_cases() -> list[Case]:
         return math.sqrt(max(_W0**2 - lost, 0.0))
 
     corners = [w for w in map(speed, _CORNERS) if 0 < w < w_1]
-    time = t_1 + quad(lambda w: _J / (_R * excess(at(w))), 0.0, w_1, points=corners, epsabs=1e-13, epsrel=1e-12)[0]
+    time = (
+        t_1
+        + quad(
+            lambda w: _J / (_R * excess(at(w))),
+            0.0,
+            w_1,
+            points=corners,
+            epsabs=1e-13,
+            epsrel=1e-12,
+        )[0]
+    )
     by_ratio = differentiated(lambda x: onset(x)[0], _RATIO)
-    by_ratio += differentiated(lambda x: onset(x)[1], _RATIO) * _J / (_R * excess(at(w_1)))
+    by_ratio += (
+        differentiated(lambda x: onset(x)[1], _RATIO) * _J / (_R * excess(at(w_1)))
+    )
     metal = Material(*_METAL)
     lining = Material(*_LINING)
     pair = FrictionHeat("rim", None, EffusivityPartition(metal, lining))
     factors = LinearFade(_SLOPE, _ABOVE, _FLOOR, _BLEND), TabulatedFade(*_TABLE)
     law = ProductFriction(ConstantFriction(_F, _RATIO), factors)
     scene = stop_scene(n=_N, beta=50.0, C=_C, T0=_TENSION, law=law, end=5.0)
-    scene = dataclasses.replace(scene, heat=Heat((Lump("rim", _RIM, AIR),), (), pair, rim="rim"))
-    balance = "root: C_r ΔT/a = J ω_0²/2 − (T_n(T) − T_0)²/2C, a = e_1/(e_1 + e_2) (Charron)"
-    course = "quadrature ∫ J dω/R(T_n(T(ω)) − T_0), T(ω) by energy, f(T) by SciPy's monotone cubic and by hand"
+    scene = dataclasses.replace(
+        scene, heat=Heat((Lump("rim", _RIM, AIR),), (), pair, rim="rim")
+    )
+    balance = (
+        "root: C_r ΔT/a = J ω_0²/2 − (T_n(T) − T_0)²/2C, a = e_1/(e_1 + e_2) (Charron)"
+    )
+    course = (
+        "quadrature ∫ J dω/R(T_n(T(ω)) − T_0), T(ω) by energy, f(T) by SciPy's "
+        "monotone cubic and by hand"
+    )
     rows: list[Row] = [
         ("temperature at rest", balance, end, "end_temperatures.0"),
-        ("full slip", f"{FORM}t_0 + asin(χ T_0 (Π_s − 1)/(C R ω_0))/χ", t_1, "full_slip_time"),
+        (
+            "full slip",
+            f"{FORM}t_0 + asin(χ T_0 (Π_s − 1)/(C R ω_0))/χ",
+            t_1,
+            "full_slip_time",
+        ),
         ("stopping time", course, time, "stopping_time"),
         (
             "elastic energy at rest",
@@ -110,7 +156,8 @@ def jump_cases() -> list[Case]:
             (excess(end) + _TENSION) ** 2 / (2 * _C),
             "energy.elastic_change",
         ),
-        # the second derivative of the table jumps at 320 K, which derivatives of a run feel
+        # the second derivative of the table jumps at 320 K, which derivatives of a run
+        # feel
         (
             "∂(stopping time)/∂(f_s/f)",
             f"{course}, differentiated",
@@ -119,7 +166,9 @@ def jump_cases() -> list[Case]:
             5e-7,
         ),
     ]
-    return cases_with_slopes("heat of a jump", scene, rows, _outcome, 1e-11, solver=EXPLICIT)
+    return cases_with_slopes(
+        "heat of a jump", scene, rows, _outcome, 1e-11, solver=EXPLICIT
+    )
 
 
 CASES = (jump_cases,)

@@ -21,7 +21,12 @@ from simbrake import (
     lumped_heat,
     with_values,
 )
-from simbrake.friction import ChangingFriction, FrictionChange, FrictionWithMemory, MemoryProcess
+from simbrake.friction import (
+    ChangingFriction,
+    FrictionChange,
+    FrictionWithMemory,
+    MemoryProcess,
+)
 from simbrake.thermal import ROOM
 from simbrake.wear import LinearWear
 
@@ -35,7 +40,9 @@ def _stop(law: Any) -> Scene:
 
 def _oiled(law: Any, factor: float) -> ChangingFriction:
     """A law of which oil lowers the coefficient of linings 2 and 3 from 0.5 s on."""
-    return ChangingFriction(law, (FrictionChange(PiecewiseLinear([0.5, 0.5], [1.0, factor]), [2, 3]),))
+    return ChangingFriction(
+        law, (FrictionChange(PiecewiseLinear([0.5, 0.5], [1.0, factor]), [2, 3]),)
+    )
 
 
 def stribeck_cases() -> list[Case]:
@@ -48,7 +55,9 @@ def stribeck_cases() -> list[Case]:
     }
     scene = _stop(_oiled(StribeckFriction(0.45, 0.30, 3.0, 1.5), 1.0))
     rows = rows_of(laws.stribeck_friction, reads)
-    return cases_with_slopes("Stribeck friction", scene, rows, program="oiled linings", solver=EXPLICIT)
+    return cases_with_slopes(
+        "Stribeck friction", scene, rows, program="oiled linings", solver=EXPLICIT
+    )
 
 
 def oil_cases() -> list[Case]:
@@ -59,16 +68,24 @@ def oil_cases() -> list[Case]:
         "∂(stopping time)/∂φ": Slope(f"{_LAW}.changes.0.factor.values.1"),
     }
     scene = _stop(_oiled(StribeckFriction(0.35, 0.35, 3.0, 1.5), 0.4))
-    return cases_with_slopes("oiled linings", scene, rows_of(laws.changing_friction, reads), solver=EXPLICIT)
+    return cases_with_slopes(
+        "oiled linings", scene, rows_of(laws.changing_friction, reads), solver=EXPLICIT
+    )
 
 
 def memory_cases() -> list[Case]:
     """Friction with a history."""
-    law = FrictionWithMemory(ConstantFriction(0.4), (MemoryProcess(0.5, rate=0.4), MemoryProcess(1.2, work=2e6)), 0.9)
+    law = FrictionWithMemory(
+        ConstantFriction(0.4),
+        (MemoryProcess(0.5, rate=0.4), MemoryProcess(1.2, work=2e6)),
+        0.9,
+    )
     brake = DiscBrake(900.0, Pads(law, 0.5, 0.6, 1.0, 3))
     reads = {
         "stopping time": "stopping_time",
-        "factor at rest": lambda run: run.series([float(run.stopping_time)]).friction_memory[0, 0],
+        "factor at rest": lambda run: run.series(
+            [float(run.stopping_time)]
+        ).friction_memory[0, 0],
         "∂(stopping time)/∂k": Slope(f"{_LAW}.processes.0.rate"),
         "∂(stopping time)/∂w_0": Slope(f"{_LAW}.processes.1.work"),
     }
@@ -81,14 +98,18 @@ def wear_cases() -> list[Case]:
     """Wear of the linings, its rate rising with the temperature of the rim."""
     scene = with_values(_stop(ConstantFriction(0.35)), {"brake.linings.area": 0.03})
     heat = lumped_heat(rim=2e4, partition=1.0, rim_cooling=0.0)
-    scene = dataclasses.replace(scene, heat=heat, wear=Wear(LinearWear(2e-14, 5e-3, ROOM)))
+    scene = dataclasses.replace(
+        scene, heat=heat, wear=Wear(LinearWear(2e-14, 5e-3, ROOM))
+    )
     reads = {
         "lining 1": "worn_thickness.0",
         "lining 4": "worn_thickness.3",
         "∂(lining 4)/∂s": Slope("wear.rate.slope"),
     }
     rows = rows_of(laws.wear_of_linings, reads)
-    return cases_with_slopes("wear of linings", scene, rows, lambda run: run.worn_thickness[3], solver=STIFF)
+    return cases_with_slopes(
+        "wear of linings", scene, rows, lambda run: run.worn_thickness[3], solver=STIFF
+    )
 
 
 CASES = (

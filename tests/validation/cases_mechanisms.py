@@ -1,4 +1,5 @@
-"""Validation of mechanisms: pressed and locking stages, chains that stick and part, wear laws, tables of the papers."""
+"""Validation of mechanisms: pressed and locking stages, chains that stick and part,
+wear laws, tables of the papers."""
 
 import itertools
 import math
@@ -80,10 +81,12 @@ from simbrake.wear import (
 
 
 def pressed_stage_cases() -> list[Case]:
-    """All stages of a staged brake of one lining whose inner friction falls with the pressure, and the pull that holds.
+    """All stages of a staged brake of one lining whose inner friction falls with the
+    pressure, and the pull that holds.
 
-    Stage 2 is uniformly decelerated on both sides of the inner face; in stage 3 the band only just holds the bandage:
-    `R_b (T_1 − T_0) = R f(p) N`, `N = (T_1 + T_0) sin β/2 + N_pre`, `p = N/A`.
+    Stage 2 is uniformly decelerated on both sides of the inner face; in stage 3 the
+    band only just holds the bandage: `R_b (T_1 − T_0) = R f(p) N`,
+    `N = (T_1 + T_0) sin β/2 + N_pre`, `p = N/A`.
     """
     T_0 = 6e3
     J = 900.0
@@ -112,23 +115,48 @@ def pressed_stage_cases() -> list[Case]:
         """Times of the lock and of the stop, and the tension that holds the bandage."""
         inner = torque(ratio * T_0, exponent)
         lock = J_b * w0 / (R_b * T_0 * (ratio - 1) - inner)
-        holds: Any = brentq(lambda T: R_b * (T - T_0) - torque(T, exponent), T_0, ratio * T_0, xtol=1e-10)
+        holds: Any = brentq(
+            lambda T: R_b * (T - T_0) - torque(T, exponent),
+            T_0,
+            ratio * T_0,
+            xtol=1e-10,
+        )
         return lock, lock + (J * w0 - inner * lock) / torque(holds, exponent), holds
 
     (lock, stop, holds) = stages()
     h = 1e-3
-    slope = sum(c * (stages(exponent + k * h)[1] - stages(exponent - k * h)[1]) for k, c in ((1, 45), (2, -9), (3, 1)))
+    slope = sum(
+        c * (stages(exponent + k * h)[1] - stages(exponent - k * h)[1])
+        for k, c in ((1, 45), (2, -9), (3, 1))
+    )
     source = f"{FORM}R_b (T_1 − T_0) = R f(p) N in stage 3"
 
     def at_one_second(name: str) -> Any:
-        return lambda result: getattr(result.series([1.0]).pairs["internal"], name)[0, 0]
+        return lambda result: getattr(result.series([1.0]).pairs["internal"], name)[
+            0, 0
+        ]
 
     rows: list[Row] = [
-        ("external lock", f"{FORM}J_b ω_0/(R_b T_0 (μ − 1) − R f(p) N)", lock, "external_lock_time"),
+        (
+            "external lock",
+            f"{FORM}J_b ω_0/(R_b T_0 (μ − 1) − R f(p) N)",
+            lock,
+            "external_lock_time",
+        ),
         ("stopping time", source, stop, "stopping_time"),
-        ("tension in stage 3", source, holds, lambda result: result.series([1.0]).tension[0, 0]),
+        (
+            "tension in stage 3",
+            source,
+            holds,
+            lambda result: result.series([1.0]).tension[0, 0],
+        ),
         ("load in stage 3", f"{source}; N", load(holds), at_one_second("normal_load")),
-        ("friction in stage 3", f"{source}; f(p)", friction(holds), at_one_second("friction_coefficient")),
+        (
+            "friction in stage 3",
+            f"{source}; f(p)",
+            friction(holds),
+            at_one_second("friction_coefficient"),
+        ),
         (
             "∂(stopping time)/∂m",
             f"{source}, differences",
@@ -142,19 +170,26 @@ def pressed_stage_cases() -> list[Case]:
     bandage = Bandage(J_b, law, pre, area)
     brake = Brake(Pulley(R, J), Band(R_b), linings, bandage)
     scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0), 40.0)
-    return cases_with_slopes("staged, friction under pressure", scene, rows, tolerance=1e-10)
+    return cases_with_slopes(
+        "staged, friction under pressure", scene, rows, tolerance=1e-10
+    )
 
 
 def _lever(*torques: tuple[float, float]) -> tuple[jax.Array, jax.Array]:
-    """Times and torques of the band at four points: all staged scenes here share one program."""
-    profile = points([torque for _, torque in torques], [time for time, _ in torques], 4)
+    """Times and torques of the band at four points: all staged scenes here share one
+    program."""
+    profile = points(
+        [torque for _, torque in torques], [time for time, _ in torques], 4
+    )
     return profile.times, profile.values
 
 
 def lock_up_cases() -> list[Case]:
-    """Two inertias at 100 and 10 rad/s come to one speed through a pair of 50 N·m, free of everything else.
+    """Two inertias at 100 and 10 rad/s come to one speed through a pair of 50 N·m, free
+    of everything else.
 
-    They are brought to these speeds by braking for 0.1 s from 110 rad/s, which heats the internal pair by 225 J.
+    They are brought to these speeds by braking for 0.1 s from 110 rad/s, which heats
+    the internal pair by 225 J.
     """
     I1 = 0.5
     I2 = 2.0
@@ -170,14 +205,31 @@ def lock_up_cases() -> list[Case]:
     time = reduced * (w1 - w2) / T
     heat = reduced * (w1 - w2) ** 2 / 2
     rows = [
-        ("time", f"{FORM}I1 I2(ω1 − ω2)/(T(I1 + I2))", time, lambda r: time_of("internal_restick")(r) - begin),
-        ("heat", f"{FORM}I1 I2(ω1 − ω2)²/2(I1 + I2)", heat, lambda r: float(r.energy["heat_internal"]) - before),
-        ("common speed", f"{FORM}(I1 ω1 + I2 ω2)/(I1 + I2)", (I1 * w1 + I2 * w2) / (I1 + I2), "record.y_end.omega"),
+        (
+            "time",
+            f"{FORM}I1 I2(ω1 − ω2)/(T(I1 + I2))",
+            time,
+            lambda r: time_of("internal_restick")(r) - begin,
+        ),
+        (
+            "heat",
+            f"{FORM}I1 I2(ω1 − ω2)²/2(I1 + I2)",
+            heat,
+            lambda r: float(r.energy["heat_internal"]) - before,
+        ),
+        (
+            "common speed",
+            f"{FORM}(I1 ω1 + I2 ω2)/(I1 + I2)",
+            (I1 * w1 + I2 * w2) / (I1 + I2),
+            "record.y_end.omega",
+        ),
     ]
-    return cases_of_run("lock-up", staged_pair(M_i=T, J_1=I1, J_2=I2, w0=first, lever=lever), rows)
+    return cases_of_run(
+        "lock-up", staged_pair(M_i=T, J_1=I1, J_2=I2, w0=first, lever=lever), rows
+    )
 
 
-# --- printed tables ---------------------------------------------------------------------------------------------------
+# --- printed tables -----------------------------------------------------------------
 
 _TITLES = {
     "Z": "Zhuravlov et al., Dynamics of friction couples of a band-shoe brake",
@@ -192,12 +244,30 @@ def _row(what: str, table: str, printed: str, read: Reader) -> Row:
 
 
 def table_cases() -> list[Case]:
-    """Rows of Z's tables 5 and 6 as stops: ten linings over 270°, λ = C R/T_0 = 5, at rest as k of them slide."""
+    """Rows of Z's tables 5 and 6 as stops: ten linings over 270°, λ = C R/T_0 = 5, at
+    rest as k of them slide."""
     found = []
-    for table, k, scheme in (("Z5", "8", "variable"), ("Z5", "4", "uniform"), ("Z6", "8", "variable")):
-        printed = next(row for row in published_rows(table) if (row["k"], row["scheme"]) == (k, scheme))
+    for table, k, scheme in (
+        ("Z5", "8", "variable"),
+        ("Z5", "4", "uniform"),
+        ("Z6", "8", "variable"),
+    ):
+        printed = next(
+            row
+            for row in published_rows(table)
+            if (row["k"], row["scheme"]) == (k, scheme)
+        )
         band = stopped_band(table, printed)
-        scene = scene_of(1.0, n=10, f=FRICTION[table], R=1.0, J=LAMBDA / band.w_0**2, C=LAMBDA, w0=1.0, end=30.0)
+        scene = scene_of(
+            1.0,
+            n=10,
+            f=FRICTION[table],
+            R=1.0,
+            J=LAMBDA / band.w_0**2,
+            C=LAMBDA,
+            w0=1.0,
+            end=30.0,
+        )
         stop = 1 / LAMBDA + math.pi / (2 * band.w_0)
         rows = [
             _row("T_max", table, printed["T_max"], "metrics.max_tension"),
@@ -213,7 +283,9 @@ def _followed(f: Any, beta: Any, T_0: float = 1.0) -> tuple[Any, Any]:
     """Tensions `T_0…T_n` and loads along sliding linings, one after the other."""
     T = [T_0]
     N = []
-    for f_i, b in zip(np.broadcast_to(f, np.shape(beta)), np.asarray(beta), strict=True):
+    for f_i, b in zip(
+        np.broadcast_to(f, np.shape(beta)), np.asarray(beta), strict=True
+    ):
         c = math.cos(b / 2)
         s = math.sin(b / 2)
         # (T − T_before) c = f N, N = (T + T_before) s
@@ -222,7 +294,7 @@ def _followed(f: Any, beta: Any, T_0: float = 1.0) -> tuple[Any, Any]:
     return np.asarray(T), np.asarray(N)
 
 
-# --- wear -------------------------------------------------------------------------------------------------------------
+# --- wear ---------------------------------------------------------------------------
 
 _N = 4
 _BETA = 50.0
@@ -253,7 +325,8 @@ def _pressures(T_0: float = _T0) -> Any:
 
 
 def wear_law_cases() -> list[Case]:
-    """Four laws of the wear rate over the temperature, one per lining, in a stop that heats an insulated rim."""
+    """Four laws of the wear rate over the temperature, one per lining, in a stop that
+    heats an insulated rim."""
     k = 3e-14
     E = 2.5e4
     above = ROOM + 60.0
@@ -262,8 +335,18 @@ def wear_law_cases() -> list[Case]:
     way = _J * _W0**2 / (2 * M)
     p = _pressures()
     laws: tuple[tuple[str, Callable[..., float], float, str], ...] = (
-        ("Arrhenius", lambda T, E=E: math.exp(E / _GAS * (1 / ROOM - 1 / T)), E, "energy"),
-        ("threshold", lambda T, E=E: math.exp(E / _GAS * max(0.0, 1 / above - 1 / T)), E, "energy"),
+        (
+            "Arrhenius",
+            lambda T, E=E: math.exp(E / _GAS * (1 / ROOM - 1 / T)),
+            E,
+            "energy",
+        ),
+        (
+            "threshold",
+            lambda T, E=E: math.exp(E / _GAS * max(0.0, 1 / above - 1 / T)),
+            E,
+            "energy",
+        ),
         ("exponential", lambda T, rise=70.0: math.exp((T - ROOM) / rise), 70.0, "rise"),
         ("linear", lambda T, s=-0.02: max(0.0, 1 + s * (T - ROOM)), -0.02, "slope"),
     )
@@ -275,7 +358,13 @@ def wear_law_cases() -> list[Case]:
         cuts = [0.0, *([corner[name]] if name in corner and not number else []), way]
         parts = itertools.pairwise(cuts)
         values = [
-            quad(lambda x: law(ROOM + M * x / capacity, *number), *ends, epsrel=1e-13, epsabs=0.0, limit=400)
+            quad(
+                lambda x: law(ROOM + M * x / capacity, *number),
+                *ends,
+                epsrel=1e-13,
+                epsabs=0.0,
+                limit=400,
+            )
             for ends in parts
         ]
         return k * p[i] * _R * sum(value[0] for value in values)
@@ -285,13 +374,16 @@ def wear_law_cases() -> list[Case]:
         x = laws[i][2]
         h = 1e-3 * laws[i][2]
         pairs = ((1, 45), (2, -9), (3, 1))
-        return sum(c * (worn(i, x + m * h) - worn(i, x - m * h)) for m, c in pairs) / (60 * h)
+        return sum(c * (worn(i, x + m * h) - worn(i, x - m * h)) for m, c in pairs) / (
+            60 * h
+        )
 
     source = "quadrature: k p_i ∫ I(T) R dφ, T = T_0 + M φ/C"
     # (no step ends at a corner of a law)
     tolerance = {"threshold": 1e-9, "linear": 1e-7}
     rows: list[Row] = [
-        (name, source, worn(i), f"worn_thickness.{i}", tolerance.get(name, 1e-10)) for i, (name, *_) in enumerate(laws)
+        (name, source, worn(i), f"worn_thickness.{i}", tolerance.get(name, 1e-10))
+        for i, (name, *_) in enumerate(laws)
     ]
     rows += [
         (
@@ -312,9 +404,13 @@ def wear_law_cases() -> list[Case]:
         )
     )
     heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
-    scene = with_values(stop_scene(n=_N, beta=_BETA, C=None), {"brake.linings.area": _AREA})
+    scene = with_values(
+        stop_scene(n=_N, beta=_BETA, C=None), {"brake.linings.area": _AREA}
+    )
     scene = Scene(scene.brake, scene.duty, scene.initial, 8.0, heat, wear=Wear(each))
-    return cases_with_slopes("wear laws", scene, rows, lambda result: result.worn_thickness)
+    return cases_with_slopes(
+        "wear laws", scene, rows, lambda result: result.worn_thickness
+    )
 
 
 def turned_cases() -> list[Case]:
@@ -341,7 +437,9 @@ def turned_cases() -> list[Case]:
             "T_i along the band from its other end",
             float(_followed(f[::-1], angle[::-1], _T0)[0][1]),
             lambda x: sliding_tensions(
-                jnp.asarray(_T0), x.brake.linings.friction.coefficient, x.brake.linings.angle
+                jnp.asarray(_T0),
+                x.brake.linings.friction.coefficient,
+                x.brake.linings.angle,
             ).tension[0],
         ),
         (
@@ -349,20 +447,28 @@ def turned_cases() -> list[Case]:
             f"{FORM}S_H/Δl, arcs, gaps and ends from the other end",
             S * 2.1e11 * 13e-4 / stretch,
             lambda x: x.brake.band.stiffness.stiffness(
-                x.brake.linings.friction.coefficient, x.brake.linings.angle, x.brake.band.radius
+                x.brake.linings.friction.coefficient,
+                x.brake.linings.angle,
+                x.brake.band.radius,
             ),
         ),
         ("worn before", "of lining 3 at the place of lining 1", worn[2], "wear.worn.0"),
-        ("wear rate", "of lining 3 at the place of lining 1", k[2], "wear.rate.coefficient.0"),
+        (
+            "wear rate",
+            "of lining 3 at the place of lining 1",
+            k[2],
+            "wear.rate.coefficient.0",
+        ),
     ]
     return cases_of("turned band", lambda: turned_scene(scene), 1e-12, rows)
 
 
-# --- chains -----------------------------------------------------------------------------------------------------------
+# --- chains -------------------------------------------------------------------------
 
 
 def parting_cases() -> list[Case]:
-    """A lining that a growing torque takes along on its spring, until it breaks away; either way."""
+    """A lining that a growing torque takes along on its spring, until it breaks away;
+    either way."""
     return [*_parting(1), *_parting(-1)]
 
 
@@ -381,7 +487,9 @@ def _parting(sense: int) -> list[Case]:
     stuck, along = np.zeros((2, 5, 5))
     stuck[0, 4] = stuck[1, 2] = along[0, 4] = along[1, 2] = 1.0
     spring = np.array([0.0, C, D, 0.0, 0.0])  # T − T_0
-    stuck[2] = (np.array([growth / R_b, 0.0, 0.0, 0.0, 0.0]) - spring) / (J / R_b**2 + m)
+    stuck[2] = (np.array([growth / R_b, 0.0, 0.0, 0.0, 0.0]) - spring) / (
+        J / R_b**2 + m
+    )
     stuck[3] = stuck[2] / R_b
 
     def force(f: Any) -> Any:
@@ -413,15 +521,27 @@ def _parting(sense: int) -> list[Case]:
 
     e, v, w = last(f).real[1:4]
     at_rest = T_0 / C
-    source = f"{FORM}matrix exponential of the linear rates, root of |G| = f_s N/cos(β/2)"
+    source = (
+        f"{FORM}matrix exponential of the linear rates, root of |G| = f_s N/cos(β/2)"
+    )
     heat = quad(power, taken, end, epsabs=0.0, epsrel=1e-13)[0]
     rows: list[Row] = [
         ("breaks away", source, taken, time_of("restart")),
         ("speed", source, w, "record.y_end.omega"),
         ("speed of the lining", source, v, "record.y_end.own.v.0", 1e-9),
         ("elongation beyond x_0", source, e, lambda r: r.series([end]).elongation[0]),
-        ("friction heat", f"{source}; quadrature of G (R_b ω − v)", heat, "energy.friction_heat"),
-        ("elastic energy", f"{source}: C (x² − x_0²)/2", C * e * (e + 2 * at_rest) / 2, "energy.elastic_change"),
+        (
+            "friction heat",
+            f"{source}; quadrature of G (R_b ω − v)",
+            heat,
+            "energy.friction_heat",
+        ),
+        (
+            "elastic energy",
+            f"{source}: C (x² − x_0²)/2",
+            C * e * (e + 2 * at_rest) / 2,
+            "energy.elastic_change",
+        ),
         ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-11),
         (
             "∂(speed)/∂f",
@@ -436,13 +556,17 @@ def _parting(sense: int) -> list[Case]:
     load = TorqueLoad(PiecewiseLinear([0.0, 1.0], [0.0, growth]))
     scene = Scene(brake, Duty(Constant(T_0), load), Initial(0.0, at_rest), end)
     subject = f"a lining that breaks away {'ahead' if sense > 0 else 'back'}"
-    return cases_with_slopes(subject, scene, rows, lambda r: r.record.y_end.omega, program="parting lining")
+    return cases_with_slopes(
+        subject, scene, rows, lambda r: r.record.y_end.omega, program="parting lining"
+    )
 
 
 def staged_heat_cases() -> list[Case]:
-    """Heat of both pairs of a staged brake into rim, linings and band; linings on a ring that turns are cooled.
+    """Heat of both pairs of a staged brake into rim, linings and band; linings on a
+    ring that turns are cooled.
 
-    The stop is that of the subject "staged pair": torque `c t` of the band, capacity `M_i` of the internal pair.
+    The stop is that of the subject "staged pair": torque `c t` of the band, capacity
+    `M_i` of the internal pair.
     """
     J_1 = 40.0
     J_2 = 4.0
@@ -463,7 +587,8 @@ def staged_heat_cases() -> list[Case]:
     first = np.polynomial.Polynomial([w0, 0.0, -c / (2 * (J_1 + J_2))])
     both = np.polynomial.Polynomial([first(t_0), (M - c * t_0) / J_2, -c / (2 * J_2)])
     lock = t_0 + float(np.max(both.roots()))
-    # ω of the rim less ω of the ring after t_0, until the lock; then that of the rim alone
+    # ω of the rim less ω of the ring after t_0, until the lock; then that of the rim
+    # alone
     apart = np.polynomial.Polynomial([first(t_0), -M / J_1]) - both
     after = first(t_0) - M * (lock - t_0) / J_1
     internal = M * apart.integ()(lock - t_0) + J_1 * after**2 / 2
@@ -471,24 +596,55 @@ def staged_heat_cases() -> list[Case]:
     turned = (first**2).integ()(t_0) + (both**2).integ()(lock - t_0)
 
     def cooled(area: complex) -> complex:
-        return cold + (start - cold) * np.exp(-h_0 * area * (end + turned / v_0**2) / C[1])
+        return cold + (start - cold) * np.exp(
+            -h_0 * area * (end + turned / v_0**2) / C[1]
+        )
 
     places = ("rim", "linings", "band")
-    lumps = tuple(Lump(name, C[i], start if name == "linings" else cold) for i, name in enumerate(places))
+    lumps = tuple(
+        Lump(name, C[i], start if name == "linings" else cold)
+        for i, name in enumerate(places)
+    )
     air = Convection("linings", area, SpeedCoefficient(h_0, v_0, 2.0))
     rubs = FrictionHeat("rim", None, ConstantPartition(share), "rim")
-    outer = FrictionHeat("band", None, ConstantPartition(band), "linings", "rim", beyond)
-    heat = Heat((*lumps, Reservoir("air", cold)), (air,), rubs, (), None, *places, external=outer)
+    outer = FrictionHeat(
+        "band", None, ConstantPartition(band), "linings", "rim", beyond
+    )
+    heat = Heat(
+        (*lumps, Reservoir("air", cold)),
+        (air,),
+        rubs,
+        (),
+        None,
+        *places,
+        external=outer,
+    )
     scene = staged_pair(M, J_1, J_2, w0, ([0.0, 10.0], [0.0, 10.0 * c]), end)
     scene = Scene(scene.brake, scene.duty, scene.initial, end, heat)
     work = f"{FORM}work of the pairs, over C"
     lost = f"{FORM}e^(−∫ h_0 A (1 + (R_b ω_b/v_0)²) dt/C)"
     rows = [
-        ("rim", work, cold + (share * internal + beyond * external) / C[0], "end_temperatures.0"),
+        (
+            "rim",
+            work,
+            cold + (share * internal + beyond * external) / C[0],
+            "end_temperatures.0",
+        ),
         ("linings", lost, cooled(area).real, "end_temperatures.1"),
         ("band", work, cold + band * external / C[2], "end_temperatures.2"),
-        ("∂(linings)/∂A", f"{lost}, differentiated", differentiated(cooled, area), Slope("heat.links.0.area"), 1e-9),
-        ("heat to the rim", work, share * internal + beyond * external, "energy.heat_to_metal"),
+        (
+            "∂(linings)/∂A",
+            f"{lost}, differentiated",
+            differentiated(cooled, area),
+            Slope("heat.links.0.area"),
+            1e-9,
+        ),
+        (
+            "heat to the rim",
+            work,
+            share * internal + beyond * external,
+            "energy.heat_to_metal",
+        ),
         ("heat to the band", work, band * external, "energy.heat_to_band"),
         (
             "heat lost",
@@ -497,11 +653,14 @@ def staged_heat_cases() -> list[Case]:
             "energy.heat_lost",
         ),
     ]
-    return cases_with_slopes("heat of a staged brake", scene, rows, lambda result: result.end_temperatures[1])
+    return cases_with_slopes(
+        "heat of a staged brake", scene, rows, lambda result: result.end_temperatures[1]
+    )
 
 
 def staged_cases() -> list[Case]:
-    """T_on, the lock and the stop in stage 3 of an elastic staged brake under a rising lever."""
+    """T_on, the lock and the stop in stage 3 of an elastic staged brake under a rising
+    lever."""
     linings = Lining(ConstantFriction(0.40), np.full(8, math.radians(33.0)), 0.03)
     bandage = Bandage(45.0, ConstantFriction(0.22), 900.0)
     brake = Brake(Pulley(0.59, 900.0), Band(0.64, 3e5), linings, bandage)
@@ -514,11 +673,14 @@ def staged_cases() -> list[Case]:
         "∂(stopping time)/∂f_i": Slope("brake.bandage.friction.coefficient"),
         "∂(stopping time)/∂N_p": Slope("brake.bandage.preload"),
     }
-    return cases_with_slopes("staged stop", scene, rows_of(mechanisms.staged_stop, reads))
+    return cases_with_slopes(
+        "staged stop", scene, rows_of(mechanisms.staged_stop, reads)
+    )
 
 
 def spring_cases() -> list[Case]:
-    """Two linings with a spring between: events of their stop, derivatives, energies of its first instants."""
+    """Two linings with a spring between: events of their stop, derivatives, energies of
+    its first instants."""
     J = 200.0
     own = (1.2, 1.5)
     w0 = 20.0
@@ -526,25 +688,53 @@ def spring_cases() -> list[Case]:
     early = 0.015
     friction = ConstantFriction(0.2)
     wrap = np.full(2, math.radians(50.0))
-    bandage = Bandage(list(own), friction, [1500.0, 900.0], spring=np.array([2e3]), spring_damping=0.05)
-    brake = Brake(Pulley(0.59, J), Band(R_b), Lining(ConstantFriction(0.4), wrap), bandage)
-    stop = Scene(brake, Duty(PiecewiseLinear([0.0, 0.3], [100.0, 6e3]), TorqueLoad()), Initial(w0), 8.0)
+    bandage = Bandage(
+        list(own),
+        friction,
+        [1500.0, 900.0],
+        spring=np.array([2e3]),
+        spring_damping=0.05,
+    )
+    brake = Brake(
+        Pulley(0.59, J), Band(R_b), Lining(ConstantFriction(0.4), wrap), bandage
+    )
+    stop = Scene(
+        brake,
+        Duty(PiecewiseLinear([0.0, 0.3], [100.0, 6e3]), TorqueLoad()),
+        Initial(w0),
+        8.0,
+    )
     whole = J + sum(own)
     half = math.tan(math.radians(25.0))
     mu = (1 + 0.4 * half) / (1 - 0.4 * half)
     # while all linings ride on the rim, under T_0 = 100 + 5900 t/0.3
-    speed = w0 - R_b * (mu**2 - 1) * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
+    speed = (
+        w0 - R_b * (mu**2 - 1) * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
+    )
     source = f"{FORM}(J + Σ J_i) ω̇ = −R_b T_0(t) (μ² − 1)"
     rows: list[Row] = [
-        ("kinetic energy", f"{FORM}−(J + Σ J_i) ω_0²/2", -whole * w0**2 / 2, "energy.kinetic_change"),
+        (
+            "kinetic energy",
+            f"{FORM}−(J + Σ J_i) ω_0²/2",
+            -whole * w0**2 / 2,
+            "energy.kinetic_change",
+        ),
         ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-11),
     ]
     riding: list[Row] = [
-        ("kinetic energy of the ride", source, whole * (speed**2 - w0**2) / 2, "energy.kinetic_change"),
+        (
+            "kinetic energy of the ride",
+            source,
+            whole * (speed**2 - w0**2) / 2,
+            "energy.kinetic_change",
+        ),
         (
             "friction of lining 2 on the band",
             f"{FORM}(T_2 − T_1) cos β/2, T_i = μ^i T_0(t)",
-            (100.0 + 5900.0 / 0.3 * early) * mu * (mu - 1) * math.cos(math.radians(25.0)),
+            (100.0 + 5900.0 / 0.3 * early)
+            * mu
+            * (mu - 1)
+            * math.cos(math.radians(25.0)),
             lambda result: result.series([early]).friction_force[0, 1],
         ),
     ]
@@ -560,7 +750,9 @@ def spring_cases() -> list[Case]:
         "∂(stopping time)/∂K": Slope("brake.bandage.spring.0"),
         "∂(stopping time)/∂N_pre": Slope("brake.bandage.preload.1"),
     }
-    rows += rows_of(mechanisms.linings_on_springs, events) + rows_of(mechanisms.slopes_of_springs, slopes)
+    rows += rows_of(mechanisms.linings_on_springs, events) + rows_of(
+        mechanisms.slopes_of_springs, slopes
+    )
     begin = with_values(stop, {"end_time": early})
     return [
         *cases_with_slopes("a stop on springs", stop, rows, program="springs"),
@@ -569,7 +761,8 @@ def spring_cases() -> list[Case]:
 
 
 def chain_cases() -> list[Case]:
-    """One lining with a mass between the pulley and a band with a spring and a damper."""
+    """One lining with a mass between the pulley and a band with a spring and a
+    damper."""
     lining = Lining(ConstantFriction(0.3), np.full(1, math.radians(27.0)), mass=0.05)
     brake = Brake(Pulley(0.9, 0.5), Band(0.9, 5.0, Segments(1e3, 0.05, 0.03)), lining)
     scene = Scene(brake, Duty(Constant(1.0), TorqueLoad()), Initial(0.6, 0.2), 2.0)
@@ -580,11 +773,14 @@ def chain_cases() -> list[Case]:
         "∂(speed)/∂C": Slope("brake.band.stiffness"),
     }
     rows = rows_of(mechanisms.chain_of_one, reads)
-    return cases_with_slopes("chain of one lining", scene, rows, lambda result: result.record.y_end.omega)
+    return cases_with_slopes(
+        "chain of one lining", scene, rows, lambda result: result.record.y_end.omega
+    )
 
 
 def shoe_cases() -> list[Case]:
-    """Shigley's internal expanding shoes under the force that gives the leading one 1 MPa."""
+    """Shigley's internal expanding shoes under the force that gives the leading one 1
+    MPa."""
     r = 0.150
     b = 0.032
     a = 0.1227
@@ -595,7 +791,8 @@ def shoe_cases() -> list[Case]:
     end = math.radians(126.0)
 
     def moments(f: complex = f, end: complex = end) -> Any:
-        """Of the normal forces and of friction about the pin, and of friction about the shaft, at 1 MPa."""
+        """Of the normal forces and of friction about the pin, and of friction about the
+        shaft, at 1 MPa."""
         normal = a * (end / 2 - np.sin(2 * end) / 4)
         friction = f * (r * (1 - np.cos(end)) - a * np.sin(end) ** 2 / 2)
         return 1e6 * b * r * np.array([normal, friction, f * r * (1 - np.cos(end))])
@@ -611,16 +808,46 @@ def shoe_cases() -> list[Case]:
     drum = ShoeBrake(J, Shoes(ConstantFriction(f), r, b, 0.0, end), a, c)
     source = "Budynas & Nisbett, Shigley's Mechanical Engineering Design, internal expanding shoes"
     rows: list[Row] = [
-        ("torque of the leading shoe", source, leading, lambda run: r * run.series([0.1]).friction_force[0, 0]),
-        ("torque of the trailing shoe", source, trailing, lambda run: r * run.series([0.1]).friction_force[0, 1]),
+        (
+            "torque of the leading shoe",
+            source,
+            leading,
+            lambda run: r * run.series([0.1]).friction_force[0, 0],
+        ),
+        (
+            "torque of the trailing shoe",
+            source,
+            trailing,
+            lambda run: r * run.series([0.1]).friction_force[0, 1],
+        ),
         ("stopping time", source, J * w0 / (leading + trailing), "stopping_time"),
-        ("pressure", source, 1e6, lambda run: drum.greatest_pressure(np.max(run.series([0.1]).normal_load))),
-        ("friction that locks", source, f * M_N / M_F, lambda run: 1 / drum.self_locking(np.ones(2))[0]),
+        (
+            "pressure",
+            source,
+            1e6,
+            lambda run: drum.greatest_pressure(np.max(run.series([0.1]).normal_load)),
+        ),
+        (
+            "friction that locks",
+            source,
+            f * M_N / M_F,
+            lambda run: 1 / drum.self_locking(np.ones(2))[0],
+        ),
     ]
     for name, at, path in (("f", f, "friction.coefficient"), ("end", end, "end")):
         slope = differentiated(lambda x, name=name: stop(**{name: x}), at)
-        rows.append((f"∂(stopping time)/∂{name}", source, slope, Slope(f"brake.linings.{path}"), 1e-9))
-    scene = Scene(drum, ForceDuty(Constant(force), TorqueLoad(Constant(0.0))), Initial(w0), 10.0)
+        rows.append(
+            (
+                f"∂(stopping time)/∂{name}",
+                source,
+                slope,
+                Slope(f"brake.linings.{path}"),
+                1e-9,
+            )
+        )
+    scene = Scene(
+        drum, ForceDuty(Constant(force), TorqueLoad(Constant(0.0))), Initial(w0), 10.0
+    )
     return cases_with_slopes("double shoe", scene, rows)
 
 

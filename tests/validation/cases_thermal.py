@@ -1,4 +1,5 @@
-"""Validation of the thermal laws of a run: cooling, contacts, shares of the heat, rims, maximum temperatures."""
+"""Validation of the thermal laws of a run: cooling, contacts, shares of the heat, rims,
+maximum temperatures."""
 
 import dataclasses
 import functools
@@ -7,7 +8,18 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from case_tools import AIR, EXPLICIT, FORM, STIFF, Case, Row, Slope, cases_of, cases_with_slopes, differentiated
+from case_tools import (
+    AIR,
+    EXPLICIT,
+    FORM,
+    STIFF,
+    Case,
+    Row,
+    Slope,
+    cases_of,
+    cases_with_slopes,
+    differentiated,
+)
 from stop_scenes import stop_scene
 
 from simbrake import (
@@ -33,7 +45,8 @@ from simbrake.thermal import (
     TransmissionPartition,
 )
 
-# the stop of the cases: linings, their angle (rad) and area, friction, radius, inertia, lever and speed at the start
+# the stop of the cases: linings, their angle (rad) and area, friction, radius, inertia,
+# lever and speed at the start
 _N = 4
 _BETA = math.radians(50.0)
 _AREA = 0.002
@@ -61,20 +74,29 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 def _over(function: Callable[[Any], Any], a: complex, b: complex) -> complex:
     """The integral of a smooth function, its numbers and ends also complex."""
-    return complex(np.sum(_WEIGHTS * function(a + 0.5 * (b - a) * (_NODES + 1)))) * 0.5 * (b - a)
+    return (
+        complex(np.sum(_WEIGHTS * function(a + 0.5 * (b - a) * (_NODES + 1))))
+        * 0.5
+        * (b - a)
+    )
 
 
-def _root(function: Callable[[Any], Any], slope: Callable[[Any], Any], x: complex) -> complex:
-    """The root of a smooth function near `x` by Newton's method, its numbers also complex."""
+def _root(
+    function: Callable[[Any], Any], slope: Callable[[Any], Any], x: complex
+) -> complex:
+    """The root of a smooth function near `x` by Newton's method, its numbers also
+    complex."""
     for _ in range(60):
         x = x - function(x) / slope(x)
     return x
 
 
-# --- a stop beside which bodies cool, warm up and touch each other ----------------------------------------------------
+# --- a stop beside which bodies cool, warm up and touch each other ------------------
 
 #: number of each body among the temperatures
-_AT = {name: i for i, name in enumerate(("rim", "lining", "by speed", "free", "varying"))}
+_AT = {
+    name: i for i, name in enumerate(("rim", "lining", "by speed", "free", "varying"))
+}
 
 
 def _ends(result: Result) -> Any:
@@ -83,30 +105,53 @@ def _ends(result: Result) -> Any:
 
 @functools.cache
 def _stop_with_bodies() -> Scene:
-    """A stop of a rigid band, held and then released, with bodies of which each shows one law of the network."""
+    """A stop of a rigid band, held and then released, with bodies of which each shows
+    one law of the network."""
     table = TransmissionPartition(
-        *([200.0, 280.0, 420.0], [4.0, 6.0, 14.0], [5.0, 9.0, 20.0], [3.0, 5.0, 11.0], [1e-3, 2e-3, 5e-3]),
+        *(
+            [200.0, 280.0, 420.0],
+            [4.0, 6.0, 14.0],
+            [5.0, 9.0, 20.0],
+            [3.0, 5.0, 11.0],
+            [1e-3, 2e-3, 5e-3],
+        ),
         *(0.028, 4.0, 0.3, 0.03, 0.7, 0.006, 2.0),
     )
     bodies = (
         *(Lump("rim", 1.2e3, AIR), Lump("lining", 900.0, 330.0)),
-        *(Lump("by speed", 500.0, 400.0), Lump("free", 150.0, 390.0), Lump("varying", 400.0, 310.0, 1.5e-3, 300.0)),
+        *(
+            Lump("by speed", 500.0, 400.0),
+            Lump("free", 150.0, 390.0),
+            Lump("varying", 400.0, 310.0, 1.5e-3, 300.0),
+        ),
         Reservoir("air", AIR),
     )
     links = (
         Convection("by speed", 0.5, SpeedCoefficient(8.0, 2.0, 0.8)),
         Convection("free", 0.7, TemperatureCoefficient(3.0, 0.5)),
     )
-    heat = Heat(bodies, links, FrictionHeat("rim", "lining", table), (Source("varying", 2e3),))
+    heat = Heat(
+        bodies, links, FrictionHeat("rim", "lining", table), (Source("varying", 2e3),)
+    )
     lever = PiecewiseLinear([0.0, _RELEASE, _RELEASE, _END], [_T0, _T0, 0.0, 0.0])
     scene = stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_END)
     scene = with_values(scene, {"brake.linings.area": _AREA})
     return dataclasses.replace(scene, heat=heat, power_shares=PowerShares(0.02, 0.1))
 
 
-def _of_the_stop(subject: str, rows: Sequence[Row], tolerance: float = 1e-12) -> list[Case]:
+def _of_the_stop(
+    subject: str, rows: Sequence[Row], tolerance: float = 1e-12
+) -> list[Case]:
     explicit = EXPLICIT
-    return cases_with_slopes(subject, _stop_with_bodies(), rows, _ends, tolerance, "stop with bodies", explicit)
+    return cases_with_slopes(
+        subject,
+        _stop_with_bodies(),
+        rows,
+        _ends,
+        tolerance,
+        "stop with bodies",
+        explicit,
+    )
 
 
 def _by(path: str, body: str) -> Slope:
@@ -118,11 +163,20 @@ def _end(body: str) -> str:
 
 
 def speed_cooling_cases() -> list[Case]:
-    """A lump that the air cools as fast as the pulley turns, which slows down at a constant rate."""
+    """A lump that the air cools as fast as the pulley turns, which slows down at a
+    constant rate."""
 
-    def cooled(at_rest: complex = 8.0, speed: complex = 2.0, exponent: complex = 0.8) -> Any:
-        fast = _over(lambda v: (1 + (v / speed) ** 2) ** (exponent / 2), 0.0, _R * _W0) * _STOP / (_R * _W0)
-        return AIR + (400.0 - AIR) * np.exp(-0.5 / 500.0 * at_rest * (fast + _END - _STOP))
+    def cooled(
+        at_rest: complex = 8.0, speed: complex = 2.0, exponent: complex = 0.8
+    ) -> Any:
+        fast = (
+            _over(lambda v: (1 + (v / speed) ** 2) ** (exponent / 2), 0.0, _R * _W0)
+            * _STOP
+            / (_R * _W0)
+        )
+        return AIR + (400.0 - AIR) * np.exp(
+            -0.5 / 500.0 * at_rest * (fast + _END - _STOP)
+        )
 
     source = f"{FORM}θ_0 e^(−(A/C) ∫ h dt), h = h_0 [1 + (v/v_0)²]^(m/2), v in a straight line to 0"
     rows: list[Row] = [("temperature", source, cooled().real, _end("by speed"))]
@@ -137,17 +191,23 @@ def speed_cooling_cases() -> list[Case]:
 
 
 def free_convection_cases() -> list[Case]:
-    """A lump that cools by free convection with the square root of its excess temperature."""
+    """A lump that cools by free convection with the square root of its excess
+    temperature."""
 
     def rise(h: complex) -> complex:
-        """Root of `½ ln((s − 1)/(s + 1)) + arctan s = that at the start − (h_1 A/C) t`, `s⁴ = θ² + 1`."""
+        """Root of `½ ln((s − 1)/(s + 1)) + arctan s = that at the start − (h_1 A/C)
+        t`, `s⁴ = θ² + 1`."""
 
         def course(s: complex) -> Any:
             return 0.5 * np.log((s - 1) / (s + 1)) + np.arctan(s)
 
         start = ((390.0 - AIR) ** 2 + 1) ** 0.25
         lag = h * 0.7 / 150.0 * _END
-        s = _root(lambda s: course(s) - course(start) + lag, lambda s: 2 * s**2 / (s**4 - 1), start - 4.0)
+        s = _root(
+            lambda s: course(s) - course(start) + lag,
+            lambda s: 2 * s**2 / (s**4 - 1),
+            start - 4.0,
+        )
         return (s**4 - 1) ** 0.5
 
     source = f"{FORM}½ ln((s − 1)/(s + 1)) + arctan s falls by (h_1 A/C) t, s⁴ = θ² + 1"
@@ -165,7 +225,8 @@ def free_convection_cases() -> list[Case]:
 
 
 def capacity_cases() -> list[Case]:
-    """A heated lump whose capacity grows with its temperature: the balance of its heat is a quadratic."""
+    """A heated lump whose capacity grows with its temperature: the balance of its heat
+    is a quadratic."""
 
     def warmed(b: complex = 1.5e-3) -> complex:
         content = 10.0 + b * 10.0**2 / 2 + 2e3 * _END / 400.0
@@ -186,19 +247,25 @@ def capacity_cases() -> list[Case]:
 
 
 def partition_cases() -> list[Case]:
-    """Heat of a stop divided by the transmissions to both sides of the contact, which change with the temperature."""
+    """Heat of a stop divided by the transmissions to both sides of the contact, which
+    change with the temperature."""
 
     def share(T: Any, alpha: complex = 6.0) -> Any:
-        """Of the metal, from the resistances in series on either side, between 280 and 420 K."""
+        """Of the metal, from the resistances in series on either side, between 280 and
+        420 K."""
         x = (T - 280.0) / 140.0
         polished = alpha + (14.0 - alpha) * x
         matte = 9.0 + 11.0 * x
         band = 5.0 + 6.0 * x
         to_metal = 1 / polished + 0.028 / 4.0 + 1 / matte
-        to_lining = 1 / matte + (2e-3 + 3e-3 * x) / 0.3 + 0.03 / 0.7 + 0.006 / 2.0 + 1 / band
+        to_lining = (
+            1 / matte + (2e-3 + 3e-3 * x) / 0.3 + 0.03 / 0.7 + 0.006 / 2.0 + 1 / band
+        )
         return to_lining / (to_metal + to_lining)
 
-    def rim(electrical: complex = 0.02, mechanical: complex = 0.1, alpha: complex = 6.0) -> complex:
+    def rim(
+        electrical: complex = 0.02, mechanical: complex = 0.1, alpha: complex = 6.0
+    ) -> complex:
         heat = (1 - electrical - mechanical) * _WORK / 1.2e3
 
         def taken(T: complex) -> complex:
@@ -222,7 +289,7 @@ def partition_cases() -> list[Case]:
     return _of_the_stop("partition by transmission", rows)
 
 
-# --- maximum temperature, and the cyclic steady state -----------------------------------------------------------------
+# --- maximum temperature, and the cyclic steady state -------------------------------
 
 # J/K, W/K, s, s, W
 _COOLED = 2e4
@@ -235,21 +302,31 @@ _BLOCKS = np.linspace(300.0, 600.0, 20)  # J/K, each cooled through 50 W/K
 
 @functools.cache
 def _repeated() -> Scene:
-    """A stop whose heat goes into a cooled rim, beside blocks that a source heats at the begin of each cycle."""
-    bodies = Lump("blocks", _BLOCKS, AIR, count=_BLOCKS.size), Reservoir("air", AIR), Lump("rim", _COOLED, AIR)
+    """A stop whose heat goes into a cooled rim, beside blocks that a source heats at
+    the begin of each cycle."""
+    bodies = (
+        Lump("blocks", _BLOCKS, AIR, count=_BLOCKS.size),
+        Reservoir("air", AIR),
+        Lump("rim", _COOLED, AIR),
+    )
     links = Conductance("rim", "air", _COOLING), Conductance("blocks", "air", 50.0)
     power = PiecewiseLinear([0.0, _PULSE, _PULSE, _CYCLE], [_POWER, _POWER, 0.0, 0.0])
     pair = FrictionHeat("rim", None, ConstantPartition(1.0))
     heat = Heat(bodies, links, pair, (Source("blocks", power),), rim="rim")
     lever = PiecewiseLinear([0.0, _CYCLE], [_T0, _T0])
-    return dataclasses.replace(stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_CYCLE), heat=heat)
+    return dataclasses.replace(
+        stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_CYCLE), heat=heat
+    )
 
 
 def _rise(t: float, start: float = 0.0, cooling: complex = _COOLING) -> Any:
-    """Rise of the rim in a stop, from that at its start: the heat of friction falls in a straight line to 0."""
+    """Rise of the rim in a stop, from that at its start: the heat of friction falls in
+    a straight line to 0."""
     b = cooling / _COOLED
     most = _TORQUE * _W0 / cooling
-    return start * np.exp(-b * t) + most * ((1 + 1 / (b * _STOP)) * (1 - np.exp(-b * t)) - t / _STOP)
+    return start * np.exp(-b * t) + most * (
+        (1 + 1 / (b * _STOP)) * (1 - np.exp(-b * t)) - t / _STOP
+    )
 
 
 def _greatest(cooling: complex = _COOLING, start: float = 0.0) -> tuple[Any, Any]:
@@ -265,38 +342,88 @@ def _hottest(result: Result) -> Any:
 
 
 def repeated_stop_cases() -> list[Case]:
-    """Maximum of the temperature in a stop, and the temperatures with which a cycle of stops ends as it began."""
+    """Maximum of the temperature in a stop, and the temperatures with which a cycle of
+    stops ends as it began."""
     t, most = _greatest()
     solver = STIFF
     first = functools.cache(lambda: simulate(_repeated(), rtol=1e-12, solver=solver))
-    cycle = functools.cache(lambda: cyclic_steady_state(_repeated(), tolerance=1e-10, rtol=1e-12, solver=solver))
+    cycle = functools.cache(
+        lambda: cyclic_steady_state(
+            _repeated(), tolerance=1e-10, rtol=1e-12, solver=solver
+        )
+    )
 
     b = _COOLING / _COOLED
     start = _rise(_STOP) * math.exp(-b * (_CYCLE - _STOP)) / -math.expm1(-b * _CYCLE)
     hottest = _greatest(start=start)[1]
     k = 50.0 / _BLOCKS
     block = (
-        _POWER / _BLOCKS.size / 50.0 * -np.expm1(-k * _PULSE) * np.exp(-k * (_CYCLE - _PULSE)) / -np.expm1(-k * _CYCLE)
+        _POWER
+        / _BLOCKS.size
+        / 50.0
+        * -np.expm1(-k * _PULSE)
+        * np.exp(-k * (_CYCLE - _PULSE))
+        / -np.expm1(-k * _CYCLE)
     )
 
     linear = f"{FORM}C θ' = P_0 (1 − t/t_s) − G θ"
     series = "geometric series of the cycles: θ(t_c)/(1 − e^(−G t_c/C))"
     slope = differentiated(lambda G: _greatest(G)[1], _COOLING)
     rows: list[Row] = [
-        ("rise", f"{linear}: (P_0/G)(1 − t/t_s)", most, lambda r: r["peak_rim_temperature"] - AIR),
-        ("time", f"{linear}: ln(1 + G t_s/C)/(G/C)", t, lambda r: r.peak_rim_temperature.time, 1e-6),
+        (
+            "rise",
+            f"{linear}: (P_0/G)(1 − t/t_s)",
+            most,
+            lambda r: r["peak_rim_temperature"] - AIR,
+        ),
+        (
+            "time",
+            f"{linear}: ln(1 + G t_s/C)/(G/C)",
+            t,
+            lambda r: r.peak_rim_temperature.time,
+            1e-6,
+        ),
     ]
     cycles: list[Row] = [
-        ("rim", f"{linear}; {series}", start, lambda found: found.scene.heat.bodies[2].temperature - AIR),
-        ("block 1", f"{FORM}{series}", block[0], lambda found: found.scene.heat.bodies[0].temperature[0] - AIR),
-        ("block 20", f"{FORM}{series}", block[-1], lambda found: found.scene.heat.bodies[0].temperature[-1] - AIR),
-        ("rim at the end", f"{linear}; {series}", start, lambda found: found.result.end_temperatures[-1] - AIR),
-        ("greatest rise", f"{linear}; {series}", hottest, lambda found: found.result["peak_rim_temperature"] - AIR),
+        (
+            "rim",
+            f"{linear}; {series}",
+            start,
+            lambda found: found.scene.heat.bodies[2].temperature - AIR,
+        ),
+        (
+            "block 1",
+            f"{FORM}{series}",
+            block[0],
+            lambda found: found.scene.heat.bodies[0].temperature[0] - AIR,
+        ),
+        (
+            "block 20",
+            f"{FORM}{series}",
+            block[-1],
+            lambda found: found.scene.heat.bodies[0].temperature[-1] - AIR,
+        ),
+        (
+            "rim at the end",
+            f"{linear}; {series}",
+            start,
+            lambda found: found.result.end_temperatures[-1] - AIR,
+        ),
+        (
+            "greatest rise",
+            f"{linear}; {series}",
+            hottest,
+            lambda found: found.result["peak_rim_temperature"] - AIR,
+        ),
     ]
-    slopes: list[Row] = [("∂(rise)/∂G", f"{linear}, differentiated", slope, Slope("heat.links.0.value"))]
+    slopes: list[Row] = [
+        ("∂(rise)/∂G", f"{linear}, differentiated", slope, Slope("heat.links.0.value"))
+    ]
     return [
         *cases_of("maximum temperature", first, 1e-10, rows),
-        *cases_with_slopes("maximum temperature", _repeated(), slopes, _hottest, 1e-7, solver=EXPLICIT),
+        *cases_with_slopes(
+            "maximum temperature", _repeated(), slopes, _hottest, 1e-7, solver=EXPLICIT
+        ),
         *cases_of("cyclic steady state", cycle, 1e-9, cycles),
     ]
 

@@ -1,4 +1,5 @@
-"""Numbers with truths that are independent of simbrake, beyond those that `simbrake validate` shows to users."""
+"""Numbers with truths that are independent of simbrake, beyond those that
+`simbrake validate` shows to users."""
 
 import functools
 import importlib
@@ -10,7 +11,9 @@ import pytest
 from simbrake.checks import run_case
 
 MODULES = sorted(file.stem for file in pathlib.Path(__file__).parent.glob("cases_*.py"))
-SUBJECTS = [subject for name in MODULES for subject in importlib.import_module(name).CASES]
+SUBJECTS = [
+    subject for name in MODULES for subject in importlib.import_module(name).CASES
+]
 
 
 def name_of(subject):
@@ -26,7 +29,9 @@ def cases_of(subject):
 def test_numbers_are_the_truth(subject):
     checks = [run_case(case) for case in cases_of(subject)]
     assert checks
-    assert [(c.case, c.value, c.truth, c.error) for c in checks if c.verdict != "pass"] == []
+    assert [
+        (c.case, c.value, c.truth, c.error) for c in checks if c.verdict != "pass"
+    ] == []
 
 
 def test_cases_have_names_and_sources():
@@ -35,4 +40,6 @@ def test_cases_have_names_and_sources():
     for case in found:
         assert case.source
         assert np.isfinite(case.truth)
-        assert 0 <= case.tolerance <= 0.15  # the loosest is a printed number of two digits
+        assert (
+            0 <= case.tolerance <= 0.15
+        )  # the loosest is a printed number of two digits

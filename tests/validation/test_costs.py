@@ -15,9 +15,14 @@ from benchmarks.scenes import CASES, closed_form, cycles_case
 def test_exact_derivatives():
     p = CASES["a"].plain
     h = 1e-4
-    for name, slope in zip(("w_0", "J", "f", "T_0"), costs.exact(p).values(), strict=True):
+    for name, slope in zip(
+        ("w_0", "J", "f", "T_0"), costs.exact(p).values(), strict=True
+    ):
         x = getattr(p, name)
-        ends = [closed_form(dataclasses.replace(p, **{name: x * (1 + s * h)})).times[2] for s in (-1, 1)]
+        ends = [
+            closed_form(dataclasses.replace(p, **{name: x * (1 + s * h)})).times[2]
+            for s in (-1, 1)
+        ]
         assert slope == pytest.approx((ends[1] - ends[0]) / (2 * h * x), rel=1e-6)
 
 
@@ -28,7 +33,10 @@ def test_processor_time_of_a_fresh_process(tmp_path):
     assert 0.3 <= done.cpu < 0.55
     assert done.seconds >= 0.6
     folders = "import os; print(os.environ['XDG_CACHE_HOME'], os.environ['SIMBRAKE_CACHE_DIR'])"
-    assert processes.fresh(["-c", folders], str(tmp_path)).out.split() == [str(tmp_path), str(tmp_path / "simbrake")]
+    assert processes.fresh(["-c", folders], str(tmp_path)).out.split() == [
+        str(tmp_path),
+        str(tmp_path / "simbrake"),
+    ]
     assert processes.fresh(["-c", "raise SystemExit(2)"], code=2).code == 2
     with pytest.raises(RuntimeError, match="ended with 3"):
         processes.fresh(["-c", "raise SystemExit(3)"])
@@ -36,18 +44,28 @@ def test_processor_time_of_a_fresh_process(tmp_path):
 
 @pytest.mark.slow
 def test_mistakes_in_fresh_processes():
-    found = {cost.what: cost for cost in costs.process(True).costs}  # every mistake has to end with code 2
+    found = {
+        cost.what: cost for cost in costs.process(True).costs
+    }  # every mistake has to end with code 2
     assert len(found) == 8
-    assert found["run u2_5_5_stop.toml, again"].cpu < found["run u2_5_5_stop.toml, cold"].cpu
+    assert (
+        found["run u2_5_5_stop.toml, again"].cpu
+        < found["run u2_5_5_stop.toml, cold"].cpu
+    )
     assert found["run u2_5_5_stop.toml, cold"].error <= 1e-9
 
 
 @pytest.mark.slow
 def test_looks_and_ways_to_run():
-    (events,) = costs.looks("(f)", cycles_case(2).simbrake(), {"events": costs.LOOKS["events"]}, 1)
+    (events,) = costs.looks(
+        "(f)", cycles_case(2).simbrake(), {"events": costs.LOOKS["events"]}, 1
+    )
     assert events.error <= 1e-9
     assert all(cost.error <= 1e-9 and cost.ratio > 0 for cost in costs.ways("a", 0.02))
-    assert all(cost.error <= 1e-7 and cost.peer_error <= 1e-7 for cost in costs.beside_heyoka("a", 0.02))
+    assert all(
+        cost.error <= 1e-7 and cost.peer_error <= 1e-7
+        for cost in costs.beside_heyoka("a", 0.02)
+    )
 
 
 @pytest.mark.slow

@@ -1,4 +1,5 @@
-"""The tables of docs/estimates.md are what the estimates and simulations give, and say what the page says of them."""
+"""The tables of docs/estimates.md are what the estimates and simulations give, and say
+what the page says of them."""
 
 import json
 import pathlib
@@ -29,11 +30,16 @@ def on_page(page, name):
 
 
 def assert_same(found, printed):
-    """The same words, and numbers within their last place: runs on other machines differ by rounding."""
+    """The same words, and numbers within their last place: runs on other machines
+    differ by rounding."""
     found, printed = (json.dumps(one, ensure_ascii=False) for one in (found, printed))
     assert NUMBER.sub("#", found) == NUMBER.sub("#", printed)
     for now, then in zip(NUMBER.findall(found), NUMBER.findall(printed), strict=True):
-        same = float(now) == pytest.approx(float(then), rel=0.02) if "e" in then else agrees(then, float(now))
+        same = (
+            float(now) == pytest.approx(float(then), rel=0.02)
+            if "e" in then
+            else agrees(then, float(now))
+        )
         assert same, (now, then)
 
 
@@ -62,9 +68,13 @@ def test_estimates_of_stop_and_stands(page):
         assert abs(apart("surface, Schmidt, °C", column)) < 0.5
         assert apart("surface at the end, constant flux, °C", column) > 5
         assert -6 < apart("surface, falling flux, °C", column) < 0
-        assert apart("maximum, S-26, °C", column) > apart("maximum, S-27, °C", column) > 50
+        assert (
+            apart("maximum, S-26, °C", column) > apart("maximum, S-27, °C", column) > 50
+        )
         assert 0 < apart("thermal stress, MPa", column) < 20  # compression is negative
-        assert abs(apart("heat partition coefficient, rim, effusivities", column)) < 1e-3
+        assert (
+            abs(apart("heat partition coefficient, rim, effusivities", column)) < 1e-3
+        )
     assert cells["stopping time, s"][2] == "–"  # a programme has no classical stop
 
 

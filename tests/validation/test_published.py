@@ -1,4 +1,5 @@
-"""The papers recomputed: every printed cell is looked at, and the figures that a formula gives hold what they must."""
+"""The papers recomputed: every printed cell is looked at, and the figures that a
+formula gives hold what they must."""
 
 import collections
 import csv
@@ -10,15 +11,32 @@ import numpy as np
 import paper_figures
 import printed_tables as figures
 import pytest
-from printed_tables import AGREES, DISAGREES, FILES, MISPRINT, agrees, cells, published_rows
+from printed_tables import (
+    AGREES,
+    DISAGREES,
+    FILES,
+    MISPRINT,
+    agrees,
+    cells,
+    published_rows,
+)
 
 import simbrake as sb
 
 PAPERS = pathlib.Path(__file__).parents[2] / "papers"
-#: columns that are given: numbers that go into the formula of their table, or that no formula uses
+#: columns that are given: numbers that go into the formula of their table, or that no
+#: formula uses
 GIVEN = {
     "V1": {"r_m", "R_m", "L_m", "lambda_W_mK"},
-    "V2": {"T_polished_C", "T_matte_C", "T_band_C", "delta_s_um", "alpha1", "alpha2", "alpha3"},
+    "V2": {
+        "T_polished_C",
+        "T_matte_C",
+        "T_band_C",
+        "delta_s_um",
+        "alpha1",
+        "alpha2",
+        "alpha3",
+    },
     "S1": {"delta_mm"},
 }
 
@@ -32,9 +50,14 @@ def test_every_number_is_compared_or_given():
                     float(printed)
                 except ValueError:
                     continue  # a word, or a blank
-                assert ((table, row, column) in found) != (column in GIVEN.get(table, set())), (table, row, column)
+                assert ((table, row, column) in found) != (
+                    column in GIVEN.get(table, set())
+                ), (table, row, column)
     law = "heat_transmission.csv"  # stands with the formulas that use it
-    assert {file.name for file in PAPERS.glob("*.csv")} | {law} == {*FILES.values(), "misprints.csv"}
+    assert {file.name for file in PAPERS.glob("*.csv")} | {law} == {
+        *FILES.values(),
+        "misprints.csv",
+    }
 
 
 def test_no_published_cell_disagrees():
@@ -48,41 +71,74 @@ def test_no_published_cell_disagrees():
 
 
 def test_misprints_do_not_agree():
-    """No reason covers a cell that agrees, and none is of a cell that does not exist."""
+    """No reason covers a cell that agrees, and none is of a cell that does not
+    exist."""
     with (PAPERS / "misprints.csv").open(encoding="utf-8") as file:
-        known = {(row["table"], int(row["row"]), row["column"]) for row in csv.DictReader(file)}
+        known = {
+            (row["table"], int(row["row"]), row["column"])
+            for row in csv.DictReader(file)
+        }
     assert known == {
-        (c.table, c.row, c.column) for c in cells() if c.verdict != AGREES and c.column != "tau_m_consistent"
+        (c.table, c.row, c.column)
+        for c in cells()
+        if c.verdict != AGREES and c.column != "tau_m_consistent"
     }
 
 
 def test_cells_that_must_agree_do_not_count():
-    """Printed inputs, `T_0/T_0`, reciprocals of printed numbers, and the second formula of `τ_m`: 80 of 578 cells."""
+    """Printed inputs, `T_0/T_0`, reciprocals of printed numbers, and the second formula
+    of `τ_m`: 80 of 578 cells."""
     rows = cells()
-    kinds = collections.Counter((c.column, c.kind) for c in rows if c.kind != "compared")
-    assert kinds == {("f", "given"): 12, ("k", "given"): 18, ("T0", "trivial"): 6, ("K", "trivial"): 24} | {
-        ("tau_m_consistent", "trivial"): 20
-    }
-    assert [c.kind for c in rows if c.column == "k" and c.verdict != AGREES] == ["compared", "compared"]
-    assert list(rows[0].as_dict()) == ["table", "row", "column", "printed", "computed", "verdict", "kind"]
+    kinds = collections.Counter(
+        (c.column, c.kind) for c in rows if c.kind != "compared"
+    )
+    assert kinds == {
+        ("f", "given"): 12,
+        ("k", "given"): 18,
+        ("T0", "trivial"): 6,
+        ("K", "trivial"): 24,
+    } | {("tau_m_consistent", "trivial"): 20}
+    assert [c.kind for c in rows if c.column == "k" and c.verdict != AGREES] == [
+        "compared",
+        "compared",
+    ]
+    assert list(rows[0].as_dict()) == [
+        "table",
+        "row",
+        "column",
+        "printed",
+        "computed",
+        "verdict",
+        "kind",
+    ]
     assert figures.report(rows).endswith(
         "all: 578 cells, 498 compared: 451 agree, 47 are known misprints; 30 given; 50 trivial"
     )
-    # what is compared does not come from the cell: another printed number leaves the computed one as it is
+    # what is compared does not come from the cell: another printed number leaves the
+    # computed one as it is
     row = dict(published_rows("Z5")[4])
-    moved = {name: f"{1.01 * float(x):.3f}" if name not in ("k", "scheme") else x for name, x in row.items()}
+    moved = {
+        name: f"{1.01 * float(x):.3f}" if name not in ("k", "scheme") else x
+        for name, x in row.items()
+    }
     assert figures._stop("Z5", row) == figures._stop("Z5", moved)
 
 
 @pytest.mark.parametrize(
     ("printed", "computed", "verdict"),
-    [("25", 25.49, True), ("25", 25.51, False), ("241", 241.6, False), ("1.23", 1.2449, True), ("1.23", 1.2451, False)],
+    [
+        ("25", 25.49, True),
+        ("25", 25.51, False),
+        ("241", 241.6, False),
+        ("1.23", 1.2449, True),
+        ("1.23", 1.2451, False),
+    ],
 )
 def test_when_printed_numbers_agree(printed, computed, verdict):
     assert agrees(printed, computed) == verdict
 
 
-# --- figures ----------------------------------------------------------------------------------------------------------
+# --- figures ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("f", [0.1, 0.2, 0.4])
@@ -90,7 +146,9 @@ def test_z_fig_4_passes_through_table_1(f):
     curves = figures.chord_curves(f)
     row = next(row for row in published_rows("Z1") if float(row["f"]) == f)
     for i in range(5):
-        there = math.degrees(np.interp(math.radians(20.0), curves.last, curves.angle[:, i]))
+        there = math.degrees(
+            np.interp(math.radians(20.0), curves.last, curves.angle[:, i])
+        )
         assert agrees(row[f"beta{i + 1}_deg"], there)
 
 
@@ -98,28 +156,46 @@ def test_z_fig_4_passes_through_table_1(f):
 def test_chords_of_z_fig_4_carry_equal_loads(f):
     curves = figures.chord_curves(f)
     for beta in curves.angle[[0, len(curves.last) // 2, -1]]:
-        normal = np.asarray(sb.brakes.chord_tensions(*map(jnp.asarray, (1.0, f, np.append(0.0, beta)))).normal)
+        normal = np.asarray(
+            sb.brakes.chord_tensions(
+                *map(jnp.asarray, (1.0, f, np.append(0.0, beta)))
+            ).normal
+        )
         np.testing.assert_allclose(normal[1:], normal[1], rtol=1e-9)
         assert np.all(np.diff(beta) < 1e-12)  # the angles fall towards the tight end
     step = curves.last[1] - curves.last[0]
     with pytest.raises(sb.layouts.InfeasibleLayout):
-        sb.layouts.chord_equal_load_angles(f, 7, curves.last[-1] + step, curves.last[-1] + step)
+        sb.layouts.chord_equal_load_angles(
+            f, 7, curves.last[-1] + step, curves.last[-1] + step
+        )
     assert curves.why_it_ends
-    assert (curves.last[-1] < math.radians(20.0)) == (f == 0.5)  # as the text of Z remarks
+    assert (curves.last[-1] < math.radians(20.0)) == (
+        f == 0.5
+    )  # as the text of Z remarks
 
 
 def test_z_fig_5_is_of_closed_forms():
     increments, uniform = figures.band_diagrams()
-    row = next(r for r in published_rows("Z6") if (r["k"], r["scheme"]) == ("10", "uniform"))
+    row = next(
+        r for r in published_rows("Z6") if (r["k"], r["scheme"]) == ("10", "uniform")
+    )
     assert agrees(row["T_max"], uniform.tension[-1])
     assert agrees(row["N_max"], uniform.normal.max())
-    np.testing.assert_allclose(np.diff(increments.tension), (increments.tension[-1] - 1) / 10, rtol=1e-10)
+    np.testing.assert_allclose(
+        np.diff(increments.tension), (increments.tension[-1] - 1) / 10, rtol=1e-10
+    )
     for d in (increments, uniform):
         assert np.sum(d.angle) == pytest.approx(1.5 * math.pi)
         # balance of each lining: what the tension gains along it is friction
-        np.testing.assert_allclose(np.diff(d.tension) * np.cos(d.angle / 2), 0.3 * d.normal, rtol=1e-10)
-        np.testing.assert_allclose((d.tension[1:] + d.tension[:-1]) * np.sin(d.angle / 2), d.normal, rtol=1e-10)
-        assert d.w_0 > figures.Z5_W_0  # so that all linings slide with the figure's λ and w_0
+        np.testing.assert_allclose(
+            np.diff(d.tension) * np.cos(d.angle / 2), 0.3 * d.normal, rtol=1e-10
+        )
+        np.testing.assert_allclose(
+            (d.tension[1:] + d.tension[:-1]) * np.sin(d.angle / 2), d.normal, rtol=1e-10
+        )
+        assert (
+            d.w_0 > figures.Z5_W_0
+        )  # so that all linings slide with the figure's λ and w_0
 
 
 def test_energy_levels_balance():
@@ -127,7 +203,15 @@ def test_energy_levels_balance():
     for levels in (stop, drag):
         span = levels.time[-1]
         worked = np.concatenate(
-            [[0.0], np.cumsum(0.5 * (levels.power[1:] + levels.power[:-1]) * np.diff(levels.time) / span)]
+            [
+                [0.0],
+                np.cumsum(
+                    0.5
+                    * (levels.power[1:] + levels.power[:-1])
+                    * np.diff(levels.time)
+                    / span
+                ),
+            ]
         )
         np.testing.assert_allclose(worked, levels.work, atol=1e-12)
         assert np.all(levels.maximum[:-1] > levels.surface[:-1])
@@ -142,23 +226,49 @@ def test_energy_levels_balance():
 
 
 def beside_its_curve(axes):
-    """Printed points of one panel over the curve of their colour, interpolated on logarithmic axes, less 1."""
-    lines = [(line, *(np.asarray(x, float) for x in line.get_data())) for line in axes.lines]
-    curves = {line.get_color(): np.log([x, y]) for line, x, y in lines if line.get_linestyle() != "None" and len(x) > 2}
+    """Printed points of one panel over the curve of their colour, interpolated on
+    logarithmic axes, less 1."""
+    lines = [
+        (line, *(np.asarray(x, float) for x in line.get_data())) for line in axes.lines
+    ]
+    curves = {
+        line.get_color(): np.log([x, y])
+        for line, x, y in lines
+        if line.get_linestyle() != "None" and len(x) > 2
+    }
     for line, x, y in lines:
-        if line.get_marker() in list("osD^") and line.get_color() in curves and len(x) and line.get_markersize() < 12:
+        if (
+            line.get_marker() in list("osD^")
+            and line.get_color() in curves
+            and len(x)
+            and line.get_markersize() < 12
+        ):
             along, values = curves[line.get_color()]
             order = np.argsort(along)
-            yield from zip(x, y / np.exp(np.interp(np.log(x), along[order], values[order])) - 1, strict=True)
+            yield from zip(
+                x,
+                y / np.exp(np.interp(np.log(x), along[order], values[order])) - 1,
+                strict=True,
+            )
 
 
 @pytest.mark.parametrize(
     ("name", "count", "most"),
-    [("Z Fig. 4", 15, 2e-3), ("V table 1", 20, 0.031), ("V table 2", 48, 0.013), ("S table 1", 24, 0.011)],
+    [
+        ("Z Fig. 4", 15, 2e-3),
+        ("V table 1", 20, 0.031),
+        ("V table 2", 48, 0.013),
+        ("S table 1", 24, 0.011),
+    ],
 )
 def test_printed_points_lie_on_the_curves(name, count, most):
-    """But for the misprints at 650 °C in V, table 2; numbers with two digits are coarse, half of all are exact."""
-    off = [one for axes in paper_figures.published(name).axes for one in beside_its_curve(axes)]
+    """But for the misprints at 650 °C in V, table 2; numbers with two digits are
+    coarse, half of all are exact."""
+    off = [
+        one
+        for axes in paper_figures.published(name).axes
+        for one in beside_its_curve(axes)
+    ]
     assert len(off) == count
     away = [abs(by) for x, by in off if (name, x) != ("V table 2", 650.0)]
     assert max(away) < most
@@ -168,10 +278,14 @@ def test_printed_points_lie_on_the_curves(name, count, most):
 def test_chord_angles_are_as_printed():
     """Z, table 1: the five angles at β_7 = 20° for three coefficients of friction."""
     rows = {float(row["f"]): row for row in published_rows("Z1")}
-    for axes, (f, row) in zip(sb.layouts.figures.chord_angles(7, tuple(rows)).axes, rows.items(), strict=True):
+    for axes, (f, row) in zip(
+        sb.layouts.figures.chord_angles(7, tuple(rows)).axes, rows.items(), strict=True
+    ):
         assert f"{f:g}" in axes.get_title()
         for j, line in enumerate(axes.lines[:5]):
-            assert np.interp(20.0, *line.get_data()) == pytest.approx(float(row[f"beta{j + 1}_deg"]), rel=2e-3)
+            assert np.interp(20.0, *line.get_data()) == pytest.approx(
+                float(row[f"beta{j + 1}_deg"]), rel=2e-3
+            )
 
 
 def test_figure_without_a_formula():
@@ -184,9 +298,13 @@ def test_z_fig_5_has_tensions_and_loads():
     for axes, d in zip(figure.axes, figures.band_diagrams(), strict=True):
         ends = np.append(0.0, np.cumsum(d.angle))
         labels = [text.get_text() for text in axes.get_xticklabels()]
-        assert labels == [f"{i + 1}\n{d.tension[i + 1]:.2f}\n{d.normal[i]:.2f}" for i in range(10)]
+        assert labels == [
+            f"{i + 1}\n{d.tension[i + 1]:.2f}\n{d.normal[i]:.2f}" for i in range(10)
+        ]
         np.testing.assert_allclose(axes.get_xticks(), 0.5 * (ends[1:] + ends[:-1]))
-        for bar, angle, load, a, b in zip(axes.patches, d.angle, d.normal, ends, ends[1:], strict=False):
+        for bar, angle, load, a, b in zip(
+            axes.patches, d.angle, d.normal, ends, ends[1:], strict=False
+        ):
             assert bar.get_x() + 0.5 * bar.get_width() == pytest.approx(0.5 * (a + b))
             assert 0.8 * angle < bar.get_width() < angle
             assert bar.get_height() == pytest.approx(load)
@@ -200,7 +318,8 @@ def test_z_fig_5_has_tensions_and_loads():
 
 
 def test_k_fig_5_shows_stages_and_overlaps():
-    """A stronger external pair lets both pairs slide; a stronger internal one only the band on the bandage."""
+    """A stronger external pair lets both pairs slide; a stronger internal one only the
+    band on the bandage."""
     figure = paper_figures.published("K Fig. 5")
     panels = np.reshape(figure.axes, (2, 2))
     growth = sb.results.RunningIn(start=0.6, work=1.5e5)
@@ -208,20 +327,36 @@ def test_k_fig_5_shows_stages_and_overlaps():
         run = sb.simulate(figures.overlap_stop(external, internal))
         moving = [stage for stage in run.stages if stage.name.startswith("stage_")]
         total = moving[-1].end
-        assert [stage.name[-1] for stage in moving] == (["1", "2", "3"] if column == 0 else ["1"])
+        assert [stage.name[-1] for stage in moving] == (
+            ["1", "2", "3"] if column == 0 else ["1"]
+        )
         for axes, pair in zip(panels[:, column], ("external", "internal"), strict=True):
-            curves = {line.get_label(): line.get_data() for line in axes.lines if len(line.get_xdata()) > 2}
-            for words, kind in (("dynamic: the pair slides", "dynamic"), ("static: the pair sticks", "static")):
+            curves = {
+                line.get_label(): line.get_data()
+                for line in axes.lines
+                if len(line.get_xdata()) > 2
+            }
+            for words, kind in (
+                ("dynamic: the pair slides", "dynamic"),
+                ("static: the pair sticks", "static"),
+            ):
                 t, drawn = curves[words]
                 assert (t[0], t[-1]) == pytest.approx((0.0, total))
                 o = getattr(sb.results.overlap(run, t, growth), f"{pair}_{kind}")
                 np.testing.assert_allclose(drawn, o, rtol=1e-9, atol=1e-12)
-            borders = [line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2]
+            borders = [
+                line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2
+            ]
             np.testing.assert_allclose(borders, [stage.start for stage in moving[1:]])
             assert [text.get_text() for text in axes.texts] == [
-                f"stage {stage.name[-1]}" if stage.duration > 0.16 * total else stage.name[-1] for stage in moving
+                f"stage {stage.name[-1]}"
+                if stage.duration > 0.16 * total
+                else stage.name[-1]
+                for stage in moving
             ]
             middle = [0.5 * (stage.start + stage.end) for stage in moving]
-            np.testing.assert_allclose([text.get_position()[0] for text in axes.texts], middle)
+            np.testing.assert_allclose(
+                [text.get_position()[0] for text in axes.texts], middle
+            )
             low, high = axes.get_ylim()
             assert low < 0.0 < 0.84 < high < 1.0

@@ -22,7 +22,9 @@ from benchmarks.reference import error, reference
 from benchmarks.scenes import CASES, Answer, closed_form
 
 
-@pytest.mark.parametrize("name", ["a", "b", *(pytest.param(n, marks=pytest.mark.slow) for n in "def")])
+@pytest.mark.parametrize(
+    "name", ["a", "b", *(pytest.param(n, marks=pytest.mark.slow) for n in "def")]
+)
 def test_scipy_and_simbrake_agree(name):
     case = CASES[name]
     theirs = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-11)
@@ -42,7 +44,8 @@ def test_reference_by_collocation(name):
 
 
 NO_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
-#: one method of each peer, what is asked of it, and how close it must come in scenes with events
+#: one method of each peer, what is asked of it, and how close it must come in scenes
+#: with events
 PEERS = [
     ("casadi_events", "CasADi erk", 1e-10, 1e-8),
     ("casadi_events", "CasADi Rosenbrock", 1e-10, 1e-8),
@@ -51,7 +54,9 @@ PEERS = [
     ("pathsim_blocks", "PathSim RKDP87", 1e-10, 1e-7),
     ("heyoka_taylor", "heyoka Taylor", 1e-12, 1e-10),
     ("pydiffsol_text", "diffsol tsit45", 1e-11, 1e-8),
-    pytest.param("casadi_events", "CasADi erk, C", 1e-10, 1e-8, marks=[pytest.mark.slow, NO_GCC]),
+    pytest.param(
+        "casadi_events", "CasADi erk, C", 1e-10, 1e-8, marks=[pytest.mark.slow, NO_GCC]
+    ),
 ]
 
 
@@ -62,16 +67,26 @@ def test_peers_solve_every_scene(module, method, tolerance, allowed, name):
     for package in peer.PACKAGES:
         pytest.importorskip(package)
     theirs = peers.solve(peer, name, method, tolerance)
-    assert max(error(CASES[name], theirs, peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-12))) <= allowed
+    assert (
+        max(
+            error(
+                CASES[name], theirs, peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-12)
+            )
+        )
+        <= allowed
+    )
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_written_modes_are_the_plain_ones(name):
-    """Rates and guards of the expressions, with floats in them, are those of the equations that SciPy is given."""
+    """Rates and guards of the expressions, with floats in them, are those of the
+    equations that SciPy is given."""
     rng = np.random.default_rng(1)
     modes = automaton_of(CASES[name]).modes
     forms = written(CASES[name])
-    assert set(forms) == {mode for mode, known in modes.items() if known.rhs is not None}
+    assert set(forms) == {
+        mode for mode, known in modes.items() if known.rhs is not None
+    }
     for mode, form in forms.items():
         known = modes[mode]
         for t in (0.3, 1.4, 20.1):
@@ -79,16 +94,24 @@ def test_written_modes_are_the_plain_ones(name):
             if mode.endswith("slide"):  # linings that stick move with the rim
                 stuck = CASES[name].plain.n - int(mode.split()[0])
                 y[CASES[name].plain.n + 2 :][:stuck] = CASES[name].plain.R * y[0]
-            rates, guards = form.program.equations(FLOATS, t, y.tolist(), form.numbers(t).tolist())
+            rates, guards = form.program.equations(
+                FLOATS, t, y.tolist(), form.numbers(t).tolist()
+            )
             truth = np.asarray(known.rhs(t, y))
-            np.testing.assert_allclose(rates, truth, rtol=1e-12, atol=1e-12 * np.max(np.abs(truth)))
+            np.testing.assert_allclose(
+                rates, truth, rtol=1e-12, atol=1e-12 * np.max(np.abs(truth))
+            )
             for found, guard in zip(guards, known.guards, strict=False):
                 assert found == pytest.approx(guard.value(t, y), rel=1e-9)
-            assert all(value > 0 for value in guards[len(known.guards) :])  # never falls through 0
+            assert all(
+                value > 0 for value in guards[len(known.guards) :]
+            )  # never falls through 0
 
 
 def test_heyoka_by_a_plain_loop():
-    peer = pytest.importorskip("heyoka") and importlib.import_module("benchmarks.peers.heyoka_taylor")
+    peer = pytest.importorskip("heyoka") and importlib.import_module(
+        "benchmarks.peers.heyoka_taylor"
+    )
     found = peers.solve(peer, "a", "heyoka, plain loop", 1e-12)
     assert max(error(CASES["a"], found, closed_form(CASES["a"].plain))) <= 1e-12
 
@@ -128,8 +151,14 @@ def test_jacobians_of_the_plain_equations(name):
         y = mode.scales * rng.uniform(0.5, 1.5, len(mode.scales))
         steps = 1e-5 * mode.scales
         columns = [
-            (np.asarray(mode.rhs(0.3, y + h * e)) - np.asarray(mode.rhs(0.3, y - h * e))) / (2 * h)
+            (
+                np.asarray(mode.rhs(0.3, y + h * e))
+                - np.asarray(mode.rhs(0.3, y - h * e))
+            )
+            / (2 * h)
             for h, e in zip(steps, np.eye(len(y)), strict=True)
         ]
         found = mode.jacobian(0.3, y)
-        np.testing.assert_allclose(found, np.stack(columns, axis=1), atol=1e-9 * np.max(np.abs(found)))
+        np.testing.assert_allclose(
+            found, np.stack(columns, axis=1), atol=1e-9 * np.max(np.abs(found))
+        )

@@ -1,4 +1,5 @@
-"""`simbrake validate`: its closed forms, its verdicts, and the cross-check of a scene with SciPy."""
+"""`simbrake validate`: its closed forms, its verdicts, and the cross-check of a scene
+with SciPy."""
 
 import json
 
@@ -29,7 +30,9 @@ def test_cases_by_their_names(capsys):
     assert len(CASES) == 12
     assert "1 of 1 cases pass" in str(sb.validate("held"))
     assert len(call(capsys, "validate", "--list")[1].splitlines()) == 1 + len(CASES)
-    listed = json.loads(call(capsys, "validate", "--list", "--json", "--only", "*/stopping time")[1])
+    listed = json.loads(
+        call(capsys, "validate", "--list", "--json", "--only", "*/stopping time")[1]
+    )
     assert [row["case"].partition("/")[0] for row in listed] == [
         *("simple band", "staged brake", "two bands", "disc brake", "double shoe"),
     ]
@@ -59,7 +62,7 @@ def test_case_that_raises_fails():
     assert not sb.checks.Validation([]).ok
 
 
-# --- cross-check ----------------------------------------------------------------------------------------------------
+# --- cross-check --------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +77,16 @@ def test_cross_check_of_an_elastic_stop(elastic, capsys):
     assert report.ok, str(report)
     assert all(list(row) == KEYS for row in report.as_list())
     names = [check.case for check in report]
-    for name in ("changes of mode", "stopping time (s)", "2 full_slip (s)", "end: elongation (m)"):
+    for name in (
+        "changes of mode",
+        "stopping time (s)",
+        "2 full_slip (s)",
+        "end: elongation (m)",
+    ):
         assert name in names
-    assert all(check.error <= 1e-8 and check.source == "SciPy DOP853" for check in report)
+    assert all(
+        check.error <= 1e-8 and check.source == "SciPy DOP853" for check in report
+    )
     assert "Not checked: the physics" in str(report)
     assert "times as long" in str(report)
     assert report.evaluations > 100
@@ -85,14 +95,18 @@ def test_cross_check_of_an_elastic_stop(elastic, capsys):
 def test_cross_check_of_another_run(elastic):
     scene, _ = elastic
     # a stiffness off by 1e-6 moves times and energies, but not the order of events
-    other = sb.simulate(sb.with_values(scene, {"brake.band.stiffness": 2e5 * (1 + 1e-6)}))
+    other = sb.simulate(
+        sb.with_values(scene, {"brake.band.stiffness": 2e5 * (1 + 1e-6)})
+    )
     report = sb.cross_check(scene, result=other)
     verdict = {check.case: check.verdict for check in report}
     assert not report.ok
     assert verdict["changes of mode"] == "pass"
     assert verdict["2 full_slip (s)"] == verdict["end: elongation (m)"] == "fail"
     # a lever that pulls harder keeps the band from sliding
-    other = sb.simulate(sb.with_values(scene, {"duty.slack_tension.values": np.full(6, 8e4)}))
+    other = sb.simulate(
+        sb.with_values(scene, {"duty.slack_tension.values": np.full(6, 8e4)})
+    )
     report = sb.cross_check(scene, result=other)
     assert report.first_difference.startswith("at change 2: simbrake has stop at")
     assert "SciPy full_slip at" in report.first_difference

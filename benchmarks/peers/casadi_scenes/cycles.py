@@ -1,6 +1,8 @@
-"""Repeated stops; states (ω, φ, temperatures of rim, linings, band), mode, and the last event of each kind.
+"""Repeated stops; states (ω, φ, temperatures of rim, linings, band), mode, and the last
+event of each kind.
 
-The lever's lines are controls that are constant from corner to corner: its tension at a time, that time, its slope.
+The lever's lines are controls that are constant from corner to corner: its tension at a
+time, that time, its slope.
 """
 
 from typing import Any
@@ -34,7 +36,16 @@ def form(p: Cycles) -> Form:
     def rates(speeding: Any, speed: Any, heat: Any) -> Any:
         rim = p.share * heat - out_r * T_r
         linings = (1 - p.share) * heat - flow
-        return ca.vertcat(speeding, speed, rim / C_r, linings / C_l, (flow - out_b * T_b) / C_b, 0.0, 0.0, 0.0)
+        return ca.vertcat(
+            speeding,
+            speed,
+            rim / C_r,
+            linings / C_l,
+            (flow - out_b * T_b) / C_b,
+            0.0,
+            0.0,
+            0.0,
+        )
 
     held = rates(0.0, 0.0, 0.0)
     moving = rates((p.load - p.drag * w - M) / p.J, w, P)
@@ -44,7 +55,8 @@ def form(p: Cycles) -> Form:
     grid, controls = _lever(p)
 
     def read(found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        # at the third corner of a cycle it has restarted, at the first of the next one (or at the end) it has stopped
+        # at the third corner of a cycle it has restarted, at the first of the next one
+        # (or at the end) it has stopped
         restarts = found[6, 2::4]
         stops = found[7, 4::4]
         times = np.stack([restarts, stops], axis=1).ravel()
@@ -55,11 +67,14 @@ def form(p: Cycles) -> Form:
     sizes = np.array([20.0, 1e3, 50.0, 50.0, 50.0, 1.0, 1.0, 1.0])
     after = ca.if_else(index < 0.5, restart, stop)
     rhs = choose(mode, [held, moving])
-    return Form(t, X, u, rhs, zero, index, after, np.zeros(8), sizes, grid, controls, read)
+    return Form(
+        t, X, u, rhs, zero, index, after, np.zeros(8), sizes, grid, controls, read
+    )
 
 
 def _lever(p: Cycles) -> tuple[tuple[float, ...], np.ndarray]:
-    """The corners from 0 to the end, and tension, time, slope of the line between each two."""
+    """The corners from 0 to the end, and tension, time, slope of the line between each
+    two."""
     corners = np.array([i * p.period + t for i in range(p.count) for t in p.times])
     tensions = np.array(p.tensions * p.count)
     grid = np.concatenate([[0.0], corners, [p.count * p.period]])

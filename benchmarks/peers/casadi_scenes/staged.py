@@ -1,4 +1,5 @@
-"""The stop of a staged brake; states (ω, ω_b, φ, heat of the band's pair, heat of the rim's pair)."""
+"""The stop of a staged brake; states (ω, ω_b, φ, heat of the band's pair, heat of the
+rim's pair)."""
 
 import math
 
@@ -26,7 +27,8 @@ def form(p: Staged) -> Form:
     preload = rim * p.n * p.preload
     M_int = preload + rim * float(known.slack[-1]) * T_0
     a = (p.load - M_ext) / together
-    # `M_int(T_n)` is concave: of the roots on those of its pieces that are less steep than R_b the least is meant
+    # `M_int(T_n)` is concave: of the roots on those of its pieces that are less steep
+    # than R_b the least is meant
     below = p.R_b - rim * known.tight[:-1]
     pieces = [
         p.R_b * ((preload + (p.R_b + rim * float(s)) * T_0) / float(b) - T_0)
@@ -39,11 +41,27 @@ def form(p: Staged) -> Form:
     rest = ca.SX.zeros(5)  # pyright: ignore
     modes = [
         ca.vertcat(a, a, w, M_ext * w, 0.0),
-        ca.vertcat((p.load - M_int) / p.J, (M_int - M_ext) / p.J_b, w, M_ext * w_b, M_int * (w - w_b)),
+        ca.vertcat(
+            (p.load - M_int) / p.J,
+            (M_int - M_ext) / p.J_b,
+            w,
+            M_ext * w_b,
+            M_int * (w - w_b),
+        ),
         ca.vertcat((p.load - M) / p.J, 0.0, w, 0.0, M * w),
         rest,
     ]
     guards = [M_int - M_ext - p.J_b * a, w_b, w]
     start = np.array([p.w_0, p.w_0, 0.0, 0.0, 0.0])
     sizes = np.array([20.0, 20.0, 10.0, 1e5, 1e5])
-    return sequence(X, mode, choose(mode, modes), guards, start, sizes, p.end, lambda times, y: (times, y[2:]), t=t)
+    return sequence(
+        X,
+        mode,
+        choose(mode, modes),
+        guards,
+        start,
+        sizes,
+        p.end,
+        lambda times, y: (times, y[2:]),
+        t=t,
+    )

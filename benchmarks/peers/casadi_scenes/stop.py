@@ -26,7 +26,9 @@ def form(p: Stop) -> Form:
         grip = T_n - p.T_0
         slope = -2 * p.n * p.f * p.z * p.fade * T_n / (1 - fz * fz)
         cooling = ca.mtimes(ca.SX(ca.sparsify(ca.DM(p.rates))), T)
-        v = (p.R * w - slope * cooling[0] / p.C) / (1 + slope * float(p.into[0]) * grip / p.C)
+        v = (p.R * w - slope * cooling[0] / p.C) / (
+            1 + slope * float(p.into[0]) * grip / p.C
+        )
         heating = ca.DM(p.into) * (grip * v)
         slip = ca.vertcat(-p.R * grip / p.J, w, p.R * w - v, cooling + heating)
     else:
@@ -49,4 +51,14 @@ def form(p: Stop) -> Form:
     rhs = choose(mode, [m[0] for m in modes])
     guards = [m[1] for m in modes[:-1]]
     # that of the stop falls through 0 only once anyway
-    return sequence(X, mode, rhs, guards, start, sizes, p.end, lambda times, y: (times[logged], y[1:]), first)
+    return sequence(
+        X,
+        mode,
+        rhs,
+        guards,
+        start,
+        sizes,
+        p.end,
+        lambda times, y: (times[logged], y[1:]),
+        first,
+    )

@@ -1,1 +1,2 @@
-"""Scenes with smoothed friction for diffrax, one module each: a `Smooth` that one solve runs."""
+"""Scenes with smoothed friction for diffrax, one module each: a `Smooth` that one solve
+runs."""

@@ -9,8 +9,10 @@ import numpy as np
 class Smooth(NamedTuple):
     """Right-hand side on a vector, and what is read from the dense output.
 
-    - `readings(t, y)` (events,): each rises through 0 at its event, once within its `window` (low, high)
-    - `final(times, evaluate, y_end)`: the state that is compared; `corners`: times at which the equations have a corner
+    - `readings(t, y)` (events,): each rises through 0 at its event, once within its
+      `window` (low, high)
+    - `final(times, evaluate, y_end)`: the state that is compared; `corners`: times at
+      which the equations have a corner
     """
 
     rhs: Callable[[Any, Any], Any]
@@ -24,7 +26,8 @@ class Smooth(NamedTuple):
 
 
 def compiled(smooth: Smooth, kind: str, room: int) -> Callable[[Any], Any]:
-    """One program for all tolerances: times, final state, accepted steps, step attempts, whether it failed."""
+    """One program for all tolerances: times, final state, accepted steps, step
+    attempts, whether it failed."""
     import diffrax
     import jax
     import jax.numpy as jnp
@@ -63,7 +66,9 @@ def compiled(smooth: Smooth, kind: str, room: int) -> Callable[[Any], Any]:
 
         times = jax.vmap(crossing)(jnp.arange(len(low)), low, high)
         failed = jnp.where(found.result == diffrax.RESULTS.successful, 0, 1)
-        counts = jnp.stack([found.stats["num_accepted_steps"], found.stats["num_steps"], failed])
+        counts = jnp.stack(
+            [found.stats["num_accepted_steps"], found.stats["num_steps"], failed]
+        )
         state = smooth.final(times, found.evaluate, found.ys[-1])
         return jnp.concatenate([times, state, counts.astype(jnp.float64)])
 

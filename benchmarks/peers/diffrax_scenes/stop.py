@@ -1,6 +1,7 @@
 """A stop of one band, with heat or without: states (ω, φ, T…).
 
-Corners of the tension are rounded, full slip sets in with tanh, and the brake's torque carries `tanh(ω/ε ω_0)`.
+Corners of the tension are rounded, full slip sets in with tanh, and the brake's torque
+carries `tanh(ω/ε ω_0)`.
 """
 
 from typing import Any
@@ -12,7 +13,8 @@ from benchmarks.scenes import Stop
 
 
 def smooth(p: Stop, share: float) -> Smooth:
-    """Right-hand side, and what is read off: `C x − T_0`, `C x − T_0 Π`, and the stop at `ω = 0.01 ε ω_0`."""
+    """Right-hand side, and what is read off: `C x − T_0`, `C x − T_0 Π`, and the stop
+    at `ω = 0.01 ε ω_0`."""
     import jax
     import jax.numpy as jnp
 
@@ -47,12 +49,20 @@ def smooth(p: Stop, share: float) -> Smooth:
         if rates is not None and into is not None:
             cooling = rates @ T
             slides = 0.5 * (1 + jnp.tanh((winding(phi) - g) / width))
-            v = slides * (p.R * w - slope * cooling[0] / p.C) / (1 + slope * into[0] * g / p.C)
+            v = (
+                slides
+                * (p.R * w - slope * cooling[0] / p.C)
+                / (1 + slope * into[0] * g / p.C)
+            )
             change = cooling + into * (F * v)
         return jnp.concatenate([jnp.stack([-p.R * F / p.J, w]), change])
 
     def readings(t: Any, y: Any) -> Any:
-        found = [winding(y[1]), winding(y[1]) - grip(y[2:])[0], 0.01 * share * p.w_0 - y[0]]
+        found = [
+            winding(y[1]),
+            winding(y[1]) - grip(y[2:])[0],
+            0.01 * share * p.w_0 - y[0],
+        ]
         return jnp.stack(found[first:])
 
     def final(times: Any, evaluate: Any, y: Any) -> Any:

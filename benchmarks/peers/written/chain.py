@@ -1,4 +1,5 @@
-"""The chain of linings: one program for all modes, in which numbers say who slides and who is watched."""
+"""The chain of linings: one program for all modes, in which numbers say who slides and
+who is watched."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -33,8 +34,14 @@ def written(p: Chain) -> dict[str, Written]:
         G = [words.let(fz * (T[i + 1] + T[i])) for i in range(n)]
         carried = total([slides[i] * G[i] + sticks[i] * more[i] for i in range(n)])
         a = words.let(inert * carried)  # R α
-        moving = [slides[i] * (per_m * (G[i] - more[i])) + sticks[i] * a for i in range(n)]
-        rest = spare - moved * heavy * a + total([watched[i] * (G[i] - more[i]) for i in range(n)])
+        moving = [
+            slides[i] * (per_m * (G[i] - more[i])) + sticks[i] * a for i in range(n)
+        ]
+        rest = (
+            spare
+            - moved * heavy * a
+            + total([watched[i] * (G[i] - more[i]) for i in range(n)])
+        )
         return [a / R, w, *stretching, *moving], [rest]
 
     program = Program(2 * n + 2, 1, equations)
@@ -44,8 +51,17 @@ def written(p: Chain) -> dict[str, Written]:
         places = np.arange(n)
         sticks = (places < stuck).astype(float)
         watched = (places == stuck - 1).astype(float)
-        head = (p.T_0, known.fz, p.R, 1 / p.m, p.m, -(p.R**2) / (p.J + p.R**2 * stuck * p.m))
+        head = (
+            p.T_0,
+            known.fz,
+            p.R,
+            1 / p.m,
+            p.m,
+            -(p.R**2) / (p.J + p.R**2 * stuck * p.m),
+        )
         rows = np.concatenate([1 - sticks, sticks, watched, known.K, known.D[damped]])
         # when all slide nothing is watched
-        modes[f"{k} slide"] = fixed(program, *head, *rows.tolist(), *((1.0, 0.0) if stuck else (0.0, 1.0)))
+        modes[f"{k} slide"] = fixed(
+            program, *head, *rows.tolist(), *((1.0, 0.0) if stuck else (0.0, 1.0))
+        )
     return modes

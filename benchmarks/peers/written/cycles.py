@@ -1,4 +1,5 @@
-"""Repeated stops: on each piece of the lever its tension is a straight line, whose two numbers a mode is given."""
+"""Repeated stops: on each piece of the lever its tension is a straight line, whose two
+numbers a mode is given."""
 
 import bisect
 from collections.abc import Callable, Sequence
@@ -36,13 +37,28 @@ def written(p: Cycles) -> dict[str, Written]:
         M = torque(words, t, y[3], q[:5])
         (rim, lining, band) = cooling(words, y, q[5:9])
         P = words.let(M * w)
-        return [(load - drag * w - M) / J, w, rim + to_rim * P, lining + to_lining * P, band], [w]
+        return [
+            (load - drag * w - M) / J,
+            w,
+            rim + to_rim * P,
+            lining + to_lining * P,
+            band,
+        ], [w]
 
     def letting_go(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
         return moving(words, t, y, q)[0], []
 
     starts, lines = _pieces(p)
-    friction = (p.f * p.z, p.f * p.z * p.fade, p.R, out_r / C_r, p.between / C_l, p.between / C_b, out_b / C_b, p.load)
+    friction = (
+        p.f * p.z,
+        p.f * p.z * p.fade,
+        p.R,
+        out_r / C_r,
+        p.between / C_l,
+        p.between / C_b,
+        out_b / C_b,
+        p.load,
+    )
     turning = (p.drag, p.J, p.share / C_r, (1 - p.share) / C_l)
 
     def numbers(more: tuple[float, ...]) -> Callable[[float], np.ndarray]:
@@ -57,7 +73,8 @@ def written(p: Cycles) -> dict[str, Written]:
 
 
 def _pieces(p: Cycles) -> tuple[list[float], list[tuple[float, float]]]:
-    """Where the straight lines of the lever's tension begin, and the level at `t = 0` and the slope of each."""
+    """Where the straight lines of the lever's tension begin, and the level at `t = 0`
+    and the slope of each."""
     starts = [0.0]
     lines = [(p.tensions[-1], 0.0)]
     for i in range(p.count):

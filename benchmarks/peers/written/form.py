@@ -1,4 +1,5 @@
-"""What a mode is to a tool that takes expressions: operators, `exp` and whole powers, and numbers that it is given."""
+"""What a mode is to a tool that takes expressions: operators, `exp` and whole powers,
+and numbers that it is given."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,7 +9,8 @@ import numpy as np
 
 
 class Words(NamedTuple):
-    """What a tool adds to the operators: `let` keeps a value that is used more than once, under a name."""
+    """What a tool adds to the operators: `let` keeps a value that is used more than
+    once, under a name."""
 
     exp: Callable[[Any], Any]
     let: Callable[[Any], Any]
@@ -19,11 +21,14 @@ FLOATS = Words(math.exp, lambda x: x)
 
 
 class Program(NamedTuple):
-    """What is compiled once: `equations(words, t, y, q)` gives the rates of the states and the values of the guards."""
+    """What is compiled once: `equations(words, t, y, q)` gives the rates of the states
+    and the values of the guards."""
 
     states: int
     guards: int
-    equations: Callable[[Words, Any, Sequence[Any], Sequence[Any]], tuple[list[Any], list[Any]]]
+    equations: Callable[
+        [Words, Any, Sequence[Any], Sequence[Any]], tuple[list[Any], list[Any]]
+    ]
 
 
 class Written(NamedTuple):
@@ -48,7 +53,8 @@ def row(matrix: Any, i: int) -> list[tuple[int, float]]:
 
 
 class Sparse:
-    """A matrix whose places are part of a program and whose entries are numbers of it."""
+    """A matrix whose places are part of a program and whose entries are numbers of
+    it."""
 
     def __init__(self, matrix: Any):
         rows = [row(matrix, i) for i in range(len(matrix))]

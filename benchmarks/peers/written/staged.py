@@ -1,4 +1,5 @@
-"""The staged brake; the pieces of the held bandage share one program. States as in `benchmarks/staged.py`."""
+"""The staged brake; the pieces of the held bandage share one program. States as in
+`benchmarks/staged.py`."""
 
 import math
 from collections.abc import Sequence
@@ -29,7 +30,13 @@ def _both(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
     T_0 = _lever(words, t, q[:3])
     M_int = words.let(preload + full * T_0)
     M_ext = words.let(grip * T_0)
-    return [(load - M_int) / J, (M_int - M_ext) / J_b, w, M_ext * w_b, M_int * (w - w_b)], [w_b]
+    return [
+        (load - M_int) / J,
+        (M_int - M_ext) / J_b,
+        w,
+        M_ext * w_b,
+        M_int * (w - w_b),
+    ], [w_b]
 
 
 def _locked(words: Words, t: Any, y: Sequence[Any], q: Sequence[Any]) -> Any:
@@ -53,5 +60,7 @@ def written(p: Staged) -> dict[str, Written]:
         a, b = line(p, known, k)
         # with none at its limit there is no piece after it
         less = (a, b - float(known.Pi[k])) if k else (1.0, 0.0)
-        modes[f"locked {k}"] = fixed(locked, *lever, p.R_b * a, p.R_b * (b - 1), p.load, p.J, *less)
+        modes[f"locked {k}"] = fixed(
+            locked, *lever, p.R_b * a, p.R_b * (b - 1), p.load, p.J, *less
+        )
     return modes

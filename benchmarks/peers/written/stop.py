@@ -32,7 +32,9 @@ def written(p: Stop) -> dict[str, Written]:
     Pi = p.Pi
     modes = {
         "take_up": fixed(Program(3, 1, _take_up), R, T_0, C),
-        "elastic": fixed(Program(3, 1, _elastic), R, R * T_0 / p.J, R * C / p.J, T_0 * Pi, C),
+        "elastic": fixed(
+            Program(3, 1, _elastic), R, R * T_0 / p.J, R * C / p.J, T_0 * Pi, C
+        ),
     }
     if p.rates is None:
         return modes | {"slip": fixed(Program(2, 1, _slip), -R * T_0 * (Pi - 1) / p.J)}
@@ -79,6 +81,8 @@ def _hot(p: Stop) -> dict[str, Written]:
     friction = (p.R, arm, p.T_0, fz_0, fz_0 * p.fade, 1 / p.C, *heats)
     return {
         "slip": fixed(Program(k + 2, 1, slip), *friction, *walls.entries),
-        "stick": fixed(Program(k + 3, 1, stick), p.R, arm * p.C, arm * p.T_0, *walls.entries),
+        "stick": fixed(
+            Program(k + 3, 1, stick), p.R, arm * p.C, arm * p.T_0, *walls.entries
+        ),
         "held": fixed(Program(k + 2, 0, held), *walls.entries),
     }

@@ -24,7 +24,10 @@ PAIRS = ("external", "internal")  # of a staged brake
 _METAL = {
     "metal": ("rim", "band"),
     "metal_thickness": ("rim_thickness", "band_thickness"),
-    "metal_area": ("track_area", "outer_area"),  # over which the heat of the pair spreads
+    "metal_area": (
+        "track_area",
+        "outer_area",
+    ),  # over which the heat of the pair spreads
     "face_area": ("lining_area", "outer_area"),  # of the linings' friction faces
     "metal_share": ("share", "external_share"),  # of the pair's heat
 }
@@ -32,13 +35,15 @@ _METAL = {
 
 @dataclasses.dataclass(frozen=True)
 class Braking:
-    """Data of every row of estimates: scene, inputs by name, classical stop and run where available.
+    """Data of every row of estimates: scene, inputs by name, classical stop and run
+    where available.
 
-    `time` (s), `work` (J), `omega` (rad/s, initial) are those of the run, else of the classical stop. On a staged
-    brake (`stages`) each `pair`, `"external"` or `"internal"`, has a brake application as well: `run`, `time`, `work`
-    are that pair's, `omega` its maximum sliding speed, `slid` (rad) how far it slides, and `more` (J) the heat that its
-    metal gets from the other pair. Inputs are attributes, as `braking.rim_thickness`, and so are those of the metal
-    face (`metal_thickness`).
+    `time` (s), `work` (J), `omega` (rad/s, initial) are those of the run, else of the
+    classical stop. On a staged brake (`stages`) each `pair`, `"external"` or
+    `"internal"`, has a brake application as well: `run`, `time`, `work` are that
+    pair's, `omega` its maximum sliding speed, `slid` (rad) how far it slides, and
+    `more` (J) the heat that its metal gets from the other pair. Inputs are attributes,
+    as `braking.rim_thickness`, and so are those of the metal face (`metal_thickness`).
 
     A value is `None` where a brake application has no such number.
     """
@@ -64,7 +69,8 @@ class Braking:
         stages: StagedStop | None = None,
         run: RunValues | None = None,
     ) -> "Braking":
-        """The hardest brake application of a run, else a classical stop, if there is one."""
+        """The hardest brake application of a run, else a classical stop, if there is
+        one."""
         if run is not None:
             time = run.duration
             work = run.work[-1]
@@ -72,13 +78,17 @@ class Braking:
         else:
             classical = stop or stages
             omega = float(scene.start_speed)
-            time, work = (0.0, 0.0) if classical is None else (classical.time, classical.work)
+            time, work = (
+                (0.0, 0.0) if classical is None else (classical.time, classical.work)
+            )
         return cls(scene, inputs, stop, stages, run, time, work, omega)
 
     def __getattr__(self, name: str) -> Any:
         of_rim, of_band = _METAL.get(name, (name, name))
         try:
-            return self.__dict__["inputs"][of_band if self.part == "band" else of_rim].value
+            return self.__dict__["inputs"][
+                of_band if self.part == "band" else of_rim
+            ].value
         except KeyError:
             raise AttributeError(name) from None
 
@@ -101,16 +111,46 @@ class Braking:
 
     @property
     def parts(self) -> dict[str, HeatedPart]:
-        """The parts that the pair heats, metal and lining; the band of a brake with one pair takes up no heat."""
+        """The parts that the pair heats, metal and lining; the band of a brake with one
+        pair takes up no heat."""
         share = self.metal_share
         start = self.start_now
         heat = self.heat
         run = self.run
-        metal = (self.metal, self.metal_thickness, self.metal_area, self.time, start, share, heat, self.more)
-        lining = (self.lining, self.lining_thickness, self.face_area, self.time, start, 1 - share, heat, 0.0)
-        parts = [HeatedPart(self.part, *metal, run and run.rim), HeatedPart("lining", *lining, run and run.lining)]
+        metal = (
+            self.metal,
+            self.metal_thickness,
+            self.metal_area,
+            self.time,
+            start,
+            share,
+            heat,
+            self.more,
+        )
+        lining = (
+            self.lining,
+            self.lining_thickness,
+            self.face_area,
+            self.time,
+            start,
+            1 - share,
+            heat,
+            0.0,
+        )
+        parts = [
+            HeatedPart(self.part, *metal, run and run.rim),
+            HeatedPart("lining", *lining, run and run.lining),
+        ]
         if not self.pair:
-            band = (self.band, self.band_thickness, self.lining_area, self.time, start, 0.0, heat)
+            band = (
+                self.band,
+                self.band_thickness,
+                self.lining_area,
+                self.time,
+                start,
+                0.0,
+                heat,
+            )
             parts.append(HeatedPart("band", *band))
         return {part.name: part for part in parts}
 
@@ -138,10 +178,15 @@ class Braking:
 
     @property
     def travel(self) -> float:
-        """Sliding distance of the linings (m), on the band circle; of an internal pair on the rim."""
+        """Sliding distance of the linings (m), on the band circle; of an internal pair
+        on the rim."""
         if self.slid is not None:
             return self.arm * abs(self.slid)
-        angle = self.omega * self.time / 2 if self.run is None else np.trapezoid(self.run.omega, self.run.t)
+        angle = (
+            self.omega * self.time / 2
+            if self.run is None
+            else np.trapezoid(self.run.omega, self.run.t)
+        )
         return self.arm * abs(float(angle))
 
     @property
@@ -151,12 +196,19 @@ class Braking:
 
     @property
     def hardest_time(self) -> float | None:
-        """Time of the run to rest (s); of several brake applications that of the hardest."""
+        """Time of the run to rest (s); of several brake applications that of the
+        hardest."""
         if self.run is None or not self.several:
             return self.run and self.run.result.metrics.get("stopping_time")
         begin, end = self.run.t[[0, -1]]
-        rests = [e.time for e in self.run.result.events if e.name == "stop" and e.time >= end - 1e-9 * max(end, 1.0)]
-        return rests[0] - begin if rests and rests[0] - end < self.run.duration else None
+        rests = [
+            e.time
+            for e in self.run.result.events
+            if e.name == "stop" and e.time >= end - 1e-9 * max(end, 1.0)
+        ]
+        return (
+            rests[0] - begin if rests and rests[0] - end < self.run.duration else None
+        )
 
     @property
     def hardest_angle(self) -> float | None:
@@ -166,14 +218,17 @@ class Braking:
         if (time := self.hardest_time) is None:
             return None
         begin = self.run.t[0]
-        first, last = np.asarray(self.run.result.series(np.array([begin, begin + time])).phi)
+        first, last = np.asarray(
+            self.run.result.series(np.array([begin, begin + time])).phi
+        )
         return last - first
 
     # forces and work
 
     @property
     def rims(self) -> int:
-        """Number of alike rims, on each of which a band acts with the slack tension `T_0`."""
+        """Number of alike rims, on each of which a band acts with the slack tension
+        `T_0`."""
         return self.scene.brake.rims
 
     @property
@@ -188,7 +243,8 @@ class Braking:
 
     @property
     def pressure(self) -> float | None:
-        """Mean pressure of the linings (Pa), `None` where they would yield or do not slide."""
+        """Mean pressure of the linings (Pa), `None` where they would yield or do not
+        slide."""
         way = self.friction * self.travel
         pressure = self.work / (way * self.face_area) if way > 0 else 0.0
         return pressure if 0 < pressure <= self.hardness else None
@@ -198,13 +254,25 @@ class Braking:
         """Mean pressure (Pa) over the sliding distance of the run."""
         if self.run is None:
             return None
-        power = np.asarray(self.run.series.normal_load).sum(axis=1) * np.abs(np.asarray(self.run.series.slip_speed))
-        return self.rims * np.trapezoid(power, self.run.t) / self.run.slid / self.lining_area
+        power = np.asarray(self.run.series.normal_load).sum(axis=1) * np.abs(
+            np.asarray(self.run.series.slip_speed)
+        )
+        return (
+            self.rims
+            * np.trapezoid(power, self.run.t)
+            / self.run.slid
+            / self.lining_area
+        )
 
     @property
     def stopping_load(self) -> tuple[float, float]:
-        """Work (J) and time (s) of the classical stop, else of the brake application."""
-        return (self.work, self.time) if self.stop is None else (self.stop.work, self.stop.time)
+        """Work (J) and time (s) of the classical stop, else of the brake
+        application."""
+        return (
+            (self.work, self.time)
+            if self.stop is None
+            else (self.stop.work, self.stop.time)
+        )
 
     # heat, and its shares
 
@@ -228,10 +296,14 @@ class Braking:
         run = self.run
         if run is None or not self.scene.heated or not run.total_work > 0:
             return None
-        entered = run.result.energy.get("heat_to_band" if self.part == "band" else "heat_to_metal")
+        entered = run.result.energy.get(
+            "heat_to_band" if self.part == "band" else "heat_to_metal"
+        )
         if entered is None:
             return None
-        if self.pair == "internal":  # without the heat of the external pair that passes the linings
+        if (
+            self.pair == "internal"
+        ):  # without the heat of the external pair that passes the linings
             entered = entered - self.beyond_share * run.result.energy["heat_external"]
         return float(entered) / float(self.booked.split(run.total_work).heat)
 
@@ -254,7 +326,8 @@ class Braking:
 
     @property
     def start_now(self) -> float:
-        """Mean temperature of the metal at the beginning of the brake application (K)."""
+        """Mean temperature of the metal at the beginning of the brake application
+        (K)."""
         mean = self.body_mean()
         if mean is not None:
             return mean[0]
@@ -288,43 +361,62 @@ class Braking:
 
     @functools.cached_property
     def falling_rise(self) -> float:
-        """Maximum rise (K) of the surface of a half-space under a flux that falls linearly."""
-        return float(stopping_rise(self.initial_flux, self.time / 2, self.time, self.metal.effusivity))
+        """Maximum rise (K) of the surface of a half-space under a flux that falls
+        linearly."""
+        return float(
+            stopping_rise(
+                self.initial_flux, self.time / 2, self.time, self.metal.effusivity
+            )
+        )
 
     @functools.cached_property
     def flash(self) -> float | None:
-        """Flash temperature (K) at the initial speed, on spots that carry the hardness; `None` at rest."""
+        """Flash temperature (K) at the initial speed, on spots that carry the hardness;
+        `None` at rest."""
         if self.speed <= 0:
             return None
         conductivity = self.metal.conductivity
         diffusivity = self.metal.diffusivity
         share = self.metal_share * self.power.heat
-        law = FlashTemperature(self.spot_length, conductivity, diffusivity, share, self.hardness)
+        law = FlashTemperature(
+            self.spot_length, conductivity, diffusivity, share, self.hardness
+        )
         spots = jnp.asarray(self.friction * self.hardness * self.speed)
         return float(law.rise(spots, jnp.asarray(self.speed)))
 
     @functools.cached_property
     def run_schmidt(self) -> SchmidtCourse | None:
-        """Schmidt's scheme with the heat of the run, `None` without a run that has a rim in layers."""
+        """Schmidt's scheme with the heat of the run, `None` without a run that has a
+        rim in layers."""
         run = self.layered
         hot = self.power.heat
         if run is None:
             return None
         beyond = hot * (self.beyond_share if self.pair else 0.0)
-        return run.schmidt(run.course.wall.material, hot * self.share, self.track_area, beyond)
+        return run.schmidt(
+            run.course.wall.material, hot * self.share, self.track_area, beyond
+        )
 
     # the rim: flow through it, balance, thermal stress
 
     @property
     def radiation(self) -> float:
-        """Coefficient of radiation (W/(m²·K)) of the rim at the beginning of the brake application."""
-        return float(radiation_coefficient(self.emissivity, self.start_now, self.ambient))
+        """Coefficient of radiation (W/(m²·K)) of the rim at the beginning of the brake
+        application."""
+        return float(
+            radiation_coefficient(self.emissivity, self.start_now, self.ambient)
+        )
 
     @property
     def stress(self) -> float:
-        """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the end."""
+        """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the
+        end."""
         face = slab_rise(self.flux, self.time, self.rim_thickness, self.rim)
-        mean = self.flux * self.time / (self.rim_thickness * (self.rim.density * self.rim.specific_heat))
+        mean = (
+            self.flux
+            * self.time
+            / (self.rim_thickness * (self.rim.density * self.rim.specific_heat))
+        )
         return float(surface_stress(face, mean, self.elastic))
 
     @property
@@ -333,17 +425,21 @@ class Braking:
 
     @functools.cached_property
     def run_stress(self) -> tuple[float, float, float] | None:
-        """Time (s) from the beginning, stress (Pa) and ratio where the stress of the run is largest."""
+        """Time (s) from the beginning, stress (Pa) and ratio where the stress of the
+        run is largest."""
         run = self.layered
         if run is None:
             return None
-        time, stress, ratio = stress_over_time(run.t, run.profile, run.profile_depth, self.elastic).worst
+        time, stress, ratio = stress_over_time(
+            run.t, run.profile, run.profile_depth, self.elastic
+        ).worst
         return time - run.t[0], stress, ratio
 
     # the run
 
     def body_mean(self, depth: float = math.inf) -> SeriesOfTimes | None:
-        """Mean temperature (K) of the metal of the run down to a depth (m); of a band all of it."""
+        """Mean temperature (K) of the metal of the run down to a depth (m); of a band
+        all of it."""
         if self.pair == "external":
             return self.run and self.run.band
         return self.layered and self.layered.course.mean(depth)
@@ -358,10 +454,15 @@ class Braking:
     @functools.cached_property
     def pair_runs(self) -> dict[str, RunValues | None]:
         """Results of each pair of a staged brake; empty without a run."""
-        return {} if self.run is None else {pair: run_values(self.run.result, pair) for pair in PAIRS}
+        return (
+            {}
+            if self.run is None
+            else {pair: run_values(self.run.result, pair) for pair in PAIRS}
+        )
 
     def of_pairs(self) -> list["Braking"]:
-        """The brake application of each pair of a staged brake that slides: of the run, else of the classical stop."""
+        """The brake application of each pair of a staged brake that slides: of the run,
+        else of the classical stop."""
         brakings = []
         for pair in PAIRS:
             if self.run is not None:
@@ -370,14 +471,26 @@ class Braking:
                     continue
                 more = run.other_work[-1]
                 omega = np.max(np.abs(run.omega))
-                braking = dataclasses.replace(self, run=run, time=run.duration, work=run.work[-1], omega=omega)
+                braking = dataclasses.replace(
+                    self, run=run, time=run.duration, work=run.work[-1], omega=omega
+                )
             else:
                 assert self.stages is not None
                 own: PairStop = getattr(self.stages, pair)
                 if own.work <= 0:
                     continue
-                more = self.stages.external.work  # work before or while the internal pair slides
-                braking = dataclasses.replace(self, time=own.time, work=own.work, omega=own.omega, slid=own.angle)
-            beyond = self.beyond_share if pair == "internal" else 0.0  # the rim's, S-12…14
-            brakings.append(dataclasses.replace(braking, pair=pair, more=beyond * self.power.heat * more))
+                more = (
+                    self.stages.external.work
+                )  # work before or while the internal pair slides
+                braking = dataclasses.replace(
+                    self, time=own.time, work=own.work, omega=own.omega, slid=own.angle
+                )
+            beyond = (
+                self.beyond_share if pair == "internal" else 0.0
+            )  # the rim's, S-12…14
+            brakings.append(
+                dataclasses.replace(
+                    braking, pair=pair, more=beyond * self.power.heat * more
+                )
+            )
         return brakings

@@ -1,4 +1,5 @@
-"""Parts that a brake application heats: by the formulas, and in the hardest brake application of a run."""
+"""Parts that a brake application heats: by the formulas, and in the hardest brake
+application of a run."""
 
 import dataclasses
 import functools
@@ -15,14 +16,22 @@ from ...thermal.heat import Heat, initial_temperatures, node_names
 from ...thermal.materials import Material
 from ...thermal.network import Wall, place_of
 from .contact import Depths, Profiles, SeriesOfTimes
-from .heating import SchmidtCourse, effective_volume, heat_content, mean_bulk_rise, penetration_depth, schmidt
+from .heating import (
+    SchmidtCourse,
+    effective_volume,
+    heat_content,
+    mean_bulk_rise,
+    penetration_depth,
+    schmidt,
+)
 from .inputs import wall_at
 
 _TIMES = 2048  # times at which a run, and its hardest brake application, are evaluated
 
 
 class WallCourse(NamedTuple):
-    """Layers (m, k) of a wall in K from the named face on, mean of its copies; depth and thickness (k,) of each (m)."""
+    """Layers (m, k) of a wall in K from the named face on, mean of its copies; depth
+    and thickness (k,) of each (m)."""
 
     wall: Wall
     layers: Profiles
@@ -30,7 +39,8 @@ class WallCourse(NamedTuple):
     steps: Depths
 
     def mean(self, depth: float = math.inf) -> SeriesOfTimes:
-        """Mean temperature (K) down to a depth (m), weighted with the thickness of the layers inside it."""
+        """Mean temperature (K) down to a depth (m), weighted with the thickness of the
+        layers inside it."""
         inside = self.inside(depth)
         return self.layers @ inside / np.sum(inside)
 
@@ -41,18 +51,27 @@ class WallCourse(NamedTuple):
 
     @property
     def content(self) -> SeriesOfTimes:
-        """Heat per area (J/m²) above that of the first row, with the material's temperature dependence."""
-        return np.asarray(heat_content(self.wall.material, self.layers[:1], self.layers)) @ self.steps
+        """Heat per area (J/m²) above that of the first row, with the material's
+        temperature dependence."""
+        return (
+            np.asarray(heat_content(self.wall.material, self.layers[:1], self.layers))
+            @ self.steps
+        )
 
 
 def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:
-    """The wall at whose face a place is, over a concrete series; `None` where that is no wall."""
+    """The wall at whose face a place is, over a concrete series; `None` where that is
+    no wall."""
     wall = wall_at(heat, place)
     if place is None or wall is None or s.temperature is None:
         return None
     first = [wall.name, f"{wall.name}[1]", f"{wall.name}[1,1]"]
     at = next(i for i, node in enumerate(node_names(heat)) if node in first)
-    layers = np.asarray(s.temperature)[:, at : at + wall.count].reshape(-1, wall.copies, wall.layers).mean(axis=1)
+    layers = (
+        np.asarray(s.temperature)[:, at : at + wall.count]
+        .reshape(-1, wall.copies, wall.layers)
+        .mean(axis=1)
+    )
     steps = np.asarray(wall.steps)
     if place_of(place)[1] == "back":
         layers = layers[:, ::-1]
@@ -62,11 +81,13 @@ def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:
 
 @dataclasses.dataclass(frozen=True)
 class HeatedPart:
-    """One part that a brake application heats: steps 1, 2, 3 and 5 of the synthesis (SI units).
+    """One part that a brake application heats: steps 1, 2, 3 and 5 of the synthesis (SI
+    units).
 
-    `share` of the heat `work` (J) goes into it, and `more` (J) of another pair; `start` (K): its temperature before;
-    `course`: its simulation. From these: thermal penetration `depth`, `volume` and `mass` that take up heat,
-    mean `rise` of the bulk temperature and that itself, `bulk`.
+    `share` of the heat `work` (J) goes into it, and `more` (J) of another pair; `start`
+    (K): its temperature before; `course`: its simulation. From these: thermal
+    penetration `depth`, `volume` and `mass` that take up heat, mean `rise` of the bulk
+    temperature and that itself, `bulk`.
     """
 
     name: str
@@ -107,18 +128,25 @@ class HeatedPart:
 
     @property
     def simulated_bulk(self) -> float | None:
-        """Bulk temperature (K) in the run, mean over the depth and the brake application."""
-        return None if self.course is None else np.mean(self.course.mean(self.depth)).item()
+        """Bulk temperature (K) in the run, mean over the depth and the brake
+        application."""
+        return (
+            None
+            if self.course is None
+            else np.mean(self.course.mean(self.depth)).item()
+        )
 
 
 @dataclasses.dataclass(frozen=True)
 class RunValues:
-    """The brake application of a run with the maximum friction work, or one pair's part of it, at m times.
+    """The brake application of a run with the maximum friction work, or one pair's part
+    of it, at m times.
 
     - `series`: columns at these times; `result`: the run
-    - `work`, `other_work` (m,): friction work since its start (J) of all pairs or of the `pair`, and of the other pair;
-      `omega` (rad/s) and `torque` (N·m) over it
-    - `brakings`: how many stretches of sliding the run has; `total_work` of all of them (J)
+    - `work`, `other_work` (m,): friction work since its start (J) of all pairs or of
+      the `pair`, and of the other pair; `omega` (rad/s) and `torque` (N·m) over it
+    - `brakings`: how many stretches of sliding the run has; `total_work` of all of them
+      (J)
     """
 
     result: Result
@@ -149,31 +177,46 @@ class RunValues:
     @functools.cached_property
     def rim(self) -> WallCourse | None:
         """The rim, where it is a wall in layers."""
-        return wall_course(self.result.scene.network, self.series, self.result.scene.network.rim)
+        return wall_course(
+            self.result.scene.network, self.series, self.result.scene.network.rim
+        )
 
     @functools.cached_property
     def lining(self) -> WallCourse | None:
         """The linings, where they are walls in layers."""
-        return wall_course(self.result.scene.network, self.series, self.result.scene.network.linings)
+        return wall_course(
+            self.result.scene.network, self.series, self.result.scene.network.linings
+        )
 
     @functools.cached_property
     def then(self) -> Scene:
-        """The scene with the speed, time and temperatures at the beginning of this brake application."""
+        """The scene with the speed, time and temperatures at the beginning of this
+        brake application."""
         scene = self.result.scene
         s = self.series
         initial = dataclasses.replace(
-            scene.initial, omega=np.asarray(self.omega[0]), time=np.asarray(self.t[0]), elongation=np.asarray(0.0)
+            scene.initial,
+            omega=np.asarray(self.omega[0]),
+            time=np.asarray(self.t[0]),
+            elongation=np.asarray(0.0),
         )
         scene = dataclasses.replace(scene, initial=initial)
         if s.temperature is None:
             return scene
-        stores = np.asarray(s.temperature)[0, : initial_temperatures(scene.network).size]
+        stores = np.asarray(s.temperature)[
+            0, : initial_temperatures(scene.network).size
+        ]
         return dataclasses.replace(scene, heat=with_temperatures(scene.network, stores))
 
     @property
     def face(self) -> float | None:
-        """Maximum temperature of the linings' face (K), of the rim's where only that is known."""
-        known = [c for c in (self.series.lining_temperature, self.series.rim_temperature) if c is not None]
+        """Maximum temperature of the linings' face (K), of the rim's where only that is
+        known."""
+        known = [
+            c
+            for c in (self.series.lining_temperature, self.series.rim_temperature)
+            if c is not None
+        ]
         return np.max(np.asarray(known[0])) if known else None
 
     @property
@@ -184,8 +227,13 @@ class RunValues:
 
     @property
     def layered(self) -> bool:
-        """Whether the rim is the metal face, and one wall in layers: all below needs that."""
-        single = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
+        """Whether the rim is the metal face, and one wall in layers: all below needs
+        that."""
+        single = (
+            self.rim is not None
+            and self.rim.wall.copies == 1
+            and self.series.rim_temperature is not None
+        )
         return single and self.pair != "external"
 
     @property
@@ -210,7 +258,11 @@ class RunValues:
         i = int(np.argmax(self.surface))
         power = np.gradient(self.work, self.t)
         last = self.work[-1]
-        return (self.t[i] - self.t[0]) / self.duration, power[i] * self.duration / last, self.work[i] / last
+        return (
+            (self.t[i] - self.t[0]) / self.duration,
+            power[i] * self.duration / last,
+            self.work[i] / last,
+        )
 
     @property
     def profile_depth(self) -> Depths:
@@ -219,7 +271,8 @@ class RunValues:
 
     @property
     def profile(self) -> Profiles:
-        """Temperature (K) over the depth from face to back, the back face as its layer."""
+        """Temperature (K) over the depth from face to back, the back face as its
+        layer."""
         layers = self.course.layers
         return np.concatenate([self.surface[:, None], layers, layers[:, -1:]], axis=1)
 
@@ -228,11 +281,14 @@ class RunValues:
         """Maximum difference between face and back (K)."""
         return np.max(self.profile[:, 0] - self.profile[:, -1])
 
-    def schmidt(self, material: Material, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
-        """Schmidt's scheme with the friction work of the run, from its temperatures at the start; adiabatic otherwise.
+    def schmidt(
+        self, material: Material, share: float, area: float, beyond: float = 0.0
+    ) -> SchmidtCourse:
+        """Schmidt's scheme with the friction work of the run, from its temperatures at
+        the start; adiabatic otherwise.
 
-        - `material` of the rim; `share` of the friction heat into it; `area` (m²) of the track; `beyond`: share of the
-          other pair's heat
+        - `material` of the rim; `share` of the friction heat into it; `area` (m²) of
+          the track; `beyond`: share of the other pair's heat
         """
         heat = share * self.work + beyond * self.other_work
         thickness = self.course.wall.thickness
@@ -240,7 +296,9 @@ class RunValues:
         depth = thickness * (np.arange(layers) + 0.5) / layers
 
         def flux(t0: float, t1: float) -> float:
-            gained = np.interp(self.t[0] + t1, self.t, heat) - np.interp(self.t[0] + t0, self.t, heat)
+            gained = np.interp(self.t[0] + t1, self.t, heat) - np.interp(
+                self.t[0] + t0, self.t, heat
+            )
             return gained / (area * (t1 - t0))
 
         start = np.interp(depth, self.profile_depth, self.profile[0])
@@ -249,34 +307,49 @@ class RunValues:
 
 def schmidt_layers(material: Material, thickness: float, time: float) -> int:
     """Layers for Schmidt's scheme over a `time` (s): at most some 20,000 steps."""
-    return int(np.clip(math.sqrt(1e4 / (material.diffusivity * time / thickness**2)), 8, 100))
+    return int(
+        np.clip(math.sqrt(1e4 / (material.diffusivity * time / thickness**2)), 8, 100)
+    )
 
 
 def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
-    """First and last index of the stretch over which friction works most, and how many such stretches there are."""
+    """First and last index of the stretch over which friction works most, and how many
+    such stretches there are."""
     works = np.diff(work) > 1e-9 * max(work[-1] - work[0], 1e-300)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], works, [False]]).astype(int)))
+    edges = np.flatnonzero(
+        np.diff(np.concatenate([[False], works, [False]]).astype(int))
+    )
     stretches = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     if not stretches:
         return None
-    return (*max(stretches, key=lambda ends: work[ends[1]] - work[ends[0]]), len(stretches))
+    return (
+        *max(stretches, key=lambda ends: work[ends[1]] - work[ends[0]]),
+        len(stretches),
+    )
 
 
 def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
-    """Speed (rad/s) of one body of a pair in the other, and the torque between them (N·m)."""
+    """Speed (rad/s) of one body of a pair in the other, and the torque between them
+    (N·m)."""
     omega = np.asarray(s.omega)
     torque = np.asarray(s.brake_torque)
     if not pair:
         return omega, torque
     carried = np.asarray(s.bandage_speed)
     torque = np.asarray(s.pairs[pair].torque)
-    return (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
+    return (
+        (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
+    )
 
 
-def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunValues | None:
-    """The hardest brake application of a result, or the part of it in which one `pair` of a staged brake slides most.
+def run_values(
+    result: Result, pair: str = "", *, times: int = _TIMES
+) -> RunValues | None:
+    """The hardest brake application of a result, or the part of it in which one `pair`
+    of a staged brake slides most.
 
-    `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where no lining slid.
+    `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where no
+    lining slid.
     """
 
     def worked(s: Series) -> np.ndarray:
@@ -285,7 +358,9 @@ def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunVal
     start = float(result.scene.initial.time)
     end = float(result.record.t_end)
     known = [event.time for event in result.events]
-    s = result.series(np.unique(np.concatenate([np.linspace(start, end, times), known])))
+    s = result.series(
+        np.unique(np.concatenate([np.linspace(start, end, times), known]))
+    )
     t = np.asarray(s.t)
     work = worked(s)
     hardest = _hardest(t, np.asarray(s.friction_work))
@@ -301,4 +376,13 @@ def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunVal
     inside = worked(s)
     whole = np.asarray(s.friction_work)
     inside = inside - inside[0]
-    return RunValues(result, s, pair, inside, whole - whole[0] - inside, *_sliding(s, pair), count, work[-1] - work[0])
+    return RunValues(
+        result,
+        s,
+        pair,
+        inside,
+        whole - whole[0] - inside,
+        *_sliding(s, pair),
+        count,
+        work[-1] - work[0],
+    )

@@ -1,4 +1,5 @@
-"""Every estimate once, by subject: its name, formula, value, source, simulated value, and why the two differ."""
+"""Every estimate once, by subject: its name, formula, value, source, simulated value,
+and why the two differ."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -13,7 +14,12 @@ from ...thermal.heat import shares_of_S
 from . import heating
 from ._braking import Braking
 from ._heated import HeatedPart, RunValues
-from .contact import current_density, real_contact_area, series_conductivity, series_resistance
+from .contact import (
+    current_density,
+    real_contact_area,
+    series_conductivity,
+    series_resistance,
+)
 from .statics import onset_at
 from .stress import plate_stress
 
@@ -61,21 +67,30 @@ _SYMBOLS = {
     "K": "T T_a T_f T_lining T_rim T_v limit t_f t_s t_v",
     "1/K": "α_T",
 }
-_UNITS = {symbol: unit for unit, symbols in _SYMBOLS.items() for symbol in symbols.split()}
+_UNITS = {
+    symbol: unit for unit, symbols in _SYMBOLS.items() for symbol in symbols.split()
+}
 
 
 def numbers(*others: Number, **values: float | np.ndarray) -> tuple[Number, ...]:
     """Numbers put into a formula, by their symbols in the unit of these."""
-    return (*others, *(Number(symbol, float(value), _UNITS[symbol]) for symbol, value in values.items()))
+    return (
+        *others,
+        *(
+            Number(symbol, float(value), _UNITS[symbol])
+            for symbol, value in values.items()
+        ),
+    )
 
 
 class EstimateRow(NamedTuple):
-    """One estimate: its `name`, `formula`, `value` and `unit`, the `source` of the formula, the `simulated` value
-    (`None` without a run, or where the run has no such number), `why` the two differ, and the `numbers` put into the
-    formula. Temperatures are in K.
+    """One estimate: its `name`, `formula`, `value` and `unit`, the `source` of the
+    formula, the `simulated` value (`None` without a run, or where the run has no such
+    number), `why` the two differ, and the `numbers` put into the formula. Temperatures
+    are in K.
 
-    Of a synthesis also its `step` (1…12), and of a permissible limit the `verdict`: `within limit` or `exceeded` by the
-    estimate, and by the run where that differs.
+    Of a synthesis also its `step` (1…12), and of a permissible limit the `verdict`:
+    `within limit` or `exceeded` by the estimate, and by the run where that differs.
 
     Example:
         >>> row = sb.estimates(scene)["friction work"]
@@ -96,7 +111,8 @@ class EstimateRow(NamedTuple):
 
     @property
     def difference(self) -> float | None:
-        """Estimate less simulated value, `None` without one or where the estimate is not finite."""
+        """Estimate less simulated value, `None` without one or where the estimate is
+        not finite."""
         if self.simulated is None or not np.isfinite(self.value):
             return None
         apart = self.value - self.simulated
@@ -108,9 +124,18 @@ class EstimateRow(NamedTuple):
         return f"{self.name} {shown(self.value)} {unit_text(self.unit)}".rstrip()
 
     def as_dict(self) -> dict[str, Any]:
-        """`{name, formula, value, unit, simulated, difference, source, why}`, of a synthesis with `step`, `numbers` and
-        `verdict`."""
-        keys = ["name", "formula", "value", "unit", "simulated", "difference", "source", "why"]
+        """`{name, formula, value, unit, simulated, difference, source,
+        why}`, of a synthesis with `step`, `numbers` and `verdict`."""
+        keys = [
+            "name",
+            "formula",
+            "value",
+            "unit",
+            "simulated",
+            "difference",
+            "source",
+            "why",
+        ]
         if self.step:
             keys = ["step", *keys, "numbers", "verdict"]
         return {key: plain(getattr(self, key)) for key in keys}
@@ -129,15 +154,33 @@ def present(rows: Iterable[EstimateRow]) -> Iterator[EstimateRow]:
 
 
 # reasons why an estimate and a run differ that several rows have
-LEVER = "the lever takes time, the band stretches before it slides, hot linings rub less"
-OWN_LAW = "the simulated share is of where the heat enters by the scene's own law, before bodies exchange any"
-BULK = "2/3 is for power that falls linearly from the first moment, and G is all of the heated depth"
-SCHEME = "the scheme has no exchange with linings and air; constant properties; layers of another thickness"
-_SLAB = "the power does not fall linearly; rim and linings exchange heat with each other and the air"
-_FLASH = "the run's surface has no flash; S does not derive its factors; t_s holds the bulk, which t_v adds again"
+LEVER = (
+    "the lever takes time, the band stretches before it slides, hot linings rub less"
+)
+OWN_LAW = (
+    "the simulated share is of where the heat enters by the scene's own law, "
+    "before bodies exchange any"
+)
+BULK = (
+    "2/3 is for power that falls linearly from the first moment, and G is all of "
+    "the heated depth"
+)
+SCHEME = (
+    "the scheme has no exchange with linings and air; constant properties; layers "
+    "of another thickness"
+)
+_SLAB = (
+    "the power does not fall linearly; rim and linings exchange heat with each "
+    "other and the air"
+)
+_FLASH = (
+    "the run's surface has no flash; S does not derive its factors; t_s holds the "
+    "bulk, which t_v adds again"
+)
 _STRESS = "the maximum difference comes before the end, while the power is high"
 _STAGED = (
-    "the lever takes time: until it reaches T_on the bandage rides along; the band stretches, hot linings rub less"
+    "the lever takes time: until it reaches T_on the bandage rides along; the "
+    "band stretches, hot linings rub less"
 )
 _K = "model §4, after K"
 
@@ -152,11 +195,14 @@ def of_rims(b: Braking) -> tuple[Number, ...]:
     return () if b.rims == 1 else numbers(n_r=b.rims)
 
 
-# --- the stop ---------------------------------------------------------------------------------------------------------
+# --- the stop -----------------------------------------------------------------------
 
 
-def stop_rows(b: Braking, time: float | None, angle: float | None, work: float | None) -> Iterator[EstimateRow]:
-    """The classical stop, beside time (s), angle (rad) and friction work (J) of a run."""
+def stop_rows(
+    b: Braking, time: float | None, angle: float | None, work: float | None
+) -> Iterator[EstimateRow]:
+    """The classical stop, beside time (s), angle (rad) and friction work (J) of a
+    run."""
     stop = b.stop
     run = b.run
     if stop is None:
@@ -172,7 +218,9 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
         formula = "Π = exp(Σ f β)"
     if len(bands) > 1:
         formula = f"Π = Σ s_j Π_j, {formula.replace('Π', 'Π_j')}"
-    yield EstimateRow("tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols)
+    yield EstimateRow(
+        "tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols
+    )
     torque = run and run.torque.max()
     yield EstimateRow(
         "brake torque",
@@ -185,10 +233,24 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
         (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)),
     )
     yield EstimateRow(
-        "stopping time", "t = J ω_0/(M_b − M)", stop.time, "s", "Z-18", time, LEVER, numbers(ω_0=omega_0, M_b=M_b)
+        "stopping time",
+        "t = J ω_0/(M_b − M)",
+        stop.time,
+        "s",
+        "Z-18",
+        time,
+        LEVER,
+        numbers(ω_0=omega_0, M_b=M_b),
     )
     yield EstimateRow(
-        "stopping angle", "φ = ω_0 t/2", stop.angle, "rad", "", angle, LEVER, numbers(ω_0=omega_0, t=stop.time)
+        "stopping angle",
+        "φ = ω_0 t/2",
+        stop.angle,
+        "rad",
+        "",
+        angle,
+        LEVER,
+        numbers(ω_0=omega_0, t=stop.time),
     )
     yield EstimateRow(
         "friction work",
@@ -197,12 +259,22 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
         "J",
         "",
         work,
-        "a longer travel adds work of the load, and the energy that stretches the band is not friction work",
+        "a longer travel adds work of the load, and the energy that stretches the band "
+        "is not friction work",
         numbers(M_b=M_b, φ=stop.angle),
     )
-    power = run and np.max(np.diff(run.work) / np.diff(run.t))  # means over neighbouring times
+    power = run and np.max(
+        np.diff(run.work) / np.diff(run.t)
+    )  # means over neighbouring times
     yield EstimateRow(
-        "initial friction power", "P = M_b ω_0", stop.power, "W", "S-7", power, LEVER, numbers(M_b=M_b, ω_0=omega_0)
+        "initial friction power",
+        "P = M_b ω_0",
+        stop.power,
+        "W",
+        "S-7",
+        power,
+        LEVER,
+        numbers(M_b=M_b, ω_0=omega_0),
     )
 
 
@@ -215,7 +287,13 @@ def power_rows(b: Braking) -> Iterator[EstimateRow]:
 
     def share(name: str, words: str, part: str) -> EstimateRow:
         return EstimateRow(
-            name, f"share of {words} × W", getattr(split, part), "J", "S-8…11", getattr(booked, part, None), why
+            name,
+            f"share of {words} × W",
+            getattr(split, part),
+            "J",
+            "S-8…11",
+            getattr(booked, part, None),
+            why,
         )
 
     yield share("work into heat", "heat", "heat")
@@ -246,20 +324,31 @@ def stage_rows(b: Braking) -> Iterator[EstimateRow]:
     slip = None if run is None else _internal_slip(run)
     onset = EstimateRow(
         "slack tension of internal slip",
-        "T_on = [R Σ f (N_pre − m r_m ω²) − J_b M/(J + J_b)]/[R_b (Π − 1) J/(J + J_b) − R Σ f (Π_i + Π_{i−1}) s_i]"
+        (
+            "T_on = [R Σ f (N_pre − m r_m ω²) − J_b M/(J + J_b)]/[R_b (Π − 1) J/(J + J_b) "
+            "− R Σ f (Π_i + Π_{i−1}) s_i]"
+        )
         + ("" if b.rims == 1 else ", J and M over n_r"),
         onset_at(b.scene, slip[1]) if slip else stages and stages.onset,
         "N",
         _K,
         slip and slip[0],
-        "coefficients and load as at the start; a lever that begins above it releases the pair at once",
+        "coefficients and load as at the start; a lever that begins above it releases "
+        "the pair at once",
         of_rims(b),
     )
     if stages is None:
         yield onset
         return
 
-    def row(name: str, formula: str, value: float, unit: str, simulated: Any, source: str = _K) -> EstimateRow:
+    def row(
+        name: str,
+        formula: str,
+        value: float,
+        unit: str,
+        simulated: Any,
+        source: str = _K,
+    ) -> EstimateRow:
         return EstimateRow(name, formula, value, unit, source, simulated, _STAGED)
 
     ratio = "Π = ∏ (1 + f z)/(1 − f z), band on linings"
@@ -267,34 +356,77 @@ def stage_rows(b: Braking) -> Iterator[EstimateRow]:
     yield onset
     torque = external and external.torque.max()
     yield row(
-        "torque, external pair", f"M_ext = {n_r(b)}R_b T_0 (Π − 1)", stages.external_torque, "N*m", torque, "Z-17"
+        "torque, external pair",
+        f"M_ext = {n_r(b)}R_b T_0 (Π − 1)",
+        stages.external_torque,
+        "N*m",
+        torque,
+        "Z-17",
     )
-    formula = f"M_int = {n_r(b)}R Σ f (N_i + N_pre − m r_m ω_b²) ≥ 0; its mean over stage 2"
+    formula = (
+        f"M_int = {n_r(b)}R Σ f (N_i + N_pre − m r_m ω_b²) ≥ 0; its mean over stage 2"
+    )
     torque = internal and internal.torque.max()
-    yield row("torque, both pairs slide", formula, stages.internal_torque, "N*m", torque)
+    yield row(
+        "torque, both pairs slide", formula, stages.internal_torque, "N*m", torque
+    )
     formulas = (
         f"(J + {n_r(b)}J_b) ω_0/(M_ext − M) with T_0 ≤ T_on, else 0",
         f"{n_r(b)}J_b ∫ dω_b/(M_ext − M_int)",
         f"J ω_2/(M_3 − M), {n_r(b)}R_b (T_n − T_0) = M_3 = M_int(T_n)",
     )
     for i, formula in enumerate(formulas):
-        yield row(f"stage {i + 1}", formula, stages.times[i], "s", run and _stage_time(run, f"stage_{i + 1}"))
-    yield row("stopping time", "t_1 + t_2 + t_3", stages.time, "s", metrics.get("stopping_time"))
-    yield row("stopping angle", "∫ ω dt, stage by stage", stages.angle, "rad", metrics.get("stopping_angle"))
+        yield row(
+            f"stage {i + 1}",
+            formula,
+            stages.times[i],
+            "s",
+            run and _stage_time(run, f"stage_{i + 1}"),
+        )
+    yield row(
+        "stopping time",
+        "t_1 + t_2 + t_3",
+        stages.time,
+        "s",
+        metrics.get("stopping_time"),
+    )
+    yield row(
+        "stopping angle",
+        "∫ ω dt, stage by stage",
+        stages.angle,
+        "rad",
+        metrics.get("stopping_angle"),
+    )
     yield row("friction work", "W_ext + W_int", stages.work, "J", both)
     one, other = works or (None, None)
-    yield row("friction work, external pair", "W_ext = M_ext φ_b", stages.external.work, "J", one)
     yield row(
-        "friction work, internal pair", "W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3", stages.internal.work, "J", other
+        "friction work, external pair",
+        "W_ext = M_ext φ_b",
+        stages.external.work,
+        "J",
+        one,
+    )
+    yield row(
+        "friction work, internal pair",
+        "W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3",
+        stages.internal.work,
+        "J",
+        other,
     )
     shares = (share, None if share is None else 1 - share)
-    for pair, value, simulated in zip(("external", "internal"), stages.shares, shares, strict=True):
+    for pair, value, simulated in zip(
+        ("external", "internal"), stages.shares, shares, strict=True
+    ):
         yield row(f"share of the {pair} pair", "W of the pair/W", value, "1", simulated)
 
 
 def _internal_slip(run: RunValues) -> tuple[float, float] | None:
     """Slack tension (N) and speed (rad/s) at which the internal pair breaks away."""
-    slips = [e.time for e in run.result.events if e.name == "internal_slip" and run.t[0] <= e.time <= run.t[-1]]
+    slips = [
+        e.time
+        for e in run.result.events
+        if e.name == "internal_slip" and run.t[0] <= e.time <= run.t[-1]
+    ]
     if not slips:
         return None
     s = run.result.series(np.asarray(slips[:1]))
@@ -303,20 +435,30 @@ def _internal_slip(run: RunValues) -> tuple[float, float] | None:
 
 def _stage_time(run: RunValues, name: str) -> float:
     """Duration (s) of a stage in the brake application of a run."""
-    stages = [stage for stage in run.result.stages if stage.end > run.t[0] and stage.start < run.t[-1]]
+    stages = [
+        stage
+        for stage in run.result.stages
+        if stage.end > run.t[0] and stage.start < run.t[-1]
+    ]
     return sum((stage.duration for stage in stages if stage.name == name), 0.0)
 
 
 def operation_rows(b: Braking) -> Iterator[EstimateRow]:
-    """Tensions, travel and loads of the linings beside the hardest brake application of a run."""
+    """Tensions, travel and loads of the linings beside the hardest brake application of
+    a run."""
     stop = b.stop
     run = b.run
     (work, time) = b.stopping_load
     if stop is not None:
-        why = "the band holds against the load, is stretched before it slides, and hot linings rub less"
+        why = (
+            "the band holds against the load, is stretched before it slides, and hot "
+            "linings rub less"
+        )
         T_0 = b.T_0
         tension = run and run.series.slack_tension.max()
-        yield EstimateRow("slack tension, maximum", "T_0 of the lever", T_0, "N", "", tension, why)
+        yield EstimateRow(
+            "slack tension, maximum", "T_0 of the lever", T_0, "N", "", tension, why
+        )
         tension = run and run.series.tight_tension.max()
         yield EstimateRow(
             "tight tension, maximum",
@@ -356,8 +498,22 @@ def operation_rows(b: Braking) -> Iterator[EstimateRow]:
             )
     else:
         torque = b.work * b.R_b / b.travel if b.travel else None
-        yield EstimateRow("mean brake torque", "W/φ", torque, "N*m", "energy", numbers=numbers(W=b.work))
-        yield EstimateRow("friction work", "of the braking", b.work, "J", "run", numbers=numbers(τ=b.time))
+        yield EstimateRow(
+            "mean brake torque",
+            "W/φ",
+            torque,
+            "N*m",
+            "energy",
+            numbers=numbers(W=b.work),
+        )
+        yield EstimateRow(
+            "friction work",
+            "of the braking",
+            b.work,
+            "J",
+            "run",
+            numbers=numbers(τ=b.time),
+        )
     area = b.lining_area
     why = "as friction work and stopping time"
     yield EstimateRow(
@@ -383,11 +539,14 @@ def operation_rows(b: Braking) -> Iterator[EstimateRow]:
     )
 
 
-# --- heat -------------------------------------------------------------------------------------------------------------
+# --- heat ---------------------------------------------------------------------------
 
 
-def part_rows(part: HeatedPart) -> tuple[EstimateRow, EstimateRow, EstimateRow, EstimateRow]:
-    """Thermal penetration depth, Fourier number, parameter B and effective volume of a heated part."""
+def part_rows(
+    part: HeatedPart,
+) -> tuple[EstimateRow, EstimateRow, EstimateRow, EstimateRow]:
+    """Thermal penetration depth, Fourier number, parameter B and effective volume of a
+    heated part."""
     name = part.name
     a = part.diffusivity
     time = part.time
@@ -396,7 +555,12 @@ def part_rows(part: HeatedPart) -> tuple[EstimateRow, EstimateRow, EstimateRow, 
     Fo = heating.effective_fourier_number(a, time, thickness)
     B = heating.fourier_parameter(a, thickness)
     b = EstimateRow(
-        f"thermal penetration depth, {name}", "b = 1.73 √(a τ)", depth, "m", "S, step 1", numbers=numbers(a=a, τ=time)
+        f"thermal penetration depth, {name}",
+        "b = 1.73 √(a τ)",
+        depth,
+        "m",
+        "S, step 1",
+        numbers=numbers(a=a, τ=time),
     )
     fourier = EstimateRow(
         f"Fourier number, {name}",
@@ -440,7 +604,14 @@ def partition_rows(b: Braking) -> list[EstimateRow]:
     return [
         charron,
         EstimateRow(
-            name, "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, OWN_LAW, numbers(T=b.start_now)
+            name,
+            "K_1/(K_1 + K_2)",
+            K_1 / (K_1 + K_2),
+            "1",
+            "S-41; V2",
+            simulated,
+            OWN_LAW,
+            numbers(T=b.start_now),
         ),
     ]
 
@@ -450,11 +621,18 @@ def stack_rows(b: Braking) -> Iterator[EstimateRow]:
     if b.part == "rim":
         thickness = [b.lining_thickness, b.band_thickness]
         conductivity = [b.lining.conductivity, b.band.conductivity]
-        each = [d / (k * b.lining_area) for d, k in zip(thickness, conductivity, strict=True)]
+        each = [
+            d / (k * b.lining_area)
+            for d, k in zip(thickness, conductivity, strict=True)
+        ]
         mean = series_conductivity(thickness, conductivity)
         resistance = series_resistance(*each)
-        yield EstimateRow("conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30")
-        yield EstimateRow("resistance, lining and band", "Σ δ/(λ A)", resistance, "K/W", "S-30")
+        yield EstimateRow(
+            "conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30"
+        )
+        yield EstimateRow(
+            "resistance, lining and band", "Σ δ/(λ A)", resistance, "K/W", "S-30"
+        )
 
 
 def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
@@ -467,10 +645,27 @@ def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
     name = "surface temperature"
 
     def slab_peak(rise: Callable[..., Any]) -> float:
-        """Maximum temperature (K) of the surface of a slab under a flux that falls linearly."""
-        return T + np.max(rise(q_0, time * np.linspace(0.0, 1.0, 1025), time, b.metal_thickness, b.metal))
+        """Maximum temperature (K) of the surface of a slab under a flux that falls
+        linearly."""
+        return T + np.max(
+            rise(
+                q_0,
+                time * np.linspace(0.0, 1.0, 1025),
+                time,
+                b.metal_thickness,
+                b.metal,
+            )
+        )
 
-    yield EstimateRow("bulk temperature, mean", "T + (2/3) a W/(c G)", bulk, "K", "S-25", b.simulated_bulk, BULK)
+    yield EstimateRow(
+        "bulk temperature, mean",
+        "T + (2/3) a W/(c G)",
+        bulk,
+        "K",
+        "S-25",
+        b.simulated_bulk,
+        BULK,
+    )
     yield EstimateRow(
         "bulk temperature, end",
         "T + a W/(c G_rim)",
@@ -478,7 +673,8 @@ def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
         "K",
         "",
         b.simulated_end,
-        "heat exchanged with linings and air during the brake application, properties that change with temperature",
+        "heat exchanged with linings and air during the brake application, properties "
+        "that change with temperature",
     )
     plate = T + heating.slab_rise(b.flux, time, b.metal_thickness, b.metal)
     yield EstimateRow(
@@ -518,11 +714,19 @@ def temperature_rows(b: Braking) -> Iterator[EstimateRow]:
     if b.run_schmidt is None:
         course = heating.schmidt(b.metal, b.metal_thickness, 40, time, b.flux, start=T)
         end = np.interp(time, course.t, course.temperature[:, 0])
-        yield EstimateRow(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28")
+        yield EstimateRow(
+            f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28"
+        )
     else:
         peak = np.max(b.run_schmidt.temperature[:, 0])
         yield EstimateRow(
-            f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), the run's own heat", peak, "K", "S-28", b.peak, SCHEME
+            f"{name}, Schmidt",
+            "½ (t_{j−1} + t_{j+1}), the run's own heat",
+            peak,
+            "K",
+            "S-28",
+            b.peak,
+            SCHEME,
         )
 
 
@@ -542,7 +746,8 @@ def falling_row(b: Braking) -> EstimateRow:
 
 
 def maximum_rows(b: Braking) -> Iterator[EstimateRow]:
-    """Flash temperature, and the maximum temperature in S's combinations; none at rest."""
+    """Flash temperature, and the maximum temperature in S's combinations; none at
+    rest."""
     if b.flash is None:
         return
     T = b.start_now
@@ -558,22 +763,40 @@ def maximum_rows(b: Braking) -> Iterator[EstimateRow]:
         "Blok, Jaeger",
         numbers=numbers(v=b.speed, f=b.friction, HB=b.hardness, l=b.spot_length),
     )
-    of_S26, of_S27, plain = (T + rise for rise in heating.maximum_temperatures(t_v, t_s, t_f))
-    symbols = numbers(T=T, t_s=t_s, t_v=t_v, t_f=t_f)
-    yield EstimateRow(f"{name}, S-26", "T + t_s + t_f/3", of_S26, "K", "S-26", b.peak, _FLASH, symbols)
-    yield EstimateRow(
-        f"{name}, S-27", "T + t_v + t_s/3 + t_f/3", of_S27, "K", "S-27, doubtful scan", b.peak, _FLASH, symbols
+    of_S26, of_S27, plain = (
+        T + rise for rise in heating.maximum_temperatures(t_v, t_s, t_f)
     )
-    yield EstimateRow(f"{name}, sum", "T + t_v + t_s + t_f", plain, "K", "", b.peak, _FLASH, symbols)
+    symbols = numbers(T=T, t_s=t_s, t_v=t_v, t_f=t_f)
+    yield EstimateRow(
+        f"{name}, S-26", "T + t_s + t_f/3", of_S26, "K", "S-26", b.peak, _FLASH, symbols
+    )
+    yield EstimateRow(
+        f"{name}, S-27",
+        "T + t_v + t_s/3 + t_f/3",
+        of_S27,
+        "K",
+        "S-27, doubtful scan",
+        b.peak,
+        _FLASH,
+        symbols,
+    )
+    yield EstimateRow(
+        f"{name}, sum", "T + t_v + t_s + t_f", plain, "K", "", b.peak, _FLASH, symbols
+    )
 
 
-# --- contact, and the rim alone ---------------------------------------------------------------------------------------
+# --- contact, and the rim alone -----------------------------------------------------
 
 
 def pressure_row(b: Braking) -> EstimateRow:
     """Mean pressure of the linings."""
     return EstimateRow(
-        "pressure, mean", "W/(f s A_l)", b.pressure, "Pa", "S-7", numbers=numbers(W=b.work, s=b.travel, A_l=b.face_area)
+        "pressure, mean",
+        "W/(f s A_l)",
+        b.pressure,
+        "Pa",
+        "S-7",
+        numbers=numbers(W=b.work, s=b.travel, A_l=b.face_area),
     )
 
 
@@ -589,7 +812,13 @@ def contact_rows(b: Braking) -> Iterator[EstimateRow]:
     if b.part == "rim":
         yield EstimateRow("polished surface", "2 π R b", b.track_area, "m^2", "S-35")
         yield EstimateRow("matte surfaces", "Σ A", b.matte_area, "m^2", "S-36")
-        yield EstimateRow("radiation coefficient", "ε σ (T² + T_a²)(T + T_a)", b.radiation, "W/(m^2*K)", "S-37, 38")
+        yield EstimateRow(
+            "radiation coefficient",
+            "ε σ (T² + T_a²)(T + T_a)",
+            b.radiation,
+            "W/(m^2*K)",
+            "S-37, 38",
+        )
         stationary = b.flux * thickness / conductivity
         yield EstimateRow(
             "drop over the rim, stationary flux",
@@ -598,7 +827,8 @@ def contact_rows(b: Braking) -> Iterator[EstimateRow]:
             "K",
             "S-23",
             drop,
-            "until the heat reaches the back of the rim, no heat leaves there and the flux varies over the depth",
+            "until the heat reaches the back of the rim, no heat leaves there and the "
+            "flux varies over the depth",
         )
     if drop is not None:
         flux = current_density(conductivity, drop, thickness)
@@ -618,7 +848,13 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
     omega = b.mean_omega
     coefficient = h + b.radiation
     balance = heating.heat_balance(
-        q_1, overlap=kappa, coefficient=coefficient, surface=T, ambient=T_a, omega=omega, area=area
+        q_1,
+        overlap=kappa,
+        coefficient=coefficient,
+        surface=T,
+        ambient=T_a,
+        omega=omega,
+        area=area,
     )
     formula = "κ q_1 − (1 − κ) h (T − T_a)"
     air = numbers(h=h, ε=b.emissivity, T=T, T_a=T_a, κ=kappa)
@@ -628,11 +864,31 @@ def balance_rows(b: Braking) -> list[EstimateRow]:
     turns = numbers(n=4, ω=omega)
     lost = "h (T − T_a) A_a (1 − κ) τ"
     return [
-        EstimateRow("overlap coefficient", "κ = ΣA_l/A_a", kappa, "1", "S-21", numbers=covered),
-        EstimateRow("time of four revolutions", "τ = 2 π n/ω", balance.time, "s", "S-17", numbers=turns),
-        EstimateRow("heat gained in it", "q_1 A_a κ τ", balance.gained, "J", "S-18", numbers=gained),
-        EstimateRow("heat rejected in it", lost, balance.lost, "J", "S-19", numbers=air),
-        EstimateRow("mean net flux", formula, balance.mean_flux, "W/m^2", "S-21", numbers=mean),
+        EstimateRow(
+            "overlap coefficient", "κ = ΣA_l/A_a", kappa, "1", "S-21", numbers=covered
+        ),
+        EstimateRow(
+            "time of four revolutions",
+            "τ = 2 π n/ω",
+            balance.time,
+            "s",
+            "S-17",
+            numbers=turns,
+        ),
+        EstimateRow(
+            "heat gained in it",
+            "q_1 A_a κ τ",
+            balance.gained,
+            "J",
+            "S-18",
+            numbers=gained,
+        ),
+        EstimateRow(
+            "heat rejected in it", lost, balance.lost, "J", "S-19", numbers=air
+        ),
+        EstimateRow(
+            "mean net flux", formula, balance.mean_flux, "W/m^2", "S-21", numbers=mean
+        ),
     ]
 
 
@@ -646,25 +902,52 @@ def stress_rows(b: Braking) -> Iterator[EstimateRow]:
     symbols = numbers(E=E, α_T=alpha, ν=nu, q=b.flux, τ=b.time, δ=b.rim_thickness)
     name = "thermal stress"
     yield EstimateRow(
-        f"{name}, surface", "−E α (T_s − T_m)/(1 − ν)", b.stress, "Pa", "model §6.3", stress, _STRESS, symbols
+        f"{name}, surface",
+        "−E α (T_s − T_m)/(1 − ν)",
+        b.stress,
+        "Pa",
+        "model §6.3",
+        stress,
+        _STRESS,
+        symbols,
     )
     depth = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
     rise = np.asarray(heating.slab_rise(b.flux, b.time, b.rim_thickness, b.rim, depth))
     bent = plate_stress(rise, depth, b.elastic, restraint="none")[0]
     yield EstimateRow(
-        f"{name}, free to bend", "plate without restraint", bent, "Pa", "Timoshenko & Goodier §132", numbers=symbols
+        f"{name}, free to bend",
+        "plate without restraint",
+        bent,
+        "Pa",
+        "Timoshenko & Goodier §132",
+        numbers=symbols,
     )
     yield EstimateRow(
-        "stress over allowable", "|σ|/σ_p", b.stress_ratio, "1", "S, step 11", ratio, _STRESS, numbers(σ_p=permissible)
+        "stress over allowable",
+        "|σ|/σ_p",
+        b.stress_ratio,
+        "1",
+        "S, step 11",
+        ratio,
+        _STRESS,
+        numbers(σ_p=permissible),
     )
     end = b.layered and b.layered.duration
-    yield EstimateRow("time of maximum stress", "at the end: τ", end, "s", "", time, _STRESS)
+    yield EstimateRow(
+        "time of maximum stress", "at the end: τ", end, "s", "", time, _STRESS
+    )
 
 
 def rows_of_pair(b: Braking) -> Iterator[EstimateRow]:
-    """Rows of one pair: heated parts, shares, temperatures, contact; of a rim also balance and stress."""
+    """Rows of one pair: heated parts, shares, temperatures, contact; of a rim also
+    balance and stress."""
     for part in b.parts.values():
         yield from part_rows(part)
-    yield from (*partition_rows(b), *stack_rows(b), *temperature_rows(b), *contact_rows(b))
+    yield from (
+        *partition_rows(b),
+        *stack_rows(b),
+        *temperature_rows(b),
+        *contact_rows(b),
+    )
     if b.part == "rim":
         yield from (*balance_rows(b), *stress_rows(b))

@@ -12,24 +12,35 @@ from ..._base._quantity import NumberReader, Quantity, behind, positive
 from ...parts.scene import Scene, banded_brake
 from ...thermal.heat import FrictionHeat, Heat, PowerShares
 from ...thermal.materials import LIBRARY, ROOM, Material, effusivity_share, material
-from ...thermal.network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
+from ...thermal.network import (
+    AbstractCoefficient,
+    Convection,
+    Lump,
+    Radiation,
+    Reservoir,
+    Wall,
+    place_of,
+)
 from .contact import polished_surface
 from .stress import ElasticMaterial
 
 
 @dataclasses.dataclass(frozen=True)
 class EstimateData:
-    """Numbers for `estimates` that a scene may lack; `None`: from the scene, else from the papers or assumed.
+    """Numbers for `estimates` that a scene may lack; `None`: from the scene, else from
+    the papers or assumed.
 
-    - `rim`, `lining`, `band`: materials; `rim_thickness`, `lining_thickness`, `band_thickness` (m); `track_area`,
-      `lining_area` (m²), all bands together
-    - `share`: heat partition coefficient of the rim; `coefficient` (W/(m²·K)) and `emissivity` of the open track;
-      `ambient` (K)
-    - `hardness` (Pa) of the softer surface, `spot_length` (m) for flash temperature and real contact; `matte_area` (m²)
+    - `rim`, `lining`, `band`: materials; `rim_thickness`, `lining_thickness`,
+      `band_thickness` (m); `track_area`, `lining_area` (m²), all bands together
+    - `share`: heat partition coefficient of the rim; `coefficient` (W/(m²·K)) and
+      `emissivity` of the open track; `ambient` (K)
+    - `hardness` (Pa) of the softer surface, `spot_length` (m) for flash temperature and
+      real contact; `matte_area` (m²)
     - `elastic`: for the thermal stress; `power`: shares of the friction power
-    - of a staged brake: `outer_area` (m²) of the linings' outer faces (`lining_area`: of the inner ones),
-      `external_share` of the heat of band and linings that goes into the band, `beyond_share` of it that goes into the
-      rim at once (`share`: of linings and rim)
+    - of a staged brake: `outer_area` (m²) of the linings' outer faces (`lining_area`:
+      of the inner ones), `external_share` of the heat of band and linings that goes
+      into the band, `beyond_share` of it that goes into the rim at once (`share`: of
+      linings and rim)
 
     Example:
         >>> data = sb.formulas.EstimateData(rim_thickness=0.028)
@@ -76,10 +87,15 @@ _NUMBERS: dict[str, Quantity] = {
     "spot_length": positive("m", "length of a spot"),
     "matte_area": positive("m^2", "area of the matte surfaces"),
     "outer_area": positive("m^2", "area of a staged brake's outer faces"),
-    "external_share": Quantity("1", "share of the external pair's heat into the band", 0.0, 1.0),
-    "beyond_share": Quantity("1", "share of the external pair's heat into the rim", 0.0, 1.0),
+    "external_share": Quantity(
+        "1", "share of the external pair's heat into the band", 0.0, 1.0
+    ),
+    "beyond_share": Quantity(
+        "1", "share of the external pair's heat into the rim", 0.0, 1.0
+    ),
 }
-#: what is taken where neither the user nor the scene has it, and its source; the others follow from other inputs
+#: what is taken where neither the user nor the scene has it, and its source; the others
+#: follow from other inputs
 _ASSUMED: dict[str, tuple[Any, str]] = {
     "rim": (material("steel_20L"), "steel 20L (V, table 1)"),
     "lining": (material("FK-24A"), "FK-24A (V, table 2)"),
@@ -115,8 +131,10 @@ class Input(NamedTuple):
 class Permissible(NamedTuple):
     """Permissible values for the synthesis; `None`: no such limit.
 
-    - `lining` (K): of the friction surface; `None`: the scene's `heat.permissible`, else 400 °C (assumption)
-    - `back` (K): at the lining's back, where rivets or a bond hold it; 120 °C by default (assumption)
+    - `lining` (K): of the friction surface; `None`: the scene's `heat.permissible`,
+      else 400 °C (assumption)
+    - `back` (K): at the lining's back, where rivets or a bond hold it; 120 °C by
+      default (assumption)
     - `pressure` (Pa), nominal; `power` (W/m²) of friction per area of the linings
 
     The permissible stress of the rim is in `EstimateData.elastic`.
@@ -135,12 +153,18 @@ class Permissible(NamedTuple):
     def settled(self, scene: Scene) -> tuple[Input, ...]:
         """Every limit, and its source."""
         known = scene.network.permissible
-        lining = Input("lining_permissible", 673.15, "K", "assumption: friction composite, 400 °C")
+        lining = Input(
+            "lining_permissible", 673.15, "K", "assumption: friction composite, 400 °C"
+        )
         if self.lining is not None:
             lining = lining._replace(value=self.lining, source="given")
         elif known is not None:
             lining = lining._replace(value=float(known), source="scene")
-        back = "given" if self.back != Permissible().back else "assumption: rivets or bond, 120 °C"
+        back = (
+            "given"
+            if self.back != Permissible().back
+            else "assumption: rivets or bond, 120 °C"
+        )
         rest = [
             Input(f"{name}_permissible", value, _LIMITS[name].unit, "given")
             for name, value in (("pressure", self.pressure), ("power", self.power))
@@ -159,69 +183,111 @@ _LIMITS: dict[str, Quantity] = {
 }
 
 
-# --- given by the user ------------------------------------------------------------------------------------------------
+# --- given by the user --------------------------------------------------------------
 
 
 def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault]:
     """Errors of numbers that are out of range."""
     given: dict[str, Any] = {} if data is None else vars(data)
     faults = [_fault(name, given.get(name), about) for name, about in _NUMBERS.items()]
-    faults += [_fault(f"permissible.{name}", value, _LIMITS[name]) for name, value in limits._asdict().items()]
+    faults += [
+        _fault(f"permissible.{name}", value, _LIMITS[name])
+        for name, value in limits._asdict().items()
+    ]
     for name in _MATERIALS:
         if given.get(name) is not None:
             faults += faults_of_values(given[name], name)
     elastic = given.get("elastic")
     if elastic is not None:
-        constants = {"young": positive("Pa", "Young's modulus"), "permissible": _LIMITS["stress"]}
+        constants = {
+            "young": positive("Pa", "Young's modulus"),
+            "permissible": _LIMITS["stress"],
+        }
         constants["expansion"] = Quantity("1/K", "thermal expansion")
-        faults += [_fault(f"elastic.{name}", getattr(elastic, name), about) for name, about in constants.items()]
+        faults += [
+            _fault(f"elastic.{name}", getattr(elastic, name), about)
+            for name, about in constants.items()
+        ]
         if not -1 < elastic.poisson < 0.5:
-            faults.append(Fault("elastic.poisson", f"{elastic.poisson} is out of range", "must be > −1 and < 0.5"))
+            faults.append(
+                Fault(
+                    "elastic.poisson",
+                    f"{elastic.poisson} is out of range",
+                    "must be > −1 and < 0.5",
+                )
+            )
     return [fault for fault in faults if fault is not None]
 
 
 def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
     if value is None or bool(about.admits(np.asarray(value, float))):  # not a NaN
         return None
-    return Fault(path, f"{value}{behind(about.unit)} is out of range", about.hint(value, about.unit))
+    return Fault(
+        path,
+        f"{value}{behind(about.unit)} is out of range",
+        about.hint(value, about.unit),
+    )
 
 
 def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
-    """Numbers and materials from texts: `rim_thickness=28 mm`, `rim=cast_iron`, `permissible.back=130 degC`.
+    """Numbers and materials from texts: `rim_thickness=28 mm`, `rim=cast_iron`,
+    `permissible.back=130 degC`.
 
-    Raises `InputError` with all errors: unknown names, values that are no numbers or out of range.
+    Raises `InputError` with all errors: unknown names, values that are no numbers or
+    out of range.
     """
     reader = NumberReader()
     data = {}
     numbers = {}
-    ranges = _NUMBERS | {f"permissible.{name}": about for name, about in _LIMITS.items()}
+    ranges = _NUMBERS | {
+        f"permissible.{name}": about for name, about in _LIMITS.items()
+    }
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not value:
-            reader.fault(text, "is not of the form name=value", "as in rim_thickness=28 mm")
+            reader.fault(
+                text, "is not of the form name=value", "as in rim_thickness=28 mm"
+            )
         elif name in ranges:
             numbers[name] = reader.number(value, ranges[name], name, ranges[name].unit)
         elif name not in _MATERIALS:
-            known = [*_NUMBERS, *_MATERIALS, *(name for name in ranges if name not in _NUMBERS)]
+            known = [
+                *_NUMBERS,
+                *_MATERIALS,
+                *(name for name in ranges if name not in _NUMBERS),
+            ]
             reader.fault(name, "unknown name", nearest(name, known, cutoff=0.4))
         elif value in LIBRARY:
             data[name] = material(value)
         else:
-            reader.fault(name, f"unknown material {value!r}", f"there are: {', '.join(sorted(LIBRARY))}")
+            reader.fault(
+                name,
+                f"unknown material {value!r}",
+                f"there are: {', '.join(sorted(LIBRARY))}",
+            )
     reader.faults.report()
-    limits = {name.removeprefix("permissible."): numbers.pop(name) for name in [*numbers] if name not in _NUMBERS}
+    limits = {
+        name.removeprefix("permissible."): numbers.pop(name)
+        for name in [*numbers]
+        if name not in _NUMBERS
+    }
     stress = limits.pop("stress", None)
     elastic = None if stress is None else ElasticMaterial(permissible=stress)
     return EstimateData(**data, **numbers, elastic=elastic), Permissible(**limits)
 
 
-# --- of the scene -----------------------------------------------------------------------------------------------------
+# --- of the scene -------------------------------------------------------------------
 
 
 def start_temperature(scene: Scene, part: str = "rim") -> float:
-    """Mean temperature of the rim (or `"band"`) at the start (K); 20 °C where the scene has no heat."""
+    """Mean temperature of the rim (or `"band"`) at the start (K); 20 °C where the scene
+    has no heat."""
     place = getattr(scene.network, part)
-    return ROOM if place is None else _mean(getattr(_body(scene.network, place), "temperature", ROOM))
+    return (
+        ROOM
+        if place is None
+        else _mean(getattr(_body(scene.network, place), "temperature", ROOM))
+    )
 
 
 def _mean(value: Any) -> float:
@@ -248,7 +314,10 @@ def _of_walls(scene: Scene) -> dict[str, Any]:
     """Materials, thicknesses and areas of rim and linings in layers."""
     heat = scene.network
     inputs = {}
-    for name, area, place in (("rim", "track_area", heat.rim), ("lining", "lining_area", heat.linings)):
+    for name, area, place in (
+        ("rim", "track_area", heat.rim),
+        ("lining", "lining_area", heat.linings),
+    ):
         wall = wall_at(heat, place)
         if wall is not None:
             inputs[name] = wall.material
@@ -258,7 +327,8 @@ def _of_walls(scene: Scene) -> dict[str, Any]:
 
 
 def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
-    """Air temperature, emissivity and coefficient of the rim's links to the air, at half the speed at the start."""
+    """Air temperature, emissivity and coefficient of the rim's links to the air, at
+    half the speed at the start."""
     brake = banded_brake(scene)
     heat = scene.network
     inputs = {}
@@ -273,7 +343,9 @@ def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
         elif isinstance(link.coefficient, AbstractCoefficient):
             v = 0.5 * abs(float(brake.pulley.radius) * float(scene.start_speed))
             ambient = jnp.asarray(inputs.get("ambient", ROOM))
-            inputs["coefficient"] = float(link.coefficient.value(jnp.asarray(v), jnp.asarray(T), ambient))
+            inputs["coefficient"] = float(
+                link.coefficient.value(jnp.asarray(v), jnp.asarray(T), ambient)
+            )
         else:
             inputs["coefficient"] = float(link.coefficient)
     return inputs
@@ -289,31 +361,43 @@ def _from_scene(scene: Scene) -> dict[str, Any]:
     for pair in brake.pairs:
         areas = brake.rubbing_part(pair).area  # of one lining, or of each
         if areas is not None:
-            name = "outer_area" if brake.in_series and pair == "external" else "lining_area"
-            inputs[name] = brake.rims * float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
+            name = (
+                "outer_area"
+                if brake.in_series and pair == "external"
+                else "lining_area"
+            )
+            inputs[name] = brake.rims * float(
+                np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,)))
+            )
     T = start_temperature(scene)
     inputs |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
     if heat.external is not None:
-        inputs["external_share"] = _share_of(heat.external, start_temperature(scene, "band"))
+        inputs["external_share"] = _share_of(
+            heat.external, start_temperature(scene, "band")
+        )
         if heat.external.beyond_share is not None:
             inputs["beyond_share"] = float(heat.external.beyond_share)
     return inputs | _of_surroundings(scene, T)
 
 
-# --- resolved ---------------------------------------------------------------------------------------------------------
+# --- resolved -----------------------------------------------------------------------
 
 
 def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
-    """Every input by its name: the user's value, else the scene's, else the papers' or an assumption.
+    """Every input by its name: the user's value, else the scene's, else the papers' or
+    an assumption.
 
-    Raises `InputError` where linings cover more than the track, or for numbers of a staged brake on another.
+    Raises `InputError` where linings cover more than the track, or for numbers of a
+    staged brake on another.
     """
     given = dict(vars(data or EstimateData()))
     own = _from_scene(scene)
     if not scene.brake.in_series:
         for name in _STAGED:
             if given.pop(name) is not None:
-                raise input_error(name, "has no effect", "only a staged brake has an external pair")
+                raise input_error(
+                    name, "has no effect", "only a staged brake has an external pair"
+                )
     inputs: dict[str, Input] = {}
     for name, value in given.items():
         unit = _NUMBERS[name].unit if name in _NUMBERS else ""
@@ -325,44 +409,85 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
             value, source = _ASSUMED[name]
             inputs[name] = Input(name, value, unit, source)
     brake = banded_brake(scene)
-    wraps = [float(np.sum(np.asarray(linings.weights))) for linings in brake.bands_of_linings]
+    wraps = [
+        float(np.sum(np.asarray(linings.weights))) for linings in brake.bands_of_linings
+    ]
     tracks = brake.rims * len(wraps)
 
     def derive(name: str, value: float, source: str) -> None:
         if name not in inputs or inputs[name].value is None:
             inputs[name] = Input(name, value, _NUMBERS[name].unit, source)
 
-    words = "one rim, 0.220 m wide (V)" if tracks == 1 else f"{tracks} rims, 0.220 m wide each (V)"
-    derive("track_area", tracks * float(polished_surface(float(brake.pulley.radius), 0.220)), words)
+    words = (
+        "one rim, 0.220 m wide (V)"
+        if tracks == 1
+        else f"{tracks} rims, 0.220 m wide each (V)"
+    )
+    derive(
+        "track_area",
+        tracks * float(polished_surface(float(brake.pulley.radius), 0.220)),
+        words,
+    )
     track = inputs["track_area"].value
-    derive("lining_area", min(1.0, float(np.mean(wraps)) / (2 * np.pi)) * track, "linings as wide as the track")
+    derive(
+        "lining_area",
+        min(1.0, float(np.mean(wraps)) / (2 * np.pi)) * track,
+        "linings as wide as the track",
+    )
     rim, lining, band = (inputs[name].value for name in _MATERIALS)
     derive("share", float(effusivity_share(rim, lining)), "effusivities (Charron)")
     if scene.brake.in_series:
-        outer = inputs["lining_area"].value * float(brake.radius) / float(brake.pulley.radius)
+        outer = (
+            inputs["lining_area"].value
+            * float(brake.radius)
+            / float(brake.pulley.radius)
+        )
         derive("outer_area", outer, "inner faces, larger by the radius")
-        derive("external_share", float(effusivity_share(band, lining)), "effusivities (Charron)")
+        derive(
+            "external_share",
+            float(effusivity_share(band, lining)),
+            "effusivities (Charron)",
+        )
         derive("beyond_share", 0.0, "none (default)")
         inputs |= _band(scene, inputs)
     derive("matte_area", track, _ASSUMED["matte_area"][1])
     overlap = inputs["lining_area"].value / track
     if overlap > 1 + 1e-9:
         raise input_error(
-            "lining_area", f"covers {overlap:.4g} of the track", "the linings cannot cover more than the track"
+            "lining_area",
+            f"covers {overlap:.4g} of the track",
+            "the linings cannot cover more than the track",
         )
-    inputs["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
-    inputs["start"] = Input("start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C")
+    inputs["overlap"] = Input(
+        "overlap", min(overlap, 1.0), "1", "lining_area/track_area"
+    )
+    inputs["start"] = Input(
+        "start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C"
+    )
     return inputs
 
 
 def _band(scene: Scene, inputs: dict[str, Input]) -> dict[str, Input]:
-    """Thickness of a staged brake's band, from its heat capacity where that is known, and its temperature."""
+    """Thickness of a staged brake's band, from its heat capacity where that is known,
+    and its temperature."""
     heat = scene.network
     thickness = inputs["band_thickness"]
     body = None if heat.band is None else _body(heat, heat.band)
     if isinstance(body, Lump) and thickness.source != "given":
         metal = inputs["band"].value
-        per_metre = float(metal.density * metal.specific_heat) * inputs["outer_area"].value
-        thickness = Input("band_thickness", _mean(body.capacity) / per_metre, "m", "scene: its capacity")
-    start = Input("band_start", start_temperature(scene, "band"), "K", "20 °C" if body is None else "scene")
+        per_metre = (
+            float(metal.density * metal.specific_heat) * inputs["outer_area"].value
+        )
+        thickness = Input(
+            "band_thickness",
+            _mean(body.capacity) / per_metre,
+            "m",
+            "scene: its capacity",
+        )
+    start = Input(
+        "band_start",
+        start_temperature(scene, "band"),
+        "K",
+        "20 °C" if body is None else "scene",
+    )
     return {"band_thickness": thickness, "band_start": start}

@@ -1,4 +1,5 @@
-"""Materials by energy level: rims and linings of a scene exchanged, estimated and simulated, side by side."""
+"""Materials by energy level: rims and linings of a scene exchanged, estimated and
+simulated, side by side."""
 
 import dataclasses
 import functools
@@ -26,7 +27,13 @@ from ...thermal.materials import Material
 from ._braking import Braking
 from ._estimates import no_stop
 from ._heated import RunValues, run_values
-from ._materials import LININGS, LiningMaterial, RimMaterial, lining_material, rim_material
+from ._materials import (
+    LININGS,
+    LiningMaterial,
+    RimMaterial,
+    lining_material,
+    rim_material,
+)
 from .heating import maximum_temperatures, transmission_table
 from .inputs import EstimateData, settle
 from .statics import classical_stop
@@ -38,10 +45,12 @@ _TIMES = 512
 DEFAULT_RIMS = ("steel_20L", "magnesium_alloy", "brass", "aluminium_alloy", "cast_iron")
 DEFAULT_LININGS = tuple(LININGS)
 
-Energy = Sequence[float] | np.ndarray | Mapping[str, Sequence[float] | np.ndarray] | None
+Energy = (
+    Sequence[float] | np.ndarray | Mapping[str, Sequence[float] | np.ndarray] | None
+)
 
 
-# --- one brake application with one pair of materials -----------------------------------------------------------------
+# --- one brake application with one pair of materials -------------------------------
 
 
 #: quantity → unit, meaning, formula of the estimate
@@ -57,7 +66,11 @@ QUANTITIES = {
         "share of the heat into the rim, used for the temperatures",
         "the scene's law, else e_1/(e_1 + e_2)",
     ),
-    "effusivity_share": ("1", "heat partition coefficient of the rim by effusivities", "e_1/(e_1 + e_2) (Charron)"),
+    "effusivity_share": (
+        "1",
+        "heat partition coefficient of the rim by effusivities",
+        "e_1/(e_1 + e_2) (Charron)",
+    ),
     "transmission_share": (
         "1",
         "heat partition coefficient of the rim by heat transmission",
@@ -65,19 +78,40 @@ QUANTITIES = {
     ),
     "bulk": ("K", "mean temperature of the heated depth", "T + (2/3) a W/(c G) (S-25)"),
     "bulk_end": ("K", "mean temperature of the rim at the end", "T + a W/(c G_rim)"),
-    "surface": ("K", "maximum temperature of the rim's surface", "half-space under falling flux, at least bulk_end"),
-    "lining_surface": ("K", "maximum temperature of the linings' surface", "as the rim: surfaces in contact"),
-    "maximum": ("K", "maximum temperature with a third of the flash", "T + t_s + t_f/3 (S-26)"),
-    "stress": ("Pa", "thermal stress of the rim's surface", "−E α (T_s − T_m)/(1 − ν), slab under constant flux"),
+    "surface": (
+        "K",
+        "maximum temperature of the rim's surface",
+        "half-space under falling flux, at least bulk_end",
+    ),
+    "lining_surface": (
+        "K",
+        "maximum temperature of the linings' surface",
+        "as the rim: surfaces in contact",
+    ),
+    "maximum": (
+        "K",
+        "maximum temperature with a third of the flash",
+        "T + t_s + t_f/3 (S-26)",
+    ),
+    "stress": (
+        "Pa",
+        "thermal stress of the rim's surface",
+        "−E α (T_s − T_m)/(1 − ν), slab under constant flux",
+    ),
     "stress_ratio": ("1", "thermal stress over the allowable one", "|σ|/σ_p"),
-    "wear": ("m", "mean depth worn off the linings", "I(T_s) W cos(β/2)/(f A_l) (Archard)"),
+    "wear": (
+        "m",
+        "mean depth worn off the linings",
+        "I(T_s) W cos(β/2)/(f A_l) (Archard)",
+    ),
     "mass": ("kg", "mass of the rim", "ρ δ A"),
     "inertia": ("kg*m^2", "inertia of the rim about the shaft", "m (R² + (R − δ)²)/2"),
 }
 
 
 class Compared(NamedTuple):
-    """An estimate, and the simulated number beside it where there is one; its unit, meaning and formula."""
+    """An estimate, and the simulated number beside it where there is one; its unit,
+    meaning and formula."""
 
     value: float
     simulated: float | None
@@ -93,7 +127,8 @@ class Compared(NamedTuple):
 
 @frozen
 class Case:
-    """One brake application with one pair of materials; `flash`: rise of the spots (K)."""
+    """One brake application with one pair of materials; `flash`: rise of the spots
+    (K)."""
 
     braking: Braking
     rim: RimMaterial
@@ -101,21 +136,29 @@ class Case:
     flash: float
 
     def scaled(self, s: float) -> "Case":
-        """The same from `s` times the speed, under the same torques: time by `s`, work by `s²`, flash by `√s`."""
+        """The same from `s` times the speed, under the same torques: time by `s`, work
+        by `s²`, flash by `√s`."""
         b = self.braking
-        braking = dataclasses.replace(b, omega=b.omega * s, time=b.time * s, work=b.work * s**2)
-        return dataclasses.replace(self, braking=braking, flash=self.flash * math.sqrt(s))
+        braking = dataclasses.replace(
+            b, omega=b.omega * s, time=b.time * s, work=b.work * s**2
+        )
+        return dataclasses.replace(
+            self, braking=braking, flash=self.flash * math.sqrt(s)
+        )
 
     @functools.cached_property
     def surface_rise(self) -> float:
-        """Rise (K) of the rim's surface: a half-space has no back, and long brake applications warm the rim through."""
+        """Rise (K) of the rim's surface: a half-space has no back, and long brake
+        applications warm the rim through."""
         return max(self.braking.falling_rise, self.braking.whole_rise)
 
     @property
     def limited(self) -> dict[str, float]:
         """Estimates that `criteria` limit; the maximum has a third of the flash."""
         start = self.braking.start_now
-        maximum = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash).surface_and_third_flash
+        maximum = maximum_temperatures(
+            self.braking.heated.rise, self.surface_rise, self.flash
+        ).surface_and_third_flash
         return {
             "surface": start + self.surface_rise,
             "lining_surface": start + self.surface_rise,
@@ -128,18 +171,27 @@ class Case:
         b = self.braking
         T = jnp.asarray(self.braking.start_now)
         law = dataclasses.replace(
-            transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
+            transmission_table(),
+            rim_conductivity=b.rim.conductivity,
+            lining_conductivity=b.lining.conductivity,
         )
         return float(law.share(T, T))
 
     def wear(self) -> float:
-        """Mean depth (m) worn off the linings over all brake applications, each at the temperature of the hardest."""
+        """Mean depth (m) worn off the linings over all brake applications, each at the
+        temperature of the hardest."""
         b = self.braking
         work = b.work if b.run is None else b.run.total_work
         cosine = np.mean(np.asarray(band_brake(b.scene).linings.cosine))
-        load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
+        load_way = (
+            work * cosine / (b.friction * b.lining_area)
+        )  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
         speed = jnp.asarray(b.travel / b.time)
-        rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.limited["surface"]))
+        rate = self.lining.wear(
+            jnp.asarray(load_way) / b.travel,
+            speed,
+            jnp.asarray(self.limited["surface"]),
+        )
         return np.mean(np.asarray(rate)).item() * load_way
 
     def quantities(self, simulated: bool) -> dict[str, Compared]:
@@ -173,8 +225,13 @@ class Case:
             if b.scene.network.linings is not None:
                 in_run["lining_surface"] = float(result.peak_lining_temperature.value)
             if knows_wear(result.scene):
-                in_run["wear"] = float(np.mean(np.asarray(lining_wear(result, self.lining.wear))))
-        return {name: Compared(values[name], in_run.get(name), *about) for name, about in QUANTITIES.items()}
+                in_run["wear"] = float(
+                    np.mean(np.asarray(lining_wear(result, self.lining.wear)))
+                )
+        return {
+            name: Compared(values[name], in_run.get(name), *about)
+            for name, about in QUANTITIES.items()
+        }
 
 
 def rim_mass(b: Braking) -> float:
@@ -188,20 +245,24 @@ def ring_inertia(mass: float, b: Braking) -> float:
 
 
 def knows_wear(scene: Scene) -> bool:
-    """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
+    """Whether runs of a scene have a temperature of the linings, on which their wear
+    depends."""
     pair = scene.network.friction
     return pair is not None and pair.lining is not None
 
 
 class Criterion(NamedTuple):
-    """One limit of a pair of materials: value over permissible value, and both in words."""
+    """One limit of a pair of materials: value over permissible value, and both in
+    words."""
 
     name: str
     ratio: float  # of temperatures in K
     words: str
 
 
-def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:
+def criteria(
+    values: Mapping[str, float], rim: RimMaterial, lining: LiningMaterial
+) -> list[Criterion]:
     """Limits of the materials for estimated or simulated values (SI)."""
 
     def hot(name: str, key: str, limit: float, of: str) -> Criterion:
@@ -218,16 +279,20 @@ def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMateri
 
 
 def greatest_work(case: Case) -> tuple[float, str]:
-    """Maximum friction work (J) of one brake application that the pair withstands by the estimates, and its limiting
-    criterion.
+    """Maximum friction work (J) of one brake application that the pair withstands by
+    the estimates, and its limiting criterion.
 
-    The same brake application from another speed under the same torques (time by the speed, work by its square). Every
-    criterion grows with the speed, so that there is one end; 0 where the rim is too hot at the start.
+    The same brake application from another speed under the same torques (time by the
+    speed, work by its square). Every criterion grows with the speed, so that there is
+    one end; 0 where the rim is too hot at the start.
     """
     from scipy.optimize import brentq
 
     def worst(log_s: float) -> Criterion:
-        return max(criteria(case.scaled(math.exp(log_s)).limited, case.rim, case.lining), key=lambda limit: limit.ratio)
+        return max(
+            criteria(case.scaled(math.exp(log_s)).limited, case.rim, case.lining),
+            key=lambda limit: limit.ratio,
+        )
 
     low = math.log(1e-4)
     high = math.log(1e4)
@@ -238,14 +303,16 @@ def greatest_work(case: Case) -> tuple[float, str]:
     return case.braking.work * math.exp(2 * end), worst(end).name
 
 
-# --- the table --------------------------------------------------------------------------------------------------------
+# --- the table ----------------------------------------------------------------------
 
 
 @frozen
 class EnergyLevel:
-    """One duty of a comparison: its label, a title in words, and the friction work (J) of its hardest application.
+    """One duty of a comparison: its label, a title in words, and the friction work (J)
+    of its hardest application.
 
-    Minimum and maximum among the pairs: with fade, or with an inertia that follows the rim's mass, runs differ.
+    Minimum and maximum among the pairs: with fade, or with an inertia that follows the
+    rim's mass, runs differ.
     """
 
     label: str
@@ -265,11 +332,13 @@ class EnergyLevel:
 class MaterialRow:
     """One rim and lining material at one energy level.
 
-    - `level`: index of the level; `rim`, `lining`: names; `row["surface"]` is one quantity, its estimate (`value`)
-      and the `simulated` number; names as in `quantities`
-    - `fails`: limits that the pair exceeds, by the simulated number where there is one; empty if it is within all
-    - `greatest_work` (J): of one brake application that the pair withstands by the estimates; `ends`: its limiting
-      criterion
+    - `level`: index of the level; `rim`, `lining`: names; `row["surface"]` is one
+      quantity, its estimate (`value`) and the `simulated` number; names as in
+      `quantities`
+    - `fails`: limits that the pair exceeds, by the simulated number where there is one;
+      empty if it is within all
+    - `greatest_work` (J): of one brake application that the pair withstands by the
+      estimates; `ends`: its limiting criterion
     """
 
     level: int
@@ -287,16 +356,30 @@ class MaterialRow:
     def __getitem__(self, name: str) -> Compared:
         """A quantity by its name. Raises `KeyError` with the known names."""
         if name not in self.quantities:
-            raise KeyError(f"no quantity {name!r}; there are: {', '.join(self.quantities)}")
+            raise KeyError(
+                f"no quantity {name!r}; there are: {', '.join(self.quantities)}"
+            )
         return self.quantities[name]
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers and words; of each quantity `{estimate, simulated, unit}`."""
         numbers = {
-            name: {"estimate": quantity.value, "simulated": quantity.simulated, "unit": quantity.unit}
+            name: {
+                "estimate": quantity.value,
+                "simulated": quantity.simulated,
+                "unit": quantity.unit,
+            }
             for name, quantity in self.quantities.items()
         }
-        names = ("level", "rim", "lining", "admissible", "fails", "greatest_work", "ends")
+        names = (
+            "level",
+            "rim",
+            "lining",
+            "admissible",
+            "fails",
+            "greatest_work",
+            "ends",
+        )
         return plain({name: getattr(self, name) for name in names} | numbers)
 
 
@@ -308,7 +391,8 @@ def _scaled(factor: float, digits: str) -> Callable[[float], str]:
     return lambda value: format(factor * value, digits)
 
 
-#: columns of the table: quantity, heading, unit, how it is shown, and which of its numbers
+#: columns of the table: quantity, heading, unit, how it is shown, and which of its
+#: numbers
 _COLUMNS: tuple[tuple[str, str, str, Callable[[float], str], tuple[str, ...]], ...] = (
     ("share", "share", "%", _scaled(100.0, ".1f"), ("value",)),
     ("bulk", "bulk", "°C", _celsius, ("value", "simulated")),
@@ -324,12 +408,14 @@ _COLUMNS: tuple[tuple[str, str, str, Callable[[float], str], tuple[str, ...]], .
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class MaterialComparison(Tabular):
-    """Rim materials and linings for one duty at one or several energy levels, side by side.
+    """Rim materials and linings for one duty at one or several energy levels, side by
+    side.
 
-    - `levels`, `rims`, `linings`: what is compared; `rows`: one for each combination, level by level; `notes`:
-      assumptions and values that could not be simulated
-    - `comparison.row("brass", "FK-24A")` is one row; `str` gives the table; `as_dict` the same as numbers and words;
-      `dataset` as labelled data; `ranking` the pairs by the work that they withstand
+    - `levels`, `rims`, `linings`: what is compared; `rows`: one for each combination,
+      level by level; `notes`: assumptions and values that could not be simulated
+    - `comparison.row("brass", "FK-24A")` is one row; `str` gives the table; `as_dict`
+      the same as numbers and words; `dataset` as labelled data; `ranking` the pairs by
+      the work that they withstand
 
     Example:
         >>> table = sb.compare_materials(scene, ["steel_20L", "brass"], ["FK-24A"], run=False)
@@ -348,16 +434,21 @@ class MaterialComparison(Tabular):
         return iter(self.rows)
 
     def row(self, rim: str, lining: str | None = None, level: int = 0) -> MaterialRow:
-        """The row of a rim and a lining (the first, if none is named) at a level. Raises `KeyError` for other names."""
+        """The row of a rim and a lining (the first, if none is named) at a level.
+        Raises `KeyError` for other names."""
         lining = self.linings[0].name if lining is None else lining
         for row in self._rows_at(level):
             if (row.rim, row.lining) == (rim, lining):
                 return row
-        names = f"rims {', '.join(r.name for r in self.rims)}; linings {', '.join(x.name for x in self.linings)}"
+        names = (
+            f"rims {', '.join(r.name for r in self.rims)}; linings "
+            f"{', '.join(x.name for x in self.linings)}"
+        )
         raise KeyError(f"no row {rim!r} with {lining!r}; there are: {names}")
 
     def ranking(self, level: int = -1) -> list[MaterialRow]:
-        """Rows of a level, those with the largest friction work first, pairs within all limits before all others."""
+        """Rows of a level, those with the largest friction work first, pairs within all
+        limits before all others."""
         rows = self._rows_at(level)
         return sorted(rows, key=lambda row: (not row.admissible, -row.greatest_work))
 
@@ -371,21 +462,28 @@ class MaterialComparison(Tabular):
         return any(row["surface"].simulated is not None for row in self.rows)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the data as numbers, lists and text (SI); numbers that are not finite are `None`."""
+        """Return the data as numbers, lists and text (SI); numbers that are not finite
+        are `None`."""
         return {
             "about": self.about,
             "levels": plain(self.levels),
             "materials": {
-                kind: [{"name": x.name, "numbers": x.numbers, "sources": x.sources} for x in materials]
+                kind: [
+                    {"name": x.name, "numbers": x.numbers, "sources": x.sources}
+                    for x in materials
+                ]
                 for kind, materials in (("rims", self.rims), ("linings", self.linings))
             },
             "rows": [row.as_dict() for row in self.rows],
-            "ranking": [{"rim": row.rim, "lining": row.lining} for row in self.ranking()],
+            "ranking": [
+                {"rim": row.rim, "lining": row.lining} for row in self.ranking()
+            ],
             "notes": list(self.notes),
         }
 
     def dataset(self) -> Any:
-        """The same as an `xarray.Dataset` over `level`, `rim`, `lining`; simulated numbers in `<name>_simulated`."""
+        """The same as an `xarray.Dataset` over `level`, `rim`, `lining`; simulated
+        numbers in `<name>_simulated`."""
         import xarray as xr
 
         places = {
@@ -396,22 +494,46 @@ class MaterialComparison(Tabular):
         data = xr.Dataset(coords=places, attrs={"about": self.about})
 
         def add(name: str, values: Any, **about: str) -> None:
-            data[name] = (tuple(places), np.reshape(values, [len(names) for names in places.values()]), about)
+            data[name] = (
+                tuple(places),
+                np.reshape(values, [len(names) for names in places.values()]),
+                about,
+            )
 
         for name, (unit, meaning, formula) in QUANTITIES.items():
-            add(name, [row[name].value for row in self.rows], units=unit, meaning=meaning, formula=formula)
+            add(
+                name,
+                [row[name].value for row in self.rows],
+                units=unit,
+                meaning=meaning,
+                formula=formula,
+            )
             simulated = np.array([row[name].simulated for row in self.rows], float)
             if not np.all(np.isnan(simulated)):
-                add(f"{name}_simulated", simulated, units=unit, meaning=f"{meaning}, simulated")
+                add(
+                    f"{name}_simulated",
+                    simulated,
+                    units=unit,
+                    meaning=f"{meaning}, simulated",
+                )
         meaning = "maximum friction work of one brake application, by the estimates"
-        add("greatest_work", [row.greatest_work for row in self.rows], units="J", meaning=meaning)
+        add(
+            "greatest_work",
+            [row.greatest_work for row in self.rows],
+            units="J",
+            meaning=meaning,
+        )
         add("admissible", [row.admissible for row in self.rows])
         return data
 
     def parts(self) -> Iterator[str | Table]:
         yield self.about
         for i, level in enumerate(self.levels):
-            yield from ("", f"{level.label}: friction work {level.words}", self._table(i))
+            yield from (
+                "",
+                f"{level.label}: friction work {level.words}",
+                self._table(i),
+            )
         columns = [
             Column("place", heading=""),
             "rim",
@@ -419,8 +541,14 @@ class MaterialComparison(Tabular):
             Column("work", display_units="kJ", show=_scaled(1e-3, ".0f")),
             ("ends", ""),
         ]
-        ranked = [(n, row.rim, row.lining, row.greatest_work, row.ends) for n, row in enumerate(self.ranking(), 1)]
-        title = "maximum friction work of one brake application by the estimates, and its limiting criterion"
+        ranked = [
+            (n, row.rim, row.lining, row.greatest_work, row.ends)
+            for n, row in enumerate(self.ranking(), 1)
+        ]
+        title = (
+            "maximum friction work of one brake application by the estimates, and "
+            "its limiting criterion"
+        )
         yield from ("", Table(columns, ranked, title), "")
         yield from (f"note: {note}" for note in self.notes)
 
@@ -433,15 +561,30 @@ class MaterialComparison(Tabular):
                 column = [getattr(row[name], number) for row in rows]
                 if any(x is not None for x in column):
                     heading += " sim." if number == "simulated" else ""
-                    columns.append(Column(f"{name}_{number}", heading=heading, display_units=unit, show=show))
+                    columns.append(
+                        Column(
+                            f"{name}_{number}",
+                            heading=heading,
+                            display_units=unit,
+                            show=show,
+                        )
+                    )
                     values.append(column)
-        verdicts = [f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits" for row in rows]
+        verdicts = [
+            f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits"
+            for row in rows
+        ]
         pairs = ((row.rim, row.lining) for row in rows)
-        lines = [(*pair, *line) for pair, line in zip(pairs, zip(*values, verdicts, strict=True), strict=True)]
+        lines = [
+            (*pair, *line)
+            for pair, line in zip(
+                pairs, zip(*values, verdicts, strict=True), strict=True
+            )
+        ]
         return Table(["rim", "lining", *columns, "verdict"], lines)
 
 
-# --- the function -----------------------------------------------------------------------------------------------------
+# --- the function -------------------------------------------------------------------
 
 
 def compare_materials(
@@ -456,53 +599,83 @@ def compare_materials(
     rtol: float = 1e-10,
     show: Any = None,
 ) -> MaterialComparison:
-    """Compare materials of rim and linings for the duty of a scene, at one or several energy levels.
+    """Compare materials of rim and linings for the duty of a scene, at one or several
+    energy levels.
 
-    - `rims`, `linings`: names of the library (`rim_material`, `lining_material`) or custom materials
-    - `data`: numbers for the estimates beyond materials, as in `estimates`; its rim defaults to that of
-      the scene
-    - `energy`: `None`, the scene as it is; friction works (J), each reached by the initial speed whose
-      classical stop does that work; or a parameter of the scene with its values, `{"initial.omega": [12.0, 24.0]}`
-    - `run`: simulate each combination too, if the scene's heat has a rim in layers; else the scene once for each level,
-      for time and work. `False`: those of a classical stop
-    - `inertia`: the pulley's inertia follows the rim's mass; by default the scene's stays
+    - `rims`, `linings`: names of the library (`rim_material`, `lining_material`) or
+      custom materials
+    - `data`: numbers for the estimates beyond materials, as in `estimates`; its rim
+      defaults to that of the scene
+    - `energy`: `None`, the scene as it is; friction works (J), each reached by the
+      initial speed whose classical stop does that work; or a parameter of the scene
+      with its values, `{"initial.omega": [12.0, 24.0]}`
+    - `run`: simulate each combination too, if the scene's heat has a rim in layers;
+      else the scene once for each level, for time and work. `False`: those of a
+      classical stop
+    - `inertia`: the pulley's inertia follows the rim's mass; by default the scene's
+      stays
     - `rtol`: relative tolerance of runs; `show`: as of `counting`
 
-    For each: shares of the heat, bulk, surface and maximum temperature, thermal stress over the permissible one, wear
-    of the linings (Archard, at the temperature of their surface), mass and inertia of the rim; whether it is within its
-    limits (temperatures, stress, melting of spots), else why; and the maximum friction work that it withstands by the
-    estimates. Friction stays that of the scene. Runs of all materials are one compiled program.
+    For each: shares of the heat, bulk, surface and maximum temperature, thermal stress
+    over the permissible one, wear of the linings (Archard, at the temperature of their
+    surface), mass and inertia of the rim; whether it is within its limits
+    (temperatures, stress, melting of spots), else why; and the maximum friction work
+    that it withstands by the estimates. Friction stays that of the scene. Runs of all
+    materials are one compiled program.
 
-    Raises `InputError` for input errors of the scene, a staged brake, a scene without a classical stop where one is
-    needed, runs without sliding, no or duplicate materials, and levels that are not positive; `KeyError` for
-    unknown materials; `SimulationError` where a run fails.
+    Raises `InputError` for input errors of the scene, a staged brake, a scene without a
+    classical stop where one is needed, runs without sliding, no or duplicate materials,
+    and levels that are not positive; `KeyError` for unknown materials;
+    `SimulationError` where a run fails.
     """
     check_scene(scene)
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene)):
         raise input_error("scene", "is traced", "give a scene with values")
     if band_brake(scene).in_series:
-        raise input_error("brake.bandage", "cannot be compared", "give a brake with one friction pair")
+        raise input_error(
+            "brake.bandage", "cannot be compared", "give a brake with one friction pair"
+        )
     rim_materials = _alike([rim_material(r) if isinstance(r, str) else r for r in rims])
-    lining_materials = _alike([lining_material(x) if isinstance(x, str) else x for x in linings])
+    lining_materials = _alike(
+        [lining_material(x) if isinstance(x, str) else x for x in linings]
+    )
     _require_names(rims=rim_materials, linings=lining_materials)
     levels = _levels(scene, energy)
     study = _Study(scene, data or EstimateData(), run, inertia, rtol)
     pairs = [(rim, lining) for rim in rim_materials for lining in lining_materials]
-    combined = [(i, level, *pair) for i, (*_, level) in enumerate(levels) for pair in pairs]
+    combined = [
+        (i, level, *pair) for i, (*_, level) in enumerate(levels) for pair in pairs
+    ]
     scenes = [study.scene_of(level, rim, lining) for _, level, rim, lining in combined]
-    solver = solver_for(any(stiffness(s)[0] for s in scenes)) if run else None  # one program for all of them
+    solver = (
+        solver_for(any(stiffness(s)[0] for s in scenes)) if run else None
+    )  # one program for all of them
     rows = []
     with counting(len(combined), show, "combinations", after=2.0) as report:
         for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
             rows.append(study.row(i, s, rim, lining, solver))
             report(len(rows))
-    works = [[row["friction_work"].value for row in rows if row.level == i] for i in range(len(levels))]
+    works = [
+        [row["friction_work"].value for row in rows if row.level == i]
+        for i in range(len(levels))
+    ]
     named = zip(levels, works, strict=True)
-    energy_levels = tuple(EnergyLevel(label, min(w), max(w), title) for (label, title, _), w in named)
-    how = "time and friction work are those of " + ("the runs" if run else "classical stops")
+    energy_levels = tuple(
+        EnergyLevel(label, min(w), max(w), title) for (label, title, _), w in named
+    )
+    how = "time and friction work are those of " + (
+        "the runs" if run else "classical stops"
+    )
     about = f"materials of rim and linings compared; {how}, temperatures in °C"
     notes = study.notes(lining_materials)
-    return MaterialComparison(about, energy_levels, tuple(rim_materials), tuple(lining_materials), tuple(rows), notes)
+    return MaterialComparison(
+        about,
+        energy_levels,
+        tuple(rim_materials),
+        tuple(lining_materials),
+        tuple(rows),
+        notes,
+    )
 
 
 def _require_names(**groups: Iterable[Any]) -> None:
@@ -513,19 +686,33 @@ def _require_names(**groups: Iterable[Any]) -> None:
         if not names:
             faults.add(name, "are none", "at least one material is needed")
         if twice:
-            faults.add(name, f"have {', '.join(twice)} more than once", "a name must denote one material")
+            faults.add(
+                name,
+                f"have {', '.join(twice)} more than once",
+                "a name must denote one material",
+            )
     faults.report()
 
 
 def _alike(materials: list[Any]) -> list[Any]:
-    """Materials of one structure, so that their runs are one program: a slope that one has is 0 in the others."""
+    """Materials of one structure, so that their runs are one program: a slope that one
+    has is 0 in the others."""
     slopes = ("conductivity_slope", "specific_heat_slope")
-    used = [name for name in slopes if any(getattr(material.thermal, name) is not None for material in materials)]
+    used = [
+        name
+        for name in slopes
+        if any(getattr(material.thermal, name) is not None for material in materials)
+    ]
 
     def filled(thermal: Material) -> Material:
-        return dataclasses.replace(thermal, **{n: 0.0 for n in used if getattr(thermal, n) is None})  # pyright: ignore
+        return dataclasses.replace(
+            thermal, **{n: 0.0 for n in used if getattr(thermal, n) is None}
+        )  # pyright: ignore
 
-    return [dataclasses.replace(material, thermal=filled(material.thermal)) for material in materials]
+    return [
+        dataclasses.replace(material, thermal=filled(material.thermal))
+        for material in materials
+    ]
 
 
 def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
@@ -536,11 +723,20 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
     if isinstance(energy, Mapping):
         if len(energy) != 1:
             hint = 'as in {"initial.omega": [12.0, 24.0]}'
-            raise input_error("energy", f"names {len(energy)} numbers of the scene", hint)
+            raise input_error(
+                "energy", f"names {len(energy)} numbers of the scene", hint
+            )
         ((path, values),) = energy.items()
         scenes = [with_values(scene, {path: float(value)}) for value in values]
-        abouts = [leaf.about for level in scenes for leaf in leaves(level) if leaf.path == path]
-        unit, meaning = (behind(abouts[0].unit), abouts[0].meaning) if abouts else ("", path)
+        abouts = [
+            leaf.about
+            for level in scenes
+            for leaf in leaves(level)
+            if leaf.path == path
+        ]
+        unit, meaning = (
+            (behind(abouts[0].unit), abouts[0].meaning) if abouts else ("", path)
+        )
         levels = []
         for value, level in zip(values, scenes, strict=True):
             check_scene(level)
@@ -550,16 +746,24 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
         works = [float(work) for work in energy]
         wrong = [work for work in works if not 0 < work < math.inf]
         if wrong:
-            raise input_error("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")
+            raise input_error(
+                "energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J"
+            )
         titles = [f"classical stop of {work / 1e3:g} kJ" for work in works]
-        levels = [(title, title, _of_work(scene, work)) for title, work in zip(titles, works, strict=True)]
+        levels = [
+            (title, title, _of_work(scene, work))
+            for title, work in zip(titles, works, strict=True)
+        ]
     if not levels:
-        raise input_error("energy", "is empty", "leave it out for the duty of the scene")
+        raise input_error(
+            "energy", "is empty", "leave it out for the duty of the scene"
+        )
     return levels
 
 
 def _of_work(scene: Scene, work: float) -> Scene:
-    """The scene from the initial speed whose classical stop has the friction `work`, which grows with the speed."""
+    """The scene from the initial speed whose classical stop has the friction `work`,
+    which grows with the speed."""
     from scipy.optimize import brentq
 
     def at(omega: float) -> Scene:
@@ -594,68 +798,134 @@ class _Study:
     def __post_init__(self) -> None:
         self.named = named_materials(self.scene.network)
         own = self._own = settle(self.scene, self.data)
-        self._own_mass = own["rim"].value.density * own["rim_thickness"].value * own["track_area"].value
+        self._own_mass = (
+            own["rim"].value.density
+            * own["rim_thickness"].value
+            * own["track_area"].value
+        )
         self._runs: dict[bytes, RunValues] = {}
 
     def scene_of(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial) -> Scene:
         """The scene of a level with the materials, where it names any."""
-        scene = with_materials(scene, rim.thermal if self.named[0] else None, lining.thermal if self.named[1] else None)
-        if self.run and knows_wear(scene) and scene.brake.linings.area is None:  # wear alone depends on the pressure
-            area = np.asarray(self._own["lining_area"].value / (scene.brake.rims * scene.brake.linings.count))
+        scene = with_materials(
+            scene,
+            rim.thermal if self.named[0] else None,
+            lining.thermal if self.named[1] else None,
+        )
+        if (
+            self.run and knows_wear(scene) and scene.brake.linings.area is None
+        ):  # wear alone depends on the pressure
+            area = np.asarray(
+                self._own["lining_area"].value
+                / (scene.brake.rims * scene.brake.linings.count)
+            )
             scene = with_value_at(scene, "brake.linings.area", area)
         if self.inertia:
             b = self._braking(scene, rim, lining)
             more = ring_inertia(rim_mass(b) - self._own_mass, b)
-            scene = with_values(scene, {"brake.pulley.inertia": band_brake(scene).pulley.inertia + more})
+            scene = with_values(
+                scene, {"brake.pulley.inertia": band_brake(scene).pulley.inertia + more}
+            )
             check_scene(scene)
         return scene
 
-    def _braking(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial, run: RunValues | None = None) -> Braking:
-        hardness = self.data.hardness or min(rim.hardness, lining.hardness)  # of the softer surface
-        given = {"rim": rim.thermal, "lining": lining.thermal, "elastic": rim.elastic, "hardness": hardness}
+    def _braking(
+        self,
+        scene: Scene,
+        rim: RimMaterial,
+        lining: LiningMaterial,
+        run: RunValues | None = None,
+    ) -> Braking:
+        hardness = self.data.hardness or min(
+            rim.hardness, lining.hardness
+        )  # of the softer surface
+        given = {
+            "rim": rim.thermal,
+            "lining": lining.thermal,
+            "elastic": rim.elastic,
+            "hardness": hardness,
+        }
         inputs = settle(scene, dataclasses.replace(self.data, **given))
         return Braking.of(scene, inputs, classical_stop(scene), run=run)
 
-    def row(self, level: int, scene: Scene, rim: RimMaterial, lining: LiningMaterial, solver: Any) -> MaterialRow:
+    def row(
+        self,
+        level: int,
+        scene: Scene,
+        rim: RimMaterial,
+        lining: LiningMaterial,
+        solver: Any,
+    ) -> MaterialRow:
         """One row of the table."""
-        braking = self._braking(scene, rim, lining, self._ran(scene, solver) if self.run else None)
+        braking = self._braking(
+            scene, rim, lining, self._ran(scene, solver) if self.run else None
+        )
         if braking.stop is None and braking.run is None:
             raise no_stop("let it run")
         case = Case(braking, rim, lining, braking.flash or 0.0)
-        quantities = case.quantities(simulated=braking.layered is not None and self.named[0])
+        quantities = case.quantities(
+            simulated=braking.layered is not None and self.named[0]
+        )
         best = {name: quantity.best for name, quantity in quantities.items()}
-        fails = tuple(limit.words for limit in criteria(best, rim, lining) if limit.ratio > 1)
-        return MaterialRow(level, rim.name, lining.name, quantities, fails, *greatest_work(case))
+        fails = tuple(
+            limit.words for limit in criteria(best, rim, lining) if limit.ratio > 1
+        )
+        return MaterialRow(
+            level, rim.name, lining.name, quantities, fails, *greatest_work(case)
+        )
 
     def _ran(self, scene: Scene, solver: Any) -> RunValues:
-        """The run of a scene; scenes whose equations do not depend on the materials run once."""
-        key = b"".join(np.asarray(leaf, float).tobytes() for leaf in jax.tree.leaves(scene))
+        """The run of a scene; scenes whose equations do not depend on the materials run
+        once."""
+        key = b"".join(
+            np.asarray(leaf, float).tobytes() for leaf in jax.tree.leaves(scene)
+        )
         if key not in self._runs:
-            values = run_values(simulate(scene, solver=solver, rtol=self.rtol), times=_TIMES)
+            values = run_values(
+                simulate(scene, solver=solver, rtol=self.rtol), times=_TIMES
+            )
             if values is None:
-                raise input_error("scene", "has no friction work", "no lining slides in its run")
+                raise input_error(
+                    "scene", "has no friction work", "no lining slides in its run"
+                )
             self._runs[key] = values
         return self._runs[key]
 
     def notes(self, linings: list[LiningMaterial]) -> tuple[str, ...]:
         """Notes: assumptions, and values that are not simulated."""
         notes = [
-            "friction is the scene's with every lining; numbers of the materials and their sources: as_dict(), JSON"
+            "friction is the scene's with every lining; numbers of the materials and "
+            "their sources: as_dict(), JSON"
         ]
         if self.run and not self.named[0]:
-            notes.append("the scene's heat has no rim in layers: temperatures, stress and wear are estimates")
+            notes.append(
+                "the scene's heat has no rim in layers: temperatures, stress and wear are estimates"
+            )
         elif self.scene.network.permissible is not None:
             notes.append(
-                "permissible temperatures are those of the materials; that of the scene is an event of its runs"
+                "permissible temperatures are those of the materials; that of the "
+                "scene is an event of its runs"
             )
         if not self.run:
             notes.append("no runs: estimates only")
         for name in ("track_area", "lining_area", "rim_thickness"):
             size = self._own[name]
             if size.source not in ("given", "scene"):
-                notes.append(f"{name} = {size.value:.4g} {size.unit} is not the scene's: {size.source}")
+                notes.append(
+                    f"{name} = {size.value:.4g} {size.unit} is not the scene's: {size.source}"
+                )
         if not self.inertia:
-            notes.append("the pulley's inertia is the scene's for every rim mass (inertia=True lets it follow)")
-        if any("assum" in words for lining in linings for name, words in lining.sources.items() if "wear" in name):
-            notes.append("wear coefficients are assumed orders of magnitude: use them for comparison only")
+            notes.append(
+                "the pulley's inertia is the scene's for every rim mass (inertia=True "
+                "lets it follow)"
+            )
+        if any(
+            "assum" in words
+            for lining in linings
+            for name, words in lining.sources.items()
+            if "wear" in name
+        ):
+            notes.append(
+                "wear coefficients are assumed orders of magnitude: use them for comparison only"
+            )
         return tuple(notes)

@@ -25,19 +25,24 @@ from ._rows import BULK, OWN_LAW, SCHEME, EstimateRow, Number, numbers
 from .inputs import EstimateData, Permissible, faults_of_data
 from .statics import classical_stop
 
-#: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at room temperature
+#: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at
+#: room temperature
 REPLACED_ABOVE = 273.15 + 150.0
-HEATED = ("rim", "lining")  # the band takes up no friction heat in a brake with one pair
+HEATED = (
+    "rim",
+    "lining",
+)  # the band takes up no friction heat in a brake with one pair
 
 
-# --- properties at the resulting temperature --------------------------------------------------------------------------
+# --- properties at the resulting temperature ----------------------------------------
 
 
 class SynthesisError(RuntimeError):
     """A synthesis that did not converge, with the reason as `code`.
 
     - `no_convergence`: the temperatures still changed after the last round
-    - `material_range`: a property, linear in the temperature, would no longer be positive
+    - `material_range`: a property, linear in the temperature, would no longer be
+      positive
 
     Example:
         >>> str(sb.formulas.SynthesisError("no_convergence", "after 50 rounds"))
@@ -53,17 +58,32 @@ def property_at(material: Material, name: str, T: float) -> float:
     """`conductivity` or `specific_heat` at `T` (K)."""
     value = float(getattr(material, name))
     slope = getattr(material, f"{name}_slope")
-    return value if slope is None else value * (1 + float(slope) * (T - float(material.reference)))
+    return (
+        value
+        if slope is None
+        else value * (1 + float(slope) * (T - float(material.reference)))
+    )
 
 
 def properties_at(material: Material, T: float, part: str) -> Material:
-    """The material with its properties at `T` (K), constant. Raises `SynthesisError` where one is not positive."""
-    properties = {name: property_at(material, name, T) for name in ("conductivity", "specific_heat")}
+    """The material with its properties at `T` (K), constant. Raises `SynthesisError`
+    where one is not positive."""
+    properties = {
+        name: property_at(material, name, T)
+        for name in ("conductivity", "specific_heat")
+    }
     for name, value in properties.items():
         if not value > 0:
-            end = float(material.reference) - 1 / float(getattr(material, f"{name}_slope"))
-            words = f"{name.replace('_', ' ')} of the {part}, linear in the temperature, falls to 0 at {end:.5g} K"
-            raise SynthesisError("material_range", f"{words}; the bulk temperature is {T:.5g} K")
+            end = float(material.reference) - 1 / float(
+                getattr(material, f"{name}_slope")
+            )
+            words = (
+                f"{name.replace('_', ' ')} of the {part}, linear in the "
+                f"temperature, falls to 0 at {end:.5g} K"
+            )
+            raise SynthesisError(
+                "material_range", f"{words}; the bulk temperature is {T:.5g} K"
+            )
     return Material(density=material.density, **properties)
 
 
@@ -72,46 +92,74 @@ Parts = dict[str, HeatedPart]  # by name, with constant properties
 
 
 def share_law(b: Braking, partition: AbstractPartition | None) -> _Law:
-    """Heat partition coefficient of the rim from temperatures and materials: a given number or law, the scene's law,
-    else Charron's.
+    """Heat partition coefficient of the rim from temperatures and materials: a given
+    number or law, the scene's law, else Charron's.
 
     Raises `InputError` where both a number and a law are given.
     """
     source = b.inputs["share"].source
     pair = b.scene.network.friction
     if partition is not None and source == "given":
-        raise input_error("share", "is given beside a law of the partition", "give one of the two")
+        raise input_error(
+            "share", "is given beside a law of the partition", "give one of the two"
+        )
     if source == "given":
         return lambda T, materials: b.share
-    law = partition if partition is not None else pair.partition if source == "scene" and pair is not None else None
+    law = (
+        partition
+        if partition is not None
+        else pair.partition
+        if source == "scene" and pair is not None
+        else None
+    )
     if law is None:
-        return lambda T, materials: float(effusivity_share(materials["rim"], materials["lining"]))
-    return lambda T, materials: float(np.mean(np.asarray(law.share(jnp.asarray(T["rim"]), jnp.asarray(T["lining"])))))
+        return lambda T, materials: float(
+            effusivity_share(materials["rim"], materials["lining"])
+        )
+    return lambda T, materials: float(
+        np.mean(np.asarray(law.share(jnp.asarray(T["rim"]), jnp.asarray(T["lining"]))))
+    )
 
 
-def one_pass(b: Braking, start: dict[str, float], at: dict[str, float], law: _Law) -> Parts:
-    """Steps 1 to 5, depth, Fourier number, volume, share and bulk temperature, with properties at `at` (K)."""
-    materials = {name: properties_at(part.material, at[name], name) for name, part in b.parts.items()}
+def one_pass(
+    b: Braking, start: dict[str, float], at: dict[str, float], law: _Law
+) -> Parts:
+    """Steps 1 to 5, depth, Fourier number, volume, share and bulk temperature, with
+    properties at `at` (K)."""
+    materials = {
+        name: properties_at(part.material, at[name], name)
+        for name, part in b.parts.items()
+    }
     share = law({name: max(at[name], start[name]) for name in materials}, materials)
     shares = {"rim": share, "lining": 1 - share, "band": 0.0}
     return {
-        name: dataclasses.replace(part, material=materials[name], start=start[name], share=shares[name])
+        name: dataclasses.replace(
+            part, material=materials[name], start=start[name], share=shares[name]
+        )
         for name, part in b.parts.items()
     }
 
 
 def refine(
-    b: Braking, start: dict[str, float], partition: AbstractPartition | None, tolerance: float, rounds: int
+    b: Braking,
+    start: dict[str, float],
+    partition: AbstractPartition | None,
+    tolerance: float,
+    rounds: int,
 ) -> tuple[Parts, Parts, int, float]:
-    """Repeat steps 1 to 5 with properties at the bulk temperatures they gave, until these converge (K).
+    """Repeat steps 1 to 5 with properties at the bulk temperatures they gave, until
+    these converge (K).
 
-    The first pass, with properties at room temperature; the last; how many rounds, and the change (K) in the last.
+    The first pass, with properties at room temperature; the last; how many rounds, and
+    the change (K) in the last.
 
-    A part whose first bulk temperature stays at or below 150 °C keeps the properties of room temperature throughout, as
-    S words it: the choice is made once, since switching during the iteration could leave the equations without a
-    solution. The rest is a plain fixed-point iteration: for a capacity that rises with the temperature it always
-    contracts; for one that falls it climbs to the lowest solution, or out of the material's range where there is none.
-    Raises `SynthesisError` with the code `no_convergence` or `material_range`.
+    A part whose first bulk temperature stays at or below 150 °C keeps the properties of
+    room temperature throughout, as S words it: the choice is made once, since switching
+    during the iteration could leave the equations without a solution. The rest is a
+    plain fixed-point iteration: for a capacity that rises with the temperature it
+    always contracts; for one that falls it climbs to the lowest solution, or out of the
+    material's range where there is none. Raises `SynthesisError` with the code
+    `no_convergence` or `material_range`.
     """
     law = share_law(b, partition)
     first = last = one_pass(b, start, dict.fromkeys(start, ROOM), law)
@@ -127,9 +175,13 @@ def refine(
         if change <= tolerance:
             return first, last, n, change
     temperatures = ", ".join(f"{part} {last[part].bulk:.6g} K" for part in replaced)
-    words = f"after {rounds} rounds the bulk temperatures still change by {change:.3g} K ({temperatures})"
+    words = (
+        f"after {rounds} rounds the bulk temperatures still change by {change:.3g} "
+        f"K ({temperatures})"
+    )
     raise SynthesisError(
-        "no_convergence", f"{words}; allow more rounds, or the brake application is close to a thermal runaway"
+        "no_convergence",
+        f"{words}; allow more rounds, or the brake application is close to a thermal runaway",
     )
 
 
@@ -138,15 +190,17 @@ def replaced_in(first: Parts) -> tuple[str, ...]:
     return tuple(part for part in HEATED if first[part].bulk > REPLACED_ABOVE)
 
 
-# --- the steps --------------------------------------------------------------------------------------------------------
+# --- the steps ----------------------------------------------------------------------
 
 
 @frozen
 class Chain:
-    """The brake application of a synthesis: `before` with properties at room temperature, `after` with those of step 7.
+    """The brake application of a synthesis: `before` with properties at room
+    temperature, `after` with those of step 7.
 
-    `first`, `last`: passes of the `rounds` between the two, the last of which changed temperatures by `change` (K);
-    `start`: temperatures (K) of the parts at the beginning; `limits` (SI).
+    `first`, `last`: passes of the `rounds` between the two, the last of which changed
+    temperatures by `change` (K); `start`: temperatures (K) of the parts at the
+    beginning; `limits` (SI).
     """
 
     before: Braking
@@ -160,7 +214,8 @@ class Chain:
 
     @functools.cached_property
     def schmidt(self) -> heating.SchmidtCourse:
-        """Schmidt's scheme with the heat of the run, else with the falling power of a stop."""
+        """Schmidt's scheme with the heat of the run, else with the falling power of a
+        stop."""
         b = self.after
         share = b.share * b.power.heat
         run = b.run
@@ -177,7 +232,9 @@ class Chain:
             return share * (work(t1) - work(t0)) / (b.track_area * (t1 - t0))
 
         layers = schmidt_layers(b.rim, b.rim_thickness, b.time)
-        return heating.schmidt(b.rim, b.rim_thickness, layers, b.time, flux, start=self.start["rim"])
+        return heating.schmidt(
+            b.rim, b.rim_thickness, layers, b.time, flux, start=self.start["rim"]
+        )
 
     @property
     def face_peak(self) -> float:
@@ -188,7 +245,11 @@ class Chain:
     def lining_body(self) -> float:
         """Mean temperature of the whole lining at the beginning (K)."""
         run = self.before.run
-        return self.start["lining"] if run is None or run.lining is None else run.lining.mean()[0]
+        return (
+            self.start["lining"]
+            if run is None or run.lining is None
+            else run.lining.mean()[0]
+        )
 
     @property
     def lining_back(self) -> tuple[float, float | None]:
@@ -196,7 +257,11 @@ class Chain:
         b = self.after
         course = self.before.run and self.before.run.lining
         back = heating.back_temperature(
-            b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body
+            b.lining,
+            b.lining_thickness,
+            b.time,
+            face=self.face_peak,
+            start=self.lining_body,
         )
         return back, course and course.layers[:, -1].max()
 
@@ -217,7 +282,8 @@ def _depths(c: Chain) -> Iterator[EstimateRow]:
         "1",
         "S, steps 1, 3",
         within,
-        "the temperature profile has no sharp edge; it also depends on the thickness and on earlier heating",
+        "the temperature profile has no sharp edge; it also depends on the thickness "
+        "and on earlier heating",
         numbers(b=depth),
     )
 
@@ -244,7 +310,16 @@ def _partition(c: Chain) -> Iterator[EstimateRow]:
     )
     rest = c.first["lining"].share
     left = None if simulated is None else 1 - simulated
-    yield EstimateRow(f"{name}, linings", "1 − α_TP", rest, "1", "S-42", left, OWN_LAW, numbers(α_TP=share))
+    yield EstimateRow(
+        f"{name}, linings",
+        "1 − α_TP",
+        rest,
+        "1",
+        "S-42",
+        left,
+        OWN_LAW,
+        numbers(α_TP=share),
+    )
     yield from rows.partition_rows(c.before)
 
 
@@ -268,7 +343,13 @@ def _bulk(parts: Parts) -> Iterator[EstimateRow]:
             "S-25, step 5",
             part.simulated_bulk,
             also if name == "lining" else BULK,
-            numbers(T=part.start, α=part.share, W=part.work, c=part.material.specific_heat, G=part.mass),
+            numbers(
+                T=part.start,
+                α=part.share,
+                W=part.work,
+                c=part.material.specific_heat,
+                G=part.mass,
+            ),
         )
 
 
@@ -279,10 +360,24 @@ def _properties(c: Chain) -> Iterator[EstimateRow]:
         part = c.first[name]
         material = c.before.parts[name].material
         T = part.bulk if name in replaced else ROOM
-        words = "T_v of step 5" if T > REPLACED_ABOVE else "room: T_v of step 5 is not above 150 °C"
+        words = (
+            "T_v of step 5"
+            if T > REPLACED_ABOVE
+            else "room: T_v of step 5 is not above 150 °C"
+        )
         symbols = numbers(T_v=part.bulk, limit=REPLACED_ABOVE)
-        yield EstimateRow(f"temperature of the properties, {name}", words, T, "K", source, numbers=symbols)
-        for field, symbol, unit in (("conductivity", "λ", "W/(m*K)"), ("specific_heat", "c", "J/(kg*K)")):
+        yield EstimateRow(
+            f"temperature of the properties, {name}",
+            words,
+            T,
+            "K",
+            source,
+            numbers=symbols,
+        )
+        for field, symbol, unit in (
+            ("conductivity", "λ", "W/(m*K)"),
+            ("specific_heat", "c", "J/(kg*K)"),
+        ):
             slope = getattr(material, f"{field}_slope")
             at_room = Number(symbol, float(getattr(material, field)), unit)
             words = f"{symbol} (no temperature dependence known)"
@@ -293,8 +388,12 @@ def _properties(c: Chain) -> Iterator[EstimateRow]:
                 symbols = (at_room, *law, Number("T_r", float(material.reference), "K"))
             value = float(getattr(properties_at(material, T, name), field))
             simulated = None
-            if part.course is not None and part.simulated_bulk is not None:  # the law of the scene there
-                simulated = property_at(part.course.wall.material, field, part.simulated_bulk)
+            if (
+                part.course is not None and part.simulated_bulk is not None
+            ):  # the law of the scene there
+                simulated = property_at(
+                    part.course.wall.material, field, part.simulated_bulk
+                )
             words_of = f"{field.replace('_', ' ')}, {name}"
             yield EstimateRow(
                 words_of,
@@ -312,7 +411,9 @@ def _repeated(c: Chain) -> Iterator[EstimateRow]:
     change = Number("last change", c.change, "K")
     yield EstimateRow(
         "rounds of steps 1 to 5",
-        "until T_v converges" if c.rounds else "none: properties stay those of room temperature",
+        "until T_v converges"
+        if c.rounds
+        else "none: properties stay those of room temperature",
         c.rounds,
         "1",
         "S, step 7",
@@ -320,7 +421,9 @@ def _repeated(c: Chain) -> Iterator[EstimateRow]:
     )
     parts = [c.last[name] for name in HEATED]
     name = "heat partition coefficient, rim, refined"
-    reached = [rows.part_rows(part)[0] for part in parts] + [_fourier_number(part) for part in parts]
+    reached = [rows.part_rows(part)[0] for part in parts] + [
+        _fourier_number(part) for part in parts
+    ]
     yield from _refined([*reached, *(rows.part_rows(part)[3] for part in parts)])
     share = c.last["rim"].share
     yield EstimateRow(
@@ -357,13 +460,21 @@ def _layers(c: Chain) -> Iterator[EstimateRow]:
         numbers(a=b.rim.diffusivity, q=b.flux, N=course.depth.size - 2),
     )
     end = [np.interp(b.time, course.t, column) for column in course.temperature.T]
-    for place, part in {"face": 0.0, "1/4": 0.25, "1/2": 0.5, "3/4": 0.75, "back": 1.0}.items():
+    for place, part in {
+        "face": 0.0,
+        "1/4": 0.25,
+        "1/2": 0.5,
+        "3/4": 0.75,
+        "back": 1.0,
+    }.items():
         x = b.rim_thickness * part
         if run is not None:
             simulated = np.interp(x, run.profile_depth, run.profile[-1])
         at = (Number("x", float(x), "m"),)
         value = np.interp(x, course.depth, end)
-        yield EstimateRow(f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at)
+        yield EstimateRow(
+            f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at
+        )
     drop = np.max(course.temperature[:, 0] - course.temperature[:, -1])
     simulated = run and run.drop
     yield EstimateRow(
@@ -387,13 +498,20 @@ def _layers(c: Chain) -> Iterator[EstimateRow]:
         "K",
         "Carslaw & Jaeger §3.4",
         simulated,
-        "the formula starts from a lining of one temperature; the run's has the heat of earlier brake applications",
-        numbers(Number("T_0", c.lining_body, "K"), T_f=c.face_peak, τ=b.time, δ=b.lining_thickness),
+        "the formula starts from a lining of one temperature; the run's has the heat "
+        "of earlier brake applications",
+        numbers(
+            Number("T_0", c.lining_body, "K"),
+            T_f=c.face_peak,
+            τ=b.time,
+            δ=b.lining_thickness,
+        ),
     )
 
 
 def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
-    """For this brake application; in a duty of several also for the heat of all, without cooling."""
+    """For this brake application; in a duty of several also for the heat of all,
+    without cooling."""
     b = c.after
     limit = c.limits["lining_permissible"]
     rational = []
@@ -404,49 +522,71 @@ def _rim_thickness(c: Chain) -> Iterator[EstimateRow]:
     depth = float(heating.penetration_depth(b.rim.diffusivity, b.time))
     symbols = numbers(a=b.rim.diffusivity, τ=b.time)
     name = "thickness that heat reaches, rim"
-    yield EstimateRow(name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols)
+    yield EstimateRow(
+        name, "1.73 √(a τ), Fo = 1/3", depth, "m", "S, steps 1, 2", numbers=symbols
+    )
     capacity = Number("ρ c", (b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
     for name, (heat, rise) in cases.items():
         case = heating.rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
         rational.append(Number(f"δ, {name}", case.rational, "m"))
         symbols = Number("Q", heat, "J/m^2"), capacity, Number("ΔT_p", rise, "K")
         name = f"thickness that holds the heat, {name}"
-        yield EstimateRow(name, "Q/(ρ c ΔT_p)", case.storage, "m", "energy", numbers=symbols)
+        yield EstimateRow(
+            name, "Q/(ρ c ΔT_p)", case.storage, "m", "energy", numbers=symbols
+        )
     course = c.before.run and c.before.run.rim
     thickness = max(number.value for number in rational)
     yield _rational(
         "rim",
         thickness,
         course and course.wall.thickness,
-        "the run has the scene's thickness, which also carries load and wears; air and flange take heat in a long duty",
+        "the run has the scene's thickness, which also carries load and wears; air and "
+        "flange take heat in a long duty",
         rational,
     )
 
 
 def _lining_thickness(c: Chain) -> Iterator[EstimateRow]:
-    """For this brake application; in a duty of several also that which keeps the back cool over all."""
+    """For this brake application; in a duty of several also that which keeps the back
+    cool over all."""
     b = c.after
     back = c.limits["back_permissible"]
     cases = {"braking": (b.time, c.face_peak, c.lining_body)}
     if b.run is not None and b.several:  # as if the rim had been as warm all the time
         capacity = b.rim.density * b.rim.specific_heat
-        warm = c.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * capacity)
+        warm = c.start["rim"] + b.metal_heat / (
+            b.track_area * b.rim_thickness * capacity
+        )
         cases["whole duty"] = b.run.t[-1] - b.scene.initial.time, warm, b.start
     a = b.lining.diffusivity
     depth = float(heating.penetration_depth(a, b.time))
     symbols = numbers(a=a, τ=b.time)
     yield EstimateRow(
-        "thickness that heat reaches, lining", "1.73 √(a τ)", depth, "m", "S, steps 1, 2", numbers=symbols
+        "thickness that heat reaches, lining",
+        "1.73 √(a τ)",
+        depth,
+        "m",
+        "S, steps 1, 2",
+        numbers=symbols,
     )
     rational = [Number("δ, heat reaches", depth, "m")]
     formula = "√(a τ/Fo_p), θ(Fo_p) = (T_p − T_0)/(T_f − T_0)"
     for name, (time, face, start) in cases.items():
-        case = heating.rational_lining_thickness(b.lining, time, face=face, back=back, start=start)
+        case = heating.rational_lining_thickness(
+            b.lining, time, face=face, back=back, start=start
+        )
         rational.append(Number(f"δ, {name}", case.insulation, "m"))
         cool = Number("T_p", back, "K"), Number("T_0", start, "K")
         name = f"thickness that keeps the back cool, {name}"
         symbols = (*numbers(a=a, τ=time, T_f=face), *cool)
-        yield EstimateRow(name, formula, case.insulation, "m", "Carslaw & Jaeger §3.4", numbers=symbols)
+        yield EstimateRow(
+            name,
+            formula,
+            case.insulation,
+            "m",
+            "Carslaw & Jaeger §3.4",
+            numbers=symbols,
+        )
     course = c.before.run and c.before.run.lining
     thickness = max(number.value for number in rational)
     yield _rational(
@@ -458,9 +598,18 @@ def _lining_thickness(c: Chain) -> Iterator[EstimateRow]:
     )
 
 
-def _rational(part: str, thickness: float, simulated: Any, why: str, of: list[Number]) -> EstimateRow:
+def _rational(
+    part: str, thickness: float, simulated: Any, why: str, of: list[Number]
+) -> EstimateRow:
     return EstimateRow(
-        f"rational thickness, {part}", "maximum of these", thickness, "m", "S, step 8", simulated, why, tuple(of)
+        f"rational thickness, {part}",
+        "maximum of these",
+        thickness,
+        "m",
+        "S, step 8",
+        simulated,
+        why,
+        tuple(of),
     )
 
 
@@ -468,12 +617,19 @@ def _surface(c: Chain) -> Iterator[EstimateRow]:
     b = c.after
     maximum = list(rows.maximum_rows(c.after))
     yield from (*maximum[1:], *maximum[:1], rows.falling_row(b))
-    time, power, work = b.layered.at_peak if b.layered is not None else (None, None, None)
+    time, power, work = (
+        b.layered.at_peak if b.layered is not None else (None, None, None)
+    )
     why = "the power does not fall linearly from the first moment"
     symbols = numbers(τ_T=b.time)
     source = "S, step 9"
     for name, formula, value, simulated in (
-        ("relative time of the maximum", "τ/τ_T = 1/2, half-space under falling power", 0.5, time),
+        (
+            "relative time of the maximum",
+            "τ/τ_T = 1/2, half-space under falling power",
+            0.5,
+            time,
+        ),
         ("relative power then", "τ_N = 2 (1 − τ/τ_T)", 1, power),
         ("relative work then", "τ_W = 2 τ/τ_T − (τ/τ_T)²", 0.75, work),
     ):
@@ -488,17 +644,34 @@ def _balance(c: Chain) -> Iterator[EstimateRow]:
     why = "linings, flange and air take from the rim, or give to it, while it is braked"
     rim = run and run.rim
     kept = rim and rim.content[-1] * rim.wall.area * rim.wall.copies
-    yield EstimateRow("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why, numbers(α=b.share, W=b.heat))
+    yield EstimateRow(
+        "heat into the rim",
+        "α W",
+        b.metal_heat,
+        "J",
+        "S-18",
+        kept,
+        why,
+        numbers(α=b.share, W=b.heat),
+    )
     if run is not None:
-        angle = np.append(0.0, np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t)))
+        angle = np.append(
+            0.0,
+            np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t)),
+        )
         if angle[-1] >= 8 * math.pi:
             end = np.interp(8 * math.pi, angle, run.t)
             time = end - run.t[0]
             work = np.interp(end, run.t, run.work)
             gained = b.share * b.power.heat * work
-    faster = "the first four revolutions are faster than the mean, and their power differs"
+    faster = (
+        "the first four revolutions are faster than the mean, and their power differs"
+    )
     net = None if kept is None else kept / (b.track_area * b.time)
-    beside = {"time of four revolutions": (time, faster), "heat gained in it": (gained, faster)}
+    beside = {
+        "time of four revolutions": (time, faster),
+        "heat gained in it": (gained, faster),
+    }
     beside["mean net flux"] = net, why
     for row in rows.balance_rows(b):
         simulated, reason = beside.get(row.name, (None, ""))
@@ -529,10 +702,15 @@ def _operation(c: Chain) -> Iterator[EstimateRow]:
     if b.run is not None:
         work = b.run.work[-1] if b.several else b.run.total_work
     stop = list(rows.stop_rows(b, b.hardest_time, b.hardest_angle, work))
-    yield from (*stop[2::-1], *stop[3:], *rows.operation_rows(b))  # the stopping time first
+    yield from (
+        *stop[2::-1],
+        *stop[3:],
+        *rows.operation_rows(b),
+    )  # the stopping time first
     yield rows.pressure_row(b)._replace(
         simulated=b.run_pressure,
-        why="the formula leaves out the angle at which the band leaves a lining, and takes the initial friction",
+        why="the formula leaves out the angle at which the band leaves a lining, and "
+        "takes the initial friction",
     )
 
 
@@ -545,10 +723,19 @@ def _margins(c: Chain) -> Iterator[EstimateRow]:
     of_run = run and b.work / (b.lining_area * b.time)
     stress = c.after.run_stress and abs(c.after.run_stress[1])
     compared = "as the value compared with the limit"
-    hottest = "the run's is the hottest lining's face, hotter than the rim by contact resistance and unequal work"
+    hottest = (
+        "the run's is the hottest lining's face, hotter than the rim by contact "
+        "resistance and unequal work"
+    )
 
     def margin(
-        name: str, formula: str, unit: str, limit: Any, value: Any, in_run: Any, why: str = compared
+        name: str,
+        formula: str,
+        unit: str,
+        limit: Any,
+        value: Any,
+        in_run: Any,
+        why: str = compared,
     ) -> EstimateRow:
         if limit is None or value is None:
             return EstimateRow(f"margin, {name}", formula, None, unit)
@@ -568,9 +755,24 @@ def _margins(c: Chain) -> Iterator[EstimateRow]:
 
     face = limits["lining_permissible"]
     back = limits["back_permissible"]
-    yield margin("face of the linings", "T_p − T_max", "K", face, c.face_peak, run and run.face, hottest)
+    yield margin(
+        "face of the linings",
+        "T_p − T_max",
+        "K",
+        face,
+        c.face_peak,
+        run and run.face,
+        hottest,
+    )
     yield margin("back of the linings", "T_p − T_back", "K", back, *c.lining_back)
-    yield margin("stress of the rim", "σ_p − |σ|", "Pa", c.after.elastic.permissible, abs(c.after.stress), stress)
+    yield margin(
+        "stress of the rim",
+        "σ_p − |σ|",
+        "Pa",
+        c.after.elastic.permissible,
+        abs(c.after.stress),
+        stress,
+    )
     limit = limits.get("pressure_permissible")
     words = "permissible − mean"
     yield margin("pressure", words, "Pa", limit, b.pressure, b.run_pressure)
@@ -583,7 +785,9 @@ def _margins(c: Chain) -> Iterator[EstimateRow]:
 STEPS: dict[str, Callable[[Chain], Iterable[EstimateRow]]] = {
     "effective thermal penetration depth": _depths,
     "Fourier numbers": lambda c: map(_fourier_number, c.first.values()),
-    "effective volumes": lambda c: (rows.part_rows(part)[3] for part in c.first.values()),
+    "effective volumes": lambda c: (
+        rows.part_rows(part)[3] for part in c.first.values()
+    ),
     "partition of the heat": _partition,
     "mean bulk temperatures": lambda c: _bulk(c.first),
     "properties at these temperatures, where above 150 °C": _properties,
@@ -603,23 +807,34 @@ def _rows_of(c: Chain) -> Iterator[EstimateRow]:
             yield row._replace(step=number)
     for row in rows.present(_margins(c)):
         estimated, simulated = (
-            None if margin is None else LimitVerdict.WITHIN if margin >= 0 else LimitVerdict.EXCEEDED
+            None
+            if margin is None
+            else LimitVerdict.WITHIN
+            if margin >= 0
+            else LimitVerdict.EXCEEDED
             for margin in (row.value, row.simulated)
         )
-        verdict = f"{estimated}" if simulated in (None, estimated) else f"{estimated}, in the run {simulated}"
+        verdict = (
+            f"{estimated}"
+            if simulated in (None, estimated)
+            else f"{estimated}, in the run {simulated}"
+        )
         yield row._replace(step=len(STEPS), verdict=verdict)
 
 
 @frozen
 class Synthesis(RowTable):
-    """The parametric synthesis of a brake for one brake application: figures of S's twelve steps beside the simulated
-    ones.
+    """The parametric synthesis of a brake for one brake application: figures of S's
+    twelve steps beside the simulated ones.
 
-    - `rows` in order of the steps; `inputs`: their inputs; `about`: the brake application
-    - `rounds`: how often steps 1 to 5 were repeated with properties at temperature; `replaced`: parts that have them
-    - `rim_thickness`, `lining_thickness` (without the wear allowance): rational (m), `inf` where none is sufficient
-    - `synthesis["friction work"]` is one figure, `synthesis.step(8)` those of a step; `str` gives the report,
-      `as_dict` the same as numbers and words
+    - `rows` in order of the steps; `inputs`: their inputs; `about`: the brake
+      application
+    - `rounds`: how often steps 1 to 5 were repeated with properties at temperature;
+      `replaced`: parts that have them
+    - `rim_thickness`, `lining_thickness` (without the wear allowance): rational (m),
+      `inf` where none is sufficient
+    - `synthesis["friction work"]` is one figure, `synthesis.step(8)` those of a step;
+      `str` gives the report, `as_dict` the same as numbers and words
 
     Example:
         >>> found = sb.synthesize(scene)
@@ -650,13 +865,23 @@ class Synthesis(RowTable):
 
     @property
     def exceeded(self) -> list[str]:
-        """Names of the limits that the estimate or the run exceeds: their margin is below 0."""
+        """Names of the limits that the estimate or the run exceeds: their margin is
+        below 0."""
         margins = [row for row in self.rows if row.verdict]
-        return [row.name for row in margins if row.value < 0 or (row.simulated is not None and row.simulated < 0)]
+        return [
+            row.name
+            for row in margins
+            if row.value < 0 or (row.simulated is not None and row.simulated < 0)
+        ]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the data as numbers, lists and text; numbers that are not finite are `None`."""
-        about = {"about": self.about, "rounds": self.rounds, "replaced": list(self.replaced)}
+        """Return the data as numbers, lists and text; numbers that are not finite are
+        `None`."""
+        about = {
+            "about": self.about,
+            "rounds": self.rounds,
+            "replaced": list(self.replaced),
+        }
         return {**about, "inputs": plain(self.inputs), "steps": self.as_list()}
 
     def parts(self) -> Iterator[str | Table]:
@@ -667,7 +892,7 @@ class Synthesis(RowTable):
             yield from table_of(figures)
 
 
-# --- the function -----------------------------------------------------------------------------------------------------
+# --- the function -------------------------------------------------------------------
 
 
 def synthesize(
@@ -679,25 +904,31 @@ def synthesize(
     tolerance: float = 1e-9,
     rounds: int = 100,
 ) -> Synthesis:
-    """Parametric synthesis of a brake for one brake application, after S: twelve steps from the thermal
-    penetration depth to operation.
+    """Parametric synthesis of a brake for one brake application, after S: twelve steps
+    from the thermal penetration depth to operation.
 
-    1. effective thermal penetration depth `b = 1.73 √(a τ)`;  2. Fourier numbers;  3. effective volumes;  4. partition
-    of the heat; 5. mean bulk temperatures;  6. properties at these, where they exceed 150 °C;  7. depth, Fourier
-    numbers, volumes and partition repeated until the temperatures converge;  8. temperatures of the rim's layers,
-    rational thickness of rim and lining;  9. maximum temperature;  10. heat balance;  11. thermal stress;  12.
-    operating characteristics with the permissible limits.
+    1. effective thermal penetration depth `b = 1.73 √(a τ)`;  2. Fourier numbers;  3.
+    effective volumes;  4. partition of the heat; 5. mean bulk temperatures;  6.
+    properties at these, where they exceed 150 °C;  7. depth, Fourier numbers, volumes
+    and partition repeated until the temperatures converge;  8. temperatures of the
+    rim's layers, rational thickness of rim and lining;  9. maximum temperature;  10.
+    heat balance;  11. thermal stress;  12. operating characteristics with the
+    permissible limits.
 
-    - `run`: a `Scene`, of which a classical stop gives time and work, or a `Result`: its hardest brake application, and
-      every figure is shown beside the simulated one where the run has it
-    - `data`: numbers that the scene does not have, or that replace them (as for `estimates`)
+    - `run`: a `Scene`, of which a classical stop gives time and work, or a `Result`:
+      its hardest brake application, and every figure is shown beside the simulated one
+      where the run has it
+    - `data`: numbers that the scene does not have, or that replace them (as for
+      `estimates`)
     - `permissible`: limits of temperature, pressure and power
-    - `partition`: law of step 4, as `TransmissionPartition` for S-41; by default `data.share`, else the scene's law,
-      else effusivities at the properties of the round
+    - `partition`: law of step 4, as `TransmissionPartition` for S-41; by default
+      `data.share`, else the scene's law, else effusivities at the properties of the
+      round
     - `tolerance` (K) of the repeat of step 7 and maximum number of its `rounds`
 
-    Raises `InputError` as `estimates` does, for a staged brake, and for wrong options, `SynthesisError` with the
-    code `no_convergence` or `material_range` where step 7 finds no temperature.
+    Raises `InputError` as `estimates` does, for a staged brake, and for wrong options,
+    `SynthesisError` with the code `no_convergence` or `material_range` where step 7
+    finds no temperature.
     """
     permissible = permissible or Permissible()
     scene = run.scene if isinstance(run, Result) else run
@@ -713,19 +944,30 @@ def synthesize(
     start = _start_temperatures(before)
     first, last, count, change = refine(before, start, partition, tolerance, rounds)
     settled = permissible.settled(before.scene)
-    changed = {name: part.material for name, part in last.items()} | {"share": last["rim"].share}
-    changed_inputs = {name: i._replace(value=changed.get(name, i.value)) for name, i in before.inputs.items()}
+    changed = {name: part.material for name, part in last.items()} | {
+        "share": last["rim"].share
+    }
+    changed_inputs = {
+        name: i._replace(value=changed.get(name, i.value))
+        for name, i in before.inputs.items()
+    }
     after = dataclasses.replace(before, inputs=changed_inputs)
     limits = {limit.name: float(limit.value) for limit in settled}
-    figures = tuple(_rows_of(Chain(before, after, first, last, count, change, start, limits)))
+    figures = tuple(
+        _rows_of(Chain(before, after, first, last, count, change, start, limits))
+    )
     inputs = (*before.inputs.values(), *settled)
-    return Synthesis(f"parametric synthesis{about}", inputs, figures, count, replaced_in(first))
+    return Synthesis(
+        f"parametric synthesis{about}", inputs, figures, count, replaced_in(first)
+    )
 
 
 def _start_temperatures(b: Braking) -> dict[str, float]:
-    """Mean temperatures (K) of rim, lining and band at the beginning; without a run all as the rim.
+    """Mean temperatures (K) of rim, lining and band at the beginning; without a run all
+    as the rim.
 
-    The lining's is that of the heated depth: a lining that has braked before is hot at its face.
+    The lining's is that of the heated depth: a lining that has braked before is hot at
+    its face.
     """
     start = dict.fromkeys(b.parts, b.start_now)
     if b.run is not None and b.run.lining is not None:
@@ -736,7 +978,9 @@ def _start_temperatures(b: Braking) -> dict[str, float]:
     return start
 
 
-def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> Issues:
+def faults_of_synthesis(
+    scene: Scene, data: EstimateData | None, limits: Permissible
+) -> Issues:
     """All input errors of a synthesis, before any simulation."""
     wrong = Issues([*faults(scene), *faults_of_data(data, limits)])
     if banded_brake(scene).in_series:

@@ -1,4 +1,5 @@
-"""The smallest maximum tension under limits on a run: stopping time, temperatures, or any other metric."""
+"""The smallest maximum tension under limits on a run: stopping time, temperatures, or
+any other metric."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -20,7 +21,8 @@ from ...studies.evaluating import Box, PointEvaluator, box_of
 
 
 class LimitRow(NamedTuple):
-    """One limit: the metric at the `start` and at the optimum, and `sensitivity` = d(objective)/d(limit), ≤ 0."""
+    """One limit: the metric at the `start` and at the optimum, and `sensitivity` =
+    d(objective)/d(limit), ≤ 0."""
 
     name: str
     unit: str
@@ -32,8 +34,8 @@ class LimitRow(NamedTuple):
 
 
 class BoundRow(NamedTuple):
-    """One free number: at the `start`, at the optimum, the active bound (`low`, `high` or none), and
-    `sensitivity` = d(objective)/d(bound)."""
+    """One free number: at the `start`, at the optimum, the active bound (`low`, `high`
+    or none), and `sensitivity` = d(objective)/d(bound)."""
 
     path: str
     start: float
@@ -47,8 +49,10 @@ class LeastTension(Tabular):
     """The scene of minimum tension, its objective and its active limits.
 
     - `objective`, its `unit`, its values at the `start` and at the optimum (`value`)
-    - `limits`, `variables`: with their multipliers, as derivatives of the objective by limit or bound
-    - `success`: the search ended at a point within all limits;  `stationarity`: the gradient that the active limits and
+    - `limits`, `variables`: with their multipliers, as derivatives of the objective by
+      limit or bound
+    - `success`: the search ended at a point within all limits
+    - `stationarity`: the gradient that the active limits and
       bounds do not balance, relative to it (0 at an optimum)
     - `runs` of the simulation, each with its derivatives
     """
@@ -73,19 +77,30 @@ class LeastTension(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data without the scene as numbers, lists and text."""
-        return plain({name: value for name, value in vars(self).items() if name != "scene"})
+        return plain(
+            {name: value for name, value in vars(self).items() if name != "scene"}
+        )
 
     def parts(self) -> Iterator[str | Table]:
         how = "found" if self.success else f"NOT converged ({self.message})"
         yield (
-            f"minimum {self.objective} {how}: == {self.value:.8g} {self.unit} (start {self.start:.8g}) "
-            f"in {self.iterations} iterations, {self.runs} runs; stationary to {self.stationarity:.1e}"
+            f"minimum {self.objective} {how}: == {self.value:.8g} {self.unit} (start "
+            f"{self.start:.8g}) "
+            f"in {self.iterations} iterations, {self.runs} runs; stationary to "
+            f"{self.stationarity:.1e}"
         )
         start = Column("start")
         value = Column("value")
         cost = f"d{self.objective}/dlimit"
         rows = [
-            (row.name, *row[2:5], row.unit, f"{row.sensitivity:.6g} {self.unit}/{row.unit}" if row.active else "slack")
+            (
+                row.name,
+                *row[2:5],
+                row.unit,
+                f"{row.sensitivity:.6g} {self.unit}/{row.unit}"
+                if row.active
+                else "slack",
+            )
             for row in self.limits
         ]
         columns = ["limit of", start, value, Column("limit"), "unit"]
@@ -94,13 +109,20 @@ class LeastTension(Tabular):
         sides = {"low": "at its lower bound", "high": "at its upper bound", "": ""}
         yield Table(
             ["parameter", start, value, "bound", Column(cost, heading=cost)],
-            [(*row[:3], sides[row.bound], row.sensitivity if row.bound else None) for row in self.variables],
+            [
+                (*row[:3], sides[row.bound], row.sensitivity if row.bound else None)
+                for row in self.variables
+            ],
         )
 
 
 _ANGLES = "brake.linings.angle"
-_FAR = 10.0  # relative excess given to a limit on something that did not happen in a trial
-_SLOW = 0.9  # share of the speed left at the end of a run, above which a stop is extrapolated along a straight line
+_FAR = (
+    10.0  # relative excess given to a limit on something that did not happen in a trial
+)
+# share of the speed left at the end of a run, above which a stop is extrapolated along
+# a straight line
+_SLOW = 0.9
 _ACTIVE = 1e-6  # relative distance at which a limit or a bound is met
 
 
@@ -110,23 +132,35 @@ class _Searched(NamedTuple):
     names: tuple[str, ...]
 
     def __call__(self, result: Result, given: object) -> tuple[Array, None]:
-        """A brake that does not stop in the run has the time at which its mean deceleration would stop it."""
+        """A brake that does not stop in the run has the time at which its mean
+        deceleration would stop it."""
         record = result.record
         start = record.rows.t[0]
         end = record.t_end
         left = record.y_end.omega / jnp.asarray(result.scene.start_speed)
-        slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
+        slow = (
+            1 / (1 - jnp.minimum(left, _SLOW))
+            + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
+        )
         metrics = {name: measure(result, name) for name in self.names}
         time = metrics["stopping_time"]
-        metrics["stopping_time"] = jnp.where(jnp.isfinite(time), time, start + (end - start) * slow)
+        metrics["stopping_time"] = jnp.where(
+            jnp.isfinite(time), time, start + (end - start) * slow
+        )
         return jnp.stack([metrics[name] for name in self.names]), None
 
 
 class _Problem:
-    """The search in scaled unknowns `u = (x − low)/(high − low)` and relative limits, the objective first."""
+    """The search in scaled unknowns `u = (x − low)/(high − low)` and relative limits,
+    the objective first."""
 
     def __init__(
-        self, run: PointEvaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool
+        self,
+        run: PointEvaluator,
+        names: tuple[str, ...],
+        box: Box,
+        limits: np.ndarray,
+        keep_wrap: bool,
     ) -> None:
         self.run = run
         self.names = names
@@ -138,13 +172,21 @@ class _Problem:
         # change of the wrap with the unknowns, where an angle is free
         angles = [float(path.partition("[")[0] == _ANGLES) for path in box.paths.names]
         sizes = [span.stop - span.start for span in box.paths.spans]
-        self.wrap = np.repeat(angles, sizes) * box.slope(box.start) if keep_wrap and any(angles) else None
+        self.wrap = (
+            np.repeat(angles, sizes) * box.slope(box.start)
+            if keep_wrap and any(angles)
+            else None
+        )
 
     def look(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Metrics and their derivatives by `u`; infinite where the run fails."""
         before = self.run.runs
         evaluation = self.run(self.box.up(u))
-        values = evaluation.values if evaluation.code == 0 else np.full_like(evaluation.values, np.inf)
+        values = (
+            evaluation.values
+            if evaluation.code == 0
+            else np.full_like(evaluation.values, np.inf)
+        )
         if self.run.runs > before:
             self.progress.now(f"run {self.run.runs}, {self.names[0]} {values[0]:.6g}")
         return values, evaluation.jacobian * self.box.slope(self.box.up(u))
@@ -156,9 +198,12 @@ class _Problem:
         return float(value), jacobian[0] / self.scale
 
     def room(self, u: np.ndarray) -> np.ndarray:
-        """Margin of every limit: `1 − r`, `r = metric/limit`, and `−ln r` beyond it, where `r` may be large."""
+        """Margin of every limit: `1 − r`, `r = metric/limit`, and `−ln r` beyond it,
+        where `r` may be large."""
         r = self.look(u)[0][1:] / self.limits
-        return np.where(np.isfinite(r), np.where(r <= 1, 1 - r, -np.log(np.maximum(r, 1.0))), -_FAR)
+        return np.where(
+            np.isfinite(r), np.where(r <= 1, 1 - r, -np.log(np.maximum(r, 1.0))), -_FAR
+        )
 
     def room_slope(self, u: np.ndarray) -> np.ndarray:
         metrics, jacobian = self.look(u)
@@ -180,18 +225,22 @@ def least_tension(
     tolerance: float = 1e-10,
     max_iterations: int = 100,
 ) -> LeastTension:
-    """Values of the free parameters that minimise the maximum band tension within a stopping time.
+    """Values of the free parameters that minimise the maximum band tension within a
+    stopping time.
 
         min T_max(x)   subject to   t_stop(x) ≤ limit,  m_j(x) ≤ limit_j,  low ≤ x ≤ high,  Σβ = wrap
 
-    by SciPy's SLSQP with the derivatives of the simulation, forward or reverse by counts.
+    by SciPy's SLSQP with the derivatives of the simulation, forward or reverse by
+    counts.
 
     - `stopping_time` (s): longest one allowed
-    - `variables`: path → (low, high); a field with many entries is free in each, `brake.linings.angle[0]` is one of it.
-      The search starts from the values of the scene: a local optimum near them is found. A uniform pitch is stationary
-      by symmetry: start from another one where angles are free
+    - `variables`: path → (low, high); a field with many entries is free in each,
+      `brake.linings.angle[0]` is one of it. The search starts from the values of the
+      scene: a local optimum near them is found. A uniform pitch is stationary by
+      symmetry: start from another one where angles are free
     - `limits`: limits of further metrics by name, `{"peak_lining_temperature": 673.15}`
-    - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be minimised
+    - `keep_wrap`: where lining angles are free, their sum stays
+    - `objective`: another metric to be minimised
     - `tolerance`: relative change of the objective at which the search ends
 
     Raises `InputError` with all errors, also where the scene as given does not stop.
@@ -199,24 +248,40 @@ def least_tension(
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
     errors = Issues(faults(scene))
     if not variables:
-        errors.add("variables", "no parameter is free", "as {'duty.slack_tension.level': (1e3, 3e4)}")
+        errors.add(
+            "variables",
+            "no parameter is free",
+            "as {'duty.slack_tension.level': (1e3, 3e4)}",
+        )
     box = box_of(scene, variables, errors, each=True)
     errors.attempt(check_metrics, scene, [objective, *allowed])
     for name, value in allowed.items():
         if not (np.isfinite(value) and value > 0):
-            errors.add(name, f"a limit of {value:g} is not possible", "it must be positive and finite")
+            errors.add(
+                name,
+                f"a limit of {value:g} is not possible",
+                "it must be positive and finite",
+            )
     errors.report()
     names = (objective, *allowed)
     reverse = len(box.low) > 4 * len(names)
-    run = PointEvaluator(scene, box.paths, _Searched(names), reverse=reverse, solver=solver, rtol=rtol)
+    run = PointEvaluator(
+        scene, box.paths, _Searched(names), reverse=reverse, solver=solver, rtol=rtol
+    )
     result = run.result()
     run.like(result)
     problem = _Problem(run, names, box, np.asarray(list(allowed.values())), keep_wrap)
     with problem.progress:
         first = problem.look(problem.start)[0]
-        missing = [name for name, value in zip(names, first, strict=True) if not np.isfinite(value)]
+        missing = [
+            name
+            for name, value in zip(names, first, strict=True)
+            if not np.isfinite(value)
+        ]
         if missing:
-            hint = "start from values with which it occurs: derivatives exist only there"
+            hint = (
+                "start from values with which it occurs: derivatives exist only there"
+            )
             what = f"does not occur in the scene ({result.status})"
             raise InputError([Fault(name, what, hint) for name in missing])
         problem.scale = float(first[0])
@@ -228,9 +293,17 @@ def _solve(problem: _Problem, tolerance: float, most: int) -> Any:
 
     u = problem.start
     wrap = problem.wrap
-    rules: list[dict[str, Any]] = [{"type": "ineq", "fun": problem.room, "jac": problem.room_slope}]
+    rules: list[dict[str, Any]] = [
+        {"type": "ineq", "fun": problem.room, "jac": problem.room_slope}
+    ]
     if wrap is not None:
-        rules.append({"type": "eq", "fun": lambda v: np.atleast_1d(wrap @ (v - u)), "jac": lambda v: wrap[None, :]})
+        rules.append(
+            {
+                "type": "eq",
+                "fun": lambda v: np.atleast_1d(wrap @ (v - u)),
+                "jac": lambda v: wrap[None, :],
+            }
+        )
     return minimize(
         problem.objective,
         u,
@@ -245,7 +318,8 @@ def _solve(problem: _Problem, tolerance: float, most: int) -> Any:
 def _multipliers(
     problem: _Problem, u: np.ndarray
 ) -> tuple[Float[np.ndarray, " limits"], Float[np.ndarray, " entries"], float]:
-    """Multipliers of limits and bounds (scaled) and the residual gradient, by least squares at the optimum.
+    """Multipliers of limits and bounds (scaled) and the residual gradient, by least
+    squares at the optimum.
 
     ∇T = Σ λ_j ∇(1 − m_j/limit_j) + Σ ν_i ∇(bounds) + κ ∇Σβ,   λ ≥ 0, of what is active
     """
@@ -254,7 +328,10 @@ def _multipliers(
     gradient = problem.objective(u)[1]
     slope = problem.room_slope(u)
     room = problem.room(u)
-    active, low, high = (np.flatnonzero(at) for at in (np.abs(room) < _ACTIVE, u < _ACTIVE, u > 1 - _ACTIVE))
+    active, low, high = (
+        np.flatnonzero(at)
+        for at in (np.abs(room) < _ACTIVE, u < _ACTIVE, u > 1 - _ACTIVE)
+    )
     unit = np.eye(len(u))
     wrap = [] if problem.wrap is None else [problem.wrap]
     columns = [*slope[active], *unit[low], *(-unit[high]), *wrap]
@@ -265,8 +342,12 @@ def _multipliers(
         return lam, nu, norm
     matrix = np.stack(columns, axis=1)
     least = np.append(np.zeros(len(columns) - len(wrap)), [-np.inf] * len(wrap))
-    x = lsq_linear(matrix, gradient, (least, np.full(len(columns), np.inf)), tol=1e-14).x
-    lam[active], nu[low], of_high, _ = np.split(x, np.cumsum([len(active), len(low), len(high)]))
+    x = lsq_linear(
+        matrix, gradient, (least, np.full(len(columns), np.inf)), tol=1e-14
+    ).x
+    lam[active], nu[low], of_high, _ = np.split(
+        x, np.cumsum([len(active), len(low), len(high)])
+    )
     nu[high] = -of_high
     return lam, nu, np.linalg.norm(matrix @ x - gradient).item() / max(norm, 1e-300)
 
@@ -304,7 +385,9 @@ def _report(problem: _Problem, solution: Any) -> LeastTension:
         limits=limits,
         variables=rows,
         success=bool(solution.success) and feasible,
-        message=str(solution.message) if feasible else f"a limit is exceeded: {solution.message}",
+        message=str(solution.message)
+        if feasible
+        else f"a limit is exceeded: {solution.message}",
         iterations=int(solution.nit),
         runs=problem.run.runs,
         stationarity=residual,

@@ -12,25 +12,55 @@ from ..._base._faults import Issues
 from ..._base._table import scale
 from ...brakes.design import Brake, Lining
 from ...parts.scene import Scene, band_brake
-from ...plot.drawing import BLUE, CYCLE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, finish, ink, sheet, styled
+from ...plot.drawing import (
+    BLUE,
+    CYCLE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    finish,
+    ink,
+    sheet,
+    styled,
+)
 from ...plot.wheels import Ends, lining_edges, side_by_side
-from ._equal_layout import InfeasibleLayout, Layout, LayoutDesign, LayoutRow, chord_equal_load_angles
+from ._equal_layout import (
+    InfeasibleLayout,
+    Layout,
+    LayoutDesign,
+    LayoutRow,
+    chord_equal_load_angles,
+)
 
-_STYLES = [(BLUE, "o"), (VERMILLION, "s"), (GREEN, "D"), (ORANGE, "^"), (PURPLE, "v"), (SKY, "P"), (GREY, "X")]
+_STYLES = [
+    (BLUE, "o"),
+    (VERMILLION, "s"),
+    (GREEN, "D"),
+    (ORANGE, "^"),
+    (PURPLE, "v"),
+    (SKY, "P"),
+    (GREY, "X"),
+]
 
 
 @explained
 @styled
 def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) -> Figure:
-    """Central angles `β_i` (°) of linings where they lie on the wrap, from the slack to the tight end.
+    """Central angles `β_i` (°) of linings where they lie on the wrap, from the slack to
+    the tight end.
 
     One or several layouts, each lining as wide as it is, with a mark in its middle.
 
     How `β_i` depend on a chosen `β_k` (Z, Fig. 4) is drawn by `chord_angles`.
 
-    - `given`: angles (n,) in rad, a `Layout`, `LayoutRow`, `Lining`, `Brake` or `Scene`, or a mapping from names to
-      these; of a `LayoutDesign` all rows. Brakes and scenes count the gaps of their band
-    - `uniform`: also draws the uniform pitch with the same number of linings and wrap as the first layout
+    - `given`: angles (n,) in rad, a `Layout`, `LayoutRow`, `Lining`, `Brake` or
+      `Scene`, or a mapping from names to these; of a `LayoutDesign` all rows. Brakes
+      and scenes count the gaps of their band
+    - `uniform`: also draws the uniform pitch with the same number of linings and wrap
+      as the first layout
 
     Raises `InputError` for values that are no layout, with every error.
 
@@ -46,7 +76,11 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
         try:
             edges[name] = _edges(layout)
         except ValueError as error:
-            faults.add(f"given[{name!r}]", str(error), "angles in rad from the slack to the tight end")
+            faults.add(
+                f"given[{name!r}]",
+                str(error),
+                "angles in rad from the slack to the tight end",
+            )
     if not named:
         faults.add("given", "is empty", "give a layout, or several by name")
     faults.report()
@@ -61,13 +95,31 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
         along = np.degrees(places)
         beta = np.degrees(places[:, 1] - places[:, 0])
         gaps = " with gaps" if np.any(places[1:, 0] - places[:-1, 1] > 1e-9) else ""
-        label = f"{name}: {len(beta)} linings, $\\Sigma\\beta$ = {beta.sum():.4g}°, on {along[-1, 1]:.4g}°{gaps}"
+        label = (
+            f"{name}: {len(beta)} linings, $\\Sigma\\beta$ = {beta.sum():.4g}°, on "
+            f"{along[-1, 1]:.4g}°{gaps}"
+        )
         # a step for each lining; gaps interrupt it
         blank = np.full(len(beta), np.nan)
         x = np.column_stack([along, blank])
         y = np.column_stack([beta, beta, blank])
-        axes.plot(x.ravel(), y.ravel(), color=colour, lw=2.0, ls="--" if name == "uniform pitch" else "-")
-        axes.plot(along.mean(axis=1), beta, color=colour, marker=marker, ms=5, ls=":", lw=0.8, label=label)
+        axes.plot(
+            x.ravel(),
+            y.ravel(),
+            color=colour,
+            lw=2.0,
+            ls="--" if name == "uniform pitch" else "-",
+        )
+        axes.plot(
+            along.mean(axis=1),
+            beta,
+            color=colour,
+            marker=marker,
+            ms=5,
+            ls=":",
+            lw=0.8,
+            label=label,
+        )
     axes.set(
         xlabel=r"position on the wrap from the slack end $\Sigma\beta$, °",
         ylabel=r"central angle of a lining $\beta_i$, °",
@@ -84,7 +136,11 @@ def _named(designs: Any) -> dict[str, Any]:
     if isinstance(designs, Mapping):
         return {str(name): layout for name, layout in designs.items()}
     rows = designs.rows if isinstance(designs, LayoutDesign) else designs
-    if not isinstance(rows, Sequence) or not rows or not all(isinstance(row, LayoutRow) for row in rows):
+    if (
+        not isinstance(rows, Sequence)
+        or not rows
+        or not all(isinstance(row, LayoutRow) for row in rows)
+    ):
         rows = [designs]
     return {getattr(row, "name", "layout"): row for row in rows}
 
@@ -98,18 +154,26 @@ def _edges(layout: Any) -> Ends:
         beta = np.asarray(angle, np.float64)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{type(layout).__name__} is no layout") from error
-    if beta.ndim != 1 or beta.size == 0 or not np.all(np.isfinite(beta)) or np.any(beta <= 0):
+    if (
+        beta.ndim != 1
+        or beta.size == 0
+        or not np.all(np.isfinite(beta))
+        or np.any(beta <= 0)
+    ):
         raise ValueError("angles must be a list of positive numbers")
     if np.sum(beta) > 4 * np.pi:
-        raise ValueError(f"the angles add up to {np.sum(beta):.4g} rad, more than two turns: are they in degrees?")
+        raise ValueError(
+            f"the angles add up to {np.sum(beta):.4g} rad, more than two turns: are "
+            "they in degrees?"
+        )
     return side_by_side(beta)
 
 
 @explained
 @styled
 def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figure:
-    """Layouts of linings beside each other: angles from the slack to the tight end, their difference from the last
-    layout, and each target of every lining.
+    """Layouts of linings beside each other: angles from the slack to the tight end,
+    their difference from the last layout, and each target of every lining.
 
     Example:
         >>> figure = sb.layouts.figures.layouts(sb.equal_layout(scene, "friction_work").rows)
@@ -117,7 +181,10 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
         angle $\\beta$, °
     """
     tops = {name: float(np.max(values)) for name, values in rows[0].values.items()}
-    scales = {name: scale(rows[0].units[name], top, absolute=True) for name, top in tops.items()}
+    scales = {
+        name: scale(rows[0].units[name], top, absolute=True)
+        for name, top in tops.items()
+    }
     figure = sheet(figure, 11.5, 3.4, rows=2 + len(scales))
     panels = figure.subplots(2 + len(scales), 1, squeeze=False, sharex=True)[:, 0]
     linings = np.arange(1, len(rows[0].angle) + 1)
@@ -125,12 +192,23 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
     for k, row in enumerate(rows):
         panels[0].plot(linings, np.degrees(row.angle), marker="o", ms=4, label=row.name)
         if row.non_uniformity < 1.5:  # others are far away
-            apart = np.round(np.degrees(row.angle - rows[-1].angle), 9)  # less is rounding
-            panels[1].plot(linings, apart, marker="o", ms=4, color=CYCLE[k % len(CYCLE)])
-        for panel, (name, (factor, offset, _)) in zip(panels[2:], scales.items(), strict=True):
-            label = f"{row.name}: maximum over minimum {np.max(row.values[name]) / np.min(row.values[name]):.4g}"
+            apart = np.round(
+                np.degrees(row.angle - rows[-1].angle), 9
+            )  # less is rounding
+            panels[1].plot(
+                linings, apart, marker="o", ms=4, color=CYCLE[k % len(CYCLE)]
+            )
+        for panel, (name, (factor, offset, _)) in zip(
+            panels[2:], scales.items(), strict=True
+        ):
+            label = (
+                f"{row.name}: maximum over minimum "
+                f"{np.max(row.values[name]) / np.min(row.values[name]):.4g}"
+            )
             shown = factor * row.values[name] + offset
-            panel.bar(linings + (k - (len(rows) - 1) / 2) * width, shown, width, label=label)
+            panel.bar(
+                linings + (k - (len(rows) - 1) / 2) * width, shown, width, label=label
+            )
     panels[0].set_ylabel(r"angle $\beta$, °")
     panels[1].set_ylabel(f"$\\beta$ less that of\n“{rows[-1].name}”, °")
     for panel, (name, (_, _, unit)) in zip(panels[2:], scales.items(), strict=True):
@@ -145,7 +223,8 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
 @explained
 @styled
 def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
-    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they exist, by friction (Z, Fig. 4).
+    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they
+    exist, by friction (Z, Fig. 4).
 
     Example:
         >>> figure = sb.layouts.figures.chord_angles(7, (0.1, 0.3))
@@ -164,7 +243,13 @@ def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
         angles = np.asarray(rows)
         for j in range(k - 2):
             panel.plot(angles[:, -1], angles[:, j], label=rf"$\beta_{j + 1}$")
-        panel.plot(angles[:, -1], angles[:, -1], color=ink(), ls=":", label=rf"$\beta_{k - 1} = \beta_{k}$")
+        panel.plot(
+            angles[:, -1],
+            angles[:, -1],
+            color=ink(),
+            ls=":",
+            label=rf"$\beta_{k - 1} = \beta_{k}$",
+        )
         panel.set_xlabel(rf"$\beta_{k}$, °")
     finish(panels)
     figure.supylabel("chord angles of equal loads, °")

@@ -1,4 +1,5 @@
-"""Brakes under a band as a whole: rigid or elastic, on the pulley or on a bandage that rides on it."""
+"""Brakes under a band as a whole: rigid or elastic, on the pulley or on a bandage that
+rides on it."""
 
 from typing import Any, NamedTuple
 
@@ -33,13 +34,17 @@ class Now(NamedTuple):
     band_speed: float  # ẋ (m/s)
     lever_power: float
     pairs: list[Pair]
-    margin: np.ndarray  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
+    margin: (
+        np.ndarray
+    )  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
 
 
 class Banded(Brake):
-    """`J ω̇ = M_load − Λ`, `J_b ω̇_b = Λ − R_b (T_n − T_0)`, `T_n = C x` or what friction gives; no bandage: `Λ` all.
+    """`J ω̇ = M_load − Λ`, `J_b ω̇_b = Λ − R_b (T_n − T_0)`, `T_n = C x` or what
+    friction gives; no bandage: `Λ` all.
 
-    On alike rims torques, inertia of the bandage, powers and energies are sums over the rims, the rest is of one.
+    On alike rims torques, inertia of the bandage, powers and energies are sums over the
+    rims, the rest is of one.
     """
 
     def __init__(self, p: dict[str, Any]):
@@ -79,21 +84,28 @@ class Banded(Brake):
     def stretch(self, y: np.ndarray) -> float:
         return 0.0 if self.C is None else float(y[self.OWN.stop - 1])
 
-    # --- tensions ---------------------------------------------------------------------------------------------------
+    # --- tensions --------------------------------------------------------------------
 
     def static_ratios(self, y: np.ndarray) -> np.ndarray:
         fz = self.law.static(self.lining_temperatures(y)) * self.z
         return (1 + fz) / (1 - fz)
 
     def mobilised(self, T_0: float, T_n: float, mu: np.ndarray) -> np.ndarray:
-        """`T_0…T_n`: one lining after the other comes to its limit, from the slack end."""
+        """`T_0…T_n`: one lining after the other comes to its limit, from the slack
+        end."""
         if T_n >= T_0:
             return np.minimum(T_0 * np.concatenate([[1.0], np.cumprod(mu)]), T_n)
-        return np.minimum(T_n * np.concatenate([np.cumprod(mu[::-1])[::-1], [1.0]]), T_0)
+        return np.minimum(
+            T_n * np.concatenate([np.cumprod(mu[::-1])[::-1], [1.0]]), T_0
+        )
 
-    def sliding(self, t: float, y: np.ndarray, back: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """`T_0…T_n` while all linings slide; slopes of `T_n` by each coefficient; `v`; and `f` by `v`."""
-        # the law sees the speed of what carries the band, which can turn while the band still slides the other way
+    def sliding(
+        self, t: float, y: np.ndarray, back: bool
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """`T_0…T_n` while all linings slide; slopes of `T_n` by each coefficient; `v`;
+        and `f` by `v`."""
+        # the law sees the speed of what carries the band, which can turn while the band
+        # still slides the other way
         v = np.full(self.n, self.sense * self.carrier(y) * self.R_b)
         sign = -1.0 if back else 1.0
         fz = sign * self.law.kinetic(v, self.lining_temperatures(y)) * self.z
@@ -122,10 +134,13 @@ class Banded(Brake):
         return (along[1:] + along[:-1]) * self.sine + rim["preload"] - thrust
 
     def rim_torque(self, y: np.ndarray, along: np.ndarray, slides: int) -> float:
-        return self.rims * self.p["R"] * float(np.sum(self.rim_friction(y, along, slides)))
+        return (
+            self.rims * self.p["R"] * float(np.sum(self.rim_friction(y, along, slides)))
+        )
 
     def holding(self, t: float, y: np.ndarray, slides: int) -> float:
-        """`T_n` with `R_b (T_n − T_0) = ± M_int(T_n)`: the root on the straight piece on which it lies."""
+        """`T_n` with `R_b (T_n − T_0) = ± M_int(T_n)`: the root on the straight piece
+        on which it lies."""
         T_0 = self.lever(t)
         mu = self.static_ratios(y)
         up = T_0 * np.cumprod(mu)
@@ -143,7 +158,7 @@ class Banded(Brake):
         slope = (values[k] - values[k - 1]) / (at[k] - at[k - 1])
         return float(at[k] - values[k] / slope)
 
-    # --- all of it at one instant -----------------------------------------------------------------------------------
+    # --- all of it at one instant ----------------------------------------------------
 
     def now(self, t: float, y: np.ndarray) -> Now:
         mode = self.mode
@@ -160,9 +175,17 @@ class Banded(Brake):
             if mode in (ELASTIC, TAKE_UP):
                 T_n = self.C * self.stretch(y)
             elif mode == HELD:
-                T_n = T_0 + self.driving(t, 0.0) / (self.rims * self.R_b) if stuck else self.holding(t, y, self.inner)
+                T_n = (
+                    T_0 + self.driving(t, 0.0) / (self.rims * self.R_b)
+                    if stuck
+                    else self.holding(t, y, self.inner)
+                )
             T_0 = {OPEN: 0.0, TAKE_UP: T_n}.get(mode, T_0)
-            along = self.mobilised(T_0, T_n, self.static_ratios(y)) if T_0 > 0 or T_n > 0 else np.zeros(self.n + 1)
+            along = (
+                self.mobilised(T_0, T_n, self.static_ratios(y))
+                if T_0 > 0 or T_n > 0
+                else np.zeros(self.n + 1)
+            )
             if mode == TAKE_UP:
                 along = np.full(self.n + 1, T_n)
         torque = self.rims * self.R_b * (along[-1] - T_0)
@@ -184,7 +207,9 @@ class Banded(Brake):
         if self.bandage is not None:
             slip = 0.0 if stuck else self.p["R"] * (omega - omega_b)
             rim = Pair(self.rims * F * abs(slip), self.rim_load(y, along), slip)
-        lead, slip_speed, band_speed = self._slip(t, y, omega_b, alpha_b, along, slopes, rim)
+        lead, slip_speed, band_speed = self._slip(
+            t, y, omega_b, alpha_b, along, slopes, rim
+        )
         power = self.rims * (along[1:] - along[:-1]) * slip_speed
         normal = (along[1:] + along[:-1]) * self.sine
         outer = Pair(power, normal, slip_speed)
@@ -193,10 +218,28 @@ class Banded(Brake):
         if self.bandage is not None and "mass" in self.bandage and mode != HELD:
             margin = np.where(self.off, -1, 1) * self.rim_balance(y, along)
         lever_power = self.rims * T_0 * band_speed
-        return Now(torque, alpha, alpha_b, drive, capacity, lead, band_speed, lever_power, pairs, margin)
+        return Now(
+            torque,
+            alpha,
+            alpha_b,
+            drive,
+            capacity,
+            lead,
+            band_speed,
+            lever_power,
+            pairs,
+            margin,
+        )
 
     def _slip(
-        self, t: float, y: np.ndarray, omega_b: float, alpha_b: float, along: np.ndarray, slopes: Any, rim: Any
+        self,
+        t: float,
+        y: np.ndarray,
+        omega_b: float,
+        alpha_b: float,
+        along: np.ndarray,
+        slopes: Any,
+        rim: Any,
     ) -> tuple[float, float, float]:
         """`R_b ω_b − ẋ_0`, the slip speed, and the speed of the band."""
         speed = self.R_b * omega_b
@@ -206,16 +249,32 @@ class Banded(Brake):
             return speed, speed, 0.0
         by_f, v, sign = slopes
         T = self.lining_temperatures(y)
-        growth = self.lever.rate(t) * along[-1] / self.lever(t) if self.lever(t) > 0 else self._first_ratio(y, sign)
-        growth += float(np.sum(by_f * self.law.by_speed(v, T))) * self.sense * self.R_b * alpha_b
+        growth = (
+            self.lever.rate(t) * along[-1] / self.lever(t)
+            if self.lever(t) > 0
+            else self._first_ratio(y, sign)
+        )
+        growth += (
+            float(np.sum(by_f * self.law.by_speed(v, T)))
+            * self.sense
+            * self.R_b
+            * alpha_b
+        )
         gamma = 0.0
         if self.heat is not None:
             still = Pair(np.zeros(self.n), np.zeros(self.n), 0.0)
             df = by_f * self.law.by_temperature(v, T)
-            drift = self.warming(y, float(y[1]), self.friction_heat([still] if rim is None else [still, rim]))
+            drift = self.warming(
+                y,
+                float(y[1]),
+                self.friction_heat([still] if rim is None else [still, rim]),
+            )
             growth += float(np.sum(df * drift[1:-1]))
             one = Pair(self.rims * (along[1:] - along[:-1]), still.normal, 1.0)
-            each = self.friction_heat([one] if rim is None else [one, still]) / self.heat.capacity
+            each = (
+                self.friction_heat([one] if rim is None else [one, still])
+                / self.heat.capacity
+            )
             gamma = float(np.sum(df * each[1:-1])) / self.C
         lead = speed - growth / self.C
         slip = lead / (1 + gamma)
@@ -233,11 +292,18 @@ class Banded(Brake):
         own += [] if self.C is None else [now.band_speed]
         rests = self.mode == HELD and self.inner == 0
         return self.assembled(
-            t, y, now.alpha, own, now.pairs, lever_power=now.lever_power, omega=0.0 if rests else None
+            t,
+            y,
+            now.alpha,
+            own,
+            now.pairs,
+            lever_power=now.lever_power,
+            omega=0.0 if rests else None,
         )
 
     def bounds(self, t: float, y: np.ndarray) -> tuple[float, float, float, float]:
-        """Of a band at rest: least torque and what drives it there, largest torque and what drives it there (N·m)."""
+        """Of a band at rest: least torque and what drives it there, largest torque and
+        what drives it there (N·m)."""
         T_0 = self.lever(t)
         mu = self.static_ratios(y)
         M = self.driving(t, 0.0)
@@ -245,7 +311,11 @@ class Banded(Brake):
         high = T_0 * float(np.prod(mu))
         drives = [M, M]
         if self.bandage is not None and self.inner:
-            drives = [self.inner * self.rim_torque(y, self.mobilised(T_0, T_n, mu), self.inner) for T_n in (low, high)]
+            drives = [
+                self.inner
+                * self.rim_torque(y, self.mobilised(T_0, T_n, mu), self.inner)
+                for T_n in (low, high)
+            ]
         arm = self.rims * self.R_b
         return arm * (low - T_0), drives[0], arm * (high - T_0), drives[1]
 
@@ -255,11 +325,16 @@ class Banded(Brake):
         T_0 = self.lever(t)
         if self.mode == HELD:
             low, least, high, most = self.bounds(t, y)
-            found |= {"above": (high - most) / self.torque, "below": (least - low) / self.torque}
+            found |= {
+                "above": (high - most) / self.torque,
+                "below": (least - low) / self.torque,
+            }
         elif self.mode != OPEN:
             found["motion"] = self.sense * self.carrier(y) / self.speed
         if self.mode in SLIDES and self.C is not None:
-            found["stick"] = (1 if self.mode == SLIP else -1) * now.lead / (self.R_b * self.speed)
+            found["stick"] = (
+                (1 if self.mode == SLIP else -1) * now.lead / (self.R_b * self.speed)
+            )
         if self.mode in (ELASTIC, TAKE_UP):
             tension = self.C * self.stretch(y)
             mu = self.static_ratios(y)
@@ -268,20 +343,33 @@ class Banded(Brake):
             else:
                 ahead = T_0 * np.cumprod(mu)
                 behind = tension * np.cumprod(mu[::-1])[::-1]
-                found |= {"upper": (ahead[-1] - tension) / self.force, "lower": (behind[0] - T_0) / self.force}
+                found |= {
+                    "upper": (ahead[-1] - tension) / self.force,
+                    "lower": (behind[0] - T_0) / self.force,
+                }
                 if self.bandage is None:
-                    found |= {f"limit {i + 1}": (ahead[i] - tension) / self.force for i in range(self.n - 1)}
-                    found |= {f"limit -{i + 1}": (behind[i] - T_0) / self.force for i in range(1, self.n)}
+                    found |= {
+                        f"limit {i + 1}": (ahead[i] - tension) / self.force
+                        for i in range(self.n - 1)
+                    }
+                    found |= {
+                        f"limit -{i + 1}": (behind[i] - T_0) / self.force
+                        for i in range(1, self.n)
+                    }
         if self.bandage is not None:
             if "mass" in self.bandage and self.mode != HELD:
-                found |= {f"lift {i}": now.margin[i] / self.force for i in range(self.n)}
+                found |= {
+                    f"lift {i}": now.margin[i] / self.force for i in range(self.n)
+                }
             if self.inner == 0:
                 found["grip"] = (now.capacity - abs(now.drive)) / self.torque
             else:
-                found["meet"] = self.inner * (float(y[1]) - float(y[self.OWN.start])) / self.speed
+                found["meet"] = (
+                    self.inner * (float(y[1]) - float(y[self.OWN.start])) / self.speed
+                )
         return found
 
-    # --- changes of mode ----------------------------------------------------------------------------------------------
+    # --- changes of mode -------------------------------------------------------------
 
     def change(self, t, y, fired):
         passed = [name for name in fired if name.startswith("limit")]
@@ -296,7 +384,9 @@ class Banded(Brake):
         y = y.copy()
         old = self.mode
         old_inner = self.inner
-        old_limits = self.limits_passed(t, y) if fired or self.left is None else self.left
+        old_limits = (
+            self.limits_passed(t, y) if fired or self.left is None else self.left
+        )
         if self.bandage is not None and "grip" in fired:
             self.inner = 1 if self.now(t, y).drive > 0 else -1
         if "motion" in fired:
@@ -325,7 +415,9 @@ class Banded(Brake):
         if self.bandage is not None and self.inner == 0:
             y[self.OWN.start] = y[1]
         y = self._jump(t, y, old)
-        if self.mode == ELASTIC and self.carrier(y) == 0:  # a stretched band may pull it the other way
+        if (
+            self.mode == ELASTIC and self.carrier(y) == 0
+        ):  # a stretched band may pull it the other way
             self.sense = int(np.sign(self.now(t, y).alpha_b)) or self.sense
         self._log(t, y, old, old_inner, old_limits)
         self.first = False
@@ -336,7 +428,9 @@ class Banded(Brake):
         """Linings leave the rim, or touch it again."""
         for i in linings:
             self.off[i] = not self.off[i]
-            self.note(t, "lining_lift_off" if self.off[i] else "lining_touchdown", int(i) + 1)
+            self.note(
+                t, "lining_lift_off" if self.off[i] else "lining_touchdown", int(i) + 1
+            )
 
     def _settle_band(self, t: float, y: np.ndarray, old: str, fired: list[str]) -> None:
         omega_b = self.carrier(y)
@@ -355,9 +449,15 @@ class Banded(Brake):
                 self.mode = HELD
                 return
         self.sense = direction
-        self.mode = (SLIP if direction > 0 else BACK) if self.C is None else self._taut(t, y, old, fired, direction)
+        self.mode = (
+            (SLIP if direction > 0 else BACK)
+            if self.C is None
+            else self._taut(t, y, old, fired, direction)
+        )
 
-    def _taut(self, t: float, y: np.ndarray, old: str, fired: list[str], direction: int) -> str:
+    def _taut(
+        self, t: float, y: np.ndarray, old: str, fired: list[str], direction: int
+    ) -> str:
         """Mode of an elastic band on what moves, or starts to."""
         T_0 = self.lever(t)
         pull = self.lever.rate(t)
@@ -367,7 +467,11 @@ class Banded(Brake):
         slack = old in (OPEN, TAKE_UP)
         if slack and omega_b > 0 and not (old == TAKE_UP and "upper" in fired):
             from_nothing = not rounding < T_0
-            if self.C * self.R_b * omega_b < pull if from_nothing else tension < T_0 - rounding:
+            if (
+                self.C * self.R_b * omega_b < pull
+                if from_nothing
+                else tension < T_0 - rounding
+            ):
                 return TAKE_UP
         ratio = float(np.prod(self.static_ratios(y)))
         low = T_0 / ratio
@@ -381,15 +485,20 @@ class Banded(Brake):
             lead = sign * self.now(t, y).lead
             limit = self.sliding(t, y, mode == BACK)[0][-1]
             past = sign * (tension - limit)
-            there = tension >= high - rounding if sign > 0 else tension <= low + rounding
+            there = (
+                tension >= high - rounding if sign > 0 else tension <= low + rounding
+            )
             there = there or (old == mode and past >= -1e-8 * self.force)
-            there = there or (old == ELASTIC and ("upper" if sign > 0 else "lower") in fired)
+            there = there or (
+                old == ELASTIC and ("upper" if sign > 0 else "lower") in fired
+            )
             if there and (lead > 0 or (lead == 0 and sign * direction > 0)):
                 return mode
         return ELASTIC
 
     def _leaves(self, t: float, y: np.ndarray) -> str:
-        """Which limit an elastic band that has come to lie on one leaves at once, if any."""
+        """Which limit an elastic band that has come to lie on one leaves at once, if
+        any."""
         if self.mode != ELASTIC:
             return ""
         T_0 = self.lever(t)
@@ -400,7 +509,11 @@ class Banded(Brake):
         spare = 1e-9 * self.force
         if tension <= T_0 / ratio + spare and speed < pull / ratio - spare:
             return "lower"
-        return "upper" if tension >= T_0 * ratio - spare and speed > pull * ratio + spare else ""
+        return (
+            "upper"
+            if tension >= T_0 * ratio - spare and speed > pull * ratio + spare
+            else ""
+        )
 
     def _jump(self, t: float, y: np.ndarray, old: str) -> np.ndarray:
         """Elongation, lever work and heat where the tension changes at an instant."""
@@ -433,7 +546,9 @@ class Banded(Brake):
                 break
             share = heat * self.p["beta"] / np.sum(self.p["beta"])
             still = Pair(np.zeros(self.n), np.zeros(self.n), 0.0)
-            pairs = [Pair(share, still.normal, 0.0)] + ([] if self.bandage is None else [still])
+            pairs = [Pair(share, still.normal, 0.0)] + (
+                [] if self.bandage is None else [still]
+            )
             trial[self.T] = T + self.friction_heat(pairs) / self.heat.capacity
         y = trial
         self.clipped = abs(after - x) * self.C > 1e-6 * self.force
@@ -443,16 +558,23 @@ class Banded(Brake):
         return y
 
     def stored(self, y):
-        return 0.0 if self.C is None else 0.5 * self.rims * self.C * self.stretch(y) ** 2
+        return (
+            0.0 if self.C is None else 0.5 * self.rims * self.C * self.stretch(y) ** 2
+        )
 
     def kinetic_energy(self, y):
-        more = 0.0 if self.bandage is None else 0.5 * self.rims * self.bandage["J"] * float(y[self.OWN.start]) ** 2
+        more = (
+            0.0
+            if self.bandage is None
+            else 0.5 * self.rims * self.bandage["J"] * float(y[self.OWN.start]) ** 2
+        )
         return super().kinetic_energy(y) + more
 
-    # --- the log ------------------------------------------------------------------------------------------------------
+    # --- the log ---------------------------------------------------------------------
 
     def limits_passed(self, t: float, y: np.ndarray) -> set[int]:
-        """Linings past their limit: positive counted from the slack end, negative from the anchor."""
+        """Linings past their limit: positive counted from the slack end, negative from
+        the anchor."""
         if self.mode in SLIDES:
             return {*range(1, self.n + 1), *range(-self.n, 0)}
         if self.mode != ELASTIC:
@@ -467,15 +589,23 @@ class Banded(Brake):
             -i - 1 for i in range(self.n) if tension * behind[i] < T_0 - spare
         }
 
-    def _log(self, t: float, y: np.ndarray, old: str, old_inner: int, old_limits: set[int]) -> None:
+    def _log(
+        self, t: float, y: np.ndarray, old: str, old_inner: int, old_limits: set[int]
+    ) -> None:
         names = names_of_change(old, self.mode, self.first)
         if self.bandage is not None:
-            names = names_with_a_bandage(names, (old, old_inner), (self.mode, self.inner))
+            names = names_with_a_bandage(
+                names, (old, old_inner), (self.mode, self.inner)
+            )
         if self.bandage is None and self.mode in (ELASTIC, *SLIDES):
             kept = old_limits if old in (ELASTIC, *SLIDES) else set()
             here = self.limits_passed(t, y)
             if self.mode in SLIDES:
-                here = set(range(1, self.n + 1)) if self.mode == SLIP else set(range(-self.n, 0))
+                here = (
+                    set(range(1, self.n + 1))
+                    if self.mode == SLIP
+                    else set(range(-self.n, 0))
+                )
             elif old in SLIDES:
                 here = set()
             for i in sorted(here - kept):

@@ -1,4 +1,5 @@
-"""What every brake has, whatever its kind: shaft, load and lever, heat, wear, ledger."""
+"""What every brake has, whatever its kind: shaft, load and lever, heat, wear,
+ledger."""
 
 import abc
 import copy
@@ -19,7 +20,8 @@ HELD = "held"
 
 
 class Pair:
-    """A friction pair at one instant: friction power (W) and load (N) of each lining, slip speed (m/s)."""
+    """A friction pair at one instant: friction power (W) and load (N) of each lining,
+    slip speed (m/s)."""
 
     def __init__(self, power: np.ndarray, normal: np.ndarray, slip: Any):
         self.power = power
@@ -28,9 +30,11 @@ class Pair:
 
 
 class Brake(AbstractModel):
-    """A brake with the states `φ, ω`, those of its own, works and heats, temperatures, wear of each pair.
+    """A brake with the states `φ, ω`, those of its own, works and heats, temperatures,
+    wear of each pair.
 
-    `p`: the numbers of the scene;  `pairs`: number of its friction pairs;  `own`: sizes of the states of its own
+    `p`: the numbers of the scene;  `pairs`: number of its friction pairs;  `own`: sizes
+    of the states of its own
     """
 
     def __init__(self, p: dict[str, Any], pairs: int, own: list[float]):
@@ -50,7 +54,9 @@ class Brake(AbstractModel):
         self.pairs = pairs
         self.wears = p["wear"]
         self.force = self.lever.largest()
-        self.torque = max(self.J * abs(p["omega"]), self.load.largest() + abs(p["hook_torque"]), 1.0)
+        self.torque = max(
+            self.J * abs(p["omega"]), self.load.largest() + abs(p["hook_torque"]), 1.0
+        )
         self.speed = max(abs(p["omega"]), 1.0)
         self.mode = OPEN
         self.first = True
@@ -58,10 +64,18 @@ class Brake(AbstractModel):
         nodes = 0 if self.heat is None else self.n + 2
         worn = 0 if self.wears is None else self.n * pairs
         work = 0.5 * self.J * self.speed**2 + 1.0
-        parts = [[1.0, self.speed], own, [work] * (3 + pairs), [10.0] * nodes, [1e-7] * worn]
+        parts = [
+            [1.0, self.speed],
+            own,
+            [work] * (3 + pairs),
+            [10.0] * nodes,
+            [1e-7] * worn,
+        ]
         self.sizes = np.concatenate(parts)
         ends = np.cumsum([0, *map(len, parts)])
-        _, self.OWN, self.WORK, self.T, self.WORN = (slice(a, b) for a, b in pairwise(ends))
+        _, self.OWN, self.WORK, self.T, self.WORN = (
+            slice(a, b) for a, b in pairwise(ends)
+        )
         self.y = np.zeros(len(self.sizes))
         self.y[1] = p["omega"]
         if p["heat"] is not None:
@@ -71,8 +85,13 @@ class Brake(AbstractModel):
         return [*self.lever.knots(), *self.load.knots()]
 
     def enter(self, begin, end):
-        # a lever that comes down to nothing lets go, also where it pulls again from the same instant on
-        self.empties = begin > self.start and self.pulls and abs(self.lever(begin)) <= ROUNDING * self.force
+        # a lever that comes down to nothing lets go, also where it pulls again from the
+        # same instant on
+        self.empties = (
+            begin > self.start
+            and self.pulls
+            and abs(self.lever(begin)) <= ROUNDING * self.force
+        )
         self.lever.enter(begin, end)
         self.load.enter(begin, end)
         self.begin, self.pulls = begin, self.lever.positive()
@@ -109,21 +128,27 @@ class Brake(AbstractModel):
         assert self.heat is not None
         if len(pairs) == 1:
             return self.heat.into(pairs[0].power, self.p["heat"]["metal"], 0)
-        return self.heat.into(pairs[0].power, self.p["heat"]["metal_out"], -1) + self.heat.into(
-            pairs[1].power, self.p["heat"]["metal"], 0
-        )
+        return self.heat.into(
+            pairs[0].power, self.p["heat"]["metal_out"], -1
+        ) + self.heat.into(pairs[1].power, self.p["heat"]["metal"], 0)
 
     def warming(self, y: np.ndarray, omega: float, flows: np.ndarray) -> np.ndarray:
         """Rates (K/s) of the nodes under the heat flows."""
         assert self.heat is not None
-        speeds = abs(omega) * self.p["track"], np.abs(self.bandage_speeds(y)) * self.p["R_b"]
+        speeds = (
+            abs(omega) * self.p["track"],
+            np.abs(self.bandage_speeds(y)) * self.p["R_b"],
+        )
         closed = self.mode != OPEN
         staged = self.pairs > 1
         on_rim = ~self.off if staged else np.full(self.n, closed)
-        return self.heat.rates(y[self.T], speeds, on_rim, closed if staged else True, flows)
+        return self.heat.rates(
+            y[self.T], speeds, on_rim, closed if staged else True, flows
+        )
 
     def bandage_speeds(self, y: np.ndarray) -> Any:
-        """Speeds (rad/s) of the linings, each or all of them: 0 where these do not turn."""
+        """Speeds (rad/s) of the linings, each or all of them: 0 where these do not
+        turn."""
         return 0.0
 
     def assembled(
@@ -137,13 +162,19 @@ class Brake(AbstractModel):
         damping: float = 0.0,
         omega: float | None = None,
     ) -> np.ndarray:
-        """Rates of all states; `omega`: the speed where it is known better than by the state."""
+        """Rates of all states; `omega`: the speed where it is known better than by the
+        state."""
         omega = float(y[1]) if omega is None else omega
         rates = np.zeros_like(y)
         rates[0] = omega
         rates[1] = alpha
         rates[self.OWN] = own
-        works = [self.driving(t, omega) * omega, lever_power, damping, *(float(np.sum(k.power)) for k in pairs)]
+        works = [
+            self.driving(t, omega) * omega,
+            lever_power,
+            damping,
+            *(float(np.sum(k.power)) for k in pairs),
+        ]
         rates[self.WORK] = works
         if self.heat is not None:
             rates[self.T] = self.warming(y, omega, self.friction_heat(pairs))
@@ -151,7 +182,9 @@ class Brake(AbstractModel):
             T = self.lining_temperatures(y)
             worn = []
             for k, pair, area in zip(self.wears, pairs, self.p["areas"], strict=True):
-                rate = k["k"] * (1 if T is None else np.maximum(1 + k["slope"] * (T - k["at"]), 0.0))
+                rate = k["k"] * (
+                    1 if T is None else np.maximum(1 + k["slope"] * (T - k["at"]), 0.0)
+                )
                 worn.append(rate * pair.normal / area * pair.slip)
             rates[self.WORN] = np.concatenate(worn)
         return rates
@@ -163,8 +196,11 @@ class Brake(AbstractModel):
         """Elastic energy (J)."""
         return 0.0
 
-    def stands_or_goes(self, low: float, torque: float, high: float, fired: list[str]) -> int:
-        """Which way a brake at rest starts under the torque, 0: it is held between the limits."""
+    def stands_or_goes(
+        self, low: float, torque: float, high: float, fired: list[str]
+    ) -> int:
+        """Which way a brake at rest starts under the torque, 0: it is held between the
+        limits."""
         if self.mode == HELD and "above" in fired:
             return 1
         if self.mode == HELD and "below" in fired:
@@ -202,7 +238,8 @@ def answers(model: Brake, y: np.ndarray) -> dict[str, Any]:
 
 
 def names_of_change(before: str, after: str, first: bool) -> list[str]:
-    """Names of the events in a change of mode of what a lever acts on, as docs/events_and_modes.md has them."""
+    """Names of the events in a change of mode of what a lever acts on, as
+    docs/events_and_modes.md has them."""
     if before == after:
         return []
     if after == OPEN:
@@ -222,8 +259,11 @@ def names_of_change(before: str, after: str, first: bool) -> list[str]:
     return found
 
 
-def names_with_a_bandage(names: list[str], before: tuple[str, int], after: tuple[str, int]) -> list[str]:
-    """Names of the events of a staged brake: those of its band (`names_of_change`) and those of the rim.
+def names_with_a_bandage(
+    names: list[str], before: tuple[str, int], after: tuple[str, int]
+) -> list[str]:
+    """Names of the events of a staged brake: those of its band (`names_of_change`) and
+    those of the rim.
 
     `before`, `after`: mode of the band, and 0 where the linings stick to the rim
     """
@@ -234,7 +274,11 @@ def names_with_a_bandage(names: list[str], before: tuple[str, int], after: tuple
     if old == HELD and new != HELD and slid:
         names = ["external_release" if name == "restart" else name for name in names]
     if slid == 0 and slides:
-        return [*(["restart"] if old == HELD and new == HELD else []), "internal_slip", *names]
+        return [
+            *(["restart"] if old == HELD and new == HELD else []),
+            "internal_slip",
+            *names,
+        ]
     if slid and slides == 0:
         if new == HELD:
             return names if "stop" in names else [*names, "stop"]
@@ -242,4 +286,16 @@ def names_with_a_bandage(names: list[str], before: tuple[str, int], after: tuple
     return names
 
 
-__all__ = ["BACK", "ELASTIC", "HELD", "OPEN", "ROUNDING", "SLIP", "TAKE_UP", "Brake", "Lines", "Pair", "answers"]
+__all__ = [
+    "BACK",
+    "ELASTIC",
+    "HELD",
+    "OPEN",
+    "ROUNDING",
+    "SLIP",
+    "TAKE_UP",
+    "Brake",
+    "Lines",
+    "Pair",
+    "answers",
+]

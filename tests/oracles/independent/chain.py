@@ -1,9 +1,18 @@
-"""The resolved chain: linings that stick and slide one by one on segments of the band."""
+"""The resolved chain: linings that stick and slide one by one on segments of the
+band."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
-from oracles.independent.base import BACK, ELASTIC, HELD, SLIP, Brake, Pair, names_of_change
+from oracles.independent.base import (
+    BACK,
+    ELASTIC,
+    HELD,
+    SLIP,
+    Brake,
+    Pair,
+    names_of_change,
+)
 
 #: a lining that is nearer to its limit than this share of a typical tension is at it
 _AT = 1e-10
@@ -23,18 +32,23 @@ class Now(NamedTuple):
 
 
 class Chain(Brake):
-    """`m_i ü_i = G_i + T_{i−1} − T_i`, `J ω̇ = M_load − R_b Σ G_i`; states `u_i`, `u̇_i`."""
+    """`m_i ü_i = G_i + T_{i−1} − T_i`, `J ω̇ = M_load − R_b Σ G_i`; states `u_i`,
+    `u̇_i`."""
 
     def __init__(self, p: dict[str, Any]):
         q = p["segments"]
         n = p["n"]
         self.K = np.append(q["stiffness"], p["C"])
         self.m = q["mass"]
-        between = 2 * q["damping"] * np.sqrt(self.K[:-1] * 0.5 * (self.m[1:] + self.m[:-1]))
+        between = (
+            2 * q["damping"] * np.sqrt(self.K[:-1] * 0.5 * (self.m[1:] + self.m[:-1]))
+        )
         self.D = np.append(between, q["anchor"])
         self.pre = p["C"] * p["x"]
         speed = p["R_b"] * max(abs(p["omega"]), 1.0)
-        super().__init__(p, 1, [p["lever"].largest() / float(np.min(self.K))] * n + [speed] * n)
+        super().__init__(
+            p, 1, [p["lever"].largest() / float(np.min(self.K))] * n + [speed] * n
+        )
         self.R_b = p["R_b"]
         self.sine = np.sin(p["beta"] / 2)
         self.cosine = np.cos(p["beta"] / 2)
@@ -61,13 +75,20 @@ class Chain(Brake):
         slip = self.R_b * omega - v
         normal = (tension + before) * self.sine
         T = self.lining_temperatures(y)
-        G = self.linings * self.law.kinetic(self.linings * slip, T) * normal / self.cosine
+        G = (
+            self.linings
+            * self.law.kinetic(self.linings * slip, T)
+            * normal
+            / self.cosine
+        )
         carried = float(np.sum(np.where(sticks, tension - before, G)))
         inertia = self.J + self.R_b**2 * float(np.sum(self.m[sticks]))
         alpha = (self.driving(t, omega) - self.R_b * carried) / inertia
         G = np.where(sticks, self.m * self.R_b * alpha + tension - before, G)
         limit = self.law.static(T) * normal / self.cosine
-        acceleration = np.where(sticks, self.R_b * alpha, (G + before - tension) / self.m)
+        acceleration = np.where(
+            sticks, self.R_b * alpha, (G + before - tension) / self.m
+        )
         damping = float(np.sum((tension - np.maximum(elastic, 0.0)) * stretching))
         return Now(alpha, G, limit, slip, acceleration, total, damping, normal)
 
@@ -77,7 +98,9 @@ class Chain(Brake):
         v = np.where(self.linings == 0, self.R_b * float(y[1]), v)
         pair = Pair(now.force * now.slip, now.normal, now.slip)
         power = self.lever(t) * float(v[0])
-        return self.assembled(t, y, now.alpha, np.append(v, now.acceleration), [pair], power, now.damping)
+        return self.assembled(
+            t, y, now.alpha, np.append(v, now.acceleration), [pair], power, now.damping
+        )
 
     def guards(self, t, y):
         now = self.now(t, y)
@@ -87,7 +110,10 @@ class Chain(Brake):
             self.linings * now.slip / (self.R_b * self.speed),
         )
         found = {f"lining {i}": float(each[i]) for i in range(self.n)}
-        found |= {f"taut {i}": float(x) / self.force for i, x in enumerate(np.where(self.taut, 1, -1) * now.total)}
+        found |= {
+            f"taut {i}": float(x) / self.force
+            for i, x in enumerate(np.where(self.taut, 1, -1) * now.total)
+        }
         if self.mode != HELD:
             found["motion"] = self.sense * float(y[1]) / self.speed
         return found
@@ -106,7 +132,10 @@ class Chain(Brake):
             now = self.now(t, y)
             was = self.linings.copy()
             for i in range(self.n):
-                past = abs(now.force[i]) > now.limit[i] + (_AT if i not in marked else -1e-6) * self.force
+                past = (
+                    abs(now.force[i])
+                    > now.limit[i] + (_AT if i not in marked else -1e-6) * self.force
+                )
                 if was[i] == 0 and past:
                     self.linings[i] = 1 if now.force[i] > 0 else -1
                     self.note(t, "lining_slip", i + 1)
@@ -123,18 +152,27 @@ class Chain(Brake):
         return y
 
     def _stick_at_once(self, t: float, y: np.ndarray, was: np.ndarray) -> None:
-        """A lining that lets go together with others sticks again where it would slide the other way."""
+        """A lining that lets go together with others sticks again where it would slide
+        the other way."""
         now = self.now(t, y)
         for i in range(self.n):
             away = self.linings[i] * (self.R_b * now.alpha - now.acceleration[i])
-            if was[i] == 0 and self.linings[i] and away < -1e-6 * self.force / self.m[i]:
+            if (
+                was[i] == 0
+                and self.linings[i]
+                and away < -1e-6 * self.force / self.m[i]
+            ):
                 self.linings[i] = 0
                 self.note(t, "lining_stick", i + 1)
 
-    def _label(self, t: float, y: np.ndarray, old: str, before: np.ndarray, stops: bool) -> None:
+    def _label(
+        self, t: float, y: np.ndarray, old: str, before: np.ndarray, stops: bool
+    ) -> None:
         ahead = bool(np.all(self.linings > 0))
         back = bool(np.all(self.linings < 0))
-        restarts = old == HELD and (ahead or back) and not np.array_equal(before, self.linings)
+        restarts = (
+            old == HELD and (ahead or back) and not np.array_equal(before, self.linings)
+        )
         self.mode = SLIP if ahead else BACK if back else ELASTIC
         if (old == HELD and not restarts) or stops:
             self.mode = HELD

@@ -1,4 +1,5 @@
-"""A scene run by simbrake and by the independent model, side by side: modes, events, states and energies."""
+"""A scene run by simbrake and by the independent model, side by side: modes, events,
+states and energies."""
 
 from typing import Any, NamedTuple
 
@@ -13,12 +14,14 @@ from oracles.independent.stepping import Logged, integrate
 import simbrake as sb
 
 RTOL = 1e-11
-#: relative differences allowed: of times over 1 s, of states and energies; linings that slip and stick one by one, some
-#: hundred times in a run, make errors of integration grow
+#: relative differences allowed: of times over 1 s, of states and energies; linings that
+#: slip and stick one by one, some hundred times in a run, make errors of integration
+#: grow
 ALLOWED = {"chain": 1e-6}
 USUALLY = 5e-8
-#: of a time also what a margin takes to change by this, where the margin passes 0 slowly: springs without dampers, and
-#: friction that falls with the speed, let speeds come together over seconds, and the time at which they do is ill-posed
+#: of a time also what a margin takes to change by this, where the margin passes 0
+#: slowly: springs without dampers, and friction that falls with the speed, let speeds
+#: come together over seconds, and the time at which they do is ill-posed
 FLAT = {"resolved bandage": 1e-9}
 #: marks of heat, which change no mode
 MARKS = ("grip_lost", "permissible_temperature", "self_locking")
@@ -38,9 +41,11 @@ Modes = list[tuple[float, tuple[Any, ...]]]
 
 
 class Course(NamedTuple):
-    """A run: the modes that last, with the times from which they hold; events; what there is at the end.
+    """A run: the modes that last, with the times from which they hold; events; what
+    there is at the end.
 
-    - `passing`: instants at which a mode lasted no time;  `slopes`: by time how fast a margin passed 0 (1/s)
+    - `passing`: instants at which a mode lasted no time
+    - `slopes`: by time how fast a margin passed 0 (1/s)
     """
 
     modes: Modes
@@ -51,9 +56,11 @@ class Course(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Both runs of a scene: what differs (empty: nothing), largest differences, numbers of modes and events.
+    """Both runs of a scene: what differs (empty: nothing), largest differences, numbers
+    of modes and events.
 
-    - `times`: of a time (s);  `margins`: of a time, as what the margin that ended the mode changes in it
+    - `times`: of a time (s)
+    - `margins`: of a time, as what the margin that ended the mode changes in it
     """
 
     name: str
@@ -66,7 +73,8 @@ class Comparison(NamedTuple):
 
 
 def _lasting(changes: Modes, end: float) -> tuple[Modes, list[float]]:
-    """Modes that last, and the instants of others: those that are neither the mode before nor that after."""
+    """Modes that last, and the instants of others: those that are neither the mode
+    before nor that after."""
     found: Modes = []
     brief: list[tuple[float, Any, int]] = []
     for (t, mode), (after, _) in zip(changes, [*changes[1:], (end, ())], strict=True):
@@ -87,9 +95,15 @@ def ours(p: dict[str, Any]) -> Course:
     n = int(record.count)
     times = np.asarray(record.rows.t)[: n + 1]
     modes = record.modes
-    parts = [part for name in ("outer", "inner", "linings") if (part := getattr(modes.own, name, None)) is not None]
+    parts = [
+        part
+        for name in ("outer", "inner", "linings")
+        if (part := getattr(modes.own, name, None)) is not None
+    ]
     columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
-    if p["kind"] == "resolved bandage" and modes.lifted is not None:  # a lining off the rim neither sticks nor slides
+    if (
+        p["kind"] == "resolved bandage" and modes.lifted is not None
+    ):  # a lining off the rim neither sticks nor slides
         columns[2] = np.where(np.asarray(modes.lifted)[: n + 1] != 0, 2, columns[2])
     if p["kind"] == "resolved bandage":  # an open band touches no lining
         columns[1] = np.where(columns[0] == sb.results.BandMode.OPEN, 0, columns[1])
@@ -98,7 +112,9 @@ def ours(p: dict[str, Any]) -> Course:
         (float(t), (_BANDS[sb.results.BandMode(row[0])], *map(int, row[1:])))
         for t, row in zip(times, rows, strict=True)
     ]
-    begins = 1 if changes[0][1][0] == base.OPEN and changes[1][0] == changes[0][0] else 0  # a run settles from open
+    begins = (
+        1 if changes[0][1][0] == base.OPEN and changes[1][0] == changes[0][0] else 0
+    )  # a run settles from open
     lasting, passing = _lasting(changes[begins:-1], float(times[-1]))
     end: dict[str, Any] = {
         "angle": float(y.phi),
@@ -116,7 +132,9 @@ def ours(p: dict[str, Any]) -> Course:
         end["temperatures"] = np.asarray(result.end_temperatures)
     if y.worn is not None:
         end["worn"] = np.concatenate([np.ravel(np.asarray(worn)) for worn in y.worn])
-    events = [Logged(e.time, e.name, e.lining) for e in result.events if e.name not in MARKS]
+    events = [
+        Logged(e.time, e.name, e.lining) for e in result.events if e.name not in MARKS
+    ]
     if p["bandage"] is not None or p["kind"] == "several bands":
         events = [e for e in events if e.name != "lining_limit"]
     return Course(lasting, events, end, passing, {})
@@ -124,17 +142,27 @@ def ours(p: dict[str, Any]) -> Course:
 
 def theirs(p: dict[str, Any]) -> Course:
     """The independent model's run."""
-    kinds = {"disc": Pressed, "shoe": Pressed, "chain": Chain, "resolved bandage": Sprung, "several bands": Bands}
+    kinds = {
+        "disc": Pressed,
+        "shoe": Pressed,
+        "chain": Chain,
+        "resolved bandage": Sprung,
+        "several bands": Bands,
+    }
     model = kinds.get(p["kind"], Banded)(p)
     y = integrate(model)
     lasting, passing = _lasting(model.modes, model.end)
-    return Course(lasting, model.log, base.answers(model, y), passing, dict(model.slopes))
+    return Course(
+        lasting, model.log, base.answers(model, y), passing, dict(model.slopes)
+    )
 
 
 def _ordered(events: list[Logged], passing: list[float]) -> list[Logged]:
-    """Events in order, those at one instant by name; without those of an instant at which a mode lasted no time.
+    """Events in order, those at one instant by name; without those of an instant at
+    which a mode lasted no time.
 
-    Which modes a log passes through at such an instant is a matter of the order in which conditions are looked at.
+    Which modes a log passes through at such an instant is a matter of the order in
+    which conditions are looked at.
     """
     kept = [e for e in events if all(abs(e.time - t) > _INSTANT for t in passing)]
     kept = sorted(kept, key=lambda e: e.time)
@@ -144,7 +172,11 @@ def _ordered(events: list[Logged], passing: list[float]) -> list[Logged]:
             groups[-1].append(event)
         else:
             groups.append([event])
-    return [e for group in groups for e in sorted(group, key=lambda e: (e.name, e.lining or 0))]
+    return [
+        e
+        for group in groups
+        for e in sorted(group, key=lambda e: (e.name, e.lining or 0))
+    ]
 
 
 def compare(kind: str, flavour: str, seed: int) -> Comparison:
@@ -183,5 +215,7 @@ def compare(kind: str, flavour: str, seed: int) -> Comparison:
     elif not worst <= allowed:
         differs = which
     times = max((gap for gap, _ in apart), default=0.0)
-    margins = max((gap * slope for gap, slope in apart if np.isfinite(slope)), default=0.0)
+    margins = max(
+        (gap * slope for gap, slope in apart if np.isfinite(slope)), default=0.0
+    )
     return Comparison(name, differs, times, margins, worst, len(a.modes), len(events))

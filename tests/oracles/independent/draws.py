@@ -1,4 +1,5 @@
-"""Random scenes: numbers drawn by a seed, from which simbrake's scene and the independent model are both made."""
+"""Random scenes: numbers drawn by a seed, from which simbrake's scene and the
+independent model are both made."""
 
 from typing import Any
 
@@ -13,7 +14,8 @@ KINDS = (
 )  # fmt: skip
 #: brakes that may have two alike rims
 BANDED = ("rigid band", "elastic band", "staged, rigid band", "staged, elastic band")
-#: what a scene models beside its mechanism; scenes of one kind and flavour share one program
+#: what a scene models beside its mechanism; scenes of one kind and flavour share one
+#: program
 FLAVOURS = ("plain", "hot", "fill")
 #: linings of a resolved bandage
 _RESOLVED = {"plain": 4, "hot": 3, "fill": 6}
@@ -30,10 +32,18 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     """The numbers of a scene."""
     rng = np.random.default_rng([KINDS.index(kind), FLAVOURS.index(flavour), seed])
     n = 2 if kind == "shoe" else _RESOLVED[flavour] if kind == "resolved bandage" else 3
-    p: dict[str, Any] = {"kind": kind, "flavour": flavour, "seed": seed, "n": n, "end": END}
+    p: dict[str, Any] = {
+        "kind": kind,
+        "flavour": flavour,
+        "seed": seed,
+        "n": n,
+        "end": END,
+    }
     p["J"] = rng.uniform(50, 300)
     p["drag"] = rng.uniform(0, 15)
-    p["omega"] = float(rng.choice([0.0, 20.0, 12.0, -15.0, 3.0]) * rng.uniform(0.9, 1.1))
+    p["omega"] = float(
+        rng.choice([0.0, 20.0, 12.0, -15.0, 3.0]) * rng.uniform(0.9, 1.1)
+    )
     t = np.sort(rng.uniform(0, 3, 7))
     pull = rng.uniform(300, 6e3, 7) * (rng.random(7) > 0.3)
     at = np.sort(rng.uniform(0, 3, 6))
@@ -49,11 +59,18 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     p["load"] = Lines(list(at), list(load))
     p["hook_inertia"] = p["hook_torque"] = p["mass"] = 0.0
     if flavour == "fill":
-        p["filling"] = (rng.uniform(1e3, 6e3), rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8))
+        p["filling"] = (
+            rng.uniform(1e3, 6e3),
+            rng.uniform(0.1, 0.6),
+            rng.uniform(0.05, 0.8),
+        )
         p["lever"] = Filling(*p["filling"])
         p["load"] = Lines([0.0], [0.0])
         p["mass"] = rng.uniform(500, 5e3)
-        p["hook_inertia"], p["hook_torque"] = p["mass"] * HOOK_ARM**2, p["mass"] * 9.80665 * HOOK_ARM
+        p["hook_inertia"], p["hook_torque"] = (
+            p["mass"] * HOOK_ARM**2,
+            p["mass"] * 9.80665 * HOOK_ARM,
+        )
     p["beta"] = np.radians(rng.uniform(40, 62, n)) * min(1.0, 4 / n)
     p["R"] = 0.59
     p["R_b"] = 0.64
@@ -80,9 +97,17 @@ def _friction(p: dict[str, Any], rng: Any, kind: str, flavour: str, n: int) -> N
     p["inner"] = {"kinetic": inner, "static": inner_ratio * inner}
     p["ratios"] = (ratio, inner_ratio)
     if flavour != "plain":
-        p["law"] = {"kinetic": kinetic, "static": kinetic * rng.uniform(1.0, 1.2, n), "speed": rng.uniform(1.0, 6.0)}
+        p["law"] = {
+            "kinetic": kinetic,
+            "static": kinetic * rng.uniform(1.0, 1.2, n),
+            "speed": rng.uniform(1.0, 6.0),
+        }
         if kind == "resolved bandage":
-            p["inner"] = {"kinetic": inner, "static": inner * rng.uniform(1.0, 1.2, n), "speed": rng.uniform(1.0, 6.0)}
+            p["inner"] = {
+                "kinetic": inner,
+                "static": inner * rng.uniform(1.0, 1.2, n),
+                "speed": rng.uniform(1.0, 6.0),
+            }
 
 
 def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
@@ -91,7 +116,11 @@ def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
         taut = p["lever_points"][1][0] / p["C"] * rng.uniform(0.3, 1.0)
         p["x"] = float(rng.choice([0.0, taut])) if p["filling"] is None else 0.0
     if kind.startswith("staged") or kind == "resolved bandage":
-        p["bandage"] = {"J": rng.uniform(3.0, 20.0), "law": p["inner"], "preload": rng.uniform(0, 1500, n)}
+        p["bandage"] = {
+            "J": rng.uniform(3.0, 20.0),
+            "law": p["inner"],
+            "preload": rng.uniform(0, 1500, n),
+        }
         p["areas"] = [p["areas"][0], rng.uniform(0.02, 0.04, n)]
     if kind == "resolved bandage":
         p["bandage"] |= {
@@ -112,13 +141,26 @@ def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
         p["given"] = rng.uniform(0.5, 2.0, 2)
         p["by_stiffness"] = rng.random() < 0.5
     if kind == "disc":
-        p |= {"radii": (rng.uniform(0.4, 0.5), rng.uniform(0.55, 0.7)), "angle": 0.6, "worn_in": True}
-        p["areas"] = [np.full(n, 0.5 * p["angle"] * (p["radii"][1] ** 2 - p["radii"][0] ** 2))]
+        p |= {
+            "radii": (rng.uniform(0.4, 0.5), rng.uniform(0.55, 0.7)),
+            "angle": 0.6,
+            "worn_in": True,
+        }
+        p["areas"] = [
+            np.full(n, 0.5 * p["angle"] * (p["radii"][1] ** 2 - p["radii"][0] ** 2))
+        ]
         p["track"] = 0.5 * sum(p["radii"])
     if kind == "shoe":
-        p |= {"radius": 0.35, "width": 0.1, "pin": rng.uniform(0.24, 0.3), "arm": rng.uniform(0.5, 0.7)}
+        p |= {
+            "radius": 0.35,
+            "width": 0.1,
+            "pin": rng.uniform(0.24, 0.3),
+            "arm": rng.uniform(0.5, 0.7),
+        }
         p["angles"] = (rng.uniform(0.05, 0.4), rng.uniform(1.8, 2.3))
-        p["areas"] = [np.full(n, p["width"] * p["radius"] * (p["angles"][1] - p["angles"][0]))]
+        p["areas"] = [
+            np.full(n, p["width"] * p["radius"] * (p["angles"][1] - p["angles"][0]))
+        ]
         p["track"] = p["radius"]
 
 
@@ -136,16 +178,27 @@ def _heat(p: dict[str, Any], rng: Any, flavour: str, n: int) -> None:
     p["fade"] = {
         "slope": rng.uniform(5e-4, 2.5e-3), "above": FADE_FROM, "floor": rng.uniform(0.3, 0.6), "blend": BLEND
     }  # fmt: skip
-    # between rim and linings, in sum; of the outer faces of the linings; at rest as of the rim
+    # between rim and linings, in sum; of the outer faces of the linings; at rest as of
+    # the rim
     p["heat"] |= {"contact": rng.uniform(5, 60), "lining_area": rng.uniform(0.05, 0.2)}
-    wear = {"k": rng.uniform(1e-14, 3e-14, n), "slope": rng.uniform(0, 5e-3), "at": 293.15}
-    p["wear"] = [wear] if p["bandage"] is None else [wear, {"k": rng.uniform(1e-14, 3e-14, n), "slope": 0.0, "at": 1.0}]
+    wear = {
+        "k": rng.uniform(1e-14, 3e-14, n),
+        "slope": rng.uniform(0, 5e-3),
+        "at": 293.15,
+    }
+    p["wear"] = (
+        [wear]
+        if p["bandage"] is None
+        else [wear, {"k": rng.uniform(1e-14, 3e-14, n), "slope": 0.0, "at": 1.0}]
+    )
 
 
-# --- simbrake's scene of the same numbers -----------------------------------------------------------------------------
+# --- simbrake's scene of the same numbers -------------------------------------------
 
 
-def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.friction.AbstractFriction:
+def _law(
+    p: dict[str, Any], law: dict[str, Any], ratio: float
+) -> sb.friction.AbstractFriction:
     if "speed" in law:
         base: Any = sb.StribeckFriction(law["static"], law["kinetic"], law["speed"])
     else:
@@ -153,7 +206,9 @@ def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.friction.Ab
     if p.get("fade") is None:
         return base
     q = p["fade"]
-    return sb.friction.ProductFriction(base, (sb.LinearFade(q["slope"], q["above"], q["floor"], q["blend"]),))
+    return sb.friction.ProductFriction(
+        base, (sb.LinearFade(q["slope"], q["above"], q["floor"], q["blend"]),)
+    )
 
 
 def _brake(p: dict[str, Any]) -> Any:
@@ -163,7 +218,12 @@ def _brake(p: dict[str, Any]) -> Any:
     if kind == "disc":
         return sb.DiscBrake(p["J"], sb.Pads(law, *p["radii"], p["angle"], n))
     if kind == "shoe":
-        return sb.ShoeBrake(p["J"], sb.Shoes(law, p["radius"], p["width"], *p["angles"]), p["pin"], p["arm"])
+        return sb.ShoeBrake(
+            p["J"],
+            sb.Shoes(law, p["radius"], p["width"], *p["angles"]),
+            p["pin"],
+            p["arm"],
+        )
     if kind == "several bands":
         return _bands(p)
     segments = bandage = mass = None
@@ -173,20 +233,46 @@ def _brake(p: dict[str, Any]) -> Any:
         mass = q["mass"]
     if p["bandage"] is not None:
         q = p["bandage"]
-        more = {"spring": q["spring"], "spring_damping": q["damping"]} if kind == "resolved bandage" else {}
+        more = (
+            {"spring": q["spring"], "spring_damping": q["damping"]}
+            if kind == "resolved bandage"
+            else {}
+        )
         more |= {key: q[key] for key in ("mass", "mass_radius") if key in q}
-        bandage = sb.Bandage(q["J"], _law(p, q["law"], p["ratios"][1]), q["preload"], p["areas"][1], **more)
+        bandage = sb.Bandage(
+            q["J"],
+            _law(p, q["law"], p["ratios"][1]),
+            q["preload"],
+            p["areas"][1],
+            **more,
+        )
     linings = sb.Lining(law, p["beta"], p["areas"][0], mass)
-    return sb.Brake(sb.Pulley(p["R"], p["J"]), sb.Band(p["R_b"], p["C"], segments), linings, bandage, p["rims"])
+    return sb.Brake(
+        sb.Pulley(p["R"], p["J"]),
+        sb.Band(p["R_b"], p["C"], segments),
+        linings,
+        bandage,
+        p["rims"],
+    )
 
 
 def _bands(p: dict[str, Any]) -> sb.brakes.MultiBandBrake:
     made = []
     for (first, last), C, share in zip(BANDS, p["stiffness"], p["given"], strict=True):
-        numbers = {key: x[first:last] if np.ndim(x) else x for key, x in p["law"].items()}
-        linings = sb.Lining(_law(p, numbers, p["ratios"][0]), p["beta"][first:last], p["areas"][0][first:last])
+        numbers = {
+            key: x[first:last] if np.ndim(x) else x for key, x in p["law"].items()
+        }
+        linings = sb.Lining(
+            _law(p, numbers, p["ratios"][0]),
+            p["beta"][first:last],
+            p["areas"][0][first:last],
+        )
         by_stiffness = p["by_stiffness"]
-        made.append(sb.brakes.LinedBand(linings, C if by_stiffness else None, None if by_stiffness else share))
+        made.append(
+            sb.brakes.LinedBand(
+                linings, C if by_stiffness else None, None if by_stiffness else share
+            )
+        )
     return sb.brakes.MultiBandBrake(sb.Pulley(p["R"], p["J"]), p["R_b"], tuple(made))
 
 
@@ -196,7 +282,9 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
     if q is None:
         return None, None
     rim = sb.thermal.Lump("rim", q["rim"], q["start"][0])
-    linings = sb.thermal.Lump("linings", np.full(n, q["lining"]), q["start"][1:-1], count=n)
+    linings = sb.thermal.Lump(
+        "linings", np.full(n, q["lining"]), q["start"][1:-1], count=n
+    )
     band = sb.thermal.Lump("band", q["band"], q["start"][-1])
     h = sb.thermal.SpeedCoefficient(q["h"], q["h_speed"])
     staged = p["bandage"] is not None
@@ -204,14 +292,22 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
         bodies=(rim, linings, band, sb.thermal.Reservoir("air", q["air"])),
         links=(
             sb.thermal.Convection("rim", q["rim_area"], h, covered=q["covered"]),
-            sb.thermal.Radiation("rim", q["rim_area"], q["emissivity"], covered=q["covered"]),
-            sb.thermal.ThermalContact("rim", "linings", 1.0, 1 / q["contact"], opens=True),
+            sb.thermal.Radiation(
+                "rim", q["rim_area"], q["emissivity"], covered=q["covered"]
+            ),
+            sb.thermal.ThermalContact(
+                "rim", "linings", 1.0, 1 / q["contact"], opens=True
+            ),
             sb.thermal.Conductance("linings", "band", q["conductance"], opens=staged),
             sb.thermal.Convection("linings", q["lining_area"], h),
             sb.thermal.Convection("band", 1.0, q["band_loss"]),
         ),
-        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(q["metal"])),
-        external=sb.thermal.FrictionHeat("band", "linings", sb.thermal.ConstantPartition(q["metal_out"]))
+        friction=sb.thermal.FrictionHeat(
+            "rim", "linings", sb.thermal.ConstantPartition(q["metal"])
+        ),
+        external=sb.thermal.FrictionHeat(
+            "band", "linings", sb.thermal.ConstantPartition(q["metal_out"])
+        )
         if staged
         else None,
         rim="rim",
@@ -220,7 +316,9 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
     )
     outer, *inner = p["wear"]
     rate = sb.wear.LinearWear(outer["k"], outer["slope"], outer["at"])
-    return heat, sb.Wear(rate, internal=sb.wear.ConstantWear(inner[0]["k"]) if inner else None)
+    return heat, sb.Wear(
+        rate, internal=sb.wear.ConstantWear(inner[0]["k"]) if inner else None
+    )
 
 
 def scene(p: dict[str, Any]) -> sb.Scene:
@@ -233,7 +331,9 @@ def scene(p: dict[str, Any]) -> sb.Scene:
         load = sb.HookLoad(p["mass"], HOOK_ARM, 1.0, drag=p["drag"])
     duty = (sb.ForceDuty if p["kind"] in ("disc", "shoe") else sb.Duty)(lever, load)
     heat, wear = _thermal(p)
-    return sb.Scene(_brake(p), duty, sb.Initial(p["omega"], p["x"]), p["end"], heat, wear=wear)
+    return sb.Scene(
+        _brake(p), duty, sb.Initial(p["omega"], p["x"]), p["end"], heat, wear=wear
+    )
 
 
 __all__ = ["FLAVOURS", "KINDS", "draw", "scene"]

@@ -1,4 +1,5 @@
-"""Disc and double-shoe brakes, and several rigid bands: the torque follows from the force.
+"""Disc and double-shoe brakes, and several rigid bands: the torque follows from the
+force.
 
 Moments of the shoes by quadrature.
 """
@@ -6,7 +7,15 @@ Moments of the shoes by quadrature.
 from typing import Any
 
 import numpy as np
-from oracles.independent.base import BACK, HELD, OPEN, SLIP, Brake, Pair, names_of_change
+from oracles.independent.base import (
+    BACK,
+    HELD,
+    OPEN,
+    SLIP,
+    Brake,
+    Pair,
+    names_of_change,
+)
 from oracles.independent.draws import BANDS
 from scipy.integrate import quad
 
@@ -15,7 +24,10 @@ def effective_radius(p: dict[str, Any]) -> float:
     """`r_e` (m) of a pad: `∫ p r² dr/∫ p r dr` over its face."""
     pressure = (lambda r: 1 / r) if p["worn_in"] else (lambda r: 1.0)
     (a, b) = p["radii"]
-    return quad(lambda r: pressure(r) * r**2, a, b)[0] / quad(lambda r: pressure(r) * r, a, b)[0]
+    return (
+        quad(lambda r: pressure(r) * r**2, a, b)[0]
+        / quad(lambda r: pressure(r) * r, a, b)[0]
+    )
 
 
 def shoe_arms(p: dict[str, Any]) -> tuple[float, float]:
@@ -30,7 +42,8 @@ def shoe_arms(p: dict[str, Any]) -> tuple[float, float]:
 
 
 class Pressed(Brake):
-    """`J ω̇ = M_load − M`, `M = ± r Σ f_i N_i`, up to the static limits while at rest."""
+    """`J ω̇ = M_load − M`, `M = ± r Σ f_i N_i`, up to the static limits while at
+    rest."""
 
     def __init__(self, p: dict[str, Any]):
         super().__init__(p, 1, [])
@@ -84,7 +97,9 @@ class Pressed(Brake):
         f = self.law.kinetic(np.full(self.n, v), self.lining_temperatures(y))
         F = self.lever(t)
         each = self.friction(F, f, back)
-        return Pair(each * v, self.loads(F, f, back), v), (-1 if back else 1) * self.radius * float(np.sum(each))
+        return Pair(each * v, self.loads(F, f, back), v), (
+            -1 if back else 1
+        ) * self.radius * float(np.sum(each))
 
     def rates(self, t, y):
         nothing = Pair(np.zeros(self.n), np.zeros(self.n), 0.0)
@@ -107,7 +122,8 @@ class Pressed(Brake):
 
 
 class Bands(Pressed):
-    """Rigid bands under one lever: `T_i = T_{i−1} μ_i^{±1}` along each, from its share of the tension."""
+    """Rigid bands under one lever: `T_i = T_{i−1} μ_i^{±1}` along each, from its share
+    of the tension."""
 
     def __init__(self, p: dict[str, Any]):
         super().__init__(p)
@@ -119,7 +135,9 @@ class Bands(Pressed):
             rise = [np.exp(np.sum((f * p["beta"])[a:b])) for a, b in BANDS]
             self.shares = p["stiffness"] / rise / np.sum(p["stiffness"] / rise)
 
-    def tensions(self, force: float, f: np.ndarray, back: bool) -> tuple[np.ndarray, np.ndarray]:
+    def tensions(
+        self, force: float, f: np.ndarray, back: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Tensions (N) ahead of every lining and behind it."""
         ahead = np.zeros(self.n)
         behind = np.zeros(self.n)

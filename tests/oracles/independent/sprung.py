@@ -1,4 +1,5 @@
-"""The resolved bandage: linings on springs, each held or sliding on the band and on the rim."""
+"""The resolved bandage: linings on springs, each held or sliding on the band and on the
+rim."""
 
 from typing import Any, NamedTuple
 
@@ -17,12 +18,14 @@ from oracles.independent.base import (
 )
 from scipy.optimize import brentq
 
-#: shares at which the torque of linings at rest is looked at before its root is bracketed
+#: shares at which the torque of linings at rest is looked at before its root is
+#: bracketed
 _SHARES = np.linspace(-1.0, 1.0, 201)
 
 
 class Now(NamedTuple):
-    """Forces and accelerations at one instant; arrays have one entry for each lining."""
+    """Forces and accelerations at one instant; arrays have one entry for each
+    lining."""
 
     alpha: float  # of the pulley (rad/s²)
     tension: np.ndarray  # T_0…T_n (N)
@@ -31,18 +34,24 @@ class Now(NamedTuple):
     drive: np.ndarray  # torque from the pulley (N·m)
     grip: np.ndarray  # up to which it sticks to the rim, or with which it slides (N·m)
     springs: np.ndarray  # torque of the springs (N·m)
-    spare: np.ndarray  # torque that a lining at rest could bear from its springs beyond what it bears (N·m)
+    # torque that a lining at rest could bear from its springs beyond what it bears
+    # (N·m)
+    spare: np.ndarray
     acceleration: np.ndarray  # rad/s²
     least: float  # load torques between which a pulley at rest stays there (N·m)
     most: float
-    margin: np.ndarray  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
+    margin: (
+        np.ndarray
+    )  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
 
 
 class Sprung(Brake):
-    """`J ω̇ = M − Σ λ_i`, `J_i ω̇_i = λ_i + Q_i − R_b (T_i − T_{i−1})`; states `e_j` of the springs, `ω_i`.
+    """`J ω̇ = M − Σ λ_i`, `J_i ω̇_i = λ_i + Q_i − R_b (T_i − T_{i−1})`; states `e_j` of
+    the springs, `ω_i`.
 
-    `outer`, `inner`: 0 where a lining is held on the band or sticks to the rim, else the sense in which it slides. A
-    lining that neither moves on the band nor on the rim is fixed, and so is the pulley then.
+    `outer`, `inner`: 0 where a lining is held on the band or sticks to the rim, else
+    the sense in which it slides. A lining that neither moves on the band nor on the rim
+    is fixed, and so is the pulley then.
     """
 
     def __init__(self, p: dict[str, Any]):
@@ -69,7 +78,11 @@ class Sprung(Brake):
 
     def label(self):
         outer = np.zeros(self.n, int) if self.mode == OPEN else self.outer
-        return (self.mode, *map(int, outer), *map(int, np.where(self.off, 2, self.inner)))
+        return (
+            self.mode,
+            *map(int, outer),
+            *map(int, np.where(self.off, 2, self.inner)),
+        )
 
     @property
     def held(self) -> np.ndarray:
@@ -84,24 +97,34 @@ class Sprung(Brake):
         e, w = np.split(y[self.OWN], [self.n - 1])
         return e, np.where(self.held, 0.0, np.where(self.inner == 0, y[1], w))
 
-    # --- all of it at one instant -----------------------------------------------------------------------------------
+    # --- all of it at one instant ----------------------------------------------------
 
     def _coefficients(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """`f tan(β/2)` on the band, sticking and sliding, and the coefficients on the rim that count."""
+        """`f tan(β/2)` on the band, sticking and sliding, and the coefficients on the
+        rim that count."""
         T = self.lining_temperatures(y)
         w = self.own(y)[1]
         sliding = self.law.kinetic(self.outer * w * self.R_b, T)
         on_rim = np.where(
-            self.inner == 0, self.rim_law.static(T), self.rim_law.kinetic(self.inner * (y[1] - w) * self.R, T)
+            self.inner == 0,
+            self.rim_law.static(T),
+            self.rim_law.kinetic(self.inner * (y[1] - w) * self.R, T),
         )
-        return self.law.static(T) * self.z, sliding * self.z, np.where(self.off, 0.0, on_rim)
+        return (
+            self.law.static(T) * self.z,
+            sliding * self.z,
+            np.where(self.off, 0.0, on_rim),
+        )
 
     def _seat(self, y: np.ndarray) -> np.ndarray:
         """Preload less the centrifugal force (N)."""
         return self.preload - self.thrust * self.own(y)[1] ** 2
 
-    def _along(self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Tensions `T_0…T_n` for shares of the grip that fixed linings use; which linings the band bounds then."""
+    def _along(
+        self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Tensions `T_0…T_n` for shares of the grip that fixed linings use; which
+        linings the band bounds then."""
         (still, moving, on_rim) = self._coefficients(y)
         seat = self._seat(y)
         before = np.full(np.shape(share), T_0)
@@ -114,9 +137,9 @@ class Sprung(Brake):
             high = before * (1 + still[i]) / (1 - still[i])
             used = share if self.fixed[i] else float(self.inner[i])
             # R_b (T − T') = used (by_load (T + T') + by_preload) + Q
-            balanced = (before * (self.R_b + used * by_load) + used * by_preload + springs[i]) / (
-                self.R_b - used * by_load
-            )
+            balanced = (
+                before * (self.R_b + used * by_load) + used * by_preload + springs[i]
+            ) / (self.R_b - used * by_load)
             if self.fixed[i]:
                 after = np.minimum(np.maximum(balanced, low), high)
             elif self.held[i]:
@@ -129,7 +152,9 @@ class Sprung(Brake):
             before = after
         return np.array(tensions), np.array(bounded)
 
-    def _taken(self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any) -> np.ndarray:
+    def _taken(
+        self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any
+    ) -> np.ndarray:
         """Torque (N·m) that the linings take from a pulley at rest."""
         tension, _ = self._along(T_0, y, springs, share)
         on_rim = self._coefficients(y)[2]
@@ -142,10 +167,14 @@ class Sprung(Brake):
                 total = total + self.inner[i] * self.R * on_rim[i] * load
         return total
 
-    def _share(self, T_0: float, y: np.ndarray, springs: np.ndarray, M: float) -> tuple[float, float, float]:
-        """The share of their grip with which fixed linings carry the load `M`, and the loads at shares −1 and 1.
+    def _share(
+        self, T_0: float, y: np.ndarray, springs: np.ndarray, M: float
+    ) -> tuple[float, float, float]:
+        """The share of their grip with which fixed linings carry the load `M`, and the
+        loads at shares −1 and 1.
 
-        Where several would, the greatest of those about which the torque grows with the share.
+        Where several would, the greatest of those about which the torque grows with the
+        share.
         """
         taken = self._taken(T_0, y, springs, _SHARES)
         rises = np.flatnonzero((taken[:-1] < M) & (taken[1:] >= M))
@@ -163,11 +192,16 @@ class Sprung(Brake):
         return (1.0 if taken[-1] < M else -1.0), taken[0], taken[-1]
 
     def forces_of_springs(self, y: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-        """Torques on the linings (N·m), power of the dampers (W), rates of the elongations (m/s)."""
+        """Torques on the linings (N·m), power of the dampers (W), rates of the
+        elongations (m/s)."""
         e, w = self.own(y)
         rate = self.R_b * (w[:-1] - w[1:])
         force = np.concatenate([[0.0], self.K * e + self.D * rate, [0.0]])
-        return self.R_b * (force[:-1] - force[1:]), float(np.sum(self.D * rate**2)), rate
+        return (
+            self.R_b * (force[:-1] - force[1:]),
+            float(np.sum(self.D * rate**2)),
+            rate,
+        )
 
     def now(self, t: float, y: np.ndarray) -> Now:
         T_0 = 0.0 if self.mode == OPEN else self.lever(t)
@@ -176,7 +210,9 @@ class Sprung(Brake):
         stuck = self.inner == 0
         held = self.held
         M = self.driving(t, 0.0 if rests else float(y[1]))
-        share, least, most = self._share(T_0, y, springs, M) if rests else (0.0, 0.0, 0.0)
+        share, least, most = (
+            self._share(T_0, y, springs, M) if rests else (0.0, 0.0, 0.0)
+        )
         tension, _ = self._along(T_0, y, springs, np.float64(share))
         still, _, on_rim = self._coefficients(y)
         before = tension[:-1]
@@ -188,16 +224,36 @@ class Sprung(Brake):
         slid = self.inner * grip
         alpha = 0.0
         if not rests:
-            alpha = (M - float(np.sum(np.where(stuck, needed, slid)))) / (self.J + float(np.sum(self.J_i[stuck])))
+            alpha = (M - float(np.sum(np.where(stuck, needed, slid)))) / (
+                self.J + float(np.sum(self.J_i[stuck]))
+            )
         drive = np.where(stuck, needed + self.J_i * alpha, slid)
-        # torn off by its springs: beyond the greatest pull of the band, and the grip on the rim with that tension
+        # torn off by its springs: beyond the greatest pull of the band, and the grip on
+        # the rim with that tension
         way = np.where(springs > 0, 1.0, -1.0)
         after = before * (1 + way * still) / (1 - way * still)
-        bears = self.R * on_rim * ((after + before) * self.sine + self.preload) + self.R_b * np.abs(after - before)
-        acceleration = np.where(held, 0.0, np.where(stuck, alpha, (slid - needed) / self.J_i))
+        bears = self.R * on_rim * (
+            (after + before) * self.sine + self.preload
+        ) + self.R_b * np.abs(after - before)
+        acceleration = np.where(
+            held, 0.0, np.where(stuck, alpha, (slid - needed) / self.J_i)
+        )
         spare = bears - np.abs(springs)
         margin = np.where(self.off, -balance, balance)
-        return Now(alpha, tension, pull, still * both, drive, grip, springs, spare, acceleration, least, most, margin)
+        return Now(
+            alpha,
+            tension,
+            pull,
+            still * both,
+            drive,
+            grip,
+            springs,
+            spare,
+            acceleration,
+            least,
+            most,
+            margin,
+        )
 
     def rates(self, t, y):
         now = self.now(t, y)
@@ -206,9 +262,15 @@ class Sprung(Brake):
         omega = 0.0 if np.any(self.fixed) else float(y[1])
         N = (now.tension[1:] + now.tension[:-1]) * self.sine
         outer = Pair(now.pull * self.R_b * w, N, self.R_b * w)
-        rim = Pair(now.drive * (omega - w), np.abs(np.where(self.off, 0.0, now.margin)), self.R * (omega - w))
+        rim = Pair(
+            now.drive * (omega - w),
+            np.abs(np.where(self.off, 0.0, now.margin)),
+            self.R * (omega - w),
+        )
         own = np.append(stretching, now.acceleration)
-        return self.assembled(t, y, now.alpha, own, [outer, rim], damping=damping, omega=omega)
+        return self.assembled(
+            t, y, now.alpha, own, [outer, rim], damping=damping, omega=omega
+        )
 
     def guards(self, t, y):
         now = self.now(t, y)
@@ -217,7 +279,10 @@ class Sprung(Brake):
         found = {}
         if np.any(self.fixed):
             M = self.driving(t, 0.0)
-            found |= {"above": (now.most - M) / self.torque, "below": (M - now.least) / self.torque}
+            found |= {
+                "above": (now.most - M) / self.torque,
+                "below": (M - now.least) / self.torque,
+            }
         elif self.mode != OPEN:
             found["pulley"] = self.sense * omega / self.speed
         for i in range(self.n):
@@ -238,7 +303,7 @@ class Sprung(Brake):
                 found[f"band {i}"] = self.outer[i] * w[i] / self.speed
         return found
 
-    # --- changes of mode ----------------------------------------------------------------------------------------------
+    # --- changes of mode -------------------------------------------------------------
 
     def change(self, t, y, fired):
         y = y.copy()
@@ -265,14 +330,18 @@ class Sprung(Brake):
             raise RuntimeError(f"no mode is consistent at {t:.9g} s")
         if np.any(self.thrust):
             self._lift(t, y, np.flatnonzero(self.off & self.held))
-            jumped = np.flatnonzero(~self.held & (self.now(t, y).margin < -ROUNDING * self.force))
+            jumped = np.flatnonzero(
+                ~self.held & (self.now(t, y).margin < -ROUNDING * self.force)
+            )
             self._lift(t, y, [i for i in jumped if i not in lifted])
         if self.mode != OPEN:
             rests = bool(np.any(self.fixed))
             omega = y[1]
             if not rests:
                 self.sense = int(np.sign(omega)) or self._sets_off(t, y)
-            self.mode = HELD if np.all(self.outer == 0) else SLIP if self.sense > 0 else BACK
+            self.mode = (
+                HELD if np.all(self.outer == 0) else SLIP if self.sense > 0 else BACK
+            )
         self._log(t, *old)
         self.first = False
         return y
@@ -281,7 +350,9 @@ class Sprung(Brake):
         """Linings leave the rim, or touch it again and slide there by their speed."""
         for i in linings:
             self.off[i] = not self.off[i]
-            self.note(t, "lining_lift_off" if self.off[i] else "lining_touchdown", int(i) + 1)
+            self.note(
+                t, "lining_lift_off" if self.off[i] else "lining_touchdown", int(i) + 1
+            )
             way = np.sign(y[1] - self.own(y)[1][i])
             if self.off[i] and self.inner[i] == 0:
                 self.inner[i] = 1 if self.now(t, y).drive[i] > 0 else -1
@@ -289,7 +360,8 @@ class Sprung(Brake):
                 self.inner[i] = int(way)
 
     def _let_go_or_catch(self, t: float, y: np.ndarray, fired: list[str]) -> None:
-        """What guards of single linings have told: what slid has caught on, what stuck lets go."""
+        """What guards of single linings have told: what slid has caught on, what stuck
+        lets go."""
         now = self.now(t, y)
         rests = bool(np.any(self.fixed))
         fixed = self.fixed
@@ -328,7 +400,8 @@ class Sprung(Brake):
             self.mode = OPEN
 
     def _yields(self, t: float, y: np.ndarray, way: int) -> bool:
-        """Let go of what is held by too great a force, and hold what would go the other way; whether anything was."""
+        """Let go of what is held by too great a force, and hold what would go the other
+        way; whether anything was."""
         now = self.now(t, y)
         spare = ROUNDING * self.torque
         if np.any(self.fixed):
@@ -342,8 +415,14 @@ class Sprung(Brake):
                 self._tear(int(i), now)
             if torn.size:
                 return True
-        off_rim = (self.inner == 0) & ~self.held & (np.abs(now.drive) > now.grip + spare)
-        off_band = self.held & ~self.fixed & (np.abs(now.pull) > now.pull_limit + ROUNDING * self.force)
+        off_rim = (
+            (self.inner == 0) & ~self.held & (np.abs(now.drive) > now.grip + spare)
+        )
+        off_band = (
+            self.held
+            & ~self.fixed
+            & (np.abs(now.pull) > now.pull_limit + ROUNDING * self.force)
+        )
         self.inner[off_rim] = np.where(now.drive > 0, 1, -1)[off_rim]
         self.outer[off_band] = np.where(now.pull > 0, 1, -1)[off_band]
         if np.any(off_rim | off_band):
@@ -351,14 +430,24 @@ class Sprung(Brake):
         return self._catches(y, now)
 
     def _catches(self, y: np.ndarray, now: Now) -> bool:
-        """Linings without speed on one of their faces that would slide there against their sense stay."""
+        """Linings without speed on one of their faces that would slide there against
+        their sense stay."""
         _, w = self.own(y)
         slides = (self.inner != 0) & ~self.held & ~self.off
         slight = 1e-9 * self.torque / self.J_i
-        wrong = slides & (w == y[1]) & (self.inner * (now.alpha - now.acceleration) < -slight)
+        wrong = (
+            slides
+            & (w == y[1])
+            & (self.inner * (now.alpha - now.acceleration) < -slight)
+        )
         self.inner[wrong] = 0
         if self.mode != OPEN and not np.any(wrong):
-            wrong = slides & (w == 0) & (y[1] != 0) & (self.outer * now.acceleration < -slight)
+            wrong = (
+                slides
+                & (w == 0)
+                & (y[1] != 0)
+                & (self.outer * now.acceleration < -slight)
+            )
             self.outer[wrong] = 0
         return bool(np.any(wrong))
 
@@ -383,19 +472,33 @@ class Sprung(Brake):
         return self.own(y)[1]
 
     def kinetic_energy(self, y):
-        return super().kinetic_energy(y) + 0.5 * float(np.sum(self.J_i * y[self.OWN][self.n - 1 :] ** 2))
+        return super().kinetic_energy(y) + 0.5 * float(
+            np.sum(self.J_i * y[self.OWN][self.n - 1 :] ** 2)
+        )
 
-    # --- the log ------------------------------------------------------------------------------------------------------
+    # --- the log ---------------------------------------------------------------------
 
-    def _log(self, t: float, mode: str, sense: int, outer: np.ndarray, inner: np.ndarray) -> None:
-        slid, slides = (0 if np.all(one == 0) else way for one, way in ((inner, sense), (self.inner, self.sense)))
+    def _log(
+        self, t: float, mode: str, sense: int, outer: np.ndarray, inner: np.ndarray
+    ) -> None:
+        slid, slides = (
+            0 if np.all(one == 0) else way
+            for one, way in ((inner, sense), (self.inner, self.sense))
+        )
         names = names_of_change(mode, self.mode, self.first)
         for name in names_with_a_bandage(names, (mode, slid), (self.mode, slides)):
             self.note(t, name)
-        pairs = (("internal", inner, self.inner), ("external", np.where(mode == OPEN, 2, outer), self._on_band()))
+        pairs = (
+            ("internal", inner, self.inner),
+            ("external", np.where(mode == OPEN, 2, outer), self._on_band()),
+        )
         for where, was, now in pairs:
             for i in np.flatnonzero((was == 0) != (now == 0)):
-                self.note(t, f"lining_{where}_{'stick' if now[i] == 0 else 'slip'}", int(i) + 1)
+                self.note(
+                    t,
+                    f"lining_{where}_{'stick' if now[i] == 0 else 'slip'}",
+                    int(i) + 1,
+                )
 
     def _on_band(self) -> np.ndarray:
         """`outer`, 2 where an open band touches no lining."""

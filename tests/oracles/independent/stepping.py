@@ -1,4 +1,5 @@
-"""Integration from event to event with SciPy's DOP853; modes, guards and changes of mode are the model's own."""
+"""Integration from event to event with SciPy's DOP853; modes, guards and changes of
+mode are the model's own."""
 
 import abc
 from collections.abc import Callable, Sequence
@@ -13,7 +14,8 @@ RTOL = 1e-11
 _ARMED = 1e-9
 #: guards that are reached together
 _TOGETHER = 1e-10
-#: points inside a step at which the guards are evaluated, as shares of it; in the first after an event more near it
+#: points inside a step at which the guards are evaluated, as shares of it; in the first
+#: after an event more near it
 _INSIDE = np.linspace(0.0, 1.0, 8)[1:]
 _AFTER_EVENT = np.concatenate([np.geomspace(1e-6, 0.1, 11), _INSIDE])
 #: a guard below this may dip under 0 between two points
@@ -57,7 +59,8 @@ class AbstractModel(abc.ABC):
 
     @abc.abstractmethod
     def settle(self, t: float, y: np.ndarray, fired: list[str]) -> np.ndarray:
-        """Find the mode at this instant, log what happened, and return the states after it."""
+        """Find the mode at this instant, log what happened, and return the states after
+        it."""
 
     @abc.abstractmethod
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
@@ -65,7 +68,8 @@ class AbstractModel(abc.ABC):
 
     @abc.abstractmethod
     def guards(self, t: float, y: np.ndarray) -> dict[str, float]:
-        """Margins by name, positive while the mode holds (the same names while the mode is the same)."""
+        """Margins by name, positive while the mode holds (the same names while the mode
+        is the same)."""
 
 
 class _Found(NamedTuple):
@@ -78,7 +82,14 @@ class _Found(NamedTuple):
 def _exactly(model: AbstractModel, t: float, y: np.ndarray, until: float) -> np.ndarray:
     if until <= t:
         return y
-    out = solve_ivp(model.rates, (t, until), y, "DOP853", rtol=RTOL / 10, atol=RTOL / 10 * model.sizes)
+    out = solve_ivp(
+        model.rates,
+        (t, until),
+        y,
+        "DOP853",
+        rtol=RTOL / 10,
+        atol=RTOL / 10 * model.sizes,
+    )
     return out.y[:, -1]
 
 
@@ -91,12 +102,17 @@ def _land(
     low: float,
     high: float,
 ) -> tuple[float, np.ndarray, float]:
-    """Time and states where a guard is 0, and its rate: from the interpolant, then by steps that end there."""
+    """Time and states where a guard is 0, and its rate: from the interpolant, then by
+    steps that end there."""
 
     def value(s: float) -> float:
         return model.guards(s, dense(s))[name]
 
-    root = float(brentq(value, low, high, xtol=1e-15, rtol=1e-14)) if value(low) > 0 else low
+    root = (
+        float(brentq(value, low, high, xtol=1e-15, rtol=1e-14))
+        if value(low) > 0
+        else low
+    )
     reach = max(1e-6 * (high - low), 1e-13 * max(1.0, abs(high)))
     slope = (value(root + reach) - value(root - reach)) / (2 * reach)
     at = _exactly(model, t, y, root)
@@ -122,7 +138,9 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
     armed = last > _TOGETHER
     at = t
     first_step = True
-    holding = np.array([not name.startswith("limit") for name in names], bool)  # marks say nothing of the mode
+    holding = np.array(
+        [not name.startswith("limit") for name in names], bool
+    )  # marks say nothing of the mode
     while solver.status == "running":
         solver.step()
         if solver.status == "failed" or solver.t_old is None:
@@ -135,17 +153,32 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
             here = np.array(list(model.guards(s, dense(s)).values()))
             lost = ~armed & holding & (here < -1e-6) & (last < -1e-7)
             if np.any(lost):
-                raise RuntimeError(f"at {s:.9g} s a mode holds that cannot: {names[int(np.argmax(lost))]}")
+                raise RuntimeError(
+                    f"at {s:.9g} s a mode holds that cannot: {names[int(np.argmax(lost))]}"
+                )
             past = [(i, s) for i in np.flatnonzero(armed & (here < 0))]
-            near = np.flatnonzero(armed & holding & (here >= 0) & (np.minimum(here, last) < _NEAR))
-            past += [(i, low) for i in near if (low := _dip(model, dense, names[i], at, s)) is not None]
+            near = np.flatnonzero(
+                armed & holding & (here >= 0) & (np.minimum(here, last) < _NEAR)
+            )
+            past += [
+                (i, low)
+                for i in near
+                if (low := _dip(model, dense, names[i], at, s)) is not None
+            ]
             if past:
-                found = [(*_land(model, before, y_before, dense, names[i], at, high), i) for i, high in past]
+                found = [
+                    (*_land(model, before, y_before, dense, names[i], at, high), i)
+                    for i, high in past
+                ]
                 root, y_root, slope, first = min(found, key=lambda one: one[0])
                 if until - root < 1e-12 * max(1.0, until):  # the known time comes first
                     return _Found(until, y_root, [])
                 values = np.array(list(model.guards(root, y_root).values()))
-                together = [i for i in range(len(names)) if i == first or (armed[i] and values[i] < _TOGETHER)]
+                together = [
+                    i
+                    for i in range(len(names))
+                    if i == first or (armed[i] and values[i] < _TOGETHER)
+                ]
                 return _Found(root, y_root, [names[i] for i in together], slope)
             armed = armed | (here > _ARMED)
             last = here
@@ -155,26 +188,43 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
 
 
 def _dip(
-    model: AbstractModel, dense: Callable[[float], np.ndarray], name: str, low: float, high: float
+    model: AbstractModel,
+    dense: Callable[[float], np.ndarray],
+    name: str,
+    low: float,
+    high: float,
 ) -> float | None:
-    """A time between two at which a guard is positive and at which it is not, if there is one."""
+    """A time between two at which a guard is positive and at which it is not, if there
+    is one."""
 
     def value(s: float) -> float:
         return model.guards(s, dense(s))[name]
 
     reach = 1e-3 * (high - low)
-    if reach <= 1e-12 * max(1.0, abs(high)) or value(low + reach) >= value(low) or value(high - reach) >= value(high):
+    if (
+        reach <= 1e-12 * max(1.0, abs(high))
+        or value(low + reach) >= value(low)
+        or value(high - reach) >= value(high)
+    ):
         return None
-    least = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-6 * (high - low)})
+    least = minimize_scalar(
+        value,
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-6 * (high - low)},
+    )
     return float(least.x) if least.fun < 0 else None
 
 
 def integrate(model: AbstractModel) -> np.ndarray:
-    """Run a model to its end; its events are in `model.log`. Returns the states at the end."""
+    """Run a model to its end; its events are in `model.log`. Returns the states at the
+    end."""
     t = model.start
     y = model.y
     inside = sorted({knot for knot in model.knots() if model.start < knot < model.end})
-    for stop, after in zip([*inside, model.end], [*inside[1:], model.end, model.end], strict=False):
+    for stop, after in zip(
+        [*inside, model.end], [*inside[1:], model.end, model.end], strict=False
+    ):
         if t == model.start:
             model.enter(t, stop)
             y = model.settle(t, y, [])
@@ -196,11 +246,12 @@ def integrate(model: AbstractModel) -> np.ndarray:
     return y
 
 
-# --- given functions of time ------------------------------------------------------------------------------------------
+# --- given functions of time --------------------------------------------------------
 
 
 class Lines:
-    """Straight lines between points, constant outside of them; two points at one time are a jump."""
+    """Straight lines between points, constant outside of them; two points at one time
+    are a jump."""
 
     def __init__(self, times: Sequence[float], values: Sequence[float]):
         self.times = [float(t) for t in times]
@@ -216,7 +267,11 @@ class Lines:
         middle = 0.5 * (begin + end)
         k = int(np.searchsorted(self.times, middle))
         if k == 0 or k == len(self.times):
-            self.at, self.level, self.slope = begin, self.values[min(k, len(self.times) - 1)], 0.0
+            self.at, self.level, self.slope = (
+                begin,
+                self.values[min(k, len(self.times) - 1)],
+                0.0,
+            )
             return
         (t_0, t_1) = self.times[k - 1 : k + 1]
         (v_0, v_1) = self.values[k - 1 : k + 1]
@@ -252,22 +307,37 @@ class Filling(Lines):
         self.on = 0.5 * (begin + end) > self.begin
 
     def __call__(self, t: float) -> float:
-        return -self.full * float(np.expm1(-(t - self.begin) / self.tau)) if self.on else 0.0
+        return (
+            -self.full * float(np.expm1(-(t - self.begin) / self.tau))
+            if self.on
+            else 0.0
+        )
 
     def rate(self, t: float) -> float:
-        return self.full / self.tau * float(np.exp(-(t - self.begin) / self.tau)) if self.on else 0.0
+        return (
+            self.full / self.tau * float(np.exp(-(t - self.begin) / self.tau))
+            if self.on
+            else 0.0
+        )
 
     def positive(self) -> bool:
         return self.on
 
 
-# --- friction laws and heat -------------------------------------------------------------------------------------------
+# --- friction laws and heat ---------------------------------------------------------
 
 
 class Law:
-    """`f_k`, or `f_k + (f_s − f_k) exp(−(v/v_s)²)`, times a fade `max(φ_min, 1 − s (T − T_p)₊)`, corners rounded."""
+    """`f_k`, or `f_k + (f_s − f_k) exp(−(v/v_s)²)`, times a fade
+    `max(φ_min, 1 − s (T − T_p)₊)`, corners rounded."""
 
-    def __init__(self, kinetic: Any, static: Any, speed: float | None = None, fade: dict[str, float] | None = None):
+    def __init__(
+        self,
+        kinetic: Any,
+        static: Any,
+        speed: float | None = None,
+        fade: dict[str, float] | None = None,
+    ):
         self.k = np.asarray(kinetic, float)
         self.s = np.asarray(static, float)
         self.speed = speed
@@ -278,7 +348,11 @@ class Law:
             return self.k + 0 * v
         # past the end of a slide the curve goes on with its slope, which is 0 there
         decay = np.exp(-((v / self.speed) ** 2))
-        return np.where(v >= 0, self.k + (self.s - self.k) * decay, 2 * self.s - self.k - (self.s - self.k) * decay)
+        return np.where(
+            v >= 0,
+            self.k + (self.s - self.k) * decay,
+            2 * self.s - self.k - (self.s - self.k) * decay,
+        )
 
     def _base_slope(self, v: np.ndarray) -> np.ndarray:
         if self.speed is None:
@@ -289,7 +363,10 @@ class Law:
     @staticmethod
     def _rounded(x: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
         u = (x + w) / (2 * w)
-        inside = w * u**5 * (14 - 28 * u + 20 * u**2 - 5 * u**3), u**4 * (35 - 84 * u + 70 * u**2 - 20 * u**3)
+        inside = (
+            w * u**5 * (14 - 28 * u + 20 * u**2 - 5 * u**3),
+            u**4 * (35 - 84 * u + 70 * u**2 - 20 * u**3),
+        )
         return (
             np.where(x >= w, x, np.where(x <= -w, 0.0, inside[0])),
             np.where(x >= w, 1.0, np.where(x <= -w, 0.0, inside[1])),
@@ -301,7 +378,9 @@ class Law:
             return 1.0, 0.0
         p = self.fade_of
         above, bend = self._rounded(T - p["above"], p["blend"])
-        left, slope = self._rounded(1 - p["slope"] * above - p["floor"], p["slope"] * p["blend"])
+        left, slope = self._rounded(
+            1 - p["slope"] * above - p["floor"], p["slope"] * p["blend"]
+        )
         return p["floor"] + left, -slope * p["slope"] * bend
 
     def kinetic(self, v: np.ndarray, T: Any) -> np.ndarray:
@@ -318,19 +397,31 @@ class Law:
 
 
 class Lumps:
-    """Rim, linings (one node each), band: convection and radiation into the air, contact on both sides of the linings.
+    """Rim, linings (one node each), band: convection and radiation into the air,
+    contact on both sides of the linings.
 
-    Of a standard brake, the linings leave the rim with an open band; of a staged one they leave the band, and those
-    that lift off leave the rim, with their part of what linings cover of it.
+    Of a standard brake, the linings leave the rim with an open band; of a staged one
+    they leave the band, and those that lift off leave the rim, with their part of what
+    linings cover of it.
     """
 
     def __init__(self, p: dict[str, Any], n: int):
         self.p = p
         self.n = n
-        self.capacity = np.concatenate([[p["rim"]], np.full(n, p["lining"]), [p["band"]]])
+        self.capacity = np.concatenate(
+            [[p["rim"]], np.full(n, p["lining"]), [p["band"]]]
+        )
 
-    def rates(self, T: np.ndarray, speeds: tuple[Any, Any], on_rim: np.ndarray, on_band: bool, friction: Any) -> Any:
-        """Rates (K/s) under the heat flows `friction` (W) into the nodes; `speeds` (m/s) of rim and linings.
+    def rates(
+        self,
+        T: np.ndarray,
+        speeds: tuple[Any, Any],
+        on_rim: np.ndarray,
+        on_band: bool,
+        friction: Any,
+    ) -> Any:
+        """Rates (K/s) under the heat flows `friction` (W) into the nodes; `speeds`
+        (m/s) of rim and linings.
 
         - `on_rim` (n,): which linings touch it;  `on_band`: whether they touch the band
         """
@@ -338,19 +429,28 @@ class Lumps:
         air = self.p["air"]
         flow = np.array(friction, float)
         open_share = 1 - p["covered"] * np.mean(on_rim)
-        h, h_linings = (p["h"] * (1 + (v / p["h_speed"]) ** 2) ** (0.5 * 0.8) for v in speeds)
+        h, h_linings = (
+            p["h"] * (1 + (v / p["h_speed"]) ** 2) ** (0.5 * 0.8) for v in speeds
+        )
         exchanged = p["contact"] * on_rim * (T[0] - T[1:-1])
         flow[0] -= np.sum(exchanged)
         flow[1:-1] += exchanged - p["lining_area"] * h_linings * (T[1:-1] - air)
         flow[0] -= open_share * p["rim_area"] * h * (T[0] - air)
-        flow[0] -= open_share * p["rim_area"] * p["emissivity"] * 5.670374419e-8 * (T[0] ** 4 - air**4)
+        flow[0] -= (
+            open_share
+            * p["rim_area"]
+            * p["emissivity"]
+            * 5.670374419e-8
+            * (T[0] ** 4 - air**4)
+        )
         across = p["conductance"] * on_band * (T[1:-1] - T[-1])
         flow[1:-1] -= across
         flow[-1] += np.sum(across) - p["band_loss"] * (T[-1] - air)
         return flow / self.capacity
 
     def into(self, power: np.ndarray, share: float, metal: int) -> np.ndarray:
-        """Heat flows into the nodes of the friction power of each lining: a share into rim (0) or band (−1)."""
+        """Heat flows into the nodes of the friction power of each lining: a share into
+        rim (0) or band (−1)."""
         flow = np.zeros(self.n + 2)
         flow[1:-1] = (1 - share) * power
         flow[metal] += share * np.sum(power)
