@@ -12,22 +12,8 @@ from stop_scenes import stop_scene
 import simbrake as sb
 
 GAP = math.radians(2.0)
-#: colours of the figures, which are told apart by any colour vision
-BLUE = "#0072B2"
-SKY = "#56B4E9"
-GREEN = "#009E73"
-ORANGE = "#E69F00"
-VERMILLION = "#D55E00"
-PURPLE = "#CC79A7"
-CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, "black", "0.5")
-#: of a lining, by what it does
-CONTACTS = {
-    "slides": VERMILLION,
-    "at its friction limit": ORANGE,
-    "sticks": "#9ecae1",
-    "slides back": PURPLE,
-    "not pressed": "0.88",
-}
+#: colours of linings by what these do
+CONTACTS = {"at its friction limit": "#E69F00", "sticks": "#9ecae1"}
 
 
 @functools.cache
@@ -80,6 +66,31 @@ def hot_result():
     )
     scene = stop_scene(n=4, beta=60.0, lever=sb.ramp(2e3, 20e3, 0.0, 0.3), end=2.5)
     return sb.simulate(dataclasses.replace(scene, heat=heat))
+
+
+@functools.cache
+def disc_result():
+    return sb.simulate(sb.read_scene("disc"))
+
+
+@functools.cache
+def shoe_result():
+    force = sb.PiecewiseLinear([0.0, 0.25, 9.0], [0.0, 2000.0, 2000.0])
+    friction = sb.ConstantFriction(0.32)
+    shoes = sb.Shoes(friction, 0.15, 0.032, 0.15, 2.2)
+    brake = sb.ShoeBrake(12.0, shoes, 0.1227, 0.212)
+    duty = sb.ForceDuty(force, sb.TorqueLoad(0.0))
+    return sb.simulate(sb.Scene(brake, duty, sb.Initial(25.0), 4.0))
+
+
+@functools.cache
+def chain_result():
+    """Four linings of a chain slip one after the other."""
+    scene = stop_scene(n=4, beta=60.0, C=1e5, T0=2e3, w0=6.0, elongation=0.02, end=0.05)
+    band = sb.Band(scene.brake.band.radius, 1e5, sb.Segments(2e7))
+    linings = dataclasses.replace(scene.brake.linings, mass=4.0)
+    brake = dataclasses.replace(scene.brake, band=band, linings=linings)
+    return sb.simulate(dataclasses.replace(scene, brake=brake))
 
 
 def radius(xy):

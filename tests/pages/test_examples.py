@@ -97,20 +97,6 @@ def simbrake_commands(page: pathlib.Path) -> list[str]:
 EXAMPLES = [page for page in PAGES if blocks(page, "python") or simbrake_commands(page)]
 
 
-def test_recipes_are_short_and_shown():
-    """`nox -s recipes` runs them, with the libraries that they need."""
-    page = (ROOT / "docs" / "recipes.md").read_text("utf-8")
-    scripts = sorted((ROOT / "docs" / "recipes").glob("*.py"))
-    shown = re.findall(r"^```{literalinclude} recipes/(\w+\.py)$", page, re.M)
-    assert sorted(shown) == [script.name for script in scripts]
-    for script in scripts:
-        lines = [line.strip() for line in script.read_text("utf-8").splitlines()]
-        assert (
-            len([line for line in lines if line and not line.startswith(("#", '"""'))])
-            <= 30
-        ), script.name
-
-
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A folder of its own with the scenarios in it, as the root of the repository has
@@ -132,12 +118,6 @@ def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
         re.S | re.M,
     ):
         (folder / name).write_text(block, "utf-8")
-
-
-def test_the_pages_have_examples():
-    names = {name_of(page) for page in EXAMPLES}
-    assert SLOW | {"README.md", "docs/first_steps.md", "docs/scene_files.md"} <= names
-    assert sum(len(simbrake_commands(page)) for page in EXAMPLES) >= 8
 
 
 def test_all_shell_blocks_are_looked_at():

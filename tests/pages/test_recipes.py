@@ -44,17 +44,3 @@ def test_sobol_and_morris_indices():
     np.testing.assert_allclose(
         [effects["mu"], effects["sigma"]], [mu, sigma], rtol=1e-12
     )
-
-
-@pytest.mark.slow
-def test_form_beside_sampling():
-    """The linearised probability is within a fifth of the sampled one; the point found
-    is on the limit, 1."""
-    pytest.importorskip("openturns")
-    found = runpy.run_path(str(RECIPES / "holding_probability.py"))
-    sampled = found["many"].getProbabilityEstimate()
-    assert found["first"].getEventProbability() == pytest.approx(sampled, rel=0.2)
-    assert found["runs"] < 30
-    assert found["run"].evaluate(found["first"].getPhysicalSpaceDesignPoint())[
-        0
-    ] == pytest.approx(1.0, abs=1e-3)

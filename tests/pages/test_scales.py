@@ -1,0 +1,432 @@
+"""One check of scale for each figure: what is drawn is its data, in the unit that the
+axis names."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+from picture_scenes import (
+    CONTACTS,
+    chain_result,
+    disc_result,
+    hot_result,
+    plain_result,
+    radius,
+    row_type,
+    scale,
+    shoe_result,
+    staged_result,
+    wedges,
+)
+from stop_scenes import stop_scene
+
+import simbrake as sb
+from simbrake import plot
+from simbrake.design.layouts import LayoutRow
+from simbrake.studies import (
+    Calibration,
+    Estimate,
+    LifeHistory,
+    LiningLife,
+    Sensitivity,
+    SensitivityTable,
+    Uncertainty,
+)
+
+
+def apart_from_events(run, t):
+    """Which of the times are no events, where a curve may jump."""
+    times = [event.time for event in run.events]
+    return np.min(np.abs(np.subtract.outer(t, times)), axis=1) > 1e-9
+
+
+@pytest.mark.parametrize(
+    ("figure", "panel", "make", "column", "factor", "shift"),
+    [
+        ("stop", 0, plain_result, "omega", 1.0, 0.0),
+        ("stop", 2, plain_result, "brake_torque", 1e-3, 0.0),
+        ("stop", 4, plain_result, "tight_tension", 1e-3, 0.0),
+        ("stop", 2, disc_result, "lever_force", 1e-3, 0.0),
+        ("duty", 0, staged_result, "slack_tension", 1e-3, 0.0),
+        ("stages", 0, staged_result, "omega", 1.0, 0.0),
+        ("temperatures", 0, hot_result, "rim_temperature", 1.0, -273.15),
+    ],
+)
+def test_first_curve_of_a_panel(figure, panel, make, column, factor, shift):
+    run = make()
+    line = getattr(plot, figure)(run).axes[panel].lines[0]
+    t, drawn = line.get_data()
+    apart = apart_from_events(run, t)
+    wanted = factor * np.ravel(getattr(run.series(t), column)) + shift
+    np.testing.assert_allclose(drawn[apart], wanted[apart], rtol=1e-9, atol=1e-9)
+
+
+def test_overlay_and_comparison_of_runs():
+    run = plain_result()
+    t = np.array([0.1, 0.3, 0.7])
+    measured = np.array([2e4, 3e4, 5e4])
+    data = sb.studies.Measured.of(
+        t, {"tight_tension": measured}, sigma={"tight_tension": 1e3}
+    )
+    (panel,) = plot.overlay(run, data).axes
+    (points,) = panel.containers
+    np.testing.assert_allclose(
+        points.lines[0].get_xydata(), np.stack([t, 1e-3 * measured], axis=1)
+    )
+    np.testing.assert_allclose(points.lines[2][0].get_segments()[0][:, 1], [19.0, 21.0])
+    (line,) = (line for line in panel.lines if line.get_label() == "run")
+    along, drawn = line.get_data()
+    apart = apart_from_events(run, along)
+    truth = 1e-3 * run.series(along).tight_tension
+    np.testing.assert_allclose(drawn[apart], truth[apart], rtol=1e-9)
+    tension = plot.compare([run, run]).axes[2].lines[0]
+    np.testing.assert_allclose(
+        np.interp(0.5, *tension.get_data()),
+        1e-3 * run.series([0.5]).tight_tension[0],
+        rtol=1e-3,
+    )
+
+
+def test_stops_by_hand():
+    """`J ω̇ = −M_b` of a rigid band: one stop from 20 rad/s."""
+    time, heat, *_ = plot.stops(sb.simulate(stop_scene(n=4, beta=60.0, C=None))).axes
+    z = 0.35 * math.tan(math.pi / 6)
+    torque = 0.725 * 8000.0 * (((1 + z) / (1 - z)) ** 4 - 1)
+    np.testing.assert_allclose(
+        time.lines[0].get_xydata(), [[1, 800.0 * 20.0 / torque]], rtol=1e-8
+    )
+    np.testing.assert_allclose(heat.lines[0].get_xydata(), [[1, 160.0]], rtol=1e-8)
+
+
+# --- wheels and maps ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("make", [plain_result, staged_result, hot_result])
+def test_pulley(make):
+    """Tensions and loads by the scales in the picture, linings at their angles."""
+    run = make()
+    time = 0.5 * float(run.stopping_time)
+    axes = plot.pulley(run, time).axes[0]
+    s = run.series([time])
+    tension = np.append(s.slack_tension, s.tension[0]) / 1e3
+    (line,) = [line for line in axes.lines if line.get_gid() == "tension"]
+    drawn = scale(axes, "tension scale")(radius(line.get_xydata())).reshape(-1, 2)
+    np.testing.assert_allclose(
+        drawn, np.stack([tension[:-1], tension[1:]], axis=1), rtol=1e-9
+    )
+    loads = [bar.r - bar.width for bar in wedges(axes, "load")]
+    np.testing.assert_allclose(
+        scale(axes, "load scale")(loads), np.asarray(s.normal_load)[0] / 1e3, rtol=1e-9
+    )
+    linings = wedges(axes, "external")
+    np.testing.assert_allclose(
+        [w.theta2 - w.theta1 for w in linings],
+        np.degrees(run.scene.brake.linings.angle),
+        rtol=1e-9,
+    )
+
+
+def test_colours_of_the_linings():
+    """Linings reach their friction limit from the slack end on, until all slide."""
+    run = plain_result()
+    middle = 0.5 * float(run.slip_onset_time + run.full_slip_time)
+    k = int(run.series([middle]).at_limit[0])
+    linings = wedges(plot.pulley(run, middle).axes[0], "external")
+    drawn = [to_hex(wedge.get_facecolor()) for wedge in linings]
+    limit, sticks = (to_hex(CONTACTS[x]) for x in ("at its friction limit", "sticks"))
+    assert 0 < k < 8
+    assert drawn == [limit] * k + [sticks] * (8 - k)
+
+
+def test_pads_and_shoes():
+    """Eight pads of 16° with 45 kN each; pressure of shoes as the sine of the angle."""
+    wheel, course = plot.pressed(disc_result(), 0.3).axes
+    pads = [patch for patch in wheel.patches if patch.get_gid() == "pad"]
+    assert all((p.r, p.width) == pytest.approx((0.8, 0.15)) for p in pads)
+    r, pressure = course.lines[0].get_data()
+    pull = np.trapezoid(1e6 * pressure * (r / 1e3), r / 1e3) * math.radians(16.0)
+    assert pull == pytest.approx(45e3, rel=1e-4)
+    run = shoe_result()
+    normal = np.asarray(run.series([0.3]).normal_load)[0]
+    for line, load in zip(plot.pressed(run, 0.3).axes[1].lines, normal, strict=True):
+        theta, drawn = line.get_data()
+        greatest = float(run.scene.brake.greatest_pressure(load))
+        np.testing.assert_allclose(
+            drawn, 1e-6 * greatest * np.sin(np.radians(theta)), rtol=1e-5
+        )
+
+
+def cells(axes):
+    """Edges along both axes and the values of a map, a row for each place."""
+    mesh = axes.collections[0]
+    corners = np.asarray(mesh.get_coordinates())
+    values = np.asarray(mesh.get_array()).reshape(corners.shape[0] - 1, -1)
+    return corners[0, :, 0], corners[:, 0, 1], values
+
+
+@pytest.mark.parametrize(
+    ("quantity", "column", "factor", "shift"),
+    [
+        ("normal_load", "normal_load", 1e-3, 0.0),
+        ("temperature", "lining_temperature", 1.0, -273.15),
+    ],
+)
+def test_lining_map(quantity, column, factor, shift):
+    hot = hot_result()
+    edges, _, shown = cells(plot.lining_map(hot, quantity).axes[0])
+    truth = getattr(hot.series(0.5 * (edges[1:] + edges[:-1])), column)
+    np.testing.assert_allclose(shown, factor * np.asarray(truth).T + shift, rtol=1e-9)
+
+
+def test_friction_heat_of_a_map():
+    staged = staged_result()
+    for pair in ("external", "internal"):
+        figure = plot.lining_map(staged, "friction_heat", pair=pair)
+        _, _, shown = cells(figure.axes[0])
+        work = sb.results.friction_work(staged, pair=pair)
+        np.testing.assert_allclose(shown[:, -1] * 1e3, work, rtol=1e-4)
+
+
+def test_depth():
+    hot = hot_result()
+    edges, layers, shown = cells(plot.depth(hot).axes[0])
+    np.testing.assert_allclose(
+        np.diff(layers), 1e3 * np.asarray(hot.scene.heat.bodies[0].steps), rtol=1e-9
+    )
+    nodes = [i for i, name in enumerate(hot.nodes) if name.startswith("rim")]
+    truth = np.asarray(hot.series(0.5 * (edges[1:] + edges[:-1])).temperature)
+    np.testing.assert_allclose(shown, truth[:, nodes].T - 273.15, rtol=1e-12)
+
+
+def test_contacts_of_a_chain():
+    """Before all slip, those slide whose first slip is past."""
+    run = chain_result()
+    slips = {e.lining: e.time for e in run.events if e.name == "lining_slip"}
+    edges, _, states = cells(plot.contacts(run).axes[0])
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    early = middle < slips[1]
+    ahead = [middle[early] > slips[k] for k in (1, 2, 3, 4)]
+    np.testing.assert_array_equal(states[:, early], ahead)
+
+
+# --- studies, from data made by hand ------------------------------------------------
+
+
+def test_tornado():
+    mass = Sensitivity(
+        "load.mass", "kg", "mass", 2e4, 1e-4, 1.0, 2e3, 1.9, 2.2, tangent=0.2
+    )
+    (axes,) = plot.tornado(SensitivityTable("stopping_time", "s", 2.0, (mass,))).axes
+    ends = [p.get_x() + p.get_width() for p in axes.patches]
+    assert ends == pytest.approx([1.9, 2.2])
+    np.testing.assert_allclose(
+        next(c.get_segments()[0][0, 0] for c in axes.collections), 1.8
+    )
+
+
+def test_distribution():
+    T = 273.15 + np.arange(10.0, 90.0, 10.0)
+    few = row_type(Uncertainty, "statistics")(
+        "K",
+        8,
+        Estimate(0, 0, 0),
+        Estimate(0, 0, 0),
+        {0.05: Estimate(285.15, 283.15, 290.15)},
+        0.0,
+        0.0,
+    )
+    data = {"peak_rim_temperature": T, "code": np.zeros(8, int)}
+    found = Uncertainty(
+        data,
+        {"peak_rim_temperature": few},
+        codes={},
+        inputs={},
+        groups=1,
+        method="random",
+        seed=1,
+        confidence=0.9,
+        failures={},
+        limits={},
+        runs=8,
+    )
+    density, cumulative = plot.distribution(found, "peak_rim_temperature").axes
+    bars = [p for p in density.patches if p.get_label() != "_"]
+    assert sum(p.get_height() for p in bars) == pytest.approx(100.0)
+    (stairs,) = [x for x in cumulative.lines if x.get_drawstyle() == "steps-post"]
+    np.testing.assert_allclose(
+        stairs.get_xydata(), [[10.0 * i, 12.5 * i] for i in range(1, 9)]
+    )
+    np.testing.assert_allclose(
+        cumulative.containers[0].lines[0].get_xydata(), [[12.0, 5.0]]
+    )
+
+
+def test_calibration():
+    """Residuals in standard deviations, temperatures in °C."""
+    run = hot_result()
+    t = np.array([0.2, 0.4])
+    rim = np.array([300.0, 320.0])
+    sigma = np.array([0.5, 1.0])
+    data = sb.studies.Measured.of(t, {"rim_temperature": rim})
+    rows = row_type(Calibration, "residuals")(
+        "rim_temperature", "K", t, rim, sigma, rim - 4.0, rim + 2.0
+    )
+    recording = row_type(Calibration, "recordings")("", data, run.scene, run.scene)
+    given = {field.name: None for field in dataclasses.fields(Calibration)}
+    given |= {"residuals": (rows,), "recordings": (recording,)}
+    given |= {"message": "converged", "chi2": 12.5, "freedom": 4}
+    curve, off = plot.calibration(Calibration(**given)).axes
+    np.testing.assert_allclose(
+        curve.containers[0].lines[0].get_xydata(), np.stack([t, rim - 273.15], axis=1)
+    )
+    np.testing.assert_allclose(off.lines[0].get_ydata(), 2.0 / sigma)
+
+
+def test_layouts_and_angles():
+    rows = [
+        LayoutRow(
+            name, np.radians(angle), None, {"load": np.asarray(load)}, {"load": "N"}
+        )
+        for name, angle, load in (
+            ("given", [40.0, 30.0, 20.0], [4.0, 4.5, 5.8]),
+            ("level", [42.0, 30.0, 18.0], [5.0, 5.0, 5.0]),
+        )
+    ]
+    angles, apart, loads = sb.layouts.figures.layouts(rows).axes
+    np.testing.assert_allclose(
+        [line.get_ydata() for line in angles.lines], [np.degrees(r.angle) for r in rows]
+    )
+    np.testing.assert_allclose(apart.lines[0].get_ydata(), [-2, 0, 2], atol=1e-12)
+    assert [p.get_height() for p in loads.containers[0]] == [4, 4.5, 5.8]
+    layout = sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0))
+    (axes,) = sb.layouts.figures.angles({"equal increments": layout}).axes
+    dots = [line for line in axes.lines if line.get_marker() != "None"]
+    np.testing.assert_allclose(dots[0].get_ydata(), np.degrees(layout.angle))
+
+
+def test_wear():
+    done = np.array([0.0, 6e3, 12e3])
+    each = np.array([1.0, 0.5, 0.3])
+    worn = 0.008 * (done / 12e3)[:, None] * each
+    life = LiningLife(
+        12e3,
+        1,
+        12e3 / each,
+        0.008 * np.ones(3),
+        (),
+        None,
+        LifeHistory(done, worn, worn[1:2].repeat(3, axis=0), np.ones(3)),
+        2,
+    )
+    along, course = plot.wear({"as built": life}).subfigs
+    drawn = [line for line in along.axes[0].lines if line.get_marker() == "o"]
+    np.testing.assert_allclose(drawn[-1].get_ydata(), 8.0 * each)
+    most = next(x for x in course.axes[0].lines if x.get_label() == "as built")
+    np.testing.assert_allclose(most.get_xydata()[-1], [12.0, 8.0])
+
+
+def test_materials():
+    """A bar for each rim and energy: temperatures in °C, mass as it is."""
+    track = sb.formulas.EstimateData(track_area=1.6)
+    given = {"energy": [2e5, 4e6], "data": track, "run": False}
+    table = sb.compare_materials(
+        stop_scene(), ["steel_20L", "brass"], ["FK-24A"], **given
+    )
+    surface, *_, mass = sb.formulas.figures.materials(table).axes
+    rows = [
+        table.row(rim, "FK-24A", i) for rim in ("steel_20L", "brass") for i in (0, 1)
+    ]
+    np.testing.assert_allclose(
+        [bar.get_width() for bar in surface.patches],
+        [row["surface"].value - 273.15 for row in rows],
+    )
+    np.testing.assert_allclose(
+        [bar.get_width() for bar in mass.patches],
+        [row["mass"].value for row in rows[1::2]],
+    )
+
+
+MASS = ("load.mass", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"})
+SPEED = ("speed", np.array([1.0, 2.0, 4.0]), {"units": "rad/s"})
+
+
+def study(dims, coords, unit, values, sequence):
+    about = {"units": "1", "meaning": "of the run"}
+    found = {
+        "metric": (dims, values, {"units": unit}),
+        "sequence": (dims, np.asarray(sequence), about),
+        "code": (dims, np.zeros(np.shape(values), int), about),
+    }
+    return xr.Dataset(found, coords)
+
+
+def test_sweep_over_one_parameter():
+    """Joined by dots where another sequence of events begins."""
+    T = 273.15 + np.array([20.0, 40.0, 50.0, 90.0])
+    data = study("load.mass", {"load.mass": MASS}, "K", T, [0, 0, 1, 1])
+    lines = plot.sweep(data).axes[0].lines
+    for line, points in zip(
+        lines,
+        ([[10, 20], [20, 40]], [[30, 50], [50, 90]], [[20, 40], [30, 50]]),
+        strict=True,
+    ):
+        np.testing.assert_allclose(line.get_xydata(), points)
+    assert [line.get_linestyle() for line in lines] == ["-", "-", ":"]
+
+
+def test_sweep_over_two_parameters():
+    """Contours of the plane 10 x + y; the corner without a value is marked."""
+    z = 10.0 * MASS[1][:, None] / 1e3 + SPEED[1]
+    z[3, 0] = math.nan
+    coords = {"load.mass": MASS, "speed": SPEED}
+    data = study(("load.mass", "speed"), coords, "s", z, np.zeros((4, 3)))
+    axes = plot.sweep(data).axes[0]
+    assert (axes.get_xlim(), axes.get_ylim()) == ((10.0, 50.0), (1.0, 4.0))
+    line = max(axes.collections[1].get_paths(), key=lambda path: len(path.vertices))
+    along = 10.0 * line.vertices[:, 0] + line.vertices[:, 1]
+    levels = axes.collections[0].levels
+    assert np.abs(np.subtract.outer(along, levels)).min(axis=1).max() < 1e-6
+    (failed,) = axes.patches
+    assert failed.get_xy().max(axis=0) == pytest.approx([50.0, 1.5])
+
+
+def test_permissible_map():
+    """Of planes x and y: the region is that of both limits."""
+    x = np.linspace(1.0, 3.0, 5)
+    y = np.linspace(10.0, 20.0, 6)
+    along = np.broadcast_to(x[:, None], (5, 6))
+    up = np.broadcast_to(y, (5, 6))
+    data = xr.Dataset(
+        {
+            "hook_travel": (("a", "b"), along, {"units": "m"}),
+            "min_holding_reserve": (("a", "b"), up, {"units": "1"}),
+            "code": (("a", "b"), np.zeros((5, 6), int)),
+        },
+        {"a": ("a", x, {"units": "m"}), "b": ("b", y, {"units": "s"})},
+    )
+    limits = {"hook_travel": 2.2, "min_holding_reserve": 13.0}
+    mesh = plot.permissible(data, limits).axes[0].collections[0].get_array()
+    u, v = np.meshgrid(np.linspace(1, 3, len(mesh)), np.linspace(10, 20, len(mesh)))
+    inside = (np.abs(u - 2.2) > 1e-9) & (np.abs(v - 13.0) > 1e-9)
+    np.testing.assert_array_equal(
+        np.ma.getdata(mesh)[inside].astype(bool), ((u <= 2.2) & (v >= 13.0))[inside]
+    )
+    with pytest.raises(sb.InputError, match="no grid of two parameters"):
+        plot.permissible(data.isel(a=0), {"hook_travel": 1.0})
+
+
+def test_what_a_figure_cannot_draw():
+    plain = plain_result()
+    for draw, given in (
+        (plot.pulley, (plain, 99.0)),
+        (plot.pulley, (plain, math.nan)),
+        (plot.depth, (plain,)),
+        (plot.stops, (sb.simulate(stop_scene(T0=0.0, C=None)),)),
+        (plot.compare, ([plain],)),
+        (sb.layouts.figures.angles, ({"in degrees": np.full(10, 27.0)},)),
+    ):
+        with pytest.raises(sb.InputError):
+            draw(*given)
