@@ -102,7 +102,7 @@ def main() -> None:
         ),
         "equal loads": sb.layouts.equal_load_angles(0.3, 10, math.radians(270.0)),
     }
-    save(sb.layouts.figures.angles(layouts), "angles")
+    save(sb.layouts.figures.angles(layouts).figure, "angles")
     save(sb.layouts.figures.chord_angles(7, (0.1, 0.3, 0.5)), "chord_angles")
     for name, draw, picture in (
         ("disc_stop", plot.pressed, "pressed_disc"),
@@ -146,7 +146,8 @@ def stops(stop: sb.Result) -> None:
     save(plot.pulley(stop, 0.005), "pulley", 96)
     save(plot.lining_map(stop, "normal_load"), "lining_map")
     save(
-        plot.tornado(sb.sensitivity(scene, ["stopping_time"], span=0.05)[0]), "tornado"
+        plot.tornado(sb.sensitivity(scene, ["stopping_time"], span=0.05)[0]).figure,
+        "tornado",
     )
     film = HERE / "pictures" / "stop.gif"
     plot.animate(stop, film, duration=0.5, fps=20, end=0.4)

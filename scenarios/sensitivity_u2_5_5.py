@@ -95,7 +95,7 @@ def main() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         for table in tables:
             file = folder / f"tornado_{table.metric}.png"
-            plot.tornado(table).savefig(file, dpi=130)
+            plot.tornado(table).figure.savefig(file, dpi=130)
             print(f"written  {file}")
 
 

@@ -590,5 +590,5 @@ def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> lis
                 writer = csv.writer(file)
                 writer.writerow(Sensitivity._fields)
                 writer.writerows(table.rows)
-            plot.tornado(table).savefig(scratch / f"tornado_{name}.png", dpi=130)
+            plot.tornado(table).figure.savefig(scratch / f"tornado_{name}.png", dpi=130)
     return written

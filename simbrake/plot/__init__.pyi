@@ -1,3 +1,4 @@
+from . import panels as panels
 from ._animation import animate as animate
 from ._many import compare as compare
 from ._many import permissible as permissible
@@ -11,7 +12,9 @@ from ._runs import stop as stop
 from ._runs import stops as stops
 from ._runs import temperatures as temperatures
 from ._studies import calibration as calibration
+from ._studies import cumulative as cumulative
 from ._studies import distribution as distribution
+from ._studies import histogram as histogram
 from ._studies import overlay as overlay
 from ._studies import tornado as tornado
 from ._studies import wear as wear

@@ -33,6 +33,7 @@ from .drawing import (
     MARKED,
     TEXT,
     VERMILLION,
+    drawn_in,
     finish,
     ink,
     metric_words,
@@ -381,8 +382,8 @@ _FINE = 241
 
 @styled
 def permissible(
-    data: Dataset, limits: Mapping[str, float], *, figure: Figure | None = None
-) -> Figure:
+    data: Dataset, limits: Mapping[str, float], *, ax: Axes | None = None
+) -> Axes:
     """Where a brake is within its limits: a grid of two parameters of `simbrake.sweep`,
     with one line for each limit.
 
@@ -397,7 +398,8 @@ def permissible(
     Example:
         >>> grid = {"duty.load.mass": [16e3, 20e3, 24e3], "initial.omega": [18.0, 22.0]}
         >>> data = sb.sweep(scene, grid, ["stopping_time"], progress=False)
-        >>> sb.plot.permissible(data, {"stopping_time": 1.0}).axes[0].get_xlabel()
+        >>> axes = sb.plot.permissible(data, {"stopping_time": 1.0})
+        >>> axes.get_xlabel()
         'mass on the hook, t'
     """
     if (
@@ -431,8 +433,7 @@ def permissible(
             f"{factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
         )
         lines.append(f"{metric_words(metric)} {'≥' if least else '≤'} {most}")
-    figure = sheet(figure, 8.0, 5.6)
-    axes = figure.subplots()
+    axes = drawn_in(ax, 8.0, 5.6)
     axes.set(
         xlabel=name, ylabel=other, xlim=(x.min(), x.max()), ylim=(y.min(), y.max())
     )
@@ -490,9 +491,9 @@ def permissible(
                 label="no value, or failed",
             )
         )
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
-    figure.suptitle(f"permissible map, {data['code'].size} runs")
-    return figure
+    axes.set_title(f"permissible map, {data['code'].size} runs")
+    finish([axes], handles)
+    return axes
 
 
 def _label(axes: Axes, lines: Any, **look: Any) -> None:

@@ -1,43 +1,24 @@
-"""Figures of one run over time: lever and load, the stop, stages, contacts,
-temperatures, maps."""
-
-import re
-from collections.abc import Iterable
-from itertools import pairwise
+"""Sheets of one run: lever and load, the stop, stages, contacts, temperatures, maps.
+Each is put together from the panels of `simbrake.plot.panels`."""
 
 import numpy as np
 from jaxtyping import Float, Int
 from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._table import digits, number
-from ..brakes.design import BrakeWords
+from .._base._table import digits
 from ..loads import AbstractString
 from ..outputs.log import Event
-from ..outputs.quantities import LINING_QUANTITIES, Series
-from ..runs.linings import (
-    HEAT,
-    VIEW_OF_HEAT,
-    WORDS,
-    Contact,
-    RunningIn,
-    lining_values,
-    overlap,
-)
+from ..runs.linings import WORDS, Contact, RunningIn, lining_values
 from ..runs.result import Result
-from ..thermal.network import Wall, place_of
+from . import panels
 from .drawing import (
     BLUE,
     GREEN,
-    GREY,
     ORANGE,
-    PURPLE,
-    SKY,
     TEXT,
     VERMILLION,
     ZERO,
@@ -48,14 +29,11 @@ from .drawing import (
     dense_grid,
     finish,
     head,
-    ink,
-    keep_level,
     marks,
     name_marks,
     one_run,
     sheet,
     span,
-    strong_applications,
     styled,
     windows,
 )
@@ -72,50 +50,19 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
         >>> [axes.get_ylabel() for axes in figure.axes]
         ['tension, kN', 'torque, kN·m']
     """
-    start, end = span(result)
-    s = dense_grid(result, start, end)
-    load = result.scene.duty.load
-    banded = result.scene.brake.banded
-    rows = 3 if isinstance(load, AbstractString) else 2
-    figure = sheet(figure, 9.0, 2.2, rows=rows, room=0.9)
-    panels = figure.subplots(rows, 1, sharex=True)
-    lever = s.slack_tension if banded else s.lever_force
-    words = "slack tension $T_0$" if banded else "force of the actuator $F$"
-    panels[0].plot(s.t, np.asarray(lever) / 1e3, color=BLUE, label=words)
-    panels[0].set_ylabel("tension, kN" if banded else "force, kN")
-    panels[1].plot(
-        s.t, s.load_torque / 1e3, color=VERMILLION, label="load torque on the shaft"
-    )
-    if s.motor_torque is not None:
-        panels[1].plot(
-            s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$"
-        )
-    panels[1].set_ylabel("torque, kN·m")
-    if isinstance(load, AbstractString):
-        weight = np.asarray(s.load_torque) + float(load.drag) * np.asarray(s.omega)
-        mass = weight / float(load.gravity * load.travel())
-        swings = load.elasticity is not None
-        words = "hook load over gravity" if swings else "mass on the hook"
-        panels[2].step(s.t, mass / 1e3, where="post", color=PURPLE, label=words)
-        panels[2].set_ylabel("mass, t")
-    finish(panels)
-    for panel in panels:
-        panel.set(xlim=(start, end), ylim=(min(0.0, panel.get_ylim()[0]), None))
-    panels[-1].set_xlabel("time, s")
+    draw = [panels.lever, panels.load]
+    if isinstance(result.scene.duty.load, AbstractString):
+        draw.append(panels.hook_mass)
+    figure = sheet(figure, 9.0, 2.2, rows=len(draw), room=0.9)
+    column = figure.subplots(len(draw), 1, sharex=True)
+    series = dense_grid(result, *span(result))
+    for panel, ax in zip(draw, column, strict=True):
+        panel(result, series=series, ax=ax)
+        ax.set_xlabel("" if ax is not column[-1] else "time, s")
     name_marks(figure, [], rule=result.scene.brake.force_words)
-    head(figure, result.scene, "lever and load" if banded else "actuator and load")
+    banded = result.scene.brake.banded
+    head(figure, result.scene, f"{'lever' if banded else 'actuator'} and load")
     return figure
-
-
-# --- the stop, stages, contacts, temperatures ---------------------------------------
-
-_HOT = {
-    "rim": VERMILLION,
-    "linings": ORANGE,
-    "band": BLUE,
-    "linings, outer face": GREEN,
-}
-_HOT |= {"wetted wall": PURPLE, "coolant, outlet": SKY}
 
 
 @styled
@@ -134,39 +81,31 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         24.0
     """
     columns = windows(result)
-    marked = list[Event]()
     if len(result.stops) > 1:
         strongest = float(result.stops["time"][int(np.argmax(result.stops["energy"]))])
-        columns = [
-            columns[0],
-            *application(
-                result, strongest, "the stop with the maximum friction heat", 0.3
-            ),
-        ]
+        words = "the stop with the maximum friction heat"
+        columns = [columns[0], *application(result, strongest, words, 0.3)]
     figure = sheet(figure, 11.5 if len(columns) > 1 else 8.0, 9.6)
+    ratios = [1.5, 1][: len(columns)]
     axes = figure.subplots(
-        4,
-        len(columns),
-        squeeze=False,
-        sharex="col",
-        width_ratios=[1.5, 1][: len(columns)],
+        4, len(columns), squeeze=False, sharex="col", width_ratios=ratios
     )
-    for panels, window in zip(axes.T, columns, strict=True):
-        _panels(
-            panels,
-            dense_grid(result, window.start, window.end),
-            result.scene.brake.words,
-        )
-        for panel in panels:
-            panel.grid(alpha=0.3)
-            panel.margins(x=0)
-            marked += marks(panel, result, window)
-            panel.set_ylabel("" if window is not columns[0] else panel.get_ylabel())
-        window.label_time(panels[-1])
-        panels[0].set_title(
-            window.title, pad=6.0 + 1.35 * TEXT
-        )  # beside the legend of the other column
-    finish(axes[:, 0])
+    draw = (panels.speed, panels.torques, panels.forces, panels.linings_at_limit)
+    marked = list[Event]()
+    for column, window in zip(axes.T, columns, strict=True):
+        series = dense_grid(result, window.start, window.end)
+        for panel, ax in zip(draw, column, strict=True):
+            panel(result, series=series, ax=ax)
+            ax.margins(x=0)
+            ax.set_xlabel("")
+            marked += marks(ax, result, window)
+            if window is not columns[0]:
+                ax.set_ylabel("")
+                if ax.get_legend() is not None:
+                    ax.get_legend().remove()
+        window.label_time(column[-1])
+        # beside the legend of the other column
+        column[0].set_title(window.title, pad=6.0 + 1.35 * TEXT)
     name_marks(figure, marked, rule=result.scene.brake.force_words)
     head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure
@@ -191,11 +130,11 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     shown = (every > 0) | ~np.any(every > 0)
     hot = [name for name in names if name.startswith("peak_")]
     figure = sheet(figure, 8.5, 7.6 if hot else 5.4)
-    panels = figure.subplots(3 if hot else 2, 1, sharex=True)
+    rows = figure.subplots(3 if hot else 2, 1, sharex=True)
     number = np.asarray(table["stop"])[shown]
-    panels[0].plot(number, every[shown], "o-", ms=3, color=BLUE, label="contact time")
-    panels[0].set_ylabel("time, s")
-    panels[1].plot(
+    rows[0].plot(number, every[shown], "o-", ms=3, color=BLUE, label="contact time")
+    rows[0].set_ylabel("time, s")
+    rows[1].plot(
         number,
         np.asarray(table["energy"])[shown] / 1e3,
         "o-",
@@ -203,7 +142,7 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
         color=VERMILLION,
         label="friction heat",
     )
-    panels[1].set_ylabel("heat, kJ")
+    rows[1].set_ylabel("heat, kJ")
     for name in hot:
         place = (
             name.removeprefix("peak_")
@@ -211,14 +150,14 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
             .replace("lining", "linings")
         )
         T = np.asarray(table[name])[shown] - ZERO
-        panels[2].plot(
-            number, T, "o-", ms=3, color=_HOT[place], label=f"hottest {place}"
+        rows[2].plot(
+            number, T, "o-", ms=3, color=panels.HOT[place], label=f"hottest {place}"
         )
     if hot:
-        panels[2].set_ylabel("temperature, °C")
-    finish(panels)
-    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
-    panels[-1].set_xlabel("number of the stop")
+        rows[2].set_ylabel("temperature, °C")
+    finish(rows)
+    rows[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
+    rows[-1].set_xlabel("number of the stop")
     head(
         figure,
         result.scene,
@@ -227,66 +166,6 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
         else "the stops of the run by the brake",
     )
     return figure
-
-
-def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
-    """Speed, torques, tensions or forces, and linings at their limit."""
-    speed, torque, tension, linings = panels
-    way = "" if s.motor_torque is None else ", below 0 upwards"
-    speed.plot(
-        s.t, s.omega, color=ink(), label=rf"speed of the {words.body} $\omega${way}"
-    )
-    speed.set_ylabel(r"$\omega$, rad/s")
-    if s.hook_speed is not None and np.any(s.omega):
-        keep_level(speed)
-        hook = speed.twinx()
-        hook.plot(s.t, s.hook_speed, color=SKY, ls="--")
-        speed.plot([], [], color=SKY, ls="--", label="speed of the hook $v$")
-        # in the scale of the fast line, on the curve of the pulley where the rope is
-        # rigid and in one layer
-        ratio = float(np.abs(s.hook_speed).max() / np.abs(s.omega).max())
-        hook.set(ylabel="$v$, m/s", ylim=tuple(ratio * x for x in speed.get_ylim()))
-    torque.plot(s.t, s.brake_torque / 1e3, color=BLUE, label="brake $M_b$")
-    torque.plot(
-        s.t, s.load_torque / 1e3, color=PURPLE, ls="-.", label=r"load $M_\mathrm{load}$"
-    )
-    if s.motor_torque is not None:
-        torque.plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
-        if s.shaft_torque is not None:
-            torque.plot(
-                s.t,
-                s.shaft_torque / 1e3,
-                color=ORANGE,
-                ls=":",
-                label=r"others $\Sigma M_\mathrm{shaft}$",
-            )
-    torque.set_ylabel("torque, kN·m")
-    n = s.normal_load.shape[1]
-    if s.slack_tension is not None:
-        tension.plot(s.t, s.tight_tension / 1e3, color=BLUE, label="tight end $T_n$")
-        tension.plot(s.t, s.slack_tension / 1e3, color=SKY, label="slack end $T_0$")
-        tension.set_ylabel("tension, kN")
-    elif s.lever_force is not None:
-        tension.plot(s.t, s.lever_force / 1e3, color=SKY, label="actuator $F$")
-        differ = np.ptp(s.normal_load, axis=1).max() > 0
-        for i in range(n if differ else 1):
-            which = f" on {words.lining} {i + 1}" if differ else ""
-            tension.plot(
-                s.t,
-                s.normal_load[:, i] / 1e3,
-                ls="--",
-                label=f"normal force $N${which}",
-            )
-        tension.set_ylabel("force, kN")
-    linings.plot(
-        s.t,
-        s.at_limit,
-        color=ORANGE,
-        drawstyle="steps-post",
-        label=f"{words.lining}s at their limit $k$",
-    )
-    linings.set(ylim=(-0.5, n + 0.5), ylabel=f"$k$ of {n}")
-    linings.yaxis.set_major_locator(MaxNLocator(5, integer=True, steps=[1, 2, 5, 10]))
 
 
 _STAGES = {
@@ -318,77 +197,39 @@ def stages(
     end = parts[-1].end
     if parts[-1].name == "held" and len(parts) > 1:
         end = min(end, start + 1.15 * (parts[-1].start - start))
-    s = dense_grid(result, start, end)
-    t = s.t
-    o = overlap(result, s.t, running_in)
+    series = dense_grid(result, start, end)
     figure = sheet(figure, 9.0, 12.0)
-    panels = figure.subplots(5, 1, sharex=True, height_ratios=[1.2, 1.2, 1, 0.7, 0.7])
-    speed, torque, heat, outer, inner = panels
-    speed.plot(t, s.omega, color=ink(), label=r"pulley $\omega$")
-    speed.plot(t, s.bandage_speed, color=GREEN, ls="--", label=r"bandage $\omega_b$")
-    speed.set_ylabel("speed, rad/s")
-    external = s.pairs["external"]
-    internal = s.pairs["internal"]
-    torque.plot(
-        t, external.torque / 1e3, color=GREEN, label=r"band on bandage $M_\mathrm{ext}$"
-    )
-    torque.plot(
-        t, internal.torque / 1e3, color=BLUE, label=r"pulley on bandage $\Lambda$"
-    )
-    torque.plot(
-        t,
-        np.asarray(internal.capacity) / 1e3,
-        color=BLUE,
-        ls=":",
-        label=r"it sticks up to $M_\mathrm{int}$",
-    )
-    torque.set_ylabel("torque, kN·m")
-    heat.plot(t, external.heat / 1e3, color=GREEN, label="external pair")
-    heat.plot(t, internal.heat / 1e3, color=BLUE, label="internal pair")
-    heat.set_ylabel("friction heat, kJ")
-    for panel, colour, name, dynamic, static in (
-        (outer, GREEN, "external", o.external_dynamic, o.external_static),
-        (inner, BLUE, "internal", o.internal_dynamic, o.internal_static),
-    ):
-        panel.fill_between(
-            t, dynamic, color=colour, alpha=0.7, lw=0, label="slides (dynamic)"
-        )
-        panel.fill_between(
-            t,
-            static,
-            facecolor="none",
-            edgecolor=colour,
-            hatch="///",
-            lw=0,
-            label="sticks (static)",
-        )
-        panel.set(ylim=(0, 1), ylabel=f"{name}\noverlap (–)")
-    inner.set_xlabel("time, s")
-    speed.set_ylim(
-        top=1.3 * float(np.max(s.omega))
-    )  # space for the names of the stages
+    rows = figure.subplots(5, 1, sharex=True, height_ratios=[1.2, 1.2, 1, 0.7, 0.7])
+    draw = (panels.pair_speeds, panels.pair_torques, panels.pair_heats)
+    for panel, ax in zip(draw, rows, strict=False):
+        panel(result, series=series, ax=ax)
+    for pair, ax in zip(("external", "internal"), rows[3:], strict=True):
+        asked = {"running_in": running_in, "series": series}
+        panels.overlap_of_pair(result, pair, **asked, ax=ax)
+    speed = rows[0]
+    # space for the names of the stages
+    speed.set_ylim(top=1.3 * float(np.max(series.omega)))
     named = dict[str, Patch]()
+    middle_of_top = {
+        "transform": speed.get_xaxis_transform(),
+        "ha": "center",
+        "va": "top",
+    }
     for stage in parts:
         last = min(stage.end, end)
-        (words, colour) = _STAGES[stage.name]
-        named[stage.name] = Patch(
-            facecolor=colour, edgecolor="0.7", alpha=0.25, label=words
-        )
-        for panel in panels:
-            panel.axvspan(stage.start, last, color=colour, alpha=0.15, lw=0)
-        if stage.name.startswith("stage_") and last - stage.start > 0.08 * (
-            end - start
-        ):
-            place = {
-                "transform": speed.get_xaxis_transform(),
-                "ha": "center",
-                "va": "top",
-            }
-            speed.text(
-                0.5 * (stage.start + last), 0.97, stage.name.replace("_", " "), **place
-            )
+        words, colour = _STAGES[stage.name]
+        look = {"facecolor": colour, "edgecolor": "0.7", "alpha": 0.25}
+        named[stage.name] = Patch(label=words, **look)
+        for ax in rows:
+            ax.axvspan(stage.start, last, color=colour, alpha=0.15, lw=0)
+        long = last - stage.start > 0.08 * (end - start)
+        if stage.name.startswith("stage_") and long:
+            middle = 0.5 * (stage.start + last)
+            name = stage.name.replace("_", " ")
+            speed.text(middle, 0.97, name, **middle_of_top)
+    for ax in rows[:-1]:
+        ax.set_xlabel("")
     speed.set_xlim(start, end)
-    finish(panels)
     name_marks(figure, [], named.values())
     head(figure, result.scene, f"stages of the brake: {result.message}")
     return figure
@@ -403,50 +244,31 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     while it slides ahead, purple while it slides back. Left the whole motion, right the
     time up to the first full slip, if it is short.
 
-    Raises `ValueError` where the linings act as one.
+    Raises `InputError` where the linings act as one.
 
     Example:
         >>> figure = sb.plot.contacts(chain)
         >>> figure.axes[0].get_ylabel()
         'lining, from the slack end'
     """
-    contact_states = result.record.modes.contacts  # pyright: ignore
-    if not contact_states:
-        raise ValueError(
-            "the linings of this brake act as one: there are no single contacts to draw"
-        )
-    t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
     columns = windows(result)
-    figure = sheet(figure, 11.5, 3.2, rows=len(contact_states), room=1.9)
-    axes = figure.subplots(
-        len(contact_states), len(columns), squeeze=False, sharex="col"
-    )
-    kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
-    colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
     pairs = result.scene.brake.pairs
-    for row, (pair, place), states in zip(
-        axes, pairs.items(), contact_states.values(), strict=True
-    ):
-        states = np.asarray(states)[: len(t)]
+    figure = sheet(figure, 11.5, 3.2, rows=len(pairs), room=1.9)
+    axes = figure.subplots(len(pairs), len(columns), squeeze=False, sharex="col")
+    for row, (pair, place) in zip(axes, pairs.items(), strict=True):
         name = place.words if len(pairs) == 1 else f"{place.words} ({pair})"
-        changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
-        edges = np.append(t[changes], t[-1])
-        linings = np.arange(states.shape[1] + 1) + 0.5
-        for panel, window in zip(row, columns, strict=True):
-            panel.pcolormesh(
-                edges, linings, states[changes].T, cmap=colours, vmin=-1, vmax=1
-            )
-            panel.set_xlim(window.start, window.end)
-            panel.yaxis.set_major_locator(MaxNLocator(integer=True))
-            panel.set_title(f"{name}{', enlarged' if window.enlarged else ''}")
-        row[0].set_ylabel("lining, from the slack end")
-    for panel, window in zip(axes[-1], columns, strict=True):
-        window.label_time(panel)
-    name_marks(
-        figure,
-        [],
-        [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds],
-    )
+        for ax, window in zip(row, columns, strict=True):
+            panels.contact_states(result, pair, ax=ax)
+            ax.set_xlim(window.start, window.end)
+            ax.set_xlabel("")
+            ax.set_title(f"{name}{', enlarged' if window.enlarged else ''}")
+        for ax in row[1:]:
+            ax.set_ylabel("")
+    for ax, window in zip(axes[-1], columns, strict=True):
+        window.label_time(ax)
+    kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
+    named = [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds]
+    name_marks(figure, [], named)
     head(figure, result.scene, "stick and slip of each lining")
     return figure
 
@@ -463,221 +285,53 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     the surfaces are their maximum and minimum in each cycle (from one strong
     application to the next).
 
-    Raises `ValueError` if the scene has no heat.
+    Raises `InputError` if the scene has no heat.
 
     Example:
         >>> figure = sb.plot.temperatures(heated)
         >>> figure.axes[0].get_ylabel()
         'surface temperature, °C'
     """
-    heat = result.scene.network
-    brake = result.scene.brake
-    if not result.scene.heated:
-        raise ValueError("the scene has no heat: there are no temperatures to draw")
     whole = Window(*span(result))
-    starts = strong_applications(result)
-    peaks = [
-        float(peak.time)
-        for name, peak in result.report().peaks.items()
-        if name.startswith("peak_")
-    ]
-    t, shown = _surfaces(result, whole)
-    hottest = (
-        peaks[0]
-        if peaks
-        else float(t[int(np.argmax(next(iter(shown.values())).max(axis=1)))])
-    )
+    hottest = _time_of_hottest(result, whole)
     columns = [whole, *application(result, hottest, "the hottest brake application")]
-    walls = heat.walls[:2]
+    walls = result.scene.network.walls[:2]
     rows = 2 + bool(walls)
-    figure = sheet(
-        figure, 11.5 if walls or len(columns) > 1 else 8.5, 3.1, rows=rows, room=0.6
-    )
+    width = 11.5 if walls or len(columns) > 1 else 8.5
+    figure = sheet(figure, width, 3.1, rows=rows, room=0.6)
     grid = figure.add_gridspec(rows, 2, width_ratios=[1.3, 1.0])
-    body = brake.words.body
-    lining = brake.words.lining
-    own = (
-        {} if brake.banded else {"rim": body, "lining": lining, "linings": f"{lining}s"}
-    )
-    lowest = min(T.min() for T in shown.values())
-    highest = max(T.max() for T in shown.values())
     for i, window in enumerate(columns):
         column = slice(None) if len(columns) == 1 else i
         surface = figure.add_subplot(grid[0, column])
         friction = figure.add_subplot(grid[1, column], sharex=surface)
-        if i:
-            t, shown = _surfaces(result, window)
-        cycles = starts if i == 0 and len(starts) > _FEW else None
-        for name, T in shown.items():
-            words = own.get(name, name)
-            colour = _HOT.get(name, "0.5")
-            if cycles is not None:
-                _envelope(
-                    surface,
-                    t,
-                    T,
-                    np.unique([whole.start, *cycles[1:], whole.end]),
-                    colour,
-                    words,
-                )
-                continue
-            named = (
-                (f"{words}, hottest", f"{words}, coolest")
-                if T.shape[1] > 1
-                else (words, None)
-            )
-            # the rim broader, as the faces of linings are often as hot
-            _extremes(surface, t, T, colour, named, lw=3.0 if name == "rim" else 1.3)
-        if cycles is not None:
-            surface.plot([], [], color=GREY, ls=":", label="lowest of a cycle")
-        limits = {
-            name: (f"{own.get(name, name)} ≤", "--", T)
-            for name, T in heat.permissible_at.items()
-        }
-        limits["coolant, outlet"] = "coolant boils at", ":", heat.boiling
-        for name, (words, style, most) in limits.items():
-            if (
-                most is None or name == "outer"
-            ):  # the outer face of the linings, with their own limit
-                continue
-            limit = float(np.asarray(most)) - ZERO
-            look = {"color": _HOT[name], "lw": 1.3, "ls": style}
-            if limit < highest + 1.5 * (highest - lowest):
-                surface.axhline(limit, label=f"{words} {limit:.4g} °C", **look)
-            else:
-                surface.plot([], [], label=f"{words} {limit:.4g} °C above", **look)
-        _coefficients(friction, result, t)
-        surface.set_xlim(window.start, window.end)
-        surface.set_ylabel("surface temperature, °C")
-        friction.set(xlabel="time, s", ylabel="coefficient of\nfriction (–)")
+        between = {"start": window.start, "end": window.end}
+        panels.surface_temperatures(result, **between, ax=surface)
+        panels.friction_coefficients(result, **between, ax=friction)
+        surface.set_xlabel("")
         surface.tick_params(labelbottom=False)
-        finish([surface, friction])
         if i:
-            surface.get_legend().remove()  # pyright: ignore
             surface.set_title(window.title, loc="left", pad=6.0)
-            friction.get_legend().remove()  # pyright: ignore
-    profiles = np.asarray(result.series([hottest]).temperature)[0] - ZERO
+            for ax in (surface, friction):
+                ax.get_legend().remove()  # pyright: ignore
     for i, wall in enumerate(walls):
-        panel = figure.add_subplot(grid[2, :] if len(walls) == 1 else grid[2, i])
-        depths = 1e3 * np.asarray(wall.centres)
-        panel.plot(
-            depths,
-            _layers(result, wall, profiles).T,
-            color=VERMILLION,
-            marker=".",
-            lw=1.0,
-        )
-        panel.set_title(
-            f"through the {own.get(wall.name, wall.name)} at {number(hottest, 's', count=4)}",
-            loc="left",
-        )
-        panel.set(
-            xlabel="depth below the friction surface, mm", ylabel="temperature, °C"
-        )
-        panel.grid(alpha=0.3)
+        ax = figure.add_subplot(grid[2, :] if len(walls) == 1 else grid[2, i])
+        panels.wall_profile(result, hottest, wall.name, ax=ax)
     head(figure, result.scene, "temperatures")
     return figure
 
 
-#: cycles from which on the surfaces are drawn as an envelope
-_FEW = 5
+def _time_of_hottest(result: Result, whole: Window) -> float:
+    """When the first place that the scene names, mostly the rim, was hottest (s)."""
+    panels.check_heated(result)
+    for name, peak in result.report().peaks.items():
+        if name.startswith("peak_"):
+            return float(peak.time)
+    t = cells(result, whole.start, whole.end)
+    first = next(iter(panels.temperatures_at(result, t).values()))
+    return float(t[int(np.argmax(first.max(axis=1)))])
 
 
-def _surfaces(
-    result: Result, window: Window
-) -> tuple[Times, dict[str, Float[np.ndarray, "t n"]]]:
-    """Times, and temperatures (°C) of the surfaces that the scene names, else of all
-    nodes."""
-    t = cells(result, window.start, window.end)
-    s = result.series(t)
-    surfaces = {
-        "rim": s.rim_temperature,
-        "linings": s.lining_temperature,
-        "band": s.band_temperature,
-    }
-    surfaces["linings, outer face"] = s.lining_outer_temperature
-    surfaces |= {
-        "wetted wall": s.wetted_temperature,
-        "coolant, outlet": s.coolant_temperature,
-    }
-    by_surface = {name: T for name, T in surfaces.items() if T is not None} or {
-        "nodes": s.temperature
-    }
-    return t, {name: np.asarray(T) - ZERO for name, T in by_surface.items()}
-
-
-def _envelope(
-    axes: Axes,
-    t: Times,
-    T: Float[np.ndarray, "t n"],
-    bounds: Times,
-    colour: str,
-    words: str,
-) -> None:
-    """The area between the maxima and the minima of all cycles, at their times."""
-    cuts = np.searchsorted(t, bounds)
-    lines = []
-    known = np.ones(t.size, bool)
-    for values, extreme, style in (
-        (T.max(axis=1), np.argmax, "-"),
-        (T.min(axis=1), np.argmin, ":"),
-    ):
-        at = np.asarray([a + extreme(values[a:b]) for a, b in pairwise(cuts) if b > a])
-        axes.plot(
-            t[at],
-            values[at],
-            color=colour,
-            ls=style,
-            label=words if style == "-" else None,
-        )
-        lines.append(np.interp(t, t[at], values[at]))
-        known &= (t >= t[at[0]]) & (t <= t[at[-1]])
-    axes.fill_between(t, *lines, where=known.tolist(), color=colour, alpha=0.15, lw=0)
-
-
-def _coefficients(axes: Axes, result: Result, t: Times) -> None:
-    """Coefficients of friction of all pairs, of several linings the maximum and the
-    minimum."""
-    s = result.series(t)
-    for (name, pair), colour in zip(s.pairs.items(), (GREEN, BLUE), strict=False):
-        if pair.friction_coefficient is not None:
-            f = np.asarray(pair.friction_coefficient)
-            words = name if len(s.pairs) > 1 else "when sliding"
-            lowest = (
-                "lining with the minimum" if np.ptp(f, axis=1).max() > 1e-9 else None
-            )
-            _extremes(axes, t, f, colour, (words, lowest))
-    low, high = axes.get_ylim()
-    if high - low < 0.12 * high:  # hardly changes: no axis of a few thousandths
-        axes.set_ylim(0.0, 1.25 * high)
-
-
-def _extremes(
-    axes: Axes,
-    t: Float[np.ndarray, " t"],
-    values: Float[np.ndarray, "t n"],
-    colour: str,
-    words: tuple[str, str | None],
-    lw: float | None = None,
-) -> None:
-    """The maximum of several values over time and, where it has a name, the minimum."""
-    axes.plot(t, values.max(axis=1), color=colour, lw=lw, label=words[0])
-    if words[1] is not None:
-        axes.plot(t, values.min(axis=1), color=colour, ls=":", label=words[1])
-
-
-def _layers(
-    result: Result, wall: Wall, T: Float[np.ndarray, "... k"]
-) -> Float[np.ndarray, "... copies layers"]:
-    """Temperatures of the layers of a wall, of all its copies, among those of all
-    nodes."""
-    nodes = [
-        i for i, name in enumerate(result.nodes) if name.partition("[")[0] == wall.name
-    ]
-    return T[..., nodes].reshape(*T.shape[:-1], wall.copies, wall.layers)
-
-
-# --- maps ---------------------------------------------------------------------------
+# --- maps -----------------------------------------------------------------------------
 
 
 @styled
@@ -707,7 +361,10 @@ def depth(
         >>> figure.axes[0].get_ylabel()
         'depth below the front face, mm'
     """
-    chosen = _wall(one_run(result), wall, copy)
+    chosen = panels.wall_of(one_run(result), wall)
+    if copy is not None and not 1 <= copy <= chosen.copies:
+        why = f"there is no {chosen.name} {copy}"
+        raise input_error("copy", why, f"there are 1…{chosen.copies}")
     window = windows(result)[0]
 
     def layers(
@@ -715,12 +372,8 @@ def depth(
     ) -> tuple[Times, Times, Float[np.ndarray, "t copies layers"]]:
         edges = cells(result, window.start, window.end)
         middle = 0.5 * (edges[1:] + edges[:-1])
-        return (
-            edges,
-            middle,
-            _layers(result, chosen, np.asarray(result.series(middle).temperature))
-            - ZERO,
-        )
+        nodes = np.asarray(result.series(middle).temperature)
+        return edges, middle, panels.layers_of(result, chosen, nodes) - ZERO
 
     edges, middle, T = layers(window)
     index = int(np.argmax(T.max(axis=(0, 2)))) if copy is None else copy - 1
@@ -800,32 +453,6 @@ def _telling(face: Float[np.ndarray, " t"]) -> tuple[int, Int[np.ndarray, " m"]]
     return hottest, np.unique([0, *around, hottest, len(face) - 1])
 
 
-def _wall(result: Result, name: str | None, copy: int | None) -> Wall:
-    heat = result.scene.network
-    walls = heat.walls
-    if not walls:
-        why = (
-            "no body of the scene is in layers"
-            if result.scene.heated
-            else "the scene has no heat"
-        )
-        raise input_error(
-            "wall", why, "there is no depth to draw; layered_heat makes walls"
-        )
-    if name is None and heat.rim is not None:
-        name = place_of(heat.rim)[0]
-        name = name if name in [wall.name for wall in walls] else None
-    matching = [wall for wall in walls if name in (None, wall.name)]
-    if not matching:
-        names = ", ".join(wall.name for wall in walls)
-        raise input_error("wall", f"there is no wall {name!r}", f"there are: {names}")
-    if copy is not None and not 1 <= copy <= matching[0].copies:
-        raise input_error(
-            "copy", f"there is no {name} {copy}", f"there are 1…{matching[0].copies}"
-        )
-    return matching[0]
-
-
 @styled
 def lining_map(
     result: Result,
@@ -853,63 +480,30 @@ def lining_map(
         'normal load $N$, kN'
     """
     columns = windows(one_run(result))
-    maps = []
-    marked = list[Event]()
     brake = result.scene.brake
-    for window in columns:
-        edges = cells(result, window.start, window.end)
-        maps.append((edges, lining_values(result, quantity, edges, pair=pair)))
-    view = VIEW_OF_HEAT if quantity == HEAT else LINING_QUANTITIES[quantity].view
-    assert view is not None
-    n = brake.linings.count
     figure = sheet(figure, 11.5 if len(columns) > 1 else 8.5, 5.4)
     ratios = [1.5, 1][: len(columns)]
-    panels = figure.subplots(
+    row = figure.subplots(
         1, len(columns), squeeze=False, sharey=True, width_ratios=ratios
     )[0]
-    colours = (
-        "inferno"
-        if quantity in ("temperature", "friction_heat", "friction_power")
-        else "viridis"
-    )
-    unit = f", {view.unit}" if view.unit else " (–)"
-    words = re.sub(r"\b([NTFfuv])\b", r"$\1$", view.words).replace(
-        "|Tᵢ − Tᵢ₋₁|", "$|T_i - T_{i-1}|$"
-    )
-    for panel, window, (edges, values) in zip(panels, columns, maps, strict=True):
-        shown = np.broadcast_to(
-            view.factor * values + view.offset, (len(edges) - 1, n)
-        ).T
-        low = float(shown.min())
-        high = float(shown.max())
-        limits = {"vmin": low, "vmax": high if high > low else low + 1.0}
-        mesh = panel.pcolormesh(
-            edges,
-            np.arange(n + 1) + 0.5,
-            shown,
-            cmap=colours,
-            rasterized=True,
-            **limits,
-        )
-        figure.colorbar(mesh, ax=panel, label=f"{words}{unit}", pad=0.01)
-        marked += marks(panel, result, window, front=True)
-        panel.set_xlim(window.start, window.end)
-        panel.yaxis.set_major_locator(MaxNLocator(integer=True))
-        window.label_time(panel)
-        panel.set_title(window.title)
-    order = (
-        "from the slack to the tight end"
-        if len(brake.bands_of_linings) == 1
-        else "band after band"
-    )
-    panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
+    marked = list[Event]()
+    for ax, window in zip(row, columns, strict=True):
+        between = {"start": window.start, "end": window.end}
+        panels.lining_values_map(result, quantity, pair=pair, **between, ax=ax)
+        marked += marks(ax, result, window, front=True)
+        window.label_time(ax)
+        ax.set_title(window.title)
+    for ax in row[1:]:
+        ax.set_ylabel("")
     where = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else ""
     lining = brake.words.lining
-    alike = (
-        " (one surface for all linings)"
-        if maps[0][1].shape[1] == 1 < n and quantity == "temperature"
-        else ""
-    )
+    note = ""
+    if quantity == "temperature":
+        ends = columns[0].start, columns[0].end
+        surfaces = lining_values(result, quantity, ends, pair=pair).shape[1]
+        if surfaces == 1 < brake.linings.count:
+            note = " (one surface for all linings)"
+    words = panels.view_of(quantity)[1]
     name_marks(figure, marked, rule=brake.force_words)
-    head(figure, result.scene, f"{where}{words}, {lining} by {lining}{alike}")
+    head(figure, result.scene, f"{where}{words}, {lining} by {lining}{note}")
     return figure

@@ -3,10 +3,10 @@ life."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -31,20 +31,18 @@ from .drawing import (
     VERMILLION,
     ZERO,
     dense_grid,
+    drawn_in,
     finish,
     head,
     ink,
     metric_words,
-    name_marks,
     sheet,
     styled,
 )
 
 
 @styled
-def tornado(
-    table: SensitivityTable, *, most: int = 12, figure: Figure | None = None
-) -> Figure:
+def tornado(table: SensitivityTable, *, most: int = 12, ax: Axes | None = None) -> Axes:
     """Tornado chart: effect of every parameter on a metric over its range, the largest
     on top.
 
@@ -53,59 +51,46 @@ def tornado(
 
     Example:
         >>> (table,) = sb.sensitivity(scene, ["stopping_time"], ["duty.load.mass"])
-        >>> figure = sb.plot.tornado(table)
-        >>> figure.axes[0].get_xlabel()
+        >>> axes = sb.plot.tornado(table)
+        >>> axes.get_xlabel()
         'stopping time, s'
     """
     base, bars = table.bars(most)
     ranged = any(len(ends) > 1 for _, ends in bars)
-    colours = {"low": BLUE, "high": VERMILLION}
     bars.sort(key=lambda bar: max(abs(end - base) for _, end in bar[1]))
-    figure = sheet(figure, 9.5, 0.6, rows=len(bars), room=1.9)
-    axes = figure.subplots()
+    axes = drawn_in(ax, 9.5, 1.9 + 0.6 * len(bars))
+    colours = {"low": BLUE, "high": VERMILLION}
     labels = []
-    for y, (row, ends) in enumerate(bars):
+    names = _parameters([row for row, _ in bars])
+    for y, (name, (row, ends)) in enumerate(zip(names, bars, strict=True)):
         for side, end in ends:
             axes.barh(y, end - base, left=base, color=colours[side], height=0.7)
         if row.tangent is not None:
-            axes.vlines(
-                [base - row.tangent, base + row.tangent],
-                y - 0.35,
-                y + 0.35,
-                ink(),
-                lw=1.5,
-            )
-        spread = number(
-            row.half, row.unit, absolute=False, count=3, beside=abs(row.value)
-        )
-        half = f" ± {spread}" if ranged else ""
-        labels.append(f"\n{number(row.value, row.unit, count=4)}{half}")
-    names = _parameters([row for row, _ in bars])
-    axes.set_yticks(
-        range(len(bars)),
-        [f"{name}{value}" for name, value in zip(names, labels, strict=True)],
-    )
+            tangents = [base - row.tangent, base + row.tangent]
+            axes.vlines(tangents, y - 0.35, y + 0.35, ink(), lw=1.5)
+        value = number(row.value, row.unit, count=4)
+        half = ""
+        if ranged:
+            about = {"count": 3, "beside": abs(row.value)}
+            half = f" ± {number(row.half, row.unit, absolute=False, **about)}"
+        labels.append(f"{name}\n{value}{half}")
+    axes.set_yticks(range(len(bars)), labels)
     axes.axvline(base, color=ink(), lw=0.9)
     name = metric_words(table.metric)
-    axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
-    if ranged:
-        ends = [
-            (BLUE, "parameter at its lower bound"),
-            (VERMILLION, "at its upper bound"),
-        ]
-        handles: list[Artist] = [
-            Patch(color=colour, label=words) for colour, words in ends
-        ]
-        handles.append(
-            Line2D([], [], color=ink(), lw=1.5, label="by the derivative alone")
-        )
-        name_marks(
-            figure, [], handles, "each parameter over its range, the others fixed"
-        )
-        axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
-        figure.suptitle(f"{name} {number(table.value, table.unit, count=4)}")
-    axes.grid(axis="x", alpha=0.3)
-    return figure
+    if not ranged:
+        axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
+        finish([axes])
+        return axes
+    axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
+    axes.set_title(f"{name} {number(table.value, table.unit, count=4)}")
+    handles = [
+        Patch(color=BLUE, label="parameter at its lower bound"),
+        Patch(color=VERMILLION, label="at its upper bound"),
+        Line2D([], [], color=ink(), lw=1.5, label="by the derivative alone"),
+    ]
+    finish([axes], handles, "each parameter over its range, the others fixed")
+    axes.grid(visible=False, axis="y")
+    return axes
 
 
 def _parameters(rows: Sequence[Sensitivity]) -> list[str]:
@@ -260,6 +245,101 @@ def calibration(
 # --- uncertain results --------------------------------------------------------------
 
 
+class _Sample(NamedTuple):
+    """The values of a metric in good runs, in order, as they are shown."""
+
+    x: Float[np.ndarray, " n"]
+    factor: float
+    offset: float
+    label: str
+
+
+def _sample(found: Uncertainty, name: str) -> _Sample:
+    values = np.asarray(found.data[name], np.float64)
+    good = np.isfinite(values) & (np.asarray(found.data["code"]) == 0)
+    x = np.sort(values[good])
+    top = float(np.abs(x).max(initial=0.0))
+    factor, offset, unit = scale(found.statistics[name].unit, top, absolute=True)
+    suffix = f", {unit}" if unit else ""
+    return _Sample(x * factor + offset, factor, offset, f"{metric_words(name)}{suffix}")
+
+
+def _draw_limit(axes: Axes, found: Uncertainty, name: str, sample: _Sample) -> None:
+    """A line at the limit of the metric, if it has one, with the probability to exceed
+    it."""
+    limit = found.limits.get(name)
+    if limit is None or np.ndim(limit) > 0:
+        return
+    judged = (
+        f for words, f in found.failures.items() if words.startswith(f"{name} > ")
+    )
+    p = next(judged).probability
+    words = (
+        f"limit, exceeded with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"
+    )
+    at = sample.factor * float(limit) + sample.offset
+    axes.axvline(at, color=VERMILLION, ls="--", label=words)
+
+
+@styled
+def histogram(found: Uncertainty, metric: Metric, *, ax: Axes | None = None) -> Axes:
+    """Histogram of a metric in % of all runs, and its limit where it has one.
+
+    Example:
+        >>> found = sb.uncertainty(scene, {"duty.load.mass": (18e3, 22e3)}, ("stopping_time",), n=64, progress=False)
+        >>> axes = sb.plot.histogram(found, "stopping_time")
+        >>> axes.get_xlabel()
+        'stopping time, s'
+    """
+    name = name_of(metric)
+    sample = _sample(found, name)
+    axes = drawn_in(ax, 8.5, 3.9)
+    if len(sample.x):
+        bins = int(np.clip(np.sqrt(len(sample.x)), 5, 40))
+        weights = np.full(len(sample.x), 100 / found.runs)
+        axes.hist(sample.x, bins=bins, weights=weights, color=BLUE, alpha=0.6)
+    _draw_limit(axes, found, name, sample)
+    axes.set(xlabel=sample.label, ylabel=f"share of {found.runs} runs, %")
+    finish([axes])
+    return axes
+
+
+@styled
+def cumulative(found: Uncertainty, metric: Metric, *, ax: Axes | None = None) -> Axes:
+    """Cumulative share of a metric among the runs that have it, quantiles with their
+    intervals, and its limit where it has one.
+
+    Example:
+        >>> found = sb.uncertainty(scene, {"duty.load.mass": (18e3, 22e3)}, ("stopping_time",), n=64, progress=False)
+        >>> axes = sb.plot.cumulative(found, "stopping_time")
+        >>> axes.get_ylabel()
+        'cumulative share, %'
+    """
+    name = name_of(metric)
+    sample = _sample(found, name)
+    axes = drawn_in(ax, 8.5, 3.9)
+    n = len(sample.x)
+    if n:
+        axes.step(sample.x, 100 * np.arange(1, n + 1) / n, where="post", color=BLUE)
+    unit = sample.label.rpartition(", ")[2] if ", " in sample.label else ""
+    interval = f"quantile, {100 * found.confidence:g} % interval"
+    for p, estimate in found.statistics[name].quantiles.items():
+        at, low, high = (sample.factor * x + sample.offset for x in estimate)
+        ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
+        bounded = np.isfinite(ends).all()
+        look = {"fmt": "o", "ms": 4, "capsize": 4, "color": ink()}
+        xerr = ends if bounded else None
+        axes.errorbar([at], [100 * p], xerr=xerr, label=interval, **look)
+        interval = None
+        shift, side = ((-8, 5), "right") if p > 0.5 else ((8, -11), "left")
+        place = {"xytext": shift, "textcoords": "offset points", "ha": side}
+        axes.annotate(f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), **place)
+    _draw_limit(axes, found, name, sample)
+    axes.set(xlabel=sample.label, ylabel="cumulative share, %")
+    finish([axes])
+    return axes
+
+
 @styled
 def distribution(
     found: Uncertainty, metric: Metric, *, figure: Figure | None = None
@@ -273,74 +353,16 @@ def distribution(
         >>> figure.axes[1].get_xlabel()
         'stopping time, s'
     """
-    name = name_of(metric)
-    s = found.statistics[name]
-    x = np.asarray(found.data[name], np.float64)
-    x = np.sort(x[np.isfinite(x) & (np.asarray(found.data["code"]) == 0)])
-    factor, offset, unit = scale(
-        s.unit, float(np.abs(x).max(initial=0.0)), absolute=True
-    )
-    x = x * factor + offset
     figure = sheet(figure, 8.5, 7.8)
-    density, cumulative = figure.subplots(2, 1, sharex=True)
-    bins = int(np.clip(np.sqrt(len(x)), 5, 40))
-    if len(x):
-        density.hist(
-            x,
-            bins=bins,
-            weights=np.full(len(x), 100 / found.runs),
-            color=BLUE,
-            alpha=0.6,
-        )
-        cumulative.step(
-            x, 100 * np.arange(1, len(x) + 1) / len(x), where="post", color=BLUE
-        )
-    for p, e in s.quantiles.items():
-        at, low, high = (factor * value + offset for value in e)
-        ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
-        bounded = np.isfinite(ends).all()
-        cumulative.errorbar(
-            [at],
-            [100 * p],
-            xerr=ends if bounded else None,
-            fmt="o",
-            ms=4,
-            capsize=4,
-            color=ink(),
-        )
-        shift, side = ((-8, 5), "right") if p > 0.5 else ((8, -11), "left")
-        place = {"xytext": shift, "textcoords": "offset points", "ha": side}
-        cumulative.annotate(f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), **place)
-    limit = found.limits.get(name)
-    if limit is not None and np.ndim(limit) == 0:
-        p = next(
-            f for words, f in found.failures.items() if words.startswith(f"{name} > ")
-        ).probability
-        words = f"limit, exceeded with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"
-        for panel in (density, cumulative):
-            panel.axvline(
-                factor * float(limit) + offset, color=VERMILLION, ls="--", label=words
-            )
-        finish([density])
-    density.set_ylabel(f"share of {found.runs} runs, %")
-    words = metric_words(name)
-    suffix = f", {unit}" if unit else ""
-    cumulative.set(xlabel=f"{words}{suffix}", ylabel="cumulative share, %")
-    rest = (
-        "" if s.count == found.runs else f", which {s.count} of {found.runs} runs have"
-    )
-    bars = Line2D(
-        [],
-        [],
-        color=ink(),
-        marker="o",
-        ms=4,
-        label=f"quantile, {100 * found.confidence:g} % interval",
-    )
-    name_marks(figure, [], [bars])
-    figure.suptitle(f"{words}{rest}")
-    for panel in (density, cumulative):
-        panel.grid(alpha=0.3)
+    above, below = figure.subplots(2, 1, sharex=True)
+    histogram(found, metric, ax=above)
+    above.set_xlabel("")
+    cumulative(found, metric, ax=below)
+    name = name_of(metric)
+    count = found.statistics[name].count
+    every = count == found.runs
+    rest = "" if every else f", which {count} of {found.runs} runs have"
+    figure.suptitle(f"{metric_words(name)}{rest}")
     return figure
 
 

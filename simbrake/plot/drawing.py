@@ -7,9 +7,9 @@ import functools
 import io
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
-from typing import Any, NamedTuple, ParamSpec, TypeAlias
+from typing import Any, NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 import jax
 import matplotlib
@@ -104,21 +104,31 @@ def ink() -> str:
     return matplotlib.rcParams["text.color"]
 
 
-def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """A function that draws, with the style of all figures."""
+Drawing = TypeVar("Drawing", Figure, Axes)
+
+
+def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:
+    """A function that draws a panel or a sheet, with the style of all figures."""
 
     @functools.wraps(draw)
-    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Drawing:
         with matplotlib.rc_context(STYLE):
-            figure = draw(*args, **kwargs)
-        for axes in figure.axes:
+            made = draw(*args, **kwargs)
+        for axes in made.axes if isinstance(made, Figure) else [made]:
             keep_level(axes)
-            axes.tick_params(
-                which="both", labelsize=TEXT
-            )  # further ticks are made when the figure is written
-        return figure
+            # further ticks are made when the figure is written
+            axes.tick_params(which="both", labelsize=TEXT)
+        return made
 
     return drawn
+
+
+def drawn_in(ax: Axes | None, width: float, height: float) -> Axes:
+    """The axes to draw into: the given ones, or those of a new figure of this size
+    (inch)."""
+    if ax is not None:
+        return ax
+    return Figure(figsize=(width, height), layout="constrained").subplots()
 
 
 def keep_level(axes: Axes) -> None:
@@ -420,26 +430,33 @@ def _in_columns(width: float, labels: Iterable[Any]) -> dict[str, Any]:
     }
 
 
-def finish(panels: Iterable[Axes]) -> None:
+def finish(
+    panels: Iterable[Axes], handles: Sequence[Artist] = (), rule: str = ""
+) -> None:
     """Grids, and where something has a name a legend in lines above the panel, so that
-    it covers nothing."""
+    it covers nothing.
+
+    - `handles`: what the legend names; default what has a label in the panel
+    - `rule`: how to read the panel, above the legend
+    """
     for panel in panels:
         panel.grid(alpha=0.3)
-        labels = panel.get_legend_handles_labels()[1]
+        found, labels = panel.get_legend_handles_labels()
+        if handles:
+            found = list(handles)
+            labels = [handle.get_label() for handle in handles]
         if not labels:
             continue
         width = panel.get_position().width * panel.figure.bbox.width / panel.figure.dpi
         place = _in_columns(width, labels)
         place["ncols"] = min(place["ncols"], len(labels))
-        panel.legend(
-            loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, **place
-        )
-        lines = -(-len(labels) // place["ncols"])
+        place |= {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
+        panel.legend(found, labels, title=rule or None, borderaxespad=0.1, **place)
+        lines = -(-len(labels) // place["ncols"]) + bool(rule)
         for side in ("left", "center"):
-            if panel.get_title(side):
-                panel.set_title(
-                    panel.get_title(side), loc=side, pad=6.0 + 1.35 * TEXT * lines
-                )
+            words = panel.get_title(side)
+            if words:
+                panel.set_title(words, loc=side, pad=6.0 + 1.35 * TEXT * lines)
 
 
 #: a figure whose SVG is longer is a PNG instead (bytes)

@@ -32,6 +32,7 @@ from .drawing import (
     ORANGE,
     PURPLE,
     VERMILLION,
+    drawn_in,
     finish,
     head,
     ink,
@@ -261,23 +262,9 @@ def draw_moment(
     """Draw a run at a time into a figure; `tops` as of `tops_of`, `why` that time."""
     brake = banded_brake(result.scene)
     contacts = lining_contacts(result, p)
-    before = tension_before(p.shown, p.flows.contact.slack_tension)
-    ahead = np.asarray(before)[0] / 1e3
-    behind = np.asarray(p.shown.tension)[0] / 1e3
-    loads = [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs]
     bands = len(brake.bands_of_linings)
-    last = np.cumsum([linings.count for linings in brake.bands_of_linings])
     for j, axes in enumerate(np.ravel(figure.subplots(1, bands, squeeze=False))):
-        own = slice(last[j] - brake.bands_of_linings[j].count, last[j])
-        angles = on_circle(lining_edges(brake, j))
-        tension = np.append(ahead[own][0], behind[own])
-        _draw_wheel(
-            axes, angles, {pair: states[0, own] for pair, states in contacts.items()}
-        )
-        _draw_around(
-            axes, angles, int(own.start), tension, [load[own] for load in loads], tops
-        )
-        _draw_rotation(axes, float(p.y.omega[0]), 0.2)
+        _draw_band_of(axes, result, p, j, tops)
         axes.set_title(f"band {j + 1}" if bands > 1 else "")
     title = f"tension of the band and normal load of the linings at $t$ = {digits(t, 4)} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
@@ -308,6 +295,55 @@ def draw_moment(
             Patch(fill=False, ec=GREY, label="load of a lining on the rim, kN")
         )
     name_marks(figure, [], [*handles, *_contact_legend(contacts)], "\n".join(rules))
+
+
+def _draw_band_of(
+    axes: Axes, result: Result, p: Probe, band: int, tops: tuple[float, float]
+) -> None:
+    """The pulley with one of its bands, its linings, tension and loads."""
+    brake = banded_brake(result.scene)
+    counts = [linings.count for linings in brake.bands_of_linings]
+    first = sum(counts[:band])
+    own = slice(first, first + counts[band])
+    angles = on_circle(lining_edges(brake, band))
+    contacts = lining_contacts(result, p)
+    states = {pair: each[0, own] for pair, each in contacts.items()}
+    _draw_wheel(axes, angles, states)
+    before = tension_before(p.shown, p.flows.contact.slack_tension)
+    ahead = np.asarray(before)[0, own] / 1e3
+    behind = np.asarray(p.shown.tension)[0, own] / 1e3
+    tension = np.append(ahead[0], behind)
+    loads = [np.asarray(pair.normal)[0, own] / 1e3 for pair in p.shown.pairs]
+    _draw_around(axes, angles, first, tension, loads, tops)
+    _draw_rotation(axes, float(p.y.omega[0]), 0.2)
+
+
+@styled
+def wheel(
+    result: Result, time: float, band: int = 1, *, ax: Axes | None = None
+) -> Axes:
+    """The circle of `simbrake.plot.pulley` alone: linings of a band coloured by stick
+    and slip, tension `T` of the band (kN) outwards, normal loads `N` (kN) inwards.
+
+    - `time` (s); at an event the values after it
+    - `band`: number of the band, from 1
+
+    Raises `InputError` for a time outside the run, for a band that the brake does not
+    have, and for a brake without one.
+
+    Example:
+        >>> axes = sb.plot.panels.wheel(result, 0.5)
+        >>> axes.get_aspect()
+        1.0
+    """
+    count = len(banded_brake(one_run(result).scene).bands_of_linings)
+    if not 1 <= band <= count:
+        raise input_error("band", f"there is no band {band}", f"there are 1…{count}")
+    t = float(times_within([time], *span(result), "time")[0])
+    p = look(result, t)
+    axes = drawn_in(ax, 9.0, 9.0)
+    _draw_band_of(axes, result, p, band - 1, tops_of(p))
+    return axes
 
 
 def _draw_around(

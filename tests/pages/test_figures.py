@@ -12,6 +12,7 @@ import pytest
 import rig_recordings
 from commands import call
 from goldens import assert_kept, words_of
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 from paper_figures import PUBLISHED, published
 from picture_scenes import (
@@ -26,13 +27,14 @@ from picture_scenes import (
 import simbrake as sb
 from simbrake import plot
 
-HOMES = (plot, sb.layouts.figures, sb.formulas.figures, sb.rig.figures)
+HOMES = (plot, plot.panels, sb.layouts.figures, sb.formulas.figures, sb.rig.figures)
 DRAWN = {
     name: function
     for home in HOMES
     for name, function in vars(home).items()
     if inspect.isfunction(function)
-    and function.__module__.startswith(home.__name__)
+    and name in getattr(home, "__all__", vars(home))
+    and function.__module__.startswith(home.__name__.removesuffix(".panels"))
     and name[0] != "_"
 }
 #: axes without a unit: counts and names
@@ -65,6 +67,13 @@ def small_stop():
     )
 
 
+def trip():
+    """Two stands run in: the hook takes the string, and sets it in the slips."""
+    load = sb.TrippingLoad("8 t", "12 t", 800.0, 0.5, 3.5, 4.0, 0.4, 8, count=2)
+    scene = small_stop()
+    return sb.simulate(dataclasses.replace(scene, duty=sb.Duty("12 kN", load)))
+
+
 def life():
     scene = small_stop()
     linings = dataclasses.replace(scene.brake.linings, area=np.full(8, 0.05))
@@ -79,6 +88,7 @@ GIVEN = {
     "heated": hot_result,
     "staged": staged_result,
     "chain": chain_result,
+    "trip": trip,
     "disc": disc_result,
     "life": life,
     "book": rig_recordings.book,
@@ -108,13 +118,30 @@ def test_example_and_rules(name, given, tmp_path, request):
     )
     assert tried
     assert not failed, "".join(said)
-    if "figure" in test.globs:
-        check(test.globs["figure"])
-        assert_kept(
-            request,
-            f"figures/{name}",
-            words_of(test.globs["figure"].get_figure(root=True)),
-        )
+    made = test.globs.get("axes", test.globs.get("figure"))
+    if made is not None:
+        figure = made.get_figure(root=True)
+        check(figure)
+        # (the words of panels of a run are in the sheets)
+        if name not in plot.panels.__all__:
+            assert_kept(request, f"figures/{name}", words_of(figure))
+
+
+def test_panel_in_given_axes(given):
+    """A panel draws into the axes that it is given, and nowhere else: a figure of two
+    panels, one for the stop and one of one's own."""
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    series = given["result"].series(np.linspace(0.2, 0.4, 50))
+    assert plot.panels.torques(given["result"], series=series, ax=left) is left
+    x, y = left.lines[0].get_data()
+    np.testing.assert_array_equal(x, series.t)
+    np.testing.assert_allclose(y, series.brake_torque / 1e3)
+    (table,) = sb.sensitivity(given["scene"], ["stopping_time"], ["duty.load.mass"])
+    assert plot.tornado(table, ax=right) is right
+    assert figure.axes == [left, right]
+    assert not figure.legends
+    assert not figure.get_suptitle()
 
 
 #: runs that are no example, how they are drawn, and which of these figures obey the

@@ -219,7 +219,7 @@ def test_tornado():
     mass = Sensitivity(
         "load.mass", "kg", "mass", 2e4, 1e-4, 1.0, 2e3, 1.9, 2.2, tangent=0.2
     )
-    (axes,) = plot.tornado(SensitivityTable("stopping_time", "s", 2.0, (mass,))).axes
+    axes = plot.tornado(SensitivityTable("stopping_time", "s", 2.0, (mass,)))
     ends = [p.get_x() + p.get_width() for p in axes.patches]
     assert ends == pytest.approx([1.9, 2.2])
     np.testing.assert_allclose(
@@ -302,7 +302,7 @@ def test_layouts_and_angles():
     np.testing.assert_allclose(apart.lines[0].get_ydata(), [-2, 0, 2], atol=1e-12)
     assert [p.get_height() for p in loads.containers[0]] == [4, 4.5, 5.8]
     layout = sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0))
-    (axes,) = sb.layouts.figures.angles({"equal increments": layout}).axes
+    axes = sb.layouts.figures.angles({"equal increments": layout})
     dots = [line for line in axes.lines if line.get_marker() != "None"]
     np.testing.assert_allclose(dots[0].get_ydata(), np.degrees(layout.angle))
 
@@ -408,7 +408,7 @@ def test_permissible_map():
         {"a": ("a", x, {"units": "m"}), "b": ("b", y, {"units": "s"})},
     )
     limits = {"hook_travel": 2.2, "min_holding_reserve": 13.0}
-    mesh = plot.permissible(data, limits).axes[0].collections[0].get_array()
+    mesh = plot.permissible(data, limits).collections[0].get_array()
     u, v = np.meshgrid(np.linspace(1, 3, len(mesh)), np.linspace(10, 20, len(mesh)))
     inside = (np.abs(u - 2.2) > 1e-9) & (np.abs(v - 13.0) > 1e-9)
     np.testing.assert_array_equal(

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
@@ -21,6 +22,7 @@ from ...plot.drawing import (
     PURPLE,
     SKY,
     VERMILLION,
+    drawn_in,
     finish,
     ink,
     sheet,
@@ -48,7 +50,7 @@ _STYLES = [
 
 @explained
 @styled
-def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) -> Figure:
+def angles(given: Any, *, uniform: bool = True, ax: Axes | None = None) -> Axes:
     """Central angles `β_i` (°) of linings where they lie on the wrap, from the slack to
     the tight end.
 
@@ -65,8 +67,8 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
     Raises `InputError` for values that are no layout, with every error.
 
     Example:
-        >>> figure = sb.layouts.figures.angles({"equal loads": sb.layouts.equal_load_angles(0.3, 10, 4.7)})
-        >>> print(figure.axes[0].get_xlabel())
+        >>> axes = sb.layouts.figures.angles({"equal loads": sb.layouts.equal_load_angles(0.3, 10, 4.7)})
+        >>> print(axes.get_xlabel())
         position on the wrap from the slack end $\\Sigma\\beta$, °
     """
     named = _named(given)
@@ -88,8 +90,8 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
     beta = first[:, 1] - first[:, 0]
     if uniform and np.ptp(beta) > 1e-9 * beta.max():
         edges["uniform pitch"] = side_by_side(np.full(len(beta), beta.mean()))
-    figure = sheet(figure, 9.0, 5.0)
-    axes = figure.subplots()
+    axes = drawn_in(ax, 9.0, 5.0)
+    axes.set_title("angles of the linings along the band")
     for i, (name, places) in enumerate(edges.items()):
         colour, marker = _STYLES[i % len(_STYLES)]
         along = np.degrees(places)
@@ -128,8 +130,7 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
     axes.margins(x=0.01)
     axes.set_ylim(bottom=0)
     finish([axes])
-    figure.suptitle("angles of the linings along the band")
-    return figure
+    return axes
 
 
 def _named(designs: Any) -> dict[str, Any]:
@@ -222,35 +223,49 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
 
 @explained
 @styled
-def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
-    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they
-    exist, by friction (Z, Fig. 4).
+def chord_angles_of(k: int, f: float, *, ax: Axes | None = None) -> Axes:
+    """Chord angles `β_1…β_{k−2}` (°) of equal loads over `β_k = β_{k−1}` as far as they
+    exist, for a friction `f` (Z, Fig. 4).
+
+    Example:
+        >>> axes = sb.layouts.figures.chord_angles_of(7, 0.3)
+        >>> axes.get_title()
+        '$f$ = 0.3, possible up to 27.3°'
+    """
+    rows = []
+    axes = drawn_in(ax, 4.2, 5.4)
+    try:
+        for beta in np.radians(np.linspace(1.0, 90.0, 900)):
+            rows.append(np.degrees(chord_equal_load_angles(f, k, beta, beta)))
+    except InfeasibleLayout:
+        axes.set_title(f"$f$ = {f:g}, possible up to {rows[-1][-1]:.1f}°")
+    angles = np.asarray(rows)
+    last = angles[:, -1]
+    for j in range(k - 2):
+        axes.plot(last, angles[:, j], label=rf"$\beta_{j + 1}$")
+    equal = rf"$\beta_{k - 1} = \beta_{k}$"
+    axes.plot(last, last, color=ink(), ls=":", label=equal)
+    axes.set(xlabel=rf"$\beta_{k}$, °", ylabel="chord angles of equal loads, °")
+    finish([axes])
+    return axes
+
+
+@explained
+@styled
+def chord_angles(
+    k: int, frictions: Sequence[float], *, figure: Figure | None = None
+) -> Figure:
+    """`chord_angles_of` several frictions side by side.
 
     Example:
         >>> figure = sb.layouts.figures.chord_angles(7, (0.1, 0.3))
         >>> figure.axes[1].get_title()
         '$f$ = 0.3, possible up to 27.3°'
     """
-    figure = Figure(figsize=(4.2 * len(frictions), 5.4), layout="constrained")
-    panels = figure.subplots(1, len(frictions), squeeze=False)[0]
-    for panel, f in zip(panels, frictions, strict=True):
-        rows = []
-        try:
-            for beta in np.radians(np.linspace(1.0, 90.0, 900)):
-                rows.append(np.degrees(chord_equal_load_angles(f, k, beta, beta)))
-        except InfeasibleLayout:
-            panel.set_title(f"$f$ = {f:g}, possible up to {rows[-1][-1]:.1f}°")
-        angles = np.asarray(rows)
-        for j in range(k - 2):
-            panel.plot(angles[:, -1], angles[:, j], label=rf"$\beta_{j + 1}$")
-        panel.plot(
-            angles[:, -1],
-            angles[:, -1],
-            color=ink(),
-            ls=":",
-            label=rf"$\beta_{k - 1} = \beta_{k}$",
-        )
-        panel.set_xlabel(rf"$\beta_{k}$, °")
-    finish(panels)
-    figure.supylabel("chord angles of equal loads, °")
+    figure = sheet(figure, 4.2 * len(frictions), 5.4)
+    row = figure.subplots(1, len(frictions), squeeze=False)[0]
+    for ax, f in zip(row, frictions, strict=True):
+        chord_angles_of(k, f, ax=ax)
+    for ax in row[1:]:
+        ax.set_ylabel("")
     return figure

@@ -1,0 +1,738 @@
+"""Panels of a run: each draws one picture into the axes that it is given, or into a
+figure of its own, and returns the axes. The sheets of `simbrake.plot` are put together
+from them.
+
+Values over time are those of `series`, as `result.series(times)` has them; without it
+they are those of the whole run, on both sides of each event.
+"""
+
+import functools
+import re
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.ticker import MaxNLocator
+
+from .._base._faults import input_error
+from .._base._table import number
+from ..loads import AbstractString
+from ..outputs.quantities import LINING_QUANTITIES, Series, View
+from ..runs.linings import (
+    HEAT,
+    VIEW_OF_HEAT,
+    Contact,
+    RunningIn,
+    lining_values,
+    overlap,
+)
+from ..runs.result import Result
+from ..thermal.network import Wall, place_of
+from .drawing import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    ZERO,
+    Times,
+    cells,
+    dense_grid,
+    drawn_in,
+    finish,
+    ink,
+    keep_level,
+    one_run,
+    span,
+    strong_applications,
+    styled,
+)
+from .wheels import CONTACT_COLOURS
+from .wheels import wheel as wheel
+
+__all__ = [
+    "contact_states",
+    "forces",
+    "friction_coefficients",
+    "hook_mass",
+    "lever",
+    "lining_values_map",
+    "linings_at_limit",
+    "load",
+    "overlap_of_pair",
+    "pair_heats",
+    "pair_speeds",
+    "pair_torques",
+    "speed",
+    "surface_temperatures",
+    "torques",
+    "wall_profile",
+    "wheel",
+]
+
+#: size (inch) of a panel that has a figure of its own
+_SIZE = (9.0, 3.2)
+
+
+def over_time(draw: Callable[[Result, Series, Axes], None]) -> Callable[..., Axes]:
+    """A panel over time, with its axes and legend, from a function that draws a series
+    into axes."""
+
+    @functools.wraps(draw)
+    def panel(
+        result: Result, *, series: Series | None = None, ax: Axes | None = None
+    ) -> Axes:
+        axes = drawn_in(ax, *_SIZE)
+        axes.set_xlabel("time, s")
+        if series is None:
+            series = dense_grid(one_run(result), *span(result))
+        draw(result, series, axes)
+        finish([axes])
+        return axes
+
+    del panel.__wrapped__  # its signature is that of the panel  # pyright: ignore
+    return styled(panel)
+
+
+# --- motion and forces ----------------------------------------------------------------
+
+
+@over_time
+def speed(result: Result, s: Series, axes: Axes) -> None:
+    """Speed `ω` (rad/s) of the pulley or its like over time, and of the hook (m/s) on
+    an axis of its own at the right.
+
+    Example:
+        >>> axes = sb.plot.panels.speed(result)
+        >>> float(axes.lines[0].get_ydata()[0])
+        24.0
+    """
+    body = result.scene.brake.words.body
+    way = "" if s.motor_torque is None else ", below 0 upwards"
+    axes.plot(s.t, s.omega, color=ink(), label=rf"speed of the {body} $\omega${way}")
+    axes.set_ylabel(r"$\omega$, rad/s")
+    if s.hook_speed is not None and np.any(s.omega):
+        keep_level(axes)
+        hook = axes.twinx()
+        hook.plot(s.t, s.hook_speed, color=SKY, ls="--")
+        axes.plot([], [], color=SKY, ls="--", label="speed of the hook $v$")
+        # in the scale of the fast line, on the curve of the pulley where the rope is
+        # rigid and in one layer
+        ratio = float(np.abs(s.hook_speed).max() / np.abs(s.omega).max())
+        hook.set(ylabel="$v$, m/s", ylim=tuple(ratio * x for x in axes.get_ylim()))
+
+
+@over_time
+def torques(result: Result, s: Series, axes: Axes) -> None:
+    """Torques (kN·m) of brake, load, motor and other parts on the shaft over time.
+
+    Example:
+        >>> axes = sb.plot.panels.torques(result)
+        >>> axes.get_ylabel()
+        'torque, kN·m'
+    """
+    axes.plot(s.t, s.brake_torque / 1e3, color=BLUE, label="brake $M_b$")
+    load = {"color": PURPLE, "ls": "-.", "label": r"load $M_\mathrm{load}$"}
+    axes.plot(s.t, s.load_torque / 1e3, **load)
+    if s.motor_torque is not None:
+        axes.plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
+        if s.shaft_torque is not None:
+            others = r"others $\Sigma M_\mathrm{shaft}$"
+            axes.plot(s.t, s.shaft_torque / 1e3, color=ORANGE, ls=":", label=others)
+    axes.set_ylabel("torque, kN·m")
+
+
+@over_time
+def forces(result: Result, s: Series, axes: Axes) -> None:
+    """Tensions (kN) at the ends of the band over time; of discs and shoes the forces
+    (kN) of the actuator and on the linings.
+
+    Example:
+        >>> axes = sb.plot.panels.forces(result)
+        >>> axes.get_ylabel()
+        'tension, kN'
+    """
+    if s.slack_tension is not None:
+        axes.plot(s.t, s.tight_tension / 1e3, color=BLUE, label="tight end $T_n$")
+        axes.plot(s.t, s.slack_tension / 1e3, color=SKY, label="slack end $T_0$")
+        axes.set_ylabel("tension, kN")
+    elif s.lever_force is not None:
+        axes.plot(s.t, s.lever_force / 1e3, color=SKY, label="actuator $F$")
+        lining = result.scene.brake.words.lining
+        differ = np.ptp(s.normal_load, axis=1).max() > 0
+        for i in range(s.normal_load.shape[1] if differ else 1):
+            which = f" on {lining} {i + 1}" if differ else ""
+            load = {"ls": "--", "label": f"normal force $N${which}"}
+            axes.plot(s.t, s.normal_load[:, i] / 1e3, **load)
+        axes.set_ylabel("force, kN")
+
+
+@over_time
+def linings_at_limit(result: Result, s: Series, axes: Axes) -> None:
+    """Number `k` of the linings at their friction limit over time.
+
+    Example:
+        >>> axes = sb.plot.panels.linings_at_limit(result)
+        >>> axes.get_ylabel()
+        '$k$ of 8'
+    """
+    n = s.normal_load.shape[1]
+    words = f"{result.scene.brake.words.lining}s at their limit $k$"
+    axes.plot(s.t, s.at_limit, color=ORANGE, drawstyle="steps-post", label=words)
+    axes.set(ylim=(-0.5, n + 0.5), ylabel=f"$k$ of {n}")
+    axes.yaxis.set_major_locator(MaxNLocator(5, integer=True, steps=[1, 2, 5, 10]))
+
+
+@over_time
+def lever(result: Result, s: Series, axes: Axes) -> None:
+    """Slack tension (kN) that the lever gives over time, or the force (kN) of the
+    actuator.
+
+    Example:
+        >>> axes = sb.plot.panels.lever(result)
+        >>> axes.get_ylabel()
+        'tension, kN'
+    """
+    if result.scene.brake.banded:
+        given = s.slack_tension
+        words = "slack tension $T_0$"
+        axes.set_ylabel("tension, kN")
+    else:
+        given = s.lever_force
+        words = "force of the actuator $F$"
+        axes.set_ylabel("force, kN")
+    axes.plot(s.t, np.asarray(given) / 1e3, color=BLUE, label=words)
+    _from_zero(axes)
+
+
+@over_time
+def load(result: Result, s: Series, axes: Axes) -> None:
+    """Torques (kN·m) of the load and of a motor on the shaft over time.
+
+    Example:
+        >>> axes = sb.plot.panels.load(result)
+        >>> axes.get_ylabel()
+        'torque, kN·m'
+    """
+    words = "load torque on the shaft"
+    axes.plot(s.t, s.load_torque / 1e3, color=VERMILLION, label=words)
+    if s.motor_torque is not None:
+        axes.plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
+    axes.set_ylabel("torque, kN·m")
+    _from_zero(axes)
+
+
+@over_time
+def hook_mass(result: Result, s: Series, axes: Axes) -> None:
+    """Mass (t) on the hook over time, with an elastic rope the hook load over gravity.
+
+    Raises `InputError` for a load that is no string of pipes.
+
+    Example:
+        >>> axes = sb.plot.panels.hook_mass(trip)
+        >>> axes.get_ylabel()
+        'mass, t'
+    """
+    string = result.scene.duty.load
+    if not isinstance(string, AbstractString):
+        why = "does not change its mass"
+        raise input_error("duty.load", why, "plot.panels.load draws its torque")
+    weight = np.asarray(s.load_torque) + float(string.drag) * np.asarray(s.omega)
+    mass = weight / float(string.gravity * string.travel())
+    swings = string.elasticity is not None
+    words = "hook load over gravity" if swings else "mass on the hook"
+    axes.step(s.t, mass / 1e3, where="post", color=PURPLE, label=words)
+    axes.set_ylabel("mass, t")
+    _from_zero(axes)
+
+
+def _from_zero(axes: Axes) -> None:
+    """All of the time, and 0 among the values."""
+    times = axes.lines[0].get_xdata()
+    axes.set(xlim=(times[0], times[-1]), ylim=(min(0.0, axes.get_ylim()[0]), None))
+
+
+# --- the two pairs of a staged brake --------------------------------------------------
+
+
+@over_time
+def pair_speeds(result: Result, s: Series, axes: Axes) -> None:
+    """Speeds (rad/s) of pulley and bandage of a staged brake over time.
+
+    Raises `InputError` for a standard brake, as all panels of two pairs.
+
+    Example:
+        >>> axes = sb.plot.panels.pair_speeds(staged)
+        >>> axes.get_ylabel()
+        'speed, rad/s'
+    """
+    _check_staged(result)
+    axes.plot(s.t, s.omega, color=ink(), label=r"pulley $\omega$")
+    bandage = {"color": GREEN, "ls": "--", "label": r"bandage $\omega_b$"}
+    axes.plot(s.t, s.bandage_speed, **bandage)
+    axes.set_ylabel("speed, rad/s")
+
+
+@over_time
+def pair_torques(result: Result, s: Series, axes: Axes) -> None:
+    """Friction torques (kN·m) of both pairs of a staged brake over time, and the torque
+    up to which the internal pair sticks.
+
+    Example:
+        >>> axes = sb.plot.panels.pair_torques(staged)
+        >>> axes.get_ylabel()
+        'torque, kN·m'
+    """
+    _check_staged(result)
+    internal = s.pairs["internal"]
+    for values, colour, style, words in (
+        (s.pairs["external"].torque, GREEN, "-", r"band on bandage $M_\mathrm{ext}$"),
+        (internal.torque, BLUE, "-", r"pulley on bandage $\Lambda$"),
+        (internal.capacity, BLUE, ":", r"it sticks up to $M_\mathrm{int}$"),
+    ):
+        axes.plot(s.t, np.asarray(values) / 1e3, color=colour, ls=style, label=words)
+    axes.set_ylabel("torque, kN·m")
+
+
+@over_time
+def pair_heats(result: Result, s: Series, axes: Axes) -> None:
+    """Friction heat (kJ) of both pairs of a staged brake since the start.
+
+    Example:
+        >>> axes = sb.plot.panels.pair_heats(staged)
+        >>> axes.get_ylabel()
+        'friction heat, kJ'
+    """
+    _check_staged(result)
+    for name, colour in _PAIRS.items():
+        heat = s.pairs[name].heat / 1e3
+        axes.plot(s.t, heat, color=colour, label=f"{name} pair")
+    axes.set_ylabel("friction heat, kJ")
+
+
+@styled
+def overlap_of_pair(
+    result: Result,
+    pair: str = "external",
+    *,
+    running_in: RunningIn | None = None,
+    series: Series | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Overlap coefficients of a pair of a staged brake (K, Fig. 5): filled while the
+    pair slides, hatched while it sticks.
+
+    - `pair`: `external` or `internal`
+    - `running_in`: how the contact grows with the friction work
+
+    Example:
+        >>> axes = sb.plot.panels.overlap_of_pair(staged, "internal")
+        >>> axes.get_ylabel().splitlines()
+        ['internal', 'overlap (–)']
+    """
+    _check_staged(result)
+    axes = drawn_in(ax, *_SIZE)
+    if series is None:
+        series = dense_grid(result, *span(result))
+    t = series.t
+    colour = _PAIRS[pair]
+    o = overlap(result, t, running_in)
+    dynamic = getattr(o, f"{pair}_dynamic")
+    static = getattr(o, f"{pair}_static")
+    slides = {"color": colour, "alpha": 0.7, "label": "slides (dynamic)"}
+    axes.fill_between(t, dynamic, lw=0, **slides)
+    sticks = {"facecolor": "none", "edgecolor": colour, "label": "sticks (static)"}
+    axes.fill_between(t, static, hatch="///", lw=0, **sticks)
+    axes.set(xlabel="time, s", ylim=(0, 1), ylabel=f"{pair}\noverlap (–)")
+    finish([axes])
+    return axes
+
+
+#: colours of the two pairs
+_PAIRS = {"external": GREEN, "internal": BLUE}
+
+
+def _check_staged(result: Result) -> None:
+    if not result.scene.brake.in_series:
+        why = "is not staged: it has one friction pair"
+        raise input_error("brake", why, "plot.stop draws its run")
+
+
+# --- temperatures ---------------------------------------------------------------------
+
+#: colours of what gets hot
+HOT = {
+    "rim": VERMILLION,
+    "linings": ORANGE,
+    "band": BLUE,
+    "linings, outer face": GREEN,
+    "wetted wall": PURPLE,
+    "coolant, outlet": SKY,
+}
+#: brake applications above which surfaces are drawn as an envelope
+_FEW = 5
+
+
+@styled
+def surface_temperatures(
+    result: Result,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Temperatures (°C) of rim, linings and band over time, and the permissible ones.
+
+    Of several lining walls the coolest and the hottest. Of a whole run with many brake
+    applications the maximum and the minimum in each cycle, from one strong application
+    to the next.
+
+    - `start`, `end` (s): default those of the run
+
+    Raises `InputError` if the scene has no heat.
+
+    Example:
+        >>> axes = sb.plot.panels.surface_temperatures(heated)
+        >>> axes.get_ylabel()
+        'surface temperature, °C'
+    """
+    check_heated(result)
+    axes = drawn_in(ax, *_SIZE)
+    low, high = _between(result, start, end)
+    t = cells(result, low, high)
+    shown = temperatures_at(result, t)
+    brake = result.scene.brake
+    lining = brake.words.lining
+    body = brake.words.body
+    others = {"rim": body, "lining": lining, "linings": f"{lining}s"}
+    own = {} if brake.banded else others
+    starts = strong_applications(result)
+    in_cycles = (low, high) == span(result) and len(starts) > _FEW
+    for name, T in shown.items():
+        words = own.get(name, name)
+        colour = HOT.get(name, "0.5")
+        if in_cycles:
+            bounds = np.unique([low, *starts[1:], high])
+            _envelope(axes, t, T, bounds, colour, words)
+            continue
+        # the rim broader, as the faces of linings are often as hot
+        lw = 3.0 if name == "rim" else 1.3
+        if T.shape[1] > 1:
+            named = (f"{words}, hottest", f"{words}, coolest")
+            _extremes(axes, t, T, colour, named, lw)
+        else:
+            _extremes(axes, t, T, colour, (words, None), lw)
+    if in_cycles:
+        axes.plot([], [], color=GREY, ls=":", label="lowest of a cycle")
+    heat = result.scene.network
+    limits = {
+        name: (f"{own.get(name, name)} ≤", "--", T)
+        for name, T in heat.permissible_at.items()
+        # the outer face of the linings has the limit of the linings
+        if name != "outer"
+    }
+    limits["coolant, outlet"] = "coolant boils at", ":", heat.boiling
+    coldest = min(T.min() for T in shown.values())
+    hottest = max(T.max() for T in shown.values())
+    for name, (words, style, most) in limits.items():
+        if most is None:
+            continue
+        limit = float(np.asarray(most)) - ZERO
+        look = {"color": HOT[name], "lw": 1.3, "ls": style}
+        if limit < hottest + 1.5 * (hottest - coldest):
+            axes.axhline(limit, label=f"{words} {limit:.4g} °C", **look)
+        else:
+            axes.plot([], [], label=f"{words} {limit:.4g} °C above", **look)
+    axes.set_xlim(low, high)
+    axes.set(xlabel="time, s", ylabel="surface temperature, °C")
+    finish([axes])
+    return axes
+
+
+@styled
+def friction_coefficients(
+    result: Result,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Coefficients of friction of all pairs over time, of several linings the maximum
+    and the minimum.
+
+    - `start`, `end` (s): default those of the run
+
+    Example:
+        >>> axes = sb.plot.panels.friction_coefficients(heated)
+        >>> axes.get_xlabel()
+        'time, s'
+    """
+    axes = drawn_in(ax, *_SIZE)
+    low, high = _between(result, start, end)
+    t = cells(result, low, high)
+    pairs = result.series(t).pairs
+    for (name, pair), colour in zip(pairs.items(), (GREEN, BLUE), strict=False):
+        if pair.friction_coefficient is not None:
+            f = np.asarray(pair.friction_coefficient)
+            words = name if len(pairs) > 1 else "when sliding"
+            differ = np.ptp(f, axis=1).max() > 1e-9
+            lowest = "lining with the minimum" if differ else None
+            _extremes(axes, t, f, colour, (words, lowest))
+    bottom, top = axes.get_ylim()
+    if top - bottom < 0.12 * top:  # hardly changes: no axis of a few thousandths
+        axes.set_ylim(0.0, 1.25 * top)
+    axes.set_xlim(low, high)
+    axes.set(xlabel="time, s", ylabel="coefficient of\nfriction (–)")
+    finish([axes])
+    return axes
+
+
+@styled
+def wall_profile(
+    result: Result,
+    time: float,
+    wall: str | None = None,
+    *,
+    ax: Axes | None = None,
+) -> Axes:
+    """Temperature (°C) through the depth (mm) of a wall at a time (s), a line for each
+    of its copies.
+
+    - `wall`: name of a body in layers; default that of the rim, else the first one
+
+    Raises `InputError` if the scene has no such wall.
+
+    Example:
+        >>> axes = sb.plot.panels.wall_profile(heated, 1.0)
+        >>> axes.get_xlabel()
+        'depth below the friction surface, mm'
+    """
+    chosen = wall_of(result, wall)
+    brake = result.scene.brake
+    words = chosen.name
+    if not brake.banded:
+        own = {"rim": brake.words.body, "lining": brake.words.lining}
+        words = own.get(words, words)
+    axes = drawn_in(ax, *_SIZE)
+    depths = 1e3 * np.asarray(chosen.centres)
+    T = np.asarray(result.series([time]).temperature)[0] - ZERO
+    layers = layers_of(result, chosen, T)
+    axes.plot(depths, layers.T, color=VERMILLION, marker=".", lw=1.0)
+    when = number(time, "s", count=4)
+    axes.set_title(f"through the {words} at {when}", loc="left")
+    axes.set(xlabel="depth below the friction surface, mm", ylabel="temperature, °C")
+    axes.grid(alpha=0.3)
+    return axes
+
+
+def check_heated(result: Result) -> None:
+    """Raise `InputError` for a scene without heat."""
+    if not result.scene.heated:
+        why = "has no heat: there are no temperatures to draw"
+        raise input_error("scene", why, "give it heat, as simbrake.lumped_heat does")
+
+
+def _between(
+    result: Result, start: float | None, end: float | None
+) -> tuple[float, float]:
+    first, last = span(one_run(result))
+    low = first if start is None else float(start)
+    high = last if end is None else float(end)
+    return low, high
+
+
+def temperatures_at(result: Result, t: Times) -> dict[str, Float[np.ndarray, "t n"]]:
+    """Temperatures (°C) of the surfaces that the scene names, else of all nodes."""
+    s = result.series(t)
+    surfaces = {
+        "rim": s.rim_temperature,
+        "linings": s.lining_temperature,
+        "band": s.band_temperature,
+        "linings, outer face": s.lining_outer_temperature,
+        "wetted wall": s.wetted_temperature,
+        "coolant, outlet": s.coolant_temperature,
+    }
+    named = {name: T for name, T in surfaces.items() if T is not None}
+    shown = named or {"nodes": s.temperature}
+    return {name: np.asarray(T) - ZERO for name, T in shown.items()}
+
+
+def _envelope(
+    axes: Axes,
+    t: Times,
+    T: Float[np.ndarray, "t n"],
+    bounds: Times,
+    colour: str,
+    words: str,
+) -> None:
+    """The area between the maxima and the minima of all cycles, at their times."""
+    cuts = np.searchsorted(t, bounds)
+    lines = []
+    known = np.ones(t.size, bool)
+    for values, extreme, style in (
+        (T.max(axis=1), np.argmax, "-"),
+        (T.min(axis=1), np.argmin, ":"),
+    ):
+        at = np.asarray([a + extreme(values[a:b]) for a, b in pairwise(cuts) if b > a])
+        label = words if style == "-" else None
+        axes.plot(t[at], values[at], color=colour, ls=style, label=label)
+        lines.append(np.interp(t, t[at], values[at]))
+        known &= (t >= t[at[0]]) & (t <= t[at[-1]])
+    axes.fill_between(t, *lines, where=known.tolist(), color=colour, alpha=0.15, lw=0)
+
+
+def _extremes(
+    axes: Axes,
+    t: Float[np.ndarray, " t"],
+    values: Float[np.ndarray, "t n"],
+    colour: str,
+    words: tuple[str, str | None],
+    lw: float | None = None,
+) -> None:
+    """The maximum of several values over time and, where it has a name, the minimum."""
+    axes.plot(t, values.max(axis=1), color=colour, lw=lw, label=words[0])
+    if words[1] is not None:
+        axes.plot(t, values.min(axis=1), color=colour, ls=":", label=words[1])
+
+
+def layers_of(
+    result: Result, wall: Wall, T: Float[np.ndarray, "... k"]
+) -> Float[np.ndarray, "... copies layers"]:
+    """Temperatures of the layers of a wall, of all its copies, among those of all
+    nodes."""
+    bodies = [name.partition("[")[0] for name in result.nodes]
+    nodes = [i for i, body in enumerate(bodies) if body == wall.name]
+    return T[..., nodes].reshape(*T.shape[:-1], wall.copies, wall.layers)
+
+
+def wall_of(result: Result, name: str | None) -> Wall:
+    """The wall of a name; default that of the rim, else the first one. Raises
+    `InputError` if there is none."""
+    heat = result.scene.network
+    walls = heat.walls
+    if not walls:
+        in_layers = "no body of the scene is in layers"
+        why = in_layers if result.scene.heated else "the scene has no heat"
+        hint = "there is no depth to draw; layered_heat makes walls"
+        raise input_error("wall", why, hint)
+    names = [wall.name for wall in walls]
+    if name is None:
+        rim = None if heat.rim is None else place_of(heat.rim)[0]
+        name = rim if rim in names else names[0]
+    if name not in names:
+        hint = f"there are: {', '.join(names)}"
+        raise input_error("wall", f"there is no wall {name!r}", hint)
+    return walls[names.index(name)]
+
+
+# --- maps -----------------------------------------------------------------------------
+
+
+@styled
+def contact_states(
+    result: Result, pair: str | None = None, *, ax: Axes | None = None
+) -> Axes:
+    """Stick and slip of each lining over the whole run, a line for each lining from the
+    slack end: light blue while it sticks, orange while it slides ahead, purple while it
+    slides back.
+
+    - `pair`: name of a friction pair; default the first one
+
+    Raises `InputError` where the linings act as one.
+
+    Example:
+        >>> axes = sb.plot.panels.contact_states(chain)
+        >>> axes.get_ylabel()
+        'lining, from the slack end'
+    """
+    recorded = result.record.modes.contacts  # pyright: ignore
+    if not recorded:
+        why = "has linings that act as one: there are no single contacts to draw"
+        raise input_error("brake", why, "plot.stop draws how many are at their limit")
+    names = list(result.scene.brake.pairs)
+    if pair not in (None, *names):
+        hint = f"there are: {', '.join(names)}"
+        raise input_error("pair", f"there is no pair {pair!r}", hint)
+    number_of_pair = 0 if pair is None else names.index(pair)
+    axes = drawn_in(ax, *_SIZE)
+    t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
+    states = np.asarray(list(recorded.values())[number_of_pair])[: len(t)]
+    changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
+    edges = np.append(t[changes], t[-1])
+    linings = np.arange(states.shape[1] + 1) + 0.5
+    kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
+    colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
+    shades = {"cmap": colours, "vmin": -1, "vmax": 1}
+    axes.pcolormesh(edges, linings, states[changes].T, **shades)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set(xlabel="time, s", ylabel="lining, from the slack end")
+    return axes
+
+
+@styled
+def lining_values_map(
+    result: Result,
+    quantity: str = "temperature",
+    *,
+    pair: str = "external",
+    start: float | None = None,
+    end: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """A quantity of every lining over time as a map with its colour bar, linings of a
+    band from the slack to the tight end.
+
+    - `quantity`, `pair`: as of `simbrake.plot.lining_map`
+    - `start`, `end` (s): default those of the run
+
+    Raises `InputError` for quantities that the run does not have.
+
+    Example:
+        >>> axes = sb.plot.panels.lining_values_map(result, "normal_load")
+        >>> axes.get_xlabel()
+        'time, s'
+    """
+    low, high = _between(result, start, end)
+    edges = cells(result, low, high)
+    values = lining_values(result, quantity, edges, pair=pair)
+    view, words = view_of(quantity)
+    axes = drawn_in(ax, *_SIZE)
+    brake = result.scene.brake
+    n = brake.linings.count
+    shown = np.broadcast_to(view.factor * values + view.offset, (len(edges) - 1, n)).T
+    bottom = float(shown.min())
+    top = float(shown.max())
+    mesh = axes.pcolormesh(
+        edges,
+        np.arange(n + 1) + 0.5,
+        shown,
+        cmap="inferno" if quantity in _HEATS else "viridis",
+        rasterized=True,
+        vmin=bottom,
+        vmax=top if top > bottom else bottom + 1.0,
+    )
+    unit = f", {view.unit}" if view.unit else " (–)"
+    axes.figure.colorbar(mesh, ax=axes, label=f"{words}{unit}", pad=0.01)
+    axes.set_xlim(low, high)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    one_band = len(brake.bands_of_linings) == 1
+    order = "from the slack to the tight end" if one_band else "band after band"
+    ylabel = f"lining, {order}" if brake.banded else brake.words.lining
+    axes.set(xlabel="time, s", ylabel=ylabel)
+    return axes
+
+
+_HEATS = ("temperature", "friction_heat", "friction_power")
+
+
+def view_of(quantity: str) -> tuple[View, str]:
+    """How a quantity of linings is shown, and its words with symbols set."""
+    view = VIEW_OF_HEAT if quantity == HEAT else LINING_QUANTITIES[quantity].view
+    assert view is not None
+    symbols = re.sub(r"\b([NTFfuv])\b", r"$\1$", view.words)
+    return view, symbols.replace("|Tᵢ − Tᵢ₋₁|", "$|T_i - T_{i-1}|$")
