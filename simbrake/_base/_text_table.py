@@ -255,7 +255,7 @@ class Rows:
             elif column.dtype.kind in "fiub":
                 yield column.to_numpy(np.float64)
             else:
-                texts = column.fillna("").str.strip()
+                texts = column.fillna("").astype(str).str.strip()
                 numbers = pd.to_numeric(
                     texts.str.replace(self._decimal, ".", regex=False), errors="coerce"
                 )

@@ -2,7 +2,7 @@
 and threads, odd settings.
 
 What is promised in `docs/claims_and_evidence.md` is tried here; the cache has
-`test_cache.py`, odd input `test_hostile_input.py`.
+`test_cache.py`, odd input `test_bad_input.py`.
 """
 
 import contextlib

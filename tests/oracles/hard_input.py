@@ -1,5 +1,5 @@
 """Hard cases: numbers that are none, and too few bits (tested by
-`test_hard_input.py`)."""
+`test_bad_input.py`)."""
 
 import itertools
 from typing import Any
