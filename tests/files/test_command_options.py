@@ -258,45 +258,6 @@ def test_exit_codes(capsys, asked, line, name, answer, code):
     assert run(capsys, line)[0] == code
 
 
-@pytest.mark.parametrize(
-    ("line", "word"),
-    [
-        (
-            "sweep --vary initial.omega=1:2:1000000 --vary end_time=1:2:101",
-            "101000000 runs",
-        ),
-        ("sweep --vary initial.omega=1:4 --sample 100000001", "100000001 runs"),
-        ("sweep", "--vary: is missing"),
-        ("sweep --vary initial.omega=1:4 --sample 0", "--sample: 0"),
-        ("sensitivity --span=1", "--span"),
-        ("sensitivity --span=-0.01", "--span"),
-        ("calibrate a.csv --fit initial.omega=1", "PATH=LOW:HIGH"),
-        ("calibrate a.csv --fit end_time=1:2 --sigma omega=x", "NAME=VALUE"),
-        (
-            "calibrate a.csv --fit end_time=1:2 --start end_time=1 --start end_time=1",
-            "twice",
-        ),
-        ("calibrate a.csv", "--fit"),
-        ("animate x.gif --duration 600.5", "600.5"),
-        ("animate x.gif --duration 0", "--duration"),
-        ("animate x.gif --fps 51", "--fps: 51"),
-        ("animate x.gif --fps 0", "--fps: 0"),
-        ("animate x.mp4", ".html"),
-        ("materials --energy '0 J'", "0 J"),
-        ("materials --energy brake.linings.angle=1", "brake.linings.angle"),
-        ("materials --energy omega=1", "omega"),
-        ("materials --out x.gif", ".png"),
-        ("app --port=65536", "--port: 65536"),
-        ("app --port=-1", "--port: -1"),
-    ],
-)
-def test_wrong_options_are_input_errors(capsys, asked, line, word):
-    code, out, err = run(capsys, line)
-    assert (code, out) == (2, "")
-    assert word in err
-    assert not any(asked[name] for name in ANSWERS if name != "read_measured")
-
-
 def test_tables_of_sweep_and_fit(capsys, asked, tmp_path):
     """An absent value is an empty cell."""
     asked["instead"]("sweep", DATA)
@@ -341,59 +302,3 @@ def test_summary_of_a_sweep(capsys, asked):
         1,
     )
     assert (third["metrics"]["stopping_time"], third["solver"]["steps"]) == (None, 9)
-
-
-def test_limits_of_a_sweep(capsys, asked):
-    """How many of the runs that ended exceed each limit; what did not happen exceeds
-    it, and a metric is asked for."""
-    given = DATA.assign(
-        min_holding_reserve=("run", [0.5, 2.0, 3.0, np.nan], {"units": "1"})
-    )
-    given = given.assign(max_tension=("run", [5e3, 6e3, 7e3, 8e3], {"units": "N"}))
-    given = given.assign(colour=("run", ["green", "amber", "", "green"]))
-    asked["instead"]("sweep", given)
-    limit = '--limit "stopping_time=1.5 s" --limit "max_tension=6 kN"'
-    told = json.loads(run(capsys, f"{VARY},min_holding_reserve {limit} --json")[1])[
-        "limits"
-    ]
-    assert [(one["name"], one["exceeded"]) for one in told["checked"]] == [
-        ("stopping_time", 2),
-        ("max_tension", 1),
-        ("min_holding_reserve", 1),
-    ]
-    assert [one["of"] for one in told["checked"]] == [3, 3, 2]
-    for data, metrics, first in (
-        (given.drop_vars("min_holding_reserve"), "", "green"),
-        (given, ",min_holding_reserve", "red"),
-    ):
-        asked["instead"]("sweep", data)
-        runs = json.loads(run(capsys, f"{VARY}{metrics} {limit} --json")[1])["runs"]
-        assert [one["colour"] for one in runs] == [first, "red", "", "red"]
-    assert (told["runs"], told["not_checked"]) == (
-        3,
-        ["max_pressure", "max_band_stress"],
-    )
-    said = run(capsys, f"{VARY},min_holding_reserve {limit}")[1]
-    assert (
-        "min_holding_reserve of 1 or less in 1 of 2 runs that have it (1 has none)"
-        in said
-    )
-
-
-@pytest.mark.parametrize(
-    ("arguments", "hint"),
-    [
-        (["run", "u2_5_5_stop", "duty.load.mass=3 t"], '--set "duty.load.mass=3 t"'),
-        (
-            ["sweep", "u2_5_5_stop", "initial.omega=1:2:3"],
-            '--vary "initial.omega=1:2:3"',
-        ),
-        (["run", "u2_5_5_stop", "other.toml"], "simbrake run --help"),
-    ],
-)
-def test_an_argument_without_its_option(capsys, monkeypatch, arguments, hint):
-    monkeypatch.setenv("COLUMNS", "200")
-    code, out, err = call(capsys, *arguments)
-    assert (code, out) == (2, "")
-    assert f'"{arguments[-1]}" belongs to no option' in err
-    assert hint in err

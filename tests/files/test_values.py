@@ -19,6 +19,7 @@ import simbrake as sb
     [
         0.59,
         "590 mm",
+        "5_90.0_0 mm",
         "0.59",
         np.float64(0.59),
         np.asarray(0.59),
@@ -92,165 +93,6 @@ def test_numbers_stand_for_parts():
     )
 
 
-@pytest.mark.parametrize(
-    ("make", "faults"),
-    [
-        (
-            lambda: sb.Pulley(-0.59, float("nan")),
-            {"Pulley.radius": "> 0 m", "Pulley.inertia": "nan"},
-        ),
-        (lambda: sb.Pulley("590 kg", 1200), {"Pulley.radius": "'kg' is not a unit"}),
-        (
-            lambda: sb.Pulley("590 m^9", "1e999 kg*m^2"),
-            {"Pulley.radius": "m^9", "Pulley.inertia": "1e999"},
-        ),
-        (
-            lambda: sb.Pulley("wide", True),
-            {"Pulley.radius": '"590 mm"', "Pulley.inertia": "True"},
-        ),
-        (
-            lambda: sb.Pulley(None, 1200, {}),
-            {"Pulley.radius": "is missing", "Pulley.width": "a table"},
-        ),
-        (lambda: sb.Pulley(0.5, 10**400), {"Pulley.inertia": "is not a number"}),
-        (lambda: sb.Duty("24 mm", 0), {"Duty.slack_tension": "in N"}),
-        (lambda: sb.Constant("24 kN"), {"Constant.level": "SI units"}),
-        (
-            lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35),
-            {"Brake.band": "give a Band", "Brake.linings": "0.35"},
-        ),
-        (
-            lambda: sb.uniform_linings(0, "-1 rad", 0.3),
-            {"count": "1…10000", "wrap": "-1 rad"},
-        ),
-        (lambda: sb.uniform_linings(2.5, 1.0, 0.3), {"count": "whole number"}),
-        (
-            lambda: sb.uniform_linings(8, 1.0, 11),
-            {"ConstantFriction.coefficient": "≤ 10"},
-        ),
-        (lambda: sb.Bandage(65.0, 0.3, [1.0, "x"]), {"Bandage.preload[1]": "'x'"}),
-        (lambda: sb.Bandage(65.0, 0.3, [1.0, -2.0]), {"Bandage.preload[1]": "≥ 0 N"}),
-        (
-            lambda: sb.thermal.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0),
-            {"Wall.layers": "0"},
-        ),
-        (
-            lambda: sb.LinearFade(1e-3, 300.0, blend="10 degC"),
-            {"LinearFade.blend": "difference"},
-        ),
-        (lambda: sb.Initial(jnp.float32(3)), {"Initial.omega": "float32"}),
-        (lambda: sb.simulate(stop_scene(), rtol=1e-15), {"rtol": "1e-15"}),
-        (lambda: sb.simulate(stop_scene(), rtol=0.1), {"rtol": "0.1"}),
-    ],
-)
-def test_errors_of_values_have_their_places(make, faults):
-    with pytest.raises(sb.InputError) as caught:
-        make()
-    said = {fault.path: str(fault) for fault in caught.value.faults}
-    assert said.keys() == faults.keys()
-    for path, words in faults.items():
-        assert words in said[path]
-
-
-@pytest.mark.parametrize(
-    ("text", "metres"),
-    [
-        ("623_000 um", 0.623),
-        ("5_90.0_0 mm", 0.59),
-        ("1_0e-1 m", 1.0),
-        ("-1_0 mm", None),
-    ],
-)
-def test_numbers_take_underscores_between_digits(text, metres):
-    if metres is None:
-        with pytest.raises(sb.InputError, match=r"-0\.01 m is out of range"):
-            sb.Pulley(text, 1200.0)
-    else:
-        assert float(sb.Pulley(text, 1200.0).radius) == metres
-    for bad in ("1__0 mm", "_10 mm", "10_ mm"):
-        with pytest.raises(sb.InputError, match="is not a"):
-            sb.Pulley(bad, 1200.0)
-
-
-def test_a_counterweight_is_a_torque():
-    with pytest.raises(
-        sb.InputError, match=r"-300 kg is out of range .* as a `TorqueLoad`"
-    ):
-        sb.HookLoad(-300.0, 0.4, 8)
-
-
-@pytest.mark.parametrize(
-    ("text", "kind"), [("uniform", "UniformPressure"), ("wear", "UniformWear")]
-)
-def test_a_text_in_place_of_a_table_is_shown_its_type(text, kind):
-    scene = sb.Scene(
-        sb.DiscBrake(400.0, sb.Pads(0.4, 0.3, 0.5, 0.7)),
-        sb.ForceDuty(4e4, 1e3),
-        sb.Initial(10.0),
-        5.0,
-    )
-    written = sb.files.scene_text(scene).replace(
-        '[brake.linings.pressure]\ntype = "UniformWear"\n', ""
-    )
-    changed = written.replace(
-        "[brake.linings]\n", f'[brake.linings]\npressure = "{text}"\n'
-    )
-    with pytest.raises(
-        sb.InputError, match=rf'pressure: .* as in {{ type = "{kind}" }}'
-    ):
-        sb.files.scene_from_text(changed)
-    right = written.replace(
-        "[brake.linings]\n", f'[brake.linings]\npressure = {{ type = "{kind}" }}\n'
-    )
-    assert type(sb.files.scene_from_text(right).brake.linings.pressure).__name__ == kind
-
-
-ROPE = sb.loads.RopeLayers("35 mm", turns_per_layer=30, turns=50)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (
-            lambda: sb.Pulley(radius=0.59, inertia_=1200),
-            "'inertia_'; nearest: inertia$",
-        ),
-        (
-            lambda: sb.Pulley(diameter=1.18, inertia=1200),
-            "'diameter'; give half of it as radius$",
-        ),
-        (
-            lambda: sb.HookLoad(1.0, drum_diameter=0.8, line_count=8),
-            r"give drum_radius, .*diameter of drum \+ rope\)/2$",
-        ),
-        (
-            lambda: sb.HookLoad(1.0, drum_diameter="80 cm", line_count=8, rope=ROPE),
-            "= 0.4175 m$",
-        ),
-        (
-            lambda: sb.Lever(400.0, 1.5, 0.1, tight_arm=0.02),
-            "sb.loads.differential_lever_tension",
-        ),
-        (
-            lambda: sb.rig.ledger(None, drum_diameter=0.8),
-            r"give drum_radius, .*diameter of drum \+ rope\)/2$",
-        ),
-        (
-            lambda: sb.Pulley(radius=0.59),
-            "missing 1 required positional argument: 'inertia'$",
-        ),
-        (
-            lambda: sb.uniform_linings(20, "270 deg", fricton=0.35),
-            "'fricton'; nearest: friction, count$",
-        ),
-        (lambda: sb.simulate(stop_scene(), rtoll=1e-9), "'rtoll'; nearest: rtol$"),
-    ],
-)
-def test_arguments_near_an_unknown_one(make, words):
-    with pytest.raises(TypeError, match=words):
-        make()
-
-
 def test_numbers_put_in_later_are_checked():
     def put(value):
         return eqx.tree_at(lambda s: s.brake.pulley.inertia, stop_scene(C=None), value)
@@ -300,10 +142,10 @@ def test_traced_values_pass():
 # --- numbers by path ----------------------------------------------------------------
 
 
-def told(call, *arguments):
+def paths_told(call, *arguments):
     with pytest.raises(sb.InputError) as caught:
         call(*arguments)
-    return [str(fault) for fault in caught.value.faults]
+    return [fault.path for fault in caught.value.faults]
 
 
 def test_entries_and_absent_numbers_by_path():
@@ -339,26 +181,17 @@ def test_entries_and_absent_numbers_by_path():
     assert (
         sb.with_values(scene, {"brake.pulley.width": None}).brake.pulley.width is None
     )
-    for values, words in (
-        (
-            {"brake.linings.angle[20]": 0.1},
-            "there is no entry 20 — brake.linings.angle has 20 entries, from 0",
-        ),
-        ({"brake.linings.angle[-21]": 0.1}, "there is no entry -21"),
-        (
-            {"initial.omega[0]": 0.1},
-            "there is no entry 0 — initial.omega has 0 entries",
-        ),
-        ({"brake.linings.angle[0]": [0.1, 0.2]}, "one number is needed for one entry"),
-        ({"brake.linings.angle[0]": None}, "one number is needed for one entry"),
-        ({"initial.omega": None}, "cannot be absent — give a number"),
-        ({"initial.omega": "20 kN"}, "'kN'"),
+    for values in (
+        {"brake.linings.angle[20]": 0.1},
+        {"brake.linings.angle[-21]": 0.1},
+        {"brake.linings.angle[3": 0.1},
+        {"initial.omega[0]": 0.1},
+        {"brake.linings.angle[0]": [0.1, 0.2]},
+        {"brake.linings.angle[0]": None},
+        {"initial.omega": None},
+        {"initial.omega": "20 kN"},
     ):
-        (text,) = told(sb.with_values, scene, values)
-        assert words in text, values
-    assert told(sb.with_values, scene, {"brake.linings.angle[3": 0.1})[0].startswith(
-        "brake.linings.angle[3: there is"
-    )
+        assert paths_told(sb.with_values, scene, values) == [*values]
 
 
 def test_one_number_or_the_other():
@@ -375,15 +208,10 @@ def test_one_number_or_the_other():
         )
         == 0.03
     )
-    for values, words in (
-        ({diameter: None}, "is missing"),
-        ({area: 0.03}, "stands beside the area"),
-    ):
-        (text,) = told(sb.with_values, scene, values)
-        assert text.startswith(f"{diameter}: {words}")
+    for values in ({diameter: None}, {area: 0.03}):
+        assert paths_told(sb.with_values, scene, values) == [diameter]
     spoiled = eqx.tree_at(lambda s: s.initial.omega, scene, None)
-    (text,) = told(sb.simulate, spoiled)
-    assert text.startswith("initial.omega: is missing")
+    assert paths_told(sb.simulate, spoiled) == ["initial.omega"]
 
 
 def test_law_in_the_place_of_a_number():
@@ -406,7 +234,7 @@ def test_law_in_the_place_of_a_number():
         float(still.heat.links[0].coefficient),
         float(still.brake.pulley.inertia),
     ) == (60.0, 700.0)
-    assert told(sb.with_values, blown, other | {f"{path}.at_rest": 6.0})
+    assert paths_told(sb.with_values, blown, other | {f"{path}.at_rest": 6.0})
 
 
 def test_count_of_linings_keeps_the_wrap():
@@ -425,18 +253,9 @@ def test_count_of_linings_keeps_the_wrap():
     one = sb.with_values(sb.with_values(scene, {"brake.linings.area": 0.02}), {path: 2})
     assert (one.brake.linings.count, np.shape(one.brake.linings.area)) == (2, ())
     for wrong in (0, 2.5, 10_001, [3, 4], "many", None):
-        (text,) = told(sb.with_values, scene, {path: wrong})
-        assert text.startswith(f"{path}: {wrong} is not a number of linings"), wrong
+        assert paths_told(sb.with_values, scene, {path: wrong}) == [path]
     unequal = sb.with_values(scene, {"brake.linings.angle[3]": 0.1})
     heated = rigid_stop(fading(), lump())
     assert sb.with_values(heated, {path: 10}).brake.linings.count == 10
     for given in (unequal, staged_scenes.stop(preload=np.full(8, 900.0))):
-        assert told(sb.with_values, given, {path: 10})
-
-
-def test_hints_for_unknown_paths():
-    scene = stop_scene()
-    (text,) = told(sb.with_values, scene, {"pulley.radius": 1.0})
-    nearest = text.partition("nearest: ")[2].split(", ")
-    assert nearest[:2] == ["brake.pulley.radius", "brake.band.radius"]
-    assert len(nearest) <= 4
+        assert paths_told(sb.with_values, given, {path: 10})
