@@ -8,7 +8,6 @@ import jax
 import numpy as np
 import pytest
 import xarray as xr
-from commands import call
 from result_scenes import heated_stop
 from staged_scenes import stop as staged_stop
 from stop_scenes import closed_form, stop_scene
@@ -171,52 +170,24 @@ def test_chosen_times(plain):
 
 
 def test_traced_and_batched_results(plain):
+    """Numbers work there, words and tables do not."""
+    batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), plain)
     with pytest.raises(ValueError, match="outside of jit"):
         jax.eval_shape(sb.dataset, plain)
-    batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), plain)
     with pytest.raises(ValueError, match="outside of jit"):
         sb.results.provenance(batch)
     for find in (
-        *(
-            lambda one: one.metrics,
-            lambda one: one.ok,
-            lambda one: one.events,
-            lambda one: one.summary(),
-        ),
-        *(
-            lambda one: one.status,
-            lambda one: one.verdict(),
-            lambda one: one.derivative_notes(),
-        ),
+        lambda run: run.metrics,
+        lambda run: run.ok,
+        lambda run: run.events,
+        lambda run: run.summary(),
+        lambda run: run.verdict(),
+        lambda run: run.derivative_notes(),
     ):
-        with pytest.raises(
-            sb.InputError,
-            match=r"^1 input error:\n  result: is traced — .*`result\[\"stopping_time\"\]`",
-        ):
-            jax.eval_shape(lambda one, find=find: find(one) and 1.0, plain)
-        with pytest.raises(
-            sb.InputError,
-            match=r"is a batch of \(2,\) — numbers work there: `result.stopping_time`",
-        ):
+        with pytest.raises(sb.InputError, match="result: is traced"):
+            jax.eval_shape(lambda run, find=find: find(run) and 1.0, plain)
+        with pytest.raises(sb.InputError, match="is a batch of"):
             find(batch)
-
-
-def test_names_near_a_misspelt_one(plain):
-    with pytest.raises(AttributeError, match=r"'stoping_time'; nearest: stopping_time"):
-        _ = plain.stoping_time
-    series = plain.series([0.0])
-    with pytest.raises(
-        AttributeError, match=r"'omega'; over time it is result.series\(times\).omega"
-    ):
-        _ = plain.omega
-    with pytest.raises(
-        AttributeError,
-        match=r"'Series' object has no attribute 'speed'; nearest: omega, slip_speed",
-    ):
-        _ = series.speed
-    with pytest.raises(AttributeError, match=r"'slack_tenson'; nearest: slack_tension"):
-        _ = series.slack_tenson
-    assert not hasattr(series, "__array__")
 
 
 @pytest.mark.parametrize(
@@ -253,15 +224,6 @@ def test_run_without_events_and_failed_run(tmp_path):
         assert back["event_time"].size == len(one.events)
     assert back["code"].item() == 1
     assert back["time"].values[-1] < 5.0
-
-
-def test_other_programs_read_the_file(plain, tmp_path):
-    import xarray as xr
-
-    truth = sb.dataset(plain)["tension"].values[:, 2]
-    with xr.open_dataset(sb.save(plain, tmp_path / "x.nc"), engine="scipy") as data:
-        np.testing.assert_array_equal(data["tension"].sel(lining=3), truth)
-        assert data["time"].attrs["units"] == "s"
 
 
 @pytest.fixture(scope="module")
@@ -327,41 +289,17 @@ def test_files_of_earlier_releases_are_read(tmp_path):
 
 
 def test_wrong_places_and_suffixes(plain, tmp_path):
-    for refused in (
-        lambda: sb.save(plain, tmp_path / "x.csv"),
-        lambda: sb.read_result(tmp_path / "x.csv"),
-    ):
-        with pytest.raises(
-            sb.InputError,
-            match=r"kept as netCDF, \.nc; docs/recipes/result_tables\.py writes tables",
-        ):
-            refused()
-    with pytest.raises(sb.InputError, match="no such file"):
-        sb.read_result(tmp_path / "x.nc")
     (tmp_path / "folder.nc").mkdir()
-    with pytest.raises(sb.InputError, match="folder"):
-        sb.save(plain, tmp_path / "folder.nc")
     (tmp_path / "file").write_text("", "utf-8")
-    with pytest.raises(sb.InputError, match="cannot be written"):
-        sb.save(plain, tmp_path / "file" / "x.nc")
-    with pytest.raises(sb.InputError, match="not a result"):
-        sb.save(sb.dataset(plain).assign_attrs(format="mine"), tmp_path / "x.nc")
+    foreign = sb.dataset(plain).assign_attrs(format="mine")
+    for call, *given in (
+        (sb.save, plain, tmp_path / "x.csv"),
+        (sb.save, plain, tmp_path / "folder.nc"),
+        (sb.save, plain, tmp_path / "file" / "x.nc"),
+        (sb.save, foreign, tmp_path / "x.nc"),
+        (sb.read_result, tmp_path / "x.csv"),
+        (sb.read_result, tmp_path / "x.nc"),
+    ):
+        with pytest.raises(sb.InputError):
+            call(*given)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.nc"]
-
-
-def test_command_writes_one_file_that_is_a_result(tmp_path, capsys):
-    file = tmp_path / "run.nc"
-    code, out, _ = call(capsys, "run", "u2_5_5_stop", "--out", str(file))
-    assert (code, f"written  {file}" in out, sb.read_result(file).status.item()) == (
-        0,
-        True,
-        "stopped",
-    )
-    code, _, told = call(
-        capsys, "run", "u2_5_5_stop", "--out", str(tmp_path / "run.xlsx")
-    )
-    assert (code, [path.name for path in tmp_path.iterdir()]) == (2, ["run.nc"])
-    assert (
-        "--out: .xlsx files of results went — give .nc; docs/recipes/result_tables.py"
-        in told
-    )
