@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
-from .._base._faults import Fault, InputError, Issues, faults_of_place, whole_folder
+from .._base._faults import Fault, InputError, Issues, faults_of_place
 from .._base._faults import whole_file as whole_file
 from ..files.shipped_scenes import scene_file
 
@@ -345,20 +345,6 @@ def highlighted(text: str, ok: bool | None = None) -> str:
 def print_written(written: Iterable[Path], json_: bool) -> None:
     if not json_:
         say("written  " + ", ".join(str(path) for path in written))
-
-
-def write(
-    folder: Path, files: Mapping[str, str | Callable[[Path], object]], json_: bool
-) -> None:
-    """Write files by name, all or none, and print their names; each is a text or a
-    function that writes to a path."""
-    with whole_folder(folder) as (scratch, written):
-        for name, content in files.items():
-            if isinstance(content, str):
-                (scratch / name).write_text(content + "\n", "utf-8")
-            else:
-                content(scratch / name)
-    print_written(written, json_)
 
 
 def exit_code(ok: bool, fails: bool = False) -> int:

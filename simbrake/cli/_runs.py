@@ -2,7 +2,6 @@
 estimates, synthesis and materials."""
 
 import sys
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -409,10 +408,8 @@ def compare(
             f"{name}, {i}" if names.count(name) > 1 else name
             for i, name in enumerate(names, 1)
         ]
-        chart = partial(
-            sb.plot.compare(dict(zip(labels, sources, strict=True))).savefig, dpi=130
-        )
-        cli.write(out, {"compare.json": cli.as_json(data), "compare.png": chart}, json_)
+        named = dict(zip(labels, sources, strict=True))
+        cli.print_written(sb.pages.write_comparison(data, named, out), json_)
     return cli.exit_code(equal)
 
 

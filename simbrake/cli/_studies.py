@@ -3,11 +3,9 @@ linings."""
 
 import math
 import shlex
-from collections import Counter
-from collections.abc import Iterable, Sequence
-from functools import partial
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -17,18 +15,6 @@ from .._base._faults import Fault, Issues, faults_of_place
 from .._base._progress import Progress
 from ..files.shipped_scenes import scene_file
 from . import _options as cli
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
-    from xarray import DataArray, Dataset
-
-    from .._base._table import Table
-    from ..runs.measure import Limited
-    from ..studies import Calibration
-else:
-    DataFrame = DataArray = Dataset = Table = Limited = Calibration = (
-        object  # slow to import, and not needed by `--help`
-    )
 
 
 def sensitivity(
@@ -130,8 +116,6 @@ def sweep(
     scheduler
         Address of a Dask scheduler whose workers run the simulations.
     """
-    from ..runs import measure
-
     faults = Issues()
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
 
@@ -188,16 +172,13 @@ def sweep(
         key=key,
         client=scheduler,
     )
-    limited = measure.Limited.of(scene, limits, asked)
-    data = data.assign(colour=_colours(data, limited))
-    runs = _table_of(data)
-    within = _limits_of(limited, runs, asked)
-    summary = _summary(runs, axes, asked, rtol) | {"limits": within} if json_ else None
-    cli.tell(_text(runs, asked) + _limits_text(within), json_, summary)
+    found = sb.studies.overview(scene, data, asked, limits)
+    cli.tell(found, json_, {**found.as_dict(), "rtol": rtol} if json_ else None)
     if out is not None:
-        cli.write(out, _files_of(data, runs), json_)
+        cli.print_written(sb.pages.write_runs(found, out), json_)
     # -1: interrupted before it was run
-    return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
+    codes = data["code"].values
+    return 130 if codes.min() < 0 else cli.exit_code(not codes.any())
 
 
 #: runs, and values of one parameter, at most
@@ -226,218 +207,6 @@ def _metrics_of(
             )
         )
     )
-
-
-def _files_of(data: Dataset, runs: Table) -> dict[str, Any]:
-    """What `--out` writes, by name: all runs as a table and as netCDF, and a figure
-    where one can be drawn."""
-    heads = [
-        column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]"
-        for column in runs.columns
-    ]
-    rows = partial(
-        runs.frame().to_csv,
-        index=False,
-        header=heads,
-        float_format="%.15g",
-        lineterminator="\n",
-    )
-    files = {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}
-    chart = Issues().attempt(
-        sb.plot.sweep, data
-    )  # none of three parameters or more, and where nothing varies
-    return (
-        files
-        if chart is None
-        else files | {"sweep.png": partial(chart.savefig, dpi=130)}
-    )
-
-
-def _table_of(data: Dataset) -> Table:
-    """A row per run: varied parameters, metrics, and status."""
-    from .._base._table import Column, Table
-
-    rows = data.to_dataframe().reset_index()
-    names = [str(name) for name in (*data.coords, *data.data_vars) if name != "run"]
-    columns = [Column(name, data[name].attrs.get("units", "")) for name in names]
-    return Table(columns, rows[names].itertuples(index=False, name=None))
-
-
-def _counts(runs: Table) -> dict[str, int]:
-    """Number of runs by status."""
-    return dict(sorted(Counter(runs["status"]).items()))
-
-
-def _summary(
-    runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: float
-) -> dict[str, object]:
-    """Data of `--json`: every run with its numbers (`null`: did not happen), and the
-    units."""
-    energies = [
-        name
-        for name in dict.fromkeys([*metrics, "energy.closure"])
-        if name.startswith("energy.")
-    ]
-    rows = [
-        {
-            "run": i,
-            "values": {path: row[path] for path in paths},
-            "status": row["status"],
-            "reason": row["reason"],
-            "colour": row["colour"],
-            "code": row["code"],
-            "metrics": {name: row[name] for name in metrics if name not in energies},
-            "energy": {name.removeprefix("energy."): row[name] for name in energies},
-            "solver": {
-                name: row[name]
-                for name in ("method", "steps", "rejected", "retaken", "segments")
-            },
-        }
-        for i, row in enumerate(runs.as_list())
-    ]
-    units = {
-        column.name: column.unit
-        for column in runs.columns
-        if column.name in (*paths, *metrics)
-    }
-    reasons = dict(sorted(Counter(runs["reason"]).items()))
-    return {
-        "units": units,
-        "counts": _counts(runs),
-        "reasons": reasons,
-        "rtol": rtol,
-        "runs": rows,
-    }
-
-
-#: what a verdict of many runs leaves out
-_UNJUDGED = "; of parts without a limit, and of small margins, they say nothing"
-
-
-def _text(runs: Table, metrics: Sequence[str]) -> str:
-    """Verdicts and statuses of the runs, and the range of every metric, temperatures in
-    °C."""
-    import numpy as np
-
-    from .._base._table import ZERO, Column, Table
-    from ..outputs.judgement import REASONS
-
-    ended = ", ".join(
-        f"{n} {name.replace('_', ' ')}" for name, n in _counts(runs).items()
-    )
-    words = {reason.id: reason.words for reason in REASONS}
-    judged = Counter(
-        (row["colour"], row["reason"]) for row in runs.as_list() if row["reason"]
-    )
-    verdicts = "; ".join(
-        f"{n} {colour} {id} ({words[id]})" for (colour, id), n in sorted(judged.items())
-    )
-    lines = []
-    for column in (each for each in runs.columns if each.name in metrics):
-        values = np.asarray(runs[column.name])
-        values = values[np.isfinite(values)]
-        hot = column.unit == "K"
-        quantiles = (
-            np.quantile(values, [0.0, 0.5, 1.0]) - (ZERO if hot else 0.0)
-            if values.size
-            else (None, "—", None)
-        )
-        lines.append(
-            (column.name, *quantiles, "°C" if hot else column.unit, values.size)
-        )
-    three = [Column(title) for title in ("minimum", "median", "maximum")]
-    table = Table(["metric", *three, "unit", Column("of how many runs")], lines)
-    return (
-        f"{len(runs)} runs: {ended}\nverdicts {verdicts or 'none'}{_UNJUDGED}\n{table}"
-    )
-
-
-def _colours(data: Dataset, limited: Limited) -> DataArray:
-    """Colours of the reasons, red where a limit is exceeded; what did not happen
-    exceeds its limit.
-
-    The least holding reserve of a run is in its reason only as far as its end shows it.
-    """
-    from ..outputs.metrics import HOLDING
-
-    colours = data["colour"]
-    if HOLDING in data:
-        colours = colours.where((data["code"] != 0) | ~(data[HOLDING] <= 1), "red")
-    for name, bound in limited.limits.items():
-        colours = colours.where((data["code"] != 0) | (data[name] <= bound), "red")
-    return colours.assign_attrs(
-        meaning="colour of the reason, red where a limit that was checked is exceeded"
-    )
-
-
-def _limits_of(
-    limited: Limited, runs: Table, metrics: Sequence[str]
-) -> dict[str, Any] | None:
-    """How many runs exceed each limit, of how many that have a value or should have
-    one, and the names of those that were not looked at; `None` where there are none."""
-    from ..outputs.metrics import HOLDING
-
-    done = [row for row in runs.as_list() if row["code"] == 0]
-    # what did not happen, as a stop that never came, exceeds its limit
-    exceeded = {
-        name: sum(row[name] is None or row[name] > bound for row in done)
-        for name, bound in limited.limits.items()
-    }
-    bounds = dict(limited.limits)
-    if HOLDING in metrics:
-        bounds[HOLDING] = 1.0
-        exceeded[HOLDING] = sum(
-            row[HOLDING] is not None and row[HOLDING] <= 1 for row in done
-        )
-    if not bounds and not set(limited.aside) - {HOLDING}:
-        return None
-    # a reserve is of runs in which something holds; all others exceed a limit with what
-    # never happened
-    having = (
-        {HOLDING: sum(row[HOLDING] is not None for row in done)}
-        if HOLDING in metrics
-        else {}
-    )
-    counts = [
-        {
-            "name": name,
-            "limit": bounds[name],
-            "exceeded": count,
-            "of": having.get(name, len(done)),
-        }
-        for name, count in exceeded.items()
-    ]
-    return {"checked": counts, "runs": len(done), "not_checked": [*limited.aside]}
-
-
-def _limits_text(limits: dict[str, Any] | None) -> str:
-    """The same as a line."""
-    from .._base._table import number
-    from ..outputs.metrics import HOLDING
-    from ..runs.measure import unit_of
-
-    if limits is None:
-        return ""
-    said = []
-    for one in limits["checked"]:
-        bound = (
-            "of 1 or less"
-            if one["name"] == HOLDING
-            else f"above {number(one['limit'], unit_of(one['name']))}"
-        )
-        without = limits["runs"] - one["of"]
-        rest = (
-            f" that have it ({without} {'has' if without == 1 else 'have'} none)"
-            if without
-            else ""
-        )
-        said.append(
-            f"{one['name']} {bound} in {one['exceeded']} of {one['of']} runs{rest}"
-        )
-    said += [f"not among --metrics: {', '.join(limits['not_checked'])}"] * bool(
-        limits["not_checked"]
-    )
-    return f"\nlimits   {'; '.join(said)}"
 
 
 def calibrate(
@@ -563,50 +332,12 @@ def calibrate(
         ]
         cli.say(f"run it   {shlex.join(command)}")
     if out is not None:
-        chart = partial(sb.plot.calibration(calibration).savefig, dpi=130)
-        table = partial(
-            _residuals(calibration).to_csv,
-            index=False,
-            float_format="%.12g",
-            lineterminator="\n",
-        )
-        texts = {
-            "calibration.json": cli.as_json(calibration.as_dict()),
-            "calibration.txt": str(calibration),
-        }
-        cli.write(
-            out, {**texts, "residuals.csv": table, "calibration.png": chart}, json_
-        )
+        cli.print_written(sb.pages.write_calibration(calibration, out), json_)
     return _OUTCOMES[calibration.outcome]
 
 
 #: exit codes of `calibrate`; 2 and 3 have their meaning for every command
 _OUTCOMES = {"converged": 0, "not_converged": 1, "not_determined": 4}
-
-
-def _residuals(fit: Calibration) -> DataFrame:
-    """A row for each measured value."""
-    import numpy as np
-    import pandas as pd
-
-    heads = [
-        "name",
-        "unit",
-        "t [s]",
-        "measured",
-        "sigma",
-        "before",
-        "fitted",
-        "residual over sigma",
-    ]
-    rows = []
-    for part in fit.residuals:
-        t = np.nan if part.t is None else part.t
-        numbers = np.broadcast(
-            t, part.measured, part.sigma, part.before, part.model, part.scaled
-        )
-        rows += [(part.name, part.unit, *row) for row in numbers]
-    return pd.DataFrame(rows, columns=heads)
 
 
 def life(
@@ -650,12 +381,7 @@ def life(
         lining_life = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
     cli.tell(lining_life, json_)
     if out is not None:
-        chart = partial(sb.plot.wear(lining_life).savefig, dpi=130)
-        cli.write(
-            out,
-            {"life.json": cli.as_json(lining_life.as_dict()), "wear.png": chart},
-            json_,
-        )
+        cli.print_written(sb.pages.write_life(lining_life, out), json_)
     return 0
 
 

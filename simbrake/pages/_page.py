@@ -575,20 +575,3 @@ def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m colum
 
 def write_json(file: Path, data: object) -> None:
     file.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", "utf-8")
-
-
-def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
-    """Write `sensitivity.json`, and of each metric its rows as CSV and its tornado
-    chart."""
-    with whole_folder(folder) as (scratch, written):
-        write_json(scratch / "sensitivity.json", [table.as_dict() for table in tables])
-        for table in tables:
-            name = table.metric.replace(".", "_")
-            with (scratch / f"sensitivity_{name}.csv").open(
-                "w", encoding="utf-8", newline=""
-            ) as file:
-                writer = csv.writer(file)
-                writer.writerow(Sensitivity._fields)
-                writer.writerows(table.rows)
-            plot.tornado(table).figure.savefig(scratch / f"tornado_{name}.png", dpi=130)
-    return written

@@ -17,6 +17,8 @@ from ._lining_life import turned_scene as turned_scene
 from ._lining_life import worn_scene as worn_scene
 from ._open_evaluator import Evaluator as Evaluator
 from ._open_evaluator import evaluator as evaluator
+from ._overview import Overview as Overview
+from ._overview import overview as overview
 from ._sensitivity import Hessian as Hessian
 from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable

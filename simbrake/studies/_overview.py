@@ -1,0 +1,200 @@
+"""Many runs in one text: how they ended, the range of every metric, and its limits."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .._base._table import ZERO, Column, Table, number
+from ..outputs.judgement import REASONS
+from ..outputs.metrics import HOLDING
+from ..parts.scene import Scene
+from ..results.stored import Dataset
+from ..runs.measure import Limited, unit_of
+
+#: what a verdict of many runs leaves out
+_UNJUDGED = "; of parts without a limit, and of small margins, they say nothing"
+
+
+class Overview:
+    """What the runs of `simbrake.sweep` or `simbrake.ensemble` say together: print it,
+    or take `as_dict()` (SI).
+
+    - `data`: the data set, with the colour of each run: red also where a limit is
+      exceeded. What did not happen exceeds its limit
+    - `table`: a row per run
+    - `limits`: how many runs exceed each limit, of how many that have a value or should
+      have one, and the names of limits that were not looked at; `None` without limits
+
+    Example:
+        >>> data = sb.sweep(scene, {"duty.load.mass": [18e3, 22e3]}, ["stopping_time"], progress=False)
+        >>> found = sb.studies.overview(scene, data, ["stopping_time"], {"stopping_time": 1.3})
+        >>> found.limits["checked"][0]["exceeded"]
+        1
+    """
+
+    def __init__(self, data: Dataset, metrics: Sequence[str], limited: Limited) -> None:
+        self.data = data.assign(colour=_colours(data, limited))
+        self.metrics = tuple(metrics)
+        self._limited = limited
+
+    @cached_property
+    def table(self) -> Table:
+        """A row per run: varied parameters, metrics, and status."""
+        data = self.data
+        rows = data.to_dataframe().reset_index()
+        names = [str(name) for name in (*data.coords, *data.data_vars) if name != "run"]
+        columns = [Column(name, data[name].attrs.get("units", "")) for name in names]
+        return Table(columns, rows[names].itertuples(index=False, name=None))
+
+    @cached_property
+    def limits(self) -> dict[str, Any] | None:
+        done = [row for row in self.table.as_list() if row["code"] == 0]
+        checked = []
+        for name, bound in self._limited.limits.items():
+            # what did not happen, as a stop that never came, exceeds its limit
+            lost = sum(row[name] is None or row[name] > bound for row in done)
+            checked.append((name, bound, lost, len(done)))
+        if HOLDING in self.metrics:
+            # a reserve is of runs in which something holds; all others exceed a limit
+            # with what never happened
+            reserves = [row[HOLDING] for row in done if row[HOLDING] is not None]
+            lost = sum(reserve <= 1 for reserve in reserves)
+            checked.append((HOLDING, 1.0, lost, len(reserves)))
+        aside = self._limited.aside
+        if not checked and not set(aside) - {HOLDING}:
+            return None
+        keys = ("name", "limit", "exceeded", "of")
+        counts = [dict(zip(keys, row, strict=True)) for row in checked]
+        return {"checked": counts, "runs": len(done), "not_checked": [*aside]}
+
+    def as_dict(self) -> dict[str, object]:
+        """Every run with its numbers (`None`: did not happen), units and counts."""
+        paths = [str(name) for name in self.data.coords if name != "run"]
+        wanted = dict.fromkeys([*self.metrics, "energy.closure"])
+        energies = [name for name in wanted if name.startswith("energy.")]
+        others = [name for name in self.metrics if name not in energies]
+        solver = ("method", "steps", "rejected", "retaken", "segments")
+        rows = [
+            {
+                "run": i,
+                "values": {path: row[path] for path in paths},
+                "status": row["status"],
+                "reason": row["reason"],
+                "colour": row["colour"],
+                "code": row["code"],
+                "metrics": {name: row[name] for name in others},
+                "energy": {
+                    name.removeprefix("energy."): row[name] for name in energies
+                },
+                "solver": {name: row[name] for name in solver},
+            }
+            for i, row in enumerate(self.table.as_list())
+        ]
+        named = (*paths, *self.metrics)
+        columns = self.table.columns
+        return {
+            "units": {each.name: each.unit for each in columns if each.name in named},
+            "counts": self._counts("status"),
+            "reasons": self._counts("reason"),
+            "runs": rows,
+            "limits": self.limits,
+        }
+
+    def _counts(self, column: str) -> dict[str, int]:
+        return dict(sorted(Counter(self.table[column]).items()))
+
+    def __str__(self) -> str:
+        ended = [
+            f"{n} {x.replace('_', ' ')}" for x, n in self._counts("status").items()
+        ]
+        words = {reason.id: reason.words for reason in REASONS}
+        rows = [row for row in self.table.as_list() if row["reason"]]
+        judged = Counter((row["colour"], row["reason"]) for row in rows)
+        verdicts = "; ".join(
+            f"{n} {colour} {id} ({words[id]})"
+            for (colour, id), n in sorted(judged.items())
+        )
+        lines = [
+            f"{len(self.table)} runs: {', '.join(ended)}",
+            f"verdicts {verdicts or 'none'}{_UNJUDGED}",
+            str(self._ranges()),
+        ]
+        return "\n".join([*lines, *self._limits_in_words()])
+
+    def _ranges(self) -> Table:
+        """The range of every metric, temperatures in °C."""
+        rows = []
+        for column in self.table.columns:
+            if column.name not in self.metrics:
+                continue
+            values = np.asarray(self.table[column.name])
+            values = values[np.isfinite(values)]
+            unit = column.unit
+            shift = 0.0
+            if unit == "K":
+                unit = "°C"
+                shift = ZERO
+            shown = (None, "—", None)
+            if values.size:
+                shown = np.quantile(values, [0.0, 0.5, 1.0]) - shift
+            rows.append((column.name, *shown, unit, values.size))
+        three = [Column(title) for title in ("minimum", "median", "maximum")]
+        return Table(["metric", *three, "unit", Column("of how many runs")], rows)
+
+    def _limits_in_words(self) -> list[str]:
+        if self.limits is None:
+            return []
+        texts = []
+        for check in self.limits["checked"]:
+            name = check["name"]
+            bound = f"above {number(check['limit'], unit_of(name))}"
+            if name == HOLDING:
+                bound = "of 1 or less"
+            without = self.limits["runs"] - check["of"]
+            has = "has" if without == 1 else "have"
+            rest = f" that have it ({without} {has} none)" if without else ""
+            of = f"{check['exceeded']} of {check['of']} runs{rest}"
+            texts.append(f"{name} {bound} in {of}")
+        if self.limits["not_checked"]:
+            texts.append(
+                f"not among --metrics: {', '.join(self.limits['not_checked'])}"
+            )
+        return [f"limits   {'; '.join(texts)}"]
+
+
+def overview(
+    scene: Scene,
+    data: Dataset,
+    metrics: Sequence[str],
+    limits: Mapping[str, float] | None = None,
+) -> Overview:
+    """An `Overview` of the runs of a scene.
+
+    - `data`: of `simbrake.sweep` or `simbrake.ensemble`; `metrics`: names in it
+    - `limits`: metric → permissible value (SI), besides those that the parts of the
+      scene have
+
+    Example:
+        >>> data = sb.sweep(scene, {"duty.load.mass": [18e3, 22e3]}, ["stopping_time"], progress=False)
+        >>> print(str(sb.studies.overview(scene, data, ["stopping_time"])).splitlines()[0])
+        2 runs: 2 stopped
+    """
+    return Overview(data, metrics, Limited.of(scene, limits or {}, metrics))
+
+
+def _colours(data: Dataset, limited: Limited) -> Any:
+    """Colours of the reasons, red where a limit is exceeded.
+
+    The least holding reserve of a run is in its reason only as far as its end shows it.
+    """
+    colours = data["colour"]
+    failed = data["code"] != 0
+    if HOLDING in data:
+        colours = colours.where(failed | ~(data[HOLDING] <= 1), "red")
+    for name, bound in limited.limits.items():
+        colours = colours.where(failed | (data[name] <= bound), "red")
+    meaning = "colour of the reason, red where a limit that was checked is exceeded"
+    return colours.assign_attrs(meaning=meaning)
