@@ -3,7 +3,7 @@
 import dataclasses
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -12,12 +12,6 @@ import simbrake as sb
 from .._base._faults import Fault, InputError, Issues, existing_file, faults_of_place
 from .._base._progress import Progress
 from . import _options as cli
-
-if TYPE_CHECKING:
-    from ..parts.scene import Scene
-    from ..rig import Ledger
-else:
-    Ledger = Scene = object  # slow to import, and not needed by `--help`
 
 _LOG = (
     "Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 1.2 to 3 (.las), or CSV, "
@@ -98,29 +92,9 @@ def rig(
     names
         Show the name of the file and of the well in it, which are left out otherwise.
     """
-    settings: dict[str, Any] = {
-        "lines": lines,
-        "drum_radius": drum_radius,
-        "efficiency": efficiency,
-        "brake": brake,
-    }
-    settings |= {
-        "block_mass": block_mass,
-        "trip_pause": trip_pause,
-        "auxiliary": auxiliary,
-    }
-    reading = {
-        "names": column,
-        "null": null,
-        "time": time,
-        "offset": offset,
-        "show_names": names,
-    }
     faults = Issues(faults_of_place("--out", out))
-    if (
-        faults.attempt(existing_file, file, "*.xml", "*.xml.xz", "*.las", "*.csv")
-        is None
-    ):
+    kinds = ("*.xml", "*.xml.xz", "*.las", "*.csv")
+    if faults.attempt(existing_file, file, *kinds) is None:
         raise InputError(faults)  # known before JAX is loaded
     cli.prepare_jax()
     brake_scene = (
@@ -130,11 +104,37 @@ def rig(
     )
     if set_ and scene is None:
         faults.add("--set", "has no effect", "it is for a parameter of --scene")
+    shares: Any = auxiliary or None
+    if shares and (len(shares) > 1 or "=" in shares[0]):
+        form = "KIND=SHARE"
+        shares = cli.assignments("--auxiliary", form, shares, float, faults)
+    elif shares:
+        shares = shares[0]
+    columns = cli.assignments("--column", "ROLE=COLUMN", column, _written, faults)
+    given = cli.assignments("--threshold", "NAME=VALUE", threshold, _written, faults)
     with Progress("rig", "reading…") as progress:
         try:
-            said = book = _ledger(
-                file, settings, tare, threshold, reading, brake_scene, faults, progress
+            book = faults.attempt(
+                sb.rig.ledger_of,
+                file,
+                thresholds=given,
+                tare=None if tare is None else tare.split(":"),
+                lines=lines,
+                drum_radius=drum_radius,
+                efficiency=efficiency,
+                block_mass=block_mass,
+                brake=brake,
+                auxiliary=shares,
+                trip_pause=trip_pause,
+                scene=brake_scene,
+                names=columns,
+                null=null,
+                time=time,
+                offset=offset,
+                show_names=names,
+                progress=progress.now,
             )
+            said = book = cli.checked(book, faults)
             if brake_scene is not None:
                 said = sb.rig.replay(book, brake_scene, progress=progress)
         except InputError as error:
@@ -145,94 +145,6 @@ def rig(
             progress.now("page and figure")
             cli.print_written(sb.pages.write_ledger(said, out), json_)
     return cli.exit_code(said is book or said.result.ok)  # pyright: ignore
-
-
-def _ledger(
-    file: Path,
-    settings: dict[str, Any],
-    tare: str | None,
-    threshold: list[str] | None,
-    reading: dict[str, Any],
-    scene: Scene | None,
-    faults: Issues,
-    progress: Progress,
-) -> Ledger:
-    """The ledger of a log by options as they are written, else by a scene. Raises
-    `InputError` with all errors."""
-    from .._base._quantity import BAD, NumberReader, Quantity
-    from ..rig._ledger import POSITIVE, faults_of_settings
-    from ..rig._lowerings import THRESHOLDS, faults_of_thresholds
-    from ..rig._replay import settings_of
-
-    reader = NumberReader()
-
-    def in_si(name: str, text: Any, unit: str) -> Any:
-        number = (
-            reader.number(text, Quantity(unit, "a number"), name, unit)
-            if isinstance(text, str)
-            else text
-        )
-        return None if number is BAD else number
-
-    settings |= {
-        name: in_si(name, settings[name], unit) for name, unit in POSITIVE.items()
-    }
-    reading["offset"] = in_si("offset", reading["offset"], "s")
-    reading["names"] = cli.assignments(
-        "--column", "ROLE=COLUMN", reading["names"], _written, faults
-    )
-    shares = settings["auxiliary"] or []
-    if len(shares) == 1 and "=" not in shares[0]:
-        settings["auxiliary"] = in_si("auxiliary", shares[0], "1")
-    elif shares:
-        settings["auxiliary"] = cli.assignments(
-            "--auxiliary", "KIND=SHARE", shares, float, faults
-        )
-    limits: dict[str, Any] = {}
-    for name, text in cli.assignments(
-        "--threshold", "NAME=VALUE", threshold, _written, faults
-    ).items():
-        if name in THRESHOLDS:
-            limits[name] = in_si(name, text, THRESHOLDS[name])
-        else:
-            faults.add(
-                f"--threshold {name}",
-                "unknown threshold",
-                f"there are: {', '.join(THRESHOLDS)}",
-            )
-    if tare is not None:
-        ends = tuple(in_si("tare", end, "N") for end in tare.split(":"))
-        if len(ends) != 2:
-            faults.add(
-                "tare", f"{tare} is not of the form LOW:HIGH", 'as in "290 kN:310 kN"'
-            )
-        elif None not in ends:
-            limits["tare"] = ends
-    limits = {name: value for name, value in limits.items() if value is not None}
-    wrong = Issues(
-        [
-            *faults,
-            *reader.faults,
-            *faults_of_settings(**settings),
-            *faults_of_thresholds(limits),
-        ]
-    )
-    log = wrong.attempt(
-        sb.rig.read,
-        file,
-        progress=lambda x, of: progress.now("MB read", x / 1e6, of / 1e6),
-        **reading,
-    )
-    if log is None or wrong:
-        raise InputError(wrong)
-    progress.now("lowerings")
-    if scene is not None:
-        settings |= {
-            name: x
-            for name, x in settings_of(scene, log).items()
-            if settings[name] is None
-        }
-    return sb.rig.ledger(sb.rig.lowerings(log, **limits), **settings)
 
 
 def _written(text: str) -> str:
@@ -257,6 +169,8 @@ def _as_option(fault: Fault) -> Fault:
     name, _, rest = fault.path.partition(" ")
     if name in THRESHOLDS:
         fault = dataclasses.replace(fault, path=f"--threshold {name}")
+    elif name == "threshold":
+        fault = dataclasses.replace(fault, path=f"--{fault.path}")
     elif name in (
         *POSITIVE,
         "efficiency",

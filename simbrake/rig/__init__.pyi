@@ -19,6 +19,7 @@ from ._lowerings import Lowering as Lowering
 from ._lowerings import Lowerings as Lowerings
 from ._lowerings import faults_of_thresholds as faults_of_thresholds
 from ._lowerings import lowerings as lowerings
+from ._of_file import ledger_of as ledger_of
 from ._replay import Compared as Compared
 from ._replay import Comparison as Comparison
 from ._replay import Match as Match
