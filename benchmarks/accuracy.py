@@ -113,9 +113,8 @@ def judged(
         if one.value is not None and one.error is not None and true is not None:
             size = abs(float(one.value))
             scale = {"s": max(size, instant), "J": energy}.get(one.unit, size)
-            rows.append(
-                Row(one.name, scale, true, one.error - (one.layers or 0.0))
-            )  # `truth` has the same layers
+            # `truth` has the same layers
+            rows.append(Row(one.name, scale, true, one.error - (one.layers or 0.0)))
     for event, other in zip(found.events, apart.events, strict=True):
         size = max(abs(event.value), instant)
         rows.append(

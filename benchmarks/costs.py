@@ -523,9 +523,8 @@ def ways(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
         "simulate": sb.simulate(scene, solver=solver, rtol=rtol).stopping_time,
         "jax.jit": inside(scene.initial.omega),
     }
-    times = interleaved(
-        calls, budget, batch=0.02
-    )  # a loop of each, as its callers write it
+    # a loop of each, as its callers write it
+    times = interleaved(calls, budget, batch=0.02)
     limits = {"simulate": 8.0, "jax.jit": 4.0}
     return [
         _cost(

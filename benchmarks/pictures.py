@@ -26,9 +26,8 @@ _ROUNDING = 1e-16
 def _figure(columns: int, rows: int, size: tuple[float, float]) -> tuple[Any, Any]:
     from matplotlib.figure import Figure  # loaded when everything is measured
 
-    logging.getLogger("matplotlib.font_manager").setLevel(
-        logging.ERROR
-    )  # fonts for signs that are not used
+    # fonts for signs that are not used
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
     figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False).ravel()
 

@@ -23,9 +23,8 @@ _STAGES = 12
 def radau(s: int) -> tuple[np.ndarray, np.ndarray]:
     """Points and matrix of the Radau IIA method of `s` stages (order 2s − 1; Hairer &
     Wanner II, IV.5)."""
-    points = np.sort(
-        legendre.legroots([0.0] * (s - 1) + [-1.0, 1.0]).real
-    )  # (complex numbers from NumPy 2.5 on)
+    # (complex numbers from NumPy 2.5 on)
+    points = np.sort(legendre.legroots([0.0] * (s - 1) + [-1.0, 1.0]).real)
     points[-1] = 1.0
     series = np.eye(s)
     integrals = np.stack(

@@ -148,11 +148,8 @@ class Cycles:
     period: float = 60.0
     count: int = 20
     share: float = 0.8
-    capacities: tuple[float, float, float] = (
-        1.5e5,
-        4e4,
-        2e4,
-    )  # J/K: rim, linings, band
+    # J/K: rim, linings, band
+    capacities: tuple[float, float, float] = (1.5e5, 4e4, 2e4)
     cooling: tuple[float, float] = (150.0, 40.0)  # W/K: rim, band
     between: float = 60.0  # W/K: linings to band
 

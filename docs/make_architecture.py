@@ -107,9 +107,8 @@ def said(name: str) -> str:
 
 def tables() -> list[str]:
     """The paths as tables of Markdown."""
-    slope = jax.jvp(
-        lambda f: sb.simulate(scene(f, 12)).stopping_time, (0.35,), (1.0,)
-    )  # all modules are loaded then
+    # all modules are loaded then
+    slope = jax.jvp(lambda f: sb.simulate(scene(f, 12)).stopping_time, (0.35,), (1.0,))
     assert sb.simulate(scene(0.35, 12)).metrics["stopping_time"] == slope[0]
     made: list[Any] = []
     ways = (

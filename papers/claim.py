@@ -221,9 +221,10 @@ class Runs:
         """A stop of 80 t and the minute after it: thin layers of the rim, a resistance
         between rim and linings."""
         of = sb.with_values(self.pair.standard(), {"duty.load.mass": 80e3})
+        # assumption
         touching = sb.thermal.ThermalContact(
             "rim.front", "lining.front", WRAP * 0.590 * 0.220, 1e-3
-        )  # assumption
+        )
         bodies = tuple(
             dataclasses.replace(
                 body, growth=sb.thermal.layer_growth(3e-4, body.thickness, body.layers)

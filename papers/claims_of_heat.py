@@ -30,11 +30,8 @@ import simbrake as sb
 def resistance(_: Runs) -> Found:
     k = 47.8  # W/(m·K), V: steel 20L
     shell = float(sb.thermal.axial_resistance(0.220, k, 0.565, 0.590))
-    parts = (
-        (0.420, 0.565, 0.035),
-        (0.565, 0.615, 0.025),
-        (0.575, 0.615, 0.025),
-    )  # flange, two rim lips
+    # flange, two rim lips
+    parts = ((0.420, 0.565, 0.035), (0.565, 0.615, 0.025), (0.575, 0.615, 0.025))
     behind = [
         float(sb.thermal.radial_resistance(width, k, r, R)) for r, R, width in parts
     ]

@@ -337,9 +337,8 @@ def thermal_shock(_: Runs) -> Found:
     )
 
     def run(c: Any, omega: float, start: float, end: float) -> sb.Result:
-        process = (
-            sb.friction.MemoryProcess
-        )  # burn-off by heat, and running-in by work: assumptions
+        # burn-off by heat, and running-in by work: assumptions
+        process = sb.friction.MemoryProcess
         changes = (process(end, rate=1e5, activation=7e4), process(0.9, work=20e6))
         law = sb.friction.FrictionWithMemory(
             sb.ConstantFriction(0.35), changes, np.broadcast_to(c, (LININGS,))

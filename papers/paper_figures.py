@@ -74,9 +74,8 @@ def published(name: str, *, figure: Figure | None = None) -> Figure:
             figure = Figure(figsize=size, layout="constrained")
         draw(figure)
     for axes in figure.axes:
-        axes.tick_params(
-            which="both", labelsize=TEXT
-        )  # further ticks are made when the figure is written
+        # further ticks are made when the figure is written
+        axes.tick_params(which="both", labelsize=TEXT)
     return figure
 
 

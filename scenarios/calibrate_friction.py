@@ -52,9 +52,8 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
-            band=sb.Band(
-                radius=0.623
-            ),  # rigid: elasticity does not matter at the sampling rate of the speed
+            # rigid: elasticity does not matter at the sampling rate of the speed
+            band=sb.Band(radius=0.623),
             linings=sb.uniform_linings(20, math.radians(270.0), fading),
         ),
         duty=sb.Duty(

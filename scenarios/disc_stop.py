@@ -62,14 +62,12 @@ def scene() -> sb.Scene:
             lining_first=1e-4,
             each=8,
             outside=25.0,  # W/(m²·K) to the air; assumption
-            partition=sb.thermal.ConstantPartition(
-                0.93
-            ),  # assumption: by the effusivities
+            # assumption: by the effusivities
+            partition=sb.thermal.ConstantPartition(0.93),
             permissible=623.15,
         ),
-        wear=sb.Wear(
-            sb.wear.ExponentialWear(3e-14, rise=120.0), permissible=0.012
-        ),  # assumption: some 0.1 mm³/MJ cold
+        # assumption: some 0.1 mm³/MJ cold
+        wear=sb.Wear(sb.wear.ExponentialWear(3e-14, rise=120.0), permissible=0.012),
     )
 
 

@@ -16,12 +16,10 @@ import simbrake as sb
 def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
     """The scene that `simbrake run` integrates."""
     friction = sb.friction.ProductFriction(
-        sb.ConstantFriction(
-            0.32, static_ratio=1.1
-        ),  # Shigley; the ratio is an assumption
-        (
-            sb.LinearFade(slope=1.5e-3, above=373.15, floor=0.4, blend=10.0),
-        ),  # assumption
+        # Shigley; the ratio is an assumption
+        sb.ConstantFriction(0.32, static_ratio=1.1),
+        # assumption
+        (sb.LinearFade(slope=1.5e-3, above=373.15, floor=0.4, blend=10.0),),
     )
     return sb.Scene(
         brake=sb.ShoeBrake(
@@ -37,9 +35,10 @@ def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
             arm=0.212,
         ),
         duty=sb.ForceDuty(
+            # N; assumption
             force=sb.PiecewiseLinear(
                 times=[0.0, 0.15, 3.0, 3.5], values=[0.0, 2.2e3, 2.2e3, 0.0]
-            ),  # N; assumption
+            ),
             load=sb.TorqueLoad(sb.Constant(load)),  # N·m; assumption: load on the rope
         ),
         initial=sb.Initial(omega=omega),
@@ -47,9 +46,8 @@ def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
         heat=sb.Heat(
             bodies=(
                 sb.thermal.Lump("drum", 4.0e3),  # J/K; assumption: some 8 kg of iron
-                sb.thermal.Lump(
-                    "shoes", 250.0, count=2
-                ),  # assumption: heated part of the linings in one stop
+                # assumption: heated part of the linings in one stop
+                sb.thermal.Lump("shoes", 250.0, count=2),
                 sb.thermal.Reservoir("air", 293.15),
             ),
             links=(

@@ -19,15 +19,13 @@ def scene() -> sb.Scene:
     line_count = 8
     drum_radius = 0.40
     hook_speed = 0.3  # m/s; assumption: slow lowering of a casing string
-    fade = sb.LinearFade(
-        slope=1.5e-3, above=273.15 + 120.0, floor=0.6, blend=10.0
-    )  # assumptions, as there
+    # assumptions, as there
+    fade = sb.LinearFade(slope=1.5e-3, above=273.15 + 120.0, floor=0.6, blend=10.0)
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
-            band=sb.Band(
-                radius=0.623
-            ),  # rigid: elasticity does not matter at constant speed
+            # rigid: elasticity does not matter at constant speed
+            band=sb.Band(radius=0.623),
             linings=sb.uniform_linings(
                 20,
                 math.radians(270.0),
@@ -35,12 +33,12 @@ def scene() -> sb.Scene:
             ),
         ),
         duty=sb.Duty(
-            slack_tension=sb.SpeedHold(
-                limit=30.0e3
-            ),  # N; assumption: maximum of the driller
+            # N; assumption: maximum of the driller
+            slack_tension=sb.SpeedHold(limit=30.0e3),
+            # kg; assumption: casing
             load=sb.HookLoad(
                 mass=120.0e3, drum_radius=drum_radius, line_count=line_count
-            ),  # kg; assumption: casing
+            ),
         ),
         initial=sb.Initial(omega=hook_speed * line_count / drum_radius),
         end_time=90.0,  # s: one stand of 27 m

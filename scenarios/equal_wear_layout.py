@@ -62,12 +62,10 @@ def scene() -> sb.Scene:
         (sb.LinearFade(slope=8e-4, above=423.15, floor=0.33),),
     )
     brake = sb.Brake(
-        sb.Pulley(
-            TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH
-        ),  # kg·m²; assumption, as in u2_5_5_stop
-        sb.Band(
-            TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5
-        ),  # N/m; assumption: the linkage dominates
+        # kg·m²; assumption, as in u2_5_5_stop
+        sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),
+        # N/m; assumption: the linkage dominates
+        sb.Band(TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5),
         sb.uniform_linings(LININGS, WRAP, friction, area=AREA),
     )
     heat = sb.layered_heat(
@@ -88,12 +86,10 @@ def scene() -> sb.Scene:
         temperature=433.15,  # K; assumption: warm from the brake applications before
     )
     duty = sb.Duty(
-        slack_tension=sb.PiecewiseLinear(
-            [0.0, 0.35], [2.0e3, 30.0e3]
-        ),  # s, N; assumptions
-        load=sb.HookLoad(
-            mass=60.0e3, drum_radius=0.40, line_count=8
-        ),  # assumptions, as in u2_5_5_stop
+        # s, N; assumptions
+        slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 30.0e3]),
+        # assumptions, as in u2_5_5_stop
+        load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),
     )
     return sb.Scene(brake, duty, sb.Initial(omega=24.0), end_time=3.0, heat=heat)
 

@@ -56,9 +56,8 @@ def oiled(law: sb.friction.FrictionWithMemory) -> sb.friction.ChangingFriction:
 
 def brake() -> sb.Brake:
     material = sb.material("FK-24A")
-    mass = (
-        material.density * WRAP * (OUTER**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH
-    )  # kg
+    # kg
+    mass = material.density * WRAP * (OUTER**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH
     band = sb.brakes.LiningsOnPlates(
         modulus=2.06e11,  # Pa; assumption: carbon steel
         area=TRACK_WIDTH * BAND,
@@ -107,12 +106,10 @@ def heat() -> sb.Heat:
         each=LININGS,
         band=band,
         band_thickness=BAND,
-        inside=sb.thermal.SpeedCoefficient(
-            at_rest=8.0, speed=6.0
-        ),  # W/(m²·K), m/s; assumptions
-        outside=sb.thermal.SpeedCoefficient(
-            at_rest=10.0, speed=8.0
-        ),  # W/(m²·K), m/s; assumptions
+        # W/(m²·K), m/s; assumptions
+        inside=sb.thermal.SpeedCoefficient(at_rest=8.0, speed=6.0),
+        # W/(m²·K), m/s; assumptions
+        outside=sb.thermal.SpeedCoefficient(at_rest=10.0, speed=8.0),
         band_coefficient=15.0,  # W/(m²·K); assumption
         emissivity=0.6,  # assumption: bare, oxidised steel
         permissible=673.15,  # K; assumption for FK-24A
@@ -152,11 +149,10 @@ def shaft() -> tuple[sb.loads.AbstractShaftTorque, ...]:
 
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    lever = (
-        sb.PiecewiseLinear(  # s, N; assumptions: braked, held, released, braked again
-            times=[0.0, 0.4, 3.0, 3.2, 4.4, 4.8],
-            values=[2.0e3, 22.0e3, 22.0e3, 0.0, 0.0, 24.0e3],
-        )
+    # s, N; assumptions: braked, held, released, braked again
+    lever = sb.PiecewiseLinear(
+        times=[0.0, 0.4, 3.0, 3.2, 4.4, 4.8],
+        values=[2.0e3, 22.0e3, 22.0e3, 0.0, 0.0, 24.0e3],
     )
     rope = sb.loads.RopeLayers("32 mm", turns_per_layer=5.0, turns=12.3)  # assumptions
     elasticity = sb.loads.RopeElasticity("8 MN/m", "60 kN*s/m")  # assumptions

@@ -28,9 +28,8 @@ BAND = 0.006
 LININGS = 10
 WRAP = math.radians(270.0)
 FRICTION = 0.3
-AREA = (
-    0.75 * WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS
-)  # m² of one lining; 75 % of the wrap is covered (S)
+# m² of one lining; 75 % of the wrap is covered (S)
+AREA = 0.75 * WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS
 RATE = 1e-14  # m³/(N·m); assumption for FK-24A, cold
 PERMISSIBLE = 8e-3  # m; assumption
 TAKE_UP = 0.1  # m/s; assumption: speed of the band's end while the lever takes up slack
@@ -39,21 +38,17 @@ TAKE_UP = 0.1  # m/s; assumption: speed of the band's end while the lever takes 
 def scene() -> sb.Scene:
     """One stop with the uniform pitch, cold."""
     brake = sb.Brake(
-        sb.Pulley(
-            TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH
-        ),  # kg·m²; assumption, as in u2_5_5_stop
-        sb.Band(
-            TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5
-        ),  # N/m; assumption: the linkage dominates
+        # kg·m²; assumption, as in u2_5_5_stop
+        sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),
+        # N/m; assumption: the linkage dominates
+        sb.Band(TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5),
         sb.uniform_linings(LININGS, WRAP, sb.ConstantFriction(FRICTION), area=AREA),
     )
     duty = sb.Duty(
-        slack_tension=sb.PiecewiseLinear(
-            [0.0, 0.35], [2.0e3, 30.0e3]
-        ),  # s, N; assumptions
-        load=sb.HookLoad(
-            mass=60.0e3, drum_radius=0.40, line_count=8
-        ),  # assumptions, as in u2_5_5_stop
+        # s, N; assumptions
+        slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 30.0e3]),
+        # assumptions, as in u2_5_5_stop
+        load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),
     )
     wear = sb.Wear(
         RATE,

@@ -24,12 +24,10 @@ def scene() -> sb.Scene:
     band = 0.006
     return sb.Scene(
         sb.Brake(
-            sb.Pulley(
-                track_radius, inertia=1200.0
-            ),  # kg·m²; assumption: drum, pulleys, fast line
-            sb.Band(
-                track_radius + lining + band / 2
-            ),  # rigid: the speeds of the linings matter, not its elasticity
+            # kg·m²; assumption: drum, pulleys, fast line
+            sb.Pulley(track_radius, inertia=1200.0),
+            # rigid: the speeds of the linings matter, not its elasticity
+            sb.Band(track_radius + lining + band / 2),
             sb.uniform_linings(count, wrap, sb.ConstantFriction(0.42)),  # assumption
             sb.Bandage(
                 inertia=22.0,  # kg·m², all linings; assumption: FK-24A at 2000 kg/m³
@@ -42,12 +40,10 @@ def scene() -> sb.Scene:
             ),
         ),
         sb.Duty(
-            sb.PiecewiseLinear(
-                [0.0, 0.35], [2.0e3, 24.0e3]
-            ),  # s, N; assumptions, as in u2_5_5_stop
-            sb.HookLoad(
-                mass=60.0e3, drum_radius=0.40, line_count=8
-            ),  # assumptions, as in u2_5_5_stop
+            # s, N; assumptions, as in u2_5_5_stop
+            sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),
+            # assumptions, as in u2_5_5_stop
+            sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),
         ),
         sb.Initial(omega=24.0),  # rad/s: hook at 1.2 m/s; assumption
         end_time=2.0,

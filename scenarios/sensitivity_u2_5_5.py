@@ -22,9 +22,8 @@ def scene() -> sb.Scene:
     track_radius = 0.590  # m, V table 1
     friction = sb.friction.ProductFriction(
         sb.ConstantFriction(0.35),  # assumption: FK-24A on steel, within Z's 0.1…0.5
-        (
-            sb.LinearFade(slope=4e-4, above=423.15, floor=0.1, blend=5.0),
-        ),  # 4 % per 100 K above 150 °C; assumption
+        # 4 % per 100 K above 150 °C; assumption
+        (sb.LinearFade(slope=4e-4, above=423.15, floor=0.1, blend=5.0),),
     )
     heat = sb.lumped_heat(
         rim=6.0e3,  # J/K; assumption: heated depth in a stop, 1.5 mm of the rim
@@ -40,18 +39,15 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=track_radius, inertia=1200.0),  # kg·m²; assumption
-            band=sb.Band(
-                radius=0.623, stiffness=1.0e5
-            ),  # m; N/m at the tight end, assumption
+            # m; N/m at the tight end, assumption
+            band=sb.Band(radius=0.623, stiffness=1.0e5),
             linings=sb.uniform_linings(20, math.radians(270.0), friction),  # Z
         ),
         duty=sb.Duty(
-            slack_tension=sb.PiecewiseLinear(
-                [0.0, 0.35], [2.0e3, 24.0e3]
-            ),  # s, N; assumptions
-            load=sb.HookLoad(
-                mass=60.0e3, drum_radius=0.40, line_count=8
-            ),  # assumptions, as in u2_5_5_stop
+            # s, N; assumptions
+            slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),
+            # assumptions, as in u2_5_5_stop
+            load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),
         ),
         initial=sb.Initial(omega=24.0),
         end_time=3.0,

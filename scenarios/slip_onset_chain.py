@@ -39,9 +39,8 @@ def scene() -> sb.Scene:
     )
     return sb.Scene(
         brake=sb.Brake(
-            pulley=sb.Pulley(
-                radius=track_radius, inertia=1200.0
-            ),  # kg·m²; assumption: drum, pulleys, fast line
+            # kg·m²; assumption: drum, pulleys, fast line
+            pulley=sb.Pulley(radius=track_radius, inertia=1200.0),
             band=sb.Band(
                 track_radius + lining_thickness + band_thickness / 2, ANCHOR, segments
             ),
@@ -49,14 +48,14 @@ def scene() -> sb.Scene:
         ),
         duty=sb.Duty(
             slack_tension=sb.Constant(SLACK_TENSION),
+            # kg; assumption: empty hook
             load=sb.HookLoad(
                 mass=5.0e3, drum_radius=drum_radius, line_count=line_count
-            ),  # kg; assumption: empty hook
+            ),
         ),
         # at the onset of slip: the band is stretched by the slack tension all along
-        initial=sb.Initial(
-            omega=6.0, elongation=SLACK_TENSION / ANCHOR
-        ),  # rad/s, hook at 0.3 m/s; assumption
+        # rad/s, hook at 0.3 m/s; assumption
+        initial=sb.Initial(omega=6.0, elongation=SLACK_TENSION / ANCHOR),
         end_time=3.0,  # s: well past the stop
     )
 

@@ -56,12 +56,10 @@ def _heat(lining_thickness: float) -> sb.Heat:
 
 def _scene(brake: sb.Brake, heat: sb.Heat) -> sb.Scene:
     duty = sb.Duty(
-        slack_tension=sb.PiecewiseLinear(
-            [0.0, 0.35], [2.0e3, 24.0e3]
-        ),  # s, N; assumptions, as in u2_5_5_stop
-        load=sb.HookLoad(
-            mass=60.0e3, drum_radius=0.40, line_count=8
-        ),  # assumptions, as in u2_5_5_stop
+        # s, N; assumptions, as in u2_5_5_stop
+        slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),
+        # assumptions, as in u2_5_5_stop
+        load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),
     )
     return sb.Scene(brake, duty, sb.Initial(omega=24.0), end_time=5.0, heat=heat)
 
@@ -71,9 +69,8 @@ def standard() -> sb.Scene:
     thickness = 0.030
     brake = sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
-        sb.Band(
-            TRACK_RADIUS + thickness + BAND / 2, stiffness=1.0e5
-        ),  # N/m; assumption: the linkage dominates
+        # N/m; assumption: the linkage dominates
+        sb.Band(TRACK_RADIUS + thickness + BAND / 2, stiffness=1.0e5),
         sb.uniform_linings(
             LININGS,
             WRAP,
@@ -90,9 +87,8 @@ def scene() -> sb.Scene:
     outer = TRACK_RADIUS + thickness
     mass = LINING.density * WRAP * (outer**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH  # kg
     brake = sb.Brake(
-        sb.Pulley(
-            TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH
-        ),  # kg·m²; assumption, as above
+        # kg·m²; assumption, as above
+        sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),
         sb.Band(outer + BAND / 2, stiffness=1.0e5),  # N/m; assumption, as above
         # K: the external friction must exceed the internal; both coefficients are
         # assumptions
@@ -105,9 +101,8 @@ def scene() -> sb.Scene:
             # N for each lining; assumption: the interference of rods and springs
             preload=4.0e3,
             area=WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS,
-            mass=mass
             # 2.9 kg: the centrifugal force takes a quarter of the preload at 24 rad/s
-            / LININGS,
+            mass=mass / LININGS,
             mass_radius=(TRACK_RADIUS + outer) / 2,
         ),
     )
@@ -132,9 +127,8 @@ def wear_of_the_ring(stops: int) -> list[float]:
     start = 0.0
     found = []
     for _ in range(stops):
-        one = sb.results.ring_wear(
-            run, 26, 3e-14, start=start
-        )  # m³/(N·m); assumption, only ratios are shown
+        # m³/(N·m); assumption, only ratios are shown
+        one = sb.results.ring_wear(run, 26, 3e-14, start=start)
         worn = worn + one.depth
         start = start + one.travel
         found.append(float(worn.max() / worn.min()))

@@ -61,21 +61,19 @@ def scene() -> sb.Scene:
     )
     return sb.Scene(
         brake=sb.Brake(
-            pulley=sb.Pulley(
-                TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH
-            ),  # kg·m²; assumption
+            # kg·m²; assumption
+            pulley=sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),
+            # N/m; assumption
             band=sb.Band(
                 TRACK_RADIUS + LINING_THICKNESS + BAND_THICKNESS / 2, stiffness=3.0e5
-            ),  # N/m; assumption
+            ),
             linings=sb.uniform_linings(LININGS, WRAP, friction),
         ),
         duty=sb.Duty(
-            slack_tension=sb.PiecewiseLinear(
-                [0.0, 0.35], [2.0e3, 24.0e3]
-            ),  # s, N; assumptions, as in u2_5_5_stop
-            load=sb.HookLoad(
-                mass=60.0e3, drum_radius=DRUM_RADIUS, line_count=LINES
-            ),  # kg; assumption
+            # s, N; assumptions, as in u2_5_5_stop
+            slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),
+            # kg; assumption
+            load=sb.HookLoad(mass=60.0e3, drum_radius=DRUM_RADIUS, line_count=LINES),
         ),
         initial=sb.Initial(omega=24.0),  # rad/s: the hook at 1.2 m/s; assumption
         end_time=6.0,  # s: without a stop by then the string is lost
@@ -92,25 +90,17 @@ def distributions() -> dict:
         # Drumeanu & Antonescu 2003: 0.35…0.65 on brakes of drawworks; equal probability
         # of all values is an assumption
         "brake.linings.friction.base.coefficient": (0.35, 0.65),
-        "brake.linings.friction.factors[0].slope": (
-            2e-4,
-            6e-4,
-        ),  # 1/K; assumption: lining lots differ in fade
-        "duty.load.mass": stats.triang(
-            0.25, 40e3, 80e3
-        ),  # kg; assumption: 40…120 t, most often 60 t
-        "duty.slack_tension.values[1]": stats.truncnorm(
-            -3, 3, 24e3, 3e3
-        ),  # N; assumption: lever force of the driller
-        "duty.slack_tension.times[1]": (
-            0.25,
-            0.70,
-        ),  # s; assumption: time to apply the lever
+        # 1/K; assumption: lining lots differ in fade
+        "brake.linings.friction.factors[0].slope": (2e-4, 6e-4),
+        # kg; assumption: 40…120 t, most often 60 t
+        "duty.load.mass": stats.triang(0.25, 40e3, 80e3),
+        # N; assumption: lever force of the driller
+        "duty.slack_tension.values[1]": stats.truncnorm(-3, 3, 24e3, 3e3),
+        # s; assumption: time to apply the lever
+        "duty.slack_tension.times[1]": (0.25, 0.70),
         "initial.omega": (12.0, 32.0),  # rad/s; assumption: the hook at 0.6…1.6 m/s
-        "heat.bodies[2].temperature": (
-            293.15,
-            523.15,
-        ),  # K; assumption: linings, cold or after some stands
+        # K; assumption: linings, cold or after some stands
+        "heat.bodies[2].temperature": (293.15, 523.15),
     }
 
 
@@ -176,9 +166,8 @@ def main() -> None:
         distributions(),
         metrics,
         asked.runs,
-        limits={
-            "hook_travel": 1.5
-        },  # m; assumption: free height above the rotary table
+        # m; assumption: free height above the rotary table
+        limits={"hook_travel": 1.5},
         quantiles=(0.05, 0.5, 0.95, 0.99),
         max_steps=512,
     )

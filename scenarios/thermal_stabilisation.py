@@ -30,17 +30,12 @@ def heat() -> sb.Heat:
     lining = sb.material("FK-24A")
     band = sb.material("band_steel")
     lumps = sb.lumped_heat(
-        rim=float(steel.density * steel.specific_heat)
-        * track
-        * 0.025,  # J/K; V: rim of 25 mm
-        linings=float(lining.density * lining.specific_heat)
-        * 0.75
-        * track
-        * 0.030,  # V: linings of 30 mm
-        band=float(band.density * band.specific_heat)
-        * 0.75
-        * track
-        * 0.006,  # V: band of 6 mm
+        # J/K; V: rim of 25 mm
+        rim=float(steel.density * steel.specific_heat) * track * 0.025,
+        # V: linings of 30 mm
+        linings=float(lining.density * lining.specific_heat) * 0.75 * track * 0.030,
+        # V: band of 6 mm
+        band=float(band.density * band.specific_heat) * 0.75 * track * 0.006,
         partition=sb.thermal.EffusivityPartition(steel, lining),
         rim_cooling=25.0 * 2 * track,  # W/K; assumption: 25 W/(m²·K) inside and outside
         lining_to_band=float(lining.conductivity) * 0.75 * track / 0.030,
@@ -58,9 +53,8 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
-            band=sb.Band(
-                radius=0.623
-            ),  # rigid: elasticity does not matter for the heat of a whole stop
+            # rigid: elasticity does not matter for the heat of a whole stop
+            band=sb.Band(radius=0.623),
             linings=sb.uniform_linings(
                 20, math.radians(270.0), sb.ConstantFriction(0.35)
             ),

@@ -71,9 +71,8 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),  # m, V; kg·m², assumption
-            band=sb.Band(
-                radius=0.623, stiffness=1.0e5
-            ),  # m; N/m, assumption: linkage and anchor dominate
+            # m; N/m, assumption: linkage and anchor dominate
+            band=sb.Band(radius=0.623, stiffness=1.0e5),
             linings=sb.uniform_linings(
                 20,
                 math.radians(270.0),

@@ -40,11 +40,8 @@ def scene() -> sb.Scene:
     bands = sb.brakes.ParallelBands(
         (
             band(BAND_THICKNESS, tight_end=0.60),  # m; assumption
-            band(
-                0.005,
-                tight_end=1.40,
-                # m; assumptions: a replaced band, 1 mm thinner, on a longer anchor strap
-            ),
+            # m; assumptions: a replaced band, 1 mm thinner, on a longer anchor strap
+            band(0.005, tight_end=1.40),
         ),
         # both bands end at one rigid beam at the anchor and at one lever shaft
         # (assumption): they have equal elongation (K-8); beam, shaft and frame are in
@@ -67,21 +64,17 @@ def scene() -> sb.Scene:
             linings=sb.uniform_linings(
                 20,  # Z: even, 8…26
                 math.radians(270.0),  # Z: wrap
-                sb.ConstantFriction(
-                    0.35
-                ),  # assumption: FK-24A on steel, within Z's 0.1…0.5
+                # assumption: FK-24A on steel, within Z's 0.1…0.5
+                sb.ConstantFriction(0.35),
             ),
         ),
         duty=sb.Duty(
             slack_tension=sb.Lever(
                 sb.PiecewiseLinear(
                     times=[0.0, 0.35],  # s; assumption: the driller applies the lever
-                    values=[
-                        50.0,
-                        605.0,
-                        # N; assumptions: pretension and final force, with the pneumatic
-                        # assistance
-                    ],
+                    # N; assumptions: pretension and final force, with the pneumatic
+                    # assistance
+                    values=[50.0, 605.0],
                 ),
                 arm=1.40,  # m; assumption
                 slack_arm=0.030,  # m; assumption: crank of the lever shaft

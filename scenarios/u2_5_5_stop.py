@@ -32,19 +32,16 @@ def scene() -> sb.Scene:
             linings=sb.uniform_linings(
                 20,  # Z: even, 8…26
                 math.radians(270.0),  # Z: wrap
-                sb.ConstantFriction(
-                    0.35
-                ),  # assumption: FK-24A on steel, within Z's 0.1…0.5
+                # assumption: FK-24A on steel, within Z's 0.1…0.5
+                sb.ConstantFriction(0.35),
             ),
         ),
         duty=sb.Duty(
             # both bands of the drawworks act as one: tensions are sums over the two
             slack_tension=sb.PiecewiseLinear(
                 times=[0.0, 0.35],  # s; assumption: the driller applies the lever
-                values=[
-                    2.0e3,
-                    24.0e3,
-                ],  # N; assumptions: pretension and final slack tension
+                # N; assumptions: pretension and final slack tension
+                values=[2.0e3, 24.0e3],
             ),
             load=sb.HookLoad(
                 mass=60.0e3,  # kg; assumption: string in mud, hook and travelling block

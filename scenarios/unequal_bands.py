@@ -29,14 +29,11 @@ def fading(coefficient: float, slope: float) -> sb.friction.ProductFriction:
 
 def bands(*, beam: bool) -> tuple[sb.brakes.LinedBand, ...]:
     """Both bands; with a balance `beam` their tensions are equal."""
-    laws = (
-        fading(0.35, 1.0e-3),
-        fading(0.42, 2.5e-3),
-    )  # assumptions: worn FK-24A, and a new organic lining
+    # assumptions: worn FK-24A, and a new organic lining
+    laws = fading(0.35, 1.0e-3), fading(0.42, 2.5e-3)
     made = []
-    for law, count, tight_end in zip(
-        laws, COUNTS, (0.60, 0.90), strict=True
-    ):  # m to the anchor; assumption
+    # m to the anchor; assumption
+    for law, count, tight_end in zip(laws, COUNTS, (0.60, 0.90), strict=True):
         linings = sb.uniform_linings(count, count * PITCH, law, area=AREA)
         steel = sb.brakes.LiningsOnPlates(
             modulus=2.06e11, area=WIDTH * BAND, slack_end=0.35, tight_end=tight_end
@@ -57,6 +54,7 @@ def heat() -> sb.Heat:
     track = 2 * math.pi * TRACK_RADIUS * WIDTH
     return sb.Heat(
         bodies=(
+            # V table 1
             sb.thermal.Wall(
                 "rims",
                 rim,
@@ -65,19 +63,17 @@ def heat() -> sb.Heat:
                 layers=10,
                 growth=1.4,
                 copies=2,
-            ),  # V table 1
+            ),
             sb.thermal.Wall(
                 "linings", lining, LINING, AREA, layers=14, growth=1.4, copies=n
             ),
             sb.thermal.Reservoir("air"),
         ),
         links=(
-            sb.thermal.Conductance(
-                "rims.back", "air", 25.0 * track
-            ),  # W/(m²·K); assumption
-            sb.thermal.Conductance(
-                "linings.back", "air", 10.0 * AREA
-            ),  # W/(m²·K); assumption
+            # W/(m²·K); assumption
+            sb.thermal.Conductance("rims.back", "air", 25.0 * track),
+            # W/(m²·K); assumption
+            sb.thermal.Conductance("linings.back", "air", 10.0 * AREA),
         ),
         friction=sb.thermal.FrictionHeat(
             "rims.front", "linings.front", sb.thermal.EffusivityPartition(rim, lining)
@@ -89,20 +85,17 @@ def heat() -> sb.Heat:
 
 def scene(*, beam: bool = False) -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    pulley = sb.Pulley(
-        TRACK_RADIUS, inertia=1200.0
-    )  # kg·m²; assumption: drum, both rims and fast line
+    # kg·m²; assumption: drum, both rims and fast line
+    pulley = sb.Pulley(TRACK_RADIUS, inertia=1200.0)
     return sb.Scene(
         brake=sb.brakes.MultiBandBrake(
             pulley, TRACK_RADIUS + LINING + BAND / 2, bands(beam=beam)
         ),
         duty=sb.Duty(
-            slack_tension=sb.ramp(
-                2.0e3, 24.0e3, 0.0, 0.35
-            ),  # N of both bands; assumption
-            load=sb.HookLoad(
-                mass=60.0e3, drum_radius=0.40, line_count=8
-            ),  # assumptions: a heavy string
+            # N of both bands; assumption
+            slack_tension=sb.ramp(2.0e3, 24.0e3, 0.0, 0.35),
+            # assumptions: a heavy string
+            load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),
         ),
         initial=sb.Initial(omega=24.0),  # 1.2 m/s at the hook; assumption
         end_time=4.0,

@@ -35,9 +35,8 @@ def main(arguments: list[str] | None = None) -> None:
         if arguments is None and ended.code == 130:
             sys.stdout.flush()
             sys.stderr.flush()
-            os._exit(
-                130
-            )  # a compilation that was interrupted may crash the end of the interpreter
+            # a compilation that was interrupted may crash the end of the interpreter
+            os._exit(130)
         raise
     finally:
         if usual:
@@ -57,9 +56,8 @@ def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
 
 def _quit(*_: object) -> None:
     sys.stderr.write("simbrake: interrupted\n")
-    os._exit(
-        130
-    )  # an extension that is interrupted while it loads leaves others broken
+    # an extension that is interrupted while it loads leaves others broken
+    os._exit(130)
 
 
 if __name__ == "__main__":

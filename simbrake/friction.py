@@ -698,9 +698,8 @@ def _misfit(law: AbstractFriction, n: int) -> tuple[str, str] | None:
     except (TypeError, ValueError, IndexError) as error:
         for fault in faults_of_tracing(error):
             return f"{fault.path} {fault.problem}", fault.hint
-        return (
-            None if isinstance(error, jax.errors.JAXTypeError) else misfit
-        )  # which the run itself reports
+        # which the run itself reports
+        return None if isinstance(error, jax.errors.JAXTypeError) else misfit
 
 
 def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> Faults:
@@ -1054,9 +1053,8 @@ class ProductFriction(AbstractScaledFriction):
     factors: tuple[AbstractFactor, ...]  # pyright: ignore
 
     def __check_init__(self) -> None:
-        if (
-            isinstance(self.factors, tuple) and len(self.factors) > 100
-        ):  # each adds equations
+        # each adds equations
+        if isinstance(self.factors, tuple) and len(self.factors) > 100:
             raise input_error(
                 "ProductFriction.factors", f"are {len(self.factors)}", "at most 100"
             )

@@ -523,9 +523,8 @@ class PiecewiseLinear(AbstractPoints):
         )
 
     def no_more_turns(self, t: Real) -> Mark:
-        values = jnp.asarray(
-            self.values
-        )  # points may follow that all have the last value
+        # points may follow that all have the last value
+        values = jnp.asarray(self.values)
         passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
         return jnp.all(passed | (values == values[-1]))
 

@@ -46,9 +46,8 @@ def pytest_configure(config):
     os.environ["SIMBRAKE_CACHE_DIR"] = ""
     for name, value in kept.items():
         jax.config.update(name, value)
-        os.environ[name.upper()] = str(
-            value
-        )  # for processes that tests start, and for commands that they call
+        # for processes that tests start, and for commands that they call
+        os.environ[name.upper()] = str(value)
     # shapes and types of every call are checked where asked, as they double the time to
     # trace
     if os.environ.get("SIMBRAKE_CHECK_TYPES") == "1":
@@ -61,9 +60,8 @@ def pytest_configure(config):
             ):
                 module = importlib.import_module(name)
                 for public in getattr(module, "__all__", ()):
-                    home = getattr(
-                        module, public
-                    )  # public names are imported when they are first used
+                    # public names are imported when they are first used
+                    home = getattr(module, public)
                     for name_of_home in getattr(home, "__all__", ()):
                         getattr(home, name_of_home)
     if os.environ.get("SIMBRAKE_USER_OPTIONS") != "1":
@@ -107,9 +105,8 @@ def _forget_programs():
     held by JAX.
     """
     yield
-    from simbrake._base._programs import (
-        STORE,
-    )  # (simbrake is first imported above, where types may be checked)
+    # (simbrake is first imported above, where types may be checked)
+    from simbrake._base._programs import STORE
 
     found = len(MAPS.read_bytes().splitlines()) if MAPS.exists() else 0
     if found > MOST_MAPPINGS / 2 or psutil.Process().memory_info().rss > 2e9:

@@ -24,10 +24,8 @@ from simbrake.physics import mechanism
 from simbrake.thermal.materials import library
 
 DOCS = pathlib.Path(__file__).parents[1]
-sys.path[:0] = [
-    str(DOCS.parent),
-    str(DOCS.parent / "papers"),
-]  # benchmarks, and what recomputes the papers
+# benchmarks, and what recomputes the papers
+sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "papers")]
 
 
 def table(head: str, rows: list[tuple[Any, ...]]) -> list[str]:
@@ -101,9 +99,8 @@ def _library(part: str) -> list[str]:
     for name, numbers in library(part).items():
         cells = []
         for number, (_, unit, zero) in LIBRARY[part].items():
-            if (
-                one := numbers.get(number)
-            ) is None:  # as the permissible temperature of a class of SAE J866
+            # as the permissible temperature of a class of SAE J866
+            if (one := numbers.get(number)) is None:
                 cells.append("")
                 continue
             value, *ends = (

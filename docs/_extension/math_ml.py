@@ -12,10 +12,8 @@ from sphinx.util import logging
 
 _log = logging.getLogger(__name__)
 _TAG = re.compile(r"\\tag\{([^{}]*)\}")
-_DOTS = {
-    "˙": ".",
-    "¨": "..",
-}  # the accents proper vanish in the letter where no mathematical font is installed
+# the accents proper vanish in the letter where no mathematical font is installed
+_DOTS = {"˙": ".", "¨": ".."}
 _DOTTED = re.compile(
     r"<(mover|munderover)[^>]*><mi>(\w)</mi>((?:(?!</mu?n?d?e?r?over>).)*?)<mo[^>]*>([˙¨])</mo></\1>"
 )

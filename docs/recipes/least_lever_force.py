@@ -12,10 +12,8 @@ free = {
     "duty.slack_tension.times[1]": ("0.2 s", "1.5 s"),
 }
 area = float(scene.brake.linings.area)
-most = {
-    "peak_lining_temperature": 273.15 + 180.0,
-    "max_normal_load": 1.0e6 * area,
-}  # K, N: 1 MPa
+# K, N: 1 MPa
+most = {"peak_lining_temperature": 273.15 + 180.0, "max_normal_load": 1.0e6 * area}
 run = sb.studies.evaluator(scene, free, list(most))
 low = run.bounds[:, 0]
 width = np.ptp(run.bounds, axis=1)

@@ -7,9 +7,8 @@ from scipy.io import savemat
 import simbrake as sb
 
 data = sb.dataset(sb.simulate(sb.read_scene("u2_5_5_stop")))
-once = data.isel(
-    time=data.side >= 0
-)  # every time once: at events the values after them
+# every time once: at events the values after them
+once = data.isel(time=data.side >= 0)
 
 
 def of_lining(name: str) -> pd.DataFrame:

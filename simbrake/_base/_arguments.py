@@ -79,10 +79,8 @@ def public_names(
         value = named(name)
         if inspect.isfunction(value) and not hasattr(value, "explained"):
             value = explained(value)
-            for home in (
-                package,
-                value.__module__,
-            ):  # what is pickled is looked up in its module
+            # what is pickled is looked up in its module
+            for home in (package, value.__module__):
                 setattr(sys.modules[home], name, value)
         return value
 

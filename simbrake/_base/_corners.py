@@ -49,9 +49,8 @@ def rounded(x: Array, w: Array | None) -> Array:
 
 def _share(x: Array, w: Array) -> tuple[Array, Array]:
     """Of the blend: `u` from 0 to 1 (a step where there is none), and `1/(2 w)`."""
-    across = 1 / jnp.where(
-        w > 0, 2 * w, 1.0
-    )  # (one division, however many the linings)
+    # (one division, however many the linings)
+    across = 1 / jnp.where(w > 0, 2 * w, 1.0)
     return jnp.where(
         w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0)
     ), across

@@ -30,9 +30,8 @@ else:
     Values = Floats | Int[Array, "..."] | float | int | list | tuple
 
 
-warn_of_untested_jax(
-    jax.__version_info__
-)  # set here, as every scene and every computing command imports this module
+# set here, as every scene and every computing command imports this module
+warn_of_untested_jax(jax.__version_info__)
 
 #: magnitude beyond which squares and products of a scene's parameters overflow 64 bits;
 #: what must be positive is as far from 0
@@ -97,9 +96,8 @@ class Quantity:
     high: float | None = None
     open_low: bool = False
     difference: bool = False  # of temperatures: no offset of degC
-    many: bool | Over = (
-        False  # one number, or one for each (lining, unless it says of what)
-    )
+    # one number, or one for each (lining, unless it says of what)
+    many: bool | Over = False
     may_be_empty: bool = False  # an empty array has a meaning
     typical: float | None = None  # size, where the unit does not tell it
     instead: str = ""  # what to write in place of a value out of its range
@@ -130,9 +128,10 @@ class Quantity:
 
     def admits(self, value: np.ndarray) -> np.ndarray:
         low, high = self.ends
+        # a NaN is not
         return np.asarray(
             ((value > low) if self.open_low else (value >= low)) & (value <= high)
-        )  # a NaN is not
+        )
 
     def admits_one(self, value: float) -> bool:
         """The same for a single number, faster."""
@@ -252,9 +251,8 @@ def faults_of_tolerance(rtol: Values) -> Faults:
     if (isinstance(rtol, float) and 1e-15 < rtol < 0.1) or isinstance(rtol, Tracer):
         return []
     value = np.asarray(rtol)
-    admissible = value.dtype.kind in "fiu" and np.all(
-        (value > 1e-15) & (value < 0.1)
-    )  # a NaN is not
+    # a NaN is not
+    admissible = value.dtype.kind in "fiu" and np.all((value > 1e-15) & (value < 0.1))
     return (
         []
         if admissible

@@ -244,10 +244,8 @@ def unit(text: str, si: str) -> Unit:
             *filter(None, units),
             *_EXAMPLES.get(si, ()),
         ]
-        meant = {
-            name.lower(),
-            f"{name.lower()}f",
-        }  # in another case, or a weight where its mass was written
+        # in another case, or a weight where its mass was written
+        meant = {name.lower(), f"{name.lower()}f"}
         similar = [known for known in names if known.lower() in meant]
         nearest = f"nearest: {' or '.join(similar)}; " if similar else ""
         raise ValueError(f"{nearest}known here: {', '.join(names)}{error}") from None
@@ -295,9 +293,10 @@ def to_si(number: float, of: Unit) -> float:
     if not math.isfinite(number):
         return number
     try:
+        # as written
         return float(
             Fraction(repr(float(number))) * Fraction(of.factor) + Fraction(of.offset)
-        )  # as written
+        )
     except OverflowError:
         return math.copysign(math.inf, number)
 

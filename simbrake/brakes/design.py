@@ -151,9 +151,8 @@ class AbstractLinings(Part):
     - `area` `A_i` (m²), `None`: not given
     """
 
-    if (
-        TYPE_CHECKING
-    ):  # (fields of an abstract class would come first among those of its kinds)
+    # (fields of an abstract class would come first among those of its kinds)
+    if TYPE_CHECKING:
 
         @property
         def friction(self) -> AbstractFriction: ...
@@ -669,9 +668,8 @@ class Brake(AbstractBandBrake):
                     "one lining: [0.5]",
                 )
             ]
-        laws = tuple(
-            f"{path}.{place.field}.friction" for place in self.pairs.values()
-        )  # they report it themselves
+        # they report it themselves
+        laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())
         faults = [
             fault
             for fault in faults_of_sizes(self, path, angle.size)

@@ -115,11 +115,8 @@ class Course:
         )
         self._jump = DeviceJit(lambda *event: flat.jump(*event))
         self._next_stop = DeviceJit(lambda mode, y: flat.next_stop(mode, y))
-        for function in (
-            self._rhs,
-            self.guards,
-            self.rates,
-        ):  # compiled before the time is taken
+        # compiled before the time is taken
+        for function in (self._rhs, self.guards, self.rates):
             function(self.t, self.y)
 
     def rhs(self, t: float, y: FlatState) -> FlatState:
@@ -160,9 +157,8 @@ class Course:
     def advance(self, until: float) -> tuple[Fired, bool]:
         """Integrate to the first guard or to `until`; guards that fired, and whether
         `until` was reached."""
-        from scipy.integrate import (
-            solve_ivp,
-        )  # a slow import, needed by cross-checks only
+        # a slow import, needed by cross-checks only
+        from scipy.integrate import solve_ivp
 
         armed = self.guards(self.t, self.y) > _REACHED
         limits = self.limits(self.t, self.y)
@@ -472,9 +468,8 @@ def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
     worst = None
     more = ""
     if nodes:
-        size[nodes] = max(
-            1.0, float(np.max(np.abs(ours[nodes] - start[nodes])))
-        )  # of the warming, not from 0 K
+        # of the warming, not from 0 K
+        size[nodes] = max(1.0, float(np.max(np.abs(ours[nodes] - start[nodes]))))
         thermal: Any = thermal_of(record.system)  # pyright: ignore
         for state in (ours, theirs):
             state[nodes] = thermal.temperatures(state[nodes])

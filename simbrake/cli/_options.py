@@ -108,9 +108,8 @@ FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
 
 def prepare_jax() -> None:
     """Set 64 bits, and run the garbage collector less often."""
-    os.environ.setdefault(
-        "TF_CPP_MIN_LOG_LEVEL", "3"
-    )  # messages of XLA on programs read from disk are not logged
+    # messages of XLA on programs read from disk are not logged
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     gc.disable()  # imports leave no garbage
     import jax
 
@@ -124,9 +123,8 @@ def prepare_jax() -> None:
         callable(signal.getsignal(signal.SIGINT))
         and threading.current_thread() is threading.main_thread()
     ):
-        signal.signal(
-            signal.SIGINT, signal.default_int_handler
-        )  # from here on Ctrl-C is handled by what runs
+        # from here on Ctrl-C is handled by what runs
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def opened(

@@ -645,9 +645,8 @@ class Program:
             value = self._env[number]
             if value.size > 1:
                 value = value if value.name else self._stored(value)
-                self._pointed.add(
-                    value.name
-                )  # (the call may be in another part than this line)
+                # (the call may be in another part than this line)
+                self._pointed.add(value.name)
                 self._nodes.append(Line(f"{variable} = {value.name};"))
             elif value.size:
                 self._nodes.append(
@@ -1332,9 +1331,8 @@ class Program:
                     after = next(clock)
                     for name in large & {*_TOKEN.findall("\n".join(_texts([node])))}:
                         span = spans.setdefault(name, [now, now])
-                        if (
-                            span[0] <= now
-                        ):  # (after a loop around its uses: there may be another turn)
+                        # (after a loop around its uses: there may be another turn)
+                        if span[0] <= now:
                             span[1] = after
 
             walk(nodes)

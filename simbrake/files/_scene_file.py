@@ -364,9 +364,8 @@ def scene_from_text(
         >>> sb.files.scene_from_text(sb.files.scene_text(scene)).initial
         Initial(omega=24 rad/s, elongation=0 m, time=0 s)
     """
-    if _DEEP.search(
-        text
-    ):  # the time to read such a key grows with the square of its parts
+    # the time to read such a key grows with the square of its parts
+    if _DEEP.search(text):
         raise input_error("TOML", "is nested too deeply")
     try:
         tables = tomllib.loads(text)
@@ -374,10 +373,8 @@ def scene_from_text(
         raise input_error(
             "TOML", str(error), "fix this line; texts need quotes"
         ) from None
-    except (
-        RecursionError,
-        ValueError,
-    ) as error:  # a number of more digits than Python converts
+    # a number of more digits than Python converts
+    except (RecursionError, ValueError) as error:
         raise input_error("TOML", f"cannot be read: {error}"[:200]) from None
     scene = _scene_of(tables, Path(folder), undriven=undriven)
     rest = dict(values or {})

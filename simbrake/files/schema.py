@@ -249,9 +249,8 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
             ):
                 continue
             visited.add(kind)
-            if all(
-                part.kind for part in parts_of(kind)
-            ):  # custom functions cannot be written
+            # custom functions cannot be written
+            if all(part.kind for part in parts_of(kind)):
                 makers[kind.__name__] = kind
         for builder in BUILDERS.get(base, ()):
             makers[builder.__name__] = builder

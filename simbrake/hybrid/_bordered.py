@@ -32,9 +32,8 @@ class Couplings(NamedTuple):
     core: tuple[int, ...]
     chain: tuple[int, ...]
     quadrature: tuple[int, ...]
-    linear: tuple[
-        bool, ...
-    ] = ()  # of the chain: whether a row of the Jacobian is constant
+    # of the chain: whether a row of the Jacobian is constant
+    linear: tuple[bool, ...] = ()
 
     @classmethod
     def of(cls, kinds: np.ndarray) -> "Couplings":

@@ -143,9 +143,8 @@ class RowMap(NamedTuple):
     row alone.
     """
 
-    advance: Callable[
-        [PyTree, PyTree, PyTree, Array, Count], Array
-    ]  # (fixed, params, own, start, i) → start
+    # (fixed, params, own, start, i) → start
+    advance: Callable[[PyTree, PyTree, PyTree, Array, Count], Array]
     #: (fixed, params, own, start, i, c) → cotangents of parameters, own numbers and
     #: start
     back: Callable[

@@ -89,9 +89,8 @@ def _may_be_more(p: Problem, a: Attempt) -> Mark:
     retake, and some others."""
     if p.settings.guard_samples:
         return jnp.ones_like(a.accept)
-    near = at.REACH * p.near(
-        a.h, a.resolution
-    )  # (no attempt that lands is missed by rounding)
+    # (no attempt that lands is missed by rounding)
+    near = at.REACH * p.near(a.h, a.resolution)
     arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -near * a.rate1)) | (
         a.h <= at.HIDING * a.resolution
     )

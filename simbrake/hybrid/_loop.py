@@ -85,11 +85,8 @@ class Problem(NamedTuple):
     t0: Scalar
     t1: Scalar
     settings: Settings
-    direction: PyTree | None = (
-        # of all numbers of `flat`: the tangent of the state along it steers steps as
-        # well
-        None
-    )
+    # of all numbers of `flat`: the tangent of the state along it steers steps as well
+    direction: PyTree | None = None
 
     @property
     def tangents(self) -> int:
@@ -348,9 +345,8 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     )
     arrives = (jnp.abs(distance) <= p.near(a.h, a.resolution)) & before
     lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses) & ~a.touched
-    lost = crosses & (
-        a.h <= a.resolution
-    )  # the bracket has shrunk to rounding: fire here
+    # the bracket has shrunk to rounding: fire here
+    lost = crosses & (a.h <= a.resolution)
     lost = (lost | (_hidden(c, a, distance) & ~a.touched)) & ~lands
     # (the minimum is infinite where no guard arrives, or one that crossed does not)
     distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
@@ -391,9 +387,8 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     )
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
     risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > at.TINY))
-    too_small = ~a.accept & (
-        a.h_next <= at.TOO_SHORT * a.resolution
-    )  # never looked at where the run begins
+    # never looked at where the run begins
+    too_small = ~a.accept & (a.h_next <= at.TOO_SHORT * a.resolution)
     status = jnp.where(
         too_small,
         jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)),

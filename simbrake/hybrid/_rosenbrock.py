@@ -141,13 +141,11 @@ class Rodas5P(AbstractMethod):
     """
 
     couplings: Couplings | None = struct_field(static=True, default=None)
-    linear: ChainRows | None = (
-        None  # rows of the Jacobian; constant rows are already correct
-    )
+    # rows of the Jacobian; constant rows are already correct
+    linear: ChainRows | None = None
     order: int = struct_field(static=True, default=5)
-    differentiated: bool = struct_field(
-        static=True, default=False
-    )  # an attempt is to be differentiated forwards
+    # an attempt is to be differentiated forwards
+    differentiated: bool = struct_field(static=True, default=False)
 
     def rolled(self) -> "Rodas5P":
         return self
@@ -242,9 +240,8 @@ class Rodas5P(AbstractMethod):
         return y1, rhs(t + full_step, y1)
 
     def state_after(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
-        return self.attempt(rhs, t, y, jnp.zeros_like(y), h)[
-            0
-        ]  # it has no use for the rate at the start
+        # it has no use for the rate at the start
+        return self.attempt(rhs, t, y, jnp.zeros_like(y), h)[0]
 
     def pullback(
         self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar
@@ -264,9 +261,8 @@ class Rodas5P(AbstractMethod):
         c = np.pad(_c, ((0, 1), (0, 1)))
         nodes = (*_NODES, 1.0)
         d = (*_D, 0.0)
-        a[n, :n] = (
-            _m  # one stage more is the rate at the end, from which nothing else follows
-        )
+        # one stage more is the rate at the end, from which nothing else follows
+        a[n, :n] = _m
         b = np.append(_b, 0.0)
         table = (a, c, np.asarray(nodes), np.asarray(d, float), b)
         u, total, (arguments, fulls) = _stages(
@@ -397,9 +393,8 @@ class _Linearised(NamedTuple):
     """The linear part of the rates at one instant, over the entries that linear systems
     are for and the quadratures."""
 
-    push: Callable[
-        [Scalar, State], State
-    ]  # derivative along a change of time and state
+    # derivative along a change of time and state
+    push: Callable[[Scalar, State], State]
     y: State
     inner: tuple[int, ...]
     outer: tuple[int, ...]

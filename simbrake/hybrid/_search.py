@@ -52,9 +52,8 @@ class Carry(NamedTuple):
     f: State
     g: Guards
     rate: Guards
-    tangents: tuple[
-        State, ...
-    ]  # of the state, where its derivatives steer the steps as well
+    # of the state, where its derivatives steer the steps as well
+    tangents: tuple[State, ...]
     status: Count
     retakes: Count
     events_at_instant: Count  # events at this very instant
@@ -64,9 +63,8 @@ class Carry(NamedTuple):
     restart_stage: Count
     stats: Stats
     armed: GuardMarks  # has stood clear of zero since the last restart
-    touched: (
-        GuardMarks  # limits reached at the time breakpoint where the segment begins
-    )
+    # limits reached at the time breakpoint where the segment begins
+    touched: GuardMarks
     # fired in the present cluster of events with hardly any time between
     zeno_guards: GuardMarks
     mode: Int[Array, " mode"]
@@ -113,9 +111,8 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     c2 = 3 * (g1 - start) - 2 * d0 - d1
     c3 = 2 * (start - g1) + d0 + d1
 
-    def value(
-        s: Float[Array, "*points columns"],
-    ) -> Float[Array, "*points guard"]:  # one column counts for all
+    # one column counts for all
+    def value(s: Float[Array, "*points columns"]) -> Float[Array, "*points guard"]:
         full = ((c3 * s + c2) * s + d0) * s + start
         return jnp.where(from_zero, (c3 * s + c2) * s + d0, full)
 

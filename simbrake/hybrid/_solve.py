@@ -275,9 +275,8 @@ class Record(Struct):
         )
         count = np.asarray(len(kept) - 1, np.int32)
         fixed = (self.system, self.method, self.y_like, self.mode_like, self.t1)
-        return Record(
-            *fixed, Rows(*columns), count, self.code, self.stats
-        )  # (`eqx.tree_at` takes longer than a run)
+        # (`eqx.tree_at` takes longer than a run)
+        return Record(*fixed, Rows(*columns), count, self.code, self.stats)
 
 
 def _column(values: Array) -> Array:

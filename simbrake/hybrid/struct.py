@@ -121,9 +121,8 @@ class StructMeta(abc.ABCMeta):
         # a function `__init__` is inherited, which those who write one expect
         by_fields = "__init__" not in content and (not earlier or earlier[0].by_fields)
         text = cls.__doc__
-        cls.__doc__ = (
-            text or name
-        )  # a dataclass without one gets its signature, which takes long
+        # a dataclass without one gets its signature, which takes long
+        cls.__doc__ = text or name
         dataclasses.dataclass(eq=False, repr=False, init=by_fields)(cls)
         cls.__doc__ = text
         fields = dataclasses.fields(cls)

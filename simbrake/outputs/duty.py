@@ -57,10 +57,8 @@ def duty_of(scene: Scene, status: str, stops: int) -> DutyKind:
         return DutyKind.TURNING
     if stops:
         return DutyKind.STOPS if stops > 1 else DutyKind.STOP
-    if status in (
-        Status.HELD,
-        Status.STOPPED,
-    ):  # (dry friction of the shaft may have stopped it)
+    # (dry friction of the shaft may have stopped it)
+    if status in (Status.HELD, Status.STOPPED):
         return DutyKind.HOLD
     if status == Status.DRIVEN:
         return DutyKind.DRIVEN

@@ -448,11 +448,9 @@ def event_log(
     for number, phase in enumerate(phases):
         before = label.band
         for name in events_of_change(label, phase.label, number == 0, phase.turned):
-            if (
-                name == "full_slip"
-                # linings that come to their limit in that very moment, in the order of the
-                # slip
-            ):
+            # linings that come to their limit in that very moment, in the order of the
+            # slip
+            if name == "full_slip":
                 ahead = phase.label.band == BandMode.SLIP
                 order = range(linings) if ahead else reversed(range(linings))
                 late = [i for i in order if not reached[i if ahead else linings + i]]
@@ -466,9 +464,8 @@ def event_log(
             phase_margins = margins[phase.first : phase.last + 1]
             # at the start: past the limit, or at 0 (a ramp from nothing) and on the way
             # up
-            soon = phase_margins[
-                min(1, len(phase_margins) - 1)
-            ]  # a run that fails where the phase begins has no more
+            # a run that fails where the phase begins has no more
+            soon = phase_margins[min(1, len(phase_margins) - 1)]
             at_once = (phase_margins[0] > 1e-12) | (
                 (np.abs(phase_margins[0]) <= 1e-12)
                 & (soon > 1e-12)
@@ -496,18 +493,16 @@ def event_log(
     if crossings:
         for place, time in zip(places, locate(crossings), strict=True):
             events[place] = events[place]._replace(time=float(time))
-    order = sorted(
-        range(len(events)), key=lambda k: events[k].time
-    )  # stable: cause before effect
+    # stable: cause before effect
+    order = sorted(range(len(events)), key=lambda k: events[k].time)
     return [events[k] for k in order]
 
 
 def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:
     """A log with the ends of phases and begins of changes of friction: at one instant
     after the stop that brings them, and before what follows."""
-    stops = {
-        event.time: i for i, event in enumerate(events) if event.name == "stop"
-    }  # the last one of an instant
+    # the last one of an instant
+    stops = {event.time: i for i, event in enumerate(events) if event.name == "stop"}
     ranked = [
         ((event.time, 0 if i <= stops.get(event.time, -1) else 2), event)
         for i, event in enumerate(events)

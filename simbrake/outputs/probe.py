@@ -72,19 +72,16 @@ class Probe(NamedTuple):
     flows: BrakeNow
     shown: MechanismOutputs
     margins: Float[Array, "m marks"]
-    greater_tension: (
-        Float[Array, "m n"] | None
-    )  # of the two sides of each lining; None without a band
-    surfaces: dict[
-        str, Array
-    ]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
+    # of the two sides of each lining; None without a band
+    greater_tension: Float[Array, "m n"] | None
+    # surface temperatures of rim, linings, band (m, nodes), where the scene has them
+    surfaces: dict[str, Array]
     # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
     holding: TwoArrays
     hook: HookNow | None
     lever_force: VectorM | None  # on the lever of the driller, where the scene has one
-    actuator_pressure: (
-        VectorM | None
-    )  # gauge pressure (Pa) of a cylinder, where the scene has one
+    # gauge pressure (Pa) of a cylinder, where the scene has one
+    actuator_pressure: VectorM | None
 
 
 def is_traced_run(record: Record) -> bool:

@@ -49,13 +49,10 @@ class Rubbing(NamedTuple):
     normal: Array
     speed: Array  # |v| ≥ 0, 0 while the lining sticks
     pressure: Array | None  # N/A, `None` without areas
-    temperature: (
-        Array | None
-    )  # that the pair's friction law sees, `None` where the scene has none
-    tension_ratio: Array | None = (
-        # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
-        None
-    )
+    # that the pair's friction law sees, `None` where the scene has none
+    temperature: Array | None
+    # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
+    tension_ratio: Array | None = None
 
     @property
     def power(self) -> Array:
@@ -838,9 +835,8 @@ def outside(ts: Array, start: Number, end: Number) -> Bool[Array, " m"]:
     """Whether times `ts` are outside a run from `start` to `end`, rounding at the two
     ends allowed for."""
     rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
-    return ~(
-        (ts >= start - rounding) & (ts <= end + rounding)
-    )  # written so that a NaN is outside
+    # written so that a NaN is outside
+    return ~((ts >= start - rounding) & (ts <= end + rounding))
 
 
 def fault_of_times(

@@ -55,9 +55,8 @@ def shortage(scan: Scan, status: str) -> list[str]:
     system: BrakeSystem = scan.record.system  # pyright: ignore
     hardest = _hardest(scan)
     rate = np.sign(columns.omega) * columns.alpha
-    moving = np.abs(columns.omega) > _ROUNDING * np.max(
-        np.abs(columns.omega)
-    )  # a pulley that stops is there at last
+    # a pulley that stops is there at last
+    moving = np.abs(columns.omega) > _ROUNDING * np.max(np.abs(columns.omega))
     candidates = hardest & _slides(scan) & moving & (rate > 0)
     if not np.any(
         rate[candidates] * float(system.inertia)

@@ -309,10 +309,8 @@ def _places(scene: Scene) -> list[list[float]]:
         half = 0.5 * float(pads.angle)
         inner = float(pads.inner_radius) / float(pads.outer_radius)
         middle = 0.5 * (inner + 0.97)
-        radii = [
-            (middle, 0.97),
-            (inner, middle),
-        ]  # the pad in front of the disc outside, that behind it inside
+        # the pad in front of the disc outside, that behind it inside
+        radii = [(middle, 0.97), (inner, middle)]
         angles = [
             0.5 * math.pi + 2 * math.pi * (i // 2) / callipers
             for i in range(pads.count)

@@ -454,9 +454,8 @@ def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
     ]
     lines = []
     for row in rows:
-        rounding = (
-            row.value and abs(row.elasticity) < _ROUNDING
-        )  # rounding errors are shown as 0
+        # rounding errors are shown as 0
+        rounding = row.value and abs(row.elasticity) < _ROUNDING
         influence = [
             Number("0" if rounding else digits(value, count), si=str(value))
             for value, count in ((row.derivative, 5), (row.elasticity, 4))
@@ -535,9 +534,8 @@ def write_run(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> lis
         )
         names, table = _series_table(result)
         with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerow(
-                names
-            )  # names of bodies may hold anything
+            # names of bodies may hold anything
+            csv.writer(file, lineterminator="\n").writerow(names)
             np.savetxt(file, table, fmt="%.12g", delimiter=",", encoding="utf-8")
         progress.now("labelled data")
         save(result, scratch / "result.nc")

@@ -560,9 +560,8 @@ class _Plan:
         faster = speed / self.acceleration
         omega = speed * self.per_metre
         time = faster + (distance - run_up) / speed
-        self.omega = (
-            omega  # (also where it cannot be: the lines after it are not to blame)
-        )
+        # (also where it cannot be: the lines after it are not to blame)
+        self.omega = omega
         if run_up > distance:
             return (
                 f"is too short to reach the speed, which takes {run_up:.4g} m",
@@ -697,9 +696,8 @@ class _Plan:
         return None
 
     def _brake(self) -> Problem:
-        from scipy.integrate import (
-            solve_ivp,
-        )  # imported where used: few scenes are programmes
+        # imported where used: few scenes are programmes
+        from scipy.integrate import solve_ivp
 
         gain = self._gain()
         omega = self.omega

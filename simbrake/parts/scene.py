@@ -1092,9 +1092,8 @@ def _unusual(
 ) -> list[str]:
     """Warning of values from `low` to `high` outside the usual range; `words` describe
     that range."""
-    slack = (
-        1e-9 * usual[1]
-    )  # the angles of equal linings add up to a wrap with rounding
+    # the angles of equal linings add up to a wrap with rounding
+    slack = 1e-9 * usual[1]
     within = usual[0] - slack <= low and high <= usual[1] + slack
     return (
         []
@@ -1146,9 +1145,8 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
         T = peak_rim - ZERO
         why = "properties of steel and linings are not known that hot"
         words = f"usual in heavy service are {{}} °C ({_DRUMEANU}); {why}"
-        messages += _unusual(
-            f"rim at {T:.0f} °C", max(T, RIM[0]), T, RIM, words
-        )  # a single stop leaves it cooler
+        # a single stop leaves it cooler
+        messages += _unusual(f"rim at {T:.0f} °C", max(T, RIM[0]), T, RIM, words)
     walls = {wall.name: wall for wall in heat.walls}
     for name, place, usual in (
         ("rim", heat.rim, RIM_CONDUCTIVITY),

@@ -156,9 +156,8 @@ def turned_scene(scene: Scene) -> Scene:
         raise InputError(faults_of_turning(brake))
 
     def reverse(part: PyTree) -> PyTree:
-        tables = (
-            TabulatedFade | TabulatedFriction | FrictionChange
-        )  # their entries are not linings
+        # their entries are not linings
+        tables = TabulatedFade | TabulatedFriction | FrictionChange
 
         def reversed_entries(x: PyTree) -> PyTree:
             if isinstance(x, FrictionChange):

@@ -699,9 +699,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             omega = feature.speed_after(now, after, omega)
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
         new = y._replace(omega=omega, own=own)
-        if (
-            self.load.added_inertia(piece_of(after, "load")) is not None
-        ):  # mass added in motion brings its energy
+        # mass added in motion brings its energy
+        if self.load.added_inertia(piece_of(after, "load")) is not None:
             added = self.inertia_at(after) - self.inertia_at(
                 before._replace(layer=after.layer)
             )

@@ -60,16 +60,15 @@ class ElasticNow(ContactNow):
 
     net_tension: Float[
         Array, ""
-        # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the
-        # tensions
+        # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of
+        # the tensions
     ]
     band_speed: ScalarArray  # ẋ (m/s)
     upper: ScalarArray  # limits of T_n by friction (N)
     lower: ScalarArray
     slip_gain: Array | None  # 1 + γ > 0: the stretch of the band follows the fade
-    uncorrected_slip: (
-        ScalarArray  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
-    )
+    # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
+    uncorrected_slip: ScalarArray
     limit: Limit  # of the linings, at the limit that counts
 
 
@@ -363,9 +362,8 @@ class AbstractElasticBand(AbstractBand):
         tension = jnp.where(
             was_slack & (motion.omega <= 0), greater(tension, low), tension
         )
-        if (
-            new.pieces["lever"] is not None
-        ):  # late in a run the time breakpoints themselves are rounded
+        # late in a run the time breakpoints themselves are rounded
+        if new.pieces["lever"] is not None:
             steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(
                 locked, 1.0, rest.limit.other

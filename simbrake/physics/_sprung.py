@@ -289,9 +289,8 @@ class SprungNow(ContactNow):
     accelerations: Vector  # ω̇_i (rad/s²)
     stretching: Float[Array, " springs"]  # ė_j (m/s)
     spring_torque: Vector  # Q_i (N·m)
-    outer_limit: (
-        Vector  # maximum |G_i| up to which it is held (N), of the tensions there are
-    )
+    # maximum |G_i| up to which it is held (N), of the tensions there are
+    outer_limit: Vector
     resting: Resting  # the linings as equations for the tensions
     locking: ScalarArray  # by how much the lining nearest to locking is away from it
     share: ScalarArray  # θ of a pulley at rest, else 0

@@ -376,19 +376,15 @@ class Thermal(Struct):
     half: VectorK | None
     bend: VectorK | None
     between: Float[Array, " interfaces"] | None
-    through: tuple[
-        Array | None, ...
-    ]  # conductance of each link from node to node (W/K) where it cannot change
-    per_kelvin: tuple[
-        Array | None, ...
-    ]  # of each surface: constant part of the heat that it rejects per kelvin
+    # conductance of each link from node to node (W/K) where it cannot change
+    through: tuple[Array | None, ...]
+    # of each surface: constant part of the heat that it rejects per kelvin
+    per_kelvin: tuple[Array | None, ...]
     shares: PowerShares | None = None  # of the friction power
-    rims: tuple[int, ...] = struct_field(
-        static=True, default=()
-    )  # linings on each, where several bands have one each
-    lifts: bool = struct_field(
-        static=True, default=False
-    )  # whether linings of a staged brake can lift off the rim
+    # linings on each, where several bands have one each
+    rims: tuple[int, ...] = struct_field(static=True, default=())
+    # whether linings of a staged brake can lift off the rim
+    lifts: bool = struct_field(static=True, default=False)
 
     @property
     def spans(self) -> Spans:

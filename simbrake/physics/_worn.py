@@ -123,11 +123,9 @@ class Memory(Feature):
             v = rub.sense * rub.slip
             power = rub.force * rub.slip
             normal = rub.normal
-            if (
-                i == 0
-                # the pair on which the lever acts may be open, and sticking linings share
-                # its load by a rule
-            ):
+            # the pair on which the lever acts may be open, and sticking linings share
+            # its load by a rule
+            if i == 0:
                 v = jnp.where(mode.band == OPEN, 0.0, v)
                 power = jnp.where(mode.band == OPEN, 0.0, power)
                 if pair.memory.p:

@@ -68,9 +68,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     sizes = _sizes(scene, still, omega_0, inertia)
     of_rim = inertia if brake.rims == 1 else inertia / brake.rims
     mechanism = _mechanism(scene, pairs, sizes, still)
-    features: list[
-        Feature
-    ] = []  # of what the scene has; each sees the changes of those before it
+    # of what the scene has; each sees the changes of those before it
+    features: list[Feature] = []
     if any(
         pair.law.temperature_range() is not None and _senses(pair, thermal)
         for pair in pairs
@@ -100,9 +99,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         features.append(Drive(scene.motor, scene.motor.course(duty.lever)))
     if elastic is not None:
         features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
-    if any(
-        change.when is not None for change in mechanism.changes
-    ):  # (the last, as it counts the stops of all others)
+    # (the last, as it counts the stops of all others)
+    if any(change.when is not None for change in mechanism.changes):
         features.append(Onsets.of(mechanism.changes))
     system = BrakeSystem(
         mechanism=mechanism,

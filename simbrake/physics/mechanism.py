@@ -525,9 +525,8 @@ class Sizes(NamedTuple):
 class ContactNow(Struct):
     """Variables that every mechanism has; each adds its own."""
 
-    slack_tension: (
-        ScalarArray  # T_0 (N), as the contact has it: 0 while the lever does not pull
-    )
+    # T_0 (N), as the contact has it: 0 while the lever does not pull
+    slack_tension: ScalarArray
     tight_tension: ScalarArray  # T_n (N)
     brake_torque: ScalarArray  # M_b (N·m)
     alpha: ScalarArray  # ω̇ (rad/s²)

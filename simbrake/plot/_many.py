@@ -607,9 +607,8 @@ def _contours(
             rasterized=True,
         )
         axes.figure.colorbar(dots, ax=axes, label=label, pad=0.01)
-        if (
-            good.sum() > 3 and abs(np.corrcoef(x[good], y[good])[0, 1]) < 1.0 - 1e-9
-        ):  # else they lie on a line
+        # else they lie on a line
+        if good.sum() > 3 and abs(np.corrcoef(x[good], y[good])[0, 1]) < 1.0 - 1e-9:
             near = Triangulation(*(w[good] / np.ptp(w[good]) for w in (x, y))).triangles
             mesh = Triangulation(x[good], y[good], near)
             lines = axes.tricontour(

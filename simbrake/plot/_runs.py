@@ -406,9 +406,8 @@ def depth(
     bar = figure.colorbar(mesh, ax=fields, label="temperature, °C", pad=0.01)
     if np.ptp(T) > 1e-9 and chosen.layers > 1:
         levels = MaxNLocator(7).tick_values(T.min(), T.max())
-        levels = levels[
-            levels > T.min() + 1e-3 * np.ptp(T)
-        ]  # none along what is still cold
+        # none along what is still cold
+        levels = levels[levels > T.min() + 1e-3 * np.ptp(T)]
         bar.add_lines(
             fields[-1].contour(
                 middle, centres, T.T, levels=levels, colors="white", linewidths=0.7

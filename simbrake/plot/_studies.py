@@ -225,9 +225,10 @@ def calibration(
             (axes[0, -1], was, before),
             (axes[1, -1], now, fitted),
         ):
+            # no bar: it did not occur
             panel.bar(
                 names, np.where(np.isfinite(values), values, 0.0), width=0.3, **look
-            )  # no bar: it did not occur
+            )
             panel.set_xlim(-0.6, len(names) - 0.4)
             panel.axhline(0.0, color=ink(), lw=0.8)
         axes[0, -1].set_ylabel(r"(model − measured)$/\sigma$ (–)")
@@ -396,9 +397,8 @@ def wear(
     top = upper.subplots(1, len(named), squeeze=False, sharey=True)[0]
     left, right = lower.subplots(1, 2)
     longest = max(life.brakings for life in named.values())
-    factor, words = (
-        (1e3, ", thousands") if longest >= 1e4 else (1.0, "")
-    )  # of numbers of brake applications
+    # of numbers of brake applications
+    factor, words = (1e3, ", thousands") if longest >= 1e4 else (1.0, "")
     colours = ScalarMappable(Normalize(0.0, longest / factor), "viridis")
     for i, (axes, (name, life)) in enumerate(zip(top, named.items(), strict=True)):
         axes.set_title(

@@ -238,9 +238,8 @@ class Window(NamedTuple):
 
     def label_time(self, axes: Axes) -> None:
         """Time in s, or in ms where a short time is enlarged."""
-        milliseconds = (
-            self.enlarged and self.end - self.start < 0.5 and self.end < 10.0
-        )  # longer numbers are in s
+        # longer numbers are in s
+        milliseconds = self.enlarged and self.end - self.start < 0.5 and self.end < 10.0
         if milliseconds:
             axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
         if self.start > 9 * (self.end - self.start):  # long numbers
@@ -311,9 +310,8 @@ def application(
     stops = np.asarray(table["time"])
     (first, last) = span(result)
     i = min(int(np.searchsorted(stops, time, side="left")), len(stops) - 1)
-    i -= (
-        i > 0 and time < stops[i] - table["motion_time"][i]
-    )  # hottest after a stop, before the next motion
+    # hottest after a stop, before the next motion
+    i -= i > 0 and time < stops[i] - table["motion_time"][i]
     braked = max(table["braking_time"][i], time - stops[i])
     end = min(stops[i] + cooling * braked, last)
     return [
@@ -335,9 +333,8 @@ def marks(
     shown = [(event, line[0]) for event, line in lines if line is not None]
     if front and len(shown) > 12:
         return []
-    faint = (
-        1.0 if len(shown) <= 40 else 0.3
-    )  # many stops: the lines must not hide the curves
+    # many stops: the lines must not hide the curves
+    faint = 1.0 if len(shown) <= 40 else 0.3
     for event, colour in shown:
         look: dict[str, Any] = {
             "color": colour,
@@ -490,9 +487,8 @@ def _dark_too(svg: str) -> str:
     """An SVG of Matplotlib with rules for dark screens: paper dark, dark greys light,
     blue and green lighter."""
     dark = {"#ffffff": _DARK_PAPER, BLUE.lower(): SKY, GREEN.lower(): _LIGHT_GREEN}
-    rules = [
-        f"svg {{ fill: {_LIGHT_INK}; }}"
-    ]  # (text that is black has no colour of its own)
+    # (text that is black has no colour of its own)
+    rules = [f"svg {{ fill: {_LIGHT_INK}; }}"]
     for kind, colour in sorted(
         set(re.findall(r"(stroke|fill): (#[0-9a-f]{6})\b", svg))
     ):

@@ -43,9 +43,8 @@ from .drawing import (
     styled,
 )
 
-Ends: TypeAlias = Float[
-    np.ndarray, "n 2"
-]  # angles (rad) at which each lining begins and ends
+# angles (rad) at which each lining begins and ends
+Ends: TypeAlias = Float[np.ndarray, "n 2"]
 PerLining: TypeAlias = Float[np.ndarray, " n"]
 
 #: colour of stick and slip; light for sticking, so that numbers stay readable
@@ -359,9 +358,8 @@ def _draw_around(
 
     `tops`: maxima of the two scales
     """
-    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(
-        loads
-    )  # of the outermost ring
+    # of the outermost ring
+    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(loads)
     for i, angle in enumerate(angles.mean(axis=1)):
         x, y = spot(middle, angle)
         axes.text(x, y, str(first + i + 1), ha="center", va="center", zorder=4)
@@ -419,11 +417,12 @@ def _rings(
         axes.plot(*spot(radius, turn).T, color="0.85", lw=0.7, zorder=0, gid="scale")
         # outside of the wrap, at its slack end, where the curve is low
         x, y = spot(radius, turn[0] + 0.05 / radius)
+        # the outermost
         words = (
             f"{value:g} kN"
             if value == (ticks[0] if scale[1] < 0 else ticks[-1])
             else f"{value:g}"
-        )  # the outermost
+        )
         place = {"ha": "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
         axes.text(x, y, words, color=GREY, rotation_mode="anchor", gid=gid, **place)
     return top

@@ -57,9 +57,8 @@ _STAGE_FIELDS = {
     "lever_work": ("J", "work of the lever in the stage"),
     "load_work": ("J", "work of the load in the stage"),
 }
-Variable = tuple[
-    tuple[str, ...], np.ndarray, dict[str, str]
-]  # dimensions, values, unit and meaning
+# dimensions, values, unit and meaning
+Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
 Variables = dict[str, Variable]
 
 
@@ -213,9 +212,8 @@ def _columns(result: Result, series: Series) -> Variables:
             ),
         )
         if (value.ndim == 2 and last != "node" and value.shape[1] != n) or wetted:
-            single = (
-                value.shape[1] == 1
-            )  # else of the rims of several bands, or of several jackets
+            # else of the rims of several bands, or of several jackets
+            single = value.shape[1] == 1
             several = "jacket" if wetted else "band"
             dims = ("time",) if single else ("time", several)
             value = value[:, 0] if single else value
@@ -476,9 +474,8 @@ def parts(node: Any, path: str = "") -> dict[str, Any]:
                 )
     elif isinstance(node, bool | int | float | str):
         structure[path] = node
-    elif isinstance(
-        node, np.ndarray | jax.Array
-    ):  # numbers of a custom law that name no unit
+    # numbers of a custom law that name no unit
+    elif isinstance(node, np.ndarray | jax.Array):
         structure[path] = np.asarray(node).tolist()
     elif node is not None:
         structure[path] = _name(node if callable(node) else type(node))

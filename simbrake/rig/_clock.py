@@ -252,9 +252,8 @@ def _of_numbers(
     text = table.units[i]
     place = f"{where} column {name}"
     missing = ~np.isfinite(x) | np.isin(x, table.nulls)
-    missing[:1] &= (
-        x[:1] != 0.0
-    )  # (a time of 0 begins a recording, also where 0 means no value)
+    # (a time of 0 begins a recording, also where 0 means no value)
+    missing[:1] &= x[:1] != 0.0
     bad = np.flatnonzero(missing)
     if bad.size:
         more = f"; {bad.size} rows have none" if bad.size > 1 else ""

@@ -93,9 +93,8 @@ class Table:
         faults.report()
         for i, (count, row, text) in rows.odd.items():
             if np.isfinite(self.values[i]).sum() < count:
-                self.remarks.append(
-                    f"{self.names[i]}: holds words, not used"
-                )  # which may be names of people
+                # which may be names of people
+                self.remarks.append(f"{self.names[i]}: holds words, not used")
             else:
                 where = f"{text[:40]!r} in {rows.word} {row}"
                 self.remarks.append(
@@ -202,10 +201,8 @@ class _Witsml(ElementTree.TreeBuilder):
             raise InputError([self._damaged(error)]) from None
         except InputError:
             raise
-        except (
-            LookupError,
-            ValueError,
-        ) as error:  # an encoding that the parser does not know
+        # an encoding that the parser does not know
+        except (LookupError, ValueError) as error:
             self._refuse(f"cannot be read: {error}", "give it in UTF-8")
         if not self.tables:
             other = root.tag not in ("logs", "log")

@@ -620,9 +620,8 @@ class _Reading:
             )
         if self.faults or seconds is None or times is None:
             raise InputError(self.faults)
-        t = np.round(
-            seconds - seconds[0], 6
-        )  # times since 1970 are known to a microsecond at best
+        # times since 1970 are known to a microsecond at best
+        t = np.round(seconds - seconds[0], 6)
         t_load = t - self.offset if self.offset else t
         channels: list[Channel] = []
         for i, name in enumerate(table.names):

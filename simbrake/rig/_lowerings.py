@@ -600,9 +600,8 @@ class _Finder:
             rate -= rate.mean()
             load = self.load.at(t[:-1] + lags[:, None])
             usual = np.maximum(np.median(load, axis=1, keepdims=True), 1.0)
-            load = np.clip(
-                load / usual, 0.9, 1.1
-            )  # what is picked up or set down is more
+            # what is picked up or set down is more
+            load = np.clip(load / usual, 0.9, 1.1)
             load -= load.mean(axis=1, keepdims=True)
             both = both - load @ rate
             loads = loads + (load**2).sum(axis=1)
@@ -628,9 +627,8 @@ class _Finder:
         elsewhere at the other edge."""
         height = self.height
         held = self.log.position.held
-        late = (
-            height.interval + self.log.interval if held else 0.0
-        )  # a height that is held may move unseen for so long
+        # a height that is held may move unseen for so long
+        late = height.interval + self.log.interval if held else 0.0
         a, b = np.array(spans, int).reshape(-1, 2).T
         (begin, end) = self.gap_times.T[:, :, None]
         (before, behind) = self.gap_heights.T[:, :, None]

@@ -396,9 +396,8 @@ def second_run(result: Result, progress: Any = False) -> Result:
         "progress": progress,
     }
     second = simulate(result.scene, max_steps=limits.max_steps, **options)
-    if (
-        limits.max_steps is not None and int(second.code) == Code.STEP_LIMIT
-    ):  # it needs more of them than the first
+    # it needs more of them than the first
+    if limits.max_steps is not None and int(second.code) == Code.STEP_LIMIT:
         second = simulate(result.scene, **options)
     return second
 
@@ -838,9 +837,8 @@ def _estimates(
 
     metrics = []
     for one in apart.metrics:
-        if one.error is not None and (
-            one.error or one.value
-        ):  # (what is 0 in both is no sum)
+        # (what is 0 in both is no sum)
+        if one.error is not None and (one.error or one.value):
             one = with_rounding(
                 one, {"s": _INSTANT * span, "J": energy}.get(one.unit, 0.0)
             )

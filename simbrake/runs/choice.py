@@ -62,9 +62,8 @@ def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array |
         ):
             links.append(None)
             continue
-        if (
-            isinstance(link, ThermalContact) and link.law is not None
-        ):  # as of a perfect contact
+        # as of a perfect contact
+        if isinstance(link, ThermalContact) and link.law is not None:
             links.append(jnp.zeros(()))
             continue
         T = [at_start[place_of(place)[0]] for place in (link.a, link.b)]

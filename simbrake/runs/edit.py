@@ -202,9 +202,8 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             }
     faults += presence_below(scene)
     if faults:
-        raise InputError(
-            [*faults, *faults_of_values(scene)]
-        )  # with those of the values that could be read
+        # with those of the values that could be read
+        raise InputError([*faults, *faults_of_values(scene)])
     return scene
 
 
@@ -395,9 +394,8 @@ def _places(structure: Any, count: int) -> dict[str, int]:
 
 
 def _with_entry(old: Any, i: int, value: Any) -> Any:
-    if isinstance(old, jax.Array) or isinstance(
-        value, jax.Array
-    ):  # traced ones among them
+    # traced ones among them
+    if isinstance(old, jax.Array) or isinstance(value, jax.Array):
         return jnp.asarray(old).at[i].set(value)
     new = np.array(old, dtype=np.float64)
     new[i] = value

@@ -108,9 +108,8 @@ class _Picked(Struct):
     record: Record
     pair: str = struct_field(static=True)
     quantity: str = struct_field(static=True, default="friction_power")
-    over: str | None = struct_field(
-        static=True, default=None
-    )  # with its weight, by which the quantity is multiplied
+    # with its weight, by which the quantity is multiplied
+    over: str | None = struct_field(static=True, default=None)
     rate: Any = None  # of wear, instead of the quantity
     place: Any = None  # within the linings, of wear
 
@@ -337,9 +336,8 @@ class Contact(enum.IntEnum):
     SLIDES_BACK = 0  # the partner runs behind
     FREE = 1  # nothing presses it
     STICKS = 2
-    AT_LIMIT = (
-        3  # still moves with its partner, its friction is used up (`k` counts these)
-    )
+    # still moves with its partner, its friction is used up (`k` counts these)
+    AT_LIMIT = 3
     SLIDES = 4
 
 

@@ -150,9 +150,8 @@ def _run(
     settings = Settings(
         rtol=jnp.asarray(rtol),
         max_events=jnp.asarray(1_000_000, jnp.int32),
-        max_step=(ts[-1] - ts[0]) / 64
-        if hidden
-        else jnp.inf,  # a user-defined profile may hide a pulse
+        # a user-defined profile may hide a pulse
+        max_step=(ts[-1] - ts[0]) / 64 if hidden else jnp.inf,
         max_steps=max_steps,
         guard_samples=0,
     )
@@ -423,10 +422,8 @@ def cyclic_steady_state(
     Raises `InputError` if the scene has no heat, or a friction law with states;
     `RuntimeError` if no state is found within `limit` runs.
     """
-    from scipy.optimize import (
-        NoConvergence,
-        newton_krylov,
-    )  # imported where it is used: half a second of start-up
+    # imported where it is used: half a second of start-up
+    from scipy.optimize import NoConvergence, newton_krylov
 
     if not scene.heated:
         raise InputError(

@@ -696,9 +696,8 @@ class PreparedResult(NamedTuple):
     """
 
     metrics: dict[str, Any]
-    code: (
-        int  # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
-    )
+    # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
+    code: int
     accepted: int
     rejected: int
     retaken: int
@@ -769,9 +768,8 @@ class Prepared:
         self._spans: list[tuple[str, int | slice]] = []
         self.program = self._compile()
         self._slope: Program | None = None
-        self._finer: Prepared | None = (
-            None  # the same scene with finer layers, once it is needed
-        )
+        # the same scene with finer layers, once it is needed
+        self._finer: Prepared | None = None
 
     def __repr__(self) -> str:
         units = {
@@ -790,9 +788,8 @@ class Prepared:
         counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
         slices = Places()
         for leaf in leaves(counted):
-            first = int(
-                np.min(leaf.value, initial=self.numbers.size)
-            )  # (a list may be empty)
+            # (a list may be empty)
+            first = int(np.min(leaf.value, initial=self.numbers.size))
             slices[leaf.path] = slice(first, first + int(np.size(leaf.value)))
         return slices
 
@@ -880,9 +877,8 @@ class Prepared:
         try:
             return self.places[path]
         except KeyError:
-            with_inputs(
-                self.scene, {str(path): 0.0}
-            )  # raises what is wrong with an unknown path
+            # raises what is wrong with an unknown path
+            with_inputs(self.scene, {str(path): 0.0})
             raise InputError(
                 [
                     Fault(

@@ -92,9 +92,8 @@ class HeldInput:
         """The input with another value from `t` on."""
         if value == self.level:
             return self
-        if t == self.said[0][0] and not (
-            self.delay or self.lag
-        ):  # it is what the run begins with
+        # it is what the run begins with
+        if t == self.said[0][0] and not (self.delay or self.lag):
             return dataclasses.replace(
                 self,
                 values=np.full_like(self.values, value),
@@ -117,16 +116,14 @@ class HeldInput:
             piece = piece - 2
         times = np.append(times, [t, t])
         values = np.append(values, [self.level, value])
-        if len(times) > len(
-            self.times
-        ):  # commands that wait in the dead time: space for as many again
+        # commands that wait in the dead time: space for as many again
+        if len(times) > len(self.times):
             more = len(self.times)
             times = np.concatenate([np.full(more - 2, times[0]), times])
             values = np.concatenate([np.full(more - 2, values[0]), values])
             piece += more - 2
-        said = (
-            self.said if len(self.said) == self.count else self.said[: self.count]
-        )  # another went on with it
+        # another went on with it
+        said = self.said if len(self.said) == self.count else self.said[: self.count]
         said.append((t, value))
         return dataclasses.replace(
             self,
@@ -140,9 +137,8 @@ class HeldInput:
     def history(self) -> PiecewiseLinear:
         """All that was commanded, as a profile of a scene."""
         times, values = np.asarray(self.said[: self.count]).T
-        return PiecewiseLinear(
-            np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1]
-        )  # jumps
+        # jumps
+        return PiecewiseLinear(np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1])
 
 
 def _held(scene: Scene, name: str) -> HeldInput | Fault:

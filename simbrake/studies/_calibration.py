@@ -596,9 +596,8 @@ def _tied(
         i = which[k]
         shift = ties.shift[k] * slope[which[k]]
         error = float(np.sqrt(max(ties.variance[k], 0.0))) * slope[i]
-        if (
-            strength[k] > _TIED and abs(shift) > error
-        ):  # else an error of the whole number would not matter
+        # else an error of the whole number would not matter
+        if strength[k] > _TIED and abs(shift) > error:
             relative = float(shift / theta[i]) if theta[i] else float(shift)
             unit = inputs[path].about.unit
             correlation = float(ties.correlation[k])

@@ -81,9 +81,8 @@ class Pool:
         """Finished tasks in the order in which they finish, until none is left."""
         while self._waiting:
             self.look()
-            finished, _ = wait(
-                self._waiting, timeout=0.5, return_when=FIRST_COMPLETED
-            )  # in between, Ctrl-C is handled
+            # in between, Ctrl-C is handled
+            finished, _ = wait(self._waiting, timeout=0.5, return_when=FIRST_COMPLETED)
             if not finished and not self._ended:
                 self._idle()
             for future in finished:

@@ -148,9 +148,8 @@ class LogDensity:
 
     def log_prior(self, x: Float[Array, " d"]) -> Float[Array, ""]:
         """Logarithm of the prior of `x`, with `log |dθ/dx|`."""
-        inside = -jax.nn.softplus(x) - jax.nn.softplus(
-            -x
-        )  # of a uniform share of the range
+        # of a uniform share of the range
+        inside = -jax.nn.softplus(x) - jax.nn.softplus(-x)
         numbers = self.box.up(jax.nn.sigmoid(x), jnp)
         values = self._split(numbers)
         slopes = self._split(jnp.log(self.box.slope(numbers, jnp)))

@@ -419,9 +419,8 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
                 raise LostWorkersError("the scheduler is gone")
             try:
                 present = client.nthreads()
-            except (
-                OSError
-            ):  # the connection broke just now: its status says so in a moment
+            # the connection broke just now: its status says so in a moment
+            except OSError:
                 return
             if present:
                 alone_since.clear()

@@ -214,9 +214,8 @@ def _layout(
         for r in recordings
     ]
     rows = [[np.zeros(0, np.int32) for _ in columns] for _ in recordings]
-    parts: list[list[tuple[int, slice]]] = [
-        [] for _ in recordings
-    ]  # column of each part, and its rows there
+    # column of each part, and its rows there
+    parts: list[list[tuple[int, slice]]] = [[] for _ in recordings]
     for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
         for part in each.data.points:
             c = columns.index((part.column, part.entry))
@@ -397,9 +396,8 @@ class FitModel:
                 continue
             try:
                 up, down = (self._with(theta, path, end) for end in ends)
-            except (
-                InputError
-            ):  # numbers that must fit to others, as times in their order
+            # numbers that must fit to others, as times in their order
+            except InputError:
                 continue
             change = (up.values - down.values) / (2 * STEP)
             if up.code == down.code == 0 and np.all(np.isfinite(change)):
@@ -570,9 +568,8 @@ class Search:
                 break
             free = free & ~pressed
             z, cost, converged, message = self._minimise(on, free)
-        if cost <= self.best[0] * (
-            1 + 1e-9
-        ):  # the bound itself, not a neighbour that is better by rounding
+        # the bound itself, not a neighbour that is better by rounding
+        if cost <= self.best[0] * (1 + 1e-9):
             self.best = (cost, z, self.look(z)[0])
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged = converged
@@ -763,15 +760,13 @@ def identify(
     v = vt.T
     vanishing = s <= noise * max(float(s[0]), 1e-300)
     freedom = m - int(p - vanishing.sum())
-    scatter = np.sqrt(
-        1 / freedom if freedom > 0 else np.inf
-    )  # without any degrees of freedom it is unknown
+    # without any degrees of freedom it is unknown
+    scatter = np.sqrt(1 / freedom if freedom > 0 else np.inf)
     safe = np.where(vanishing, 1.0, s)
     if loss == "linear":
         scale = 1.0 if absolute else scatter * float(np.linalg.norm(residual))
-        bent = scale * (
-            v / safe
-        )  # columns whose outer products add up to the covariance
+        # columns whose outer products add up to the covariance
+        bent = scale * (v / safe)
     else:
         bent = (
             scatter

@@ -354,9 +354,8 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
             f"lining {over[0] + 1} is worn already",
             "increase the permissible wear",
         )
-    check_scene(
-        with_values(scene, {"wear.worn": limit})
-    )  # a worn brake outside its valid range
+    # a worn brake outside its valid range
+    check_scene(with_values(scene, {"wear.worn": limit}))
     return with_values(scene, {"wear.worn": np.array(worn)}), limit
 
 

@@ -467,9 +467,8 @@ def _rows(
             elasticity = float(np.sum(elasticities[here]))
             note = ""
             if (side := sides.get((k, path, index))) is not None:
-                if (
-                    side.value != derivative
-                ):  # (a list as a whole: by the mean of its entries)
+                # (a list as a whole: by the mean of its entries)
+                if side.value != derivative:
                     elasticity = side.value * number / value if value else np.nan
                 derivative, note = side
             error = abs(float(np.sum(finer[path][here] - slopes[here])))

@@ -165,10 +165,8 @@ class _Search:
         if entries.size <= 1:
             return entries.tolist()
         doubt = self._doubtful(entries)
-        if (
-            doubt is None
-            # those that cannot be changed together with others are looked at by themselves
-        ):
+        # those that cannot be changed together with others are looked at by themselves
+        if doubt is None:
             aside = [
                 i
                 for i in entries

@@ -203,9 +203,8 @@ def _distribution(
     else:
         try:
             middle = np.asarray(_quantile_of(distribution)(0.5), np.float64)
-        except (
-            Exception
-        ) as error:  # a distribution that is not frozen asks for its parameters here
+        # a distribution that is not frozen asks for its parameters here
+        except Exception as error:
             what = f"has no median: {type(error).__name__}: {error}"
             hint = how
         else:

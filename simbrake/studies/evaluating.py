@@ -574,11 +574,9 @@ class PointEvaluator:
         for direction in np.eye(self._size if self._asked.reverse else x.size):
             slope, values, code, more = program(x, direction, *rest)
             slopes.append(np.asarray(slope))
-            if (
-                int(code) != 0
-                # a run that ended early has no derivatives: never a number that looks like
-                # one
-            ):
+            # a run that ended early has no derivatives: never a number that looks like
+            # one
+            if int(code) != 0:
                 return Evaluation(
                     np.asarray(values),
                     np.full((self._size, x.size), np.nan),

@@ -100,11 +100,8 @@ def test_estimate_matches_the_true_error(rtol):
     ):
         assert holds(abs(result[name] - exact), found[name], exact)
     lines = str(found).splitlines()
-    rows = [
-        "Stopping time  ",
-        "Time of lining limit (20)  ",
-        "Speed at any time  ",
-    ]  # of one table
+    # of one table
+    rows = ["Stopping time  ", "Time of lining limit (20)  ", "Speed at any time  "]
     assert [sum(line.startswith(row) for line in lines) for row in rows] == [1, 1, 1]
     stop = next(one for one in found.events if one.name == "stop")
     assert (stop.value, stop.error) == (result["stopping_time"], found["stopping_time"])

@@ -133,10 +133,8 @@ def test_two_events_close_together(gap):
     [
         (Curve(slope=-1.0, roots=(0.0,)), []),  # 0 at the start, rising
         (Curve(slope=1.0, roots=(0.0,)), [0.0]),  # 0 at the start, falling
-        (
-            Curve(slope=-1.0, roots=(0.0, 0.5)),
-            [0.5],
-        ),  # 0 at the start, rises and returns
+        # 0 at the start, rises and returns
+        (Curve(slope=-1.0, roots=(0.0, 0.5)), [0.5]),
         (Curve(slope=1.0, roots=(0.0, 0.0, 0.5)), [0.5]),  # the same with zero slope
         (Curve(0.0), []),  # 0 for ever
         (Curve(1e-16), []),

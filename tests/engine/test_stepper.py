@@ -303,9 +303,8 @@ def test_a_step_that_fails_changes_nothing():
         stepper["lining_temperature"], 293.15 + 106.0, rtol=1e-10
     )
     said = np.asarray(stepper.history().duty.slack_tension.values)
-    np.testing.assert_array_equal(
-        said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3]
-    )  # not what failed
+    # not what failed
+    np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])
 
 
 def test_inputs_by_name_and_array_numbers():
@@ -324,9 +323,8 @@ def test_inputs_by_name_and_array_numbers():
         False,
     )
     other = sb.Stepper(rigid(), "lever", state=stepper.state())
-    stepper.advance(
-        5.0, lever=20e3
-    )  # two that go on from one state do not share their commands
+    # two that go on from one state do not share their commands
+    stepper.advance(5.0, lever=20e3)
     other.advance(0.1, lever=4e3)
     assert stepper.holding
     assert stepper.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 20e3]

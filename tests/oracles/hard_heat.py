@@ -121,9 +121,8 @@ def scipy_thin_surface() -> str:
 #: cold
 STEEP_FADE = 3e-3
 PI = tension_ratio(0.35)
-SLOPE = (
-    T0 * PI * N * 2 * Z / (1 - (0.35 * Z) ** 2) * 0.35
-)  # |dT_n/dT_s| over the slope of the fade (N)
+# |dT_n/dT_s| over the slope of the fade (N)
+SLOPE = T0 * PI * N * 2 * Z / (1 - (0.35 * Z) ** 2) * 0.35
 FULL_SLIP = math.asin(math.sqrt(C / J) * T0 * (PI - 1) / (C * W0)) / (
     R * math.sqrt(C / J)
 )
@@ -348,9 +347,8 @@ def no_solution() -> list[Value | Named]:
     """Warm already at the start: the branch without flash does not exist there; and
     friction beyond locking."""
     hot = started(345.0)
-    locking = eqx.tree_at(
-        lambda law: law.base.coefficient, STEEP, np.asarray(3.9)
-    )  # f z rises from 0.46 beyond 1
+    # f z rises from 0.46 beyond 1
+    locking = eqx.tree_at(lambda law: law.base.coefficient, STEEP, np.asarray(3.9))
     locked = started(330.0, law=locking)
     return [
         Named("no branch from ΔT = 0", hot.status, "flash_fold"),

@@ -151,9 +151,8 @@ def many_linings() -> list[Value | Named]:
     n = 512
     wrap = math.radians(270.0)
     result = run(scene(0.3, wrap / n, C, n=n))
-    excess = (
-        0.3 * (1 + 0.3**2) * wrap**3 / (12 * n**2)
-    )  # over Euler's rope, first term of its expansion
+    # over Euler's rope, first term of its expansion
+    excess = 0.3 * (1 + 0.3**2) * wrap**3 / (12 * n**2)
     Pi = ratio_of(0.3, wrap / n, n)
     chi = R * math.sqrt(C / J)
     truth = stop_times(Pi)

@@ -210,9 +210,8 @@ def test_stop_under_a_cylinder():
 
     value, forwards, backwards = jacobians(found)(jnp.asarray(x))
     stop = stop_time(force(x))
-    pressure = PRESSURE * -math.expm1(
-        -(5.0 - DEAD) / LAG
-    )  # it rises up to the end of the run
+    # it rises up to the end of the run
+    pressure = PRESSURE * -math.expm1(-(5.0 - DEAD) / LAG)
     np.testing.assert_allclose(value, [stop, pressure], rtol=1e-9)
     F, lag, dead = force(x)
     c = J * W0 / (gain(FRICTION) * F) + lag
@@ -279,9 +278,8 @@ def test_cylinder_behind_a_lever_and_in_phases():
     assert float(on_lever.metrics["max_lever_force"]) == pytest.approx(
         4e5 * AREA, rel=1e-12
     )
-    rise = sb.profiles.ExponentialRise(
-        4e5, LAG
-    )  # (a custom course, without a lag of the actuator)
+    # (a custom course, without a lag of the actuator)
+    rise = sb.profiles.ExponentialRise(4e5, LAG)
     phases = [
         sb.loads.Phase(0.0, "0.4 s"),
         sb.loads.Phase(

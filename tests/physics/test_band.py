@@ -117,9 +117,8 @@ def test_equal_increment_layout(f, k):
     np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
     assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
     z = np.tan(layout.angle / 2)
-    assert (1 / z[k - 1] + f) / (1 / z[0] - f) == pytest.approx(
-        layout.ratio, rel=1e-11
-    )  # telescoped, equal f
+    # telescoped, equal f
+    assert (1 / z[k - 1] + f) / (1 / z[0] - f) == pytest.approx(layout.ratio, rel=1e-11)
 
 
 def test_equal_increments_unequal_friction():

@@ -191,9 +191,10 @@ def test_held_brake_is_still_up_to_its_limit(T_0, first):
 def test_torque_at_the_end_of_a_run(T_0):
     result = run(scene(lever=((0.0,), (T_0,)), spring=1e-6, end=0.01))
     assert float(result.record.y_end.omega) > 0
+    # springs add 3e-8
     assert float(result.end_capacity.torque) == pytest.approx(
         _limit(T_0, "weaker"), rel=1e-6
-    )  # springs add 3e-8
+    )
 
 
 @pytest.mark.slow

@@ -593,9 +593,8 @@ def test_estimates_and_synthesis_of_several_bands(stopped):
             assert table[name].value == pytest.approx(table[name].simulated, rel=1e-9)
     inputs = {entry.name: entry.value for entry in table.inputs}
     assert inputs["lining_area"] == pytest.approx(4 * 0.03 + 0.13, rel=1e-14)
-    assert inputs["track_area"] == pytest.approx(
-        2 * 2 * math.pi * R * 0.22, rel=1e-14
-    )  # a rim for each
+    # a rim for each
+    assert inputs["track_area"] == pytest.approx(2 * 2 * math.pi * R * 0.22, rel=1e-14)
     assert table["tight tension, maximum"].value == pytest.approx(Pi * T0, rel=1e-13)
 
 

@@ -89,9 +89,8 @@ def test_a_whole_stop_of_26_linings():
     past = np.where(
         linings == 0, np.abs(np.asarray(q.force)[:k]) - np.asarray(limit)[:k], -1.0
     )
-    final = (
-        np.asarray(record.rows.kind)[:k] != INSTANT
-    )  # a mode that is not left again at the same instant
+    # a mode that is not left again at the same instant
+    final = np.asarray(record.rows.kind)[:k] != INSTANT
     assert np.max(past[final]) < 1e-9 * scale
     slides = linings * np.asarray(q.lining_slip)[:k]
     assert np.min(slides) > -1e-9
@@ -162,10 +161,8 @@ def test_sudden_load_moves_a_chain_its_way(sense):
 
 
 def test_segments_go_slack_and_taut_again():
-    lever = (
-        (0.0, 0.5, 0.5, 1.0, 1.0),
-        (1.0, 1.0, 0.0, 0.0, 1.0),
-    )  # let go, and thrown in again
+    # let go, and thrown in again
+    lever = (0.0, 0.5, 0.5, 1.0, 1.0), (1.0, 1.0, 0.0, 0.0, 1.0)
     record = run(chain(lever=lever, m=2e-2, K=100.0, end=3.0), 1e-11)
     assert int(record.code) == 0
     found = changes(record)
@@ -189,9 +186,8 @@ def test_linings_that_let_go_at_one_instant():
     m = 0.5
     J = 4.0
     rate = 2.0
-    f = np.asarray(
-        [0.3, 0.3, 0.3, 0.3, 0.9]
-    )  # the anchor's lining holds: its spring pulls as well
+    # the anchor's lining holds: its spring pulls as well
+    f = np.asarray([0.3, 0.3, 0.3, 0.3, 0.9])
     load = (0.0, 10.0), (0.0, 10.0 * rate)
     record = run(
         chain(
@@ -239,11 +235,8 @@ def test_linings_that_let_go_at_one_instant():
         256,
     )
     found = changes(record)
-    assert [t for t, _, _ in found[:3]] == [
-        0.1,
-        0.1,
-        0.1,
-    ]  # both corners of the jump, then the linings
+    # both corners of the jump, then the linings
+    assert [t for t, _, _ in found[:3]] == [0.1, 0.1, 0.1]
     np.testing.assert_array_equal(found[2][1].own.linings, 0)
     np.testing.assert_array_equal(found[2][2].own.linings, 1)
     assert found[2][2].band == sb.results.BandMode.SLIP

@@ -49,19 +49,18 @@ def test_stop_is_that_of_euler_and_eytelwein(n):
     pair = result.series([0.1]).pairs["external"]
     tension = T0 * np.exp(F * WRAP * np.arange(n + 1) / n)
     np.testing.assert_allclose(result.series([0.1]).tension[0], tension[1:], rtol=1e-13)
-    np.testing.assert_allclose(
-        pair.normal_load[0], np.diff(tension) / F, rtol=1e-12
-    )  # ∫ T dθ
+    # ∫ T dθ
+    np.testing.assert_allclose(pair.normal_load[0], np.diff(tension) / F, rtol=1e-12)
     np.testing.assert_allclose(pair.friction_force[0], np.diff(tension), rtol=1e-12)
+    # p = T/(R b)
     np.testing.assert_allclose(
         pair.tight_edge_pressure[0], tension[1:] / (R * WIDTH), rtol=1e-12
-    )  # p = T/(R b)
+    )
     np.testing.assert_allclose(
         pair.slack_edge_pressure[0], tension[:-1] / (R * WIDTH), rtol=1e-12
     )
-    held = result.series([7.9]).pairs[
-        "external"
-    ]  # at rest without a load, under the same tension everywhere
+    # at rest without a load, under the same tension everywhere
+    held = result.series([7.9]).pairs["external"]
     np.testing.assert_allclose(held.normal_load[0], T0 * WRAP / n, rtol=1e-13)
     backwards = sb.simulate(scene(lining(n), omega=-W0, end=20.0))
     assert float(backwards.stopping_time) == pytest.approx(

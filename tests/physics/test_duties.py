@@ -127,9 +127,8 @@ def test_interface_shares_heat_by_effusivity():
     assert stored["rim"] / sum(stored.values()) == pytest.approx(
         0.907538740903391, abs=2e-3
     )
-    assert (
-        float(result.energy["heat_closure"]) < 1e-10
-    )  # perfect contact of layers of 5 µm: large conductances cancel
+    # perfect contact of layers of 5 µm: large conductances cancel
+    assert float(result.energy["heat_closure"]) < 1e-10
 
 
 def test_radiation_governs_when_hot():

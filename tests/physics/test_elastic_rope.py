@@ -22,9 +22,8 @@ RHO = 0.4 / 8
 K = 4e6
 W = M * G
 Z = math.tan(math.radians(13.5) / 2)
-GAIN = 0.725 * (
-    ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1
-)  # N·m of brake torque per N of slack tension
+# N·m of brake torque per N of slack tension
+GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
 
 
 def scene(
@@ -83,9 +82,8 @@ def test_hook_swings_over_a_drum_at_rest():
         assert not np.any(s.omega)
         assert not np.any(s.phi)
         most = float(result.max_hook_load.value)
-        assert most == pytest.approx(
-            1.6 * W, rel=1e-9
-        )  # at once, or after whole swings
+        # at once, or after whole swings
+        assert most == pytest.approx(1.6 * W, rel=1e-9)
         assert result.metrics["max_hook_load_over_weight"] == pytest.approx(
             1.6, rel=1e-9
         )

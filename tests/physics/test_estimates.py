@@ -67,10 +67,8 @@ def test_estimates_match_a_stop_they_assume(run):
     for name in ("brake torque", "stopping time", "stopping angle", "friction work"):
         assert table[name].value == pytest.approx(table[name].simulated, rel=1e-9)
     for name, share in (
-        (
-            "surface temperature, falling flux",
-            0.004,
-        ),  # of the rise: layers, and cooling of the open track
+        # of the rise: layers, and cooling of the open track
+        ("surface temperature, falling flux", 0.004),
         ("surface temperature, falling flux, slab", 0.004),
         ("surface temperature, Schmidt", 0.004),
         ("bulk temperature, end", 0.004),

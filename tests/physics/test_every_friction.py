@@ -33,10 +33,8 @@ R_B = 0.64
 J = 900.0
 AREA = 0.03
 HOT = 393.15
-ANGLES = (
-    np.radians([70.0, 50.0, 60.0]),
-    np.radians([45.0, 80.0]),
-)  # of the second band, where there is one
+# of the second band, where there is one
+ANGLES = np.radians([70.0, 50.0, 60.0]), np.radians([45.0, 80.0])
 #: coefficients of linings on the rim or on the band, and of a bandage on the rim; a
 #: factor of them
 F = 0.4

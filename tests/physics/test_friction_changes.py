@@ -154,9 +154,8 @@ def test_staged_brake_with_changes_of_pairs():
     omega = 20.0 + 0.4 * (load - parts(0.0)[0]) / (J_ + J_b)
     omega += 0.5 * (load - parts(0.5)[0]) / (J_ + J_b)
     M_ext, M_int = parts(1.0)
-    assert (
-        parts(0.5)[1] > abs(load - J_ * (load - M_ext) / (J_ + J_b)) > M_int
-    )  # it grips, and does not then
+    # it grips, and does not then
+    assert parts(0.5)[1] > abs(load - J_ * (load - M_ext) / (J_ + J_b)) > M_int
     assert float(result.internal_slip_time) == 0.9
     end = result.series([1.5])
     assert float(end.omega[0]) == pytest.approx(

@@ -195,9 +195,8 @@ def test_processes_in_a_file_and_errors(tmp_path):
         )
     for words in ("processes[0]", "has no pace", "base", "states of its own"):
         assert words in str(caught.value)
-    with pytest.raises(
-        sb.InputError, match="temperature"
-    ):  # a law that needs heat in a scene without
+    # a law that needs heat in a scene without
+    with pytest.raises(sb.InputError, match="temperature"):
         sb.simulate(
             band(FrictionWithMemory(F, (MemoryProcess(0.0, rate=1.0, activation=4e4),)))
         )

@@ -122,9 +122,8 @@ def test_scenario_gradients_by_differences(scenarios):
             "brake.linings.friction.static_ratio",
             "duty.load.drag",
         ):
-            difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (
-                2 * h
-            )  # at the edge of its range
+            # at the edge of its range
+            difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (2 * h)
         else:
             far = (shifted(2 * h) - shifted(-2 * h)) / 4
             near = (shifted(h) - shifted(-h)) / 2

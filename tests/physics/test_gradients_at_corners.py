@@ -149,9 +149,8 @@ def test_time_scales_with_forces_of_a_chain():
     t, slope = derivative_by_scale(
         scene, powers, lambda s: first_and_stop(s, rtol=1e-11)[1]
     )
-    assert float(t) == pytest.approx(
-        6.52416, rel=1e-5
-    )  # at rest, after each lining has slid
+    # at rest, after each lining has slid
+    assert float(t) == pytest.approx(6.52416, rel=1e-5)
     assert float(slope) == pytest.approx(-float(t), rel=1e-8)
 
 
@@ -195,9 +194,8 @@ def test_two_tied_breakpoints_at_rest(C):
     load = sb.TorqueLoad(
         sb.PiecewiseLinear(times, np.array([10e3, 20e3, 20e3, 10e3, 10e3, 20e3]))
     )
-    assert (
-        ratio_and_slope(0.35)[0] * 4e3 * R < 20e3
-    )  # neither change by itself would leave it at rest
+    # neither change by itself would leave it at rest
+    assert ratio_and_slope(0.35)[0] * 4e3 * R < 20e3
     result = sb.simulate(stop_scene(C=C, w0=0.0, lever=lever, load=load, end=3.1))
     assert [(e.name, e.time) for e in result.events] == [("release", 3.0)]
     assert float(result.record.y_end.omega) == pytest.approx(20e3 * 0.1 / J, rel=1e-12)

@@ -501,9 +501,8 @@ def test_thirty_stands_in_and_out_have_their_masses():
     assert float(result.energy["closure"]) < 1e-9
     assert len(result.events["phase_end"]) == 2 * count * 6
     assert result.events["phase_end"][-1].phase.cycle == 2 * count
-    load = result.series(
-        ends(result) - 0.5
-    ).load_torque  # in the last second of every phase
+    # in the last second of every phase
+    load = result.series(ends(result) - 0.5).load_torque
     begun = np.asarray(load).reshape(2, count, 6)
     np.testing.assert_allclose(
         begun[0, :, 3], (empty + strings) * g * TRAVEL, rtol=1e-12
@@ -563,9 +562,8 @@ def test_position_is_corrected_as_a_damped_oscillator():
     scene = sb.Scene(BRAKE, sb.Duty(driller, LOAD), sb.Initial(1.05 * speed), 5.0)
     t = np.linspace(0.0, 5.0, 6)
     away = np.asarray(sb.simulate(scene).series(t).phi) - speed * t
-    np.testing.assert_allclose(
-        away, 0.05 * speed * t * np.exp(-t), atol=1e-9
-    )  # g²/4 = h: aperiodic
+    # g²/4 = h: aperiodic
+    np.testing.assert_allclose(away, 0.05 * speed * t * np.exp(-t), atol=1e-9)
 
 
 @pytest.mark.slow
@@ -604,9 +602,8 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     )
     (event,) = sb.simulate(limited).events["hook_overspeed"]
     # the load runs free until the lever follows it: 1 m/s at first, 1.2 m/s later
-    assert event.time == pytest.approx(
-        np.log(2.0) / 2.0, rel=1e-9
-    )  # the deviation halves at the gain of 2/s
+    # the deviation halves at the gain of 2/s
+    assert event.time == pytest.approx(np.log(2.0) / 2.0, rel=1e-9)
 
 
 @pytest.mark.parametrize(

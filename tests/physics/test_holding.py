@@ -264,9 +264,8 @@ def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
     most = T_0 * np.prod(mu)
     outer = staged.R_B * (most - T_0)
     inner = grip(most)
-    if (
-        inner < outer
-    ):  # the band holds what slides in the bandage with less than its limit
+    # the band holds what slides in the bandage with less than its limit
+    if inner < outer:
         inner = grip(
             brentq(
                 lambda T_n: staged.R_B * (T_n - T_0) - grip(T_n), T_0, most, xtol=1e-10

@@ -103,9 +103,10 @@ def test_what_goes_with_a_turned_band():
     np.testing.assert_allclose(
         turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3]
     )
+    # a table
     np.testing.assert_allclose(
         turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7]
-    )  # a table
+    )
     np.testing.assert_allclose(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
     again = sb.studies.turned_scene(turned)
     assert sb.files.scene_text(again) == sb.files.scene_text(scene)
@@ -256,10 +257,11 @@ def test_large_steps_match_single_brakings():
     scene = dragged(0.03)
     one_by_one = sb.lining_life(scene, step=1)
     life = sb.lining_life(scene)
+    # feedback matters
     assert (
         one_by_one.history.per_braking[-1, 3]
         > 1.1 * one_by_one.history.per_braking[0, 3]
-    )  # feedback matters
+    )
     assert life.runs < one_by_one.runs / 2
     assert life.brakings == pytest.approx(one_by_one.brakings, rel=2e-4)
     sharp = sb.lining_life(scene, tolerance=1e-4)
@@ -387,9 +389,8 @@ def test_turning_the_band_in_a_programme():
 
     plain = scene("repeat 3 times")
     turned = scene("turn the band after 1 cycle", "repeat 3 times")
-    np.testing.assert_array_equal(
-        turned.wear.turned_after, [3]
-    )  # phases that have ended: three in a cycle
+    # phases that have ended: three in a cycle
+    np.testing.assert_array_equal(turned.wear.turned_after, [3])
     every = scene("turn the band", "repeat 3 times")
     np.testing.assert_array_equal(every.wear.turned_after, [3, 6, 9])
     # all cycles are alike: after one of three it is the other end's turn

@@ -17,12 +17,13 @@ import simbrake as sb
 
 
 def test_numbers_of_the_library():
+    # V, table 1
     printed = {
         "steel_20L": 47.8,
         "magnesium_alloy": 79.1,
         "brass": 109.0,
         "aluminium_alloy": 163.0,
-    }  # V, table 1
+    }
     assert {
         name: sb.formulas.rim_material(name).numbers["conductivity"] for name in printed
     } == printed
@@ -163,9 +164,8 @@ def test_a_stop_by_hand(name):
     truth["stress_ratio"] = -truth["stress"] / m.elastic.permissible
     radius = float(scene.brake.pulley.radius)
     truth["inertia"] = truth["mass"] * (radius**2 + (radius - 0.05) ** 2) / 2
-    image = math.exp(-(0.05**2) / (a * tau)) + erfc(
-        0.05 / math.sqrt(a * tau)
-    )  # what the back gives to the face
+    # what the back gives to the face
+    image = math.exp(-(0.05**2) / (a * tau)) + erfc(0.05 / math.sqrt(a * tau))
     for key, value in truth.items():
         scale = value - (
             ROOM if key in ("bulk", "bulk_end", "surface", "maximum") else 0.0

@@ -42,9 +42,8 @@ def test_simulated_numbers_are_of_the_scene(simulated):
         float(series.friction_heat[-1]), rel=1e-9
     )
     assert row["share"].simulated == pytest.approx(0.95, rel=1e-9)
-    assert (
-        row["wear"].simulated is None
-    )  # the scene has no lining whose temperature were known
+    # the scene has no lining whose temperature were known
+    assert row["wear"].simulated is None
     assert row["mass"].simulated is None
 
 

@@ -128,9 +128,8 @@ def test_friction_that_falls_with_the_way():
 
     s = brentq(left, 0.0, 100.0, xtol=1e-14, rtol=1e-14)
     assert float(result.stopping_angle) == pytest.approx(s / ARM, rel=1e-10)
-    np.testing.assert_allclose(
-        final(result), towards(end, s / length), rtol=1e-10
-    )  # and at rest nothing changes
+    # and at rest nothing changes
+    np.testing.assert_allclose(final(result), towards(end, s / length), rtol=1e-10)
 
 
 def test_friction_that_runs_in_with_the_work():
@@ -161,6 +160,7 @@ def test_held_brake_slips_as_friction_decays(stiffness):
     else:
         root = (1 + load / (R_B * T_0)) ** 0.25
         needed = (root - 1) / (root + 1) / Z
+        # d ln f*/d ln M
         slope = (
             load
             / (R_B * T_0)
@@ -169,7 +169,7 @@ def test_held_brake_slips_as_friction_decays(stiffness):
             * 2
             * root
             / (root**2 - 1)
-        )  # d ln f*/d ln M
+        )
 
     def run(x):
         law = Timed(F, 0.0, x[0])
@@ -372,9 +372,8 @@ def test_fast_state_gets_a_stiff_method():
     )
     assert slow.method_name == "Dopri8"
     assert fast.method_name == "Rodas5P"
-    drop = (
-        1e-3 * (1 - 0.5) / 0.5
-    )  # (s) what the first millisecond brakes more than all others
+    # (s) what the first millisecond brakes more than all others
+    drop = 1e-3 * (1 - 0.5) / 0.5
     assert float(fast.stopping_time) == pytest.approx(
         OMEGA * J / (0.5 * TORQUE) - drop, rel=1e-7
     )

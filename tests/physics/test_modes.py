@@ -96,9 +96,8 @@ def test_release_at_rest_and_braking_again():
         for name in ("restart", "release")
     }
     assert times["release"] == [pytest.approx(3.0, abs=1e-12)]
-    assert times["restart"][0] == pytest.approx(
-        2.5, rel=1e-9
-    )  # where the capacity has fallen to half
+    # where the capacity has fallen to half
+    assert times["restart"][0] == pytest.approx(2.5, rel=1e-9)
     assert float(result.energy["closure"]) <= 1e-9
     assert result.status == "stopped"
 

@@ -156,9 +156,8 @@ def test_constant_flux_has_second_order():
         errors.append([np.abs(rise - exact).max(), abs(surface - 119.416426428837)])
     orders = np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
     assert np.all((orders > 1.9) & (orders < 2.1)), orders
-    assert np.all(
-        errors[-1] < np.array([0.025, 0.1])
-    )  # of 12.6 K at a depth of 10 mm, of 119 K at the face
+    # of 12.6 K at a depth of 10 mm, of 119 K at the face
+    assert np.all(errors[-1] < np.array([0.025, 0.1]))
 
 
 def test_graded_wall_is_two_half_spaces():

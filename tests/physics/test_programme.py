@@ -324,9 +324,8 @@ def test_a_programme_with_layers_of_rope():
     )
     result = sb.simulate(sb.programme_scene(BRAKE, lines, hook, pull=40e3, empty=5e3))
     radius = 0.4 + np.array([0.0, 1.0, 2.0]) * math.sqrt(3) / 2 * 0.03
-    full = (
-        2 * math.pi * radius * np.array([20.0, 20.0, 10.0])
-    )  # m of rope in each layer
+    # m of rope in each layer
+    full = 2 * math.pi * radius * np.array([20.0, 20.0, 10.0])
     down = next(event.time for event in result.events if event.name == "phase_end")
     rope_out = 12.0 * 8
     assert full[1] + full[2] < rope_out < full.sum()

@@ -402,9 +402,8 @@ def test_estimates_and_synthesis_of_a_run(stopped):
     inputs = {entry.name: entry.value for entry in table.inputs}
     assert inputs["track_area"] == pytest.approx(2 * 2 * math.pi * R * WIDTH, rel=1e-14)
     assert inputs["lining_area"] == pytest.approx(2 * N * AREA, rel=1e-14)
-    pressure = table[
-        "pressure, mean"
-    ]  # (the formula leaves out the angle at which the band leaves a lining)
+    # (the formula leaves out the angle at which the band leaves a lining)
+    pressure = table["pressure, mean"]
     assert pressure.value * math.cos(BETA / 2) == pytest.approx(
         pressure.simulated, rel=1e-6
     )

@@ -192,9 +192,8 @@ def test_lever_to_pull_harder_is_no_runaway():
         return sb.simulate(stop_scene(lever=lever, load=3e4, C=None, end=end)).status
 
     times = [0.0, 0.2, 1.0, 2.0]
-    assert (
-        status(sb.PiecewiseLinear(times, [1e3, T0, T0, T0])) == "runaway"
-    )  # no change is to come
+    # no change is to come
+    assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, T0])) == "runaway"
     assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, 2 * T0])) == "not_stopped"
     assert (
         status(sb.PiecewiseLinear([0.0, 0.4, 1.0, 2.0], [1e3, T0, T0, T0]))

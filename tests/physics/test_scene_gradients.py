@@ -96,9 +96,8 @@ def test_events_and_states_of_a_scene(name):
         (t, y), (dt, dy), (kind, count, code) = jax.tree.map(
             np.asarray, run(scene, direction, np.float64(share))
         )
-        assert (
-            code == Code.COMPLETED or name in END
-        )  # (a duty in phases that is cut does not end)
+        # (a duty in phases that is cut does not end)
+        assert code == Code.COMPLETED or name in END
         landed = np.flatnonzero(kind[:count] == LANDED)
         wanted = np.unique(
             np.linspace(0, len(landed) - 1, min(len(landed), EVENTS)).astype(int)
@@ -157,9 +156,8 @@ def test_reverse_and_forward_derivatives(name):
     ((t, y), (dt, dy), (kind, count)) = jax.tree.map(
         np.asarray, forward(numbers, direction)
     )
-    at = np.append(
-        np.flatnonzero(kind[:count] == LANDED) + 1, count
-    )  # starts of rows after events, and the end
+    # starts of rows after events, and the end
+    at = np.append(np.flatnonzero(kind[:count] == LANDED) + 1, count)
     rng = np.random.default_rng(7)
     spans = np.maximum(np.max(np.abs(dy[at]), axis=0), 1e-300)
     weights = np.zeros_like(t), np.zeros_like(y)

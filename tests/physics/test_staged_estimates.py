@@ -186,9 +186,8 @@ def test_pairs_have_their_shares_and_faces():
     assert half[name].value - 293.15 == pytest.approx((table[name].value - 293.15) / 2)
     told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
     assert len(told["estimates"]) == len(table.rows)
-    assert len({row.name for row in table}) == len(
-        table.rows
-    )  # each can be asked for by its name
+    # each can be asked for by its name
+    assert len({row.name for row in table}) == len(table.rows)
 
 
 @pytest.mark.parametrize(
@@ -234,10 +233,8 @@ def test_temperatures_of_both_pairs_in_a_run():
     )
     for name, share in (
         ("bulk temperature, end, internal pair", 0.002),
-        (
-            "bulk temperature, end, external pair",
-            0.05,
-        ),  # the linings' outer faces warm the band as well
+        # the linings' outer faces warm the band as well
+        ("bulk temperature, end, external pair", 0.05),
         ("surface temperature, Schmidt, internal pair", 0.002),
     ):
         row = table[name]

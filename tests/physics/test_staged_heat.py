@@ -113,9 +113,8 @@ def test_outer_lining_face_has_its_own_place():
     result = sb.simulate(staged.stop(heat=heat))
     onset = float(result.internal_slip_time)
     early = result.series([0.5 * onset, onset])
-    assert np.all(
-        np.asarray(early.lining_temperature) < sb.thermal.ROOM + 1e-3
-    )  # nothing slides inside yet
+    # nothing slides inside yet
+    assert np.all(np.asarray(early.lining_temperature) < sb.thermal.ROOM + 1e-3)
     assert np.max(early.lining_outer_temperature[0]) > sb.thermal.ROOM + 1.0
     outer = result.peak_lining_outer_temperature
     inner = result.peak_lining_temperature

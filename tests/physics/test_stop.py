@@ -308,9 +308,8 @@ def test_stribeck_and_tables_match_scipy(table):
     )
     expected = out.t_events[0][0]
     got = float(sb.simulate(scene, rtol=1e-11 if not table else 1e-8).stopping_time)
-    assert got == pytest.approx(
-        expected, rel=2e-5 if table else 1e-10
-    )  # the table's own interpolation error
+    # the table's own interpolation error
+    assert got == pytest.approx(expected, rel=2e-5 if table else 1e-10)
 
 
 @pytest.mark.slow

@@ -16,9 +16,8 @@ E = float(STEEL.effusivity)
 
 def test_depth_has_fourier_number_one_third():
     depth = sb.formulas.penetration_depth(A, 2.0)
-    assert sb.formulas.fourier_number(A, 2.0, depth) == pytest.approx(
-        1 / 3, rel=3e-3
-    )  # 1.73² = 2.9929
+    # 1.73² = 2.9929
+    assert sb.formulas.fourier_number(A, 2.0, depth) == pytest.approx(1 / 3, rel=3e-3)
     assert sb.formulas.effective_fourier_number(A, 2.0, 1.01 * depth) == 1 / 3
     assert sb.formulas.effective_fourier_number(A, 2.0, 0.5 * depth) == pytest.approx(
         4 / 1.73**2
@@ -103,9 +102,8 @@ def falling_face(q, tau, thickness, times):
     t = np.asarray(times)[:, None]
     grown = (1 + 1 / (rate * tau)) * -np.expm1(-rate * t) / rate - t / (rate * tau)
     first = source * (t[:, 0] - t[:, 0] ** 2 / (2 * tau) + (weight * grown).sum(axis=1))
-    return first + q * (1 - t[:, 0] / tau) * dx / (
-        2 * conductivity
-    )  # from the centre to the face
+    # from the centre to the face
+    return first + q * (1 - t[:, 0] / tau) * dx / (2 * conductivity)
 
 
 def test_slab_surface_matches_finite_volumes():
@@ -155,9 +153,8 @@ def test_s_24_with_the_term_for_a_zero_start():
         found = sb.formulas.reconstructed_surface_rise(
             q, s * tau, tau, thickness, STEEL
         )
-        assert found == pytest.approx(
-            truth, abs=3e-6 * unit
-        )  # the tail of the sum at s = 0
+        # the tail of the sum at s = 0
+        assert found == pytest.approx(truth, abs=3e-6 * unit)
     ends = [rise(q, 10 * tau, 10 * tau, thickness, STEEL) for rise in RISES]
     assert ends[0] - ends[1] == pytest.approx(unit * 2 / (450 * Fo), rel=1e-5)
     for rise in RISES:

@@ -56,9 +56,8 @@ def test_ripple_of_any_flux_has_no_mean():
     nodes, weights = np.polynomial.legendre.leggauss(40)
     mean = 0.0
     for begin, end in zip(edges, [*edges[1:], 1.05], strict=True):
-        u = 0.5 * (
-            nodes + 1
-        )  # x = begin + h u²: the ripple has a root at the beginning of an interval
+        # x = begin + h u²: the ripple has a root at the beginning of an interval
+        u = 0.5 * (nodes + 1)
         inside = sb.formulas.revolution_ripple(
             begin + (end - begin) * u**2, edges, flux, 0.3, E
         )

@@ -208,9 +208,8 @@ def test_cooling_while_the_pump_stops():
             else T[-1] + P * span / RIM
         )
     np.testing.assert_allclose(series.wetted_temperature[:, 0], T, rtol=1e-10)
-    np.testing.assert_allclose(
-        series.coolant_temperature[3, 0], T[3], rtol=1e-10
-    )  # standing water is as hot
+    # standing water is as hot
+    np.testing.assert_allclose(series.coolant_temperature[3, 0], T[3], rtol=1e-10)
 
 
 def test_no_flow_has_no_heat_and_a_derivative():

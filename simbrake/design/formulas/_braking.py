@@ -24,10 +24,8 @@ PAIRS = ("external", "internal")  # of a staged brake
 _METAL = {
     "metal": ("rim", "band"),
     "metal_thickness": ("rim_thickness", "band_thickness"),
-    "metal_area": (
-        "track_area",
-        "outer_area",
-    ),  # over which the heat of the pair spreads
+    # over which the heat of the pair spreads
+    "metal_area": ("track_area", "outer_area"),
     "face_area": ("lining_area", "outer_area"),  # of the linings' friction faces
     "metal_share": ("share", "external_share"),  # of the pair's heat
 }
@@ -301,9 +299,8 @@ class Braking:
         )
         if entered is None:
             return None
-        if (
-            self.pair == "internal"
-        ):  # without the heat of the external pair that passes the linings
+        # without the heat of the external pair that passes the linings
+        if self.pair == "internal":
             entered = entered - self.beyond_share * run.result.energy["heat_external"]
         return float(entered) / float(self.booked.split(run.total_work).heat)
 
@@ -479,15 +476,13 @@ class Braking:
                 own: PairStop = getattr(self.stages, pair)
                 if own.work <= 0:
                     continue
-                more = (
-                    self.stages.external.work
-                )  # work before or while the internal pair slides
+                # work before or while the internal pair slides
+                more = self.stages.external.work
                 braking = dataclasses.replace(
                     self, time=own.time, work=own.work, omega=own.omega, slid=own.angle
                 )
-            beyond = (
-                self.beyond_share if pair == "internal" else 0.0
-            )  # the rim's, S-12…14
+            # the rim's, S-12…14
+            beyond = self.beyond_share if pair == "internal" else 0.0
             brakings.append(
                 dataclasses.replace(
                     braking, pair=pair, more=beyond * self.power.heat * more

@@ -15,9 +15,8 @@ from ...thermal.network import STEFAN_BOLTZMANN
 Amount: TypeAlias = float | int | Array  # one number, or an array of them
 Layers: TypeAlias = Sequence[float] | Array  # a number for each layer or part
 SeriesOfTimes: TypeAlias = Float[np.ndarray, " m"]  # a number at each time
-Depths: TypeAlias = Float[
-    np.ndarray, " k"
-]  # a number at each depth, or part of the track
+# a number at each depth, or part of the track
+Depths: TypeAlias = Float[np.ndarray, " k"]
 Profiles: TypeAlias = Float[np.ndarray, "m k"]  # the same at each time
 
 

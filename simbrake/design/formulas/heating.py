@@ -242,9 +242,8 @@ def stopping_slab_rise(
         >>> round(float(rise), 2)
         75.15
     """
-    half_space = stopping_rise(
-        flux, time, duration, material.effusivity
-    )  # checks the times
+    # checks the times
+    half_space = stopping_rise(flux, time, duration, material.effusivity)
     Fo = fourier_number(material.diffusivity, duration, thickness)
     tau = np.asarray(time, float) / duration
     n2 = (math.pi * np.arange(1, 16)) ** 2
@@ -543,9 +542,11 @@ class RimThickness(NamedTuple):
     maximum."""
 
     depth: float  # heat of one brake application just reaches the back
-    # the heat warms all of it just to the permissible temperature; `inf` where the
-    # permissible rise is 0
-    storage: float
+    storage: (
+        # the heat warms all of it just to the permissible temperature; `inf` where the
+        # permissible rise is 0
+        float
+    )
     rational: float
 
 

@@ -183,9 +183,8 @@ class Case:
         b = self.braking
         work = b.work if b.run is None else b.run.total_work
         cosine = np.mean(np.asarray(band_brake(b.scene).linings.cosine))
-        load_way = (
-            work * cosine / (b.friction * b.lining_area)
-        )  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
+        # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
+        load_way = work * cosine / (b.friction * b.lining_area)
         speed = jnp.asarray(b.travel / b.time)
         rate = self.lining.wear(
             jnp.asarray(load_way) / b.travel,
@@ -647,9 +646,8 @@ def compare_materials(
         (i, level, *pair) for i, (*_, level) in enumerate(levels) for pair in pairs
     ]
     scenes = [study.scene_of(level, rim, lining) for _, level, rim, lining in combined]
-    solver = (
-        solver_for(any(stiffness(s)[0] for s in scenes)) if run else None
-    )  # one program for all of them
+    # one program for all of them
+    solver = solver_for(any(stiffness(s)[0] for s in scenes)) if run else None
     rows = []
     with counting(len(combined), show, "combinations", after=2.0) as report:
         for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
@@ -812,9 +810,8 @@ class _Study:
             rim.thermal if self.named[0] else None,
             lining.thermal if self.named[1] else None,
         )
-        if (
-            self.run and knows_wear(scene) and scene.brake.linings.area is None
-        ):  # wear alone depends on the pressure
+        # wear alone depends on the pressure
+        if self.run and knows_wear(scene) and scene.brake.linings.area is None:
             area = np.asarray(
                 self._own["lining_area"].value
                 / (scene.brake.rims * scene.brake.linings.count)
@@ -836,9 +833,8 @@ class _Study:
         lining: LiningMaterial,
         run: RunValues | None = None,
     ) -> Braking:
-        hardness = self.data.hardness or min(
-            rim.hardness, lining.hardness
-        )  # of the softer surface
+        # of the softer surface
+        hardness = self.data.hardness or min(rim.hardness, lining.hardness)
         given = {
             "rim": rim.thermal,
             "lining": lining.thermal,

@@ -98,9 +98,8 @@ def plate_stress(
         a_1 = arm[1:]
         away_0 = away[..., :-1]
         away_1 = away[..., 1:]
-        product = away_0 * (2 * a_0 + a_1) + away_1 * (
-            a_0 + 2 * a_1
-        )  # both are linear in each layer
+        # both are linear in each layer
+        product = away_0 * (2 * a_0 + a_1) + away_1 * (a_0 + 2 * a_1)
         moment = np.sum(h / 6 * product, axis=-1)[..., None]
         stress = stress + modulus * 12 * moment * arm / thickness**3
     return stress

@@ -28,10 +28,8 @@ from .statics import classical_stop
 #: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at
 #: room temperature
 REPLACED_ABOVE = 273.15 + 150.0
-HEATED = (
-    "rim",
-    "lining",
-)  # the band takes up no friction heat in a brake with one pair
+# the band takes up no friction heat in a brake with one pair
+HEATED = ("rim", "lining")
 
 
 # --- properties at the resulting temperature ----------------------------------------
@@ -388,9 +386,8 @@ def _properties(c: Chain) -> Iterator[EstimateRow]:
                 symbols = (at_room, *law, Number("T_r", float(material.reference), "K"))
             value = float(getattr(properties_at(material, T, name), field))
             simulated = None
-            if (
-                part.course is not None and part.simulated_bulk is not None
-            ):  # the law of the scene there
+            # the law of the scene there
+            if part.course is not None and part.simulated_bulk is not None:
                 simulated = property_at(
                     part.course.wall.material, field, part.simulated_bulk
                 )

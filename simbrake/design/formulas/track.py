@@ -16,12 +16,10 @@ from ...thermal.materials import Material
 from .contact import Depths, Layers, Profiles, SeriesOfTimes
 from .inputs import wall_at
 
-_FRACTIONS = np.linspace(
-    0.0, 1.0, 9
-)  # of an interval of constant flux, at which its extremes are sought
-_DEEP = (
-    0.5  # of the rim's thickness: the back returns exp(−2 √π/0.5) = 8e-4 of a ripple
-)
+# of an interval of constant flux, at which its extremes are sought
+_FRACTIONS = np.linspace(0.0, 1.0, 9)
+# of the rim's thickness: the back returns exp(−2 √π/0.5) = 8e-4 of a ripple
+_DEEP = 0.5
 
 
 def revolution_ripple(

@@ -108,9 +108,8 @@ def equal_increment_angles(f: float | ByLining, n: int, k: int, wrap: float) -> 
         )
 
     def angles(z_k: float) -> ByLining:
-        inverse = 1.0 / (friction[-1] * z_k) - 2.0 * np.arange(
-            k - 1, -1, -1
-        )  # 1/(f_k z_k) − 2 (k − i)
+        # 1/(f_k z_k) − 2 (k − i)
+        inverse = 1.0 / (friction[-1] * z_k) - 2.0 * np.arange(k - 1, -1, -1)
         beta = 2 * np.arctan(1.0 / (friction * inverse))
         return np.append(beta, np.full(n - k, beta[-1]))
 
@@ -173,9 +172,8 @@ def equal_load_angles(
         raise InfeasibleLayout(
             f"{n} linings of equal load cannot span {math.degrees(wrap):.1f}°"
         )
-    for _ in range(
-        200
-    ):  # bisection: the chain ends abruptly where it becomes infeasible
+    # bisection: the chain ends abruptly where it becomes infeasible
+    for _ in range(200):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if surplus(middle) < 0 else (low, middle)
     z = chain(low)
@@ -652,9 +650,8 @@ class _Search:
 
     def solve(self, tolerance: float, max_iterations: int) -> tuple[np.ndarray, int]:
         """The unknowns at the end, and the number of iterations."""
-        from scipy.optimize import (
-            least_squares,
-        )  # imported where used: most runs design no layout
+        # imported where used: most runs design no layout
+        from scipy.optimize import least_squares
 
         residual, _, code, _ = self.look(self.start)
         if code != 0:

@@ -117,9 +117,8 @@ class LeastTension(Tabular):
 
 
 _ANGLES = "brake.linings.angle"
-_FAR = (
-    10.0  # relative excess given to a limit on something that did not happen in a trial
-)
+# relative excess given to a limit on something that did not happen in a trial
+_FAR = 10.0
 # share of the speed left at the end of a run, above which a stop is extrapolated along
 # a straight line
 _SLOW = 0.9

@@ -193,9 +193,8 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
     for k, row in enumerate(rows):
         panels[0].plot(linings, np.degrees(row.angle), marker="o", ms=4, label=row.name)
         if row.non_uniformity < 1.5:  # others are far away
-            apart = np.round(
-                np.degrees(row.angle - rows[-1].angle), 9
-            )  # less is rounding
+            # less is rounding
+            apart = np.round(np.degrees(row.angle - rows[-1].angle), 9)
             panels[1].plot(
                 linings, apart, marker="o", ms=4, color=CYCLE[k % len(CYCLE)]
             )

@@ -34,9 +34,8 @@ class Now(NamedTuple):
     band_speed: float  # ẋ (m/s)
     lever_power: float
     pairs: list[Pair]
-    margin: (
-        np.ndarray
-    )  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
+    # load of each lining on the rim, of one off the rim what it lacks to touch (N)
+    margin: np.ndarray
 
 
 class Banded(Brake):
@@ -415,9 +414,8 @@ class Banded(Brake):
         if self.bandage is not None and self.inner == 0:
             y[self.OWN.start] = y[1]
         y = self._jump(t, y, old)
-        if (
-            self.mode == ELASTIC and self.carrier(y) == 0
-        ):  # a stretched band may pull it the other way
+        # a stretched band may pull it the other way
+        if self.mode == ELASTIC and self.carrier(y) == 0:
             self.sense = int(np.sign(self.now(t, y).alpha_b)) or self.sense
         self._log(t, y, old, old_inner, old_limits)
         self.first = False

@@ -101,9 +101,8 @@ def ours(p: dict[str, Any]) -> Course:
         if (part := getattr(modes.own, name, None)) is not None
     ]
     columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
-    if (
-        p["kind"] == "resolved bandage" and modes.lifted is not None
-    ):  # a lining off the rim neither sticks nor slides
+    # a lining off the rim neither sticks nor slides
+    if p["kind"] == "resolved bandage" and modes.lifted is not None:
         columns[2] = np.where(np.asarray(modes.lifted)[: n + 1] != 0, 2, columns[2])
     if p["kind"] == "resolved bandage":  # an open band touches no lining
         columns[1] = np.where(columns[0] == sb.results.BandMode.OPEN, 0, columns[1])
@@ -112,9 +111,10 @@ def ours(p: dict[str, Any]) -> Course:
         (float(t), (_BANDS[sb.results.BandMode(row[0])], *map(int, row[1:])))
         for t, row in zip(times, rows, strict=True)
     ]
+    # a run settles from open
     begins = (
         1 if changes[0][1][0] == base.OPEN and changes[1][0] == changes[0][0] else 0
-    )  # a run settles from open
+    )
     lasting, passing = _lasting(changes[begins:-1], float(times[-1]))
     end: dict[str, Any] = {
         "angle": float(y.phi),

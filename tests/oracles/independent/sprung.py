@@ -40,9 +40,8 @@ class Now(NamedTuple):
     acceleration: np.ndarray  # rad/s²
     least: float  # load torques between which a pulley at rest stays there (N·m)
     most: float
-    margin: (
-        np.ndarray
-    )  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
+    # load of each lining on the rim, of one off the rim what it lacks to touch (N)
+    margin: np.ndarray
 
 
 class Sprung(Brake):

@@ -138,9 +138,8 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
     armed = last > _TOGETHER
     at = t
     first_step = True
-    holding = np.array(
-        [not name.startswith("limit") for name in names], bool
-    )  # marks say nothing of the mode
+    # marks say nothing of the mode
+    holding = np.array([not name.startswith("limit") for name in names], bool)
     while solver.status == "running":
         solver.step()
         if solver.status == "failed" or solver.t_old is None:
