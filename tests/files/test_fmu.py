@@ -3,7 +3,6 @@
 import shutil
 import subprocess
 import sys
-import xml.etree.ElementTree as ET
 
 import fmpy
 import fmpy.fmi2
@@ -12,7 +11,6 @@ import fmpy.validation
 import numpy as np
 import pytest
 from commands import call
-from heat_scenes import layered_stop
 
 import simbrake as sb
 
@@ -86,48 +84,20 @@ class Run:
 def test_description_is_valid_and_says_units(file):
     assert fmpy.validation.validate_fmu(str(file)) == []
     described = fmpy.read_model_description(file)
-    assert described.coSimulation.canGetAndSetFMUstate
-    assert described.coSimulation.canSerializeFMUstate
-    about = {
-        one.name: (one.causality, one.type, one.unit)
-        for one in described.modelVariables
-    }
+    about = {x.name: (x.causality, x.type, x.unit) for x in described.modelVariables}
     assert about["lever"] == ("input", "Real", "N")
     assert about["load"] == ("input", "Real", "N.m")
     assert about["omega"] == ("output", "Real", "rad/s")
     assert about["band_mode"][:2] == ("output", "Integer")
     assert about["brake.pulley.inertia"] == ("parameter", "Real", "kg.m2")
-    assert about["holding"] == ("output", "Boolean", None)
-    assert about["rtol"][:2] == ("parameter", "Real")
-    assert not {"t", "holding_reserve", "tension", "brake.linings.angle"} & set(about)
-    starts = {
-        one.name: float(one.start)
-        for one in described.modelVariables
-        if one.start not in (None, "false")
-    }
-    assert {
-        name: starts[name]
-        for name in ("load", "initial.omega", "duty.slack_tension.lag", "rtol")
-    } == {
-        "load": 5e3,
-        "initial.omega": 24.0,
-        "duty.slack_tension.lag": 0.06,
-        "rtol": 1e-10,
-    }
-    kinds = {one.name: one.variability for one in described.modelVariables}
-    assert [kinds[name] for name in ("band_mode", "holding", "initial.omega")] == [
-        "discrete",
-        "discrete",
-        "fixed",
-    ]
-    assert described.generationTool == f"simbrake {sb.__version__}"
+    assert not {"t", "tension", "brake.linings.angle"} & set(about)
+    starts = {x.name: x.start for x in described.modelVariables}
+    assert float(starts["load"]) == 5000.0
+    assert float(starts["duty.slack_tension.lag"]) == 0.06
     bases = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
     assert (bases["N.m"].kg, bases["N.m"].m, bases["N.m"].s) == (1, 2, -2)
     outputs = [one.variable.name for one in described.outputs]
     assert [one.variable.name for one in described.initialUnknowns] == outputs
-    assert outputs == [
-        one.name for one in described.modelVariables if one.causality == "output"
-    ]
 
 
 def of_stepper(scene):
@@ -151,49 +121,20 @@ def test_fmu_is_the_stepper(scene, file):
 
 
 def test_states_are_kept_and_set_back(file):
-    run = Run(file)
-    run.steps(COMMANDS[:3], 0.0)
-    kept = run.fmu.getFMUstate()
-    data = run.fmu.serializeFMUstate(kept)
-    first = run.steps(COMMANDS[3:], 0.39)
-    run.fmu.setFMUstate(kept)
-    np.testing.assert_array_equal(run.steps(COMMANDS[3:], 0.39), first)
-    other = Run(file)
-    other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
-    np.testing.assert_array_equal(other.steps(COMMANDS[3:], 0.39), first)
-    slower = Run(file, **{"initial.omega": 12.0, "brake.pulley.inertia": 900.0})
-    slower.steps(COMMANDS[:1], 0.0)
-    slower.fmu.setFMUstate(slower.fmu.deSerializeFMUstate(data))
-    assert slower.get("initial.omega", "brake.pulley.inertia") == [24.0, 1200.0]
-    np.testing.assert_array_equal(slower.steps(COMMANDS[3:], 0.39), first)
-
-
-def test_parameters_are_fixed_in_a_state_that_runs(file):
-    """Also in an instance that did not begin by itself."""
-    run = Run(file)
-    run.steps(COMMANDS[:2], 0.0)
-    data = run.fmu.serializeFMUstate(run.fmu.getFMUstate())
-    other = Run(file, begin=False)
-    other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
-    with pytest.raises(fmpy.fmi1.FMICallException):
-        other.set(**{"initial.omega": 12.0})
-    np.testing.assert_array_equal(
-        other.steps(COMMANDS[2:], 0.26), run.steps(COMMANDS[2:], 0.26)
-    )
-
-
-def test_state_has_its_outputs_and_its_clock(file):
-    """Set back in an instance whose simulation began at another time: its clock goes
-    on, outputs are those then."""
+    """Also in another instance, that began at another time and with other numbers."""
     run = Run(file, start=7.0)
     kept = run.steps(COMMANDS[:3], 7.0)[-1]
-    data = run.fmu.serializeFMUstate(run.fmu.getFMUstate())
-    later = run.steps(COMMANDS[3:], 7.39)
-    other = Run(file, start=1.0)
+    state = run.fmu.getFMUstate()
+    data = run.fmu.serializeFMUstate(state)
+    first = run.steps(COMMANDS[3:], 7.39)
+    run.fmu.setFMUstate(state)
+    np.testing.assert_array_equal(run.steps(COMMANDS[3:], 7.39), first)
+    other = Run(file, start=1.0, **{"initial.omega": 12.0})
     other.steps(COMMANDS[:1], 1.0)
     other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
     assert other.get(*OUTPUTS) == kept
-    np.testing.assert_array_equal(other.steps(COMMANDS[3:], 7.39), later)
+    assert other.get("initial.omega") == [24.0]
+    np.testing.assert_array_equal(other.steps(COMMANDS[3:], 7.39), first)
 
 
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -226,40 +167,22 @@ def test_parameters_and_failed_steps(file):
     assert run.get("omega")[0] < 12.0
 
 
-@pytest.fixture(scope="module", params=[2, 3])
-def file_of_either_version(scene, request, tmp_path_factory):
-    if COMPILER is None:
-        pytest.skip("no C compiler")
-    return sb.export.export_fmu(
-        scene, tmp_path_factory.mktemp("either") / "brake.fmu", fmi=request.param
-    )
-
-
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"lever": -1e-9}, "lever: -1e-09 N is out of range, 0 to 1e+40 N"),
         ({"lever": -5.0}, "lever: -5 N is out of range, 0 to 1e+40 N"),
-        ({"lever": 1e41}, "lever: 1e+41 N is out of range"),
-        ({"lever": np.inf}, "lever: inf N is out of range"),
         ({"lever": np.nan}, "lever: "),
         ({"load": -np.inf}, "load: -inf N.m is out of range"),
         ({"brake.pulley.inertia": np.nan}, "brake.pulley.inertia: "),
     ],
 )
-def test_wrong_values_end_a_simulation_at_once(file_of_either_version, wrong, words):
-    """An importer tries a step that is discarded again, also with a value that no step
-    allows."""
+def test_wrong_values_end_a_simulation_at_once(file, wrong, words):
+    """An importer tries a step that is discarded again, also with such a value."""
     said = []
+    options = {"stop_time": 1.0, "timeout": 20, "logger": lambda *x: said.append(x)}
     with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
-        fmpy.simulate_fmu(
-            str(file_of_either_version),
-            stop_time=1.0,
-            start_values=wrong,
-            timeout=20,
-            logger=lambda *x: said.append(x),
-        )
-    (text,) = (entry[-1].decode() for entry in said if b"out of range" in entry[-1])
+        fmpy.simulate_fmu(str(file), start_values=wrong, **options)
+    (text,) = (row[-1].decode() for row in said if b"out of range" in row[-1])
     assert text.startswith(words)
 
 
@@ -340,8 +263,7 @@ def test_fmi_3(scene, tmp_path):
 
 
 def test_without_a_compiler(scene, tmp_path, monkeypatch):
-    """Sources alone, said aloud, which any C compiler makes a binary of; one that fails
-    is an error."""
+    """Sources alone, which any C compiler makes a binary of."""
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setitem(sys.modules, "ziglang", None)
@@ -349,82 +271,34 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
         file = sb.export.export_fmu(scene, tmp_path / "brake.fmu", "lever")
     monkeypatch.undo()
     folder = fmpy.extract(file, tmp_path / "inside")
-    assert (
-        ET.parse(f"{folder}/modelDescription.xml")
-        .find(".//SourceFiles/File")
-        .get("name")
-        == "fmu.c"
-    )
     assert not (tmp_path / "inside" / "binaries").exists()
     if COMPILER:
-        flags = [
-            "-std=c99",
-            "-Wall",
-            "-Wextra",
-            "-Werror",
-            "-Wno-unused",
-            "-Wno-tautological-compare",
-            "-fsyntax-only",
-        ]
-        subprocess.run([COMPILER, *flags, f"{folder}/sources/fmu.c"], check=True)
-    with pytest.raises(sb.InputError, match="compiler: nocc is not there"):
-        sb.export.export_fmu(scene, tmp_path / "brake.fmu", compiler="nocc")
-    with pytest.raises(sb.InputError, match="compiler: false failed"):
-        sb.export.export_fmu(scene, tmp_path / "brake.fmu", compiler="false")
+        command = [COMPILER, "-std=c99", "-fsyntax-only", f"{folder}/sources/fmu.c"]
+        subprocess.run(command, check=True)
 
 
-def test_what_cannot_be_an_fmu(scene, tmp_path):
-    with pytest.raises(sb.InputError, match=r"give a name with \.fmu"):
-        sb.export.export_fmu(scene, tmp_path / "brake.zip")
-    with pytest.raises(sb.InputError, match="fmi: 4 is no version of FMI here"):
-        sb.export.export_fmu(scene, tmp_path / "brake.fmu", fmi=4)
-    with pytest.raises(sb.InputError, match="waiting: 0 is out of range"):
-        sb.export.export_fmu(scene, tmp_path / "brake.fmu", waiting=0)
-
-
-def test_hottest_node_is_an_output(tmp_path):
-    """Of several temperatures the maximum; of single linings nothing."""
-    read = fmpy.read_model_description(
-        sb.export.export_fmu(layered_stop(), tmp_path / "hot.fmu")
-    )
-    about = {one.name: one for one in read.modelVariables}
-    assert (about["rim_temperature"].causality, about["rim_temperature"].unit) == (
-        "output",
-        "K",
-    )
-    assert "normal_load" not in about
-    bases = {unit.name: unit.baseUnit for unit in read.unitDefinitions}
-    assert [getattr(bases["W/(m2.K)"], x) for x in ("kg", "m", "s", "K")] == [
-        1,
-        0,
-        -3,
-        -1,
-    ]
-    assert [getattr(bases["J/(kg.K)"], x) for x in ("kg", "m", "s", "K")] == [
-        0,
-        2,
-        -2,
-        -1,
-    ]
+@pytest.mark.parametrize(
+    ("name", "options", "path"),
+    [
+        ("brake.zip", {}, "brake.zip"),
+        ("brake.fmu", {"fmi": 4}, "fmi"),
+        ("brake.fmu", {"waiting": 0}, "waiting"),
+        ("brake.fmu", {"compiler": "nocc"}, "compiler"),
+        ("brake.fmu", {"compiler": "false"}, "compiler"),
+    ],
+)
+def test_what_cannot_be_an_fmu(scene, tmp_path, name, options, path):
+    with pytest.raises(sb.InputError) as caught:
+        sb.export.export_fmu(scene, tmp_path / name, **options)
+    assert caught.value.faults[0].path.endswith(path)
 
 
 def test_command_writes_an_fmu(scene, tmp_path, capsys):
     file = tmp_path / "x.fmu"
     source = str(tmp_path / "brake.toml")
     sb.write_scene(scene, source)
-    code, out, _ = call(
-        capsys, "export", source, "--fmu", str(file), "--set", "initial.omega=9"
-    )
-    assert (code, out) == (0, f"written  {file}\n")
-    (speed,) = (
-        one
-        for one in fmpy.read_model_description(file).modelVariables
-        if one.name == "initial.omega"
-    )
+    changed = ("--set", "initial.omega=9")
+    assert call(capsys, "export", source, "--fmu", str(file), *changed)[0] == 0
+    read = fmpy.read_model_description(file).modelVariables
+    (speed,) = (one for one in read if one.name == "initial.omega")
     assert float(speed.start) == 9.0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["brake.toml", "x.fmu"]
-    code, out, told = call(capsys, "fmu", source, "--out", str(tmp_path / "y.fmu"))
-    assert (code, out, told.count("\n")) == (2, "", 1)
-    assert "fmu went: simbrake export SCENE --fmu FILE.fmu" in told
-    with pytest.raises(AttributeError, match=r"files\.write_fmu went: .*export_fmu"):
-        _ = sb.files.write_fmu

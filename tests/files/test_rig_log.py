@@ -3,8 +3,6 @@ files are errors in words."""
 
 import datetime
 import gzip
-import itertools
-import lzma
 import pathlib
 import re
 import tempfile
@@ -94,16 +92,6 @@ def test_every_format_gives_the_same_log(tmp_path, name):
     assert log.as_dict()["channels"][0]["mnemonic"] in str(log)
 
 
-def test_packed_files(tmp_path):
-    for name, way in (("a.xml.xz", lzma.compress), ("a.csv.gz", gzip.compress)):
-        text = witsml(TIMES, SMALL) if "xml" in name else table(TIMES, SMALL)
-        packed = way(text.encode())
-        (tmp_path / name).write_bytes(packed)
-        assert sb.rig.read(tmp_path / name)["HKLD"].role == "hook_load"
-        (tmp_path / name).write_bytes(packed[: len(packed) // 2])
-        assert faults(tmp_path / name)
-
-
 def test_clock_passes_midnight_and_time_zones(tmp_path):
     times = [0.0, 400.0, 800.0, 1200.0, 1600.0]
     log = sb.rig.read(written(tmp_path, "a.csv", table(times, SMALL, time="clock")))
@@ -141,22 +129,12 @@ def test_repeated_times_gaps_and_reversed_rows(tmp_path):
     np.testing.assert_allclose(log.gaps, [[58.0, 200.0]])
     assert log.repeated == 1
     assert log["HKLD"].value[4] == pytest.approx(9e5 + t[5])
-    sparse = [
-        [stamp(a // 2), *(("30", "") if a % 2 else ("", "900"))] for a in range(12)
-    ]  # one channel a row
-    text = "Time,BPOS,HKLD\n,m,kN\n" + "".join(",".join(row) + "\n" for row in sparse)
-    both = sb.rig.read(written(tmp_path, "s.csv", text))
-    assert (both.t.size, both["BPOS"].nulls, both["HKLD"].nulls) == (6, 0, 0)
     turned = {name: (unit, x[::-1]) for name, (unit, x) in columns.items()}
     back = sb.rig.read(written(tmp_path, "b.xml", witsml(t[::-1], turned)))
-    np.testing.assert_allclose(np.diff(back["BPOS"].value) < 0, True)
-    whole = {
-        "BPOS": ("m", 30.0 - 0.1 * np.arange(40)),
-        "HKLD": ("kN", 9e5 + np.arange(40.0)),
-    }
-    coarse = sb.rig.read(
-        written(tmp_path, "c.csv", table(np.arange(40) // 4 * 1.0, whole, time="clock"))
-    )
+    assert np.all(np.diff(back["BPOS"].value) < 0)
+    whole = {"BPOS": ("m", np.arange(40.0, 0.0, -1)), "HKLD": ("kN", 9e5 * np.ones(40))}
+    text = table(np.arange(40) // 4 * 1.0, whole, time="clock")
+    coarse = sb.rig.read(written(tmp_path, "c.csv", text))
     np.testing.assert_allclose(coarse.t, 0.25 * np.arange(40))
 
 
@@ -313,24 +291,6 @@ def test_a_time_that_is_not_understood_is_refused(times, words):
     assert "accepted: dates as" in told
 
 
-def test_every_form_that_a_refusal_lists_is_read():
-    told = refused(["x", "y"])
-    kinds = [
-        re.search(rf"{kind} as ([^;]*?)(?: \(|, clocks|, one|;)", told)[1]
-        for kind in ("dates", "clocks", "zone")
-    ]
-    dates, clocks, zones = (kind.split(" | ") for kind in kinds)
-    assert min(len(dates), len(clocks), len(zones)) >= 4
-    for date, clock, zone in itertools.product(dates, clocks, zones):
-        start = datetime.datetime(
-            2020, 1, 29, 3 - (zone != "Z"), 0, 0, 500_000 * (clock == "03:00:00.5")
-        )
-        for text in (f"{date} {clock} {zone}", f"{clock} {zone} {date}"):
-            assert at([text, "2020-02-01 00:00Z"]).start == f"{start.isoformat()}Z", (
-                text
-            )
-
-
 @pytest.mark.parametrize("head", ["Date;Time", "Time;RIG DATE"])
 def test_a_date_beside_clocks_is_not_dropped(head):
     date = "%d%m%y"
@@ -345,74 +305,32 @@ def test_a_date_beside_clocks_is_not_dropped(head):
 
 @pytest.mark.parametrize(
     ("form", "other"),
-    [
-        *(
-            ("%H:%M:%S %d/%m/%Y", "10:00:07 2/29/2020"),
-            ("%d/%m/%Y %H:%M:%S", "29/02/2020 10:00"),
-            ("%Y-%j %H%M%S", ""),
-        ),
-        *(
-            ("%d/%m/%Y", "29.02.2020 10:00:07"),
-            ("%d/%m/%Y", "2020-02-29 10:00:07"),
-            ("%d%m%y", "02292020 10:00:07"),
-        ),
-    ],
+    [("%H:%M:%S %d/%m/%Y", "10:00:07 2/29/2020"), ("%Y-%j %H%M%S", "")],
 )
 def test_a_format_is_obeyed_in_each_row(form, other):
-    own = form if "%H" in form else f"{form} %H:%M:%S"
     days = [datetime.datetime(2020, 2, day, 10, 0, 7) for day in (3, 4, 5, 6)]
-    texts = [day.strftime(own) for day in days]
+    texts = [day.strftime(form) for day in days]
     assert at(texts, time=("Time", form)).start == "2020-02-03T10:00:07"
-    for row in range(4):
-        date = other.partition(" ")[0] if own != form else other
-        told = refused([*texts[:row], other, *texts[row + 1 :]], time=("Time", form))
-        assert f"line {row + 3}, column Time: {date!r} does not fit {form!r}" in told
+    told = refused([*texts[:2], other, texts[3]], time=("Time", form))
+    assert f"line 5, column Time: {other!r} does not fit" in told
 
 
-def test_a_format_that_is_none():
-    for form in ("%H:%Q", "%d %H:%M"):
-        assert refused("%d %H:%M", time=("Time", form))
-    assert at("%S %M %H", time=("Time", "%S %M %H")).start is None
-    assert (
-        at(
-            "%d/%m/%Y;%S %M %H",
-            head="Date;Time",
-            time=("Date", "Time", "%d/%m/%Y", "%S %M %H"),
-        ).t[-1]
-        == 6.0
-    )
-
-
-def test_day_and_month_are_settled_by_the_column_or_told():
-    def told(days, head="Time"):
-        log = at([f"{day} 10:00:00" for day in days], head=head)
-        said = [
-            guess.split(" read as ")[1] for guess in log.guesses if " read as " in guess
-        ]
-        return log.start[:10], *said
-
-    assert told(["03/02/2020", "03/13/2020"]) == ("2020-03-02",)
-    assert told(["03/02/2020", "13/02/2020"]) == ("2020-02-03",)
-    follows = "so that the dates follow each other closely"
-    assert told(["03/02/2020", "04/02/2020"]) == (
-        "2020-02-03",
-        f"day, month, year, {follows}",
-    )
-    open_ = "which the log does not decide"
-    log = at(["03/02/2020 10:00:00", "03/02/2020 10:00:02"])
-    assert (log.start, log.guesses[-1]) == (
-        "2020-03-02T10:00:00",
-        f"Time: 03/02/2020 read as month, day, year, {open_}",
-    )
-    named = at(
-        ["03/02/2020 10:00:00", "03/02/2020 10:00:02"],
-        head="Time (DD/MM/YYYY hh:mm:ss)",
-    )
-    assert (named.start, len(named.guesses)) == ("2020-02-03T10:00:00", 1)
-    assert (
-        at("%d/%m/%Y %H:%M:%S", time=("Time", "%d/%m/%Y")).start
-        == "2020-01-29T23:59:56"
-    )
+@pytest.mark.parametrize(
+    ("days", "head", "start"),
+    [
+        (["03/02/2020", "03/13/2020"], "Time", "2020-03-02"),
+        (["03/02/2020", "13/02/2020"], "Time", "2020-02-03"),
+        (["03/02/2020", "04/02/2020"], "Time", "2020-02-03"),
+        (["03/02/2020"], "Time (DD/MM/YYYY hh:mm:ss)", "2020-02-03"),
+    ],
+)
+def test_day_and_month_are_settled(days, head, start):
+    """By the column, by days that follow each other, by the name of the column; what
+    does not settle it is told."""
+    log = at([f"{day} 10:00:0{i}" for day in days for i in (0, 2)], head=head)
+    assert log.start == f"{start}T10:00:00"
+    same = at(["03/02/2020 10:00:00", "03/02/2020 10:00:02"])
+    assert "which the log does not decide" in same.guesses[-1]
 
 
 LAS3 = """~Version
@@ -466,22 +384,6 @@ def test_las_3(tmp_path, dlm, sep, head, rows):
     np.testing.assert_array_equal(log.t, [0.0, 2.0, 4.0])
     np.testing.assert_array_equal(log["block_position"].value, [30.0, 29.5, 29.0])
     np.testing.assert_array_equal(log["hook_load"].value, [9e5, np.nan, 9.1e5])
-
-
-@pytest.mark.parametrize("sep", [" ", ","])
-def test_a_quoted_time_of_las_3(tmp_path, sep):
-    text = LAS3.format(
-        dlm={" ": "SPACE", ",": "COMMA"}[sep], sep=sep, head="Curve", rows="ASCII"
-    )
-    text = re.sub(
-        rf"(/2020){sep}(\S{{8}})",
-        r"\1 \2",
-        text.replace("HOUR. : clock {hh:mm:ss}\n", ""),
-    )
-    text = re.sub(r"(\d+/\d+/2020 [\d:]{8})", r'"\1"', text)
-    log = sb.rig.read(written(tmp_path, "a.las", text))
-    assert log.start == "2020-02-03T10:00:00"
-    np.testing.assert_array_equal(log["block_position"].value, [30.0, 29.5, 29.0])
 
 
 def test_compensated_position_is_told(tmp_path):
@@ -600,23 +502,16 @@ def test_cells_that_are_no_numbers_are_told(tmp_path):
     )
 
 
-@pytest.mark.parametrize(
-    ("name", "end"),
-    [("a.csv", "\n"), ("a.csv", "\r\n"), ("a.csv", "\r"), ("a.las", "\n")],
-)
-def test_a_file_that_is_cut_inside_its_last_number(tmp_path, name, end):
-    """91 of 910 kN may be one reading or the other: it is read as it stands, and told;
-    not with a line end more."""
-    text = {"a.csv": CSV, "a.las": las(TIMES, SHORT)}[name].replace("\n", end)
-    log = sb.rig.read(written(tmp_path, name, text[: -len(f"0.0{end}")]))
-    assert (log.t.size, log["HKLD"].value[-1]) == (5, 9.1e4)
-    said = (
-        f"line {text.count(end)}, the last, has no end: if the file was cut off "
-        "there, its last number is wrong"
-    )
-    assert said in log.guesses
-    whole = sb.rig.read(written(tmp_path, name, text))
-    assert (whole.t.size, whole["HKLD"].value[-1]) == (5, 9.1e5)
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_a_file_that_is_cut_inside_its_last_number(tmp_path, end):
+    """91 of 910 kN may be the reading: it is read, and told; not with a line end more."""
+    text = CSV.replace("\n", end)
+    log = sb.rig.read(written(tmp_path, "a.csv", text[: -len(f"0.0{end}")]))
+    assert (log.t.size, log["HKLD"].value[-1]) == (5, 91e3)
+    assert any("the last, has no end" in guess for guess in log.guesses)
+    whole = sb.rig.read(written(tmp_path, "a.csv", text))
+    assert whole["HKLD"].value[-1] == 910e3
+    assert not any("has no end" in guess for guess in whole.guesses)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.xml"])
@@ -632,36 +527,15 @@ def test_activities_in_words(tmp_path, name):
     assert activity.nulls == 0
 
 
-def test_las_needs_its_library(tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "lasio", None)
-    assert (
-        "pip install 'simbrake[rig]'"
-        in faults(written(tmp_path, "a.las", las(TIMES, SHORT)))[0]
-    )
-
-
 def test_a_long_recording_is_read_in_pieces_with_progress(tmp_path):
     t = 2.0 * np.arange(60_000)
-    columns = {"BPOS": ("m", 20 + 10 * np.sin(t)), "HKLD": ("kN", 9e5 + t)} | {
-        f"C{i}": ("", t) for i in range(18)
-    }
+    columns = {"BPOS": ("m", 20 + 10 * np.sin(t)), "HKLD": ("kN", 9e5 + t)}
+    columns |= {f"C{i}": ("", t) for i in range(18)}
     file = written(tmp_path, "a.csv", table(t, columns))
     seen = []
-    log = sb.rig.read(file, progress=lambda done, total: seen.append((done, total)))
+    log = sb.rig.read(file, progress=lambda *done: seen.append(done))
     np.testing.assert_allclose(log["HKLD"].value, columns["HKLD"][1], rtol=1e-9)
     np.testing.assert_allclose(log["C17"].value, t)
     assert len(seen) >= 3
+    assert seen == sorted(seen)
     assert seen[-1] == (file.stat().st_size,) * 2
-    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
-
-
-def test_a_las_file_may_begin_at_the_time_that_means_no_value_elsewhere(tmp_path):
-    file = tmp_path / "zero.las"
-    head = "~V\nVERS. 2.0 :\nWRAP. NO :\n~W\nNULL. 0 :\n~C\nTIME.s :\nBPOS.m :\nHKLD.kN :\n~A\n"
-    file.write_text(head + "0 30 900\n5 29 0\n10 28 910\n", "utf-8")
-    log = sb.rig.read(file)
-    np.testing.assert_array_equal(log.t, [0.0, 5.0, 10.0])
-    assert np.isnan(log["hook_load"].value).tolist() == [False, True, False]
-    file.write_text(head + "5 30 900\n0 29 900\n10 28 910\n", "utf-8")
-    with pytest.raises(sb.InputError, match="TIME: has no time"):
-        sb.rig.read(file)

@@ -34,24 +34,3 @@ def test_one_name_opens_a_shipped_scene_everywhere(name, capsys, monkeypatch, tm
 def test_python_scene_is_named_by_its_ending():
     assert sb.files.shipped("u2_5_5_stop").suffix == ".toml"
     assert sb.files.shipped("u2_5_5_stop.py").suffix == ".py"
-
-
-@pytest.mark.parametrize(
-    "name", ["drag_lowerin", "drag_lowerin.py", "scenarios/drag_lowerin.toml"]
-)
-def test_name_that_is_not_there(name, capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    for read in (sb.read_scene, sb.files.shipped):
-        with pytest.raises(sb.InputError, match="nearest: drag_lowering"):
-            read(name)
-    commands = [
-        ["run"],
-        ["explain"],
-        ["scene", "check"],
-        ["synthesize"],
-        ["validate", "--cross-check"],
-        ["new"],
-    ]
-    for command in [*commands, ["compare", "standard"]]:
-        code, _, err = call(capsys, *command, name)
-        assert (code, "nearest: drag_lowering" in err) == (2, True), command
