@@ -51,8 +51,11 @@ from .shaft import (
     BearingFriction,
     EddyCurrentBrake,
     HydrodynamicBrake,
+    TabulatedDrag,
     TackleLoss,
     ViscousDrag,
+    faults_of_table,
+    table_at,
 )
 
 __all__ = [
@@ -82,6 +85,8 @@ __all__ = [
     "RopeLayers",
     "SpeedHold",
     "StringLoad",
+    "TabulatedDrag",
+    "TabulatedLoad",
     "TackleLoss",
     "TorqueLoad",
     "TrippingLoad",
@@ -184,6 +189,44 @@ class TorqueLoad(AbstractLoad):
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self.profile.value(t, piece) - self.drag * omega
+
+
+class TabulatedLoad(AbstractLoad):
+    """A torque over speed as a table, such as that of a rotor in the wind or of a motor
+    that drives: `M_load = κ(t) M(ω)`, a monotone cubic (Fritsch–Carlson) through the
+    points.
+
+    - `speed` (k,) in rad/s, increasing; `torque_at` (k,) in N·m, positive in the braking
+      direction of rotation
+    - `share` `κ(t)`, a number or a profile
+
+    Beyond its ends the torque is that of the ends.
+
+    Raises `InputError` for a table that is no function of the speed.
+
+    Example:
+        >>> rotor = sb.loads.TabulatedLoad([0.0, 10.0, 20.0], ["8 kN*m", "12 kN*m", "3 kN*m"])
+        >>> float(rotor.torque(0.0, 10.0, None))
+        12000.0
+    """
+
+    speed: Scalar = quantity("rad/s", "speeds of the table", many=Over.ROWS)
+    torque_at: Scalar = quantity("N*m", "torques of the table", many=Over.ROWS)
+    share: AbstractProfile = part(
+        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
+    )
+
+    @property
+    def profile(self) -> AbstractProfile:
+        return self.share
+
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
+        share = self.share.value(t, piece)
+        return share * table_at(omega, self.speed, self.torque_at)
+
+    def faults(self, path: str) -> Faults:
+        faults = faults_of_table(path, self.speed, self.torque_at)
+        return faults + self.share.faults(f"{path}.share")
 
 
 class AbstractHookLoad(AbstractLoad):

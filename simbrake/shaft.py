@@ -7,10 +7,13 @@ from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
+from ._base._corners import clipped
 from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, part, positive_quantity, quantity, structural
-from ._base._quantity import Scalar
+from ._base._quantity import Over, Scalar
+from .friction import interpolated, is_table
 from .hybrid.arrays import Array, TwoArrays
 from .hybrid.struct import AbstractVar, with_fields
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
@@ -21,6 +24,7 @@ __all__ = [
     "BearingFriction",
     "EddyCurrentBrake",
     "HydrodynamicBrake",
+    "TabulatedDrag",
     "TackleLoss",
     "ViscousDrag",
 ]
@@ -188,23 +192,144 @@ class ViscousDrag(AbstractShaftTorque):
 
 
 class BearingFriction(AbstractDryTorque):
-    """Dry friction of bearings: `|M| = M_c` in motion, `|M| ≤ M_c` at rest. The shaft
-    can stick on it alone.
+    """Dry friction of bearings and guides: against the rotation, at rest any torque up
+    to its limit. The shaft can stick on it alone.
 
-    - `friction_torque` `M_c` (N·m);  `place`: body that takes its heat
+        |M| = M_c + (M_s − M_c) exp(−|ω|/ω_s) + c |ω|   in motion,   |M| ≤ M_s   at rest
+
+    - `friction_torque` `M_c` (N·m), of Coulomb
+    - `static` `M_s` (N·m) at rest, default `M_c`; from it friction falls with the
+      speed `stribeck_speed` `ω_s` (rad/s)
+    - `viscous` `c` (N·m·s)
+    - `reverse`: another such law against a rotation in the other sense, default the
+      same
+    - `place`: body that takes its heat
+
+    Sources: H. Olsson et al., *European Journal of Control* 4 (1998) 176–195, eq. 3
+    (Coulomb, viscous, Stribeck), with the exponent 1.
+
+    Raises `InputError` for a static torque without its speed, or below the torque in
+    motion.
 
     Example:
-        >>> sb.loads.BearingFriction("150 N*m")
-        BearingFriction(friction_torque=150 N·m)
+        >>> sb.loads.BearingFriction("150 N*m").friction_torque
+        array(150.)
+        >>> upwards = sb.loads.BearingFriction(20.0)
+        >>> law = sb.loads.BearingFriction(16.0, 30.0, 0.5, viscous=200.0, reverse=upwards)
+        >>> [float(law.limit_against(0.0, 0.0, None, 0.0, way)) for way in (1, -1)]
+        [30.0, 20.0]
     """
 
     friction_torque: Scalar = quantity(
         "N*m", "friction torque of the bearings", low=0.0
     )
+    static: Scalar | None = quantity(
+        "N*m", "friction torque at rest", low=0.0, default=None
+    )
+    stribeck_speed: Scalar | None = positive_quantity(
+        "rad/s", "speed over which static friction falls", default=None
+    )
+    viscous: Scalar = quantity(
+        "N*m*s", "friction torque per unit of speed", low=0.0, default=0.0
+    )
+    reverse: "BearingFriction | None" = part(AbstractShaftTorque, default=None)
     place: str | None = structural(default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
-        return jnp.asarray(self.friction_torque)
+        return self.limit_against(t, omega, piece, load, jnp.sign(omega))
+
+    def limit_against(
+        self, t: Real, omega: Real, piece: Piece, load: Real, way: Real
+    ) -> Real:
+        speed = jnp.abs(omega)
+        limit = self.friction_torque + self.viscous * speed
+        if self.static is not None:
+            fallen = jnp.exp(-speed / self.stribeck_speed)
+            limit = limit + (self.static - self.friction_torque) * fallen
+        if self.reverse is not None:
+            other = self.reverse.limit_against(t, omega, piece, load, way)
+            limit = jnp.where(jnp.asarray(way) < 0, other, limit)
+        return jnp.asarray(limit)
+
+    def faults(self, path: str) -> Faults:
+        faults = []
+        if (self.static is None) != (self.stribeck_speed is None):
+            name = "static" if self.static is None else "stribeck_speed"
+            hint = "the torque at rest and the speed over which it falls go together"
+            faults.append(Fault(f"{path}.{name}", "is missing", hint))
+        elif self.static is not None and self.static < self.friction_torque:
+            what = f"{float(self.static):g} N·m is below the torque in motion"
+            hint = f"at least {float(self.friction_torque):g} N·m"
+            faults.append(Fault(f"{path}.static", what, hint))
+        other = self.reverse
+        if other is not None and not isinstance(other, BearingFriction):
+            hint = "give a BearingFriction"
+            faults.append(Fault(f"{path}.reverse", "is another kind of torque", hint))
+        elif other is not None and other.reverse is not None:
+            what = "has a reverse of its own"
+            faults.append(Fault(f"{path}.reverse", what, "there are two senses"))
+        return faults
+
+
+class TabulatedDrag(AbstractShaftTorque):
+    """A torque over speed as a table, against the rotation, such as that of a fan: `M =
+    κ(t) M(|ω|)`, a monotone cubic (Fritsch–Carlson) through the points.
+
+    - `speed` (k,) in rad/s, increasing from 0; `torque` (k,) in N·m, from 0
+    - `share` `κ(t)`: 0…1, a number or a profile
+    - `place`: body that takes its heat
+
+    Beyond the last speed the last torque holds. Friction that remains at rest is
+    `BearingFriction`; a torque that drives is a load, `TabulatedLoad`.
+
+    Raises `InputError` for a table that is no function of the speed.
+
+    Example:
+        >>> fan = sb.loads.TabulatedDrag([0.0, 10.0, 20.0], [0.0, 300.0, 1200.0])
+        >>> float(fan.torque(0.0, -10.0, None, 0.0))
+        -300.0
+    """
+
+    speed: Scalar = quantity("rad/s", "speeds of the table", low=0.0, many=Over.ROWS)
+    torque_at: Scalar = quantity("N*m", "torques of the table", 0.0, many=Over.ROWS)
+    share: AbstractProfile = part(
+        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
+    )
+    place: str | None = structural(default=None)
+
+    @property
+    def profile(self) -> AbstractProfile:
+        return self.share
+
+    def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
+        at = table_at(jnp.abs(omega), self.speed, self.torque_at)
+        return self.share.value(t, piece) * jnp.sign(omega) * at
+
+    def faults(self, path: str) -> Faults:
+        faults = faults_of_table(path, self.speed, self.torque_at)
+        if not faults and (self.speed[0] != 0 or self.torque_at[0] != 0):
+            hint = "friction at rest is BearingFriction"
+            faults.append(Fault(path, "does not begin with 0 rad/s and 0 N·m", hint))
+        return faults + _faults_of_share(self.share, f"{path}.share")
+
+
+def table_at(speed: Real, speeds: Scalar, torques: Scalar) -> Array:
+    """Torque (N·m) of a table at a speed (rad/s); beyond its ends that of the ends."""
+    at = jnp.asarray(speeds)
+    within = clipped(jnp.asarray(speed), at[0], at[-1])
+    shape = jnp.shape(within)
+    return interpolated(within.reshape(-1), at, jnp.asarray(torques)).reshape(shape)
+
+
+def faults_of_table(path: str, speeds: Scalar, torques: Scalar) -> Faults:
+    """Errors of a torque over speed as a table."""
+    if not is_table(speeds, torques):
+        what = "the table needs speeds and torques of one length, at least 2"
+        return [Fault(path, what)]
+    if np.any(np.diff(np.asarray(speeds)) <= 0):
+        hint = "a torque is a function of the speed"
+        return [Fault(f"{path}.speed", "the speeds must increase", hint)]
+    return []
 
 
 #: how a loss of the tackle is given, in place of an efficiency without its direction

@@ -18,6 +18,8 @@ from simbrake.loads import (
     BearingFriction,
     EddyCurrentBrake,
     HydrodynamicBrake,
+    TabulatedDrag,
+    TabulatedLoad,
     TackleLoss,
     ViscousDrag,
 )
@@ -653,3 +655,89 @@ def test_a_rest_is_no_reversal():
     )
     times = sb.simulate(scene(load=swings, w0=0.0, end=7.0)).events["reversal"].times
     assert times == pytest.approx([math.pi, 2 * math.pi], rel=1e-12)
+
+
+# --- friction by direction and over speed, torques as tables --------------------------
+
+#: 100 N·m, 300 N·m at rest, and 50 N·m·s downwards; 40 N·m upwards
+BY_SENSE = BearingFriction(100.0, 300.0, 0.5, 50.0, reverse=BearingFriction(40.0))
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_coasting_by_direction(way):
+    """Down Coulomb, Stribeck and viscous friction, by SciPy; up `t = J ω/M`."""
+    result = sb.simulate(scene(BY_SENSE, w0=way * 4.0, end=100.0))
+
+    def slowing(t, w):
+        return [-(100.0 + 200.0 * math.exp(-w[0] / 0.5) + 50.0 * w[0]) / J]
+
+    def rests(t, w):
+        return w[0]
+
+    rests.terminal = True
+    expected = J * 4.0 / 40.0
+    if way > 0:
+        tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+        told = solve_ivp(slowing, (0, 100), [4.0], events=rests, **tight)
+        expected = told.t_events[0][0]
+    assert float(result.stopping_time) == pytest.approx(expected, rel=1e-9)
+    assert names(result) == ["stop"]
+    assert result.series([100.0]).omega[0] == 0.0
+    balanced(result)
+
+
+@pytest.mark.parametrize(
+    ("load", "moves"), [(299.0, 0), (301.0, 1), (-39.0, 0), (-41.0, -1)]
+)
+def test_rest_and_breakaway_by_direction(load, moves):
+    """The limit at rest is the static one of the sense that the load would begin."""
+    result = sb.simulate(scene(BY_SENSE, load=load, w0=0.0, end=5.0))
+    assert np.sign(result.series([5.0]).omega[0]) == moves
+    assert result.status == ("held" if moves == 0 else "released")
+
+
+def test_derivatives_of_friction_over_speed():
+    """Derivatives of the stopping time by the numbers of the law against differences."""
+
+    def stop(x):
+        law = BearingFriction(x[0], x[1], x[2], x[3])
+        return sb.simulate(scene(law, w0=4.0, end=100.0)).stopping_time
+
+    x = jnp.array([100.0, 300.0, 0.5, 50.0])
+    slope = jax.jacfwd(stop)(x)
+    for i, step in enumerate([1e-3, 1e-3, 1e-5, 1e-3]):
+        moved = [float(stop(x.at[i].add(s))) for s in (-step, step)]
+        assert slope[i] == pytest.approx((moved[1] - moved[0]) / (2 * step), rel=1e-6)
+
+
+def test_tables_of_torque_over_speed():
+    """A fan on a line through its points, `ω = ω_0 exp(−c t/J)`; a rotor whose torque
+    falls along a line to its speed without load, `ω = ω_1 (1 − exp(−M_0 t/(J ω_1)))`;
+    beyond the table the last torque holds."""
+    fan = TabulatedDrag([0.0, 7.0, 30.0], [0.0, 350.0, 1500.0])
+    result = sb.simulate(scene(fan, w0=-W0, end=20.0))
+    expected = -W0 * math.exp(-50.0 * 20.0 / J)
+    assert result.series([20.0]).omega[0] == pytest.approx(expected, rel=1e-9)
+    balanced(result)
+    rotor = TabulatedLoad([0.0, 4.0, 25.0], [2500.0, 2100.0, 0.0])
+    result = sb.simulate(scene(w0=0.0, load=rotor, end=9.0))
+    expected = 25.0 * (1 - math.exp(-2500.0 * 9.0 / (J * 25.0)))
+    assert result.series([9.0]).omega[0] == pytest.approx(expected, rel=1e-9)
+    driven = sb.simulate(scene(w0=40.0, load=TabulatedLoad([0.0, 9.0], [1e3, 3e3])))
+    assert driven.series([2.0]).omega[0] == pytest.approx(40.0 + 3e3 * 2.0 / J)
+
+
+def test_bad_tables_and_friction():
+    law = BearingFriction(100.0, 90.0, 0.5, reverse=BearingFriction(1.0, 2.0))
+    fan = TabulatedDrag([0.0, 3.0, 2.0], [0.0, 1.0, 2.0])
+    begun = TabulatedDrag([0.0, 3.0], [1.0, 2.0])
+    rotor = TabulatedLoad([0.0, 3.0], [1.0, 2.0, 4.0])
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate(scene(law, fan, begun, load=rotor))
+    assert [fault.path for fault in caught.value.faults] == [
+        "duty.load",
+        "shaft[0].static",
+        "shaft[0].reverse.stribeck_speed",
+        "shaft[1].speed",
+        "shaft[2]",
+    ]
