@@ -61,12 +61,8 @@ def run(
         file, set_, rtol, folder=None if single else out, faults=lost, **counts
     )
     from .._base._table import display_units
-    from ..runs.measure import (
-        limit_checks,
-        summary_with_limits,
-        text_with_limits,
-        with_limits,
-    )
+    from ..runs.measure import limit_checks, with_limits
+    from ..runs.verdict import summary_with_limits, text_with_limits
 
     limits = cli.limits_of(scene, limit)
     scene = with_limits(scene, limits)
@@ -136,7 +132,8 @@ def report(
     """
     out = cli.file_in(out or Path(), f"{file.stem}.html")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
-    from ..runs.measure import limit_checks, limit_dicts, limit_lines, with_limits
+    from ..runs.measure import limit_checks, with_limits
+    from ..runs.verdict import head_lines, limit_dicts
 
     metrics = sensitivity or []
     title = title_of(file)
@@ -161,11 +158,7 @@ def report(
         "limits": limit_dicts(checks),
     }
     said |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
-    lines = [
-        f"{result.status}: {result.message}",
-        f"verdict  {verdict}",
-        *limit_lines(checks),
-    ]
+    lines = head_lines(result, checks)
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
     cli.tell("\n".join(lines), json_, said, cli.is_good(verdict))
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)

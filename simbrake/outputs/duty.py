@@ -3,13 +3,12 @@ hot rim and linings became."""
 
 import enum
 import itertools
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._table import Column, Table, number
+from .._base._table import Column, Table
 from ..hybrid import Record
 from ..parts.scene import Scene
 from ..phases import Phases
@@ -84,14 +83,6 @@ def end_of(record: Record, scene: Scene) -> Entry:
     }
 
 
-def counted(events: list[Entry]) -> str:
-    """Number of events of each name, in the order of the first ones."""
-    counts = Counter(event["name"] for event in events)
-    return ", ".join(
-        f"{count} × {name.replace('_', ' ')}" for name, count in counts.items()
-    )
-
-
 def totals(rows: Sequence[Entry]) -> Entry:
     """Sums over the stops of a summary in SI, of angles and travel in either sense, and
     what of the travel is `upwards`; the worst: `slowest` by its braking, `hottest` by
@@ -103,110 +94,6 @@ def totals(rows: Sequence[Entry]) -> Entry:
     sums["upwards"] = sum(max(-row.get("travel", 0.0), 0.0) for row in rows)
     sums["slowest"] = max(rows, key=lambda row: row["braking_time"])
     return sums | {"hottest": max(rows, key=lambda row: row["energy"])}
-
-
-def stops_words(rows: Sequence[Entry]) -> str:
-    """How many stops there are, and how many of them end a hoist."""
-    hoists = sum(row.get("travel", 0.0) < 0 for row in rows)
-    return f"{len(rows)} stops" + (
-        f", {hoists} of them after hoisting" if hoists else ""
-    )
-
-
-def travel_words(sums: Entry) -> str:
-    """Travel of the hook in all stops, down and up where there is both."""
-    whole = sums["travel"]
-    upwards = sums["upwards"]
-    up = number(upwards, "m", count=5)
-    down = number(whole - upwards, "m", count=5)
-    if upwards == whole > 0:
-        return f"{up} up"
-    return f"{down} down and {up} up" if upwards > 0 else str(number(whole, "m"))
-
-
-def duty_lines(summary: Entry) -> Iterator[str]:
-    """Lines of a summary for its kind of duty, beside onset and stop of a single
-    one."""
-    end = summary["end"]
-    kind = summary["duty"]
-    metrics = summary["metrics"]
-    duration = number(end["duration"], "s")
-    speed = number(end["omega"], "rad/s")
-    where = f"{number(end['angle'], 'rad')}"
-    where += (
-        ""
-        if end["hook_travel"] is None
-        else f", hook travel {number(end['hook_travel'], 'm')}"
-    )
-    match kind:
-        case DutyKind.STOP | DutyKind.STOPS:
-            angle = metrics["stopping_angle"]
-            if kind == DutyKind.STOPS:
-                rows = summary["stops"]
-                sums = totals(rows)
-                angle = sums["angle"]
-                slowest = sums["slowest"]
-                hottest = sums["hottest"]
-                travel = (
-                    f", hook travel {travel_words(sums)}" if "travel" in sums else ""
-                )
-                yield (
-                    f"total    {stops_words(rows)} in {duration}: in motion "
-                    f"{number(sums['motion_time'], 's')}, "
-                    f"braked {number(sums['braking_time'], 's')}, {number(angle, 'rad')}{travel}"
-                )
-                if slowest["braking_time"]:
-                    yield (
-                        "worst    longest braking "
-                        f"{number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
-                        f"maximum friction heat {number(hottest['energy'], 'J')} in "
-                        f"stop {hottest['stop']}"
-                    )
-            if abs(abs(end["angle"]) - abs(angle)) > _SAME * abs(
-                angle
-            ):  # energies are those of the whole run
-                back = abs(end["angle"]) <= _SAME * abs(angle)
-                yield (
-                    "run      "
-                    f"{'back where it began' if back else f'{where} in all'}, at the end "
-                    f"turning at {speed}"
-                )
-        case DutyKind.HOLD if (held := summary.get("holding")) is None:
-            yield f"held     without load for {duration}"
-        case DutyKind.HOLD:
-            load, capacity = (
-                number(held[name], "N*m") for name in ("load_torque", "capacity")
-            )
-            yield (
-                f"held     load torque {load} under a static capacity of at least "
-                f"{capacity}, for {duration}"
-            )
-        case DutyKind.DRAG | DutyKind.STEADY:
-            yield f"lowered  {where} in {duration}"
-            pull = summary.get("pull")
-            terminal = metrics.get("terminal_speed")
-            tends = (
-                ""
-                if terminal is None
-                else f", terminal speed {number(terminal, 'rad/s')}"
-            )
-            power = number(summary["energy"]["load_work"] / end["duration"], "W")
-            yield f"speed    {speed} at the end{tends}; mean power of the load {power}"
-            if pull is not None:
-                value = number(pull["value"], "N")
-                most = number(pull["limit"], "N")
-                each = (
-                    f" on each of {summary['rims']} rims" if "rims" in summary else ""
-                )
-                yield f"lever    at most {value} of {most}{each} at {number(pull['time'], 's')}"
-        case DutyKind.DRIVEN:
-            power = number(summary["energy"]["motor_work"] / end["duration"], "W")
-            yield (
-                f"driven   {where} in {duration}; at the end turning at {speed}, "
-                f"mean power of the motor {power}"
-            )
-        case _:
-            yield f"end      until {number(end['time'], 's')}: {where}, turning at {speed}"
 
 
 # --- the stops of a run -------------------------------------------------------------

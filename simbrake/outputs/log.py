@@ -153,6 +153,11 @@ STATUS_MESSAGES = {
 }
 
 
+def status_words(status: Status, words: BrakeWords) -> str:
+    """What a status means for a kind of brake."""
+    return STATUS_MESSAGES[status].replace("the pulley", f"the {words.body}")
+
+
 def status_of(
     end: Label,
     moved: bool,
@@ -406,7 +411,7 @@ class Events(list[Event]):
         return [event.time for event in self]
 
 
-class Phase(NamedTuple):
+class ModeSpan(NamedTuple):
     """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays
     handed to `event_log`.
 
@@ -423,7 +428,7 @@ class Phase(NamedTuple):
 
 
 def event_log(
-    phases: list[Phase],
+    phases: list[ModeSpan],
     margins: np.ndarray,
     locate: Callable[[list[tuple[int, int]]], np.ndarray],
     linings: int,

@@ -16,7 +16,6 @@ from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._faults import near
-from .._base._table import number
 from ..brakes.design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid.arrays import Array, numpy_of
@@ -106,32 +105,6 @@ def values_of_marks(scene: Scene) -> dict[str, float]:
         if mark.limit and name in limits
     }
     return values | {name: float(value) for name, value in own.items()}
-
-
-def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[str]:
-    """Warnings of metrics above their allowable values; those with a mark have events
-    instead."""
-    warnings = []
-    for name, most in allowable_values(scene).items():
-        value = metrics.get(name)
-        metric = METRICS.get(name)
-        if (
-            metric is not None
-            and metric.mark is None
-            and value is not None
-            and value > most
-        ):
-            words = name.removeprefix("max_").removeprefix("energy.").replace("_", " ")
-            times = (
-                f"is {value / most:.4g} × the allowable"
-                if most > 0
-                else "is above the allowable"
-            )
-            warnings.append(
-                f"over_limit: {words} {number(value, metric.unit)} {times} "
-                f"{number(most, metric.unit)}"
-            )
-    return warnings
 
 
 # --- metrics ------------------------------------------------------------------------
@@ -1081,6 +1054,30 @@ def event_of(name: str) -> str:
 #: energies of a run by name (J), `None` in a failed run for what left the range of
 #: numbers
 Energies: TypeAlias = Mapping[str, Any]
+
+
+#: terms of both balances in words
+ENERGY_WORDS = {
+    "load_work": "load",
+    "lever_work": "lever",
+    "motor_work": "motor",
+    "kinetic_release": "kinetic energy",
+    "kinetic_change": "kinetic energy gained",
+    "friction_heat": "friction heat",
+    "damper_heat": "dampers",
+    "shaft_work": "other torques on the shaft",
+    "electrical_work": "electrical work of friction",
+    "mechanical_work": "mechanical work of friction",
+    "elastic_change": "elastic energy",
+    "heat_to_metal": "friction into metal",
+    "heat_to_linings": "friction into linings",
+    "heat_to_band": "friction into the band",
+    "heat_elsewhere": "friction into no body",
+    "heat_supplied": "supplied",
+    "heat_stored": "stored",
+    "heat_lost": "lost to surroundings",
+    "heat_to_coolant": "carried away by the coolant",
+}
 
 
 class Balance(NamedTuple):

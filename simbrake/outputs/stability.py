@@ -1,9 +1,10 @@
 """How near a run came to an instability: a load that outweighs the sliding brake,
 linings that lock themselves."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from .._base._table import number
 from ..hybrid.arrays import Array
 from ..phases import Phases
 from ..physics._brake import BrakeSystem
@@ -47,9 +48,23 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
     }
 
 
-def shortage(scan: Scan, status: str) -> list[str]:
+class Shortage(NamedTuple):
+    """Stretches of a run in which the load exceeded what the brake gives under its
+    maximum slack tension.
+
+    - `start`, `end` (s) of the first, and the largest `load` (N·m) in it
+    - `times`: how many there were
+    """
+
+    start: float
+    end: float
+    load: float
+    times: int
+
+
+def shortage(scan: Scan, status: str) -> Shortage | None:
     """Times before the end in which the load exceeded what the brake gives under its
-    maximum slack tension."""
+    maximum slack tension; `None` without any."""
     columns = scan.seen
     t = scan.seen.t
     system: BrakeSystem = scan.record.system  # pyright: ignore
@@ -63,7 +78,7 @@ def shortage(scan: Scan, status: str) -> list[str]:
         > _ROUNDING * float(system.sizes.torque)
     ):
         # nothing ever sped up a pulley whose brake slides: no need to look closer
-        return []
+        return None
 
     def short_at(some: np.ndarray) -> np.ndarray:
         if not some.size:
@@ -83,15 +98,10 @@ def shortage(scan: Scan, status: str) -> list[str]:
     if spans and spans[-1][1] == len(t) - 1 and status == Status.RUNAWAY:
         spans.pop()  # that is how the run ended
     if not spans:
-        return []
-    (first, last) = spans[0]
-    often = f", {len(spans)} times in all" if len(spans) > 1 else ""
-    load = number(np.max(np.abs(columns.load_torque[first : last + 1])), "N*m")
-    return [
-        f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up "
-        f"to {load}) exceeded what the "
-        "sliding brake gives under its maximum slack tension"
-    ]
+        return None
+    first, last = spans[0]
+    load = float(np.max(np.abs(columns.load_torque[first : last + 1])))
+    return Shortage(float(t[first]), float(t[last]), load, len(spans))
 
 
 def _slides(scan: Scan) -> Array:

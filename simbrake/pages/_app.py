@@ -281,7 +281,17 @@ class App:
         )
         parts = head(result, limit_checks(result, self.limits), self.title)
         said: Verdict = parts["verdict"]
-        rows = [[*map(str, row), BADGES[row.state.colour]] for row in said.rows]
+        rows = [
+            [
+                row.heading,
+                row.value,
+                row.limit,
+                row.margin,
+                str(row.state),
+                BADGES[row.state.colour],
+            ]
+            for row in said.rows
+        ]
         shown = {
             "colour": str(said.colour),
             "headline": f"{said.reason}: {said.headline}",

@@ -30,11 +30,12 @@ from ..outputs.duty import stop_table
 from ..outputs.quantities import about_column
 from ..outputs.quantities import flat as flat_series
 from ..parts.scene import Scene
-from ..plot.drawing import Figure, both_sides, data_uri, span
+from ..plot.drawing import Axes, Figure, both_sides, data_uri, span
 from ..results.stored import provenance, save
 from ..rig._ledger import Ledger
 from ..rig._replay import Comparison
 from ..runs.accuracy import Accuracy, accuracy
+from ..runs.findings import course, findings, remarks, stage_table
 from ..runs.measure import (
     LimitCheck,
     Metric,
@@ -44,12 +45,11 @@ from ..runs.measure import (
     measure,
     name_of,
     read_limits,
-    summary_with_limits,
-    text_with_limits,
     title_of,
 )
 from ..runs.result import Result
 from ..runs.simulate import simulate
+from ..runs.verdict import summary_with_limits, text_with_limits
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal.heat import place_count
@@ -57,14 +57,10 @@ from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     BADGES,
     duty_words,
-    event_counts,
     event_table,
     key_figures,
     ledgers,
-    limit_table,
     parts_of,
-    stage_table,
-    tornado,
 )
 
 #: contents of a page, by the names that the template uses
@@ -72,7 +68,7 @@ Contents: TypeAlias = dict[str, Any]
 
 
 #: what a figure shows: a result, the duty ledger of a rig, or a replay beside its log
-Subject: TypeAlias = Result | Ledger | Comparison
+Subject: TypeAlias = Result | Ledger | Comparison | SensitivityTable
 
 
 class Picture(NamedTuple):
@@ -85,7 +81,7 @@ class Picture(NamedTuple):
       without scripts
     """
 
-    drawing: Callable[..., Figure]
+    drawing: Callable[..., Figure | Axes]
     title: str
     wanted: Callable[[Result], bool] = lambda result: True
     options: tuple[str, ...] = ()
@@ -106,7 +102,8 @@ class Picture(NamedTuple):
 
     def figure(self, subject: Subject) -> Figure:
         """The figure of what a page is about."""
-        return self.drawing(subject, *self.options)
+        drawn: Any = self.drawing(subject, *self.options)
+        return drawn.figure
 
 
 def _each_lining_has_heat(result: Result) -> bool:
@@ -116,6 +113,8 @@ def _each_lining_has_heat(result: Result) -> bool:
 
 #: the duty is in another section
 DUTY = Picture(plot.duty, "What acts on the brake")
+#: the influence of parameters on a metric is in another section too
+TORNADO = Picture(plot.tornado, "Influence of the parameters")
 #: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
     Picture(plot.stop, "The run over time", drawn=True),
@@ -285,7 +284,8 @@ def contents(
     """Contents of the page of one result."""
     progress.now("post-processing…")
     scene = result.scene
-    summary = result.report().summary
+    report = result.report()
+    summary = report.summary
     brake = result.scene.brake
     parts = parts_of(scene)
     linings = f"{brake.words.lining}s"
@@ -319,14 +319,14 @@ def contents(
         "pictures": [
             draw(result, picture) for picture in pictures_of(result, progress)
         ],
-        "counts": event_counts(result.events),
         "events": events,
         "fold": len(events) > _FOLD,
         "stages": stage_table(summary),
         "stops": stop_table(summary),
         "ledgers": ledgers(result, summary),
-        "limits": limit_table(checks),
-        "summary": summary,
+        "said": {finding.topic: finding.text for finding in findings(report)},
+        "absent": summary.get("absent_stages", ()),
+        "remarks": remarks(report),
         "sensitivities": None,
         "without": [],
         "accuracy": None,
@@ -338,8 +338,7 @@ def contents(
 def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
     """Contents of every page: title, verdict, key results; those of some pages alone
     empty."""
-    summary = result.report().summary
-    closure = digits(summary["energy"]["closure"], 2)
+    report = result.report()
     status = (
         result.status.replace("_", " ").capitalize()
         if result.ok
@@ -349,8 +348,8 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
         "title": title,
         "verdict": result.verdict(checks),
         "badges": BADGES,
-        "outcome": f"{status}: {result.message}; relative energy-balance residual {closure}.",
-        "figures": key_figures(summary),
+        "outcome": f"{status}: {result.message}. {course(report).text}.",
+        "figures": key_figures(report),
         "lining": result.scene.brake.words.lining,
         "film": drawable(result.scene),
         "panel": "",
@@ -426,7 +425,10 @@ def _sensitivities(
         {
             "words": title_of(table.metric),
             "value": number(table.value, table.unit),
-            "tornado": tornado(table, most=_BARS),
+            "tornado": {
+                **draw(table, TORNADO),
+                "name": f"tornado-{table.metric}",
+            },
             "rows": _sensitivity_table(table.matters[:_MOST]),
             "left_out": len(table.wholes) - len(table.matters[:_MOST]),
             "notes": table.notes,

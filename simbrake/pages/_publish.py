@@ -19,16 +19,17 @@ from .._base._progress import Progress
 from .._base._table import pretty, scale
 from ..export import Export, c_text, possible_inputs
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE
-from ..outputs.log import FAILURES, STATUS_MESSAGES, Event, Status
+from ..outputs.log import FAILURES, Event, Status, status_words
 from ..outputs.metrics import METRICS
 from ..parts.scene import Scene
 from ..runs.edit import entry_of
 from ..runs.measure import (
     PRESSURE,
     ROOM,
+    SMALL_MARGIN,
     LimitCheck,
-    Limited,
-    judged,
+    LimitsOfManyRuns,
+    coverage_of,
     limit_checks,
     measure,
     title_of,
@@ -36,7 +37,7 @@ from ..runs.measure import (
 )
 from ..runs.result import Result
 from ..runs.simulate import room_for, simulate
-from ..runs.verdict import RESERVE, SLIDING, SMALL_MARGIN, STILL_MOVING
+from ..runs.verdict import RESERVE, SLIDING, STILL_MOVING
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event
 from ._page import PICTURES, draw, head, render, template_file
@@ -115,8 +116,7 @@ def publish(
     )
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
     places = export.places()
-    body = scene.brake.words.body
-    limited = Limited.of(scene, limits, metrics)
+    limited = LimitsOfManyRuns.of(scene, limits, metrics)
     checks = limit_checks(base, limits)
     data: Data = {
         "program": base64.b64encode(program).decode("ascii"),
@@ -129,10 +129,7 @@ def publish(
         "span": _places(export, "initial.time") + _places(export, "end_time"),
         "metrics": [*_metrics(metrics, base, limited.limits)],
         "coverage": _coverage(limited, base, checks),
-        "statuses": [
-            STATUS_MESSAGES[status].replace("the pulley", f"the {body}")
-            for status in Status
-        ],
+        "statuses": [status_words(status, scene.brake.words) for status in Status],
         "reasons": [f"{reason.id}: {reason.words}" for reason in REASONS],
         "colours": list(COLOURS),
         "ratios": [
@@ -258,17 +255,19 @@ def _places(export: Export, path: str) -> list[int]:
 # --- what the page says of its metrics ----------------------------------------------
 
 
-def _coverage(limited: Limited, base: Result, checks: Sequence[LimitCheck]) -> Data:
+def _coverage(
+    limited: LimitsOfManyRuns, base: Result, checks: Sequence[LimitCheck]
+) -> Data:
     """What the page compares with limits, in words, and whether that leaves its verdict
     `open`."""
-    missing = judged(base, checks).missing
+    covered = coverage_of(base, checks)
     names = {check.name for check in checks if check.limit is not None}
     by_load = PRESSURE in names and "max_normal_load" in limited.limits
     aside = ", ".join(title_of(name) for name in limited.aside)
     words = ["Pressure on linings is compared by their load."] if by_load else []
     words += [f"Not looked at here: {aside}."] if aside else []
-    words += [f"No limit for: {', '.join(missing)}."] if missing else []
-    return {"words": " ".join(words), "open": bool(aside or missing)}
+    words += [f"{covered}."] if covered.missing else []
+    return {"words": " ".join(words), "open": bool(aside or covered.missing)}
 
 
 def _metrics(

@@ -36,7 +36,7 @@ def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
         "verdict": verdict._replace(headline=answer[0][:1].upper() + answer[0][1:]),
         "badges": BADGES,
         "outcome": "; ".join([*answer[1:], *book.answer]) + ".",
-        "figures": [*key_figures(replay.result.report().summary), *page["figures"]],
+        "figures": [*key_figures(replay.result.report()), *page["figures"]],
         "pictures": [draw(comparison, REPLAYED), *page["pictures"]],
         "sections": [("replay", "Replay", (*section, notes)), *page["sections"]],
     }

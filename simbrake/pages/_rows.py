@@ -24,8 +24,10 @@ from ..loads import (
 )
 from ..outputs.duty import totals
 from ..outputs.judgement import Colour
-from ..outputs.log import STAGES, Event, plain_words
+from ..outputs.log import Event, plain_words
 from ..outputs.metrics import (
+    ENERGY_WORDS,
+    HOLDING,
     METRICS,
     RESIDUAL_SEES,
     Balance,
@@ -42,44 +44,26 @@ from ..profiles import (
     PiecewiseLinear,
     Repeated,
 )
-from ..runs.measure import LimitCheck, title_of, unit_of
+from ..runs.findings import (
+    event_groups,
+    hottest_first,
+    linings_of,
+    place_and_time,
+    title_of_run,
+    upper,
+)
+from ..runs.report import Report
 from ..runs.result import Result
-from ..studies._sensitivity import Sensitivity, SensitivityTable
 
 #: what `Result.summary` returns
 Summary: TypeAlias = dict[str, Any]
 
 # --- tables --------------------------------------------------------------------------
 # a hidden column belongs to another one: `what_note` is below `what`, `time_end` ends
-# it, `verdict_kind` colours it
+# it
 
 #: classes of badges by the colour of what they say
 BADGES = {Colour.RED: "bad", Colour.AMBER: "open", Colour.GREEN: "good", None: ""}
-
-
-def limit_table(checks: Sequence[LimitCheck]) -> Table:
-    """Limits, verdicts of the run, and times."""
-    columns = [
-        "quantity",
-        Column("limit"),
-        Column("in this run"),
-        Column("margin"),
-        "verdict",
-        "when",
-    ]
-    rows = [
-        (
-            title_of(check.name),
-            number(check.limit, check.unit),
-            number(check.value, check.unit),
-            number(check.margin, check.unit, absolute=False),
-            check.verdict,
-            check.note,
-            BADGES[check.verdict.colour],
-        )
-        for check in checks
-    ]
-    return Table([*columns, Column("verdict_kind", hidden=True)], rows)
 
 
 #: metrics of the first stop of a run
@@ -92,6 +76,11 @@ _FIRST_STOP = (
 )
 
 
+#: torques at the end of a run that does not stop
+_TORQUES = {
+    "load_torque": "Load torque at the end",
+    "brake_torque": "Torque of the sliding brake at the end",
+}
 #: significant digits of a tile; all are in its tooltip
 _DIGITS = 3
 
@@ -107,112 +96,51 @@ class Tile(NamedTuple):
 
 
 def _of_stops(rows: Sequence[Summary]) -> list[Tile]:
-    def tile(
-        words: str, value: float, unit: str, note: str = "", decides: bool = False
-    ) -> Tile:
-        return Tile(words, number(value, unit, count=_DIGITS), note, decides)
-
+    """The longest braking, and the most friction heat of one stop."""
     sums = totals(rows)
-    slowest, hottest = (
-        f"in stop {sums[name]['stop']}" for name in ("slowest", "hottest")
-    )
-    tiles = [
-        tile("Longest braking", sums["slowest"]["braking_time"], "s", slowest, True),
-        tile(
-            "Maximum friction heat of a stop",
-            sums["hottest"]["energy"],
-            "J",
-            hottest,
-            True,
-        ),
-        Tile("Stops", Number(str(len(rows)), ""), ""),
-        tile("Time in motion", sums["motion_time"], "s"),
-        tile("Time of braking", sums["braking_time"], "s"),
-        tile("Angle of all stops", sums["angle"], "rad"),
-    ]
-    if "travel" in sums:
-        up = (
-            f"{number(sums['upwards'], 'm', count=_DIGITS)} of it upwards"
-            if sums["upwards"] > 0
-            else ""
-        )
-        tiles.append(tile("Hook travel of all stops", sums["travel"], "m", up))
+    tiles = []
+    for words, column, unit, worst in (
+        ("Longest braking", "braking_time", "s", sums["slowest"]),
+        ("Maximum friction heat of a stop", "energy", "J", sums["hottest"]),
+    ):
+        value = number(worst[column], unit, count=_DIGITS)
+        tiles.append(Tile(words, value, f"in stop {worst['stop']}", True))
     return tiles
 
 
 def deciding(values: Mapping[str, float | None]) -> list[str]:
     """Metrics that decide, in order: time and travel of the stop, the hottest body, the
     holding reserve."""
-    there = [
-        name
-        for name, value in values.items()
-        if value is not None and math.isfinite(value)
-    ]
+    there = [name for name, x in values.items() if x is not None and math.isfinite(x)]
     travel = "hook_travel" if "hook_travel" in there else "stopping_angle"
-    hot = [
-        name
-        for name in there
-        if name.startswith("peak_") and name.endswith("temperature")
-    ]
-    hottest = [max(hot, key=lambda name: values[name] or 0.0)] if hot else []
-    return [
-        name
-        for name in ("stopping_time", travel, *hottest, "min_holding_reserve")
-        if name in there
-    ]
+    hottest = hottest_first({name: values[name] for name in there})[:1]
+    wanted = ("stopping_time", travel, *hottest, HOLDING)
+    return [name for name in wanted if name in there]
 
 
-def key_title(name: str, summary: Summary) -> str:
-    """What a metric is called on a page, in the words of its kind of brake."""
-    lining = summary.get("lining", "lining")
-    body = summary.get("body", "rim")
-    return METRICS[name].title.replace("lining", lining).replace("rim ", f"{body} ")
-
-
-def key_figures(summary: Summary) -> list[Tile]:
+def key_figures(report: Report) -> list[Tile]:
     """Metrics of the run in words, with their value, lining and time, those that decide
-    first; of several stops totals and the worst one."""
-    tiles = _of_stops(summary["stops"]) if "stops" in summary else []
-    at = summary["at"]
-    lining = summary.get("lining", "lining")
-    skipped = _FIRST_STOP if "stops" in summary else ()
-    values = {
-        name: value
-        for name, value in summary["metrics"].items()
-        if name in METRICS and name not in skipped
-    }
+    first; of several stops the worst one."""
+    summary = report.summary
+    tiles = []
+    values = {name: report.metrics.get(name) for name in METRICS}
+    if "stops" in summary:
+        tiles = _of_stops(summary["stops"])
+        values |= dict.fromkeys(_FIRST_STOP)
     decide = deciding(values)
     for name in (*decide, *(name for name in METRICS if name not in decide)):
-        value = values.get(name)
-        if value is None:
-            continue
-        notes = [f"{lining} {at[f'{name}_lining']}"] if f"{name}_lining" in at else []
-        notes += (
-            [f"at {number(at[f'{name}_time'], 's', count=4)}"]
-            if f"{name}_time" in at
-            else []
-        )
-        shown = number(value, unit_of(name), count=_DIGITS)
-        tiles.append(
-            Tile(key_title(name, summary), shown, ", ".join(notes), name in decide)
-        )
-    capacity = summary["capacity"]
-    if capacity is not None:
-        torques = {
-            "Load torque at the end": capacity["load_torque"],
-            "Torque of the sliding brake at the end": capacity["brake_torque"],
-        }
-        tiles += [
-            Tile(words, number(torque, "N*m", count=_DIGITS), "", True)
-            for words, torque in torques.items()
-        ]
-    tiles.append(
-        Tile(
-            "Friction heat",
-            number(summary["energy"]["friction_heat"], "J", count=_DIGITS),
-            "",
-        )
-    )
+        if values[name] is not None:
+            title = title_of_run(name, report.result.scene)
+            value = number(values[name], METRICS[name].unit, count=_DIGITS)
+            place = place_and_time(name, report, 4)
+            tiles.append(Tile(title, value, place, name in decide))
+    torques = summary["capacity"] or {}
+    for name, words in _TORQUES.items():
+        if name in torques:
+            value = number(torques[name], "N*m", count=_DIGITS)
+            tiles.append(Tile(words, value, "", True))
+    heat = number(summary["energy"]["friction_heat"], "J", count=_DIGITS)
+    tiles.append(Tile("Friction heat", heat, ""))
     return sorted(tiles, key=lambda tile: not tile.decides)
 
 
@@ -222,168 +150,19 @@ EVENT = Column("event", left=True, show=lambda name: name.replace("_", " "))
 def event_table(events: Sequence[Event]) -> Table:
     """The log; events of one name at linings that follow each other are one row, each
     of them in `meaning_members`."""
-
-    def together(entry: tuple[int, Event]) -> tuple[str, int]:
-        return entry[1].name, entry[0] if entry[1].lining is None else -1
-
     rows = []
-    for (name, _), group in itertools.groupby(enumerate(events), together):
-        alike = [event for _, event in group]
-        members = [(event.lining, number(event.time, "s")) for event in alike]
-        linings = [lining for lining, _ in members if lining is not None]
-        many = len(members) > 1
-        last, each = (members[-1][1], members) if many else (None, [])
-        last = None if str(last) == str(members[0][1]) else last
-        meaning = f"{alike[0].phase} ended" if alike[0].phase else plain_words(name)
-        rows.append((members[0][1], name, _span(linings), meaning, last, each))
+    for group in event_groups(events):
+        name = group[0].name
+        phase = group[0].phase
+        members = [(event.lining, number(event.time, "s")) for event in group]
+        first = members[0][1]
+        last = members[-1][1]
+        meaning = f"{phase} ended" if phase else plain_words(name)
+        until = None if str(last) == str(first) else last
+        each = members if len(group) > 1 else []
+        rows.append((first, name, linings_of(group), meaning, until, each))
     hidden = [Column("time_end", hidden=True), Column("meaning_members", hidden=True)]
     return Table([Column("time"), EVENT, "lining", "meaning", *hidden], rows)
-
-
-def _span(linings: list[int]) -> str:
-    if len(linings) <= 1:
-        return "".join(str(i) for i in linings)
-    if len(linings) == abs(linings[-1] - linings[0]) + 1 and sorted(linings) in (
-        linings,
-        linings[::-1],
-    ):
-        return f"{linings[0]}…{linings[-1]}"
-    return f"{len(linings)} times"
-
-
-def event_counts(events: Sequence[Event]) -> Table:
-    """Events by name, in the order of the first of each."""
-    times: dict[str, list[float]] = {}
-    for event in events:
-        times.setdefault(event.name, []).append(event.time)
-    rows = [
-        (name, len(t), number(min(t), "s"), number(max(t), "s"), plain_words(name))
-        for name, t in times.items()
-    ]
-    return Table(
-        [EVENT, Column("count"), Column("first"), Column("last"), "meaning"],
-        rows,
-        "Events by name",
-    )
-
-
-#: columns of the stages of a staged brake: heading and unit, by their names in the
-#: summary
-_STAGE = {
-    "start": ("from", "s"),
-    "end": ("to", "s"),
-    "duration": ("lasted", "s"),
-    "heat_external": ("heat, band on linings", "J"),
-    "heat_internal": ("heat, linings on rim", "J"),
-    "load_work": ("work of the load", "J"),
-    "lever_work": ("work of the lever", "J"),
-}
-
-
-def stage_table(summary: Summary) -> Table:
-    """Stages in order: start, end, duration, heat of both pairs, work of load and
-    lever."""
-    columns = [Column(name, heading=heading) for name, (heading, _) in _STAGE.items()]
-    rows = [
-        (
-            stage["name"].replace("_", " "),
-            *(number(stage[name], unit) for name, (_, unit) in _STAGE.items()),
-            STAGES.get(stage["name"], ""),
-        )
-        for stage in summary.get("stages", [])
-    ]
-    return Table(["stage", *columns, Column("stage_note", hidden=True)], rows)
-
-
-def tornado(table: SensitivityTable, most: int = 12) -> dict[str, Any]:
-    """A tornado chart: effect of every parameter over its range, the largest on top;
-    without ranges, elasticities.
-
-    Of a bar the path and value of the parameter, the two ends, and where the derivative
-    alone would lead (`tangents`). Places, of the metric's own value (`base`) as well,
-    are in percent of the chart's width.
-    """
-    base, bars = table.bars(most)
-    if any(len(ends) > 1 for _, ends in bars):
-        caption = (
-            "Metric at the lower (blue) and the upper (red) bound of each parameter's "
-            "range, the others fixed; lines "
-            "across the bars are where the derivative alone would lead to."
-        )
-    else:
-        caption = "Percent of the metric for one percent of each parameter."
-    bars.sort(key=lambda bar: -max(abs(x - base) for _, x in bar[1]))
-    tangents = {
-        row.path: [base - row.tangent, base + row.tangent] if row.tangent else []
-        for row, _ in bars
-    }
-    every = [
-        base,
-        *(
-            x
-            for row, ends in bars
-            for x in (*(end for _, end in ends), *tangents[row.path])
-        ),
-    ]
-    low = min(every)
-    width = max(max(every) - min(every), 1e-300)
-
-    def place(x: float) -> float:
-        return 100 * (x - low) / width
-
-    def bar(row: Sensitivity, ends: Sequence[tuple[str, float]]) -> dict[str, Any]:
-        half = (
-            ""
-            if row.half is None
-            else f" ± {number(row.half, row.unit, absolute=False, count=3)}"
-        )
-        sides = []
-        for side, x in ends:
-            a, b = sorted((place(x), place(base)))
-            words = (
-                f", {side}er bound: {number(x, table.unit, count=6)}"
-                if base
-                else f": {Number(digits(x, 4))}"
-            )
-            sides.append(
-                {"side": side, "x": a, "width": b - a, "words": f"{row.path}{words}"}
-            )
-        words = f"{number(row.value, row.unit, count=5)}{half}"
-        return {
-            "path": row.path,
-            "words": words,
-            "ends": sides,
-            "tangents": [*map(place, tangents[row.path])],
-        }
-
-    return {
-        "caption": caption,
-        "bars": [bar(*pair) for pair in bars],
-        "base": place(base),
-    }
-
-
-#: terms of both balances in words
-_TERMS = {
-    "load_work": "Work of the load",
-    "lever_work": "Work of the lever",
-    "motor_work": "Work of the motor",
-    "kinetic_release": "Kinetic energy given up",
-    "friction_heat": "Friction heat",
-    "electrical_work": "Electrical work of friction",
-    "mechanical_work": "Mechanical work of friction",
-    "damper_heat": "Heat of dampers",
-    "shaft_work": "Other torques on the shaft",
-    "elastic_change": "Elastic energy",
-    "heat_to_metal": "Friction heat into metal",
-    "heat_to_linings": "Friction heat into linings",
-    "heat_to_band": "Friction heat into the band",
-    "heat_elsewhere": "Friction heat into no body",
-    "heat_supplied": "Supplied",
-    "heat_stored": "Stored",
-    "heat_lost": "Lost to the surroundings and to no body",
-    "heat_to_coolant": "Carried away by the coolant",
-}
 
 
 def ledgers(result: Result, summary: Summary) -> list[dict[str, Any]]:
@@ -405,7 +184,7 @@ def ledgers(result: Result, summary: Summary) -> list[dict[str, Any]]:
         # (what left the range of numbers in a failed run is no number)
         sides = (
             {
-                _TERMS.get(name, name): np.nan if value is None else value
+                upper(ENERGY_WORDS.get(name, name)): np.nan if value is None else value
                 for name, value in side.items()
             }
             for side in (into, out)

@@ -19,7 +19,6 @@ _ABOVE = {
     "Comparison": "checks",
     "explain": "studies",
     "Explanation": "studies",
-    "Finding": "studies",
 }
 
 
@@ -32,6 +31,7 @@ def _found(name: str) -> Any:
 __getattr__ = answers(
     __name__,
     gone={
+        "Judged": "simbrake.results.LimitCoverage is its name",
         **dict.fromkeys(
             ("Beside", "SideBySide"),
             "compare two at a time; pandas.DataFrame([one.metrics for one in results]) "

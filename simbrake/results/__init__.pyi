@@ -10,9 +10,10 @@ from ._of_runs import DutyKind as DutyKind
 from ._of_runs import ErrorEstimate as ErrorEstimate
 from ._of_runs import Event as Event
 from ._of_runs import Events as Events
+from ._of_runs import Finding as Finding
 from ._of_runs import HeatResult as HeatResult
-from ._of_runs import Judged as Judged
 from ._of_runs import LimitCheck as LimitCheck
+from ._of_runs import LimitCoverage as LimitCoverage
 from ._of_runs import Mark as Mark
 from ._of_runs import Metric as Metric
 from ._of_runs import Overlap as Overlap

@@ -17,6 +17,7 @@ from ..outputs.probe import integral
 from ..outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
 from ..physics.mechanism import BandMode
 from ..runs.accuracy import Accuracy, ErrorEstimate, accuracy
+from ..runs.findings import Finding
 from ..runs.linings import (
     Overlap,
     RingWear,
@@ -29,7 +30,7 @@ from ..runs.linings import (
     overlap,
     ring_wear,
 )
-from ..runs.measure import Judged, LimitCheck, limit_checks
+from ..runs.measure import LimitCheck, LimitCoverage, VerdictRow, limit_checks
 from ..runs.networks import (
     CyclicState,
     HeatResult,
@@ -40,4 +41,4 @@ from ..runs.networks import (
 )
 from ..runs.result import Result
 from ..runs.simulate import Prepared, PreparedAccuracy, PreparedResult, prepare
-from ..runs.verdict import Verdict, VerdictRow, verdict
+from ..runs.verdict import Verdict, verdict

@@ -32,9 +32,8 @@ from ..outputs.metrics import (
 )
 from ..outputs.probe import Entry, Number
 from ..parts.scene import AbstractLimits, Scene, require_scene
+from .findings import body_of, hottest_first
 from .linings import lining_peak
-from .report import body_of, hottest_first
-from .report import text as text_of
 from .result import Result, greatest_values
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a
@@ -302,6 +301,10 @@ _LININGS = "peak_lining_temperature"
 ROOM = ZERO + 20.0
 
 
+#: a margin below this share of the limit is small
+SMALL_MARGIN = 0.10
+
+
 class LimitVerdict(enum.StrEnum):
     """Verdict on one limit."""
 
@@ -323,6 +326,39 @@ class LimitVerdict(enum.StrEnum):
             LimitVerdict.EXCEEDED: Colour.RED,
             LimitVerdict.SMALL: Colour.AMBER,
         }.get(self, Colour.GREEN)
+
+
+class VerdictRow(NamedTuple):
+    """One limit in words: `name`, `value` in the run, `limit`, `margin` with its
+    percentage, the `state`, and a `note`: when, or why not.
+
+    Example:
+        >>> row = result.verdict({"stopping_time": "1 s"}).rows[0]
+        >>> row.name, row.value, row.limit
+        ('Stopping time', '1.25772 s', '≤ 1 s')
+    """
+
+    name: str
+    value: str
+    limit: str
+    margin: str
+    state: LimitVerdict
+    note: str = ""
+
+    @property
+    def heading(self) -> str:
+        """Name and note."""
+        return f"{self.name}, {self.note}" if self.note else self.name
+
+    @property
+    def terms(self) -> str:
+        """Value, limit and margin."""
+        return f"{self.value}, allowed {self.limit}, margin {self.margin}"
+
+    def __str__(self) -> str:
+        verb = "has a" if self.state == LimitVerdict.SMALL else "is"
+        note = f", {self.note}" if self.note else ""
+        return f"{self.name} {verb} {self.state}{note}: {self.terms}"
 
 
 class LimitCheck(NamedTuple):
@@ -362,16 +398,23 @@ class LimitCheck(NamedTuple):
         return 100 * self.margin / whole if whole > 0 else None
 
     @property
-    def margin_words(self) -> str:
-        """The margin with its unit and in percent, empty without one."""
-        if self.margin is None:
-            return ""
-        percent = (
-            ""
-            if self.margin_percent is None
-            else f" ({digits(self.margin_percent, 3)} %)"
-        )
-        return f"{number(self.margin, self.unit, count=4, absolute=False)}{percent}"
+    def row(self) -> VerdictRow:
+        """The same in words."""
+        state = self.verdict
+        percent = self.margin_percent
+        margin = "—"
+        if self.margin is not None:
+            margin = str(number(self.margin, self.unit, count=4, absolute=False))
+        if percent is not None:
+            margin += f" ({digits(percent, 3)} %)"
+            if state == LimitVerdict.WITHIN and percent < 100 * SMALL_MARGIN:
+                state = LimitVerdict.SMALL
+        limit = f"≤ {number(self.limit, self.unit)}"
+        title = title_of(self.name)
+        if self.value is None:
+            return VerdictRow(title, self.note, limit, margin, state)
+        value = str(number(self.value, self.unit))
+        return VerdictRow(title, value, limit, margin, state, self.note)
 
     def as_dict(self) -> Entry:
         """`{name, verdict, value, limit, margin, margin_percent, unit, note}`, numbers
@@ -389,12 +432,7 @@ class LimitCheck(NamedTuple):
         return {name: plain(getattr(self, name)) for name in names}
 
     def __str__(self) -> str:
-        """Verdict with value, limit and margin, as a line of a summary."""
-        margin = f", margin {self.margin_words}" if self.margin_words else ""
-        note = f" ({self.note})" if self.note else ""
-        value = number(self.value, self.unit)
-        limit = number(self.limit, self.unit)
-        return f"{self.name} {self.verdict}: {value}, limit {limit}{margin}{note}"
+        return str(self.row)
 
 
 def read_limits(
@@ -482,7 +520,7 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         note = _when(result, summary, name, limits[name], marked.get(name))
         return _judged(result, name, limits[name], value, unit_of(name), note)
 
-    hot = [name for name in hottest_first(summary["metrics"]) if name in HOT]
+    hot = hottest_first(summary["metrics"])
     checks = [check(name) for name in hot]
     if _LININGS not in hot:
         heated = result.scene.heated
@@ -527,7 +565,7 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
     return checks
 
 
-class Limited(NamedTuple):
+class LimitsOfManyRuns(NamedTuple):
     """Limits where of many runs nothing is kept but metrics: `limits` of those, in SI;
     `aside` are the names of other limits."""
 
@@ -537,7 +575,7 @@ class Limited(NamedTuple):
     @classmethod
     def of(
         cls, scene: Scene, limits: Mapping[str, float], metrics: Sequence[str]
-    ) -> "Limited":
+    ) -> "LimitsOfManyRuns":
         """All limits of a run that are maxima: those given, and of the parts of the
         scene.
 
@@ -624,20 +662,13 @@ def _when(
         event["time"] for event in summary["events"] if event["name"] == mark.event
     ]
     often = "" if len(times) < 2 else f", {len(times)} times in all"
-    early = (
-        "above it from the start; "
-        if np.max(result.report().scan.seen.passing[name][0]) > bound
-        else ""
-    )
-    return (
-        f"first exceeded at {number(min(times), 's')}{often}; " if times else early
-    ) + note
+    return f"first at {number(min(times), 's')}{often}" if times else "from the start"
 
 
 # --- what the limits cover ----------------------------------------------------------
 
 
-class Judged(NamedTuple):
+class LimitCoverage(NamedTuple):
     """What the limits of a run cover.
 
     - `given` of `of` limits: of the parts under load in the run, one each
@@ -680,7 +711,7 @@ _PARTS = {
 }
 
 
-def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
+def coverage_of(result: Result, checks: Sequence[LimitCheck]) -> LimitCoverage:
     """What the limits among `checks` cover of the parts of a brake that were under
     load."""
     summary = result.report().summary
@@ -697,8 +728,8 @@ def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
         parts.pop("lever force", None)
     rubs = bool(summary["energy"]["friction_heat"])
     hot = hottest_first(metrics) if rubs else []
-    for name in (name for name in hot if name in HOT):
-        parts[f"{body_of(HOT[name], summary)} temperature"] = (name,)
+    for name in hot:
+        parts[f"{body_of(HOT[name], scene)} temperature"] = (name,)
     available = {*metric_names(scene), *((PRESSURE,) if _has_area(scene) else ())}
     missing = {
         part: tuple(name for name in names if name in available)
@@ -709,31 +740,4 @@ def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
     pulled = lever_of(scene) is not None or "max_actuator_pressure" in metrics
     if scene.brake.banded and not pulled and metrics.get("max_tension"):
         beside += () if scene.duty.lever.controls_speed else ("lever force",)
-    return Judged(len(parts) - len(missing), len(parts), missing, beside)
-
-
-def limit_lines(checks: Sequence[LimitCheck]) -> list[str]:
-    """Lines of a summary on the limits, one each."""
-    return [f"limit    {check}" for check in checks if check.limit is not None]
-
-
-def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
-    """The same as numbers and words."""
-    return [check.as_dict() for check in checks if check.limit is not None]
-
-
-def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
-    """The summary of a result with the verdict and the limits."""
-    return text_of(
-        result.report().summary,
-        [f"verdict  {result.verdict(checks)}", *limit_lines(checks)],
-    )
-
-
-def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
-    """The same as `run --json` prints it: `Result.summary`, `limits` and `verdict`."""
-    return {
-        **result.summary(),
-        "limits": limit_dicts(checks),
-        "verdict": result.verdict(checks).as_dict(),
-    }
+    return LimitCoverage(len(parts) - len(missing), len(parts), missing, beside)

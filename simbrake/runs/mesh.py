@@ -9,7 +9,6 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from .._base._table import digits, number
 from ..outputs.metrics import HOT, Peak
 from ..outputs.scan import Scan
 from ..parts.scene import Scene
@@ -57,10 +56,20 @@ def heatings(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> Iterator[He
                 yield Heating(walls[body], face, peaks[name], *stretch)
 
 
-def thick_layers(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> list[str]:
-    """Warnings of heated walls with layers that are too thick for the heating up to
-    their highest temperature."""
-    messages = []
+class ThickLayers(NamedTuple):
+    """A heated wall whose layers are too thick: its place, the layers that it has and
+    those that would do, and the rise of its temperature (K)."""
+
+    place: str
+    found: Coarse
+    rise: float
+
+
+def thick_layers(
+    scene: Scene, scan: Scan, peaks: Mapping[str, Peak]
+) -> Iterator[ThickLayers]:
+    """Heated walls with layers that are too thick for the heating up to their highest
+    temperature."""
     for wall, face, peak, times, work in heatings(scene, scan, peaks):
         found = coarse(wall, face, times, work)
         if found is None:
@@ -68,8 +77,7 @@ def thick_layers(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> list[st
         before = _outermost(scan, wall, face, times[0])
         rise = float(peak.value - before[min(int(peak.lining), len(before)) - 1])
         if abs(found.share) * rise > _LITTLE:
-            messages.append(_words(f"{wall.name}.{face}", found, rise))
-    return messages
+            yield ThickLayers(f"{wall.name}.{face}", found, rise)
 
 
 def cuts_of(result: Any) -> dict[str, int]:
@@ -142,21 +150,3 @@ def _stretch(
         .astype(int)
     )
     return times[some], heat[some]
-
-
-def _words(place: str, found: Coarse, rise: float) -> str:
-    first = number(found.first, "m", count=3)
-    time = number(found.time, "s", count=3)
-    error = digits(abs(found.share) * rise, 2)
-    too = "high" if found.share > 0 else "low"
-    remedy = "give it more layers, thin at the face"
-    if found.layers:
-        remedy = (
-            f"{found.layers} layers, the first "
-            f"{number(found.better, 'm', count=2)} thick, would do"
-        )
-    return (
-        f"mesh: {place}: its layers, the first {first} thick, are too thick for {time} "
-        "of heating: the rise of "
-        f"{digits(rise, 3)} K is some {error} K too {too}; {remedy}"
-    )

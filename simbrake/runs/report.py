@@ -2,28 +2,22 @@
 text."""
 
 import functools
-import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
 import numpy as np
 
-from .._base._table import Table, in_rig_units, number, plain
+from .._base._table import Table, plain
 from ..hybrid import FINISHED, Record
-from ..hybrid.extremes import first_largest
 from ..outputs._wants import holding_rows
 from ..outputs.duty import (
-    DutyKind,
     Stop,
     columns_of,
-    counted,
-    duty_lines,
     duty_of,
     end_of,
     rows_of,
     speed_is_led,
-    stop_table,
     stops_of,
     words_of,
 )
@@ -31,7 +25,7 @@ from ..outputs.extremes import Maxima
 from ..outputs.judgement import Judgement, held_throughout, judge
 from ..outputs.log import (
     Event,
-    Phase,
+    ModeSpan,
     Stage,
     Status,
     absent_stages,
@@ -41,29 +35,22 @@ from ..outputs.log import (
 )
 from ..outputs.metrics import (
     HOLDING,
-    HOT,
     METRICS,
-    RESIDUAL_SEES,
     Peak,
     energies,
-    energy_balance,
     event_of,
-    heat_balance,
-    limits_exceeded,
-    marks,
     marks_of,
     metrics_of,
 )
 from ..outputs.probe import Entry, RunJit, record_of
 from ..outputs.scan import Scan, ScanColumns
-from ..outputs.stability import shortage
-from ..parts.scene import plausibility, warnings
+from ..outputs.stability import Shortage, shortage
 from ..phases import Ended, Phases
 from ..physics._brake import BrakeSystem
 from ..physics.heated import sensed
 from ..physics.mechanism import BandMode, Label, Mode, turned_since_rest
 from .choice import stiffness
-from .mesh import thick_layers
+from .mesh import ThickLayers, thick_layers
 
 #: from the place in a step where the samples have a zero that of the run is at most
 #: this far (share of the step)
@@ -103,7 +90,7 @@ def _powers(count: int) -> np.ndarray:
     return np.linalg.inv(np.vander(np.linspace(0.0, 1.0, count), increasing=True))
 
 
-def _rise(
+def rising_roots(
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],
     low: np.ndarray,
     high: np.ndarray,
@@ -285,11 +272,11 @@ class Report:
         times = (t[first].tolist(), t[last + 1].tolist())
         turned = self.turned
         spans = zip(labels, *places, *times, turned[first].tolist(), strict=True)
-        phases = [Phase(*span) for span in spans]
+        phases = [ModeSpan(*span) for span in spans]
         start, *_, end = labels_of(record, np.asarray([0, n]))
         if n and end != labels[-1]:  # an event at the very end
             phases.append(
-                Phase(
+                ModeSpan(
                     end,
                     n * samples - 1,
                     n * samples - 1,
@@ -482,7 +469,7 @@ class Report:
         def polynomial(some: np.ndarray, x: np.ndarray) -> np.ndarray:
             return np.sum(terms[some] * x[:, None] ** np.arange(scan.samples), axis=1)
 
-        near = _rise(polynomial, place / last, (place + 1) / last)
+        near = rising_roots(polynomial, place / last, (place + 1) / last)
         share = np.where(np.isnan(near), (place + 0.5) / last, near)
         left = np.arange(len(near))
         for reach in (
@@ -492,7 +479,9 @@ class Report:
         ):  # the run itself may have it a little aside
             low = np.maximum(share[left] - reach, 0.0)
             high = np.minimum(share[left] + reach, 1.0)
-            exact = _rise(lambda some, x, left=left: margin(left[some], x), low, high)
+            exact = rising_roots(
+                lambda some, x, left=left: margin(left[some], x), low, high
+            )
             located = ~np.isnan(exact)
             share[left[located]] = exact[located]
             left = left[~located]
@@ -579,35 +568,20 @@ class Report:
             entry["holding"] = {"load_torque": load, "capacity": least * load}
         return entry
 
-    def _notes(self) -> list[str]:
-        """What this run could not see."""
-        system: BrakeSystem = self._record.system  # pyright: ignore
-        words = {"lever": "the lever", "load": "the load", "motor": "the motor"}
-        names = list(
-            dict.fromkeys(
-                words.get(name, "another given function") for name in system.sampled
-            )
-        )
-        if not names:
-            return []
-        t = np.asarray(self._record.rows.t)[: int(self._record.count) + 1]
-        # (guards are looked at more often, but what turns the pulley is seen by the
-        # steps alone)
-        longest = float(np.max(np.diff(t), initial=0.0)) * self._record.method.blind
-        verb = (
-            "is a user-defined function"
-            if len(names) == 1
-            else "are user-defined functions"
-        )
-        return [
-            f"sampled: {' and '.join(names)} {verb} of time; this run looked at least every "
-            f"{number(longest, 's', count=3)}, a shorter pulse may be missed: give its "
-            "knots, or a shorter max_step"
-        ]
+    @functools.cached_property
+    def shortage(self) -> Shortage | None:
+        """When the load exceeded the sliding brake at its maximum pull, before the
+        end."""
+        return shortage(self.scan, self.result.status)
+
+    @functools.cached_property
+    def thick_layers(self) -> list[ThickLayers]:
+        """Heated walls whose layers are too thick for the heating."""
+        return list(thick_layers(self.result.scene, self.scan, self.peaks))
 
     @functools.cached_property
     def summary(self) -> Entry:
-        """What `Result.summary` gives a copy of."""
+        """Numbers of a run, as `Result.summary` gives them with its words."""
         r = self.result
         stats = self.result.record.stats
         metrics = self.metrics
@@ -619,30 +593,6 @@ class Report:
             for name in self.peaks
             if METRICS[name].of_linings and widths[name] == count
         ]
-        said = [
-            *warnings(r.scene),
-            *plausibility(r.scene, metrics.get("peak_rim_temperature")),
-        ]
-        numbers = metrics | {
-            f"energy.{name}": value for name, value in plain(self._energies).items()
-        }
-        said += thick_layers(r.scene, self.scan, self.peaks)
-        said += shortage(self.scan, r.status) + limits_exceeded(r.scene, numbers)
-        # (those that do from the start are told by the scene)
-        if times := [
-            event.time for event in self.events if event.name == "self_locking"
-        ]:
-            said.append(
-                f"self_locking: a lining came to lock itself, first at {min(times):.6g} s"
-            )
-        if times := [
-            event.time for event in self.events if event.name == "coolant_boils"
-        ]:
-            how = (
-                "the coolant boils at the wetted wall; the heat is computed as if it "
-                "stayed liquid"
-            )
-            said.append(f"coolant_boils: from {times[0]:.6g} s on {how}")
         capacity = None
         if r.status in (
             Status.NOT_STOPPED,
@@ -657,10 +607,7 @@ class Report:
         summary = {
             "status": r.status,
             "duty": duty_of(r.scene, r.status, len(self.stops)),
-            "message": r.message,
             "capacity": capacity,
-            "warnings": said,
-            "notes": self._notes(),
             "events": [event.as_dict() for event in self.events],
             "end": end_of(self._record, r.scene),
             **self._holding(metrics),
@@ -697,286 +644,3 @@ class Report:
             },
         }
         return plain(summary)
-
-
-# --- the summary as text ------------------------------------------------------------
-
-
-def _number(value: float | None, unit: str) -> str:
-    if value is None:
-        return "—"
-    return str(number(value, unit)) if in_rig_units() else f"{value:.6g} {unit}"
-
-
-def _kilo(value: float | None, unit: str, *, digits: int = 6) -> str:
-    """A number in thousands; a dash for what left the range of numbers in a failed
-    run."""
-    if value is None:
-        return f"— {unit}"
-    rig = in_rig_units()
-    return (
-        str(number(value, unit[1:], count=digits))
-        if rig
-        else f"{value / 1e3 + 0.0:.{digits}g} {unit}"
-    )
-
-
-def _sum(
-    energies: Entry, words: Mapping[str, str], *, digits: int = 6, between: str = " + "
-) -> str:
-    """The energies that a run has, each after its words, in kJ."""
-    there = {words[name]: value for name, value in energies.items() if name in words}
-    return between.join(
-        f"{word} {_kilo(value, 'kJ', digits=digits)}" for word, value in there.items()
-    )
-
-
-def _share(value: float | None) -> str:
-    return "—" if value is None else f"{value:.1e}"
-
-
-def _grouped(events: list[Entry]) -> str:
-    """Events in order, runs of one name at several linings drawn together."""
-    parts = []
-    for _, group in itertools.groupby(
-        enumerate(events), lambda x: (x[1]["name"], -1 if "lining" in x[1] else x[0])
-    ):
-        first, *more = (event for _, event in group)
-        words = first["name"].replace("_", " ")
-        lining = f" {first['lining']}" if "lining" in first else ""
-        if more:
-            words = f"{words}s"
-            lining = f"{lining}…{more[-1]['lining']}"
-        until = f"…{more[-1]['time']:.6g}" if more else ""
-        parts.append(f"{words}{lining} {first['time']:.6g}{until} s")
-    shown = (
-        parts
-        if len(parts) <= 12
-        else [*parts[:6], f"… {len(parts) - 10} more …", *parts[-4:]]
-    )
-    return ", ".join(shown) if shown else "none"
-
-
-def hottest_first(metrics: Mapping[str, float | None]) -> list[str]:
-    """Names of the maximum temperatures that a run has, the highest one first."""
-    there = {
-        name: value
-        for name, value in metrics.items()
-        if name.startswith("peak_") and value is not None
-    }
-    return sorted(
-        (name for name in there if name.endswith("_temperature")),
-        key=lambda name: -there[name],
-    )
-
-
-def body_of(place: str, summary: Entry) -> str:
-    """A place whose temperature is reported, in the words of its kind of brake."""
-    own = {
-        "rim": summary.get("body", "rim"),
-        "linings": f"{summary.get('lining', 'lining')}s",
-    }
-    return own.get(place, "linings outside" if place == "outer" else place)
-
-
-def _course(summary: Entry) -> Iterator[str]:
-    """Onset of slip and stop of a run with one stop, or of one without as far as it
-    came; stages of a staged brake."""
-    m = summary["metrics"]
-    if summary["duty"] in (
-        DutyKind.STOP,
-        DutyKind.TURNING,
-        DutyKind.RUNAWAY,
-        DutyKind.FAILED,
-    ):
-        acts = (
-            "slip onset t0"
-            if "lining" not in summary
-            else f"the {summary['lining']}s act from"
-        )
-        if m["slip_onset_time"] is not None or m["stopping_time"] is not None:
-            slips = _number(m["full_slip_time"], "s")
-            yield f"onset    {acts} {_number(m['slip_onset_time'], 's')}, full slip {slips}"
-        if m["stopping_time"] is not None:
-            travel = (
-                ""
-                if m["hook_travel"] is None
-                else f", hook travel {_number(m['hook_travel'], 'm')}"
-            )
-            yield (
-                f"stop     after {_number(m['stopping_time'], 's')}, "
-                f"{_number(m['stopping_angle'], 'rad')}{travel}"
-            )
-    yield from duty_lines(summary)
-    if "stages" in summary:
-        pairs = {"heat_external": "external", "heat_internal": "internal"}
-        slip, lock = (
-            _number(m[name], "s")
-            for name in ("internal_slip_time", "external_lock_time")
-        )
-        yield (
-            f"staged   internal slip {slip}, external lock {lock}; heat "
-            f"{_sum(summary['energy'], pairs)}"
-        )
-        for stage in summary["stages"]:
-            heat = _sum(stage, pairs, digits=4, between=", ")
-            yield f"         {stage['start']:.6g}…{stage['end']:.6g} s {stage['name']}: {heat}"
-        yield from (
-            f"         no {stage['name']}: {stage['reason']}"
-            for stage in summary["absent_stages"]
-        )
-
-
-def _forces(summary: Entry) -> Iterator[str]:
-    """Maximum tension and load with their linings, maximum hook load, minimum holding
-    reserve."""
-    m = summary["metrics"]
-    at = summary["at"]
-    lining = summary.get("lining", "lining")
-    each = f" of each of {summary['rims']} rims" if "rims" in summary else ""
-    for head, name, where in (
-        ("tension", "max_tension", "behind lining"),
-        ("load", "max_normal_load", f"on {lining}"),
-    ):
-        if name in m:
-            most = _kilo(m[name], "kN")
-            when = _number(at[f"{name}_time"], "s")
-            yield f"{head:8} at most {most} {where} {at[f'{name}_lining']}{each} at {when}"
-    if m.get("max_hook_load") is not None:
-        most = _kilo(m["max_hook_load"], "kN")
-        when = _number(at["max_hook_load_time"], "s")
-        yield (
-            f"hook     at most {most} at {when}; at most "
-            f"{m['max_hook_load_over_weight']:.5g} times its weight"
-        )
-    if m.get(HOLDING) is not None:
-        when = _number(at[f"{HOLDING}_time"], "s")
-        yield f"holding  static capacity at least {m[HOLDING]:.5g} times the load, at {when}"
-
-
-#: terms of both balances in words
-_TERMS = {
-    "load_work": "load",
-    "lever_work": "lever",
-    "motor_work": "motor",
-    "kinetic_release": "kinetic",
-    "friction_heat": "friction heat",
-    "damper_heat": "dampers",
-    "shaft_work": "other torques on the shaft",
-    "electrical_work": "electrical",
-    "mechanical_work": "mechanical",
-    "elastic_change": "elastic",
-    "kinetic_change": "kinetic energy gained",
-    "heat_to_metal": "to metal",
-    "heat_to_linings": "to linings",
-    "heat_to_band": "to band",
-    "heat_elsewhere": "to no body",
-    "heat_supplied": "supplied",
-    "heat_stored": "stored",
-    "heat_lost": "lost",
-    "heat_to_coolant": "to coolant",
-}
-#: maximum temperatures of jackets, and where they are
-_COOLANT = {
-    "peak_wetted_temperature": "at the wetted wall",
-    "peak_coolant_temperature": "at the outlet",
-}
-
-
-def _energy(summary: Entry) -> Iterator[str]:
-    """Energy in and out, marks that the run passed, maximum temperatures, heat,
-    wear."""
-    m = summary["metrics"]
-    e = summary["energy"]
-    at = summary["at"]
-    lining = summary.get("lining", "lining")
-    into, out = energy_balance(e)
-    change = e["kinetic_change"]
-    if change is not None and change > _ROUNDING * abs(
-        e["load_work"] or 0.0
-    ):  # the load has sped the pulley up
-        out["kinetic_change"] = change
-        del into["kinetic_release"]
-    yield f"energy   {_sum(into, _TERMS)} = {_sum(out, _TERMS)}"
-    passed = []
-    for name, words in {
-        **{mark.event: mark.words for mark in marks()},
-        "self_locking": "self-locking",
-    }.items():
-        if times := [
-            event["time"] for event in summary["events"] if event["name"] == name
-        ]:
-            often = "once, " if len(times) == 1 else f"{len(times)} times, first "
-            passed.append(f"{words} {often}at {min(times):.6g} s")
-    if passed:
-        yield f"marks    {', '.join(passed)}"
-    if "heat_stored" in e:
-        hot = []
-        for name in (name for name in hottest_first(m) if name in HOT):
-            rig = in_rig_units()
-            T = m[name]
-            degrees = number(T, "K", count=5) if rig else f"{T - 273.15:.5g} °C"
-            hot.append(
-                f"{body_of(HOT[name], summary)} {degrees} at {at[f'{name}_time']:.6g} s"
-            )
-        yield f"hottest  {', '.join(hot) or 'the scene names no rim, linings or band'}"
-        into, out = heat_balance(e)
-        into = {
-            name: x
-            for name, x in into.items()
-            if x != 0 or name in ("heat_to_metal", "heat_to_linings")
-        }
-        yield (
-            f"heat     {_sum(into, _TERMS)} = {_sum(out, _TERMS)} (residual "
-            f"{_share(e['heat_closure'])})"
-        )
-    if "peak_wetted_temperature" in m:
-        hottest = (
-            f"{number(m[name], 'K', count=5)} {where} at {_number(at[f'{name}_time'], 's')}"
-            for name, where in _COOLANT.items()
-        )
-        yield f"coolant  at most {', '.join(hottest)}"
-    if "worn_thickness" in summary and (most := m["greatest_wear"]) is not None:
-        worn = summary["worn_thickness"]
-        mean = m["wear_over_mean"]
-        least = m["wear_over_least"]
-        depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"
-        over = "" if least is None else f", {least:.4g} times the least"
-        where = f"{lining} {first_largest(np.asarray(worn)) + 1}"
-        slid = mean is not None
-        yield "wear     " + (
-            f"at most {depth} on {where}, {mean:.4g} times the mean{over}"
-            if slid
-            else f"none: no {lining} slid"
-        )
-
-
-def text(summary: Entry, first: Sequence[str] = ()) -> str:
-    """About ten lines that can be read without the source; `first`: lines below the
-    heading."""
-    e = summary["energy"]
-    s = summary["solver"]
-    many = summary["duty"] == DutyKind.STOPS
-    residual_note = "" if e["closure"] is None else f" ({RESIDUAL_SEES})"
-    lines = [
-        f"{summary['status']}: {summary['message']}",
-        *first,
-        f"events   {counted(summary['events']) if many else _grouped(summary['events'])}",
-        *_course(summary),
-        *_forces(summary),
-        *_energy(summary),
-        f"closure  relative energy-balance residual {_share(e['closure'])}{residual_note}",
-        f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, "
-        f"{s['rejected']} rejected, "
-        f"{s['retaken']} truncated at events, {s['segments']} segments",
-    ]
-    if not summary["distribution"].startswith("mobilisation"):
-        lines.append(f"split    {summary['distribution']}")
-    if "heat_stored" in e:
-        lines.append(f"method   {s['method']}: {s['reason']}")
-    if (table := stop_table(summary)) is not None:
-        lines += ["stops", *(f"         {line}" for line in str(table).splitlines())]
-    lines += [f"note     {note}" for note in summary.get("notes", ())]
-    return "\n".join(
-        [*lines, *(f"warning  {warning}" for warning in summary["warnings"])]
-    )

@@ -5,7 +5,6 @@ import copy
 import functools
 import html
 import importlib
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -20,18 +19,16 @@ from .._base._compiling import DeviceJit, is_traced, run_device, with_stored_slo
 from .._base._faults import Fault, InputError, near
 from .._base._no_slope import without_slope
 from .._base._part import leaves
-from .._base._table import Table, number
+from .._base._table import Table
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid.arrays import Array
 from ..loads import Driller
 from ..outputs.extremes import peaks
 from ..outputs.log import (
     FAILURES,
-    STATUS_MESSAGES,
     Events,
     Stage,
     Status,
-    failure_of,
     status_of,
 )
 from ..outputs.metrics import (
@@ -50,13 +47,11 @@ from ..outputs.probe import (
     Probe,
     end_capacity,
     ends_driven,
-    ends_of,
     is_traced_run,
     lowers_steadily,
     probe_at,
     probe_many,
     runs_away,
-    terminal_speed,
 )
 from ..outputs.quantities import (
     SERIES_COLUMNS,
@@ -67,12 +62,10 @@ from ..outputs.quantities import (
     times_within,
 )
 from ..parts.scene import Scene
-from ..phases import AbstractEnd, AfterTravel, AtHeight, AtRest, AtTemperature, Phases
 from ..physics._brake import BrakeSystem, Capacity
-from ..physics._rope import ElasticRope
 from ..physics.heated import thermal_of
-from ..physics.mechanism import BrakeCode
 from ..thermal.heat import node_names
+from .findings import message, summary_of
 from .report import Report, labels_of
 
 # --- derivatives that exist on one side only -----------------------------------------
@@ -167,11 +160,6 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
 _approaches = DeviceJit(_approach)
 
 
-@functools.partial(DeviceJit, quick=True)
-def _rope_at(system: Any, y: Any, mode: Any) -> Any:
-    return system.feature(ElasticRope).at(system, y, mode)
-
-
 def passages(record: Record) -> list[str]:
     """Grazing events, and simultaneous events."""
     record = record.compact()
@@ -212,8 +200,6 @@ def one_sided(result: "Result") -> tuple[str, ...]:
 
 
 _last_report: Report | None = None
-#: a hook load that swings by less than this share of the weight counts as at rest
-_SLIGHT = 1e-2
 #: a speed that is missed by more than this share of the greatest one is not followed
 _FOLLOWED = 1e-2
 
@@ -501,143 +487,7 @@ class Result:
     @property
     def message(self) -> str:
         """The status in words, with what to do next where it failed."""
-        if self.ok:
-            status = Status(self.status)
-            words = STATUS_MESSAGES[status].replace(
-                "the pulley", f"the {self.scene.brake.words.body}"
-            )
-            if status is Status.RUNAWAY:
-                return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs))}"
-            if status is Status.LOWERING:
-                return f"{words}: {number(float(terminal_speed(self.record)), 'rad/s')}"
-            (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
-            if end.stands:
-                body = self.scene.brake.words.body
-                return (
-                    f"the {body} is at rest with the brake open: dry friction of "
-                    "the shaft holds it"
-                )
-            if (
-                status is Status.STOPPED and self.scene.motor is not None
-            ):  # (which may have brought it there)
-                words = f"the {self.scene.brake.words.body} is at rest, and the brake holds it"
-            swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
-            words = (
-                words.replace("holds it", "holds it on the springs of its band")
-                if swings
-                else words
-            )
-            return words + (self._of_hook() if end.rests else "")
-        what, hint = failure_of(int(self.code), self.scene.brake.words)
-        if int(self.code) == BrakeCode.PHASE_NEVER_ENDS:
-            what = f"{what}: {self._waiting()}"
-            hint = (
-                "pull harder, or take a lighter load"
-                if self._too_weak_to_rest
-                else hint
-            )
-        labels = labels_of(self.record)
-        changes = [
-            label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]
-        ][-4:]
-        words = " → ".join(str(label) for label in changes)
-        if int(self.code) in (Code.CHATTER, Code.ZENO, Code.EVENT_LIMIT):
-            words += f"; last guards: {', '.join(self.record.last_guards(4))}"
-        end = np.asarray(self.record.rows.t)[len(labels) - 1]
-        return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
-
-    def _of_hook(self) -> str:
-        """How the hook swings at the end over a drum at rest, in words; nothing below 1
-        % of its weight."""
-        system = self._system
-        (_, y, mode) = ends_of(self.record)[1]
-        elastic = system.feature(ElasticRope)
-        if elastic is None:
-            return ""
-        if int(mode.taut) == 0:
-            return "; the hook falls on a slack rope"
-        rope = _rope_at(system, y, mode)
-        k = float(elastic.stiffness)
-        away = k * float(y.hook.excess)
-        speed = float(y.hook.speed)
-        swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
-        if swing < _SLIGHT * float(rope.weight):
-            return ""
-        return f"; the hook swings on its rope by ± {number(swing, 'N', count=3)}"
-
-    @property
-    def _end_awaited(self) -> AbstractEnd:
-        """The end of the phase that runs at the end."""
-        lever = self._system.lever
-        assert isinstance(lever, Phases)
-        return lever.each[
-            int(lever.place(np.asarray(self.record.mode_end.phase, np.int32)))
-        ].until
-
-    @property
-    def _too_weak_to_rest(self) -> bool:
-        """Whether a phase waits for a stop that the sliding brake cannot bring
-        about."""
-        turns = float(self.record.y_end.omega) != 0.0
-        return (
-            turns
-            and isinstance(self._end_awaited, AtRest)
-            and bool(self.end_capacity.outweighed)
-        )
-
-    def _waiting(self) -> str:
-        """The phase that runs at the end, what it waits for, how far that is, and why a
-        load runs away."""
-        record = self.record
-        lever = self._system.lever
-        end = self._end_awaited
-        assert isinstance(lever, Phases)
-        passed = int(record.mode_end.phase)
-        y = record.y_end
-        turns = y.omega != 0.0
-        body = self.scene.brake.words.body
-        travel = self.scene.duty.load.travel()
-        motion = (
-            f"turns at {number(y.omega, 'rad/s')}"
-            if turns
-            else f"the {body} is at rest"
-        )
-        now, more = (motion, []) if turns else ("waits", [motion])
-        if isinstance(end, AtHeight) and self.scene.initial.block_height is not None:
-            height = float(self.scene.initial.block_height) - float(
-                self.scene.duty.load.travelled(y.phi)
-            )  # pyright: ignore
-            now = f"is at {number(height, 'm')}"
-            more = [motion]
-        elif isinstance(end, AfterTravel) and travel is not None:
-            now = f"is at {number(y.phase.turned * travel, 'm')}"
-            more = [motion]
-        elif isinstance(end, AtTemperature):
-            hot = getattr(
-                self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature"
-            )
-            now = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}"
-            more = [motion]
-        if (
-            end.rising
-            if isinstance(end, AtHeight)
-            else isinstance(end, AfterTravel) and float(end.distance) < 0
-        ):
-            more.append("upwards it needs `motor`, with a speed below 0")
-        if turns:
-            capacity = self.end_capacity
-            words = _torques(capacity, list(self.scene.brake.pairs))
-            more.append(
-                f"the load runs away: {words}"
-                if capacity.outweighed and not lowers_steadily(record)
-                else words
-            )
-        return ", ".join(
-            [
-                f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}",
-                *more,
-            ]
-        )
+        return message(self._of_one())
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is
@@ -685,7 +535,7 @@ class Result:
 
     def summary(self) -> Entry:
         """Everything that `simbrake run --json` prints."""
-        return copy.deepcopy(self.report().summary)
+        return copy.deepcopy(summary_of(self.report()))
 
     def verdict(self, limits: Mapping[str, float | str] | Any = None) -> Any:
         """Whether limits are exceeded or near: colour, one line, and every limit with
@@ -749,12 +599,10 @@ class Result:
     __iter__ = None  # (names are looked up, not counted)
 
     def __str__(self) -> str:
-        measured = _above("runs.measure")
-        return (
-            measured.text_with_limits(self, measured.limit_checks(self, {}))
-            if self.concrete
-            else repr(self)
-        )
+        if not self.concrete:
+            return repr(self)
+        checks = _above("runs.measure").limit_checks(self, {})
+        return _above("runs.verdict").text_with_limits(self, checks)
 
     def __repr__(self) -> str:
         if self.concrete:
@@ -798,17 +646,6 @@ def _above(module: str) -> Any:
     """A module that builds on this one, for shortcuts of a result; loaded when it is
     used."""
     return importlib.import_module(f"simbrake.{module}")
-
-
-def _torques(capacity: Capacity, names: list[str]) -> str:
-    """Torque of the hanging load and capacity of a brake in words; of one with several
-    pairs, which is the weakest."""
-    load = number(capacity.hanging, "N*m")
-    most = number(capacity.torque, "N*m")
-    weaker = ""
-    if len(capacity.pairs) > 1:
-        weaker = f", limited by its {names[int(np.argmin(capacity.pairs))]} pair"
-    return f"load torque {load}, the sliding brake gives {most} at the end time{weaker}"
 
 
 def _metric(result: Result, name: str) -> Array | Peak:

@@ -1,4 +1,5 @@
-"""The verdict on a run: limits exceeded, limits nearly reached, and its colour."""
+"""The verdict on a run: what it was to do, its limits, and its colour; and all that is
+said of a run with its limits."""
 
 import html
 import math
@@ -7,45 +8,31 @@ from typing import NamedTuple
 
 from .._base._arguments import explained
 from .._base._faults import InputError
-from .._base._table import coloured, digits, number, plain, rows_table
+from .._base._table import coloured, number, plain, rows_table
 from ..outputs._wants import Want
-from ..outputs.duty import DutyKind, stops_words
-from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour, Judgement
-from ..outputs.log import Status
-from ..outputs.metrics import HOT, about_output
+from ..outputs.duty import stop_table
+from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
+from ..outputs.metrics import HOT, METRICS
 from ..outputs.probe import Entry
-from ..shaft import AbstractDryTorque
+from .findings import (
+    Finding,
+    body_of,
+    findings,
+    remarks,
+    sentence,
+    stage_table,
+)
 from .measure import (
-    Judged,
+    SMALL_MARGIN,
     LimitCheck,
+    LimitCoverage,
     LimitVerdict,
-    judged,
+    VerdictRow,
+    coverage_of,
     limit_checks,
     read_limits,
-    title_of,
 )
-from .report import body_of, hottest_first
 from .result import Result
-
-#: a margin below this share of the limit is small
-SMALL_MARGIN = 0.10
-
-
-class VerdictRow(NamedTuple):
-    """One limit in words: `name`, `value` in the run, `limit`, `margin` with its
-    percentage, and the `state`.
-
-    Example:
-        >>> row = result.verdict({"stopping_time": "1 s"}).rows[0]
-        >>> row.name, row.value, row.limit
-        ('Stopping time', '1.25772 s', '≤ 1 s')
-    """
-
-    name: str
-    value: str
-    limit: str
-    margin: str
-    state: LimitVerdict
 
 
 class Verdict(NamedTuple):
@@ -76,7 +63,7 @@ class Verdict(NamedTuple):
     colour: Colour
     headline: str
     rows: tuple[VerdictRow, ...]
-    judged: Judged
+    judged: LimitCoverage
     reason: str
     wants: str
     sentence: str
@@ -126,21 +113,20 @@ def verdict(
         checks: Sequence[LimitCheck] = limit_checks(result, bounds)
     else:
         checks = limits
-    judgement = result.report().judgement
-    limited = [_row(check) for check in checks if check.limit is not None] + _pull_row(
-        result
-    )
-    # the smallest margin first; what has none last
-    rows = [
-        row
-        for _, row in sorted(limited + _reserve_rows(result), key=lambda pair: pair[0])
-    ]
-    cover = judged(result, checks)
+    report = result.report()
+    judgement = report.judgement
     reason = REASONS[judgement.reason]
-    sentence = _sentence(result)
-    colour = _worse(
-        COLOURS[judgement.colour], _colour_of_limits([row for _, row in limited], cover)
-    )
+    limited = _pull_rows(result)
+    for check in checks:
+        if check.limit is not None:
+            percent = check.margin_percent
+            share = math.inf if percent is None else percent / 100
+            limited.append((share, check.row))
+    # the smallest margin first; what has none last
+    pairs = sorted(limited + _reserve_rows(result), key=lambda pair: pair[0])
+    rows = tuple(row for _, row in pairs)
+    covered = coverage_of(result, checks)
+    words = sentence(report)
     numbers = {
         "load_torque": judgement.load,
         "greatest_pull": judgement.pull,
@@ -149,57 +135,20 @@ def verdict(
         "speed": float(result.record.y_end.omega),
         "set_speed": judgement.set_speed,
     }
+    colours = [COLOURS[judgement.colour]]
+    colours += [row.state.colour or Colour.GREEN for _, row in limited]
+    colours += [Colour.AMBER] if covered.missing else []
     return Verdict(
-        colour,
-        _headline(sentence, result, rows, checks, cover),
-        tuple(rows),
-        cover,
+        max(colours, key=COLOURS.index),
+        _headline(words, result, rows, checks, covered),
+        rows,
+        covered,
         reason.id,
         str(Want(judgement.want)),
-        sentence,
+        words,
         plain(numbers),
         reason.shown,
     )
-
-
-def page_of(result: Result) -> str:
-    """A concrete result in a notebook: the verdict as a banner, its metrics with units,
-    and the warnings."""
-    summary = result.report().summary
-    said = result.verdict()
-    metrics = {
-        name: value for name, value in summary["metrics"].items() if value is not None
-    }
-    rows = [
-        (
-            name,
-            str(number(value, about_output(name)["units"])),
-            about_output(name)["meaning"],
-        )
-        for name, value in metrics.items()
-    ]
-    notes = "".join(f"<p>note: {html.escape(text)}</p>" for text in summary["notes"])
-    notes += "".join(
-        f"<p>warning: {html.escape(text)}</p>" for text in summary["warnings"]
-    )
-    return (
-        coloured(str(said.headline), said.colour)
-        + rows_table(rows, "")._repr_html_()
-        + notes
-    )
-
-
-def _colour_of_limits(rows: Sequence[VerdictRow], cover: Judged) -> Colour:
-    states = {row.state for row in rows}
-    if LimitVerdict.EXCEEDED in states:
-        return Colour.RED
-    return (
-        Colour.AMBER if LimitVerdict.SMALL in states or cover.missing else Colour.GREEN
-    )
-
-
-def _worse(*colours: str) -> Colour:
-    return max((Colour(colour) for colour in colours), key=COLOURS.index)
 
 
 def _headline(
@@ -207,248 +156,106 @@ def _headline(
     result: Result,
     rows: Sequence[VerdictRow],
     checks: Sequence[LimitCheck],
-    cover: Judged,
+    covered: LimitCoverage,
 ) -> str:
-    """The reason, the hottest body, limits exceeded, or nearly reached, or the smallest
-    margin; what was evaluated."""
+    """The reason, the hottest body, limits that are exceeded or nearly reached, else
+    the smallest margin, and what was evaluated."""
     said = [sentence]
-    for state, words in (
-        (LimitVerdict.EXCEEDED, "Exceeded"),
-        (LimitVerdict.SMALL, "Small margin"),
-    ):
-        these = [
-            f"{row.name} {row.value}, allowed {row.limit}, margin {row.margin}"
-            for row in rows
-            if row.state == state
-        ]
-        said += [f"{words}: {'; '.join(these)}"] if these else []
-    evaluated = [
-        row
-        for row in rows
-        if row.state in (LimitVerdict.WITHIN, LimitVerdict.WITHIN_SO_FAR)
-    ]
+    heading = {LimitVerdict.EXCEEDED: "Exceeded", LimitVerdict.SMALL: "Small margin"}
+    for state, words in heading.items():
+        if these := [f"{row.name} {row.terms}" for row in rows if row.state == state]:
+            said.append(f"{words}: {'; '.join(these)}")
+    within = (LimitVerdict.WITHIN, LimitVerdict.WITHIN_SO_FAR)
+    evaluated = [row for row in rows if row.state in within]
     # where the brake did not do its work, the margin of something else says nothing
     silent = result.ok and COLOURS[result.report().judgement.colour] == Colour.RED
     if len(said) == 1 and evaluated and not silent:
         first = evaluated[0]
         so_far = "" if result.ok else " so far"
-        said.append(
-            f"No limit exceeded{so_far}; smallest margin: {first.name}, {first.margin}"
-        )
+        margin = f"smallest margin: {first.name}, {first.margin}"
+        said.append(f"No limit exceeded{so_far}; {margin}")
     said[1:1] = _hottest(result, checks)
-    return ". ".join([*said, *([str(cover)] if cover.of else [])])
+    return ". ".join([*said, *([str(covered)] if covered.of else [])])
 
 
 def _hottest(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
     """The hottest body of a run with heat, whichever it is."""
-    summary = result.report().summary
-    names = [name for name in hottest_first(summary["metrics"]) if name in HOT]
-    if not names or not summary["energy"]["friction_heat"]:
+    if not result.report().summary["energy"]["friction_heat"]:
         return []
-    name = names[0]
-    bound = next(
-        (
-            check.limit
-            for check in checks
-            if check.name == name and check.limit is not None
-        ),
-        None,
-    )
-    allowed = "no limit given" if bound is None else f"allowed ≤ {number(bound, 'K')}"
+    # (checks begin with the temperatures of a run, the highest one first)
+    hot = [check for check in checks if check.name in HOT and check.value is not None]
+    said = []
+    for check in hot[:1]:
+        row = check.row
+        limit = "no limit given" if check.limit is None else f"allowed {row.limit}"
+        place = body_of(HOT[check.name], result.scene)
+        said.append(f"Hottest: {place} {row.value}, {limit}")
+    return said
+
+
+# --- a run with its limits, as text, JSON and in a notebook --------------------------
+
+
+def head_lines(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
+    """Lines with which a text of a run begins: how it ended, verdict, limits."""
     return [
-        f"Hottest: {body_of(HOT[name], summary)} {number(summary['metrics'][name], 'K')}, {allowed}"
+        f"{result.status}: {result.message}",
+        f"verdict  {result.verdict(checks)}",
+        *(f"limit    {check}" for check in checks if check.limit is not None),
     ]
 
 
-def _sentence(result: Result) -> str:
-    """The reason of a verdict in words, with its numbers."""
+def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
+    """The summary of a result: about ten lines that can be read without the source."""
     report = result.report()
-    judgement = report.judgement
-    end = report.summary["end"]
-    reason = REASONS[judgement.reason]
-    speed = number(abs(end["omega"]), "rad/s")
-    moves = f"{speed}" + (" upwards" if end["omega"] < 0 else "")
-    sliding = (
-        f"the sliding friction brake gives {digits(judgement.sliding, 3)} of the "
-        "load's torque"
+
+    def lines(said: Sequence[Finding]) -> list[str]:
+        return [f"{finding.topic:8} {finding.text}" for finding in said]
+
+    tables = []
+    for title, table in (
+        ("stages", stage_table(report.summary)),
+        ("stops", stop_table(report.summary)),
+    ):
+        if table:
+            tables += [title, *(f"         {line}" for line in str(table).splitlines())]
+    said = [*head_lines(result, checks), *lines(findings(report)), *tables]
+    return "\n".join([*said, *lines(remarks(report))])
+
+
+def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
+    """Limits as numbers and words of JSON."""
+    return [check.as_dict() for check in checks if check.limit is not None]
+
+
+def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
+    """The same as `run --json` prints it: `Result.summary`, `limits`, `verdict`, and
+    the findings with their words."""
+    report = result.report()
+    return {
+        **result.summary(),
+        "limits": limit_dicts(checks),
+        "verdict": result.verdict(checks).as_dict(),
+        "findings": plain([*findings(report), *remarks(report)]),
+    }
+
+
+def page_of(result: Result) -> str:
+    """A concrete result in a notebook: the verdict as a banner, its metrics with units,
+    notes and warnings."""
+    said = result.verdict()
+    values = result.report().metrics
+    rows = [
+        (name, str(number(values[name], metric.unit)), metric.meaning)
+        for name, metric in METRICS.items()
+        if values.get(name) is not None
+    ]
+    notes = "".join(
+        f"<p>{finding.topic}: {html.escape(finding.text)}</p>"
+        for finding in remarks(result.report())
     )
-    reserve = f"{digits(judgement.reserve, 4)} of the load"
-    pulled = (
-        f"reserve if the lever is pulled: {digits(judgement.reserve, 4)}"
-        if judgement.pull > 0
-        else ""
-    )
-    at_limit = (
-        f"; its lever is at the limit of {number(judgement.pull, 'N')}"
-        if judgement.pull > 0
-        else ""
-    )
-    ends = f"the end time of {number(end['time'], 's')}"
-    match reason.id:
-        case "F1":
-            return f"Failed with the code {result.status}{_load_words(judgement)}"
-        case "T1":
-            phase = _upper(str(report.phase_at_end))
-            return f"{phase} did not end before {ends}" + (
-                f": {sliding}" if judgement.sliding <= 1 else ""
-            )
-        case "H1":
-            when, capacity = report.broke_away
-            return (
-                f"The held load broke away at {number(when, 's')}: static capacity "
-                f"{digits(capacity, 4)} of the load"
-            )
-        case "H2":
-            return (
-                "At rest, but the friction brake alone holds "
-                f"{reserve}{_beside_the_brake(result)}"
-            )
-        case "H3":
-            return f"To hold the load, and moves at {moves}: {sliding}"
-        case "H4":
-            many = (
-                f"; at the end {result.status.replace('_', ' ')}"
-                if "stops" in report.summary
-                else ""
-            )
-            return _stopped(result) + many + _static_alone(judgement)
-        case "H5":
-            ask = 'if that is meant, say wants = "lower" or "free"'
-            return (
-                f"{_stopped(result)}, then the lever was let go; the load moves on "
-                f"at {moves}: {ask}"
-            )
-        case "H7":
-            return "Held by the motor alone: at a power failure the load falls"
-        case "X0":
-            return f"{_led(result)}; no load hangs"
-        case "X1":
-            falls = end["omega"] * judgement.load > 0
-            if judgement.sliding_now > 0:
-                return (
-                    f"The load {'runs on' if falls else 'moves'} at {moves}: {sliding}"
-                )
-            return f"The brake is open, and the load {'falls' if falls else 'moves'} at {moves}"
-        case "S1":
-            return f"To be stopped, and runs on at {moves}: {sliding}"
-        case "S3":
-            return f"Runs away, at {moves} at the end: {sliding}"
-        case "S2":
-            return f"Not shown: still at {moves} at {ends}; give a later end_time"
-        case "M0" | "L0":
-            return (
-                f"Not shown: at {moves} of "
-                f"{number(abs(judgement.set_speed), 'rad/s')} at {ends}; give a later one"
-            )
-        case "M1":
-            return f"Hoisted at {speed}" + (f"; {pulled}" if pulled else "")
-        case "M3" | "S4":
-            return f"The motor works against the applied brake, at {moves}: {sliding}"
-        case "L1":
-            return f"Lowered at {speed} as prescribed" + (
-                f"; {pulled}" if pulled else f"; {_NO_PULL}"
-            )
-        case "L2":
-            return (
-                f"The speed is lost: {moves} instead of "
-                f"{number(judgement.set_speed, 'rad/s')}{at_limit}"
-            )
-        case "L3":
-            return f"Never comes to its speed: at {moves} at the end"
-        case "L4":
-            return f"Lowered at a steady {speed}; {pulled}"
-        case "L5":
-            return f"Lowered at a steady {speed}; {_NO_PULL}"
-        case "L6":
-            falls = COLOURS[judgement.colour] == Colour.RED
-            return (
-                f"Falls freely, at {moves} at the end"
-                if falls
-                else f"Lowered, not yet steadily: at {moves} at the end"
-            )
-        case "L7":
-            return (
-                f"Lowered at {speed}, past the critical speed of the eddy-current brake"
-            )
-        case "U1":
-            return (
-                f"Moves at {moves}, and the duty does not say that it is to: "
-                f"{sliding}. If it is meant, give `wants`"
-            )
-    return reason.words
-
-
-def _beside_the_brake(result: Result) -> str:
-    """What bears the part of a resting load that the friction brake does not."""
-    scene = result.scene
-    dry = any(isinstance(law, AbstractDryTorque) for law in scene.shaft)
-    others = ["the motor"] * (scene.motor is not None) + [
-        "dry friction of the shaft"
-    ] * dry
-    return f"; {' or '.join(others)} holds the rest" if others else ""
-
-
-_NO_PULL = "no pull of the friction brake is given: nothing is said of holding"
-
-
-def _upper(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _load_words(judgement: Judgement) -> str:
-    if not math.isfinite(judgement.sliding):
-        return ""
-    return f"; the load hangs with {number(abs(judgement.load), 'N*m')}"
-
-
-def _static_alone(judgement: Judgement) -> str:
-    """What a brake that holds by static friction alone could not do."""
-    if not judgement.sliding_now <= 1 < judgement.reserve < math.inf:
-        return ""
-    share = digits(judgement.sliding_now, 4)
-    return f"; held by static friction alone: sliding, the brake gives {share} of the load's torque"
-
-
-def _led(result: Result) -> str:
-    """What a run without a hanging load did."""
-    summary = result.report().summary
-    if summary["duty"] == DutyKind.DRIVEN:
-        return f"Driven by the motor for {number(summary['end']['duration'], 's')}"
-    return _upper(result.message)
-
-
-def _stopped(result: Result) -> str:
-    """That and when the pulley came to rest."""
-    summary = result.report().summary
-    stop = result.metrics["stopping_time"]
-    if "stops" in summary:
-        return stops_words(summary["stops"])
-    if stop is None:
-        if summary["status"] in (Status.HELD, Status.STOPPED):
-            return _upper(result.message)
-        return (
-            "Not brought to rest"
-            if result.report().holding is None
-            else "Held from the start"
-        )
-    return f"Stopped after {number(stop, 's')}"
-
-
-# --- limits of metrics --------------------------------------------------------------
-
-
-def _row(check: LimitCheck) -> tuple[float, VerdictRow]:
-    """Margin as a share of the limit, infinite where there is none, and the row."""
-    state = check.verdict
-    percent = check.margin_percent
-    share = math.inf if percent is None else percent / 100
-    if state == LimitVerdict.WITHIN and share < SMALL_MARGIN:
-        state = LimitVerdict.SMALL
-    value = check.note if check.value is None else str(number(check.value, check.unit))
-    limit = f"≤ {number(check.limit, check.unit)}"
-    return share, VerdictRow(
-        title_of(check.name), value, limit, check.margin_words or "—", state
-    )
+    banner = coloured(said.headline, said.colour)
+    return banner + rows_table(rows, "")._repr_html_() + notes
 
 
 # --- capacity of a brake ------------------------------------------------------------
@@ -461,60 +268,57 @@ SLIDING = "Torque of the sliding brake over load"
 STILL_MOVING = ("T1", "H3", "S1", "S2", "S3", "S4", "U1")
 
 
-def _state(exceeded: bool, small: bool) -> LimitVerdict:
-    return (
-        LimitVerdict.EXCEEDED
-        if exceeded
-        else LimitVerdict.SMALL
-        if small
-        else LimitVerdict.WITHIN
-    )
+def _row(
+    name: str, value: str, limit: str, margin: str, share: float, small: float
+) -> tuple[float, VerdictRow]:
+    """A margin as a share of its limit, and the row of it; one below `small` is
+    small."""
+    state = LimitVerdict.SMALL if share < small else LimitVerdict.WITHIN
+    # where a load breaks away without a jump the ratio is 1 but for rounding
+    state = LimitVerdict.EXCEEDED if share <= 1e-9 else state
+    return share, VerdictRow(name, value, limit, margin, state)
 
 
 def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
-    """Margins as shares, and rows: the holding reserve wherever a load hangs, and of
-    one that is to be stopped and still moves the torque of the sliding brake."""
-    judgement = result.report().judgement
+    """Rows of the holding reserve wherever a load hangs, and of the torque of the
+    sliding brake for a load that is to be stopped and still moves."""
+    report = result.report()
+    judgement = report.judgement
+    reason = REASONS[judgement.reason].id
     if not math.isfinite(judgement.reserve):
         return []
-    holding = result.report().holding
-    at_rest = REASONS[judgement.reason].id in ("H1", "H2", "H4")
+    known = judgement.pull > 0 or COLOURS[judgement.colour] == Colour.RED
     if judgement.pull <= 0:
         when = "no pull of the friction brake is given"
-    elif holding is not None and at_rest:
-        when = f"at {number(holding.time, 's')}"
+    elif report.holding is not None and reason in ("H1", "H2", "H4"):
+        when = f"at {number(report.holding.time, 's')}"
     else:
         when = f"at the end, if the lever is pulled with {number(judgement.pull, 'N')}"
-    given = judgement.pull > 0 or COLOURS[judgement.colour] == Colour.RED
-    ratios = [(RESERVE, judgement.reserve, when, given)]
-    if REASONS[judgement.reason].id in STILL_MOVING:
-        ratios.append((SLIDING, judgement.sliding, "at the end", True))
+    ratios = [(RESERVE, judgement.reserve, when)]
+    if reason in STILL_MOVING:
+        ratios.append((SLIDING, judgement.sliding, "at the end"))
     rows = []
-    for name, value, note, is_known in ratios:
-        # where a load breaks away without a jump the ratio is 1 but for rounding
-        state = (
-            _state(value <= 1 + 1e-9, value < SMALL_RESERVE)
-            if is_known
-            else LimitVerdict.NOT_EVALUATED
-        )
-        margin = f"{100 * (value - 1):+.3g} %".replace("-", "−") if is_known else "—"
-        rows.append(
-            (value - 1, VerdictRow(name, f"{value:.4g} ({note})", "> 1", margin, state))
-        )
+    for name, ratio, note in ratios:
+        value = f"{ratio:.4g} ({note})"
+        margin = f"{100 * (ratio - 1):+.3g} %".replace("-", "−")
+        row = _row(name, value, "> 1", margin, ratio - 1, SMALL_RESERVE - 1)
+        rows.append(row)
+    if not known:
+        share, row = rows[0]
+        rows[0] = (share, row._replace(margin="—", state=LimitVerdict.NOT_EVALUATED))
     return rows
 
 
-def _pull_row(result: Result) -> list[tuple[float, VerdictRow]]:
+def _pull_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     """The same for the tension of a lever that holds the speed."""
     pull = result.report().pull
     if pull is None:
         return []
+    # at its maximum it follows no more: the speed is lost
     most, value, time = pull
     share = 1 - value / most
-    # at its maximum it follows no more: the speed is lost
-    state = _state(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
-    margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
-    shown = f"{number(value, 'N')} (at {number(time, 's')})"
     of = result.scene.brake.force_words
-    words = "Slack tension that holds the speed" + (f" ({of})" if of else "")
-    return [(share, VerdictRow(words, shown, f"< {number(most, 'N')}", margin, state))]
+    name = "Slack tension that holds the speed" + (f" ({of})" if of else "")
+    shown = f"{number(value, 'N')} (at {number(time, 's')})"
+    margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
+    return [_row(name, shown, f"< {number(most, 'N')}", margin, share, SMALL_MARGIN)]

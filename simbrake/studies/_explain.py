@@ -3,30 +3,40 @@
 import dataclasses
 import os
 import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, frozen, number, plain
-from ..outputs.duty import DutyKind, rows_of, stops_words, totals
-from ..outputs.judgement import REASONS, SMALL_RESERVE
+from ..outputs.duty import DutyKind, rows_of
+from ..outputs.judgement import REASONS
 from ..outputs.log import failure_of
 from ..outputs.metrics import (
     HOLDING,
-    METRICS,
     about_output,
     allowable_values,
     energies_between,
-    energy_balance,
-    values_of_marks,
 )
 from ..outputs.stability import least_outweighed
 from ..parts.scene import Scene, self_locking_ratios
 from ..results import rerun
+from ..runs.findings import (
+    Finding,
+    capacity_words,
+    course,
+    held,
+    holding,
+    lower,
+    mean_powers,
+    powers,
+    sentences,
+    upper,
+    wear,
+)
 from ..runs.measure import (
     LimitVerdict,
     Metric,
@@ -56,20 +66,6 @@ _SHOWN = 5e-4
 #: width of the text, and of the topics before it
 _WIDTH = 110
 _TOPIC = 13
-
-
-class Finding(NamedTuple):
-    """One topic of an explanation: sentences, and their numbers in SI by name.
-
-    Example:
-        >>> finding = sb.studies.explain(result, influence=False)["outcome"]
-        >>> finding.topic, finding.numbers["status"], finding.numbers["exceeded"]
-        ('outcome', 'stopped', 0)
-    """
-
-    topic: str
-    text: str
-    numbers: dict[str, Any]
 
 
 @frozen
@@ -173,8 +169,8 @@ def explain(
             "fails": said.fails,
         }
         findings = [
-            Finding("outcome", f"{said}.", outcome),
-            *_course(result),
+            Finding("outcome", f"{said}.", outcome, said.colour),
+            *_topic("course", [course(result.report())]),
             *_balance(result),
             *_linings(result),
             *_limits(result, said),
@@ -186,7 +182,7 @@ def explain(
             progress.now("second run")
             accurate = result.accuracy()
             findings.append(
-                Finding("accuracy", f"{_upper(accurate.line)}.", accurate.as_dict())
+                Finding("accuracy", f"{upper(accurate.line)}.", accurate.as_dict())
             )
         findings += _remedy(result)
     return Explanation(tuple(findings))
@@ -195,168 +191,41 @@ def explain(
 # --- course and balance -------------------------------------------------------------
 
 
-def _course(result: Result) -> list[Finding]:
-    """How the run went, in order of time."""
-    summary = result.report().summary
-    m = result.metrics
-    words = result.scene.brake.words
-    end = summary["end"]
-    kind = summary["duty"]
-    if kind in (DutyKind.STOPS, DutyKind.HOLD):
-        held = (
-            f"The load is held from the start, for {number(end['duration'], 's')}: "
-            "nothing moves."
-        )
-        return [
-            _many(summary) if kind == DutyKind.STOPS else Finding("course", held, end)
-        ]
-    taut = (
-        "the band is taut" if result.scene.brake.banded else f"the {words.lining}s act"
-    )
-    said = []
-    if m["slip_onset_time"] is not None:
-        said.append(f"{taut} at {number(m['slip_onset_time'], 's')}")
-    if m["full_slip_time"] is not None:
-        said.append(
-            f"all {result.scene.brake.linings.count} {words.lining}s slide from "
-            f"{number(m['full_slip_time'], 's')} on"
-        )
-    for name, what in (
-        ("internal_slip_time", "the linings slide on the rim from {}"),
-        ("external_lock_time", "the bandage is at rest from {}"),
-    ):
-        said += (
-            [what.format(number(m[name], "s")) + " on"]
-            if m.get(name) is not None
-            else []
-        )
-    course = _upper(", ".join(said)) + ". " if said else ""
-    seen = result.report().scan.seen
-    stop = m["stopping_time"]
-    speeds = np.abs(seen.omega)
-    start = abs(float(result.scene.start_speed))
-    most = float(np.max(speeds))
-    at_first = float(np.max(speeds[seen.t <= (np.inf if stop is None else stop)]))
-    if at_first > 1.001 * start > 0:
-        course += (
-            f"The load first speeds the {words.body} up from "
-            f"{number(start, 'rad/s')} to {number(at_first, 'rad/s')}. "
-        )
-    numbers = {
-        name: m.get(name)
-        for name in (
-            "slip_onset_time",
-            "full_slip_time",
-            "stopping_time",
-            "stopping_angle",
-        )
-    }
-    travel = (
-        ""
-        if m["hook_travel"] is None
-        else f", hook travel {number(m['hook_travel'], 'm')}"
-    )
-    again = [
-        t
-        for name in ("restart", "release")
-        for t in result.events[name].times
-        if stop is not None and t >= stop
-    ]
-    again = again if stop is not None and end["angle"] != m["stopping_angle"] else []
-    if stop is not None:
-        angle = number(m["stopping_angle"], "rad")
-        course += f"The {words.body} comes to rest after {number(stop, 's')} and {angle}{travel}. "
-        course += f"It turns again from {number(min(again), 's')} on. " if again else ""
-    if stop is None or again:
-        gone = (
-            ""
-            if end["hook_travel"] is None
-            else f", hook travel {number(end['hook_travel'], 'm')}"
-        )
-        turned = f"{number(end['angle'], 'rad')}{gone}"
-        course += (
-            f"At {number(end['time'], 's')} it turns at "
-            f"{number(end['omega'], 'rad/s')}, after {turned}."
-        )
-    return [
-        Finding("course", course.strip(), {**numbers, "speed_maximum": most, **end})
-    ]
-
-
-def _many(summary: dict[str, Any]) -> Finding:
-    rows = summary["stops"]
-    total = totals(summary["stops"])
-    end = summary["end"]
-    slowest = total["slowest"]
-    braked = [row for row in rows if row["braking_time"] > 0] or rows
-    others = len(rows) - len(braked)
-    first, last, longest = (
-        number(row["braking_time"], "s") for row in (braked[0], braked[-1], slowest)
-    )
-    moving = number(total["motion_time"], "s")
-    text = (
-        f"{stops_words(rows)} in {number(end['duration'], 's')}, of which {moving} in motion "
-        f"and {number(total['braking_time'], 's')} "
-        f"braked{f'; {others} are without the brake' if others else ''}. "
-        f"The first takes {first} of braking, the last {last}, the longest {longest} "
-        f"(stop {slowest['stop']})."
-    )
-    sums = {
-        name: total[name] for name in ("motion_time", "braking_time", "angle", "energy")
-    }
-    return Finding("course", text, {"stops": len(rows), **sums, "longest": slowest})
+def _topic(topic: str, found: Sequence[Finding]) -> list[Finding]:
+    """Findings as the sentences of one topic, with the numbers of all."""
+    numbers = dict[str, Any]()
+    for finding in found:
+        numbers |= finding.numbers
+    text = sentences(finding.text for finding in found)
+    return [Finding(topic, text, numbers)] if found else []
 
 
 def _balance(result: Result) -> list[Finding]:
     """What governs the run: torques of a stop, torques at rest, or powers of a
     lowering."""
-    kind = result.report().summary["duty"]
-    if kind == DutyKind.HOLD:
-        if (held := result.report().summary.get("holding")) is None:
-            return [Finding("balance", "There is no load to hold.", {})]
-        load = number(held["load_torque"], "N*m")
-        capacity = number(held["capacity"], "N*m")
-        used = digits(100 * held["load_torque"] / held["capacity"], 4)
-        text = f"The load asks for {load}; the brake at rest could hold {capacity}: "
-        return [
-            Finding("balance", f"{text}{used} % of its static capacity are used.", held)
-        ]
-    if (
-        kind in (DutyKind.STOP, DutyKind.STOPS)
-        and float(result.energy["friction_heat"]) > 0
-    ):
-        return [_torque_budget(result, kind)]
-    if kind in (
-        DutyKind.DRAG,
-        DutyKind.STEADY,
-        DutyKind.DRIVEN,
-        DutyKind.STOP,
-        DutyKind.STOPS,
-    ):
-        return [_powers(result)]
-    capacity = result.report().summary["capacity"]
+    report = result.report()
+    kind = report.summary["duty"]
+    if found := [*held(report), *powers(report)]:
+        return _topic("balance", found)
+    if kind in (DutyKind.STOP, DutyKind.STOPS):
+        if float(result.energy["friction_heat"]) > 0:
+            return [_torque_budget(result, kind)]
+        return _topic("balance", [mean_powers(report)])
+    capacity = report.summary["capacity"]
     if capacity is None or not capacity["brake_torque"]:
         return []
     load = capacity["load_torque"]
     torque = capacity["brake_torque"]
-    pairs = list(result.scene.brake.pairs)
-    weak = (
-        f", limited by its {pairs[int(np.argmin(capacity['pairs']))]} pair"
-        if len(pairs) > 1
-        else ""
-    )
     left = torque - load
-    text = (
-        f"At the end the sliding brake gives {number(torque, 'N*m')}{weak} against "
-        f"{number(load, 'N*m')} of the load: "
-    )
     if abs(left) <= _BALANCED * load:
-        text += "they balance, and the speed stays as it is."
+        rest = "they balance, and the speed stays as it is"
     elif left > 0:
-        text += f"{number(left, 'N*m')} are left to slow it down."
+        rest = f"{number(left, 'N*m')} are left to slow it down"
     else:
-        text += f"{number(-left, 'N*m')} too little."
-    return [Finding("balance", text, {"brake_torque": torque, "load_torque": load})]
+        rest = f"{number(-left, 'N*m')} too little"
+    words = capacity_words(result.end_capacity, result.scene)
+    numbers = {"brake_torque": torque, "load_torque": load}
+    return [Finding("balance", f"At the end {words}: {rest}.", numbers)]
 
 
 #: works that are not those of brake, load and inertia, as they add to what the brake
@@ -417,7 +286,8 @@ def _torque_budget(result: Result, kind: str) -> Finding:
         else f"stop {number_of + 1}, the longest, from the onset of slip on"
     )
     over = f"the {number(angle, 'rad', count=5)} of {which},"
-    text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
+    whole = number(torque["brake"], "N*m", count=5)
+    text = f"Averaged over {over} the brake gives {whole}: "
     text += f"{term('load')} against the load, {term('inertia')} against the inertia"
     minor = abs(share["others"]) < _SHOWN
     others = _others_words(result.scene)
@@ -447,60 +317,6 @@ def _others_words(scene: Scene) -> str:
     parts += ["friction of the shaft"] if len(scene.shaft) > len(auxiliary) else []
     parts += ["motor"] if scene.motor is not None else []
     return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
-
-
-#: terms of the balance in words
-_POWERS = {
-    "load_work": "load",
-    "lever_work": "lever",
-    "motor_work": "motor",
-    "kinetic_release": "kinetic energy",
-    "friction_heat": "friction",
-    "damper_heat": "dampers",
-    "shaft_work": "other torques on the shaft",
-    "electrical_work": "electrical work of friction",
-    "mechanical_work": "mechanical work of friction",
-    "elastic_change": "elastic energy",
-}
-
-
-def _powers(result: Result) -> Finding:
-    """Mean powers of a lowering, or of a run without work of the brake: what load and
-    inertia give, what takes it."""
-    energy = result.report().summary["energy"]
-    duration = result.report().summary["end"]["duration"]
-    both = energy_balance(energy).positive
-    whole = max(sum(side.values()) for side in both) or 1.0
-
-    def terms(side: Mapping[str, float]) -> str:
-        shown = {
-            _POWERS.get(name, name): work
-            for name, work in side.items()
-            if 100 * work / whole >= _SHOWN
-        }
-        each = (
-            f"{words} {number(w / duration, 'W')} ({digits(100 * w / whole, 3)} %)"
-            for words, w in shown.items()
-        )
-        return ", ".join(each) or "nothing"
-
-    text = f"Mean powers: in {terms(both.into)}; out {terms(both.out)}."
-    pull = result.report().summary.get("pull")
-    if pull is not None:
-        value = number(pull["value"], "N")
-        most = number(pull["limit"], "N")
-        text += f" The lever needs up to {value} of its {most} to hold the speed."
-    powers = {
-        "load_power": "load_work",
-        "friction": "friction_heat",
-        "other": "shaft_work",
-    }
-    numbers: dict[str, Any] = {
-        key: energy.get(name, 0.0) / duration for key, name in powers.items()
-    }
-    for side, works in both._asdict().items():
-        numbers[side] = {name: work / duration for name, work in works.items()}
-    return Finding("balance", text, numbers)
 
 
 # --- linings, limits, stability -----------------------------------------------------
@@ -544,26 +360,13 @@ def _linings(result: Result) -> list[Finding]:
             f"{words.lining.capitalize()} {lining} is the {what}: {shown}, "
             f"{digits(over, 3)} times the mean{rise}."
         )
-    worn = summary.get("worn_thickness")
-    if worn and max(worn) > 0:
-        over = max(worn) / (sum(worn) / len(worn))
-        numbers["greatest_wear"] = {
-            "lining": worn.index(max(worn)) + 1,
-            "value": max(worn),
-            "over_mean": over,
-        }
-        most = number(max(worn), "m")
-        lining = f"{words.lining.capitalize()} {worn.index(max(worn)) + 1}"
-        alike = f"All {words.lining}s wear alike, by {most}."
-        said.append(
-            alike
-            if over < _ALIKE
-            else f"{lining} wears the most: {most}, {digits(over, 3)} times the mean."
-        )
+    for finding in wear(result.report()):
+        if finding.numbers["over_mean"] is not None:
+            numbers["greatest_wear"] = finding.numbers
+            said.append(f"{upper(finding.text)}.")
     if said and result.scene.brake.banded and len(numbers):
-        said.append(
-            f"Linings count from the slack end, 1 to {result.scene.brake.linings.count}."
-        )
+        count = result.scene.brake.linings.count
+        said.append(f"Linings count from the slack end, 1 to {count}.")
     return [Finding("linings", " ".join(said), numbers)] if said else []
 
 
@@ -582,26 +385,13 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
             '"max_tension=120 kN".'
         )
         return [Finding("limits", text + missing, {})]
-    first = rows[0]
-    exceeded = [row for row in rows if row.state == LimitVerdict.EXCEEDED]
-    state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "nearest its limit"
-    allowed = allowable_values(result.scene)
-    marked = values_of_marks(result.scene)
-    marks = (
-        metric.mark.event
-        for name, metric in METRICS.items()
-        if metric.mark
-        and metric.title == first.name
-        and allowed.get(name) == marked.get(name)
-    )
-    times = [time for event in marks for time in result.events[event].times]
-    state += f", first at {number(times[0], 's')}" if times else ""
-    text = f"{first.name} is {state}: {first.value}, allowed {first.limit}, margin {first.margin}."
-    if len(exceeded) > 1:
-        text += f" Exceeded as well: {', '.join(row.name for row in exceeded[1:])}."
-    elif len(rows) > 1:
-        after = rows[1]
-        text += f" Next: {after.name} {after.value}, allowed {after.limit}, margin {after.margin}."
+    first, *others = rows
+    exceeded = [row.name for row in others if row.state == LimitVerdict.EXCEEDED]
+    text = f"{first}."
+    if exceeded:
+        text += f" Exceeded as well: {', '.join(exceeded)}."
+    elif others:
+        text += f" Next: {others[0]}."
     return [Finding("limits", text + missing, {"rows": plain(rows)})]
 
 
@@ -646,14 +436,9 @@ def _stability(result: Result) -> list[Finding]:
             f"(at {number(least['time'], 's')}): runaway margin "
             f"{digits(100 * least['margin'], 4)} %."
         )
-    if report.holding is not None:
-        reserve = float(report.holding.value)
-        when = number(float(report.holding.time), "s")
-        values["holding_reserve"] = reserve
-        low = f", below {SMALL_RESERVE:g}: small" if reserve < SMALL_RESERVE else ""
-        said.append(
-            f"Held at rest the reserve is at least {digits(reserve, 4)} (at {when}){low}."
-        )
+    for finding in holding(report):
+        values["holding_reserve"] = finding.numbers["value"]
+        said.append(f"{upper(finding.text)}.")
     return [Finding("stability", " ".join(said), values)] if said else []
 
 
@@ -720,7 +505,7 @@ def _influence(result: Result, progress: Progress) -> list[Finding]:
     ]
     rows = sorted(rows, key=lambda row: -abs(change(row)))[:_MOST]
     words = (
-        _lower(title_of(metric))
+        lower(title_of(metric))
         if isinstance(metric, str)
         else "torque of the sliding brake over the load"
     )
@@ -770,7 +555,7 @@ def _remedy(result: Result) -> list[Finding]:
     weak = (reason.goes_on or to_rest) and 0 < judgement.sliding < 1
     if not (result.ok or weak):
         text = ". ".join(
-            map(_upper, failure_of(int(result.code), result.scene.brake.words))
+            map(upper, failure_of(int(result.code), result.scene.brake.words))
         )
         return [
             Finding(
@@ -800,11 +585,3 @@ def _remedy(result: Result) -> list[Finding]:
             )
             text += "reduce the load, or give the brake more friction or wrap."
     return [Finding("remedy", text, {"factor": factor})]
-
-
-def _upper(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:]

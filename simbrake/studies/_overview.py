@@ -12,7 +12,7 @@ from ..outputs.judgement import REASONS
 from ..outputs.metrics import HOLDING
 from ..parts.scene import Scene
 from ..results.stored import Dataset
-from ..runs.measure import Limited, unit_of
+from ..runs.measure import LimitsOfManyRuns, unit_of
 
 #: what a verdict of many runs leaves out
 _UNJUDGED = "; of parts without a limit, and of small margins, they say nothing"
@@ -35,7 +35,9 @@ class Overview:
         1
     """
 
-    def __init__(self, data: Dataset, metrics: Sequence[str], limited: Limited) -> None:
+    def __init__(
+        self, data: Dataset, metrics: Sequence[str], limited: LimitsOfManyRuns
+    ) -> None:
         self.data = data.assign(colour=_colours(data, limited))
         self.metrics = tuple(metrics)
         self._limited = limited
@@ -182,10 +184,10 @@ def overview(
         >>> print(str(sb.studies.overview(scene, data, ["stopping_time"])).splitlines()[0])
         2 runs: 2 stopped
     """
-    return Overview(data, metrics, Limited.of(scene, limits or {}, metrics))
+    return Overview(data, metrics, LimitsOfManyRuns.of(scene, limits or {}, metrics))
 
 
-def _colours(data: Dataset, limited: Limited) -> Any:
+def _colours(data: Dataset, limited: LimitsOfManyRuns) -> Any:
     """Colours of the reasons, red where a limit is exceeded.
 
     The least holding reserve of a run is in its reason only as far as its end shows it.

@@ -177,5 +177,5 @@ def scene():
     assert "Finished XLA compilation of jit(<lambda>)" in found[0]
     assert "Finished XLA compilation" not in found[1]
     assert "Finished XLA compilation of jit(<lambda>)" in found[2]
-    stops = [text[text.index("stop     after") :].splitlines()[0] for text in found]
+    stops = [text[text.index("course   ") :].splitlines()[0] for text in found]
     assert stops[0] == stops[1] != stops[2]

@@ -72,6 +72,10 @@ def test_notebook_shows_verdict_and_warnings():
     assert f">{T0 * PI / 1e3:.6g} kN<" in page.replace("> ", ">").replace(" <", "<")
 
 
+def test_notebook_shows_a_run_with_heat():
+    assert "peak_rim_temperature" in sb.simulate(hot_stop())._repr_html_()
+
+
 def test_open_brake_at_the_end_is_no_pass():
     """Let go after its stop, the load speeds up again; or a brake that never was
     closed."""
