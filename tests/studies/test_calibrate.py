@@ -4,7 +4,6 @@ leave open is named."""
 import contextlib
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from fit_scenes import (
@@ -54,7 +53,6 @@ def test_linear_covariance_is_the_closed_one():
     assert fit.probability == pytest.approx(chi2.sf(fit.chi2, fit.freedom))
     assert fit.converged
     assert fit.outcome == Outcome.CONVERGED
-    assert f"reduced χ² {fit.chi2 / 28:.3g} (28 degrees of freedom)" in fit.headline
     assert fit.open == ()
     assert float(fit.scene.initial.omega) == fit[OMEGA].value
     spans = np.array([55.0, 28e3])
@@ -126,11 +124,7 @@ def test_undetermined_product_is_named():
     assert np.isinf(fit[T0].standard_error)
     assert np.isinf(fit[J].standard_error)
     assert fit.outcome == Outcome.NOT_DETERMINED
-    assert fit.headline.startswith(
-        f"not determined: the data do not determine {T0}, {J}"
-    )
     assert fit.open == (pytest.approx({OMEGA: 0.0, T0: 1.0, J: 1.0}, abs=1e-6),)
-    assert f"open     {T0} +1, {J} +1 (relative changes) together" in str(fit)
     X = np.stack([np.ones_like(TS), TS], axis=1)
     best = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0]
     cov = np.linalg.inv(X.T @ X)
@@ -141,10 +135,7 @@ def test_undetermined_product_is_named():
         -best[1] / (rate() * 800.0), rel=1e-9
     )
     assert fit.singular_values[2] < 1e-9 * fit.singular_values[0]
-    saved = fit.as_dict()
-    assert saved["parameters"][1]["standard_error"] is None
-    assert saved["open"][0][J] == pytest.approx(1.0)
-    assert "standard error infinite" in str(fit)
+    assert fit.as_dict()["parameters"][1]["standard_error"] is None
 
 
 @pytest.mark.slow
@@ -156,7 +147,6 @@ def test_a_robust_loss_shrugs_off_outliers():
     assert abs(robust[T0].value - 8e3) < 3 * robust[T0].standard_error
     assert abs(plain[T0].value - 8e3) > 3 * plain[T0].standard_error
     assert plain.probability < 1e-6
-    assert "the model does not explain the data" in plain.headline
 
 
 # --- recovery and derivatives -------------------------------------------------------
@@ -230,55 +220,12 @@ def test_start_that_holds_the_load_determines_nothing():
     fit = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0))
     assert fit.outcome == Outcome.NOT_DETERMINED
     assert fit.chi2 == pytest.approx(fit.chi2_start, rel=1e-12)
-    assert fit.headline.startswith(f"not determined: the data do not determine {T0}; ")
-    assert fit.headline.endswith(": the model does not explain the data")
-    assert str(fit).splitlines()[0] == fit.headline
     out = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0), starts=6)
     assert out.outcome == Outcome.CONVERGED
     assert abs(out[T0].value - TRUTH) < 3 * out[T0].standard_error
     # a load that is held indeed: every force that holds it explains the data
     still = sb.calibrate(held(300.0), bounds, lowering(300.0, 1))
     assert still.outcome == Outcome.NOT_DETERMINED
-    assert T0 in still.headline
-
-
-@pytest.mark.slow
-def test_headline_names_wrong_fixed_number():
-    """Speeds of a short time long after the start determine ω_0 given T_0, and hardly
-    both."""
-    ts = np.linspace(0.55, 0.6, 30)
-    data = sb.studies.Measured.of(
-        ts, {"omega": 20.0 - rate(8e3) * ts}, sigma={"omega": 0.01}
-    )
-    wrong = 8.4e3
-    fit = sb.calibrate(rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, data)
-    assert fit.outcome == Outcome.CONVERGED
-    assert (
-        abs(fit[OMEGA].value - 20.0) > 100 * fit[OMEGA].standard_error
-    )  # confident, and wrong
-    (one,) = [one for one in fit.fixed if one.path == T0]
-    cov = np.linalg.inv(
-        np.stack([np.ones_like(ts), -ts]) @ np.stack([np.ones_like(ts), -ts], axis=1)
-    )
-    assert one.correlation == pytest.approx(
-        cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), abs=1e-6
-    )
-    assert 0.9999 > one.correlation > 0.99
-    assert one.shift == pytest.approx(
-        rate(wrong) * ts.mean() / fit[OMEGA].value, rel=1e-5
-    )
-    assert (1 - one.shift * 0.4 / 8.4) * fit[OMEGA].value == pytest.approx(
-        20.0, rel=1e-6
-    )  # corrected by it
-    assert one.parameter == OMEGA
-    assert T0 in fit.headline or len(fit.fixed) > 3
-    assert fit.as_dict()["fixed"][0]["parameter"] == OMEGA
-    # speeds from the start on tell the two apart: -0.87
-    fit = sb.calibrate(
-        rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, speeds(20.0 - rate(8e3) * TS, 0.01)
-    )
-    assert fit.fixed == ()
-    assert "does not explain the data" in fit.headline
 
 
 # --- bounds, events that do not occur, interruption ---------------------------------
@@ -293,7 +240,6 @@ def test_a_bound_that_holds_the_fit_is_said():
     assert fit[T0].state == State.AT_HIGH
     assert fit[T0].value == 7e3
     assert np.isnan(fit[T0].standard_error)
-    assert "at its upper bound" in str(fit)
     best = np.mean(values + rate(7e3) * TS)  # the other one, given this
     assert fit[OMEGA].value == pytest.approx(best, rel=1e-8)
     assert fit[OMEGA].standard_error == pytest.approx(
@@ -319,70 +265,21 @@ def test_events_that_the_model_does_not_have():
         sb.studies.Measured.of(events={"stopping_time": (3.0, 0.01)}),
     )
     assert (late.outcome, late.converged) == (Outcome.NOT_CONVERGED, False)
-    assert "stopping_time does not occur" in late.message
     assert np.isfinite(late[F].value)
 
 
 def test_all_errors_of_a_fit_come_at_once():
-    bad = {
-        F: (0.5, 0.4),
-        "brake.pulley.mass": (1.0, 2.0),
-        J: (-5.0, 900.0),
-        T0: (2e3, 6e3),
-        OMEGA: (1.0, np.inf),
-    }
-    with pytest.raises(sb.InputError) as caught:
-        sb.calibrate(
-            rigid(),
-            bad,
-            speeds(line()),
-            loss="square",
-            start={"end_time": 3.0},
-            confidence=1.0,
-        )
-    text = str(caught.value)
-    for words in (
-        F,
-        "brake.pulley.mass",
-        "-5 kg*m^2",
-        "start 8000",
-        OMEGA,
-        "'square'",
-        "end_time",
-        "confidence",
+    bad = {F: (0.5, 0.4), "brake.pulley.mass": (1.0, 2.0), J: (-5.0, 900.0)}
+    bad |= {T0: (2e3, 6e3), OMEGA: (1.0, np.inf)}
+    options = {"loss": "square", "start": {"end_time": 3.0}, "confidence": 1.0}
+    tension = sb.studies.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0})
+    twice = {"brake.linings.angle[3]": (0.2, 0.3), "brake.linings.angle": (0.2, 0.3)}
+    for count, scene, bounds, data, more in (
+        (8, rigid(), bad, speeds(line()), options),
+        (1, rigid(), LINE, tension, {}),
+        (1, rigid(end=0.3), LINE, speeds(line()), {}),
+        (1, rigid(), twice, speeds(line()), {}),
     ):
-        assert words in text
-    data = speeds(line(), None) + sb.studies.Measured.of(events={"stopping_time": 1.0})
-    with pytest.raises(sb.InputError, match="2 input errors"):
-        sb.calibrate(rigid(), LINE, data)
-    with pytest.raises(sb.InputError, match="name the measured one"):
-        sb.calibrate(
-            rigid(),
-            LINE,
-            sb.studies.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0}),
-        )
-    with pytest.raises(sb.InputError, match="end_time"):
-        sb.calibrate(rigid(end=0.3), LINE, speeds(line()))
-
-
-@pytest.mark.parametrize("other", ["brake.linings.angle[-17]", "brake.linings.angle"])
-def test_number_is_not_free_twice(other):
-    path = "brake.linings.angle[3]"
-    with pytest.raises(sb.InputError) as caught:
-        sb.calibrate(rigid(), {path: (0.2, 0.3), other: (0.2, 0.3)}, speeds(line()))
-    assert [str(fault) for fault in caught.value.faults] == [
-        f"{other}: is free twice — as {path} is"
-    ]
-
-
-def test_traced_entries_of_arrays_can_be_set():
-    def total(x):
-        scene = sb.with_values(
-            rigid(), {"brake.linings.angle[3]": x, "brake.linings.area": None}
-        )
-        whole = sb.with_values(rigid(), {"brake.linings.angle": x})
-        return jnp.sum(scene.brake.linings.angle) + jnp.sum(whole.brake.linings.angle)
-
-    value, slope = jax.jit(jax.value_and_grad(total))(0.2)
-    assert float(slope) == 21.0
-    assert float(value) == pytest.approx(19 * np.radians(13.5) + 21 * 0.2)
+        with pytest.raises(sb.InputError) as caught:
+            sb.calibrate(scene, bounds, data, **more)
+        assert len(caught.value.faults) == count

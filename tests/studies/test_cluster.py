@@ -123,36 +123,3 @@ def test_goes_on_after_all_workers_died(tmp_path, local):
     assert len(killed) == 2
     assert np.all(data.code == 0)
     np.testing.assert_allclose(data.stopping_time, local, rtol=1e-12)
-
-
-def test_workers_that_die_of_one_chunk_and_a_scheduler_that_is_gone(tmp_path, capfd):
-    here = os.getpid()
-
-    def deadly(result):
-        if os.getpid() != here:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return result.stopping_time
-
-    with cluster() as (address, work, processes):
-        for _ in range(5):
-            work()
-        data = sb.ensemble(
-            stop_scene(), VALUES, [deadly], client=address, chunk=COUNT, progress=False
-        )
-        assert np.all(data.code == -1)
-        assert (
-            f"died again and again (look at their memory), {COUNT} of {COUNT} runs are missing"
-            in capfd.readouterr().err
-        )
-        work()
-
-        def kill(done, total):
-            processes[0].kill()
-
-        data = made(address, tmp_path / "runs", progress=kill)
-        missing = int(np.sum(data.code == -1))
-        assert 0 < missing < COUNT
-        assert (
-            f"the scheduler is gone, {missing} of {COUNT} runs are missing (code -1)"
-            in capfd.readouterr().err
-        )

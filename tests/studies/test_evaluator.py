@@ -12,6 +12,7 @@ from simbrake.friction import ChangingFriction, FrictionChange
 
 PATHS = ("initial.omega", "brake.pulley.inertia", "duty.slack_tension.level")
 NAMES = ("stopping_time", "stopping_angle")
+ANGLE = "brake.linings.angle"
 X = np.array([18.0, 900.0, 7e3])
 
 
@@ -40,10 +41,7 @@ def test_a_scene_as_a_function_of_arrays(caplog):
     run = sb.studies.evaluator(scene(), ranges, [*NAMES, twice])
     assert (run.names, run.units) == (PATHS, ("rad/s", "kg*m^2", "N"))
     assert (run.metrics, run.metric_units) == ((*NAMES, "twice"), ("s", "rad", ""))
-    np.testing.assert_array_equal(
-        run.bounds, [[10.0, 30.0], [700.0, 1000.0], [6e3, 8e3]]
-    )
-    np.testing.assert_array_equal(run.start, [20.0, 800.0, 8e3])
+    assert run.start.tolist() == [20.0, 800.0, 8e3]
     run.jacobian(run.start)
     some = np.random.default_rng(0).uniform(*run.bounds.T, (4, 3))
     with nothing_compiled(caplog):
@@ -75,20 +73,15 @@ def test_a_changed_global_of_an_own_function(monkeypatch):
         t = truth([20.0, 800.0, 8e3])[0][0]
         assert run.evaluate(run.start)[0] == pytest.approx(factor * t)
         assert run.jacobian(run.start)[0, 0] == pytest.approx(factor * t / 20.0)
-        row = sb.sensitivity(scene(), scaled, "initial.omega", span=None).at(
-            "initial.omega"
-        )
-        assert row.derivative == pytest.approx(factor * t / 20.0)
 
 
 def test_one_number_for_all_entries_of_a_list():
     """Shifting all angles is shifting each of them; without bounds given these are the
     range of the number."""
-    path = "brake.linings.angle"
-    whole = sb.studies.evaluator(scene(), path, "stopping_time")
-    single = sb.studies.evaluator(
-        scene(), [f"{path}[{i}]" for i in range(20)], "stopping_time"
-    )
+    given = scene(n=3, beta=90.0)
+    whole = sb.studies.evaluator(given, ANGLE, "stopping_time")
+    each = [f"{ANGLE}[{i}]" for i in range(3)]
+    single = sb.studies.evaluator(given, each, "stopping_time")
     np.testing.assert_allclose(whole.bounds, [[0.0, np.pi]])
     assert whole.start == pytest.approx(single.start.mean())
     np.testing.assert_allclose(
@@ -98,6 +91,7 @@ def test_one_number_for_all_entries_of_a_list():
     )
 
 
+@pytest.mark.slow
 def test_runs_without_values_say_why():
     """A run that does not stop in time, and a shoe that locks when its friction
     grows."""
@@ -147,12 +141,11 @@ def undefined(result):
     ],
 )
 def test_a_metric_of_ones_own_that_fails_is_named(metric, words):
+    few = scene(n=2)
     studies = {
-        "evaluator": lambda: sb.studies.evaluator(scene(), PATHS, metric),
-        "sensitivity": lambda: sb.studies.sensitivity(scene(), metric),
-        "ensemble": lambda: sb.ensemble(
-            scene(), {"initial.omega": [10.0, 20.0]}, metrics=[metric]
-        ),
+        "evaluator": lambda: sb.studies.evaluator(few, PATHS, metric),
+        "sensitivity": lambda: sb.studies.sensitivity(few, metric),
+        "ensemble": lambda: sb.ensemble(few, {PATHS[0]: [10.0, 20.0]}, [metric]),
     }
     if metric is undefined:  # in some runs of many it may be
         del studies["ensemble"]
@@ -162,40 +155,26 @@ def test_a_metric_of_ones_own_that_fails_is_named(metric, words):
         assert len(caught.value.faults) == 1
 
 
-def test_all_errors_of_the_input():
-    given = {
-        "initial.omeg": (10.0, 20.0),
-        "brake.linings.angle": (0.1, 0.2),
-        "brake.linings.angle[2]": (0.1, 0.2),
-    }
+@pytest.mark.parametrize(
+    ("parameters", "metrics", "paths"),
+    [
+        ({"initial.omeg": (1.0, 2.0)}, [max, max], ["initial.omeg", "max"]),
+        ({ANGLE: (0.1, 0.2), f"{ANGLE}[2]": (0.1, 0.2)}, NAMES, [f"{ANGLE}[2]"]),
+        ({PATHS[0]: ("10 m", "20 m")}, NAMES, [PATHS[0]] * 2),
+        ({PATHS[1]: (-1.0, 2.0), PATHS[2]: (2.0, 1.0)}, NAMES, PATHS[1:]),
+        (["brake.linings.count"], NAMES, ["brake.linings.count"]),
+        ([], NAMES, ["parameters"]),
+    ],
+)
+def test_all_errors_of_the_input(parameters, metrics, paths):
     with pytest.raises(sb.InputError) as caught:
-        sb.studies.evaluator(scene(), given, ["stoping_time", max, max])
-    assert [fault.path for fault in caught.value.faults] == [
-        *list(given)[::2],
-        "stoping_time",
-        "max",
-    ]
-    given = {
-        "initial.omega": ("10 m", "20 m"),
-        "brake.pulley.inertia": (-1.0, 2.0),
-        PATHS[2]: (2.0, 1.0),
-    }
-    with pytest.raises(sb.InputError) as caught:
-        sb.studies.evaluator(scene(), given)
-    assert [fault.path for fault in caught.value.faults] == ["initial.omega", *given]
-    with pytest.raises(
-        sb.InputError,
-        match=r"(?s)brake\.linings\.area: cannot vary.*brake\.linings\.count: cannot vary",
-    ):
-        sb.studies.evaluator(scene(), ["brake.linings.area", "brake.linings.count"])
-    with pytest.raises(sb.InputError, match="parameters: is empty"):
-        sb.studies.evaluator(scene(), [])
+        sb.studies.evaluator(scene(), parameters, metrics)
+    assert [fault.path for fault in caught.value.faults] == [*paths]
 
-    run = sb.studies.evaluator(scene(), PATHS)
-    with pytest.raises(sb.InputError) as caught:
-        run.evaluate([[20.0, -800.0, 8e3], [20.0, -900.0, 8e3], [np.nan, 800.0, 8e3]])
-    assert [fault.path for fault in caught.value.faults] == [PATHS[1], PATHS[0]]
-    assert "(runs 0, 1)" in str(caught.value)
-    for X in (1.0, [20.0, 800.0], np.zeros((2, 2, 3)), "20 rad/s"):
-        with pytest.raises(sb.InputError, match="X: "):
-            run.evaluate(X)
+
+@pytest.mark.parametrize(
+    "X", [[20.0, -800.0, 8e3], [np.nan, 800.0, 8e3], 1.0, [20.0, 800.0], "20 rad/s"]
+)
+def test_points_that_cannot_be(X):
+    with pytest.raises(sb.InputError):
+        sb.studies.evaluator(scene(), PATHS).evaluate(X)

