@@ -190,6 +190,7 @@ def docs(session: nox.Session) -> None:
         "sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs"
     )
     session.run("python", "papers/reproduce.py", silent=True)
+    session.run("python", "papers/measured.py", silent=True)
     # the examples of the docs call nearly everything between them: here shapes and
     # types of every call are checked
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}

@@ -198,8 +198,8 @@ class BearingFriction(AbstractDryTorque):
         |M| = M_c + (M_s − M_c) exp(−|ω|/ω_s) + c |ω|   in motion,   |M| ≤ M_s   at rest
 
     - `friction_torque` `M_c` (N·m), of Coulomb
-    - `static` `M_s` (N·m) at rest, default `M_c`; from it friction falls with the
-      speed `stribeck_speed` `ω_s` (rad/s)
+    - `static` `M_s` (N·m) at rest, default `M_c`; from it friction falls over the speed
+      `stribeck_speed` `ω_s` (rad/s), or rises where it is below `M_c`
     - `viscous` `c` (N·m·s)
     - `reverse`: another such law against a rotation in the other sense, default the
       same
@@ -208,8 +208,7 @@ class BearingFriction(AbstractDryTorque):
     Sources: H. Olsson et al., *European Journal of Control* 4 (1998) 176–195, eq. 3
     (Coulomb, viscous, Stribeck), with the exponent 1.
 
-    Raises `InputError` for a static torque without its speed, or below the torque in
-    motion.
+    Raises `InputError` for a static torque without its speed.
 
     Example:
         >>> sb.loads.BearingFriction("150 N*m").friction_torque
@@ -227,7 +226,7 @@ class BearingFriction(AbstractDryTorque):
         "N*m", "friction torque at rest", low=0.0, default=None
     )
     stribeck_speed: Scalar | None = positive_quantity(
-        "rad/s", "speed over which static friction falls", default=None
+        "rad/s", "speed over which friction leaves its value at rest", default=None
     )
     viscous: Scalar = quantity(
         "N*m*s", "friction torque per unit of speed", low=0.0, default=0.0
@@ -257,10 +256,6 @@ class BearingFriction(AbstractDryTorque):
             name = "static" if self.static is None else "stribeck_speed"
             hint = "the torque at rest and the speed over which it falls go together"
             faults.append(Fault(f"{path}.{name}", "is missing", hint))
-        elif self.static is not None and self.static < self.friction_torque:
-            what = f"{float(self.static):g} N·m is below the torque in motion"
-            hint = f"at least {float(self.friction_torque):g} N·m"
-            faults.append(Fault(f"{path}.static", what, hint))
         other = self.reverse
         if other is not None and not isinstance(other, BearingFriction):
             hint = "give a BearingFriction"

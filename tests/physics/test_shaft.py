@@ -728,7 +728,7 @@ def test_tables_of_torque_over_speed():
 
 
 def test_bad_tables_and_friction():
-    law = BearingFriction(100.0, 90.0, 0.5, reverse=BearingFriction(1.0, 2.0))
+    law = BearingFriction(100.0, 90.0, reverse=BearingFriction(1.0, 2.0))
     fan = TabulatedDrag([0.0, 3.0, 2.0], [0.0, 1.0, 2.0])
     begun = TabulatedDrag([0.0, 3.0], [1.0, 2.0])
     rotor = TabulatedLoad([0.0, 3.0], [1.0, 2.0, 4.0])
@@ -736,7 +736,7 @@ def test_bad_tables_and_friction():
         sb.simulate(scene(law, fan, begun, load=rotor))
     assert [fault.path for fault in caught.value.faults] == [
         "duty.load",
-        "shaft[0].static",
+        "shaft[0].stribeck_speed",
         "shaft[0].reverse.stribeck_speed",
         "shaft[1].speed",
         "shaft[2]",
