@@ -16,7 +16,7 @@ from user_parts import Bump, Slanted, of
 import simbrake as sb
 from simbrake.physics._brake import course_of_profile
 from simbrake.profiles import hides_nothing
-from simbrake.runs.choice import fastest_node, stiff_heat, stiffness
+from simbrake.runs.choice import fastest_node, stiffness
 
 
 def shafted(*laws, load=0.0, end=30.0):
@@ -53,31 +53,6 @@ def test_fastest_node_of_a_wall(face):
         pytest.approx(2 * total[at] / (rho * c * A * steps[at]), rel=1e-12),
         f"w[{at + 1}]",
     )
-
-
-@pytest.mark.parametrize("single", [True, False])
-def test_fastest_node_of_a_rim(single):
-    """Of one rim the links of all four linings count, of four rims that of each."""
-    g = np.array([1.0, 2.0, 3.0, 4.0])
-    C = 5.0
-    rim = sb.thermal.Lump("rim", C) if single else sb.thermal.Lump("rim", C, count=4)
-    heat = sb.Heat(
-        (rim, sb.thermal.Lump("linings", 100.0, count=4)),
-        (sb.thermal.Conductance("rim", "linings", g),),
-    )
-    assert fastest_node(heat) == (
-        pytest.approx(2 * (10.0 if single else 4.0) / C),
-        "rim" if single else "rim[4]",
-    )
-
-
-@pytest.mark.parametrize(("steps", "stiff"), [(149.0, False), (151.0, True)])
-def test_150_steps_of_the_fastest_node(steps, stiff):
-    heat = sb.Heat(
-        (sb.thermal.Lump("a", 2.0), sb.thermal.Reservoir("air")),
-        (sb.thermal.Conductance("a", "air", 4.0),),
-    )
-    assert stiff_heat(heat, 6.0 * steps / 4.0)[0] == stiff
 
 
 @pytest.mark.parametrize(("steps", "stiff"), [(1490.0, False), (1510.0, True)])

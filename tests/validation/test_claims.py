@@ -37,38 +37,12 @@ def quick(claims):
     }
 
 
-def test_every_claim_is_kept(claims):
-    assert len(claims.CLAIMS) >= 16
-    assert {one.paper for one in claims.CLAIMS} == set(claims.PAPERS)
-    ordered = sorted(
-        claims.CLAIMS, key=lambda one: list(claims.PAPERS).index(one.paper)
-    )
-    for kept, one in zip(KEPT, ordered, strict=True):
-        assert kept["claim"].startswith(one.words), (
-            "run: python papers/claims.py --write-docs"
-        )
-        assert kept["place"] == one.place
-    page = claims.page(KEPT)
-    assert page.startswith(
-        "42 claims: 15 confirmed, 20 confirmed within limits, 7 contradicted."
-    )
-    assert all(line.count(" | ") == 3 for line in page.splitlines() if "**" in line)
-    last = page.partition("## Claims without a run")[2].strip().splitlines()
-    assert last == [f"- {line}" for line in claims.unsaid()]
-    assert {line[0] for line in claims.unsaid()} == set(claims.PAPERS)
-
-
 def test_quick_claims_are_as_kept(claims, quick):
     assert len(quick) >= 8
     for one, found in quick.values():
         assert claims.row_of(one, found) in KEPT, (
             "run: python papers/claims.py --write-docs"
         )
-
-
-def rise(f, angle):
-    """Tensions at the two sides of a sliding lining."""
-    return (1 + f * math.tan(angle / 2)) / (1 - f * math.tan(angle / 2))
 
 
 def test_rainflow(claims):
@@ -110,12 +84,6 @@ def test_numbers_by_hand(quick):
     mu = T[-1] ** 0.1
     highest = T[-1] * (1 + 1 / mu) * math.sin(math.atan((mu - 1) / (mu + 1) / f))
     assert quick["variable_pitch"][1].value == pytest.approx(highest / uneven, rel=1e-9)
-    edge = [
-        x / -math.expm1(-x) / arc
-        for arc in (27.0, 54.0)
-        for x in [math.log(rise(0.3, math.radians(arc)))]
-    ]
-    assert quick["edges"][1].value == pytest.approx(edge[1] / edge[0], rel=1e-12)
     T = 673.15
     h = 0.8 * 5.670374419e-8 * (T**2 + 293.15**2) * (T + 293.15)
     assert quick["governs"][1].value == pytest.approx(h, rel=1e-6)
@@ -127,22 +95,3 @@ def test_numbers_by_hand(quick):
         + flat(0.575, 0.615, 0.025)
     )
     assert quick["resistance"][1].value == pytest.approx(1 + behind / shell, rel=1e-12)
-    arcs = quick["sliding_arc"][1].value  # Z's table 1
-    assert arcs == pytest.approx(244.6 / 134.5, rel=2e-3)
-    assert quick["fourier"][1].value < 15
-    f = 0.35
-    half = np.full(10, math.radians(27.0))
-    T = np.cumprod([rise(f, angle) for angle in half])
-    N = T + np.append(1.0, T[:-1])
-    worn = N / np.repeat([N[:5].mean(), N[5:].mean()], 5)
-    assert quick["branches"][1].value == pytest.approx(
-        worn.max() / worn.min(), rel=1e-12
-    )
-    z = 1 / (1 / z_n(0.3) - 2 * 0.3 * steps)
-    T = np.cumprod((1 + 0.3 * z) / (1 - 0.3 * z))
-    beta = 2 * np.arctan(z)
-    p = (T + np.append(1.0, T[:-1])) * np.sin(beta / 2) / beta
-    assert quick["areas"][1].value == pytest.approx(p.max() / p.min(), rel=1e-9)
-    assert quick["two_surfaces"][1].value == pytest.approx(1.0, rel=1e-12)
-    assert quick["larger_area"][1].value == 1.0
-    assert np.isfinite([found.value for _, found in quick.values()]).all()

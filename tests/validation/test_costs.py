@@ -8,7 +8,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
 
-from benchmarks import costs, processes
+from benchmarks import costs
 from benchmarks.scenes import CASES, closed_form, cycles_case
 
 
@@ -24,22 +24,6 @@ def test_exact_derivatives():
             for s in (-1, 1)
         ]
         assert slope == pytest.approx((ends[1] - ends[0]) / (2 * h * x), rel=1e-6)
-
-
-def test_processor_time_of_a_fresh_process(tmp_path):
-    busy = "import time\nwhile time.process_time() < 0.3: pass\ntime.sleep(0.3)\nprint('done')"
-    done = processes.fresh(["-c", busy], str(tmp_path))
-    assert done.out == "done\n"
-    assert 0.3 <= done.cpu < 0.55
-    assert done.seconds >= 0.6
-    folders = "import os; print(os.environ['XDG_CACHE_HOME'], os.environ['SIMBRAKE_CACHE_DIR'])"
-    assert processes.fresh(["-c", folders], str(tmp_path)).out.split() == [
-        str(tmp_path),
-        str(tmp_path / "simbrake"),
-    ]
-    assert processes.fresh(["-c", "raise SystemExit(2)"], code=2).code == 2
-    with pytest.raises(RuntimeError, match="ended with 3"):
-        processes.fresh(["-c", "raise SystemExit(3)"])
 
 
 @pytest.mark.slow

@@ -16,8 +16,6 @@ from benchmarks import ours, peers
 from benchmarks.chain import Linear
 from benchmarks.equations import automaton_of, drive
 from benchmarks.peers import scipy_ivp
-from benchmarks.peers.written import written
-from benchmarks.peers.written.form import FLOATS
 from benchmarks.reference import error, reference
 from benchmarks.scenes import CASES, Answer, closed_form
 
@@ -77,37 +75,6 @@ def test_peers_solve_every_scene(module, method, tolerance, allowed, name):
     )
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_written_modes_are_the_plain_ones(name):
-    """Rates and guards of the expressions, with floats in them, are those of the
-    equations that SciPy is given."""
-    rng = np.random.default_rng(1)
-    modes = automaton_of(CASES[name]).modes
-    forms = written(CASES[name])
-    assert set(forms) == {
-        mode for mode, known in modes.items() if known.rhs is not None
-    }
-    for mode, form in forms.items():
-        known = modes[mode]
-        for t in (0.3, 1.4, 20.1):
-            y = known.scales * rng.uniform(0.5, 1.5, len(known.scales))
-            if mode.endswith("slide"):  # linings that stick move with the rim
-                stuck = CASES[name].plain.n - int(mode.split()[0])
-                y[CASES[name].plain.n + 2 :][:stuck] = CASES[name].plain.R * y[0]
-            rates, guards = form.program.equations(
-                FLOATS, t, y.tolist(), form.numbers(t).tolist()
-            )
-            truth = np.asarray(known.rhs(t, y))
-            np.testing.assert_allclose(
-                rates, truth, rtol=1e-12, atol=1e-12 * np.max(np.abs(truth))
-            )
-            for found, guard in zip(guards, known.guards, strict=False):
-                assert found == pytest.approx(guard.value(t, y), rel=1e-9)
-            assert all(
-                value > 0 for value in guards[len(known.guards) :]
-            )  # never falls through 0
-
-
 def test_heyoka_by_a_plain_loop():
     peer = pytest.importorskip("heyoka") and importlib.import_module(
         "benchmarks.peers.heyoka_taylor"
@@ -140,25 +107,3 @@ def test_collocation_is_matrix_exponential():
     exact = Answer(*drive(automaton_of(CASES["e"]), CASES["e"], segment), 0, 0)
     assert max(error(CASES["e"], reference("e").answer, exact)) <= 1e-12
     assert reference("e").uncertainty <= 1e-12
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_jacobians_of_the_plain_equations(name):
-    rng = np.random.default_rng(0)
-    for mode in automaton_of(CASES[name]).modes.values():
-        if mode.rhs is None:
-            continue
-        y = mode.scales * rng.uniform(0.5, 1.5, len(mode.scales))
-        steps = 1e-5 * mode.scales
-        columns = [
-            (
-                np.asarray(mode.rhs(0.3, y + h * e))
-                - np.asarray(mode.rhs(0.3, y - h * e))
-            )
-            / (2 * h)
-            for h, e in zip(steps, np.eye(len(y)), strict=True)
-        ]
-        found = mode.jacobian(0.3, y)
-        np.testing.assert_allclose(
-            found, np.stack(columns, axis=1), atol=1e-9 * np.max(np.abs(found))
-        )

@@ -26,20 +26,6 @@ def test_closed_forms(capsys, name):
     assert row["source"].startswith("closed form: ")
 
 
-def test_cases_by_their_names(capsys):
-    assert len(CASES) == 12
-    assert "1 of 1 cases pass" in str(sb.validate("held"))
-    assert len(call(capsys, "validate", "--list")[1].splitlines()) == 1 + len(CASES)
-    listed = json.loads(
-        call(capsys, "validate", "--list", "--json", "--only", "*/stopping time")[1]
-    )
-    assert [row["case"].partition("/")[0] for row in listed] == [
-        *("simple band", "staged brake", "two bands", "disc brake", "double shoe"),
-    ]
-    with pytest.raises(sb.InputError, match="no such thing"):
-        sb.validate("no such thing")
-
-
 def test_case_that_raises_fails():
     def broken():
         raise sb.SimulationError("step_limit: too long\nmore", None)
@@ -56,7 +42,6 @@ def test_case_that_raises_fails():
     }
     report = sb.checks.Validation([check])
     assert not report.ok
-    assert "step_limit: too long" in str(report)
     assert run_case(Case("a/c", "nowhere", 1.0, 1e-3, lambda: np.nan)).verdict == "fail"
     assert run_case(Case("a/c", "nowhere", 1.0, 1e-3, lambda: 1.0011)).verdict == "fail"
     assert not sb.checks.Validation([]).ok
@@ -87,8 +72,6 @@ def test_cross_check_of_an_elastic_stop(elastic, capsys):
     assert all(
         check.error <= 1e-8 and check.source == "SciPy DOP853" for check in report
     )
-    assert "Not checked: the physics" in str(report)
-    assert "times as long" in str(report)
     assert report.evaluations > 100
 
 
@@ -111,7 +94,6 @@ def test_cross_check_of_another_run(elastic):
     assert report.first_difference.startswith("at change 2: simbrake has stop at")
     assert "SciPy full_slip at" in report.first_difference
     assert report.as_list()[0]["verdict"] == "fail"
-    assert "differ first" in str(report)
 
 
 def test_cross_check_that_takes_too_long(elastic):
@@ -119,7 +101,6 @@ def test_cross_check_that_takes_too_long(elastic):
     report = sb.cross_check(scene, result=result, max_evaluations=150)
     assert not report.ok
     assert "150 evaluations of the right-hand side were not enough" in report.trouble
-    assert report.trouble in str(report)
     assert report[-1].verdict == "fail"
     with pytest.raises(sb.InputError, match="SciPy has no"):
         sb.cross_check(scene, method="Euler")
