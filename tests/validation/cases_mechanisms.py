@@ -1,13 +1,9 @@
 """Validation of mechanisms: pressed and locking stages, chains that stick and part,
-wear laws, tables of the papers."""
+wear laws."""
 
-import itertools
 import math
-from collections.abc import Callable
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from case_tools import (
     FORM,
@@ -15,23 +11,16 @@ from case_tools import (
     Reader,
     Row,
     Slope,
-    cases_of,
-    cases_of_run,
     cases_with_slopes,
     differentiated,
     rows_of,
 )
 from oracles import mechanisms
-from printed_tables import FRICTION, LAMBDA, allowed, published_rows, stopped_band
 from scipy.integrate import quad
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from stop_scenes import (
-    closed_form,
-    points,
-    scene_of,
     staged_pair,
-    stop_scene,
     time_of,
 )
 
@@ -42,7 +31,6 @@ from simbrake import (
     Constant,
     ConstantFriction,
     Duty,
-    ForceDuty,
     Heat,
     Initial,
     Lining,
@@ -50,33 +38,17 @@ from simbrake import (
     Pulley,
     Scene,
     Segments,
-    ShoeBrake,
-    Shoes,
     TorqueLoad,
-    Wear,
-    lumped_heat,
     with_values,
 )
-from simbrake.brakes import LiningsOnPlates, sliding_tensions
 from simbrake.friction import PressureFactor, ProductFriction
-from simbrake.studies import turned_scene
 from simbrake.thermal import (
-    ROOM,
     ConstantPartition,
     Convection,
     FrictionHeat,
     Lump,
     Reservoir,
     SpeedCoefficient,
-)
-from simbrake.wear import (
-    AbstractWearRate,
-    ArrheniusWear,
-    ConstantWear,
-    ExponentialWear,
-    LinearWear,
-    Temperature,
-    ThresholdWear,
 )
 
 
@@ -173,294 +145,6 @@ def pressed_stage_cases() -> list[Case]:
     return cases_with_slopes(
         "staged, friction under pressure", scene, rows, tolerance=1e-10
     )
-
-
-def _lever(*torques: tuple[float, float]) -> tuple[jax.Array, jax.Array]:
-    """Times and torques of the band at four points: all staged scenes here share one
-    program."""
-    profile = points(
-        [torque for _, torque in torques], [time for time, _ in torques], 4
-    )
-    return profile.times, profile.values
-
-
-def lock_up_cases() -> list[Case]:
-    """Two inertias at 100 and 10 rad/s come to one speed through a pair of 50 N·m, free
-    of everything else.
-
-    They are brought to these speeds by braking for 0.1 s from 110 rad/s, which heats
-    the internal pair by 225 J.
-    """
-    I1 = 0.5
-    I2 = 2.0
-    w1 = 100.0
-    w2 = 10.0
-    T = 50.0
-    begin = 0.1
-    first = w1 + T / I1 * begin
-    torque = T + I2 * (first - w2) / begin
-    lever = _lever((0.0, torque), (begin, torque), (begin, 0.0))
-    reduced = I1 * I2 / (I1 + I2)
-    before = T * (w1 - w2) * begin / 2
-    time = reduced * (w1 - w2) / T
-    heat = reduced * (w1 - w2) ** 2 / 2
-    rows = [
-        (
-            "time",
-            f"{FORM}I1 I2(ω1 − ω2)/(T(I1 + I2))",
-            time,
-            lambda r: time_of("internal_restick")(r) - begin,
-        ),
-        (
-            "heat",
-            f"{FORM}I1 I2(ω1 − ω2)²/2(I1 + I2)",
-            heat,
-            lambda r: float(r.energy["heat_internal"]) - before,
-        ),
-        (
-            "common speed",
-            f"{FORM}(I1 ω1 + I2 ω2)/(I1 + I2)",
-            (I1 * w1 + I2 * w2) / (I1 + I2),
-            "record.y_end.omega",
-        ),
-    ]
-    return cases_of_run(
-        "lock-up", staged_pair(M_i=T, J_1=I1, J_2=I2, w0=first, lever=lever), rows
-    )
-
-
-# --- printed tables -----------------------------------------------------------------
-
-_TITLES = {
-    "Z": "Zhuravlov et al., Dynamics of friction couples of a band-shoe brake",
-    "V": "Volchenko et al., Thermal transmission through metal friction elements",
-}
-
-
-def _row(what: str, table: str, printed: str, read: Reader) -> Row:
-    """A printed number, with the tolerance of `reproduce`."""
-    source = f"{_TITLES[table[0]]}, table {table[1]}"
-    return what, source, float(printed), read, allowed(printed) / abs(float(printed))
-
-
-def table_cases() -> list[Case]:
-    """Rows of Z's tables 5 and 6 as stops: ten linings over 270°, λ = C R/T_0 = 5, at
-    rest as k of them slide."""
-    found = []
-    for table, k, scheme in (
-        ("Z5", "8", "variable"),
-        ("Z5", "4", "uniform"),
-        ("Z6", "8", "variable"),
-    ):
-        printed = next(
-            row
-            for row in published_rows(table)
-            if (row["k"], row["scheme"]) == (k, scheme)
-        )
-        band = stopped_band(table, printed)
-        scene = scene_of(
-            1.0,
-            n=10,
-            f=FRICTION[table],
-            R=1.0,
-            J=LAMBDA / band.w_0**2,
-            C=LAMBDA,
-            w0=1.0,
-            end=30.0,
-        )
-        stop = 1 / LAMBDA + math.pi / (2 * band.w_0)
-        rows = [
-            _row("T_max", table, printed["T_max"], "metrics.max_tension"),
-            _row("N_max", table, printed["N_max"], "metrics.max_normal_load"),
-            ("stop", f"{FORM}1/λ + π/(2w_0) [Z-15, 16]", stop, "stopping_time"),
-        ]
-        scene = with_values(scene, {"brake.linings.angle": band.angle})
-        found += cases_of_run(f"Z table {table[1]}, k = {k}, {scheme}", scene, rows)
-    return found
-
-
-def _followed(f: Any, beta: Any, T_0: float = 1.0) -> tuple[Any, Any]:
-    """Tensions `T_0…T_n` and loads along sliding linings, one after the other."""
-    T = [T_0]
-    N = []
-    for f_i, b in zip(
-        np.broadcast_to(f, np.shape(beta)), np.asarray(beta), strict=True
-    ):
-        c = math.cos(b / 2)
-        s = math.sin(b / 2)
-        # (T − T_before) c = f N, N = (T + T_before) s
-        T.append(T[-1] * (c + f_i * s) / (c - f_i * s))
-        N.append((T[-1] + T[-2]) * s)
-    return np.asarray(T), np.asarray(N)
-
-
-# --- wear ---------------------------------------------------------------------------
-
-_N = 4
-_BETA = 50.0
-_R = 0.725
-_J = 800.0
-_T0 = 8e3
-_W0 = 20.0
-_F = 0.35
-_AREA = 0.03
-#: gas constant (J/(mol·K)), CODATA 2018
-_GAS = 8.31446261815324
-
-
-class Separately(AbstractWearRate):
-    """A wear law for each lining."""
-
-    laws: tuple[AbstractWearRate, ...]
-
-    def at(self, T: Temperature) -> jax.Array:
-        if T is None:
-            return jnp.stack([law.at(None) for law in self.laws])
-        each = jnp.broadcast_to(T, (len(self.laws),))
-        return jnp.stack([law.at(each[i]) for i, law in enumerate(self.laws)])
-
-
-def _pressures(T_0: float = _T0) -> Any:
-    return _followed(_F, np.full(_N, math.radians(_BETA)), T_0)[1] / _AREA
-
-
-def wear_law_cases() -> list[Case]:
-    """Four laws of the wear rate over the temperature, one per lining, in a stop that
-    heats an insulated rim."""
-    k = 3e-14
-    E = 2.5e4
-    above = ROOM + 60.0
-    capacity = 800.0
-    M = _R * _T0 * (closed_form(n=_N, beta=_BETA)["Pi"] - 1)
-    way = _J * _W0**2 / (2 * M)
-    p = _pressures()
-    laws: tuple[tuple[str, Callable[..., float], float, str], ...] = (
-        (
-            "Arrhenius",
-            lambda T, E=E: math.exp(E / _GAS * (1 / ROOM - 1 / T)),
-            E,
-            "energy",
-        ),
-        (
-            "threshold",
-            lambda T, E=E: math.exp(E / _GAS * max(0.0, 1 / above - 1 / T)),
-            E,
-            "energy",
-        ),
-        ("exponential", lambda T, rise=70.0: math.exp((T - ROOM) / rise), 70.0, "rise"),
-        ("linear", lambda T, s=-0.02: max(0.0, 1 + s * (T - ROOM)), -0.02, "slope"),
-    )
-    corner = {"threshold": 60.0 * capacity / M, "linear": 50.0 * capacity / M}
-
-    def worn(i: int, *number: float) -> float:
-        """`k p_i ∫ I(T) R dφ`, `T = T_0 + M φ/C`."""
-        name, law, *_ = laws[i]
-        cuts = [0.0, *([corner[name]] if name in corner and not number else []), way]
-        parts = itertools.pairwise(cuts)
-        values = [
-            quad(
-                lambda x: law(ROOM + M * x / capacity, *number),
-                *ends,
-                epsrel=1e-13,
-                epsabs=0.0,
-                limit=400,
-            )
-            for ends in parts
-        ]
-        return k * p[i] * _R * sum(value[0] for value in values)
-
-    def slope(i: int) -> float:
-        """Derivative by the number of a law, by sixth-order differences."""
-        x = laws[i][2]
-        h = 1e-3 * laws[i][2]
-        pairs = ((1, 45), (2, -9), (3, 1))
-        return sum(c * (worn(i, x + m * h) - worn(i, x - m * h)) for m, c in pairs) / (
-            60 * h
-        )
-
-    source = "quadrature: k p_i ∫ I(T) R dφ, T = T_0 + M φ/C"
-    # (no step ends at a corner of a law)
-    tolerance = {"threshold": 1e-9, "linear": 1e-7}
-    rows: list[Row] = [
-        (name, source, worn(i), f"worn_thickness.{i}", tolerance.get(name, 1e-10))
-        for i, (name, *_) in enumerate(laws)
-    ]
-    rows += [
-        (
-            f"∂({laws[i][0]})/∂{symbol}",
-            f"{source}, differentiated",
-            slope(i),
-            Slope(f"wear.rate.laws.{i}.{laws[i][3]}", i),
-            1e-8,
-        )
-        for i, symbol in ((0, "E"), (2, "ΔT"))
-    ]
-    each = Separately(
-        (
-            ArrheniusWear(k, E),
-            ThresholdWear(k, above, E),
-            ExponentialWear(k, 70.0),
-            LinearWear(k, -0.02),
-        )
-    )
-    heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
-    scene = with_values(
-        stop_scene(n=_N, beta=_BETA, C=None), {"brake.linings.area": _AREA}
-    )
-    scene = Scene(scene.brake, scene.duty, scene.initial, 8.0, heat, wear=Wear(each))
-    return cases_with_slopes(
-        "wear laws", scene, rows, lambda result: result.worn_thickness
-    )
-
-
-def turned_cases() -> list[Case]:
-    """An uneven band that is turned end for end."""
-    f = np.array([0.30, 0.42, 0.35])
-    angle = np.radians([28.0, 51.0, 36.0])
-    gap = np.radians([3.0, 9.0])
-    worn = np.array([1e-3, 2e-3, 4e-3])
-    band = Band(0.623, LiningsOnPlates(2.1e11, 13e-4, 0.3, 0.5, gap))
-    brake = Brake(Pulley(0.59, 1200.0), band, Lining(ConstantFriction(f), angle, 0.03))
-    wear = Wear(ConstantWear(k := 3e-14 * np.array([1.0, 2.0, 3.0])), worn=worn)
-    scene = Scene(brake, stop_scene().duty, Initial(20.0), 1.0, wear=wear)
-
-    # Δl/S_C of the band that begins with the lining that was the last
-    S = 1.0
-    stretch = 0.3
-    for i in (2, 1, 0):
-        stretch += 0.623 * S * math.expm1(f[i] * angle[i]) / f[i]
-        S *= math.exp(f[i] * angle[i])
-        stretch += 0.623 * S * gap[i - 1] if i else 0.5 * S
-    rows: list[Row] = [
-        (
-            "tension 1",
-            "T_i along the band from its other end",
-            float(_followed(f[::-1], angle[::-1], _T0)[0][1]),
-            lambda x: sliding_tensions(
-                jnp.asarray(_T0),
-                x.brake.linings.friction.coefficient,
-                x.brake.linings.angle,
-            ).tension[0],
-        ),
-        (
-            "stiffness",
-            f"{FORM}S_H/Δl, arcs, gaps and ends from the other end",
-            S * 2.1e11 * 13e-4 / stretch,
-            lambda x: x.brake.band.stiffness.stiffness(
-                x.brake.linings.friction.coefficient,
-                x.brake.linings.angle,
-                x.brake.band.radius,
-            ),
-        ),
-        ("worn before", "of lining 3 at the place of lining 1", worn[2], "wear.worn.0"),
-        (
-            "wear rate",
-            "of lining 3 at the place of lining 1",
-            k[2],
-            "wear.rate.coefficient.0",
-        ),
-    ]
-    return cases_of("turned band", lambda: turned_scene(scene), 1e-12, rows)
 
 
 # --- chains -------------------------------------------------------------------------
@@ -778,89 +462,11 @@ def chain_cases() -> list[Case]:
     )
 
 
-def shoe_cases() -> list[Case]:
-    """Shigley's internal expanding shoes under the force that gives the leading one 1
-    MPa."""
-    r = 0.150
-    b = 0.032
-    a = 0.1227
-    c = 0.212
-    J = 12.0
-    w0 = 25.0
-    f = 0.32
-    end = math.radians(126.0)
-
-    def moments(f: complex = f, end: complex = end) -> Any:
-        """Of the normal forces and of friction about the pin, and of friction about the
-        shaft, at 1 MPa."""
-        normal = a * (end / 2 - np.sin(2 * end) / 4)
-        friction = f * (r * (1 - np.cos(end)) - a * np.sin(end) ** 2 / 2)
-        return 1e6 * b * r * np.array([normal, friction, f * r * (1 - np.cos(end))])
-
-    M_N, M_F, leading = moments()
-    force = (M_N - M_F) / c
-    trailing = leading * (M_N - M_F) / (M_N + M_F)
-
-    def stop(**changed: complex) -> complex:
-        N, F, T = moments(**changed)
-        return J * w0 / (force * c * T * (1 / (N - F) + 1 / (N + F)))
-
-    drum = ShoeBrake(J, Shoes(ConstantFriction(f), r, b, 0.0, end), a, c)
-    source = "Budynas & Nisbett, Shigley's Mechanical Engineering Design, internal expanding shoes"
-    rows: list[Row] = [
-        (
-            "torque of the leading shoe",
-            source,
-            leading,
-            lambda run: r * run.series([0.1]).friction_force[0, 0],
-        ),
-        (
-            "torque of the trailing shoe",
-            source,
-            trailing,
-            lambda run: r * run.series([0.1]).friction_force[0, 1],
-        ),
-        ("stopping time", source, J * w0 / (leading + trailing), "stopping_time"),
-        (
-            "pressure",
-            source,
-            1e6,
-            lambda run: drum.greatest_pressure(np.max(run.series([0.1]).normal_load)),
-        ),
-        (
-            "friction that locks",
-            source,
-            f * M_N / M_F,
-            lambda run: 1 / drum.self_locking(np.ones(2))[0],
-        ),
-    ]
-    for name, at, path in (("f", f, "friction.coefficient"), ("end", end, "end")):
-        slope = differentiated(lambda x, name=name: stop(**{name: x}), at)
-        rows.append(
-            (
-                f"∂(stopping time)/∂{name}",
-                source,
-                slope,
-                Slope(f"brake.linings.{path}"),
-                1e-9,
-            )
-        )
-    scene = Scene(
-        drum, ForceDuty(Constant(force), TorqueLoad(Constant(0.0))), Initial(w0), 10.0
-    )
-    return cases_with_slopes("double shoe", scene, rows)
-
-
 CASES = (
     chain_cases,
-    shoe_cases,
     staged_cases,
     staged_heat_cases,
     spring_cases,
     parting_cases,
     pressed_stage_cases,
-    lock_up_cases,
-    table_cases,
-    wear_law_cases,
-    turned_cases,
 )
