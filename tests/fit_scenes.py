@@ -2,7 +2,7 @@
 an elastic one."""
 
 import numpy as np
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scenes import stop_scene
 from scipy.optimize import minimize_scalar
 
 import simbrake as sb
@@ -47,14 +48,8 @@ def layered_stop(growth=1.0, stiffness=C, end=2.0, law=None):
         ),
         rim="rim.front",
     )
-    duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
-    return sb.Scene(
-        brake(law or fading(), stiffness),
-        duty,
-        sb.Initial(W0, T0 / stiffness),
-        end,
-        heat,
-    )
+    parts = {"law": law or fading(), "elongation": T0 / stiffness, "heat": heat}
+    return stop_scene(C=stiffness, end=end, **parts)
 
 
 def lump(capacity=2e4, share=1.0, linings=None, cooling=0.0, **more):
@@ -67,9 +62,9 @@ def lump(capacity=2e4, share=1.0, linings=None, cooling=0.0, **more):
     )
 
 
-def rigid_stop(law, heat, end=10.0, lever=None, load=0.0, w0=W0):
-    duty = sb.Duty(lever or sb.Constant(T0), sb.TorqueLoad(sb.Constant(load)))
-    return sb.Scene(brake(law, None), duty, sb.Initial(w0), end, heat)
+def rigid_stop(law, heat, end=10.0, lever=None, **parts):
+    parts |= {"law": law, "heat": heat, "end": end, "lever": lever}
+    return stop_scene(C=None, **parts)
 
 
 def warmed(

@@ -14,7 +14,7 @@ import tempfile
 
 import jax
 import psutil
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

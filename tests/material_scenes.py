@@ -3,7 +3,7 @@
 import dataclasses
 
 from heat_scenes import TRACK, layered_stop
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

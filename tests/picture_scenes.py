@@ -7,7 +7,7 @@ import typing
 
 import numpy as np
 from matplotlib.patches import Wedge
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

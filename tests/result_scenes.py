@@ -1,8 +1,6 @@
 """Scenes whose results are saved, loaded and compared."""
 
-import dataclasses
-
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 
@@ -30,5 +28,4 @@ def heated_stop():
         rim="rim.front",
         linings="lining.front",
     )
-    scene = stop_scene(n=2, beta=120.0, C=None, end=4.0)
-    return dataclasses.replace(scene, heat=heat)
+    return stop_scene(n=2, beta=120.0, C=None, end=4.0, heat=heat)

@@ -3,7 +3,7 @@ closed forms."""
 
 import math
 
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

@@ -15,8 +15,8 @@ from commands import output
 from helpers import nothing_compiled
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
+from scenes import closed_form, stop_scene
 from scipy.integrate import solve_ivp
-from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 

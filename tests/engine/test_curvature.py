@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 import pytest
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

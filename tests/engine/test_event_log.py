@@ -6,7 +6,7 @@ import dataclasses
 import diffrax
 import numpy as np
 import pytest
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.results import Event

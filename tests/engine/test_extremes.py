@@ -10,9 +10,9 @@ import pytest
 from heat_scenes import T0, W0, N, R, lump, rigid_stop
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
+from scenes import stop_scene
 from scipy.optimize import brentq
 from shipped import load
-from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.hybrid import Rodas5P

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import nothing_compiled
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

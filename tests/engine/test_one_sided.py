@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import assert_one_sided
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 from simbrake.friction import Contact, interpolated

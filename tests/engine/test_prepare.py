@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

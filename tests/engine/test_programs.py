@@ -11,7 +11,7 @@ import jax
 import numpy as np
 import pytest
 from commands import python
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

@@ -19,7 +19,7 @@ from commands import call
 from heat_scenes import fading, lump, rigid_stop
 from oracles import hard_input
 from oracles.hard_cases import cases_to_test, check
-from stop_scenes import stop_scene
+from scenes import stop_scene
 from text_scenes import TEXT
 
 import simbrake as sb

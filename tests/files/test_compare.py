@@ -17,8 +17,8 @@ import xarray as xr
 from commands import call
 from goldens import assert_kept
 from result_scenes import heated_stop
+from scenes import stop_scene
 from staged_scenes import stop as staged_stop
-from stop_scenes import stop_scene
 
 import simbrake as sb
 

@@ -10,8 +10,8 @@ from commands import call
 from disc_scenes import FRICTION, RATIO, F, N, disc_scene
 from disc_scenes import LOAD as DISC_LOAD
 from disc_scenes import TORQUE as DISC_TORQUE
+from scenes import stop_scene
 from shoe_scenes import shoe_scene
-from stop_scenes import stop_scene
 from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, Z, rigid, two_stops
 
 import simbrake as sb

@@ -16,8 +16,8 @@ from goldens import assert_kept
 from heat_scenes import lump
 from matplotlib.figure import Figure
 from result_scenes import heated_stop
+from scenes import stop_scene
 from shoe_scenes import shoe_scene
-from stop_scenes import stop_scene
 
 import simbrake as sb
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from commands import call, no_cache  # noqa: F401
 from heat_scenes import fading, lump, rigid_stop
+from scenes import closed_form, stop_scene
 from staged_scenes import stop as staged_stop
-from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 

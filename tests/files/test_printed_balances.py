@@ -1,7 +1,6 @@
 """Every printed balance sums by its own terms, to its digits: summary and JSON of
 shipped scenes."""
 
-import dataclasses
 import json
 import math
 import re
@@ -9,7 +8,7 @@ import re
 import pytest
 import shipped
 from heat_scenes import lump
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 
@@ -67,15 +66,15 @@ SHAFT = (
 def hydrodynamic():
     """Heat of the brake and of torques on the shaft, one with a place for its heat;
     shares of the power."""
-    scene = stop_scene(C=2e5, load=3e4, end=3.0)
     shares = sb.PowerShares(electrical=0.02, mechanical=0.05)
-    return dataclasses.replace(scene, heat=lump(2e5), shaft=SHAFT, power_shares=shares)
+    parts = {"heat": lump(2e5), "shaft": SHAFT, "power_shares": shares}
+    return stop_scene(load=3e4, end=3.0, **parts)
 
 
 def lowered():
     """A lever that holds the speed beside the same torques."""
-    scene = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=4e4, end=3.0)
-    return dataclasses.replace(scene, heat=lump(2e5), shaft=SHAFT)
+    parts = {"heat": lump(2e5), "shaft": SHAFT, "lever": sb.SpeedHold(8e3)}
+    return stop_scene(C=None, load=4e4, end=3.0, **parts)
 
 
 def not_in_the_network():
@@ -85,7 +84,7 @@ def not_in_the_network():
     heat = sb.Heat(
         bodies, links, sources=(sb.thermal.Source("rim", "2 kW"),), rim="rim"
     )
-    return dataclasses.replace(stop_scene(C=None), heat=heat)
+    return stop_scene(C=None, heat=heat)
 
 
 MADE = {one.__name__: one for one in (hydrodynamic, lowered, not_in_the_network)}

@@ -10,7 +10,7 @@ import sys
 import jax
 import numpy as np
 import pytest
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from result_scenes import heated_stop
+from scenes import closed_form, stop_scene
 from staged_scenes import stop as staged_stop
-from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.results import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series

@@ -6,8 +6,8 @@ import re
 
 import pytest
 from commands import call
+from scenes import stop_scene
 from shipped import FOLDER, NAMES, load
-from stop_scenes import stop_scene
 
 import simbrake as sb
 

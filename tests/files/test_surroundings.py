@@ -22,7 +22,7 @@ import jax
 import numpy as np
 import pytest
 from commands import call
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

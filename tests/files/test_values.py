@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 import staged_scenes
 from heat_scenes import fading, layered_stop, lump, rigid_stop
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from commands import call
-from stop_scenes import stop_scene
+from scenes import stop_scene
 from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, R, rigid
 
 import simbrake as sb

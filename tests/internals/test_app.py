@@ -3,7 +3,7 @@
 import threading
 import time
 
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 from simbrake.pages import _app

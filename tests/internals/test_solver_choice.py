@@ -10,7 +10,7 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from stop_scenes import stop_scene
+from scenes import stop_scene
 from user_parts import Bump, Slanted, of
 
 import simbrake as sb

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from fit_scenes import ELASTIC, elastic_data
+from scenes import stop_scene
 from scipy import stats
 from scipy.optimize import least_squares
 from scipy.special import ndtri
-from stop_scenes import stop_scene
 
 from simbrake.studies import _uncertainty
 from simbrake.studies._fit import FitModel, Recording, cost, identify

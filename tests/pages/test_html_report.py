@@ -11,7 +11,7 @@ import re
 import numpy as np
 import pytest
 from commands import call
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 
@@ -119,7 +119,7 @@ def test_failures_and_faults(run):
 
 def test_command(capsys, tmp_path):
     file = tmp_path / "my_scene.py"
-    program = '"""A stop by hand."""\nfrom stop_scenes import stop_scene as scene\n'
+    program = '"""A stop by hand."""\nfrom scenes import stop_scene as scene\n'
     file.write_text(program)
     asked = ("report", str(file), "--no-check", "--json", "--out")
     limit = ("--limit", "max_tension=1")

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from browsers import browser_path, chromium
 from commands import call, output
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

@@ -21,7 +21,7 @@ from picture_scenes import (
     staged_result,
     wedges,
 )
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scenes import closed_form, stop_scene
 from scipy.integrate import quad
-from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 

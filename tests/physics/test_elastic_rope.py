@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import jacobians
+from scenes import stop_scene
 from scipy.integrate import solve_ivp
-from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.loads import RopeElasticity, RopeLayers

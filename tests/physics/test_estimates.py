@@ -6,7 +6,7 @@ import math
 
 import pytest
 from heat_scenes import falling_flux, layered_stop
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

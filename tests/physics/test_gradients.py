@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers import jacobians
 from jax.flatten_util import ravel_pytree
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

@@ -11,9 +11,9 @@ import pytest
 from chain_scenes import chain, first_and_stop
 from heat_scenes import BETA, T0, J, N, R
 from helpers import jacobians
+from scenes import stop_scene
 from scipy.integrate import quad
 from staged_scenes import stop as staged_stop
-from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.friction import continued

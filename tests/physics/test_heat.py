@@ -13,8 +13,8 @@ import pytest
 from heat_scenes import BETA, T0, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
 from helpers import jacobians
 from oracles.hard_heat import layers
+from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
-from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.friction import Contact

@@ -8,8 +8,8 @@ import jax
 import numpy as np
 import pytest
 from material_scenes import DATA, ROOM, W0, J, compared, whole_scene
+from scenes import stop_scene
 from scipy.special import erfc
-from stop_scenes import stop_scene
 
 import simbrake as sb
 

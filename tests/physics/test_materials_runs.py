@@ -9,7 +9,7 @@ import pytest
 from heat_scenes import falling_flux
 from helpers import main, nothing_compiled
 from material_scenes import ROOM, W0, J, compared, heated
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

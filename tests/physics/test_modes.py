@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from bandage_scenes import profile
-from stop_scenes import closed_form, stop_scene
+from scenes import closed_form, stop_scene
 
 import simbrake as sb
 

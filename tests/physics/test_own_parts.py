@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scenes import closed_form, stop_scene
 from scipy.integrate import quad, solve_ivp
-from stop_scenes import closed_form, stop_scene
 from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, R, falling, of, torque_of
 
 import simbrake as sb

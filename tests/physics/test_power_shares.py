@@ -4,7 +4,7 @@ and that it costs nothing."""
 import dataclasses
 
 import pytest
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import jacobians
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 from simbrake.loads import RopeLayers

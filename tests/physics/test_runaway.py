@@ -13,8 +13,8 @@ import pytest
 import staged_scenes as staged
 from disc_scenes import TORQUE, disc_scene
 from heat_scenes import fading, lump, rigid_stop
+from scenes import stop_scene
 from scipy.optimize import brentq
-from stop_scenes import stop_scene
 
 import simbrake as sb
 

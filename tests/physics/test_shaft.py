@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from oracles.stops import at_rest
+from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
-from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.loads import (

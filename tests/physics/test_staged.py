@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import jacobians
-from stop_scenes import staged_pair, stop_scene
+from scenes import staged_pair, stop_scene
 
 import simbrake as sb
 from simbrake import plot

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from oracles.stops import at_rest
+from scenes import FallingFriction, closed_form, stop_scene, tension_for
 from scipy.integrate import solve_ivp
-from stop_scenes import FallingFriction, closed_form, stop_scene, tension_for
 
 import simbrake as sb
 from simbrake import plot

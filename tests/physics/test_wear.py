@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
+from scenes import stop_scene
 from scipy.integrate import quad
-from stop_scenes import stop_scene
 
 import simbrake as sb
 

@@ -23,8 +23,8 @@ from fit_scenes import (
     speeds,
 )
 from heat_scenes import fading, lump, rigid_stop
+from scenes import stop_scene
 from scipy.stats import binom, chi2, norm, t
-from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.studies import Outcome, State

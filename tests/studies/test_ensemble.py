@@ -13,7 +13,7 @@ import xarray as xr
 from commands import call, no_cache  # noqa: F401
 from heat_scenes import fading, lump, rigid_stop
 from helpers import nothing_compiled
-from stop_scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_scene
+from scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_scene
 
 import simbrake as sb
 

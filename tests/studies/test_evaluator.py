@@ -4,8 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import nothing_compiled
+from scenes import closed_form, stop_scene
 from shoe_scenes import shoe_scene
-from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.friction import ChangingFriction, FrictionChange

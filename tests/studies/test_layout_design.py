@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 

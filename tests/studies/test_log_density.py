@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from fit_scenes import OMEGA, T0, F, J, rigid
+from scenes import closed_form
 from scipy.stats import norm
-from stop_scenes import closed_form
 from test_many_recordings import EACH, INERTIAS, TIMES, deceleration, stops
 
 import simbrake as sb

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from fit_scenes import OMEGA, SIGMA, T0, F, J, rate, rigid
 from heat_scenes import fading, lump, rigid_stop
+from scenes import closed_form, stop_scene
 from scipy.stats import norm
-from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.studies import Outcome, State

@@ -12,8 +12,8 @@ from commands import (
     no_cache,  # noqa: F401
 )
 from heat_scenes import TRACK, layered_stop
+from scenes import stop_scene
 from scipy.integrate import dblquad, quad
-from stop_scenes import stop_scene
 from synthesis_by_hand import by_hand
 
 import simbrake as sb

@@ -11,9 +11,9 @@ import re
 
 import numpy as np
 import pytest
+from scenes import closed_form, stop_scene
 from scipy import stats
 from scipy.special import ndtr, ndtri
-from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 

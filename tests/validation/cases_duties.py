@@ -16,9 +16,9 @@ from case_tools import (
     cases_with_slopes,
     differentiated,
 )
+from scenes import closed_form, stop_scene
 from scipy.integrate import quad
 from scipy.linalg import expm
-from stop_scenes import closed_form, stop_scene
 
 from simbrake import (
     Constant,

@@ -17,10 +17,10 @@ from case_tools import (
     differentiated,
 )
 from cases_thermal import _F, _J, _N, _R, _W0, _mu
+from scenes import stop_scene
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
-from stop_scenes import stop_scene
 
 from simbrake import ConstantFriction, Heat, LinearFade, Material, Result
 from simbrake.friction import ProductFriction, TabulatedFade

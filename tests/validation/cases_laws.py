@@ -5,7 +5,7 @@ from typing import Any
 
 from case_tools import EXPLICIT, STIFF, Case, Slope, cases_with_slopes, rows_of
 from oracles import laws
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 from simbrake import (
     ConstantFriction,

@@ -16,13 +16,13 @@ from case_tools import (
     rows_of,
 )
 from oracles import mechanisms
-from scipy.integrate import quad
-from scipy.linalg import expm
-from scipy.optimize import brentq
-from stop_scenes import (
+from scenes import (
     staged_pair,
     time_of,
 )
+from scipy.integrate import quad
+from scipy.linalg import expm
+from scipy.optimize import brentq
 
 from simbrake import (
     Band,

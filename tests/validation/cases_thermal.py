@@ -20,7 +20,7 @@ from case_tools import (
     cases_with_slopes,
     differentiated,
 )
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 from simbrake import (
     Heat,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from commands import call, output
-from stop_scenes import elastic_stop
+from scenes import elastic_stop
 
 import simbrake as sb
 from simbrake.checks import Case, run_case

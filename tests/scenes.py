@@ -1,4 +1,4 @@
-"""Stops of a band brake, and their closed forms, that many tests share."""
+"""Scenes that many tests share, made by one function, and their closed forms."""
 
 import math
 
@@ -26,28 +26,30 @@ def stop_scene(
     end=5.0,
     law=None,
     lever=None,
-    **initial,
+    area=None,
+    elongation=0.0,
+    time=0.0,
+    **parts,
 ):
     """A stop with constant slack tension on `n` linings of `beta` degrees: closed forms
     in `closed_form`.
 
-    `C`: stiffness, `None` for a rigid band; `law`: friction in place of `f`; `lever`:
-    profile in place of `T0`; `load`: a torque, or a load.
+    - `C`: stiffness, `None` for a rigid band; `law`: friction in place of `f`; `area`
+      of each lining
+    - `lever`: profile in place of `T0`; `load`: a torque, or a load
+    - `elongation`, `time`: at the start; `parts`: others of the scene, as `heat`,
+      `wear`, `shaft`
     """
-    lining = sb.Lining(
-        law if law is not None else sb.ConstantFriction(f),
-        np.full(n, math.radians(beta)),
-    )
-    force = lever if lever is not None else sb.Constant(T0)
-    duty = sb.Duty(
-        force,
-        load if isinstance(load, AbstractLoad) else sb.TorqueLoad(sb.Constant(load)),
-    )
+    friction = sb.ConstantFriction(f) if law is None else law
+    linings = sb.Lining(friction, np.full(n, math.radians(beta)), area)
+    if not isinstance(load, AbstractLoad):
+        load = sb.TorqueLoad(sb.Constant(load))
     return sb.Scene(
-        sb.Brake(sb.Pulley(R, J), sb.Band(R, C), lining),
-        duty,
-        sb.Initial(omega=w0, **initial),
+        sb.Brake(sb.Pulley(R, J), sb.Band(R, C), linings),
+        sb.Duty(sb.Constant(T0) if lever is None else lever, load),
+        sb.Initial(w0, elongation, time),
         end,
+        **parts,
     )
 
 
