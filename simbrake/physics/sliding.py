@@ -3,7 +3,6 @@ load; and under a band."""
 
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
@@ -30,18 +29,14 @@ from ..friction import (
     reads,
     remembers,
 )
-from ..hybrid import largest, smallest
-from ..hybrid.arrays import Array, ScalarArray, TwoArrays, Vector
+from ..hybrid import largest
+from ..hybrid.arrays import Array, ScalarArray, Vector
 from ..hybrid.struct import AbstractVar, Struct, struct_field
 from ..thermal.heat import FlashTemperature, PowerShares
+from ._implicit import ImplicitFriction, solved
 
 #: a number or truth value that may be known while tracing
 Known = Array | bool | float
-
-# Newton iterations of an implicit coefficient before those that carry derivatives
-_SEARCH = 24
-_CARRY = 2
-_LOOKS = 17  # along the way from the coefficient without flash to the root
 
 
 def where_static(condition: Known, yes: Known, no: Known) -> Array:
@@ -159,9 +154,8 @@ class LiningFriction(AbstractLiningFriction):
 
     Where the law depends on the pressure `p_i = N_i/A_i`, or there is a flash
     temperature, `f_i` is implicit (an index-1 algebraic equation), since
-    `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is solved
-    from the slack end upwards, on the branch that starts at the coefficient without
-    flash.
+    `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`
+    (`ImplicitFriction`).
     """
 
     linings: AbstractLinings
@@ -233,75 +227,22 @@ class LiningFriction(AbstractLiningFriction):
             f = coefficients_of(law, surface.contact(v), static, by_speed=by_speed)
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
 
-        def at(f: Array, before: Array, i: Array) -> Array:
-            """Residual `f − F(T + ΔT(f), p(f))` of lining `i`, all others masked
-            out."""
-            mu, _ = tension_ratio(self.gripped(f))
-            N = self.pressed(before, jnp.where(back, 1 / mu, mu))
-            p = (
-                None
-                if self.linings.area is None
-                else N / jnp.asarray(self.linings.area)
-            )
+        implicit = self.implicitly(T_0, v, surface, back, static)
+        f, before = solved(implicit)
+        return Coefficients(f, implicit.solvability(f, before))
 
-            def pressed(v: Array) -> Array:
-                T = surface.T
-                here = surface
-                if self.flash is not None and T is not None:
-                    spots = p if self.flash.hardness is None else self.flash.hardness
-                    assert spots is not None
-                    heat = 1.0 if self.shares is None else self.shares.heat
-                    flashing = T + self.flash.rise(heat * f * spots * v, v)
-                    here = surface._replace(
-                        T=flashing
-                        if static is False
-                        else jnp.where(static, T, flashing)
-                    )
-                return coefficients_of(law, here.contact(v, p), static, by_speed=False)
-
-            F = continued(pressed, v) if by_speed else pressed(v)
-            return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
-
-        def lining(before: Array, i: Array) -> tuple[Array, TwoArrays]:
-            def residual(f: Array) -> TwoArrays:
-                return jax.jvp(
-                    lambda f: at(jnp.full(n, f), before, i), (f,), (jnp.ones_like(f),)
-                )
-
-            def newton(f: Array, _: None) -> tuple[Array, None]:
-                r, slope = residual(f)
-                return jnp.maximum(
-                    f - r / jnp.where(slope > 0.05, slope, 1.0), 0.0
-                ), None
-
-            cold = -at(jnp.zeros(n), before, i)  # at f = 0 there is no flash
-            f = jax.lax.stop_gradient(
-                jax.lax.scan(newton, jax.lax.stop_gradient(cold), None, length=_SEARCH)[
-                    0
-                ]
-            )
-            for _ in range(_CARRY):  # each carries derivatives one order further
-                f = newton(f, None)[0]
-            here = jnp.arange(n, dtype=jnp.int32) == i
-            all_fz = self.gripped(f)
-            fz = jnp.sum(jnp.where(here, all_fz, 0.0))
-            mu = jnp.sum(jnp.where(here, tension_ratio(all_fz)[0], 0.0))
-            # up to the root the residual must rise all the way: beyond a fold the next
-            # root lies behind a valley
-            way = jax.lax.stop_gradient(cold) + jnp.linspace(0.0, 1.0, _LOOKS) * (
-                f - jax.lax.stop_gradient(cold)
-            )
-            r, slopes = jax.vmap(residual)(way)
-            slope = jnp.where(jnp.abs(r[-1]) > 1e-9, -jnp.abs(r[-1]), smallest(slopes))
-            # flash can lift a sliding lining over its sticking self, up to where it
-            # would lock: no solution either
-            slope = jnp.minimum(slope, 1 - fz)
-            return before * jnp.where(back, 1 / mu, mu), (f, slope)
-
-        _, (f, slope) = jax.lax.scan(
-            lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32)
-        )
-        return Coefficients(f, smallest(slope))
+    def implicitly(
+        self,
+        T_0: Array,
+        v: Array,
+        surface: SurfaceState | None,
+        back: Array,
+        static: Array | bool,
+    ) -> ImplicitFriction:
+        """The equations of implicit coefficients, for arguments of `coefficients`."""
+        slack = jnp.asarray(T_0, jnp.float64)
+        marks = jnp.asarray(back), jnp.asarray(static)
+        return ImplicitFriction(self, slack, v, surface or SurfaceState(), *marks)
 
     def ratios(self, f: Array) -> tuple[Vector, Array]:
         """Tension ratios `μ_i`, and by how much the lining nearest to locking is away
@@ -433,16 +374,22 @@ class BandFriction(Struct):
         grip = self.grip
         margin = None
         v = jnp.broadcast_to(v, (self.count,))
-        coefficients = grip.coefficients(T_0, v, surface, back, static=static)
-        fz = _unlocked(grip.gripped(coefficients.f))
+        if grip.reads.p:
+            f, opposite, still, slope = grip.implicitly(
+                T_0, v, surface, back, static
+            ).each_way()
+        else:
+            f, slope = grip.coefficients(T_0, v, surface, back, static=static)
+            opposite = f
+            if grip.varies:
+                still = grip.coefficients(T_0, v, surface, back, static=True).f
+        fz = _unlocked(grip.gripped(f))
         ratio = other = sliding_ratio(where_static(back, -fz, fz))
         if grip.reads.p:
-            falling = grip.coefficients(T_0, v, surface, ~back, static=static).f
-            other = sliding_ratio(_unlocked(grip.gripped(falling)))
+            other = sliding_ratio(_unlocked(grip.gripped(opposite)))
         if grip.varies:
-            still = grip.coefficients(T_0, v, surface, back & False, static=True).f
             margin = 1 - largest(grip.gripped(still))
-        return Limit(fz, ratio, other, coefficients.slope, margin)
+        return Limit(fz, ratio, other, slope, margin)
 
     def linings(self, T_0: Array, T_n: Array, fz: Array) -> LiningForces:
         """Forces at every lining by the mobilisation rule (model §3)."""

@@ -55,7 +55,7 @@ from ..outputs.extremes import watched_metrics
 from ..outputs.log import FAILURES, SimulationError
 from ..outputs.metrics import METRICS, ByName, Peak, identity_of
 from ..outputs.probe import Number
-from ..parts.scene import Scene, check_scene, checked
+from ..parts.scene import Scene, check_scene, checked, read_by_linings
 from ..physics._brake import BrakeSystem, State
 from ..physics.assemble import assemble
 from ..physics.mechanism import Mode
@@ -618,9 +618,10 @@ def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
 
 def method_of(scene: Scene, solver: Solver) -> AbstractMethod:
     """The method of a scene's run with a solver."""
-    # with heat the equations are long: a program in which they stand once compiles and
-    # runs faster
-    return as_method(solver).rolled() if scene.heated else as_method(solver)
+    # with heat, or friction under pressure, the equations are long: a program in which
+    # they stand once compiles and runs faster
+    long = scene.heated or read_by_linings(scene).p
+    return as_method(solver).rolled() if long else as_method(solver)
 
 
 def solver_name(solver: Solver) -> str:

@@ -115,6 +115,39 @@ def test_what_the_scene_lacks_is_named():
     }
 
 
+class ConstantShear(sb.friction.AbstractFriction):
+    """Friction whose stress does not depend on the pressure, `f = τ/p` up to 2."""
+
+    stress: object = sb.quantity("Pa", "shear stress", low=0.0)
+
+    def kinetic(self, contact):
+        return self.stress / jnp.maximum(contact.p, self.stress / 2)
+
+    def static(self, contact):
+        return self.kinetic(contact)
+
+
+def test_constant_shear_stress_brakes_as_in_closed_form():
+    """`T_i − T_{i−1} = τ A/cos(β/2)` whatever the tension; derivatives likewise."""
+    n = 24
+    beta = math.radians(200.0) / n
+    area = 0.02
+
+    def stop_of(stress, omega, slack):
+        linings = sb.Lining(ConstantShear(stress), np.full(n, beta), area=area)
+        brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
+        duty = sb.Duty(sb.Constant(slack), sb.TorqueLoad(0.0))
+        scene = sb.Scene(brake, duty, sb.Initial(omega), 9.0)
+        return sb.simulate(scene, rtol=1e-11).stopping_time
+
+    stress = 1.6e6 / n
+    stop = 20.0 * J * math.cos(beta / 2) / (R * n * stress * area)
+    found, slopes = jax.value_and_grad(stop_of, (0, 1, 2))(stress, 20.0, T_0)
+    assert float(found) == pytest.approx(stop, rel=1e-12)
+    np.testing.assert_allclose(slopes[:2], [-stop / stress, stop / 20.0], rtol=1e-10)
+    assert abs(float(slopes[2])) * T_0 < 1e-10 * stop
+
+
 # --- thermal links ------------------------------------------------------------------
 
 
