@@ -1,12 +1,10 @@
 """Options of the commands and what they reach: the computing calls have stand-ins, so
 that nothing is compiled."""
 
-import json
 import operator
 import shlex
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 import xarray as xr
 from commands import call, no_cache  # noqa: F401
@@ -41,58 +39,34 @@ class Answer(list):
         return [1]
 
 
-FIGURE = SimpleNamespace(
-    savefig=lambda place, dpi: place.write_text("a figure", "utf-8")
-)
-DATA = xr.Dataset(
-    {
-        "stopping_time": ("run", [1.0, 2.0, np.nan, 4.0], {"units": "s"}),
-        "steps": ("run", [7, 8, 9, 10]),
-        "energy.closure": ("run", [0.0, 0.5, 0.25, 0.125], {"units": "J"}),
-        "status": ("run", ["stopped", "stopped", "step_limit", "stopped"]),
-        "code": ("run", [0, 0, 1, 0]),
-        "reason": ("run", ["S1", "S1", "", "S1"]),
-        "colour": ("run", ["red", "red", "", "red"]),
-        **{
-            name: ("run", [0] * 4)
-            for name in ("method", "rejected", "retaken", "segments")
-        },
-    },
-    {
-        "run": range(4),
-        "initial.omega": ("run", [1.0, 2.0, 3.0, 4.0], {"units": "rad/s"}),
-    },
-)
+#: data of a study by the codes of its runs
 CODES = [
-    DATA.assign(code=("run", codes)) for codes in ([0] * 4, [0, 0, 1, 0], [0, -1, 1, 0])
-]
-PART = {"t": np.asarray([0.5, 1.5]), "name": "omega", "unit": "rad/s"}
-PART |= {
-    name: np.asarray([i, i + 10.0])
-    for i, name in enumerate(("measured", "sigma", "before", "model", "scaled"), 1)
-}
-FITTED = Answer(
-    residuals=(
-        SimpleNamespace(**PART),
-        SimpleNamespace(**PART | {"name": "stop", "unit": "s", "t": None}),
+    xr.Dataset(
+        {
+            "stopping_time": ("run", [1.0] * 3, {"units": "s"}),
+            "status": ("run", ["stopped"] * 3),
+            "code": ("run", codes),
+            "reason": ("run", ["S1"] * 3),
+            "colour": ("run", ["red"] * 3),
+            "steps": ("run", [7] * 3),
+        },
+        {"run": range(3), "initial.omega": ("run", [1.0, 2.0, 3.0], {"units": "1"})},
     )
+    for codes in ([0, 0, 0], [0, 1, 0], [-1, 1, 0])
+]
+CALCULATING = (
+    "simulate",
+    "lining_life",
+    "estimates",
+    "synthesize",
+    "compare_materials",
 )
-ANSWERS = {
-    **{
-        "simulate": Answer(),
-        "sensitivity": [Answer()],
-        "lining_life": Answer(),
-        "estimates": Answer(),
-    },
-    **{
-        "synthesize": Answer(),
-        "compare_materials": Answer(),
-        "read_measured": "measured",
-        "calibrate": FITTED,
-    },
-    **{"sweep": CODES[0], "ensemble": CODES[0], "studies.samples": {"drawn": [1.0]}},
-    **{f"plot.{name}": FIGURE for name in ("sweep", "wear", "calibration")},
-    "formulas.figures.materials": FIGURE,
+ANSWERS = {name: Answer() for name in (*CALCULATING, "calibrate")} | {
+    "sensitivity": [Answer()],
+    "read_measured": "measured",
+    "sweep": CODES[0],
+    "ensemble": CODES[0],
+    "studies.samples": {"drawn": [1.0]},
     "plot.animate": None,
 }
 
@@ -256,49 +230,3 @@ def test_options_reach_the_call(capsys, asked, line, name, options):
 def test_exit_codes(capsys, asked, line, name, answer, code):
     asked["instead"](name, answer)
     assert run(capsys, line)[0] == code
-
-
-def test_tables_of_sweep_and_fit(capsys, asked, tmp_path):
-    """An absent value is an empty cell."""
-    asked["instead"]("sweep", DATA)
-    run(capsys, f"{VARY} --out out")
-    run(capsys, f"{FIT} --out out")
-    rows = (tmp_path / "out" / "runs.csv").read_text("utf-8").splitlines()
-    assert rows[0].startswith(
-        "initial.omega [rad/s],stopping_time [s],steps,energy.closure [J],status,code,"
-    )
-    assert rows[3].startswith("3,,9,0.25,step_limit,1,")
-    assert (tmp_path / "out" / "residuals.csv").read_text("utf-8").splitlines()[
-        1::2
-    ] == [
-        "omega,rad/s,0.5,1,2,3,4,5",
-        "stop,s,,1,2,3,4,5",
-    ]
-
-
-def test_command_that_runs_a_fit(capsys, asked):
-    out = run(capsys, f"{FIT} --set 'duty.load.mass=50 t'")[1]
-    assert (
-        "simbrake run standard.toml --set 'duty.load.mass=50 t' --set initial.omega=12.5"
-        in out
-    )
-
-
-def test_summary_of_a_sweep(capsys, asked):
-    """In words the quantiles of the runs that have a metric, as JSON every run."""
-    asked["instead"]("sweep", DATA)
-    lines = [
-        line.split() for line in run(capsys, f"{VARY},energy.closure")[1].splitlines()
-    ]
-    assert lines[0] == ["4", "runs:", "1", "step", "limit,", "3", "stopped"]
-    assert lines[3] == ["stopping_time", "1", "2", "4", "s", "3"]
-    assert lines[4] == ["energy.closure", "0", "0.1875", "0.5", "J", "4"]
-    told = json.loads(run(capsys, f"{VARY} --json --rtol 1e-8")[1])
-    assert (told["counts"], told["rtol"]) == ({"step_limit": 1, "stopped": 3}, 1e-8)
-    third = told["runs"][2]
-    assert (third["values"], third["status"], third["code"]) == (
-        {"initial.omega": 3.0},
-        "step_limit",
-        1,
-    )
-    assert (third["metrics"]["stopping_time"], third["solver"]["steps"]) == (None, 9)

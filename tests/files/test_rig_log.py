@@ -89,7 +89,6 @@ def test_every_format_gives_the_same_log(tmp_path, name):
     assert log["hook_load"].nulls == 1
     dated = name not in ("las", "wrapped las", "german", "seconds")
     assert (log.start or "none").startswith("2026-03-01T23:50:00" if dated else "none")
-    assert log.as_dict()["channels"][0]["mnemonic"] in str(log)
 
 
 def test_clock_passes_midnight_and_time_zones(tmp_path):
@@ -390,7 +389,6 @@ def test_compensated_position_is_told(tmp_path):
     columns = {"BLOCKCOMP": SMALL["BPOS"], "HKLD": SMALL["HKLD"]}
     log = sb.rig.read(written(tmp_path, "a.xml", witsml(TIMES, columns)))
     assert log.compensated
-    assert "heave-compensated" in str(log)
     both = sb.rig.read(
         written(
             tmp_path, "b.xml", witsml(TIMES, {**columns, "BLOCKUCOMP": SMALL["BPOS"]})

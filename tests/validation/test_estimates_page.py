@@ -58,24 +58,6 @@ def test_schmidt_and_network_errors(page):
 def test_estimates_of_stop_and_stands(page):
     made = page.parts()
     assert_same(made, on_page(page, "parts"))
-    cells = {name: numbers for name, *numbers, _ in made[0]["rows"]}
-
-    def apart(name, column):
-        return float(cells[name][column]) - float(cells[name][column + 1])
-
-    for column in (0, 2):  # the stop, the stands
-        assert abs(apart("bulk, end, °C", column)) < 0.2
-        assert abs(apart("surface, Schmidt, °C", column)) < 0.5
-        assert apart("surface at the end, constant flux, °C", column) > 5
-        assert -6 < apart("surface, falling flux, °C", column) < 0
-        assert (
-            apart("maximum, S-26, °C", column) > apart("maximum, S-27, °C", column) > 50
-        )
-        assert 0 < apart("thermal stress, MPa", column) < 20  # compression is negative
-        assert (
-            abs(apart("heat partition coefficient, rim, effusivities", column)) < 1e-3
-        )
-    assert cells["stopping time, s"][2] == "–"  # a programme has no classical stop
 
 
 @pytest.mark.slow

@@ -5,19 +5,14 @@ import pathlib
 import shutil
 import sys
 
-import numpy as np
 import pytest
-from scipy.linalg import expm
-from scipy.optimize import brentq
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
 
 from benchmarks import ours, peers
-from benchmarks.chain import Linear
-from benchmarks.equations import automaton_of, drive
 from benchmarks.peers import scipy_ivp
 from benchmarks.reference import error, reference
-from benchmarks.scenes import CASES, Answer, closed_form
+from benchmarks.scenes import CASES, closed_form
 
 
 @pytest.mark.parametrize(
@@ -73,37 +68,3 @@ def test_peers_solve_every_scene(module, method, tolerance, allowed, name):
         )
         <= allowed
     )
-
-
-def test_heyoka_by_a_plain_loop():
-    peer = pytest.importorskip("heyoka") and importlib.import_module(
-        "benchmarks.peers.heyoka_taylor"
-    )
-    found = peers.solve(peer, "a", "heyoka, plain loop", 1e-12)
-    assert max(error(CASES["a"], found, closed_form(CASES["a"].plain))) <= 1e-12
-
-
-def test_collocation_is_matrix_exponential():
-    p = CASES["e"].plain
-    known = Linear(p)
-    n = 2 * p.n + 2
-    rows = [np.append(g, h) for g, h in zip(known.g, known.h, strict=True)]
-
-    def segment(name, t, y, stop):
-        k = int(name.split()[0])
-        M = np.zeros((n + 1, n + 1))
-        M[:n, :n] = known.A[k]
-        M[:n, n] = known.b[k]
-
-        def after(s):
-            return expm(s * M) @ np.append(y, 1.0)
-
-        if k == p.n:
-            return stop, after(stop - t)[:n], None
-        # less than the time from one lining to the next
-        s = brentq(lambda s: rows[k] @ after(s), 0.0, 3e-3, xtol=1e-18, rtol=1e-15)
-        return t + s, after(s)[:n], 0
-
-    exact = Answer(*drive(automaton_of(CASES["e"]), CASES["e"], segment), 0, 0)
-    assert max(error(CASES["e"], reference("e").answer, exact)) <= 1e-12
-    assert reference("e").uncertainty <= 1e-12
