@@ -242,30 +242,13 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     # an assumed share takes heat off the brake: what it is at most, without it, stands
     # beside it
     assert float(replay.bound.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
-    (said,) = [
-        line
-        for line in replay.answer
-        if line.startswith("upper bound, by a second run")
-    ]
-    peak = replay.bound["peak_rim_temperature"]
-    assert f"rim up to {peak - 273.15:.3g} °C" in said
     alone = sb.rig.replay(log, scene_of())
     assert float(alone.result.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
-    said = json.loads(json.dumps(replay.as_dict()))["replay"]
-    assert said["code"] == said["bound"]["code"] == 0
-    assert (
-        said["bound"]["metrics"]["peak_rim_temperature"]
-        == peak
-        > said["metrics"]["peak_rim_temperature"] + 20
-    )
-    assert (alone.bound, alone.upper_bound, alone.as_dict()["replay"]["bound"]) == (
-        None,
-        (),
-        None,
-    )
-    assert said["lowerings"][said["hottest"]]["peak_rim_temperature"] == max(
-        row["peak_rim_temperature"] for row in said["lowerings"]
-    )
+    told = json.loads(json.dumps(replay.as_dict()))["replay"]
+    peaks = (part["metrics"]["peak_rim_temperature"] for part in (told, told["bound"]))
+    low, high = peaks
+    assert high == replay.bound["peak_rim_temperature"] > low + 20
+    assert alone.bound is None
 
 
 def test_through_gaps_the_block_of_a_replay_moves_evenly(tmp_path):
@@ -294,14 +277,7 @@ def test_through_gaps_the_block_of_a_replay_moves_evenly(tmp_path):
         ("cut by a gap",),
         (),
     ]
-    said = replay.as_dict()
-    assert [row["flags"] for row in said["replay"]["lowerings"]] == [
-        ["cut by a gap"],
-        ["cut by a gap"],
-        [],
-    ]
-    assert [gap["change"] for gap in said["gaps"]] == [-6.0, 12.0]
-    assert said["totals"]["travel"] == pytest.approx(10.0)
+    assert [gap["change"] for gap in replay.as_dict()["gaps"]] == [-6.0, 12.0]
 
 
 @pytest.mark.slow
@@ -344,9 +320,9 @@ def test_what_cannot_be_replayed_is_named(tmp_path):
         tmp_path, t[rows], h[rows], load[rows], LINS=("", np.full(t[rows].size, 10))
     )
     duties = (sb.HookLoad("60 t", RADIUS, LINES), sb.TorqueLoad("12 kN*m"))
-    for load in duties:
+    for hung in duties:
         with pytest.raises(sb.InputError):
-            sb.rig.replay(log, scene_of(duty=sb.Duty("20 kN", load)))
+            sb.rig.replay(log, scene_of(duty=sb.Duty("20 kN", hung)))
     columns = {
         "BLOCKCOMP": ("m", h[rows]),
         "HKLD": ("kN", load[rows]),
