@@ -29,7 +29,7 @@ from ..physics.shaft import Shaft
 from ..shaft import TackleLoss, names_of
 from ..thermal.heat import PowerSplit
 from .probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
-from .quantities import coolant_outlet, thickness
+from .quantities import coolant_outlet, deceleration, thickness
 
 # --- strength of the band and travel of the lever ------------------------------------
 
@@ -119,7 +119,7 @@ HOLDING = "min_holding_reserve"
 #: differences of the friction heat below this share of it are rounding
 _NOTHING_LEFT = 1e-12
 #: in place of a capacity of 0 (N·m)
-_NO_CAPACITY = 1e-200
+_NO_CAPACITY = 1e-100
 
 
 class Requirement(NamedTuple):
@@ -265,6 +265,10 @@ def _inverse(maximum: Array, scene: Scene) -> Array:
     return xp.where(maximum > 0, 1 / xp.where(maximum > 0, maximum, 1.0), xp.inf)
 
 
+def _at_least_0(maximum: Array, scene: Scene) -> Array:
+    return numpy_of(maximum).maximum(maximum, 0.0)
+
+
 def held_share(load: Array, capacity: Array, held: Array) -> Array:
     """Load over the static capacity of a brake that is to hold the pulley at rest, else
     0."""
@@ -360,6 +364,12 @@ _ROPE = Requirement(
     "elastic rope",
     "its load hangs on no elastic rope",
     lambda scene: scene.duty.load.elastic is not None,
+)
+_RIGID_HOOK = Requirement(
+    "load on a hook, rigid rope",
+    "its load hangs on no hook, or on an elastic rope (whose hook load over weight is "
+    "1 + a/g)",
+    lambda scene: _HOOK.met(scene) and scene.duty.load.elastic is None,
 )
 _BANDAGE = Requirement(
     "staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series
@@ -762,6 +772,38 @@ METRICS: dict[str, Metric] = {
             "every brake under a load on a hook",
             "the hook moves faster than permitted",
             "overspeed of the hook",
+        ),
+    ),
+    "max_deceleration": Metric(
+        "rad/s^2",
+        "maximum deceleration of the pulley while it turns, 0 if it never slows",
+        "Maximum deceleration of the pulley",
+        lambda p: deceleration(p)[:, None],
+        greatest=True,
+        number=_at_least_0,
+        mark=Mark(
+            "hard_braking",
+            "the pulley slows faster than its limit `max_deceleration`",
+            "every brake",
+            "the pulley slows faster than permitted",
+            "too high a deceleration",
+        ),
+    ),
+    "max_hook_deceleration": Metric(
+        "m/s^2",
+        "maximum deceleration of the load on a rigid rope while it moves, 0 if it "
+        "never slows",
+        "Maximum deceleration of the load",
+        lambda p: p.hook.deceleration[:, None],
+        _RIGID_HOOK,
+        greatest=True,
+        number=_at_least_0,
+        mark=Mark(
+            "hard_braking_of_load",
+            "the load slows faster than its limit `max_hook_deceleration`",
+            "every brake under a load on a rigid rope",
+            "the load slows faster than permitted",
+            "too high a deceleration of the load",
         ),
     ),
     "max_rope_tension": Metric(

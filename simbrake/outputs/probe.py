@@ -23,8 +23,8 @@ from ..phases import PhaseNow
 from ..physics._brake import BrakeNow, BrakeSystem, Capacity, State, piece_of
 from ..physics._rope import ElasticRope
 from ..physics.heated import surface_temperatures
-from ..physics.mechanism import OPEN, MechanismOutputs, Mode
-from ..physics.shaft import Drive, Shaft, way_of
+from ..physics.mechanism import OPEN, MechanismOutputs, Mode, slips
+from ..physics.shaft import Drive, Shaft, rests, way_of
 
 #: times looked at in one call of a compiled program, and in a long run
 _LANES = 256
@@ -61,6 +61,7 @@ class HookNow(NamedTuple):
     dead: Any = None
     stretch: Any = None
     weight: Any = None
+    deceleration: Any = None
 
 
 class Probe(NamedTuple):
@@ -608,15 +609,44 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
     elastic = system.feature(ElasticRope)
     rope = z.rope
     if elastic is not None:
-        position = travelled + elastic.stretched(system, y, mode)
-        lines = _lines_of(system, mode, rope.force)
-        return HookNow(
-            position, y.hook.speed, rope.force, *lines, rope.stretch, rope.weight
+        speed = y.hook.speed
+        now = HookNow(
+            travelled + elastic.stretched(system, y, mode),
+            speed,
+            rope.force,
+            *_lines_of(system, mode, rope.force),
+            stretch=rope.stretch,
+            weight=rope.weight,
         )
-    mass, weight = hanging
-    force = weight - mass * travel * z.contact.alpha
-    lines = _lines_of(system, mode, force)
-    return HookNow(jnp.asarray(travelled), y.omega * travel, force, *lines)
+        acceleration = (rope.weight - rope.force) / rope.mass
+    else:
+        speed = y.omega * travel
+        acceleration = travel * z.contact.alpha
+        mass, weight = hanging
+        force = weight - mass * acceleration
+        lines = _lines_of(system, mode, force)
+        now = HookNow(jnp.asarray(travelled), speed, force, *lines)
+    return now._replace(deceleration=slowing(mode, speed, acceleration))
+
+
+def slowing(mode: Mode, speed: Array, acceleration: Array) -> Array:
+    """Deceleration `−d|v|/dt` of what moves at a speed, 0 at rest.
+
+    Where the mode has a sense, of sliding or of a turning shaft with dry friction, it is
+    that: at the very end of a motion the speed is 0, or beyond it by rounding.
+    """
+    xp = numpy_of(speed)
+    sense = mode.sense
+    known = slips(mode.band)
+    if mode.turn is not None:
+        is_open = mode.band == OPEN
+        sense = xp.where(is_open, mode.turn, sense)
+        known = known | is_open
+    if mode.inner is not None:  # the pulley in its bandage
+        sense = xp.where(mode.inner == 0, sense, mode.inner)
+        known = known | (mode.inner != 0)
+    moves = xp.where(known, xp.asarray(sense, np.float64), xp.sign(speed))
+    return 0.0 - xp.where(rests(mode), 0.0, moves) * acceleration
 
 
 def _lines_of(

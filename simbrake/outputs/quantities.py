@@ -24,7 +24,7 @@ from ..physics._brake import BrakeSystem
 from ..physics.heated import sensed, thermal_of
 from ..physics.mechanism import PairNow
 from ..thermal.heat import PowerShares
-from .probe import Number, Probe, tension_before
+from .probe import Number, Probe, slowing, tension_before
 
 #: a value at each time, one of each lining, and whole numbers
 Values = Float[Array, " m"]
@@ -199,6 +199,11 @@ def thickness(worn: tuple[Array | None, ...]) -> Array:
     """Thickness that linings have lost at all their faces (m)."""
     first, *more = (loss for loss in worn if loss is not None)
     return sum(more, start=first)
+
+
+def deceleration(p: Probe) -> Values:
+    """Deceleration `−d|ω|/dt` (rad/s²) of the pulley, 0 at rest."""
+    return slowing(p.mode, p.y.omega, p.flows.contact.alpha)
 
 
 class View(NamedTuple):
@@ -655,6 +660,18 @@ class Series(NamedTuple):
         "m/s",
         "speed of the hook, positive downwards",
         lambda p, s: p.hook and p.hook.speed,
+    ]
+    deceleration: Annotated[
+        Values,
+        "rad/s^2",
+        "deceleration −d|ω|/dt of the pulley, positive while it slows, 0 at rest",
+        lambda p, s: deceleration(p),
+    ]
+    hook_deceleration: Annotated[
+        Values | None,
+        "m/s^2",
+        "deceleration −d|v|/dt of the hook, positive while it slows",
+        lambda p, s: p.hook and p.hook.deceleration,
     ]
     hook_load: Annotated[
         Values | None,
