@@ -150,8 +150,8 @@ def _version() -> str:
 
 
 def _words_of(error: cyclopts.CycloptsError) -> Any:
-    """What a wrong command line is told; cyclopts' own words, but for what no option
-    claims."""
+    """Error text of a wrong command line: cyclopts' own, except for arguments that no
+    option takes."""
     if not isinstance(error, cyclopts.UnusedCliTokensError) or not error.unused_tokens:
         return cyclopts.CycloptsPanel(error)
     token = error.unused_tokens[0]

@@ -4,7 +4,7 @@ hot rim and linings became."""
 import enum
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -103,42 +103,26 @@ def totals(rows: Sequence[Entry]) -> Entry:
 _HOT = {name: f"hottest {place}" for name, place in HOT.items() if place != "outer"}
 
 
-def columns_of(
-    names: Sequence[str], words: Mapping[str, str] | None = None
-) -> list[Column]:
-    """The named columns of the table of stops, in the system of units in force."""
-    body = "rim" if words is None else words.get("body", "rim")
+def stop_table(rows: Sequence[Entry], scene: Scene) -> Table:
+    """The stops of a run, in the system of units in force."""
+    body = "rim" if scene.brake.banded else scene.brake.words.body
+    motion = "time from the restart to the stop"
+    braked = "time from the last onset of slip or the restart"
+    travel = "travel of the hook from the restart to the stop"
     columns = [
         Column("stop", "", "number of the stop"),
         Column("time", "s", "time of the stop"),
-        Column(
-            "motion_time",
-            "s",
-            "time from the restart to the stop",
-            "in motion",
-            show=".5g",
-        ),
-        Column(
-            "braking_time",
-            "s",
-            "time from the last onset of slip or the restart",
-            "braked",
-            show=".5g",
-        ),
-        Column("angle", "rad", "angle from the restart to the stop", show=".6g"),
-        Column("travel", "m", "travel of the hook from the restart to the stop").scaled(
-            1.0, 5
-        ),
+        Column("motion_time", "s", motion, "in motion", show=".5g"),
+        Column("braking_time", "s", braked, "braked", show=".5g"),
+        Column("angle", "rad", "angle from the restart to the stop"),
+        Column("travel", "m", travel).scaled(1.0, 5),
         Column("energy", "J", "friction heat since the stop before").scaled(1e3, 6),
     ]
     for name, place in _HOT.items():
         heading = place.replace("rim", body)
-        columns.append(
-            Column(name, "K", f"{heading} until the next restart", heading).scaled(
-                300.0, 5
-            )
-        )
-    return [column for column in columns if column.name in names]
+        column = Column(name, "K", f"{heading} until the next restart", heading)
+        columns.append(column.scaled(300.0, 5))
+    return Table([x for x in columns if not rows or x.name in rows[0]], rows)
 
 
 class Stop(NamedTuple):
@@ -178,9 +162,9 @@ def stops_of(
     scene: Scene,
     stops: Sequence[Stop],
     maxima: Mapping[str, np.ndarray],
-) -> Table:
-    """The stops of a concrete run; `maxima`: by metric, its maximum until the restart
-    after each stop."""
+) -> list[Entry]:
+    """The stops of a concrete run in SI; `maxima`: by metric, its maximum until the
+    restart after each stop."""
     states = record.states
     t = np.asarray(record.rows.t)
     shares = record.system.grip.shares  # pyright: ignore
@@ -193,49 +177,29 @@ def stops_of(
     if states.hook is not None:
         travelled = travelled + stretched(record.system, states, record.modes)
     names = [name for name in _HOT if name in maxima]
-    rows = list[dict[str, Any]]()
+    rows = list[Entry]()
     before = 0
     for i, stop in enumerate(stops):
-        angle = float(phi[stop.stop] - phi[stop.start])
-        rows.append(
-            {
-                "stop": i + 1,
-                "time": float(t[stop.stop]),
-                "motion_time": float(t[stop.stop] - t[stop.start]),
-                "braking_time": float(t[stop.stop] - t[stop.onset]),
-                "angle": angle,
-                **(
-                    {}
-                    if travelled is None
-                    else {"travel": float(travelled[stop.stop] - travelled[stop.start])}
-                ),  # pyright: ignore
-                "energy": float(work[stop.stop] - work[before]),
-                **{name: float(maxima[name][i]) for name in names},
-            }
-        )
+        row = {
+            "stop": i + 1,
+            "time": float(t[stop.stop]),
+            "motion_time": float(t[stop.stop] - t[stop.start]),
+            "braking_time": float(t[stop.stop] - t[stop.onset]),
+            "angle": float(phi[stop.stop] - phi[stop.start]),
+        }
+        if travelled is not None:
+            row["travel"] = float(travelled[stop.stop] - travelled[stop.start])
+        row["energy"] = float(work[stop.stop] - work[before])
+        rows.append(row | {name: float(maxima[name][i]) for name in names})
         before = stop.stop
-    always = ["stop", "time", "motion_time", "braking_time", "angle", "energy", *names]
-    return Table(
-        columns_of(
-            always if travelled is None else [*always, "travel"], words_of(scene)
-        ),
-        rows,
-    )
-
-
-def words_of(scene: Scene) -> dict[str, str]:
-    return {} if scene.brake.banded else {"body": scene.brake.words.body}
+    return rows
 
 
 def stop_variables(
     table: Table,
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
     """The stops as variables of a data set: dimensions, values, unit and meaning."""
-    columns = (
-        [column for column in table.columns if column.name != "stop"]
-        if len(table)
-        else []
-    )
+    columns = table.columns[1:] if len(table) else ()
     return {
         f"stop_{column.name}": (
             ("stop",),
@@ -244,9 +208,3 @@ def stop_variables(
         )
         for column in columns
     }
-
-
-def stop_table(summary: Mapping[str, Any]) -> Table | None:
-    """The stops in a summary, `None` where there are not several."""
-    rows = summary.get("stops", [])
-    return Table(columns_of(list(rows[0]), summary), rows) if rows else None

@@ -3,6 +3,7 @@ brake."""
 
 import difflib
 import enum
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -14,12 +15,14 @@ from .._base._arguments import explained
 from .._base._corners import greater
 from ..brakes.band import band_torque, grip, product, running_product, tension_ratio
 from ..brakes.design import Bandage, Brake, BrakeWords, under_a_band, unloaded
-from ..hybrid import Code, Record, largest
+from ..hybrid import FINISHED, Code, Record, largest
 from ..hybrid.arrays import Array, ScalarArray, Vector
+from ..loads import Driller
+from ..parts.scene import Scene
 from ..phases import Ended
-from ..physics.mechanism import BandMode, BrakeCode, Label, events_of_change
+from ..physics.mechanism import BandMode, BrakeCode, Label, Mode, events_of_change
 from .metrics import marks
-from .probe import Entry, Number
+from .probe import Entry, Number, ends_driven, lowers_steadily, runs_away
 
 # --- how a run ends ------------------------------------------------------------------
 
@@ -180,6 +183,63 @@ def status_of(
     if end.band == BandMode.OPEN:
         return Status.RELEASED
     return Status.RUNAWAY if exceeded() else Status.NOT_STOPPED
+
+
+def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
+    """Modes as in the log, in rows of a concrete record, by default in all of them and
+    at its end."""
+    mode: Mode = record.modes
+    rows = np.arange(int(record.count) + 1) if rows is None else rows
+    columns = (np.asarray(column)[rows].tolist() for column in mode.label)
+    return [Label(*pair) for pair in zip(*columns, strict=True)]
+
+
+def segments_of(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """First and last rows of a concrete record from one event or time breakpoint to the
+    next."""
+    n = int(record.count)
+    kind = np.asarray(record.rows.kind)[:n]
+    last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(
+        int
+    )
+    return np.concatenate([[0], last[:-1] + 1]).astype(int)[: len(last)], last
+
+
+#: a speed that is missed by more than this share of the greatest one is not followed
+_FOLLOWED = 1e-2
+
+
+def status_of_run(record: Record, scene: Scene) -> str:
+    """Status of a concrete run, or the name of its failure code."""
+    if int(record.code) != 0:
+        return FAILURES[int(record.code)][0]  # pyright: ignore
+    if _never_follows(record, scene):
+        return str(Status.NOT_FOLLOWED)
+    n = int(record.count)
+    moved = bool(np.any(np.asarray(record.rows.y)[: n + 1, 1] != 0.0))
+    (end,) = labels_of(record, np.asarray([n]))
+    exceeded = functools.partial(runs_away, record)
+    steady = functools.partial(lowers_steadily, record)
+    return str(status_of(end, moved, bool(ends_driven(record)), exceeded, steady))
+
+
+def _never_follows(record: Record, scene: Scene) -> bool:
+    """Whether a lever or a motor that is to keep a speed throughout never brings the
+    pulley near it."""
+    lever = scene.duty.lever
+    course = None if scene.motor is None else scene.motor.speed
+    if isinstance(lever, Driller):
+        course = lever.speed
+    if course is None:
+        return False
+    n = int(record.count) + 1
+    speeds = np.asarray(course.values)
+    t = np.asarray(record.rows.t)[:n]
+    wanted = np.interp(t, np.asarray(course.times), speeds)
+    most = np.max(np.abs(speeds))
+    asked = np.abs(wanted) > 0.5 * most
+    away = np.abs(np.asarray(record.rows.y)[:n, 1] - wanted)[asked]
+    return bool(away.size and np.all(away > _FOLLOWED * most))
 
 
 # --- what an event means ------------------------------------------------------------

@@ -170,9 +170,9 @@ class Metric(NamedTuple):
     """A number of a run.
 
     - `unit` (SI), `meaning` in words, `title` above it in pages
-    - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a
-      `greatest` value `find(probe)`: that of which it is the maximum over the run, (m,
-      n); of an `energy` `find(account)`, of the terms of the ledger
+    - `find(record, scene)`: the number, `inf` for the time of what did not happen
+    - `greatest`: the metric is the maximum of `find(probe)`, (m, n), over the run
+    - `energy`: it is `find(account)`, of the terms of the ledger
     - `needs`: what a scene has whose runs have it
     - `shown_anyway`: as `inf` where it lacks that
     - `of_linings`: whether a maximum value tells the lining

@@ -1,15 +1,12 @@
 """How near a run came to an instability: a load that outweighs the sliding brake,
 linings that lock themselves."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..hybrid.arrays import Array
 from ..phases import Phases
 from ..physics._brake import BrakeSystem
 from ..physics.mechanism import BandMode, Mode, slips
-from .log import Status
 from .probe import capacities_at
 from .scan import Scan
 
@@ -48,60 +45,19 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
     }
 
 
-class Shortage(NamedTuple):
-    """Stretches of a run in which the load exceeded what the brake gives under its
-    maximum slack tension.
-
-    - `start`, `end` (s) of the first, and the largest `load` (N·m) in it
-    - `times`: how many there were
-    """
-
-    start: float
-    end: float
-    load: float
-    times: int
-
-
-def shortage(scan: Scan, status: str) -> Shortage | None:
-    """Times before the end in which the load exceeded what the brake gives under its
-    maximum slack tension; `None` without any."""
+def shortage(scan: Scan) -> dict[str, float] | None:
+    """The same where the load exceeded the torque; `None` where it never did."""
     columns = scan.seen
-    t = scan.seen.t
     system: BrakeSystem = scan.record.system  # pyright: ignore
-    hardest = _hardest(scan)
     rate = np.sign(columns.omega) * columns.alpha
     # a pulley that stops is there at last
     moving = np.abs(columns.omega) > _ROUNDING * np.max(np.abs(columns.omega))
-    candidates = hardest & _slides(scan) & moving & (rate > 0)
-    if not np.any(
-        rate[candidates] * float(system.inertia)
-        > _ROUNDING * float(system.sizes.torque)
-    ):
+    faster = rate[_hardest(scan) & _slides(scan) & moving] * float(system.inertia)
+    if not np.any(faster > _ROUNDING * float(system.sizes.torque)):
         # nothing ever sped up a pulley whose brake slides: no need to look closer
         return None
-
-    def short_at(some: np.ndarray) -> np.ndarray:
-        if not some.size:
-            return some
-        capacities = capacities_at(scan.record, some, scan.instants)
-        return some[capacities.outweighed]
-
-    # first coarsely, then at all samples of the steps in which it is short
-    rows_short = np.unique(scan.row[short_at(np.flatnonzero(hardest & _coarse(scan)))])
-    short = np.zeros(len(t), bool)
-    if rows_short.size:
-        short[short_at(np.flatnonzero(hardest & np.isin(scan.row, rows_short)))] = True
-    edges = np.flatnonzero(
-        np.diff(np.concatenate([[False], short, [False]]).astype(int))
-    )
-    spans = [(a, b - 1) for a, b in edges.reshape(-1, 2) if t[b - 1] > t[a]]
-    if spans and spans[-1][1] == len(t) - 1 and status == Status.RUNAWAY:
-        spans.pop()  # that is how the run ended
-    if not spans:
-        return None
-    first, last = spans[0]
-    load = float(np.max(np.abs(columns.load_torque[first : last + 1])))
-    return Shortage(float(t[first]), float(t[last]), load, len(spans))
+    least = least_outweighed(scan)
+    return least if least is not None and least["margin"] < -_ROUNDING else None
 
 
 def _slides(scan: Scan) -> Array:

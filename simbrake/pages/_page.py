@@ -26,7 +26,7 @@ from ..brakes._bands import MultiBandBrake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake
 from ..files._scene_file import scene_text
-from ..outputs.duty import stop_table
+from ..outputs.metrics import RESIDUAL_SEES
 from ..outputs.quantities import about_column
 from ..outputs.quantities import flat as flat_series
 from ..parts.scene import Scene
@@ -322,8 +322,9 @@ def contents(
         "events": events,
         "fold": len(events) > _FOLD,
         "stages": stage_table(summary),
-        "stops": stop_table(summary),
-        "ledgers": ledgers(result, summary),
+        "stops": report.stops if "stops" in summary else None,
+        "ledgers": [*ledgers(result)],
+        "residual_sees": RESIDUAL_SEES,
         "said": {finding.topic: finding.text for finding in findings(report)},
         "absent": summary.get("absent_stages", ()),
         "remarks": remarks(report),

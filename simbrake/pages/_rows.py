@@ -4,7 +4,7 @@ energies, parts, duty."""
 import dataclasses
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -29,7 +29,6 @@ from ..outputs.metrics import (
     ENERGY_WORDS,
     HOLDING,
     METRICS,
-    RESIDUAL_SEES,
     Balance,
     energy_balance,
     heat_balance,
@@ -165,75 +164,58 @@ def event_table(events: Sequence[Event]) -> Table:
     return Table([Column("time"), EVENT, "lining", "meaning", *hidden], rows)
 
 
-def ledgers(result: Result, summary: Summary) -> list[dict[str, Any]]:
+def ledgers(result: Result) -> Iterator[dict[str, Any]]:
     """The balance of energy; with a thermal part also that of heat.
 
-    Of each the title, both sides, how well they agree, and what that does not tell. A
-    term is in J and in percent of its side, `hue` its place in the colours; negative
-    ones are shown on the other side.
+    Of each the title, both sides, and how well they agree. A term is in J and in
+    percent of its side, `hue` its place in the colours; negative ones are shown on the
+    other side.
     """
-    e = summary["energy"]
+    e = result.report().summary["energy"]
     pairs = result.scene.brake.pairs
-
-    def ledger(
-        title: str,
-        into: Mapping[str, float | None],
-        out: Mapping[str, float | None],
-        residual: float,
-    ) -> Any:
-        # (what left the range of numbers in a failed run is no number)
-        sides = (
-            {
-                upper(ENERGY_WORDS.get(name, name)): np.nan if value is None else value
-                for name, value in side.items()
-            }
-            for side in (into, out)
-        )
-        sides = Balance(*sides).positive
-        totals = [sum(side.values()) for side in sides]
-        hues = itertools.count()
-
-        def share(words: str, value: float, total: float) -> dict[str, Any]:
-            shown = number(value, "J", beside=max(totals))
-            return {
-                "words": words,
-                "value": shown,
-                "percent": 100 * value / total,
-                "hue": next(hues),
-            }
-
-        left, right = (
-            [share(words, value, total) for words, value in side.items()]
-            for side, total in zip(sides, totals, strict=True)
-        )
-        total = number(max(totals), "J")
-        note = f"This residual is no error estimate: {RESIDUAL_SEES}."
-        return {
-            "title": title,
-            "into": left,
-            "out": right,
-            "total": total,
-            "closure": digits(residual, 2),
-            "note": note,
-        }
-
     into, out = energy_balance(e)
     if len(pairs) > 1:
         del out["friction_heat"]
-        out = {
-            f"Friction heat, {place.words}": e[f"heat_{pair}"]
-            for pair, place in pairs.items()
-        } | out
-    balances = [ledger("Mechanical energy", into, out, e["closure"])]
+        each = {
+            f"friction heat, {x.words}": e[f"heat_{name}"] for name, x in pairs.items()
+        }
+        out = each | out
+    yield _ledger("Mechanical energy", Balance(into, out), e["closure"])
     if "heat_stored" in e:
         into, out = heat_balance(e)
         del out["heat_stored"]
-        out = {
-            f"Stored in {name}": float(value)
-            for name, value in result.stored_heat.items()
-        } | out
-        balances.append(ledger("Heat", into, out, e["heat_closure"]))
-    return balances
+        stored = {f"stored in {name}": x for name, x in result.stored_heat.items()}
+        yield _ledger("Heat", Balance(into, stored | out), e["heat_closure"])
+
+
+def _ledger(title: str, balance: Balance, residual: float) -> dict[str, Any]:
+    # (what left the range of numbers in a failed run is no number)
+    numbers = (
+        {name: np.nan if x is None else float(x) for name, x in side.items()}
+        for side in balance
+    )
+    both = Balance(*numbers).positive
+    totals = [sum(side.values()) for side in both]
+    hues = itertools.count()
+    into, out = (
+        [
+            {
+                "words": upper(ENERGY_WORDS.get(name, name)),
+                "value": number(x, "J", beside=max(totals)),
+                "percent": 100 * x / total,
+                "hue": next(hues),
+            }
+            for name, x in side.items()
+        ]
+        for side, total in zip(both, totals, strict=True)
+    )
+    return {
+        "title": title,
+        "into": into,
+        "out": out,
+        "total": number(max(totals), "J"),
+        "closure": digits(residual, 2),
+    }
 
 
 # --- equipment and duty -------------------------------------------------------------

@@ -442,7 +442,7 @@ class Mode(NamedTuple):
 
     @property
     def label(self) -> Label:
-        """What the log has of it; of many modes at once columns in place of numbers."""
+        """Label in the log; arrays for many modes."""
         none = 0 * self.slides
         turn = none + 1 if self.turn is None else self.turn
         layer = none if self.layer is None else self.layer

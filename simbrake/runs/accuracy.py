@@ -19,7 +19,7 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
 from ..hybrid import Code, Record, Rodas5P
-from ..outputs.log import Event
+from ..outputs.log import Event, segments_of
 from ..outputs.metrics import HOT, METRICS, RESIDUALS, about_output
 from ..outputs.probe import Entry, RunJit, in_lanes
 from ..outputs.scan import Scan
@@ -28,7 +28,6 @@ from ..thermal.heat import Heat
 from ..thermal.mesh import merged
 from .measure import title_of
 from .mesh import cuts_of, with_finer_layers
-from .report import segments_of
 from .result import Result
 from .simulate import EPS, error_of_layers, rounding, second_rtol, simulate, solver_of
 

@@ -16,7 +16,7 @@ from ..hybrid import Code
 from ..hybrid.extremes import first_largest
 from ..outputs.duty import DutyKind, end_of, totals
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
-from ..outputs.log import STAGES, Event, Status, failure_of, status_words
+from ..outputs.log import STAGES, Event, Status, failure_of, labels_of, status_words
 from ..outputs.metrics import (
     ENERGY_WORDS,
     HOLDING,
@@ -35,7 +35,7 @@ from ..physics._brake import Capacity
 from ..physics._rope import ElasticRope
 from ..physics.mechanism import BrakeCode
 from ..shaft import AbstractDryTorque
-from .report import Report, labels_of
+from .report import Report
 
 #: a hook load that swings by less than this share of the weight counts as at rest
 _SLIGHT = 1e-2
@@ -830,11 +830,11 @@ def _thick_layers(report: Report) -> Iterator[str]:
 def _shortage(report: Report) -> Iterator[str]:
     short = report.shortage
     if short is not None:
-        times = f", {short.times} times in all" if short.times > 1 else ""
+        load = number(short["load"], "N*m")
+        torque = number(short["torque"], "N*m")
         yield (
-            f"shortage: from {short.start:.6g} to {short.end:.6g} s{times} the load "
-            f"torque (up to {number(short.load, 'N*m')}) exceeded what the sliding "
-            "brake gives under its maximum slack tension"
+            f"shortage: at {number(short['time'], 's')} the load torque {load} exceeded "
+            f"the {torque} of the sliding brake under the maximum force of its lever"
         )
 
 

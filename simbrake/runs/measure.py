@@ -32,9 +32,10 @@ from ..outputs.metrics import (
 )
 from ..outputs.probe import Entry, Number
 from ..parts.scene import AbstractLimits, Scene, require_scene
+from .differentiable import greatest_values
 from .findings import body_of, hottest_first
 from .linings import lining_peak
-from .result import Result, greatest_values
+from .result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a
 #: `Result` to a number
@@ -699,8 +700,8 @@ class LimitCoverage(NamedTuple):
         return f"{self.given} of {self.of} material limits given{none}{beside}"
 
 
-#: a part of a brake in words → metrics, one of which has to have a limit where the
-#: first that a run has is above 0
+#: part of a brake → metrics that can limit it; where the first one is above 0 the part
+#: is under load
 _PARTS = {
     "band tension": ("max_tension", "max_band_stress"),
     "anchor stress": ("max_anchor_stress",),

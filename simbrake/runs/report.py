@@ -2,24 +2,22 @@
 text."""
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import jax
 import numpy as np
 
 from .._base._table import Table, plain
-from ..hybrid import FINISHED, Record
 from ..outputs._wants import holding_rows
 from ..outputs.duty import (
     Stop,
-    columns_of,
     duty_of,
     end_of,
     rows_of,
     speed_is_led,
+    stop_table,
     stops_of,
-    words_of,
 )
 from ..outputs.extremes import Maxima
 from ..outputs.judgement import Judgement, held_throughout, judge
@@ -30,6 +28,8 @@ from ..outputs.log import (
     Status,
     absent_stages,
     event_log,
+    labels_of,
+    segments_of,
     stages_of,
     with_phases,
 )
@@ -44,11 +44,10 @@ from ..outputs.metrics import (
 )
 from ..outputs.probe import Entry, RunJit, record_of
 from ..outputs.scan import Scan, ScanColumns
-from ..outputs.stability import Shortage, shortage
+from ..outputs.stability import shortage
 from ..phases import Ended, Phases
-from ..physics._brake import BrakeSystem
 from ..physics.heated import sensed
-from ..physics.mechanism import BandMode, Label, Mode, turned_since_rest
+from ..physics.mechanism import BandMode, Mode, turned_since_rest
 from .choice import stiffness
 from .mesh import ThickLayers, thick_layers
 
@@ -61,26 +60,6 @@ _STILL = 1e-2
 _SLOW = 1e2
 #: torques that differ by less than this share of a typical one balance each other
 _ROUNDING = 1e-9
-
-
-def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
-    """Modes as in the log, in rows of a concrete record, by default in all of them and
-    at its end."""
-    mode: Mode = record.modes
-    rows = np.arange(int(record.count) + 1) if rows is None else rows
-    columns = (np.asarray(column)[rows].tolist() for column in mode.label)
-    return [Label(*pair) for pair in zip(*columns, strict=True)]
-
-
-def segments_of(record: Record) -> tuple[np.ndarray, np.ndarray]:
-    """First and last rows of a concrete record from one event or time breakpoint to the
-    next."""
-    n = int(record.count)
-    kind = np.asarray(record.rows.kind)[:n]
-    last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(
-        int
-    )
-    return np.concatenate([[0], last[:-1] + 1]).astype(int)[: len(last)], last
 
 
 @functools.cache
@@ -237,27 +216,21 @@ class Report:
     @property
     def phase_at_end(self) -> Ended | None:
         """The phase in force at the end, of a duty in phases."""
-        lever = self._record.system.lever  # pyright: ignore
-        return (
-            lever.ended(int(self._record.mode_end.phase))
-            if isinstance(lever, Phases)
-            else None
-        )
+        lever: Any = self._record.system.lever  # pyright: ignore
+        phase = int(self._record.mode_end.phase)
+        return lever.ended(phase) if isinstance(lever, Phases) else None
 
     @property
-    def pull(self) -> tuple[float, float, float] | None:
-        """Maximum tension of a lever that holds the speed, the largest that it had in
-        the run (N), and when (s)."""
+    def pull(self) -> Entry | None:
+        """Of a lever that holds the speed: `limit` of its tension, the largest `value`
+        in the run (N), and its `time` (s)."""
         if not speed_is_led(self.result.scene):
             return None
-        system: BrakeSystem = self._record.system  # pyright: ignore
         columns = self.scan.seen
         i = int(np.argmax(columns.lever_tension))
-        return (
-            float(system.lever.greatest()),
-            float(columns.lever_tension[i]),
-            float(columns.t[i]),
-        )  # pyright: ignore
+        limit = self._record.system.lever.greatest()  # pyright: ignore
+        numbers = (limit, columns.lever_tension[i], columns.t[i])
+        return dict(zip(("limit", "value", "time"), map(float, numbers), strict=True))
 
     @functools.cached_property
     def events(self) -> list[Event]:
@@ -344,16 +317,14 @@ class Report:
         return rows_of(labels_of(self._record), self.turned)
 
     @functools.cached_property
-    def _stops(self) -> Table:
-        return stops_of(
-            self._record, self.result.scene, self._stop_rows, self._maxima.between
-        )
+    def _stops(self) -> list[Entry]:
+        maxima = self._maxima.between
+        return stops_of(self._record, self.result.scene, self._stop_rows, maxima)
 
     @property
     def stops(self) -> Table:
         """The stops of the run, in the system of units in force."""
-        names = [column.name for column in self._stops.columns]
-        return Table(columns_of(names, words_of(self.result.scene)), list(self._stops))
+        return stop_table(self._stops, self.result.scene)
 
     def _marks(self) -> list[Event]:
         """Events of quantities that pass their limits."""
@@ -548,31 +519,21 @@ class Report:
             "absent_stages": absent,
         }
 
-    def _holding(self, metrics: Entry) -> Entry:
-        """Load and capacity at the minimum holding reserve, and the tension of a lever
-        that holds the speed."""
-        columns = self.scan.seen
-        least = metrics.get(HOLDING)
-        pull = self.pull
-        entry: Entry = (
-            {}
-            if pull is None
-            else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
-        )
-        if least is not None:
-            load = abs(
-                float(
-                    np.interp(self.peaks[HOLDING].time, columns.t, columns.load_torque)
-                )
-            )
-            entry["holding"] = {"load_torque": load, "capacity": least * load}
-        return entry
+    @property
+    def _held(self) -> Entry | None:
+        """Torques of the load and of the brake at the minimum holding reserve."""
+        least = self.metrics.get(HOLDING)
+        if least is None:
+            return None
+        seen = self.scan.seen
+        load = np.interp(self.peaks[HOLDING].time, seen.t, seen.load_torque)
+        return {"load_torque": abs(load), "capacity": least * abs(load)}
 
     @functools.cached_property
-    def shortage(self) -> Shortage | None:
-        """When the load exceeded the sliding brake at its maximum pull, before the
-        end."""
-        return shortage(self.scan, self.result.status)
+    def shortage(self) -> Mapping[str, float] | None:
+        """Torque of the sliding brake and load where the load exceeded it most, in a
+        run that does not end so."""
+        return None if self.result.status == Status.RUNAWAY else shortage(self.scan)
 
     @functools.cached_property
     def thick_layers(self) -> list[ThickLayers]:
@@ -583,64 +544,51 @@ class Report:
     def summary(self) -> Entry:
         """Numbers of a run, as `Result.summary` gives them with its words."""
         r = self.result
-        stats = self.result.record.stats
-        metrics = self.metrics
-        words = self.result.scene.brake.words
-        count = r.scene.brake.linings.count
+        scene = r.scene
+        stats = r.record.stats
         widths = self._maxima.widths
-        single = [
-            name
-            for name in self.peaks
-            if METRICS[name].of_linings and widths[name] == count
-        ]
+        at: Entry = {f"{name}_time": peak.time for name, peak in self.peaks.items()}
+        for name, peak in self.peaks.items():
+            # not of all linings as one body
+            if METRICS[name].of_linings and widths[name] == scene.brake.linings.count:
+                at[f"{name}_lining"] = peak.lining
         capacity = None
-        if r.status in (
-            Status.NOT_STOPPED,
-            Status.RUNAWAY,
-        ):  # a lining that locks itself holds any load
-            end_capacity = r.end_capacity
-            capacity = {
-                "load_torque": end_capacity.hanging,
-                "brake_torque": float(end_capacity.torque),
-                "pairs": end_capacity.pairs,
-            }
+        if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):
+            # (a lining that locks itself holds any load)
+            end = r.end_capacity
+            capacity = {"load_torque": end.hanging, "brake_torque": end.torque}
+            capacity["pairs"] = end.pairs
+        words = scene.brake.words
+        parts = {"brake": words.brake, "lining": words.lining, "body": words.body}
+        several = len(self._stops) > 1
+        counts = ("rejected", "retaken", "events", "segments")
+        solver = {
+            "method": r.method_name,
+            "reason": stiffness(scene)[1],
+            "rtol": r.rtol,
+            "steps": stats.accepted,
+            **{name: getattr(stats, name) for name in counts},
+        }
+        optional = {
+            "pull": self.pull,
+            "holding": self._held,
+            "stops": self._stops if several else None,
+            **self._staged(),
+            **({} if scene.brake.banded else parts),
+            "rims": None if scene.brake.rims == 1 else scene.brake.rims,
+            "worn_thickness": None if scene.wear is None else r.worn_thickness,
+        }
         summary = {
             "status": r.status,
-            "duty": duty_of(r.scene, r.status, len(self.stops)),
+            "duty": duty_of(scene, r.status, len(self._stops)),
             "capacity": capacity,
             "events": [event.as_dict() for event in self.events],
-            "end": end_of(self._record, r.scene),
-            **self._holding(metrics),
-            "metrics": metrics,
-            "at": {
-                **{
-                    f"{name}_time": float(peak.time)
-                    for name, peak in self.peaks.items()
-                },
-                **{
-                    f"{name}_lining": int(self.peaks[name].lining) for name in single
-                },  # not of all as one body
-            },
-            **({"stops": self.stops.as_list()} if len(self.stops) > 1 else {}),
-            **self._staged(),
-            **(
-                {}
-                if r.scene.brake.banded
-                else {"brake": words.brake, "lining": words.lining, "body": words.body}
-            ),
-            **({} if r.scene.brake.rims == 1 else {"rims": r.scene.brake.rims}),
-            **({} if r.scene.wear is None else {"worn_thickness": r.worn_thickness}),
+            "end": end_of(self._record, scene),
+            "metrics": self.metrics,
+            "at": at,
+            **{name: x for name, x in optional.items() if x is not None},
             "distribution": r.record.system.mechanism.distribution,
             "energy": self._energies,
-            "solver": {
-                "method": r.method_name,
-                "reason": stiffness(r.scene)[1],
-                "rtol": r.rtol,
-                "steps": stats.accepted,
-                **{
-                    name: getattr(stats, name)
-                    for name in ("rejected", "retaken", "events", "segments")
-                },
-            },
+            "solver": solver,
         }
         return plain(summary)

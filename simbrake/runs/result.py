@@ -12,32 +12,22 @@ from typing import Any, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, Int
 
-from .._base._compiling import DeviceJit, is_traced, run_device, with_stored_slopes
+from .._base._compiling import is_traced
 from .._base._faults import Fault, InputError, near
-from .._base._no_slope import without_slope
-from .._base._part import leaves
 from .._base._table import Table
-from ..hybrid import LANDED, STOPPED, Code, Record
+from ..hybrid import Record
 from ..hybrid.arrays import Array
-from ..loads import Driller
-from ..outputs.extremes import peaks
 from ..outputs.log import (
-    FAILURES,
     Events,
     Stage,
-    Status,
-    status_of,
+    status_of_run,
 )
 from ..outputs.metrics import (
     METRICS,
     ByName,
-    Metric,
-    Peak,
     energies,
-    identity_of,
     metric_names,
     stored_heat,
     worn_thickness,
@@ -46,12 +36,9 @@ from ..outputs.probe import (
     Entry,
     Probe,
     end_capacity,
-    ends_driven,
     is_traced_run,
-    lowers_steadily,
     probe_at,
     probe_many,
-    runs_away,
 )
 from ..outputs.quantities import (
     SERIES_COLUMNS,
@@ -65,144 +52,12 @@ from ..parts.scene import Scene
 from ..physics._brake import BrakeSystem, Capacity
 from ..physics.heated import thermal_of
 from ..thermal.heat import node_names
+from .differentiable import metric_of_result
 from .findings import message, summary_of
-from .report import Report, labels_of
-
-# --- derivatives that exist on one side only -----------------------------------------
-
-
-#: two events within this share of a run are nearly simultaneous
-NEAR = 1e-6
-#: a guard is grazed if it passes 0 so slowly that its size of order one would take this
-#: many runs
-GRAZE = 1e4
-
-
-def jumps_at_start(scene: Scene) -> list[str]:
-    """Profiles of the scene that jump exactly at its start: an earlier jump changes
-    nothing, a later one does."""
-    start = float(scene.initial.time)
-    parts = {leaf.path: np.asarray(leaf.value, float) for leaf in leaves(scene)}
-    notes = []
-    for path, times in parts.items():
-        values = parts.get(f"{path.removesuffix('times')}values")
-        if (
-            path.endswith(".times")
-            and values is not None
-            and times.ndim == 1
-            and times.shape == values.shape
-        ):
-            at_start = np.flatnonzero(times == start)
-            if len(at_start) > 1 and np.any(values[at_start] != values[at_start[0]]):
-                notes.append(
-                    f"{path}: a jump at the start: derivatives by its time are those "
-                    "of an earlier one, 0"
-                )
-    return notes
-
-
-def near_ties(record: Record) -> list[str]:
-    """Events so close that a small change may exchange them."""
-    n = int(record.count)
-    t = np.asarray(record.rows.t)[: n + 1]
-    kind = np.asarray(record.rows.kind)[:n]
-    at = np.flatnonzero((kind == LANDED) | (kind == STOPPED))
-    times = t[at + 1]
-    landed = kind[at] == LANDED
-    whole = t[-1] - t[0]
-    notes = []
-    for i in np.flatnonzero((np.diff(times) > 0) & (np.diff(times) < NEAR * whole)):
-        if landed[i] or landed[i + 1]:
-            what = (
-                "events"
-                if landed[i] and landed[i + 1]
-                else "an event and a corner of a given function"
-            )
-            words = (
-                f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s "
-                "later nearly coincide"
-            )
-            notes.append(
-                f"{words}: derivatives are one-sided, valid until the two change their order"
-            )
-    return notes
-
-
-def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
-    """Times, rates (1/s) at which the guards that fired reached 0, and whether others
-    reached 0 at the same instant.
-
-    Guards that move alike, as those of speed and slip under a steady lever, are one.
-    """
-    t, y = record.ends(index)
-    flat = record.flat
-    span = record.t_end - record.rows.t[0]
-
-    def at_event(t: Array, y: Any, i: Array) -> tuple[Array, Array]:
-        mode = record.rows.mode[i]
-        fired = record.rows.guard[i]
-        packed = ravel_pytree(y)[0]
-        f = flat.rhs(t, packed, mode)
-        g, rate = jax.jvp(
-            lambda t, y: flat.guards(t, y, mode), (t, packed), (jnp.ones_like(t), f)
-        )
-        normals = jnp.column_stack(
-            jax.jacfwd(lambda t, y: flat.guards(t, y, mode), (0, 1))(t, packed)
-        )
-        size = jnp.linalg.norm(normals, axis=1)
-        alike = jnp.abs(normals @ normals[fired]) >= (1 - 1e-9) * size * size[fired]
-        together = ~alike & (rate < 0) & (jnp.abs(g) <= 1e-12 * jnp.abs(rate) * span)
-        return rate[fired], jnp.any(together)
-
-    return t, *jax.vmap(at_event)(t, y, index)
-
-
-_approaches = DeviceJit(_approach)
-
-
-def passages(record: Record) -> list[str]:
-    """Grazing events, and simultaneous events."""
-    record = record.compact()
-    t = np.asarray(record.rows.t)
-    kind = np.asarray(record.rows.kind)[: int(record.count)]
-    index = np.flatnonzero(kind == LANDED)
-    if not len(index):
-        return []
-    padded = np.pad(index, (0, -len(index) % 16), mode="edge").astype(np.int32)
-    times, rates, together = (
-        np.asarray(x)[: len(index)] for x in _approaches(record, padded)
-    )
-    whole = t[int(record.count)] - t[0]
-    slow = times[np.abs(rates) * whole * GRAZE < 1]
-    several = times[together]
-    return [
-        *(
-            f"the event at {time:.9g} s is only just reached: a small change may remove it"
-            for time in slow
-        ),
-        *(
-            f"several thresholds are reached at {time:.9g} s: derivatives are one-sided there"
-            for time in several
-        ),
-    ]
-
-
-def one_sided(result: "Result") -> tuple[str, ...]:
-    """Where derivatives of a concrete run are one-sided or no longer valid."""
-    return (
-        *jumps_at_start(result.scene),
-        *near_ties(result.record),
-        *passages(result.record),
-    )
-
-
-# --- the result ---------------------------------------------------------------------
-
+from .one_sided import one_sided
+from .report import Report
 
 _last_report: Report | None = None
-#: a speed that is missed by more than this share of the greatest one is not followed
-_FOLLOWED = 1e-2
-
 
 T = TypeVar("T")
 
@@ -267,7 +122,7 @@ class Result:
             raise AttributeError(
                 f"{type(self).__name__!r} object has no attribute {name!r}{hint}"
             )
-        return _of_each(lambda result: _metric(result, name))(self)
+        return _of_each(lambda result: metric_of_result(result, name))(self)
 
     @property
     def _system(self) -> BrakeSystem:
@@ -439,50 +294,7 @@ class Result:
     def status(self) -> str:
         """`stopped`, `held`, `not_stopped`, `not_followed`, `runaway`, `lowering`,
         `driven`, `released`, or the name of a failure code."""
-        if not self.ok:
-            return FAILURES[int(self.code)][0]  # pyright: ignore
-        if self._never_follows():
-            return str(Status.NOT_FOLLOWED)
-        moved = bool(
-            np.any(
-                np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0
-            )
-        )
-        (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
-        record = self.record
-        driven = bool(ends_driven(record))
-        return str(
-            status_of(
-                end,
-                moved,
-                driven,
-                lambda: bool(runs_away(record)),
-                lambda: bool(lowers_steadily(record)),
-            )
-        )
-
-    def _never_follows(self) -> bool:
-        """Whether a lever or a motor that is to keep a speed throughout never brings
-        the pulley near it."""
-        lever = self.scene.duty.lever
-        motor = self.scene.motor
-        course = (
-            lever.speed
-            if isinstance(lever, Driller)
-            else None
-            if motor is None
-            else motor.speed
-        )
-        if course is None:
-            return False
-        rows = self.record.rows
-        n = int(self.record.count) + 1
-        speeds = np.asarray(course.values)
-        wanted = np.interp(np.asarray(rows.t)[:n], np.asarray(course.times), speeds)
-        most = np.max(np.abs(speeds))
-        asked = np.abs(wanted) > 0.5 * np.max(np.abs(speeds))
-        away = np.abs(np.asarray(rows.y)[:n, 1] - wanted)[asked]
-        return bool(away.size and np.all(away > _FOLLOWED * most))
+        return status_of_run(self._of_one().record, self.scene)
 
     @property
     def message(self) -> str:
@@ -570,7 +382,7 @@ class Result:
             if never
             else []
         )
-        return (*one_sided(self), *notes)
+        return (*one_sided(self.scene, self.record), *notes)
 
     def accuracy(self) -> Any:
         """Estimated errors of metrics, event times and states, from more runs:
@@ -646,73 +458,3 @@ def _above(module: str) -> Any:
     """A module that builds on this one, for shortcuts of a result; loaded when it is
     used."""
     return importlib.import_module(f"simbrake.{module}")
-
-
-def _metric(result: Result, name: str) -> Array | Peak:
-    metric = METRICS[name]
-    scene = result.scene
-    if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
-        raise ValueError(f"the scene has no {name}: {missing}")
-    if not result.concrete:
-        if metric.greatest:
-            return greatest_values(result, (name,))[name]
-        return _differentiable(name, metric)(scene.as_run, result.record)
-    if metric.energy:
-        return result.energy[name.removeprefix("energy.")]
-    if metric.greatest:
-        return result.report().peaks[name]
-    return jax.device_put(np.asarray(metric.find(result.record, scene)), run_device())
-
-
-def greatest_values(result: Result, names: tuple[str, ...]) -> dict[str, Peak]:
-    """Metrics that are maxima over a traced run, all from one walk over it."""
-    if not names:
-        return {}
-    found = _differentiable_maxima(names, tuple(map(identity_of, names)))(
-        result.scene.as_run, result.record
-    )
-    return dict(zip(names, found, strict=True))
-
-
-@functools.cache
-def _differentiable_maxima(
-    names: tuple[str, ...], asked: tuple[object, ...]
-) -> Callable[[Scene, Record], tuple[Peak, ...]]:
-    """Maxima of traced runs; `asked`: what a program for them depends on."""
-
-    def find(scene: Scene, record: Record) -> tuple[Peak, ...]:
-        found = [
-            METRICS[name].of_peak(peak, scene)
-            for name, peak in peaks(record, names).items()
-        ]
-        return tuple(
-            peak._replace(value=_where_it_happened(peak.value, scene, record))
-            for peak in found
-        )
-
-    return with_stored_slopes(find, ("maxima", *names)) if asked == names else find
-
-
-@functools.cache
-def _differentiable(name: str, metric: Metric) -> Callable[[Scene, Record], Array]:
-    """A metric of traced runs."""
-
-    def find(scene: Scene, record: Record) -> Array:
-        if metric.energy:
-            return energies(record)[name.removeprefix("energy.")]
-        return _where_it_happened(metric.find(record, scene), scene, record)
-
-    return (
-        with_stored_slopes(find, ("metric", name))
-        if isinstance(identity_of(name), str)
-        else find
-    )
-
-
-def _where_it_happened(value: Array, scene: Scene, record: Record) -> Array:
-    """The same value. It has no derivative (NaN) where it is infinite, as the time of
-    what did not happen, and where the record was too short for the run: a constant has
-    the derivative 0, which would look like an answer."""
-    return without_slope(
-        value, jnp.isinf(value) | (record.code == Code.STEP_LIMIT), scene
-    )

@@ -25,7 +25,7 @@ from ..hybrid.arrays import Array
 from ..hybrid.struct import with_fields, with_value_at
 from ..hybrid.system import pack_mode, ravel, unravel
 from ..loads import AbstractActuator, Cylinder, Driller, Lever, SpeedHold, TorqueLoad
-from ..outputs.log import Event, SimulationError
+from ..outputs.log import Event, SimulationError, labels_of
 from ..outputs.probe import Probe, RunJit, seen_at
 from ..outputs.quantities import Series, flat, series_of
 from ..parts.scene import Scene, checked
@@ -33,7 +33,6 @@ from ..phases import Phases
 from ..physics._brake import BrakeSystem, State
 from ..physics.mechanism import Label, Mode, events_of_change
 from ..profiles import PiecewiseLinear
-from .report import labels_of
 from .result import Result, RunLimits
 from .simulate import Solver, method_of, posed, require_64_bits, solver_name, solver_of
 
@@ -88,7 +87,7 @@ class HeldInput:
     def level(self) -> float:
         return float(self.values[-1])
 
-    def told(self, t: float, value: float) -> "HeldInput":
+    def with_command(self, t: float, value: float) -> "HeldInput":
         """The input with another value from `t` on."""
         if value == self.level:
             return self
@@ -556,7 +555,7 @@ class Stepper:
                 unit,
             )
             held[name] = (
-                held[name].told(self.time, value)
+                held[name].with_command(self.time, value)
                 if isinstance(value, float)
                 else held[name]
             )

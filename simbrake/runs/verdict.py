@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 from .._base._arguments import explained
 from .._base._faults import InputError
-from .._base._table import coloured, number, plain, rows_table
+from .._base._table import Table, coloured, number, plain, rows_table
 from ..outputs._wants import Want
-from ..outputs.duty import stop_table
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
 from ..outputs.metrics import HOT, METRICS
 from ..outputs.probe import Entry
@@ -213,14 +212,16 @@ def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
         return [f"{finding.topic:8} {finding.text}" for finding in said]
 
     tables = []
-    for title, table in (
-        ("stages", stage_table(report.summary)),
-        ("stops", stop_table(report.summary)),
-    ):
-        if table:
-            tables += [title, *(f"         {line}" for line in str(table).splitlines())]
+    if "stages" in report.summary:
+        tables += ["stages", *_indented(stage_table(report.summary))]
+    if "stops" in report.summary:
+        tables += ["stops", *_indented(report.stops)]
     said = [*head_lines(result, checks), *lines(findings(report)), *tables]
     return "\n".join([*said, *lines(remarks(report))])
+
+
+def _indented(table: Table) -> list[str]:
+    return [f"         {line}" for line in str(table).splitlines()]
 
 
 def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
@@ -315,10 +316,11 @@ def _pull_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     if pull is None:
         return []
     # at its maximum it follows no more: the speed is lost
-    most, value, time = pull
+    most = pull["limit"]
+    value = pull["value"]
     share = 1 - value / most
     of = result.scene.brake.force_words
     name = "Slack tension that holds the speed" + (f" ({of})" if of else "")
-    shown = f"{number(value, 'N')} (at {number(time, 's')})"
+    shown = f"{number(value, 'N')} (at {number(pull['time'], 's')})"
     margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
     return [_row(name, shown, f"< {number(most, 'N')}", margin, share, SMALL_MARGIN)]

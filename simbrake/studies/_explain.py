@@ -14,10 +14,9 @@ from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, frozen, number, plain
 from ..outputs.duty import DutyKind, rows_of
 from ..outputs.judgement import REASONS
-from ..outputs.log import failure_of
+from ..outputs.log import failure_of, labels_of
 from ..outputs.metrics import (
     HOLDING,
-    about_output,
     allowable_values,
     energies_between,
 )
@@ -43,9 +42,9 @@ from ..runs.measure import (
     name_of,
     read_limits,
     title_of,
+    unit_of,
     with_limits,
 )
-from ..runs.report import labels_of
 from ..runs.result import Result
 from ..runs.simulate import simulate
 from ..runs.verdict import Verdict, verdict
@@ -345,7 +344,7 @@ def _linings(result: Result) -> list[Finding]:
         zero = 293.15 if column.endswith("temperature") else 0.0
         mean = float(np.mean(each)) - zero
         over = (float(np.max(each)) - zero) / mean if mean > 0 else 1.0
-        shown = f"{number(value, about_output(name)['units'])} at {number(time, 's')}"
+        shown = f"{number(value, unit_of(name))} at {number(time, 's')}"
         numbers[name] = {
             "lining": lining,
             "value": value,
@@ -509,7 +508,7 @@ def _influence(result: Result, progress: Progress) -> list[Finding]:
         if isinstance(metric, str)
         else "torque of the sliding brake over the load"
     )
-    hot = isinstance(metric, str) and about_output(metric)["units"] == "K"
+    hot = isinstance(metric, str) and unit_of(metric) == "K"
 
     def effect(row: Sensitivity) -> str:
         by = change(row)
@@ -577,7 +576,7 @@ def _remedy(result: Result) -> list[Finding]:
     most = allowable_values(result.scene)
     for name in ("max_lever_force", "max_actuator_pressure"):
         if name in most and m.get(name) is not None and factor * m[name] > most[name]:
-            unit = about_output(name)["units"]
+            unit = unit_of(name)
             bound = number(most[name], unit, count=4)
             text += (
                 f" That is {number(factor * m[name], unit, count=4)}, more than "

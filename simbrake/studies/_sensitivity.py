@@ -14,12 +14,13 @@ from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity, behind
 from .._base._table import Column, Table, Tabular, frozen
 from ..hybrid.arrays import Array
+from ..outputs.log import labels_of
 from ..parts.scene import Scene
 from ..physics.mechanism import Label
 from ..runs.edit import Inputs, fault_of_limit, with_values
 from ..runs.measure import Metric, check_metrics, happened, name_of, unit_of
-from ..runs.report import labels_of
-from ..runs.result import Result, one_sided
+from ..runs.one_sided import one_sided
+from ..runs.result import Result
 from ._sides import Slopes, compare_sides
 from .evaluating import (
     Metrics,
@@ -76,7 +77,7 @@ def look_around(
             for name, what in zip(_ENDS, words, strict=True)
             if what
         )
-    return Range(ends, changes, one_sided(base))
+    return Range(ends, changes, one_sided(base.scene, base.record))
 
 
 def modes_of(result: Result) -> list[Label]:

@@ -244,8 +244,7 @@ def _belongs(path: str, fault: str) -> bool:
 
 
 def judged(slope: float, below: Side, above: Side) -> Slope | None:
-    """The derivative to report in place of that of the run, by both sides; `None`: it
-    stands, without a note."""
+    """The derivative to report instead, or `None` to keep that of the run."""
 
     def agree(a: float, b: float, error: float) -> bool:
         return bool(abs(a - b) <= max(_AGREE * max(abs(a), abs(b)), error))
