@@ -2,7 +2,6 @@
 numbers by hand."""
 
 import dataclasses
-import html
 import json
 import math
 import re
@@ -19,10 +18,6 @@ from simbrake.results import limit_checks
 
 #: limits of all parts of a band brake without heat that nothing comes near
 AMPLE = {"max_tension": 1e9, "max_normal_load": 1e9}
-
-
-def lines(result):
-    return {line.split()[0]: line for line in str(result).splitlines()}
 
 
 @pytest.fixture(scope="module")
@@ -53,23 +48,6 @@ def test_margin_sets_the_colour(stop, factor, colour, state):
         if c.name == "stopping_time"
     ]
     assert check.margin_percent == pytest.approx(100 * (1 - 1 / factor), rel=1e-9)
-
-
-def test_notebook_shows_verdict_and_warnings():
-    fast = sb.simulate(sb.with_values(rigid(end=0.5), {"initial.omega": 200.0}))
-    raw = fast._repr_html_()
-    page = html.unescape(raw)
-    (warning,) = fast.summary()["warnings"]
-    told = (
-        "#8a5a00",
-        fast.verdict().headline,
-        "max_tension",
-        f"<p>warning: {warning}</p>",
-    )
-    places = [page.index(text) for text in told]
-    assert places == sorted(places)
-    assert warning not in raw
-    assert f">{T0 * PI / 1e3:.6g} kN<" in page.replace("> ", ">").replace(" <", "<")
 
 
 def test_notebook_shows_a_run_with_heat():
@@ -333,26 +311,6 @@ def test_limit_on_what_did_not_happen(stop):
 
 
 # --- what a run could not see -------------------------------------------------------
-
-
-def _with_a_pulse(t, begin):
-    return LOAD + jnp.where((t > begin) & (t < begin + 0.02), 20 * TORQUE, 0.0)
-
-
-def test_note_says_how_often_a_run_looked():
-    """20 ms in 100 s are missed, and the note says that such a pulse may be; a shorter
-    step finds it."""
-    profile = sb.profiles.FunctionProfile(_with_a_pulse, 50.33, typical=LOAD)
-    scene = stop_scene(C=None, load=sb.TorqueLoad(profile), end=100.0)
-    (note,) = sb.simulate(scene).summary()["notes"]
-    interval = float(re.search(r"every ([\d.]+) s", note)[1])
-    # of a step its error estimate sees the rates at 0, 3/8, 0.465, … 0.65, 0.9247, 1
-    assert interval == pytest.approx(100.0 / 64 * 0.27466, rel=1e-2)
-    fine = sb.simulate(scene, max_step=0.1)
-    assert [event.time for event in fine.events["restart"]] == [
-        pytest.approx(50.33, abs=1e-9)
-    ]
-    assert sb.simulate(rigid()).summary()["notes"] == []
 
 
 def test_the_interval_of_the_note_is_true():
