@@ -7,3 +7,9 @@ from ._validation import Case as Case
 from ._validation import Check as Check
 from ._validation import Validation as Validation
 from ._validation import run_case as run_case
+from .acceptance import Acceptance as Acceptance
+from .acceptance import AcceptanceTest as AcceptanceTest
+from .acceptance import Answer as Answer
+from .acceptance import Must as Must
+from .acceptance import read_tests as read_tests
+from .acceptance import run_tests as run_tests

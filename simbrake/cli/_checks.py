@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
+from .._base._progress import Progress
 from ..files.shipped_scenes import scene_file
 from . import _options as cli
 
@@ -374,10 +375,37 @@ def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
         sys.path.remove(str(script.parent))
 
 
+_TESTS = "File of tests (TOML): a scene, changes, and what must hold."
+
+
+def test(
+    file: Annotated[Path, Parameter(name="FILE", help=_TESTS)],
+    /,
+    *,
+    json_: cli.Flag = False,  # noqa: PT028
+) -> int:
+    """Run acceptance tests of a brake that a file lists, and print one table of
+    verdicts.
+
+    Parameters
+    ----------
+    json_
+        Print {passed, failed, tests, note}, alone on stdout.
+    """
+    cli.prepare_jax()
+    with Progress("test", "reading…") as progress:
+        tests = sb.checks.read_tests(file)
+        counted = lambda done, of: progress.now(f"test {done + 1} of {of}")
+        found = sb.checks.run_tests(tests, progress=counted)
+    cli.tell(found, json_, ok=found.passed)
+    return 0 if found.passed else 3
+
+
 #: commands and their exit codes
 COMMANDS = {
     doctor: "0 simbrake can compute here; 1 it cannot.",
     cache: "0 success.",
+    test: "0 every test passed; 2 the input is wrong; 3 a test failed.",
     validate: "0 every number is within its tolerance; 1 one is not; 2 the input is wrong.",
     reproduce: "0 no cell disagrees; 1 one does; 2 the input is wrong.",
 }

@@ -9,7 +9,13 @@ import cyclopts
 import simbrake as sb
 
 from .._base._faults import InputError, input_error, whole_file
-from ..files.shipped_scenes import Shipped, shipped, shipped_files
+from ..files.shipped_scenes import (
+    Shipped,
+    shipped,
+    shipped_files,
+    shipped_tests,
+    title_of,
+)
 from . import _options as cli
 
 _WRONG = "0 success; 2 the input is wrong."
@@ -22,8 +28,8 @@ def new(
     """Write a new scene: a commented template, or a copy of a shipped scene. Without a
     name: list these.
 
-    Templates: standard, staged, heated, tripping, rig, disc, shoe. The file runs at
-    once: simbrake run FILE.
+    Templates: standard, staged, heated, tripping, rig, disc, shoe, and drawworks_tests:
+    acceptance tests. The file runs at once: simbrake run FILE, simbrake test FILE.
 
     Parameters
     ----------
@@ -49,8 +55,9 @@ def new(
         ]
         cli.tell(_listed(entries), json_, rows)
         return 0
-    source = shipped(name)
-    entry = shipped_files()[source.stem]
+    tests = shipped_tests(name)
+    source = tests or shipped(name)
+    entry = Shipped(source.stem, source, title_of(source))
     target = (
         Path(source.name)
         if file is None
@@ -77,7 +84,9 @@ def new(
     with whole_file(target) as scratch:
         scratch.write_text(text, "utf-8")
     about = {"written": str(target), "template": entry.template, "title": entry.title}
-    lines = [f"written  {target}: {entry.title}", f"run it   simbrake run {target}"]
+    command = "test" if tests else "run"
+    lines = [f"written  {target}: {entry.title}"]
+    lines.append(f"run it   simbrake {command} {target}")
     if source.suffix == ".py":
         lines.append(f"         python {target}: what the script prints beside")
     cli.tell("\n".join(lines), json_, about)

@@ -56,6 +56,12 @@ def shipped_files() -> dict[str, Shipped]:
     return {file.stem: Shipped(file.stem, file, title_of(file)) for file in _files()}
 
 
+def shipped_tests(name: str | Path) -> Path | None:
+    """The file of acceptance tests of a name that ends in `_tests`, if it is shipped."""
+    file = _PACKAGE / "templates" / "tests" / f"{Path(name).stem}.toml"
+    return file if Path(name).stem.endswith("_tests") and file.is_file() else None
+
+
 def _shipped_file(name: str | Path) -> Path | None:
     """The shipped file of a name: with or without its ending, with `scenarios/` before
     it, or the file's own path."""
