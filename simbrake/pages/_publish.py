@@ -263,7 +263,7 @@ def _coverage(
     covered = coverage_of(base, checks)
     names = {check.name for check in checks if check.limit is not None}
     by_load = PRESSURE in names and "max_normal_load" in limited.limits
-    aside = ", ".join(title_of(name) for name in limited.aside)
+    aside = ", ".join(title_of(name, base.scene) for name in limited.aside)
     words = ["Pressure on linings is compared by their load."] if by_load else []
     words += [f"Not looked at here: {aside}."] if aside else []
     words += [f"{covered}."] if covered.missing else []
@@ -296,7 +296,7 @@ def _metrics(
         )
         about = {
             "name": name,
-            "words": title_of(name),
+            "words": title_of(name, base.scene),
             **reading,
             "limit": limit,
             "small": small,

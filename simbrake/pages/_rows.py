@@ -48,7 +48,7 @@ from ..runs.findings import (
     hottest_first,
     linings_of,
     place_and_time,
-    title_of_run,
+    title_of,
     upper,
 )
 from ..runs.report import Report
@@ -129,7 +129,7 @@ def key_figures(report: Report) -> list[Tile]:
     decide = deciding(values)
     for name in (*decide, *(name for name in METRICS if name not in decide)):
         if values[name] is not None:
-            title = title_of_run(name, report.result.scene)
+            title = title_of(name, report.result.scene)
             value = number(values[name], METRICS[name].unit, count=_DIGITS)
             place = place_and_time(name, report, 4)
             tiles.append(Tile(title, value, place, name in decide))

@@ -27,6 +27,7 @@ from ..outputs.metrics import (
     allowable_values,
     energy_balance,
     heat_balance,
+    metric_of,
 )
 from ..outputs.probe import Entry, RunJit, ends_of, lowers_steadily, terminal_speed
 from ..parts.scene import Scene, plausibility, warnings
@@ -652,10 +653,26 @@ def _events(report: Report) -> str:
     return ", ".join(parts) or "none"
 
 
-def title_of_run(name: str, scene: Scene) -> str:
-    """What a metric is called, in the words of a kind of brake."""
-    lining = scene.brake.words.lining
-    title = METRICS[name].title.replace("lining", lining)
+#: a limit on what is not a metric: it needs the areas of the linings
+PRESSURE = "max_pressure"
+
+
+def title_of(metric: str, scene: Scene | None = None) -> str:
+    """A metric, an energy or `max_pressure` in words, those of the kind of brake where
+    the scene is given."""
+    entry = metric_of(metric)
+    base = METRICS.get(metric.removesuffix("_time"))
+    if metric == PRESSURE:
+        title = "Maximum mean pressure on a lining"
+    elif entry is not None:
+        title = entry.title
+    elif base is not None:
+        title = f"{base.title}, when"
+    else:
+        title = upper(_words(metric))
+    if scene is None:
+        return title
+    title = title.replace("lining", scene.brake.words.lining)
     return title.replace("rim ", f"{body_of('rim', scene)} ")
 
 
@@ -677,7 +694,7 @@ def _maxima(report: Report) -> Finding:
     values = {name: value for name, value in values.items() if value is not None}
     said = []
     for name, value in values.items():
-        title = title_of_run(name, report.result.scene).removeprefix("Maximum ")
+        title = title_of(name, report.result.scene).removeprefix("Maximum ")
         most = number(value, METRICS[name].unit)
         place = place_and_time(name, report)
         said.append(f"{lower(title)} at most {most} ({place})")

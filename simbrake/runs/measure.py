@@ -33,7 +33,7 @@ from ..outputs.metrics import (
 from ..outputs.probe import Entry, Number
 from ..parts.scene import AbstractLimits, Scene, require_scene
 from .differentiable import greatest_values
-from .findings import body_of, hottest_first
+from .findings import PRESSURE, body_of, hottest_first, title_of
 from .linings import lining_peak
 from .result import Result
 
@@ -56,18 +56,6 @@ def unit_of(metric: Metric) -> str:
     unknown name."""
     entry = metric_of(metric) if isinstance(metric, str) else None
     return "" if entry is None else entry.unit
-
-
-def title_of(metric: str) -> str:
-    """A metric, an energy or `max_pressure` in words, as a title."""
-    if metric == PRESSURE:
-        return "Maximum mean pressure on a lining"
-    if (entry := metric_of(metric)) is not None:
-        return entry.title
-    base = METRICS.get(metric.removesuffix("_time"))
-    return (
-        metric.replace("_", " ").capitalize() if base is None else f"{base.title}, when"
-    )
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
@@ -176,9 +164,6 @@ def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
 
 
 # --- limits -------------------------------------------------------------------------
-
-#: a limit on what is not a metric: it needs the areas of the linings
-PRESSURE = "max_pressure"
 
 
 def _limits_part(
@@ -398,9 +383,8 @@ class LimitCheck(NamedTuple):
         whole = self.limit - ROOM if self.unit == "K" else self.limit
         return 100 * self.margin / whole if whole > 0 else None
 
-    @property
-    def row(self) -> VerdictRow:
-        """The same in words."""
+    def row(self, scene: Scene | None = None) -> VerdictRow:
+        """The same in words, those of the kind of brake where the scene is given."""
         state = self.verdict
         percent = self.margin_percent
         margin = "—"
@@ -411,7 +395,7 @@ class LimitCheck(NamedTuple):
             if state == LimitVerdict.WITHIN and percent < 100 * SMALL_MARGIN:
                 state = LimitVerdict.SMALL
         limit = f"≤ {number(self.limit, self.unit)}"
-        title = title_of(self.name)
+        title = title_of(self.name, scene)
         if self.value is None:
             return VerdictRow(title, self.note, limit, margin, state)
         value = str(number(self.value, self.unit))
@@ -433,7 +417,7 @@ class LimitCheck(NamedTuple):
         return {name: plain(getattr(self, name)) for name in names}
 
     def __str__(self) -> str:
-        return str(self.row)
+        return str(self.row())
 
 
 def read_limits(

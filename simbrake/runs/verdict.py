@@ -120,7 +120,7 @@ def verdict(
         if check.limit is not None:
             percent = check.margin_percent
             share = math.inf if percent is None else percent / 100
-            limited.append((share, check.row))
+            limited.append((share, check.row(result.scene)))
     # the smallest margin first; what has none last
     pairs = sorted(limited + _reserve_rows(result), key=lambda pair: pair[0])
     rows = tuple(row for _, row in pairs)
@@ -185,7 +185,7 @@ def _hottest(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
     hot = [check for check in checks if check.name in HOT and check.value is not None]
     said = []
     for check in hot[:1]:
-        row = check.row
+        row = check.row(result.scene)
         limit = "no limit given" if check.limit is None else f"allowed {row.limit}"
         place = body_of(HOT[check.name], result.scene)
         said.append(f"Hottest: {place} {row.value}, {limit}")
@@ -200,7 +200,11 @@ def head_lines(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
     return [
         f"{result.status}: {result.message}",
         f"verdict  {result.verdict(checks)}",
-        *(f"limit    {check}" for check in checks if check.limit is not None),
+        *(
+            f"limit    {check.row(result.scene)}"
+            for check in checks
+            if check.limit is not None
+        ),
     ]
 
 

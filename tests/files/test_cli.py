@@ -92,7 +92,11 @@ def test_files_of_a_run(capsys, tmp_path):
     assert {path.name for path in folder.iterdir()} == pictures | data
     assert [path for path in tmp_path.iterdir() if path != folder] == []
     (line,) = [line for line in out.splitlines() if line.startswith("limit")]
-    assert line in (folder / "summary.txt").read_text("utf-8").splitlines()
+    printed = (folder / "summary.txt").read_text("utf-8").splitlines()
+    assert line in printed
+    findings = json.loads((folder / "summary.json").read_text("utf-8"))["findings"]
+    words = [f"{one['topic']:8} {one['text']}" for one in findings]
+    assert [text for text in printed if text in words] == words
     with open(folder / "series.csv", encoding="utf-8") as file:
         head, *rows = csv.reader(file)
     columns = dict(zip(head, np.asarray(rows, float).T, strict=True))

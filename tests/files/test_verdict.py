@@ -178,6 +178,8 @@ def test_limits_of_the_scene_are_evaluated(tmp_path, capsys):
     sb.write_scene(scene, tmp_path / "scene.toml")
     found = json.loads(call(capsys, "run", str(tmp_path / "scene.toml"), "--json")[1])
     assert found["verdict"]["colour"] == "red"
+    texts = [one["text"] for one in found["findings"] if one["topic"] == "warning"]
+    assert texts == found["warnings"] != []
     assert found["limits"][0]["margin_percent"] == pytest.approx(
         100 * (1 - stress / 150e6), rel=1e-9
     )
