@@ -24,11 +24,10 @@ def flat(*values):
     return sb.PiecewiseLinear([0.0, 2.0, 2.0, 9.0], list(values))
 
 
-def rigid(load=LOAD, *, lever=(T0,) * 4, w0=W0, end=4.0):
+def rigid(load=LOAD, *, lever=(T0,) * 4, w0=W0, end=4.0, **parts):
     load = (load,) * 4 if isinstance(load, float) else load
-    return stop_scene(
-        C=None, w0=w0, lever=flat(*lever), load=sb.TorqueLoad(flat(*load)), end=end
-    )
+    parts |= {"lever": flat(*lever), "load": sb.TorqueLoad(flat(*load))}
+    return stop_scene(C=None, w0=w0, end=end, **parts)
 
 
 def two_stops(again, end):

@@ -69,9 +69,7 @@ def test_hottest_lining_over_the_mean():
     heat = sb.Heat(
         (sb.thermal.Lump("linings", 5e3, count=20),), (), pair, linings="linings"
     )
-    found = explain(
-        sb.simulate(dataclasses.replace(rigid(), heat=heat)), influence=False
-    )["linings"]
+    found = explain(rigid(heat=heat), influence=False)["linings"]
     hottest = found.numbers["peak_lining_temperature"]
     mu = PI ** (1 / 20)
     assert hottest["lining"] == 20
@@ -138,10 +136,9 @@ def test_lowering_and_terminal_speed():
     assert drag["balance"].numbers["load_power"] == pytest.approx(LOAD * W0, rel=1e-9)
     assert drag["balance"].numbers["friction"] == pytest.approx(LOAD * W0, rel=1e-9)
     c = 600.0
-    scene = stop_scene(C=None, T0=0.0, load=LOAD, w0=LOAD / c, end=30.0)
-    steady = explain(
-        dataclasses.replace(scene, shaft=(sb.loads.ViscousDrag(c),)), influence=False
-    )
+    shaft = (sb.loads.ViscousDrag(c),)
+    parts = {"load": LOAD, "w0": LOAD / c, "end": 30.0, "shaft": shaft}
+    steady = explain(stop_scene(C=None, T0=0.0, **parts), influence=False)
     assert steady["balance"].numbers["other"] == pytest.approx(LOAD**2 / c, rel=1e-9)
 
 

@@ -191,7 +191,7 @@ def hot_stop(**permissible):
     heat = sb.lumped_heat(
         rim=500.0, linings=2e4, partition=1.0, rim_cooling=0.0, **permissible
     )
-    return dataclasses.replace(rigid(), heat=heat)
+    return rigid(heat=heat)
 
 
 def test_hottest_body_and_missing_limits():

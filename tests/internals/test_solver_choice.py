@@ -5,25 +5,17 @@ Steps of an explicit method stay stable up to six times the fastest time constan
 heat, whose steps cost more, 150 of them are too many, without it 1500.
 """
 
-import dataclasses
-
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from scenes import stop_scene
-from user_parts import Bump, Slanted, of
 
 import simbrake as sb
-from simbrake.physics._brake import course_of_profile
-from simbrake.profiles import hides_nothing
 from simbrake.runs.choice import fastest_node, stiffness
 
 
 def shafted(*laws, load=0.0, end=30.0):
     """A rigid brake, its band open, with torques on its shaft."""
-    return dataclasses.replace(
-        stop_scene(C=None, T0=0.0, load=load, end=end), shaft=laws
-    )
+    return stop_scene(C=None, T0=0.0, load=load, end=end, shaft=laws)
 
 
 @pytest.mark.parametrize("face", ["front", "back"])
@@ -76,23 +68,3 @@ def test_1500_steps_of_drag_and_rope(steps, stiff):
         m, 6e4, 900.0, 1.0, 5.0, 6.0, r, n, count=2, elasticity=rope
     )
     assert stiffness(shafted(load=load, end=10.0))[0] == stiff
-
-
-def test_which_profiles_hide_nothing():
-    """Inside a step guards are sampled where a profile is of one's own and may bend
-    between its known times."""
-    plain = [
-        sb.Repeated([0.0, 1.0], [0.0, 5.0], 2.0, 9),
-        sb.SpeedHold(1.0),
-        Slanted(1.0),
-    ]
-    plain.append(sb.Lever(sb.profiles.ExponentialRise(1.0, 0.3), 0.8, 0.1))
-    own = [
-        Bump(1.0),
-        sb.Lever(Bump(1.0), 0.8, 0.1),
-        of(lambda t: 5.0 * (t < 1.0)),
-        of(lambda t: t + jnp.floor(t)),
-    ]
-    assert [hides_nothing(profile, course_of_profile) for profile in plain + own] == [
-        True
-    ] * 4 + [False] * 4

@@ -2,7 +2,6 @@
 cluster, the command line."""
 
 import csv
-import dataclasses
 import json
 import shutil
 
@@ -458,7 +457,7 @@ def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
     vary = ("--vary", f"{LEVER}=0,6000", "--metrics", "stopping_time", "--json")
     for share, count in ((0.99, 2), (1.01, 1)):
         limits = sb.Limits(stopping_time=share * stop)
-        sb.write_scene(dataclasses.replace(stop_scene(), limits=limits), file)
+        sb.write_scene(stop_scene(limits=limits), file)
         code, out, _ = call(capsys, "sweep", file, *vary)
         (row,) = json.loads(out)["limits"]["checked"]
         assert (code, row["exceeded"], row["of"]) == (0, count, 2)

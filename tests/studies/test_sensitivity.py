@@ -1,8 +1,6 @@
 """Sensitivity tables against closed forms and whole runs, and what they say where a
 derivative ends to hold."""
 
-import dataclasses
-
 import jax
 import numpy as np
 import pytest
@@ -174,9 +172,7 @@ def test_all_faults_in_one_report():
 
 @pytest.mark.slow
 def test_limits_are_no_parameters():
-    scene = dataclasses.replace(
-        stop_scene(C=None), limits=sb.Limits(max_tension="90 kN")
-    )
+    scene = stop_scene(C=None, limits=sb.Limits(max_tension="90 kN"))
     table = sb.sensitivity(scene, "stopping_angle", span=None)
     assert table.at("initial.omega").elasticity == pytest.approx(2.0, rel=1e-9)
     assert not [row.path for row in table.rows if row.path.startswith("limits")]

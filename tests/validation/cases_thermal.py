@@ -314,9 +314,7 @@ def _repeated() -> Scene:
     pair = FrictionHeat("rim", None, ConstantPartition(1.0))
     heat = Heat(bodies, links, pair, (Source("blocks", power),), rim="rim")
     lever = PiecewiseLinear([0.0, _CYCLE], [_T0, _T0])
-    return dataclasses.replace(
-        stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_CYCLE), heat=heat
-    )
+    return stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_CYCLE, heat=heat)
 
 
 def _rise(t: float, start: float = 0.0, cooling: complex = _COOLING) -> Any:
