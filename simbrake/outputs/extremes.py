@@ -155,18 +155,42 @@ def _found(record: Record, names: tuple[str, ...]) -> tuple[Extremes, Array]:
 def _(
     names: tuple[str, ...], primals: tuple[Record], tangents: tuple[Record]
 ) -> tuple[Any, Any]:
-    """Derivatives are those of a probe at the places, which stay where they are in
-    their steps."""
+    """Derivatives of values are those of a probe at the places, which stay where they
+    are in their steps. Inside a step the time `t` of a maximum moves on top of that, so
+    that the rate `r` of its quantity stays 0: by `−dr/(dr/dt)`."""
     found, t = _found(*primals, names)
+    picks = _picks(_asked(names))
+    each = jnp.arange(len(names))
+    system: BrakeSystem = primals[0].system  # pyright: ignore
 
-    def there(record: Record) -> TwoArrays:
-        p = probe_at(record, *_into(record, found))
-        values = [
-            pick(p)[i][found.entry[i]] for i, pick in enumerate(_picks(_asked(names)))
-        ]
-        return jnp.stack(values), p.t
+    def places(record: Record) -> tuple[Array, PyTree, PyTree]:
+        t, y = record.inside(*_into(record, found))
+        return t, y, jax.vmap(record.flat.unpack_mode)(record.rows.mode[found.row])
 
-    _, (moves, of_time) = jax.jvp(there, primals, tangents)
+    def look(system: Any, i: Array, t: Array, y: PyTree, mode: PyTree) -> TwoArrays:
+        """Value and rate of the quantity of a place."""
+        f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
+        both = _rated(system, t, y, mode, f, picks)
+        entries = zip(*both, found.entry, strict=True)
+        value, rate = zip(*((q[j], r[j]) for q, r, j in entries), strict=True)
+        return jnp.stack(value)[i], jnp.stack(rate)[i]
+
+    def there(record: Record) -> tuple[TwoArrays, Array]:
+        t, y, mode = places(record)
+        looks = jax.vmap(functools.partial(look, record.system))(each, t, y, mode)
+        return looks, t
+
+    def curvature(i: Array, t: Array, y: PyTree, mode: PyTree) -> Array:
+        f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
+        along = (jnp.ones_like(t), f)
+        rate = lambda t, y: look(system, i, t, y, mode)[1]
+        return jax.jvp(rate, (t, y), along)[1]
+
+    _, ((moves, of_rate), of_time) = jax.jvp(there, primals, tangents)
+    curved = jax.vmap(curvature)(each, *places(primals[0]))
+    inside = (found.share > 0) & (found.share < 1) & (curved != 0)
+    shift = of_rate / jnp.where(inside, curved, 1.0)
+    of_time = of_time - jnp.where(inside, shift, 0.0)
     still = jax.tree.map(no_tangent, found)
     return (found, t), (still._replace(value=moves), of_time)
 

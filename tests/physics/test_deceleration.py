@@ -45,6 +45,15 @@ def test_derivatives_and_runs_side_by_side():
         )
     )(9e3)
     assert slope == pytest.approx(1 / J, rel=1e-9)
+    # its time is in proportion to 1/M_m
+    time, slope = jax.value_and_grad(
+        lambda most: (
+            sb.simulate(
+                sb.with_values(scene, {"shaft[0].max_torque": most})
+            ).max_deceleration.time
+        )
+    )(9e3)
+    assert slope == pytest.approx(-time / 9e3, rel=1e-8)
     speeds = {"initial.omega": [4.0, 12.0, 20.0]}
     data = sb.ensemble(scene, speeds, ["max_deceleration"], progress=False)
     slower = 2 * 9e3 * 4.0 * 6.0 / (4.0**2 + 6.0**2) / J
