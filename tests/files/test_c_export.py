@@ -73,6 +73,9 @@ class Compiled:
                 ("most_rows", c.c_int),
                 ("rows_found", c.c_int),
                 ("status", c.c_int),
+                ("reason", c.c_int),
+                ("colour", c.c_int),
+                ("numbers", c.c_double * 3),
             )
 
         self.Event = Event
