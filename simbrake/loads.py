@@ -20,6 +20,14 @@ from ._base._part import (
     whole,
 )
 from ._base._quantity import Over, Quantity, Scalar, Values, in_si
+from .hoists import (
+    GRAVITY,
+    AbstractLoad,
+    CounterweightLoad,
+    RopesNow,
+    WindlassLoad,
+    moving_share,
+)
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, TwoArrays
 from .hybrid.struct import AbstractClassVar, AbstractVar, with_fields
 from .phases import (
@@ -45,7 +53,7 @@ from .profiles import (
     faults_of_sign,
     point,
 )
-from .rope import RopeElasticity, RopeLayers
+from .rope import RopeElasticity, RopeLayers, RopeWeight
 from .shaft import (
     AbstractShaftTorque,
     BearingFriction,
@@ -70,6 +78,7 @@ __all__ = [
     "AtStop",
     "AtTemperature",
     "BearingFriction",
+    "CounterweightLoad",
     "Cylinder",
     "Driller",
     "EddyCurrentBrake",
@@ -83,6 +92,7 @@ __all__ = [
     "RecordedMotion",
     "RopeElasticity",
     "RopeLayers",
+    "RopeWeight",
     "SpeedHold",
     "StringLoad",
     "TabulatedDrag",
@@ -91,82 +101,9 @@ __all__ = [
     "TorqueLoad",
     "TrippingLoad",
     "ViscousDrag",
+    "WindlassLoad",
     "differential_lever_tension",
 ]
-
-GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
-
-
-class AbstractLoad(Part):
-    """Load on the pulley: a torque on its shaft, positive in the braking direction of
-    rotation, and an inertia."""
-
-    #: the profile whose time breakpoints the load has
-    profile: AbstractVar[AbstractProfile]
-    #: whether its pieces are those of the phases of the duty (`Phases`)
-    by_phases: ClassVar[bool] = False
-
-    @abc.abstractmethod
-    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
-        """`M_load(t, ω)` in N·m."""
-
-    def inertia(self) -> Scalar | float:
-        """Inertia it adds to the shaft at the start, in kg·m²."""
-        return 0.0
-
-    def piece_in_phase(self, place: Array, stands: Array, hanging: Array) -> Array:
-        """Piece of the load in a phase of the duty (see `Phases.string_at`), of one
-        `by_phases`."""
-        return 0 * place
-
-    def faults_in_phases(
-        self, path: str, count: int, stands: tuple[int, int]
-    ) -> Faults:
-        """Errors in a duty of `count` different phases that adds so many stands at
-        least and at most."""
-        return []
-
-    def added_inertia(self, piece: Piece) -> Array | None:
-        """Inertia beyond that of the start, where the load changes in a run; `None`: it
-        never does."""
-        return None
-
-    def travel(self) -> Scalar | None:
-        """Travel of the hook per radian of the pulley, in m, or `None`."""
-        return None
-
-    def hanging(self, piece: Piece) -> tuple[Real, Real] | None:
-        """Mass on the hook (kg), and its weight (N), or `None`."""
-        return None
-
-    def travelled(self, phi: Array | float) -> Array | float | None:
-        """Travel of the hook (m) since the start at the angle `phi` (rad) of the
-        pulley, or `None`."""
-        per_radian = self.travel()
-        return None if per_radian is None else phi * per_radian
-
-    @property
-    def lines(self) -> Scalar | None:
-        """Lines strung, `None`: the load hangs on no hook."""
-        return None
-
-    @property
-    def layers(self) -> RopeLayers | None:
-        """Layers of the rope on the drum; `None`: its effective radius stays the
-        same."""
-        return None
-
-    @property
-    def elastic(self) -> RopeElasticity | None:
-        """Stretch of the rope between drum and hook; `None`: it is rigid."""
-        return None
-
-    def faults(self, path: str) -> Faults:
-        return self.profile.faults(f"{path}.profile")  # (which need not be a field)
-
-    def on_layer(self, layer: Array | None) -> "AbstractLoad":
-        """The load with its rope in a layer (from 1) on the drum; `None`: as it is."""
-        return self
 
 
 @short_for(AbstractLoad)
@@ -238,6 +175,7 @@ class AbstractHookLoad(AbstractLoad):
     drag: AbstractVar[Scalar]
     rope: AbstractVar[RopeLayers | None]
     elasticity: AbstractVar[RopeElasticity | None]
+    weight: AbstractVar[RopeWeight | None]
 
     def mass_on(self, piece: Piece) -> Any:
         """Mass (kg) on the hook on a piece."""
@@ -288,7 +226,76 @@ class AbstractHookLoad(AbstractLoad):
         if self.rope is None or layer is None:
             return self
         radius = self.rope.radius(jnp.asarray(self.drum_radius), layer)
-        return with_fields(self, drum_radius=radius)
+        weight = self.weight
+        if weight is not None:
+            weight = with_fields(weight, length=self._rope_length())
+        return with_fields(self, drum_radius=radius, weight=weight)
+
+    def _rope_length(self) -> Array:
+        """`L` (m) of a rope with a weight; the radius is that of the first layer."""
+        assert self.weight is not None
+        radius = jnp.asarray(self.drum_radius)
+        return self.weight.whole(radius, self.line_count, self.rope)
+
+    def ropes(self, lowered: Any, piece: Piece) -> RopesNow | None:
+        rope = self.weight
+        if rope is None:
+            return None
+        n = self.line_count
+        r = self.drum_radius
+        line = rope.hanging_length + lowered
+        torque = self.gravity * rope.linear_mass * r * (line - rope.drum_below)
+        of_line = moving_share(n) - n
+        inertia = rope.linear_mass * r**2
+        moving = inertia * (self._rope_length() + line * of_line)
+        return RopesNow(torque, moving, inertia * of_line * self.travel())
+
+    def rope_span(self) -> tuple[Real, Real] | None:
+        rope = self.weight
+        if rope is None:
+            return None
+        longest = (self._rope_length() - rope.drum_below) / self.line_count
+        return -rope.hanging_length, longest - rope.hanging_length
+
+    def pull(self, force: Array, lowered: Any, alpha: Array, piece: Piece) -> Array:
+        rope = self.weight
+        if rope is None:
+            return force
+        lines = self.line_count * rope.linear_mass * (rope.hanging_length + lowered)
+        return force + lines * (self.gravity - self.travel() * alpha)
+
+    def faults(self, path: str) -> Faults:
+        return super().faults(path) + self.faults_of_weight(path)
+
+    def faults_of_weight(self, path: str) -> Faults:
+        """Errors of the weight of the rope."""
+        rope = self.weight
+        if rope is None:
+            return []
+        path = f"{path}.weight"
+        errors = Issues()
+        if self.elasticity is not None:
+            what = "is given beside an elastic rope, which has none"
+            errors.add(path, what, "leave out one of the two")
+        lines = float(self.line_count) * float(rope.hanging_length)
+        least = lines + float(rope.drum_below)
+        if rope.length is None:
+            if self.rope is None:
+                hint = "give the length of the rope that moves, or its layers"
+                errors.add(f"{path}.length", "is missing", hint)
+            return errors
+        length = float(rope.length)
+        if length < least:
+            what = f"{length:g} m is shorter than the {least:g} m off the drum"
+            errors.add(f"{path}.length", what, "a longer rope, or shorter lines")
+        if self.rope is not None:
+            held = with_fields(rope, length=None)
+            held = with_fields(self, weight=held)._rope_length() - least
+            if length - least > float(held) * (1 + 1e-9):
+                what = f"leaves {length - least:g} m on a drum that holds {held:g} m"
+                hint = "more turns, a shorter rope, or leave the length out"
+                errors.add(f"{path}.length", what, hint)
+        return errors
 
 
 class HookLoad(AbstractHookLoad):
@@ -301,9 +308,9 @@ class HookLoad(AbstractHookLoad):
     - `rope`: its layers on the drum, of which `drum_radius` is the radius of the first;
       `None`: `r_d` stays the same
     - `elasticity` of the rope between drum and hook, `None`: it is rigid
+    - `weight` of the rope, `None`: it has none
 
-    Ropes are without weight; the loss of the tackle is a part of the shaft
-    (`TackleLoss`).
+    The loss of the tackle is a part of the shaft (`TackleLoss`).
 
     Example:
         >>> sb.HookLoad("60 t", drum_radius="400 mm", line_count=8).mass
@@ -314,8 +321,7 @@ class HookLoad(AbstractHookLoad):
         "kg",
         "mass on the hook",
         low=0.0,
-        instead="a counterweight pulls the other way: give its torque, of either sign, "
-        "as a `TorqueLoad`",
+        instead="a counterweight pulls the other way: give a `CounterweightLoad`",
     )
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
@@ -327,6 +333,7 @@ class HookLoad(AbstractHookLoad):
     )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
+    weight: RopeWeight | None = None
 
     def mass_on(self, piece: Piece) -> Scalar:
         return self.mass
@@ -341,7 +348,7 @@ class HookLoad(AbstractHookLoad):
             "is 0, and moves by itself on an elastic rope",
             "give the mass of hook and block",
         )
-        return [why] if bare else []
+        return ([why] if bare else []) + self.faults_of_weight(path)
 
     @property
     def profile(self) -> Constant:
@@ -394,8 +401,8 @@ class StringLoad(AbstractString):
       `Phases.stands` come in each cycle
     - `string` `m_s`: string of the first cycle (kg), or a list with that of each phase
       (`Phases.each`)
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in
-      `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`, `weight`: as
+      in `HookLoad`
 
     Example:
         >>> sb.loads.StringLoad("8 t", "80 t", "400 mm", 8, stand=800.0).stand
@@ -417,6 +424,7 @@ class StringLoad(AbstractString):
     )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
+    weight: RopeWeight | None = None
     by_phases: ClassVar[bool] = True
 
     @property
@@ -478,8 +486,8 @@ class TrippingLoad(AbstractString):
       cycle (kg); `stand` `Δm` (kg)
     - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the
       string, and is set in the slips
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in
-      `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`, `weight`: as
+      in `HookLoad`
 
     In a run whose cycles take as long as they take, a `StringLoad` follows the phases
     instead.
@@ -511,6 +519,7 @@ class TrippingLoad(AbstractString):
     )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
+    weight: RopeWeight | None = None
 
     @property
     def profile(self) -> Repeated:
@@ -537,8 +546,8 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
     - `times` (k,) in s, not decreasing
     - `masses` (k,): `m_i` of all that hangs on the hook (kg), the first one before
       its time too
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in
-      `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`, `weight`: as
+      in `HookLoad`
 
     At a change of mass in motion the speed stays: added mass brings its energy. Many
     masses cost no more than few.
@@ -560,6 +569,7 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
     )
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
+    weight: RopeWeight | None = None
     by_piece: ClassVar[tuple[str, ...]] = ("times", "masses")
 
     @property
@@ -581,7 +591,8 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
         return (self.mass_on(piece) - point(self.masses, 0)) * self.travel() ** 2
 
     def faults(self, path: str) -> Faults:
-        return PiecewiseLinear(self.times, self.masses).faults(path)
+        points = PiecewiseLinear(self.times, self.masses).faults(path)
+        return points + self.faults_of_weight(path)
 
 
 def _knot(times: Scalar, piece: Piece) -> Array:

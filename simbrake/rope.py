@@ -12,7 +12,7 @@ from ._base._part import Part, positive_quantity, quantity
 from ._base._quantity import Scalar
 from .hybrid.arrays import Array, numpy_of
 
-__all__ = ["RopeElasticity", "RopeLayers"]
+__all__ = ["RopeElasticity", "RopeLayers", "RopeWeight"]
 
 
 class RopeLayers(Part):
@@ -81,6 +81,52 @@ class RopeLayers(Part):
             drum_radius, left
         )
         return xp.where(is_finite, length, xp.inf)
+
+
+class RopeWeight(Part):
+    """Weight of the rope between drum and hook, and inertia of the whole rope.
+
+        M_r = g q r (l − d),   J_r = q r² [L − N l + l k/N²],   l = l_0 + s
+
+    - `linear_mass` `q` (kg/m)
+    - `hanging_length` `l_0` (m) of each of the `N` lines at the start; the hook travels
+      by `s`
+    - `length` `L` (m) of the rope that moves: lines, what runs to the drum, and what is
+      on it. With layers of rope it may be left out: it is then what the turns hold
+    - `drum_below` `d` (m): crown sheaves above the drum, 0 of a drum without a tackle
+
+    Where one of the two is used up the run ends with the code `rope_end`. Lines have
+    `N, N − 2, N − 2, …` times the speed of the hook, with
+    `k = N² + N (N − 1)(N − 2)/3`; all rope on the drum moves with the layer that pays
+    out. Their inertia pulls like that of a mass on the hook (exact for one line). Source:
+    energy of the rope (Lagrange).
+
+    Example:
+        >>> rope = sb.loads.RopeWeight("6 kg/m", hanging_length="30 m", length="600 m")
+        >>> load = sb.HookLoad("12 t", "400 mm", 10, weight=rope)
+        >>> round(float(load.ropes(0.0, 0).torque))
+        706
+    """
+
+    linear_mass: Scalar = positive_quantity("kg/m", "mass per length of the rope")
+    hanging_length: Scalar = quantity("m", "length of each line at the start", low=0.0)
+    length: Scalar | None = positive_quantity(
+        "m", "length of the rope that moves", default=None
+    )
+    drum_below: Scalar = quantity(
+        "m", "height of the crown above the drum", low=0.0, default=0.0
+    )
+
+    def whole(
+        self, drum_radius: Array, lines: Scalar, layers: RopeLayers | None
+    ) -> Array:
+        """`L` (m), given or what the turns of `layers` hold; `drum_radius` of the first
+        layer."""
+        if self.length is not None:
+            return jnp.asarray(self.length)
+        assert layers is not None
+        on_drum = layers.paid_out(drum_radius, 2 * np.pi * jnp.asarray(layers.turns))
+        return lines * jnp.asarray(self.hanging_length) + self.drum_below + on_drum
 
 
 class RopeElasticity(Part):

@@ -137,8 +137,11 @@ def possible_inputs(scene: Scene) -> list[str] | None:
 
 
 def _labels(modes: Mode) -> Array:
-    """The label of each row, (rows, 5)."""
-    return jnp.stack([jnp.asarray(part, jnp.int32) for part in modes.label], axis=-1)
+    """The label of each row, (rows, 5); its last entry is whether the load stands on the
+    ground, where it can, else whether the rope is taut."""
+    *parts, taut, grounded = modes.label
+    parts.append(taut if modes.grounded is None else grounded)
+    return jnp.stack([jnp.asarray(part, jnp.int32) for part in parts], axis=-1)
 
 
 def _words(text: str) -> str:
@@ -342,13 +345,15 @@ class Export:
             [int(band) for band in BandMode],
             [0, 1] if self.scene.brake.in_series else [0],
             [-1, 0, 1] if mode.turn is not None else [1],
-            [0, 1] if mode.taut is not None else [1],
+            [1] if mode.taut is None and mode.grounded is None else [0, 1],
         ]
         states = [*itertools.product(*kinds)]
 
         def label(state: tuple[int, ...], layer: int = 0) -> Label:
-            band, inner, turn, taut = state
-            return Label(band, inner, turn, layer, taut)
+            band, inner, turn, last = state
+            if mode.grounded is None:
+                return Label(band, inner, turn, layer, last)
+            return Label(band, inner, turn, layer, grounded=last)
 
         endings = [
             [*Status].index(

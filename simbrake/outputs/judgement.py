@@ -246,7 +246,7 @@ def _motor_now(
 def _drag(system: BrakeSystem, t: Array, y: State, mode: Mode, load: Array) -> Array:
     """Torque (N·m) of what the motion itself causes: drag of the load and of the
     shaft."""
-    drag = load - system.load_torque(t, y.omega, mode)
+    drag = load - system.hanging_torque(t, y.omega, mode, y)
     shaft = system.feature(Shaft)
     if shaft is None:
         return drag
@@ -276,7 +276,7 @@ def _end_of(
     lever = system.lever_at(y, mode)
     applied, surfaces = system.applied(t, y, mode)
     tension = applied.lever_tension
-    load = system.load_torque(t, 0.0 * omega, mode)
+    load = system.hanging_torque(t, 0.0 * omega, mode, y)
     hangs = jnp.abs(load) > _ROUNDING * size
     way = jnp.where(load < 0, -1.0, 1.0)
     motor = _motor_now(system, t, y, mode, start_speed)

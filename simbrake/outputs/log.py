@@ -93,8 +93,14 @@ FAILURES = {
     ),
     BrakeCode.ROPE_END: (
         "rope_end",
-        "all the rope is paid out: the first layer on the drum is empty",
-        "give the drum more turns at the start, or end the run earlier",
+        "the rope is at its end: the drum is empty, or nothing hangs any longer",
+        "give more rope or turns at the start, or end the run earlier",
+    ),
+    BrakeCode.SLACK_ROPE: (
+        "slack_rope",
+        "one side of the rope is slack, or slips on its sheave: what hangs there cannot "
+        "follow the brake",
+        "brake more softly, or balance both sides better",
     ),
 }
 
@@ -384,6 +390,16 @@ EVENTS = {
         "the slack rope is longer than without load again, and pulls: `e > 0`, `k e + c ė > 0`",
         "any brake under a hook load on an elastic rope",
         "the rope is taut again",
+    ),
+    "anchor_grounded": EventMeaning(
+        "the anchor stands on the ground, and its weight and inertia are off the chain",
+        "any brake under a `WindlassLoad`",
+        "the anchor came to the ground",
+    ),
+    "anchor_lifted": EventMeaning(
+        "the anchor leaves the ground, with the momentum of all that moves",
+        "any brake under a `WindlassLoad`",
+        "the anchor left the ground",
     ),
     "friction_change": EventMeaning(
         "a change of friction began that waited for a temperature or a stop, `FrictionChange.when`",

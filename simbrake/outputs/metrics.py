@@ -436,10 +436,25 @@ _SHAFT = Requirement(
     "it has no torques on the shaft",
     lambda scene: bool(scene.shaft),
 )
+_TERMINAL = Requirement(
+    "torques on the shaft, or a `WindlassLoad`",
+    "it has no torques on the shaft",
+    lambda scene: bool(scene.shaft) or _GROUND.met(scene),
+)
 _TACKLE = Requirement(
     "`TackleLoss` on the shaft",
     "its shaft has no `TackleLoss`",
     lambda scene: any(isinstance(law, TackleLoss) for law in scene.shaft),
+)
+_ROPES = Requirement(
+    "ropes with a mass",
+    "its load has no ropes with a mass",
+    lambda scene: scene.duty.load.ropes(jnp.zeros(()), 0) is not None,
+)
+_GROUND = Requirement(
+    "`WindlassLoad`",
+    "its load does not come to the ground",
+    lambda scene: scene.duty.load.above_ground(jnp.zeros(())) is not None,
 )
 _MOTOR = Requirement("motor", "it has no motor", lambda scene: scene.motor is not None)
 _HEAT = Requirement("heat", "the scene has no heat", lambda scene: scene.heated)
@@ -535,12 +550,22 @@ def _elsewhere(a: Account) -> Array:
 def _energy_closure(a: Account) -> Array:
     spent = [
         term
-        for term in (*a.friction, a.ledger.damper_heat, a.shaft_work)
+        for term in (
+            *a.friction,
+            a.ledger.damper_heat,
+            a.shaft_work,
+            a.ledger.pick_up,
+        )
         if term is not None
     ]
     given = [
         work
-        for work in (a.ledger.load_work, a.ledger.lever_work, a.ledger.motor)
+        for work in (
+            a.ledger.load_work,
+            a.ledger.ropes,
+            a.ledger.lever_work,
+            a.ledger.motor,
+        )
         if work is not None
     ]
     return closure_of(a.kinetic, a.elastic, *(-work for work in given), *spent)
@@ -586,7 +611,7 @@ METRICS: dict[str, Metric] = {
         "steady speed at which the torques of the end balance the load",
         "Terminal speed",
         lambda record, scene: terminal_speed(record),
-        _SHAFT,
+        _TERMINAL,
     ),
     "stopping_angle": Metric(
         "rad",
@@ -919,6 +944,12 @@ METRICS: dict[str, Metric] = {
         greatest=True,
     ),
     **_energy("load_work", "work of the load", lambda a: a.ledger.load_work),
+    **_energy(
+        "rope_work",
+        "work of the weight of ropes or chain",
+        lambda a: a.ledger.ropes,
+        _ROPES,
+    ),
     **_energy("lever_work", "work of the lever", lambda a: a.ledger.lever_work),
     **_energy(
         "motor_work",
@@ -939,6 +970,12 @@ METRICS: dict[str, Metric] = {
         "heat of the other torques on the shaft",
         lambda a: a.shaft_work,
         _SHAFT,
+    ),
+    **_energy(
+        "pick_up_heat",
+        "energy lost as chain and anchor begin or end their motion",
+        lambda a: a.ledger.pick_up,
+        _GROUND,
     ),
     **_energy(
         "electrical_work",
@@ -1101,6 +1138,7 @@ Energies: TypeAlias = Mapping[str, Any]
 #: terms of both balances in words
 ENERGY_WORDS = {
     "load_work": "load",
+    "rope_work": "ropes",
     "lever_work": "lever",
     "motor_work": "motor",
     "kinetic_release": "kinetic energy",
@@ -1108,6 +1146,7 @@ ENERGY_WORDS = {
     "friction_heat": "friction heat",
     "damper_heat": "dampers",
     "shaft_work": "other torques on the shaft",
+    "pick_up_heat": "chain picked up and laid down",
     "electrical_work": "electrical work of friction",
     "mechanical_work": "mechanical work of friction",
     "elastic_change": "elastic energy",
@@ -1156,13 +1195,15 @@ def energy_balance(e: Energies) -> Balance:
     out.
     """
     change = e["kinetic_change"]
-    into = {"load_work": e["load_work"], "lever_work": e["lever_work"]}
+    given = ("load_work", "rope_work", "lever_work")
+    into = {name: e[name] for name in given if name in e}
     into |= {"motor_work": e["motor_work"]} if "motor_work" in e else {}
     into["kinetic_release"] = None if change is None else -change
     out = (
         "friction_heat",
         "damper_heat",
         "shaft_work",
+        "pick_up_heat",
         "electrical_work",
         "mechanical_work",
         "elastic_change",

@@ -20,7 +20,14 @@ from ..hybrid.arrays import Array, Mark, ScalarArray, TwoArrays, VectorM, numpy_
 from ..hybrid.system import ravel, unravel
 from ..loads import Lever, cylinders
 from ..phases import PhaseNow
-from ..physics._brake import BrakeNow, BrakeSystem, Capacity, State, piece_of
+from ..physics._brake import (
+    BrakeNow,
+    BrakeSystem,
+    Capacity,
+    State,
+    load_piece,
+    piece_of,
+)
 from ..physics._rope import ElasticRope
 from ..physics.heated import surface_temperatures
 from ..physics.mechanism import OPEN, MechanismOutputs, Mode, slips
@@ -428,7 +435,7 @@ def capacity(
     for course in system.changes(y, mode).values():
         settled = settled & course.no_more_turns(t)
     load = driving(system, t, y.omega, y, mode)
-    hanging = jnp.sign(y.omega) * system.load_torque(t, 0.0 * y.omega, mode)
+    hanging = jnp.sign(y.omega) * system.hanging_torque(t, 0.0 * y.omega, mode, y)
     return Capacity(
         load,
         system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)),
@@ -464,11 +471,11 @@ def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -
     swings.
     """
     sense = jnp.sign(omega)
-    load = system.load_torque(t, omega, mode)
+    load = system.hanging_torque(t, omega, mode, y)
     shaft = system.feature(Shaft)
     motor = system.feature(Drive)
     if shaft is not None:
-        rest = system.load_torque(t, 0.0 * omega, mode)
+        rest = system.hanging_torque(t, 0.0 * omega, mode, y)
         load = load - shaft.engaged(mode).turning(
             t, omega, rest, sense, shaft.pieces(mode)
         )
@@ -602,7 +609,8 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
     """The hook, where the load hangs on one."""
     load = system.load.on_layer(mode.layer)
     travelled = system.load.travelled(y.phi)
-    hanging = load.hanging(piece_of(mode, "load"))
+    piece = load_piece(mode)
+    hanging = load.hanging(piece)
     travel = load.travel()
     if hanging is None or travel is None or travelled is None:
         return None
@@ -624,7 +632,8 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
         acceleration = travel * z.contact.alpha
         mass, weight = hanging
         force = weight - mass * acceleration
-        lines = _lines_of(system, mode, force)
+        pull = load.pull(force, travelled, z.contact.alpha, piece)
+        lines = _lines_of(system, mode, pull)
         now = HookNow(jnp.asarray(travelled), speed, force, *lines)
     return now._replace(deceleration=slowing(mode, speed, acceleration))
 
@@ -658,6 +667,8 @@ def _lines_of(
     Without a loss of the tackle all lines have the same. At rest each is the largest
     that it can be, and the fast line has the largest of all.
     """
+    if system.load.lines is None:
+        return pull, None, None
     lines = jnp.asarray(system.load.lines)
     shaft = system.feature(Shaft)
     tackle = None if shaft is None else shaft.tackle

@@ -782,7 +782,8 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
     turning = f"{instant}, ω = {float(omega):g} rad/s"
     if _is_own(load):
         piece: Any = scene.duty.load_piece(t)
-        look("duty.load", load, turning, lambda: load.torque(t, omega, piece))
+        phi = jnp.zeros(())
+        look("duty.load", load, turning, lambda: load.torque_at(t, omega, piece, phi))
     for i, law in enumerate(scene.shaft):
         if _is_own(law):
             piece: Any = first_piece(law.profile, t)

@@ -13,11 +13,12 @@ from jaxtyping import Bool, Float, PyTree
 from .._base._part import leaves, parts_below
 from .._base._quantity import Characteristic
 from ..friction import SurfaceState
+from ..hoists import AbstractLoad, RopesNow
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem
 from ..hybrid.arrays import Array, ScalarArray, TwoArrays
 from ..hybrid.struct import Struct, struct_field
 from ..hybrid.system import Instant, variables_of
-from ..loads import AbstractLoad, RecordedMotion
+from ..loads import RecordedMotion
 from ..phases import Phases
 from ..profiles import (
     AbstractProfile,
@@ -96,6 +97,8 @@ class BrakeGuards(NamedTuple):
     - `phase_end` of the duty
     - `rope`: pull of an elastic rope, of a slack one its slack
     - `onset`: to what begins changes of friction
+    - `rope_end`: rope left on either side; `slack_rope`: until a side falls freely;
+      `ground`: until the load stands on the ground, or leaves it
     """
 
     contact: PyTree
@@ -106,6 +109,9 @@ class BrakeGuards(NamedTuple):
     phase_end: Any = None
     rope: Any = None
     onset: Any = None
+    rope_end: Any = None
+    slack_rope: Any = None
+    ground: Any = None
 
 
 class Moment(NamedTuple):
@@ -272,6 +278,11 @@ def piece_of(mode: Mode, name: str) -> Piece:
     return jnp.asarray(0, jnp.int32) if piece is None else piece
 
 
+def load_piece(mode: Mode) -> Piece:
+    """The piece of the load; of one that may stand on the ground, whether it does."""
+    return piece_of(mode, "load") if mode.grounded is None else mode.grounded
+
+
 def at_phase(profile: Any, y: State | None, mode: Mode) -> Any:
     """A given function of time, or that of the phase that runs; without phases the
     state may be left out."""
@@ -332,7 +343,8 @@ def course_of_profile(profile: Any, t: Array, piece: Piece) -> tuple[Real, Real 
 
 
 def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
-    return load.torque(t, jnp.ones(()), piece)
+    one = jnp.ones(())
+    return load.torque_at(t, one, piece, one)
 
 
 class BrakeSystem(AbstractSemiExplicitSystem):
@@ -482,7 +494,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """The lever, a profile, or that of the phase that runs, a `PhaseNow`."""
         return at_phase(self.lever, y, mode)
 
-    def inertia_at(self, mode: Mode) -> Array:
+    def inertia_at(self, mode: Mode, y: State) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
         inertia = self.inertia
         if any(feature.frees_hook for feature in self.features):
@@ -493,20 +505,28 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 load.inertia()
                 - self.load.on_layer(self.load.layers.first_layer()).inertia()
             )
-        more = load.added_inertia(piece_of(mode, "load"))
+        ropes = self.ropes_at(mode, y)
+        inertia = inertia if ropes is None else inertia + ropes.inertia
+        more = load.added_inertia(load_piece(mode))
         return inertia if more is None else inertia + more
 
-    def load_torque(
-        self, t: Array, omega: Array, mode: Mode, y: State | None = None
-    ) -> Array:
-        """Torque of the load (N·m), its rope in the layer of the mode; that of a weight
-        at rest without a state `y`."""
-        torque = jnp.asarray(
-            self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, "load"))
-        )
-        if y is not None:
-            for feature in self.features:
-                torque = feature.load_torque(Moment(self, t, y, mode), torque)
+    def ropes_at(self, mode: Mode, y: State) -> RopesNow | None:
+        """The ropes of the load, where they have a weight."""
+        load = self.load.on_layer(mode.layer)
+        return load.ropes(self.load.travelled(y.phi), load_piece(mode))
+
+    def hanging_torque(self, t: Array, omega: Array, mode: Mode, y: State) -> Array:
+        """Torque of the load (N·m), its rope in the layer of the mode; on an elastic
+        rope that of a weight at rest."""
+        load = self.load.on_layer(mode.layer)
+        travelled = self.load.travelled(y.phi)
+        return load.whole_torque(t, omega, load_piece(mode), y.phi, travelled)
+
+    def load_torque(self, t: Array, omega: Array, mode: Mode, y: State) -> Array:
+        """Torque of the load (N·m), of one on an elastic rope that of its pull."""
+        torque = self.hanging_torque(t, omega, mode, y)
+        for feature in self.features:
+            torque = feature.load_torque(Moment(self, t, y, mode), torque)
         return torque
 
     def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
@@ -555,7 +575,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         turned = y.phi if y.phase is None else y.phase.turned
         torque = jnp.asarray(
             lever.wanted_torque(
-                t, omega, piece, load, jnp.asarray(self.inertia_at(mode)), turned
+                t, omega, piece, load, jnp.asarray(self.inertia_at(mode, y)), turned
             )
         )
         follows = lever.follows(piece)
@@ -635,7 +655,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Applied loads as guards and changes of mode see them, which do not need the
         rates of temperatures."""
         surfaces = self.surfaces(t, y, mode) if surfaces is None else surfaces
-        shares = self.of_one((z.net_load, self.inertia_at(mode)))
+        shares = self.of_one((z.net_load, self.inertia_at(mode, y)))
         return AppliedLoads(
             t, z.lever_tension, z.lever_rate, *shares, surfaces, lambda forces: ()
         )
@@ -700,9 +720,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
         new = y._replace(omega=omega, own=own)
         # mass added in motion brings its energy
-        if self.load.added_inertia(piece_of(after, "load")) is not None:
-            added = self.inertia_at(after) - self.inertia_at(
-                before._replace(layer=after.layer)
+        if self.load.added_inertia(load_piece(after)) is not None:
+            added = self.inertia_at(after, y) - self.inertia_at(
+                before._replace(layer=after.layer), y
             )
             new = new._replace(
                 ledger=y.ledger._replace(
@@ -726,7 +746,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         own = new.own
         z = variables_of(self, t, y, before).contact
         surfaces = self.surfaces(t, y._replace(onset=new.onset), after)
-        load = self.load_torque(t, omega, after)
+        load = self.hanging_torque(t, omega, after, new)
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
         of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
         found = (
@@ -900,8 +920,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         )
         core = np.asarray(CORE)
         quadrature = np.asarray(QUADRATURE)
-        # (the angle moves nothing but a correction of the position)
-        corrects = any(
+        # (the angle moves a load that depends on it, or a correction of the position)
+        corrects = self.load.by_angle or any(
             profile.corrects_position
             for profile in (self.lever, *self.profiles.values())
         )
@@ -923,7 +943,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def stored(self, t: Array, y: State, mode: Mode) -> TwoArrays:
         """Kinetic and elastic energy (J)."""
-        stored = self.stored_at(self.inertia_at(mode), y.omega, y.own, mode)
+        stored = self.stored_at(self.inertia_at(mode, y), y.omega, y.own, mode)
         now = Moment(self, t, y, mode)
         for feature in self.features:
             stored = feature.stored(now, stored)

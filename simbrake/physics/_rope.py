@@ -6,12 +6,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._corners import lesser
+from ..hoists import AbstractLoad
 from ..hybrid import CORE
 from ..hybrid.arrays import Array, ScalarArray, TwoArrays
-from ..loads import AbstractLoad
 from ..profiles import Piece
 from ..rope import RopeElasticity
-from ._brake import BrakeGuards, BrakeNow, BrakeSystem, Feature, Moment, State, piece_of
+from ._brake import (
+    BrakeGuards,
+    BrakeNow,
+    BrakeSystem,
+    Feature,
+    Moment,
+    State,
+    load_piece,
+)
 from .mechanism import BrakeCode, Ledger, Mode
 
 
@@ -45,24 +53,135 @@ class Layers(Feature):
 
         Bodies that stick to the pulley follow it.
         """
-        brake, _, y, before, _ = now
-        mechanism = brake.mechanism
-        old = brake.inertia_at(before)
-        new = brake.inertia_at(before._replace(layer=after.layer))
-
-        def kinetic(omega: Array) -> Array:
-            speed, own = mechanism.with_stuck_speeds(omega, y.own, before, after)
-            return brake.stored_at(new, speed, own, after)[0]
-
-        there = brake.stored_at(old, y.omega, y.own, before)[0]
-        others = kinetic(0.0 * y.omega)
-        whole = kinetic(y.omega) - others
+        _, _, y, before, _ = now
+        whole, others, there = _kinetic(now, after)
+        whole = whole - others
         speed = y.omega * jnp.sqrt(
             jnp.where(
                 whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0
             )
         )
         return jnp.where(after.layer == before.layer, omega, speed)
+
+
+def _kinetic(now: Moment, after: Mode) -> tuple[Array, Array, Array]:
+    """Kinetic energy (J) after a change of mode at the speed before it, the same with a
+    pulley at rest, and what was there before.
+
+    Bodies that stick to the pulley follow it.
+    """
+    brake, _, y, before, _ = now
+    # (the band and the linings answer the event by themselves)
+    loaded = before._replace(layer=after.layer, grounded=after.grounded)
+    new = brake.inertia_at(loaded, y)
+
+    def kinetic(omega: Array) -> Array:
+        speed, own = brake.mechanism.with_stuck_speeds(omega, y.own, before, after)
+        return brake.stored_at(new, speed, own, after)[0]
+
+    there = brake.stored_at(brake.inertia_at(before, y), y.omega, y.own, before)[0]
+    return kinetic(y.omega), kinetic(0.0 * y.omega), there
+
+
+# --- ropes with a weight ------------------------------------------------------------
+
+
+class HangingRopes(Feature):
+    """Ropes or a chain with a weight (`AbstractLoad.ropes`): their work in the ledger,
+    the end of the rope, a slack side, and a load that comes to stand on the ground."""
+
+    def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
+        ropes = brake.load.ropes(jnp.zeros(()), 0)
+        return ledger._replace(
+            ropes=None if ropes is None else of_each,
+            pick_up=of_each if self.jumps(brake) else None,
+        )
+
+    def jumps(self, brake: BrakeSystem) -> bool:
+        return brake.load.above_ground(jnp.zeros(())) is not None
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        above = now.brake.load.above_ground(jnp.zeros(()))
+        if above is None:
+            return now.y, now.mode
+        return now.y, now.mode._replace(grounded=(above <= 0).astype(jnp.int32))
+
+    def rates(self, now: Moment, rates: State) -> State:
+        ropes = now.brake.ropes_at(now.mode, now.y)
+        if ropes is None:
+            return rates
+        omega = now.y.omega
+        ledger = rates.ledger
+        ledger = ledger._replace(
+            load_work=ledger.load_work - ropes.torque_in_motion(omega) * omega,
+            ropes=ropes.torque * omega,
+        )
+        if ledger.pick_up is not None or self.jumps(now.brake):
+            ledger = ledger._replace(pick_up=ropes.loss * jnp.abs(omega) ** 3)
+        return rates._replace(ledger=ledger)
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+        load = now.brake.load
+        travelled: Any = load.travelled(now.y.phi)
+        span: Any = load.rope_span()
+        if span is not None:
+            low, high = span
+            left = lesser(jnp.asarray(travelled - low), jnp.asarray(high - travelled))
+            guards = guards._replace(rope_end=left / (high - low))
+        above = load.above_ground(travelled)
+        if above is not None:
+            height = above / jnp.asarray(load.travel())
+            grounded = now.mode.grounded == 1
+            guards = guards._replace(ground=jnp.where(grounded, -height, height))
+        slack = load.slack_margin(travelled, now.z.contact.alpha)
+        return guards._replace(slack_rope=slack)
+
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        held = {
+            name: np.True_
+            for name in ("rope_end", "slack_rope", "ground")
+            if getattr(limits, name) is not None
+        }
+        return limits._replace(**held)
+
+    # --- changes of mode -------------------------------------------------------------
+
+    def at_once(self, mode: Mode, fired: BrakeGuards) -> Mode:
+        # (what the brake does answers the load after the event)
+        if mode.grounded is None:
+            return mode
+        return mode._replace(grounded=mode.grounded ^ fired.ground.astype(jnp.int32))
+
+    def after(
+        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+    ) -> tuple[Mode, Array]:
+        if fired.rope_end is not None:
+            code = jnp.where(fired.rope_end, int(BrakeCode.ROPE_END), code)
+        if fired.slack_rope is not None:
+            code = jnp.where(fired.slack_rope, int(BrakeCode.SLACK_ROPE), code)
+        return new, code
+
+    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+        """Speed of the pulley that has lifted an anchor from the ground, with the
+        momentum that was there before."""
+        if after.grounded is None:
+            return omega
+        whole, others, there = _kinetic(now, after)
+        heavier = (after.grounded < now.mode.grounded) & (whole > others)
+        share = (there - others) / jnp.where(heavier, whole - others, 1.0)
+        return jnp.where(heavier, omega * share, omega)
+
+    def reset(self, now: Moment, after: Mode, new: State) -> State:
+        if after.grounded is None:
+            return new
+        brake, _, y, before, _ = now
+        there = brake.stored_at(brake.inertia_at(before, y), y.omega, y.own, before)[0]
+        left = brake.inertia_at(after, y)
+        left = brake.stored_at(left, new.omega, new.own, after)[0]
+        ledger = new.ledger
+        lost = jnp.where(after.grounded == before.grounded, 0.0, there - left)
+        ledger = ledger._replace(pick_up=ledger.pick_up + lost)
+        return new._replace(ledger=ledger)
 
 
 # --- an elastic rope ----------------------------------------------------------------
@@ -124,8 +243,7 @@ class ElasticRope(Feature):
         """The rope of a load that hangs still at the start; `piece` of the load at the
         start."""
         _, weight = load.hanging(jnp.asarray(0, jnp.int32) if piece is None else piece)  # pyright: ignore
-        # pyright: ignore
-        k = elastic.at_hook(load.line_count)
+        k = elastic.at_hook(load.line_count)  # pyright: ignore
         weight = jnp.asarray(weight)
         excess = (
             jnp.zeros(())
@@ -162,7 +280,7 @@ class ElasticRope(Feature):
 
     def at(self, brake: BrakeSystem, y: State, mode: Mode) -> RopeNow:
         """The rope at one instant."""
-        mass, weight = map(jnp.asarray, brake.load.hanging(piece_of(mode, "load")))  # pyright: ignore
+        mass, weight = map(jnp.asarray, brake.load.hanging(load_piece(mode)))  # pyright: ignore
         rate = y.hook.speed - _per_radian(brake, mode) * y.omega
         force = weight + (self.stiffness * y.hook.excess + self.damping * rate)
         stretch = weight / self.stiffness + y.hook.excess

@@ -22,7 +22,7 @@ from ._elastic import ElasticBand
 from ._onset import Onsets
 from ._phased import DutyInPhases
 from ._rigid import PressedContact, RigidBand, RigidBands
-from ._rope import ElasticRope, Layers
+from ._rope import ElasticRope, HangingRopes, Layers
 from ._sprung import SprungBandage
 from ._thermal import Thermal, assemble_thermal
 from ._worn import FrictionTables, Memory, Wearing
@@ -65,7 +65,10 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     elastic = duty.load.elastic
     load = duty.load.on_layer(layer)
     inertia = jnp.asarray(brake.inertia) + (load.inertia() if elastic is None else 0.0)
-    sizes = _sizes(scene, still, omega_0, inertia)
+    zero = jnp.zeros(())
+    ropes = load.ropes(zero, 0)
+    moving = inertia if ropes is None else inertia + ropes.inertia
+    sizes = _sizes(scene, still, omega_0, moving)
     of_rim = inertia if brake.rims == 1 else inertia / brake.rims
     mechanism = _mechanism(scene, pairs, sizes, still)
     # of what the scene has; each sees the changes of those before it
@@ -99,6 +102,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         features.append(Drive(scene.motor, scene.motor.course(duty.lever)))
     if elastic is not None:
         features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
+    if load.rope_span() is not None or load.slack_margin(zero, zero) is not None:
+        features.append(HangingRopes())
     # (the last, as it counts the stops of all others)
     if any(change.when is not None for change in mechanism.changes):
         features.append(Onsets.of(mechanism.changes))
@@ -234,7 +239,8 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Size
     piece = jnp.asarray(
         0 if (first := duty.load_piece(t_0)) is None else first, jnp.int32
     )
-    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
+    zero = jnp.zeros(())
+    load_0 = jnp.abs(duty.load.whole_torque(t_0, omega_0, piece, zero, zero))
     torque = jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale()))
     if scene.shaft:
         pieces = tuple(

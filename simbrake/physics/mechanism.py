@@ -30,6 +30,7 @@ class BrakeCode(enum.IntEnum):
     OUTSIDE_TABLE = SYSTEM_CODES + 3
     PHASE_NEVER_ENDS = SYSTEM_CODES + 4
     ROPE_END = SYSTEM_CODES + 5
+    SLACK_ROPE = SYSTEM_CODES + 6
 
 
 class HeatLedger(NamedTuple):
@@ -55,6 +56,8 @@ class Ledger(NamedTuple):
     damper_heat: Any = None  # of dampers in the band or the bandage
     shaft: Any = None  # work of each torque on the shaft beside the brake
     motor: Any = None  # work that a motor gives
+    ropes: Any = None  # work of the weight of ropes
+    pick_up: Any = None  # lost as chain and anchor begin or end their motion
 
 
 # --- modes --------------------------------------------------------------------------
@@ -113,13 +116,15 @@ def slips(band: Any) -> Any:
 class Label(NamedTuple):
     """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or
     is none), the direction in which the pulley turns where the shaft has dry friction
-    (0: it is at rest), the layer of the rope (0: has none), and whether it is taut."""
+    (0: it is at rest), the layer of the rope (0: has none), whether it is taut, and
+    whether the load stands on the ground."""
 
     band: int
     inner: int = 0
     turn: int = 1
     layer: int = 0
     taut: int = 1
+    grounded: int = 0
 
     @property
     def rests(self) -> bool:
@@ -138,6 +143,7 @@ class Label(NamedTuple):
         )
         words += f" on layer {self.layer}" if self.layer else ""
         words += "" if self.taut else " under a slack rope"
+        words += " with the anchor on the ground" if self.grounded else ""
         return words if self.inner == 0 else f"{words} with internal slip"
 
 
@@ -176,6 +182,9 @@ def events_of_change(
         if before.taut == after.taut
         else ["rope_taut" if after.taut else "rope_slack", *names]
     )
+    if before.grounded != after.grounded:
+        event = "anchor_grounded" if after.grounded else "anchor_lifted"
+        names = [event, *names]
     if before.stands and not after.rests and not first:
         names = ["restart", *names]
     elif after.stands and not before.rests:
@@ -424,6 +433,8 @@ class Mode(NamedTuple):
       rigid
     - `onset`: which changes of friction have begun, of those that begin when something
       happens (an `OnsetMode`)
+    - `grounded`: whether the load stands on the ground (1), of one that can; else
+      `None`
     """
 
     band: Any
@@ -434,6 +445,7 @@ class Mode(NamedTuple):
     layer: Any = None
     taut: Any = None
     onset: Any = None
+    grounded: Any = None
 
     @property
     def phase(self) -> Any:
@@ -452,6 +464,7 @@ class Mode(NamedTuple):
             turn,
             layer,
             none + 1 if self.taut is None else self.taut,
+            none if self.grounded is None else self.grounded,
         )
 
     @property

@@ -361,7 +361,7 @@ class Drive(Feature):
             load = load - shaft.engaged(mode).turning(
                 t, omega, brake.load_torque(t, zero, mode, y), way, shaft.pieces(mode)
             )
-        inertia = jnp.asarray(brake.inertia_at(mode))
+        inertia = jnp.asarray(brake.inertia_at(mode, y))
         most = self.motor.available(omega)
         wanted = jnp.asarray(
             course.wanted_torque(t, omega, piece, load, inertia, turned)

@@ -234,6 +234,7 @@ _OTHERS = (
     ("motor_work", 1),
     ("elastic_change", -1),
     ("shaft_work", -1),
+    ("pick_up_heat", -1),
 )
 
 
@@ -266,7 +267,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     others = sum(sign * e.get(name, 0.0) for name, sign in _OTHERS)
     works = {
         "brake": brake,
-        "load": e["load_work"],
+        "load": e["load_work"] + e.get("rope_work", 0.0),
         "inertia": -e["kinetic_change"],
         "others": others,
     }

@@ -58,20 +58,23 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     piece: Any = jnp.asarray(
         0 if (first := scene.duty.load_piece(start)) is None else first, jnp.int32
     )
+    zero = jnp.zeros(())
+    ropes = load.ropes(zero, piece)
     more = load.added_inertia(piece)
     inertia = (
         float(scene.brake.inertia)
         + float(load.inertia())
         + (0.0 if more is None else float(more))
+        + (0.0 if ropes is None else float(ropes.inertia))
     )
     half = jnp.asarray(float(scene.start_speed) / 2)
-    torque = load.torque(start, half, piece)
+    torque = load.whole_torque(start, half, piece, zero, zero)
     if scene.shaft:
         pieces: Any = tuple(
             jnp.asarray(law.profile.first_piece(start), jnp.int32)
             for law in scene.shaft
         )
-        at_rest = jnp.asarray(load.torque(start, jnp.zeros(()), piece))
+        at_rest = load.whole_torque(start, zero, piece, zero, zero)
         torque = torque - Shaft(scene.torques).turning(
             start, half, at_rest, jnp.sign(half), pieces
         )

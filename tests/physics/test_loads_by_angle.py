@@ -1,0 +1,408 @@
+"""Loads that depend on the angle: weight of ropes and chains, counterweights, loads of
+one's own; against closed forms."""
+
+import dataclasses
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians
+from scenes import stop_scene, tension_for
+from scipy.integrate import solve_ivp
+
+import simbrake as sb
+from simbrake.loads import (
+    AbstractLoad,
+    CounterweightLoad,
+    RopeLayers,
+    RopeWeight,
+    WindlassLoad,
+)
+
+G = 9.80665
+R = 0.5
+
+
+def scene(load, torque, w0, end, J=200.0, **more):
+    """A rigid band with the braking `torque` (N·m) in the braking direction."""
+    T_0 = tension_for(torque, 20, 0.35, 13.5, R)
+    return stop_scene(C=None, R=R, J=J, T0=T_0, w0=w0, load=load, end=end, **more)
+
+
+def run(*given, **more):
+    return sb.simulate(scene(*given, **more), rtol=1e-12, throw=False)
+
+
+def names(result):
+    return [event.name for event in result.events if event.name != "lining_limit"]
+
+
+# --- a rope on a drum ----------------------------------------------------------------
+
+M = 1000.0
+Q = 10.0
+L = 500.0
+L_0 = 50.0
+
+
+def hook(q=Q, length=L, hanging=L_0, mass=M, lines=1.0, **more):
+    rope = RopeWeight(q, hanging, length, more.pop("below", 0.0))
+    return sb.HookLoad(mass, R, lines, weight=rope, **more)
+
+
+def test_free_fall_with_a_rope():
+    """φ and ω grow as cosh and sinh of k t, k² = q g r²/J."""
+    result = run(hook(), 0.0, 0.0, 5.0)
+    end = result.record.y_end
+    assert float(end.phi) == pytest.approx(55.725295104107, rel=1e-12)
+    assert float(end.omega) == pytest.approx(22.955832043896, rel=1e-12)
+    energy = result.energy
+    assert float(energy["kinetic_change"]) == pytest.approx(447924.6911, rel=1e-10)
+    assert float(energy["load_work"]) == pytest.approx(M * G * R * float(end.phi))
+    deepest = L_0 + R * end.phi
+    assert float(energy["rope_work"]) == pytest.approx(
+        G * Q * (deepest**2 - L_0**2) / 2, rel=1e-12
+    )
+    assert float(energy["closure"]) < 1e-13
+    pull = float(result.series([5.0]).rope_tension[0])
+    alpha = G * R * (M + Q * deepest) / (200.0 + R**2 * (M + Q * L))
+    assert pull == pytest.approx((M + Q * deepest) * (G - R * alpha), rel=1e-11)
+
+
+def stop_by_hand(x):
+    """Time and angle of a stop under the torque M_b against a rope of q kg/m."""
+    M_b, w0, q, length, hanging = x
+    k = jnp.sqrt(q * G * R**2 / (200.0 + R**2 * (M + q * length)))
+    far = (M_b / (G * R * q) - M / q - hanging) / R
+    return jnp.stack(
+        [jnp.arctanh(w0 / (k * far)) / k, far - jnp.sqrt(far**2 - (w0 / k) ** 2)]
+    )
+
+
+STOP = jnp.asarray([12e3, 6.0, Q, L, L_0])
+
+
+def test_stop_with_a_rope_and_its_derivatives():
+    def stop(x):
+        result = sb.simulate(scene(hook(x[2], x[3], x[4]), x[0], x[1], 5.0), rtol=1e-12)
+        return jnp.stack([result.stopping_time, result.stopping_angle])
+
+    value, forwards, backwards = jacobians(stop)(STOP)
+    truth, slopes, _ = jacobians(stop_by_hand)(STOP)
+    np.testing.assert_allclose(value, [2.2490405217143, 6.70640348014], rtol=1e-12)
+    np.testing.assert_allclose(value, truth, rtol=1e-12)
+    np.testing.assert_allclose(forwards, slopes, rtol=1e-9)
+    np.testing.assert_allclose(backwards, slopes, rtol=1e-9)
+
+
+def test_on_either_side_of_the_balance():
+    """Above ω_0 = k φ* the rope wins, and runs out."""
+    assert run(hook(), 12e3, 22.7526551, 400.0).status == "stopped"
+    result = run(hook(), 12e3, 22.7526552, 400.0)
+    assert result.status == "rope_end"
+    assert float(result.record.y_end.phi) == pytest.approx((L - L_0) / R, rel=1e-12)
+    assert float(result.energy["closure"]) < 1e-12
+
+
+def test_ensemble_is_the_single_run():
+    made = scene(hook(), 12e3, 6.0, 5.0)
+    hanging = np.array([20.0, 50.0, 90.0])
+    data = sb.ensemble(
+        made,
+        {"duty.load.weight.hanging_length": hanging},
+        ["stopping_time", "energy.rope_work"],
+        progress=False,
+    )
+    for i, value in enumerate(hanging):
+        one = sb.simulate(
+            sb.with_values(made, {"duty.load.weight.hanging_length": value})
+        )
+        for name in ("stopping_time", "energy.rope_work"):
+            assert float(data[name][i]) == pytest.approx(float(one[name]), rel=1e-9)
+
+
+# --- a tackle ------------------------------------------------------------------------
+
+
+def test_lines_of_a_tackle():
+    """The torque of the empty block, and energy with lines of all speeds."""
+    load = hook(6.0, 600.0, 30.0, 12e3, 10.0, below=45.0)
+    load = dataclasses.replace(load, drum_radius=np.asarray(0.4))
+    ropes = load.ropes(0.0, 0)
+    assert float(ropes.torque) == pytest.approx(G * 6.0 * 0.4 * (30.0 - 45.0))
+    speeds = np.array([10, 8, 8, 6, 6, 4, 4, 2, 2, 0]) / 10
+    lines = 30.0 * np.sum(speeds**2)
+    moving = 6.0 * 0.4**2 * (600.0 - 10 * 30.0 + lines)
+    assert float(ropes.inertia) == pytest.approx(moving, rel=1e-12)
+    result = run(load, 0.0, 5.0, 4.0)
+    end = result.record.y_end
+    change = float(result.energy["kinetic_change"])
+    there = load.ropes(load.travelled(end.phi), 0)
+    bare = 200.0 + 12e3 * 0.04**2
+    kinetic = 0.5 * (bare + there.inertia) * end.omega**2
+    kinetic -= 0.5 * (bare + ropes.inertia) * 25.0
+    assert change == pytest.approx(float(kinetic), rel=1e-11)
+    assert float(result.energy["closure"]) < 1e-12
+
+
+def test_layers_of_a_heavy_rope():
+    layers = RopeLayers(0.03, 10.0, 25.0)
+    rope = RopeWeight(5.0, 10.0, drum_below=2.0)
+    load = sb.HookLoad(4000.0, 0.4, 2.0, rope=layers, weight=rope)
+    result = run(load, 12e3, 20.0, 6.0)
+    assert names(result)[-2:] == ["layer_change", "stop"]
+    travel = float(result.hook_travel)
+    turned = float(result.stopping_angle) / (2 * math.pi)
+    rise = math.sqrt(3) / 2 * 0.03
+    paid_out = 2 * math.pi * (5.0 * (0.4 + 2 * rise) + (turned - 5.0) * (0.4 + rise))
+    assert travel == pytest.approx(paid_out / 2, rel=1e-11)
+    work = G * 5.0 * 2 * (travel * (10.0 - 2.0) + travel**2 / 2)
+    assert float(result.energy["rope_work"]) == pytest.approx(work, rel=1e-10)
+    assert float(result.energy["closure"]) < 1e-11
+
+
+def test_rope_of_phases_and_strings():
+    """A string in the slips leaves block and rope."""
+    rope = RopeWeight(6.0, 10.0, 400.0)
+    load = sb.loads.StringLoad("8 t", "40 t", 0.4, 8, stand=800.0, weight=rope)
+    plain = dataclasses.replace(load, weight=None)
+    for piece in (0, 1):
+        whole = load.whole_torque(0.0, 0.0, piece, 0.0, 2.0)
+        bare = plain.whole_torque(0.0, 0.0, piece, 0.0, 2.0)
+        assert float(whole - bare) == pytest.approx(G * 6.0 * 0.4 * 12.0)
+
+
+# --- two sides -----------------------------------------------------------------------
+
+
+def by_cosh(x, t):
+    """Angle and speed at `t` of a winder: q_t < q cosh, q_t > q sines, from rest."""
+    q, tail, M_b = x
+    car, other, hanging, length = 3000.0, 2500.0, 40.0, 300.0
+    J = 500.0 + R**2 * (car + other + (q + tail) * length)
+    k2 = 2 * (q - tail) * G * R**2 / J
+    torque = G * R * (car - other + (q - tail) * (2 * hanging - length)) - M_b
+    k = np.sqrt(complex(k2))
+    phi = torque / J / k2 * (np.cosh(k * t) - 1)
+    return phi.real, (torque / J / k * np.sinh(k * t)).real
+
+
+@pytest.mark.parametrize("tail", [0.0, 2.0, 6.0])
+def test_winder_with_tail_rope(tail):
+    load = CounterweightLoad(
+        3000.0, 2500.0, R, 1.0, 3.0, tail, length=300.0, hanging_length=40.0
+    )
+    result = run(load, 0.0, 0.0, 6.0, J=500.0)
+    phi, omega = by_cosh((3.0, tail, 0.0), 6.0)
+    end = result.record.y_end
+    assert float(end.phi) == pytest.approx(phi, rel=1e-11)
+    assert float(end.omega) == pytest.approx(omega, rel=1e-11)
+    assert float(result.energy["closure"]) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("car", "other"), [(1700.0, 1200.0), (1200.0, 1700.0), (1500.0, 1500.0)]
+)
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_lift_stops_in_both_senses(car, other, way):
+    """t = J ω_0/(M_b − M): the load drives it down or up."""
+    load = CounterweightLoad(car, other, R, 2.0)
+    made = scene(load, 9e3 if way > 0 else 60e3, way * 4.0, 5.0)
+    result = sb.simulate(made, rtol=1e-12)
+    J = 200.0 + (car + other) * (R / 2) ** 2
+    driving = way * G * (car - other) * R / 2
+    z = math.tan(math.radians(13.5) / 2)
+    ratio = ((1 + 0.35 * z) / (1 - 0.35 * z)) ** 20
+    brake = 9e3 if way > 0 else 60e3 / ratio
+    assert result.status == "stopped"
+    assert float(result.stopping_time) == pytest.approx(
+        J * 4.0 / (brake - driving), rel=1e-11
+    )
+    reserve = float(result.metrics["min_holding_reserve"] or np.inf)
+    capacity = 60e3 / ratio if way < 0 else 9e3 / ratio
+    capacity = capacity if car < other else capacity * ratio
+    expected = capacity / (G * abs(car - other) * R / 2) if car != other else np.inf
+    assert reserve == pytest.approx(expected, rel=1e-9)
+
+
+def test_counterweight_pulls_the_car_up():
+    load = CounterweightLoad(1200.0, 1700.0, R)
+    result = run(load, 200.0, 0.0, 20.0)
+    assert result.status == "runaway"
+    assert result.verdict().colour == "red"
+    assert "upwards" in str(result.verdict())
+    assert float(result.record.y_end.phi) < 0
+
+
+def test_slack_side_ends_the_run():
+    """The side that rises decelerates with more than g from some torque on."""
+    load = CounterweightLoad(1700.0, 1200.0, R)
+    J = 200.0 + 2900.0 * R**2
+    limit = J * G / R + 500.0 * G * R
+    assert run(load, 0.999 * limit, 4.0, 2.0).status == "stopped"
+    assert run(load, 1.001 * limit, 4.0, 2.0).status == "slack_rope"
+
+
+def test_rope_slips_on_its_sheave():
+    load = CounterweightLoad(1700.0, 1200.0, R, traction=2.0)
+    J = 200.0 + 2900.0 * R**2
+    # 1700 (g + a) = 2 · 1200 (g − a)
+    a = G * (2 * 1200.0 - 1700.0) / (2 * 1200.0 + 1700.0)
+    limit = J * a / R + 500.0 * G * R
+    assert run(load, 0.999 * limit, 4.0, 5.0).status == "stopped"
+    assert run(load, 1.001 * limit, 4.0, 5.0).status == "slack_rope"
+
+
+# --- a windlass ----------------------------------------------------------------------
+
+
+def windlass(hanging, depth=50.0, **more):
+    given = {"submerged": 1.0, "lift": 5.0, "wrapped": 2.0, **more}
+    return WindlassLoad(5000.0, 100.0, R, hanging, depth, 1000.0, **given)
+
+
+def test_chain_that_runs_out_has_a_terminal_speed():
+    result = run(windlass(50.0), 0.0, 0.0, 10.0, J=2000.0)
+    end = result.record.y_end
+    M_e = 2000.0 / R**2 + 100.0 * 57.0
+    fast = math.sqrt(G * 45.0)
+    x = 100.0 * fast * 10.0 / M_e
+    assert float(end.omega) * R == pytest.approx(fast * math.tanh(x), rel=1e-11)
+    assert fast * math.tanh(x) == pytest.approx(19.1374680256, rel=1e-11)
+    run_out = M_e / 100.0 * math.log(math.cosh(x))
+    assert float(end.phi) * R == pytest.approx(run_out, rel=1e-11)
+    assert run_out == pytest.approx(121.346458997, rel=1e-11)
+    assert float(result.energy["closure"]) < 1e-12
+    assert float(result.terminal_speed) == pytest.approx(fast / R, rel=1e-9)
+
+
+def test_anchor_comes_to_the_ground():
+    """Its weight, its inertia and its energy leave the chain there."""
+    result = run(windlass(30.0), 0.0, 0.0, 10.0, J=2000.0)
+    assert names(result) == ["anchor_grounded"]
+    (t,) = result.events["anchor_grounded"].times
+    before = result.series([t], left=True)
+    after = result.series([t])
+    assert float(after.omega[0]) == float(before.omega[0])
+    v = float(after.omega[0]) * R
+    assert float(result.energy["closure"]) < 1e-12
+
+    def hanging(t, y):
+        x, v = y
+        moving = 2000.0 / R**2 + 5000.0 + 100.0 * (30.0 + x + 7.0)
+        force = G * (5000.0 + 100.0 * (30.0 + x) - 500.0)
+        return [v, (force - 100.0 * v**2) / moving]
+
+    ground = solve_ivp(
+        hanging,
+        (0, 10),
+        [0.0, 0.0],
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+        events=lambda t, y: y[0] - 20.0,
+    )
+    assert t == pytest.approx(ground.t_events[0][0], rel=1e-10)
+    assert v == pytest.approx(ground.y_events[0][0][1], rel=1e-10)
+
+
+def test_anchor_is_lifted_with_the_momentum():
+    """Thrown upwards without a brake, the gypsy lifts its anchor."""
+    result = run(windlass(51.0), 0.0, -9.0, 2.0, J=2000.0)
+    assert names(result)[0] == "anchor_lifted"
+    t = result.events["anchor_lifted"].times[0]
+    before = float(result.series([t], left=True).omega[0])
+    after = float(result.series([t]).omega[0])
+    J = 2000.0 + R**2 * 100.0 * 57.0
+    assert after / before == pytest.approx(J / (J + R**2 * 5000.0), rel=1e-12)
+    assert float(result.energy["closure"]) < 1e-12
+
+
+def test_derivatives_through_the_ground():
+    def stop(x):
+        load = dataclasses.replace(
+            windlass(x[0], x[1]), chain_mass=x[2], submerged=x[3]
+        )
+        made = scene(load, 30e3, x[4], 20.0, J=2000.0)
+        return sb.simulate(made, rtol=1e-12).stopping_time
+
+    x = jnp.asarray([47.0, 50.0, 100.0, 0.9, 4.0])
+    slopes = jax.grad(stop)(x)
+    for i, value in enumerate(x):
+        h = 1e-4 * float(value)
+        one = [float(stop(x.at[i].add(k * h))) for k in (-2, -1, 1, 2)]
+        slope = (one[0] - 8 * one[1] + 8 * one[2] - one[3]) / (12 * h)
+        assert float(slopes[i]) == pytest.approx(slope, rel=1e-7)
+
+
+# --- a load of one's own -------------------------------------------------------------
+
+
+class Spring(AbstractLoad):
+    """A torsion spring on the shaft."""
+
+    stiffness: sb.profiles.Real = sb.quantity("N*m", "stiffness", default=500.0)
+    profile = sb.Constant(0.0)
+
+    def torque_at(self, t, omega, piece, phi):
+        return -self.stiffness * phi
+
+
+class Neither(AbstractLoad):
+    profile = sb.Constant(0.0)
+
+
+def test_own_load_by_the_angle():
+    result = run(Spring(), 0.0, 3.0, 4.0, J=800.0)
+    k = math.sqrt(500.0 / 800.0)
+    end = result.record.y_end
+    assert float(end.phi) == pytest.approx(3.0 / k * math.sin(4 * k), rel=1e-11)
+    assert float(end.omega) == pytest.approx(3.0 * math.cos(4 * k), rel=1e-11)
+    assert float(result.energy["closure"]) < 1e-9
+    with pytest.raises(NotImplementedError, match="neither `torque` nor"):
+        run(Neither(), 0.0, 3.0, 4.0)
+
+
+# --- files and bad input -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        hook(),
+        CounterweightLoad(3000.0, 2500.0, R, 2.0, 3.0, 1.0, 300.0, 40.0, traction=2.0),
+        windlass(10.0),
+    ],
+)
+def test_scene_file(load, tmp_path):
+    made = scene(load, 9e3, 2.0, 3.0)
+    sb.write_scene(made, tmp_path / "scene.toml")
+    again = sb.read_scene(tmp_path / "scene.toml")
+    for one, other in zip(jax.tree.leaves(made), jax.tree.leaves(again), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-15)
+
+
+def faults_of(load):
+    with pytest.raises(sb.InputError) as caught:
+        sb.check_scene(scene(load, 9e3, 2.0, 3.0))
+    return {
+        fault.path.removeprefix("duty.load."): fault for fault in caught.value.faults
+    }
+
+
+def test_bad_ropes():
+    layers = RopeLayers(0.03, 10.0, 25.0)
+    found = faults_of(hook(length=4000.0, rope=layers))
+    assert "on a drum that holds" in str(found["weight.length"])
+    found = faults_of(hook(length=40.0, elasticity=sb.loads.RopeElasticity("8 MN/m")))
+    assert set(found) == {"weight", "weight.length"}
+    assert "shorter than the 50 m" in str(found["weight.length"])
+    assert set(faults_of(hook(length=None))) == {"weight.length"}
+    found = faults_of(CounterweightLoad(0.0, 0.0, R, 1.0, 3.0, hanging_length=4.0))
+    assert set(found) == {"car", "length"}
+    found = faults_of(CounterweightLoad(1.0, 0.0, R, 1.0, 3.0, 1.0))
+    assert set(found) == {"rope_mass", "tail_mass"}
+    found = faults_of(windlass(20.0, 2000.0, freeboard=30.0))
+    assert set(found) == {"length", "freeboard"}
