@@ -5,7 +5,7 @@ import dataclasses
 import jax
 import numpy as np
 import pytest
-from stop_scenes import stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
 
@@ -53,7 +53,7 @@ def test_derivatives_and_runs_side_by_side():
             ).max_deceleration.time
         )
     )(9e3)
-    assert slope == pytest.approx(-time / 9e3, rel=1e-8)
+    assert slope == pytest.approx(-float(time) / 9e3, rel=1e-8)
     speeds = {"initial.omega": [4.0, 12.0, 20.0]}
     data = sb.ensemble(scene, speeds, ["max_deceleration"], progress=False)
     slower = 2 * 9e3 * 4.0 * 6.0 / (4.0**2 + 6.0**2) / J
