@@ -4,7 +4,7 @@ custom functions."""
 import abc
 import dataclasses
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import jax
@@ -308,18 +308,26 @@ class AbstractHistory(Part):
         )
 
 
-def near(tree: Tree, before: Piece, after: Piece) -> Tree:
-    """A tree of parts in which all histories are cut down to what they read on two
-    pieces (`AbstractHistory.near`)."""
+def near(tree: Tree, courses: Iterable[tuple[Any, Piece, Piece]]) -> Tree:
+    """A tree of parts in which the histories of some courses are cut down to what they
+    read on two pieces (`AbstractHistory.near`).
+
+    - `courses`: parts of the tree, each with its piece before and after
+    """
+    pieces = {id(course): both for course, *both in courses}
 
     def is_history(x: object) -> bool:
         return isinstance(x, AbstractHistory)
 
-    return jax.tree.map(
-        lambda x: x.near(before, after) if is_history(x) else x,
-        tree,
-        is_leaf=is_history,
-    )
+    def cut(part: Any) -> Any:
+        both = pieces.get(id(part))
+        if both is None:
+            return part
+        return jax.tree.map(
+            lambda x: x.near(*both) if is_history(x) else x, part, is_leaf=is_history
+        )
+
+    return jax.tree.map(cut, tree, is_leaf=lambda x: id(x) in pieces)
 
 
 def jump_time(before: Array, time: Array) -> Array:
@@ -513,7 +521,10 @@ class PiecewiseLinear(AbstractPoints):
         )
 
     def first_piece(self, t: Real) -> Piece:
-        return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
+        times = jnp.asarray(self.times)
+        if times.shape[0] > FEW:
+            return jnp.searchsorted(times, t, side="right").astype(jnp.int32)
+        return jnp.sum(times <= t).astype(jnp.int32)
 
     def greatest_from(self, begin: Array, end: Array) -> Array:
         later = jnp.asarray(self.times) >= begin

@@ -829,19 +829,16 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         # (a recorded motion is on the pieces of its lever, also as the course of a
         # motor)
         names = {
-            id(x): "lever" if isinstance(x, RecordedMotion) else name
-            for name, x in courses.items()
+            name: "lever" if isinstance(course, RecordedMotion) else name
+            for name, course in courses.items()
         }
-
-        def cut(part: Any) -> Any:
-            name = names.get(id(part))
-            return (
-                part
-                if name is None
-                else near(part, piece_of(mode, name), piece_of(after, name))
-            )
-
-        return jax.tree.map(cut, self, is_leaf=lambda x: id(x) in names)
+        return near(
+            self,
+            (
+                (courses[name], piece_of(mode, own), piece_of(after, own))
+                for name, own in names.items()
+            ),
+        )
 
     # --- as results ------------------------------------------------------------------
 

@@ -31,7 +31,7 @@ from ..parts.scene import Scene, remembering_at_start
 from ..physics._brake import course_of_profile
 from ..physics._sparsity import couplings
 from ..physics._thermal import Conditions, Thermal, assemble_thermal
-from ..profiles import hides_nothing, next_known_time
+from ..profiles import hides_nothing, near, next_known_time
 from ..thermal.heat import Heat, initial_temperatures, node_names
 from ..thermal.network import Junction, Reservoir
 from .choice import stiff_heat
@@ -84,6 +84,9 @@ class NetworkSystem(AbstractHybridSystem):
 
     def next_stop(self, mode: Pieces, y: Any = None) -> Float[Array, ""] | float:
         return next_known_time(dict(enumerate(self.thermal.heat.profiles)), mode)[0]
+
+    def near(self, mode: Pieces, after: Pieces) -> "NetworkSystem":
+        return near(self, zip(self.thermal.heat.profiles, mode, after, strict=True))
 
     def scales(self) -> PyTree:
         return (

@@ -4,6 +4,7 @@ what a step costs."""
 import dataclasses
 import time
 
+import jax
 import numpy as np
 import pytest
 from test_actuator import W0, J, scene
@@ -100,3 +101,22 @@ def test_a_step_costs_the_same_however_many_points_there_are():
     few = cost(250)
     many = cost(8000)
     assert np.all(many < 2 * few), (few, many)
+
+
+def test_each_sample_of_the_air_acts_on_a_network():
+    """`C Ṫ = G (T_air − T)`: a sample acts as the integral of its hat under
+    `(G/C) e^{−(t_e − t) G/C}`, and the shift of all as `1 − e^{−t_e G/C}`."""
+    rate = 0.3
+    t = np.linspace(0.0, 5.0, 41)
+    step = t[1]
+
+    def end_temperature(samples):
+        air = sb.thermal.Reservoir("air", sb.PiecewiseLinear(t, samples))
+        link = sb.thermal.Conductance("rim", "air", 1e4 * rate)
+        heat = sb.Heat((sb.thermal.Lump("rim", 1e4, 300.0), air), (link,))
+        return sb.simulate_heat(heat, [0.0, t[-1]], rtol=1e-11).temperature[-1, 0]
+
+    slope = jax.grad(end_temperature)(300 + 10 * np.sin(t))
+    assert slope.sum() == pytest.approx(1 - np.exp(-5.0 * rate), rel=1e-10)
+    hat = np.exp((t[1:-1] - 5.0) * rate) * 2 * (np.cosh(rate * step) - 1)
+    np.testing.assert_allclose(slope[1:-1], hat / (rate * step), rtol=1e-8)
