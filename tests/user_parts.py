@@ -8,7 +8,6 @@ import equinox as eqx
 import jax.numpy as jnp
 
 import simbrake as sb
-from simbrake.thermal import AbstractCoefficient
 
 N = 20
 BETA = math.radians(13.5)
@@ -90,24 +89,12 @@ class Cubic(sb.thermal.Conductance):
         return self.value * (T_a - T_b) ** 2
 
 
-class Cooling(AbstractCoefficient):
-    """Reads only the speed."""
-
-    def value(self, v, T, T_a):
-        return 20.0 + v
-
-
 class Bump(sb.Constant):
     """A shipped profile with a short bump of its own, of the area `4 w √π` times its
     level."""
 
     def value(self, t, piece):
         return self.level * (1 + 4.0 * jnp.exp(-(((t - 0.3) / 0.005) ** 2)))
-
-
-class Slanted(sb.Constant):
-    def value(self, t, piece):
-        return self.level * (1 - t / 10.0) - 3.0
 
 
 def of(function):

@@ -7,7 +7,6 @@ failure probability all have closed forms.
 
 import json
 import math
-import re
 
 import numpy as np
 import pytest
@@ -151,22 +150,14 @@ def test_stop_statistics_match_closed_forms():
     assert late.probability.value == pytest.approx(0.03, abs=5e-3)
     assert covered(late.probability, 0.03)
     assert found.failures["does not stop"].count == 0
-    assert (
-        json.loads(found.json())["metrics"]["stopping_time"]["mean"]["value"]
-        == s.mean.value
-    )
-    for path, given in json.loads(found.json())["inputs"].items():
+    told = json.loads(found.json())
+    assert told["metrics"]["stopping_time"]["mean"]["value"] == s.mean.value
+    for path, given in told["inputs"].items():
         drawn = {
             p: MEDIAN[path] * math.exp(SPREAD[path] * ndtri(float(p)))
             for p in ("0.05", "0.5", "0.95")
         }
         assert given["quantiles"] == pytest.approx(drawn, rel=1e-9)
-    shown = re.findall(r"^ *([\d.]+) % +([\d.]+)", str(found), re.MULTILINE)
-    for p, value in shown:
-        assert float(value) == pytest.approx(
-            TYPICAL * math.exp(S * ndtri(float(p) / 100)), rel=1e-2
-        )
-    assert len(shown) == len(s.quantiles)
 
 
 def test_runs_that_do_not_stop_are_counted():
