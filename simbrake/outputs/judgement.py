@@ -128,7 +128,8 @@ class Judgement(NamedTuple):
     - `pull` (N): greatest pull of the whole duty on the friction brake
     - `reserve`: static capacity of the friction brake over the hanging load, at rest
       under the tension of the end, of a moving load under the greatest pull; `inf`
-      without a hanging load
+      without a hanging load. Of a load that depends on the angle the least over all
+      angles of the run, the others under the greatest pull
     - `sliding`: torque of the sliding friction brake over the hanging load, under the
       greatest pull from the end on
     - `sliding_now`: the same under the tension of the end
@@ -267,9 +268,15 @@ def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
 
 
 def _end_of(
-    system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays
+    system: BrakeSystem,
+    t: Array,
+    y: State,
+    mode: Mode,
+    start: TwoArrays,
+    met: TwoArrays | None,
 ) -> _End:
-    """The brake at the end; `start`: time and speed at the start."""
+    """The brake at the end; `start`: time and speed at the start, `met`: greatest loads
+    of the run (N·m, ≥ 0) in either sense, where they depend on the angle."""
     start_time, start_speed = start
     omega = y.omega
     size = system.sizes.torque
@@ -301,6 +308,13 @@ def _end_of(
     sliding, sliding_now = jax.vmap(lambda pull: over_load(pull, sense, static=False))(
         jnp.stack([to_come, here])
     )
+    reserve = over_load(jnp.where(at_rest & closed, here, most), way, static=True)
+    for most_load, side in zip(met or (), (1.0, -1.0), strict=False):
+        side = jnp.asarray(side)
+        pairs = system.capacity(most, side, y.own, surfaces, static=True)
+        pulls = most_load > _ROUNDING * size
+        share = smallest(pairs) / jnp.where(pulls, most_load, 1.0)
+        reserve = jnp.minimum(reserve, jnp.where(pulls, share, jnp.inf))
     balance = balance_of(system, t, y, mode)
     drags = jnp.abs(_drag(system, t, y, mode, load)) > _ROUNDING * size
     by_lever = paced(lever, t, start_speed)
@@ -316,7 +330,7 @@ def _end_of(
         hauls_down=hangs & (omega * way > _KEPT_AT_LEAST),
         omega=omega,
         pull=most,
-        reserve=over_load(jnp.where(at_rest & closed, here, most), way, static=True),
+        reserve=reserve,
         sliding=sliding,
         sliding_now=sliding_now,
         set_speed=jnp.where(jnp.isnan(by_lever), motor.set_speed, by_lever),
@@ -441,8 +455,9 @@ def _judged(
     start: TwoArrays,
     code: Array,
     past: Past,
+    met: TwoArrays | None,
 ) -> Judgement:
-    end = _end_of(system, t, y, mode, start)
+    end = _end_of(system, t, y, mode, start, met)
     want, named = _want_at_end(system, y, mode, end, start[1], past)
     ids, fits, colours = zip(*_rules(end, want, named, code, past), strict=True)
     assert ids == tuple(reason.id for reason in REASONS)
@@ -473,13 +488,41 @@ def _judged(
 _JUDGED = RunJit(_judged, quick=True)
 
 
+def _loads_met(record: Record) -> TwoArrays:
+    """Greatest load (N·m, ≥ 0) on a pulley at rest in either sense, over both ends of
+    all steps of a run."""
+    system: BrakeSystem = record.system  # pyright: ignore
+    rows = jnp.arange(record.rows.t.shape[0], dtype=jnp.int32)
+    after = jnp.minimum(rows + 1, record.count)
+    # (the angle does not jump)
+    ends = jax.tree.map(lambda column: column[after], record.states)
+
+    def hanging(t: Array, y: State, mode: Mode) -> Array:
+        return system.hanging_torque(t, jnp.zeros(()), mode, y)
+
+    loads = jnp.stack(
+        [
+            jax.vmap(hanging)(record.rows.t, y, record.modes)
+            for y in (record.states, ends)
+        ]
+    )
+    loads = jnp.where((rows < record.count) & jnp.isfinite(loads), loads, 0.0)
+    return jnp.max(loads, initial=0.0), -jnp.min(loads, initial=0.0)
+
+
+_LOADS_MET = RunJit(_loads_met, quick=True)
+
+
 def judge(record: Record) -> Judgement:
     """What the brake was to do, and whether it did, of a run at its end; NumPy's of a
     concrete one."""
     (start, first, _), (t, y, mode) = ends_of(record)
     past = past_of(record)
     decide: Callable[..., Judgement] = _judged if is_traced_run(record) else _JUDGED
-    return decide(record.system, t, y, mode, (start, first.omega), record.code, past)
+    system: BrakeSystem = record.system  # pyright: ignore
+    met = _LOADS_MET(record) if system.load.by_angle else None
+    start = (start, first.omega)
+    return decide(system, t, y, mode, start, record.code, past, met)
 
 
 def held_throughout(found: Judgement, least: Any) -> Judgement:

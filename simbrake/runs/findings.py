@@ -306,6 +306,9 @@ def sentence(report: Report) -> str:
             when, capacity = report.broke_away
             detail = f" at {number(when, 's')}: static capacity "
             detail += f"{digits(capacity, 4)} of the load"
+        case "H2" if report.by_worst_angle:
+            share = digits(judgement.reserve, 4)
+            detail = f" where it is heaviest in the run: it holds {share} of it"
         case "H2":
             detail = f": it holds {digits(judgement.reserve, 4)} of it{_others(report)}"
         case "H4":
@@ -323,7 +326,7 @@ def sentence(report: Report) -> str:
         case "X1" if judgement.sliding_now > 0:
             return f"The load {'runs on' if falls else 'moves'} at {moves}: {sliding}"
         case "X1":
-            motion = "falls" if falls else "moves"
+            motion = "falls" if falls and judgement.load > 0 else "moves"
             return f"The brake is open, and the load {motion} at {moves}"
         case "H3" | "S1":
             detail = f" at {moves}: {sliding}"

@@ -203,6 +203,15 @@ class Report:
         return Judgement(*(np.asarray(number).item() for number in found))
 
     @property
+    def by_worst_angle(self) -> bool:
+        """Whether the reserve is that of another angle than the one at which the load
+        is held."""
+        if not self.result.scene.duty.load.by_angle:
+            return False
+        held = np.inf if self.holding is None else float(self.holding.value)
+        return self.judgement.reserve < held * (1 - _ROUNDING)
+
+    @property
     def broke_away(self) -> tuple[float, float]:
         """When a held load broke away first (s), and the static capacity of the brake
         over the load then."""

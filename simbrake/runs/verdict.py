@@ -295,6 +295,9 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     known = judgement.pull > 0 or COLOURS[judgement.colour] == Colour.RED
     if judgement.pull <= 0:
         when = "no pull of the friction brake is given"
+    elif report.by_worst_angle:
+        pull = number(judgement.pull, "N")
+        when = f"at the worst angle of the run, if the lever is pulled with {pull}"
     elif report.holding is not None and reason in ("H1", "H2", "H4"):
         when = f"at {number(report.holding.time, 's')}"
     else:

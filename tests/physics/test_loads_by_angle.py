@@ -123,6 +123,30 @@ def test_ensemble_is_the_single_run():
             assert float(data[name][i]) == pytest.approx(float(one[name]), rel=1e-9)
 
 
+def test_holding_is_judged_at_every_depth():
+    """Hoisted from where the brake would not hold to where it does; and the same of a
+    load that pulls up."""
+    up = sb.PiecewiseLinear([0.0, 2.0, 20.0, 22.0], [0.0, -4.0, -4.0, 0.0])
+    motor = sb.loads.Motor("40 kN*m", "400 kW", "8 rad/s")
+    hoist = sb.loads.Phase(0.0, "rest", "hoist", motor=up)
+    T_0 = tension_for(9e3, 20, 0.35, 13.5, R)
+    hold = sb.loads.Phase(T_0, "5 s", "hold")
+    load = hook(hanging=90.0)
+    made = scene(load, 9e3, 0.0, 40.0, motor=motor)
+    duty = sb.Duty(sb.loads.Phases((hoist, hold)), load)
+    result = sb.simulate(dataclasses.replace(made, duty=duty))
+    travel = float(result.total_hook_travel)
+    assert travel == pytest.approx(-40.0, rel=1e-6)
+    here = 9e3 / (G * R * (M + Q * (90.0 + travel)))
+    deepest = 9e3 / (G * R * (M + Q * 90.0))
+    assert deepest < 1 < here
+    assert float(result.metrics["min_holding_reserve"]) == pytest.approx(here, rel=1e-6)
+    verdict = result.verdict()
+    assert verdict.numbers["reserve"] == pytest.approx(deepest, rel=1e-9)
+    assert verdict.colour == "red"
+    assert "worst angle" in str(verdict)
+
+
 # --- a tackle ------------------------------------------------------------------------
 
 
