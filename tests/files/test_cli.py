@@ -5,12 +5,13 @@ import csv
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-from commands import call, no_cache  # noqa: F401
+from commands import call, no_cache, output  # noqa: F401
 
 import simbrake as sb
 
@@ -231,3 +232,24 @@ def test_reader_that_goes_away_ends_no_work(tmp_path):
     os.close(theirs)
     assert (done.returncode, done.stderr) == (0, b"")
     assert (tmp_path / "x" / "summary.json").exists()
+
+
+def test_every_command_has_help_and_json(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    names = re.findall(r"^│ ([a-z]\w+)  ", output("--help"), re.MULTILINE)
+    assert len(names) > 15
+    for name in {*names, "scene show", "scene check", "scene schema"} - {"scene"}:
+        code, out, _ = call(capsys, *name.split(), "--help")
+        assert (code, "--json" in out) == (0, True), name
+
+
+def test_one_file_instead_of_a_folder(capsys, tmp_path):
+    file = tmp_path / "run.nc"
+    assert call(capsys, "run", SCENE, "--out", str(file))[0] == 0
+    assert sb.read_result(file).status.item() == "stopped"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_tables_of_the_papers(capsys):
+    verdicts = {row["verdict"] for row in run(capsys, "reproduce")}
+    assert verdicts == {"agrees", "known misprint"}
