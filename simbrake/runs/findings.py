@@ -446,7 +446,7 @@ def _one_stop(report: Report) -> tuple[list[str], Entry]:
     numbers |= {name: m[name] for name in names}
     said = _onset(scene, m)
     before = stop is None or summary["at"]["max_drum_speed_time"] <= stop
-    if before and most > _FASTER * start > 0:
+    if before and (most or 0.0) > _FASTER * start > 0:
         speeds = f"from {number(start, 'rad/s')} to {number(most, 'rad/s')}"
         said.append(f"the load first speeds the {body} up {speeds}")
     if stop is not None:
@@ -695,15 +695,15 @@ def _maxima(report: Report) -> Finding:
     """Maximum values, each with its lining and time."""
     values = {name: report.metrics[name] for name in report.peaks if name != HOLDING}
     values = {name: value for name, value in values.items() if value is not None}
+    rims = report.summary.get("rims")
     said = []
     for name, value in values.items():
         title = title_of(name, report.result.scene).removeprefix("Maximum ")
+        if rims is not None and METRICS[name].of_linings:
+            title += f" on each of {rims} rims"
         most = number(value, METRICS[name].unit)
-        place = place_and_time(name, report)
-        said.append(f"{lower(title)} at most {most} ({place})")
-    rims = report.summary.get("rims")
-    each = "" if rims is None else f"on each of {rims} rims: "
-    return Finding("maxima", each + ", ".join(said), values)
+        said.append(f"{lower(title)} at most {most} ({place_and_time(name, report)})")
+    return Finding("maxima", ", ".join(said), values)
 
 
 def sum_words(balance: Balance) -> str:
