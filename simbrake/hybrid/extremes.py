@@ -77,29 +77,37 @@ def first_largest(values: Float[Array, "*rows n"]) -> Int[Array, "*rows"]:
     return xp.argmax(values >= top - _EQUAL * xp.abs(top), axis=-1).astype(np.int32)
 
 
+class _Bracket(NamedTuple):
+    """A turning point inside a row that is looked at, or one of each of many rows.
+
+    - `share` of the step: the next place to look at
+    - `looks` so far
+    - `low`, `high`, `before`: place, value and rate at both ends, and at the look
+      before
+    """
+
+    share: Float[Array, "*rows"]
+    looks: Int[Array, "*rows"]
+    low: Float[Array, "*rows 3"]
+    high: Float[Array, "*rows 3"]
+    before: Float[Array, "*rows 3"]
+
+
 class _Turns(NamedTuple):
-    """Turning points of the quantities (k,) inside a row, and the one that is looked
-    at; of many rows (rows, k).
+    """Turning points of the quantities (k,) inside a row, or inside each of many rows.
 
     - `place`: estimated share of the step
     - `bound`: what the value there hardly exceeds
     - `left`: not looked at yet
-    - `entry`: of which quantity, −1: of none
-    - `share`: the next place to look at
-    - `looks` so far
-    - `low`, `high`, `before`: place, value and rate at the ends of the bracket, and at
-      the look before
+    - `entry`: quantity whose turning point is looked at, −1 if none is
+    - `bracket` around this turning point
     """
 
     place: Float[Array, "*rows k"]
     bound: Float[Array, "*rows k"]
     left: Bool[Array, "*rows k"]
     entry: Int[Array, "*rows"]
-    share: Float[Array, "*rows"]
-    looks: Int[Array, "*rows"]
-    low: Float[Array, "*rows 3"]
-    high: Float[Array, "*rows 3"]
-    before: Float[Array, "*rows 3"]
+    bracket: _Bracket
 
 
 class _Visit(NamedTuple):
@@ -202,7 +210,7 @@ def _visitor(
 
         def next_look(v: _Visit) -> _Visit:
             share = jnp.where(
-                v.looks == 0, 0.0, jnp.where(v.looks == 1, 1.0, v.turns.share)
+                v.looks == 0, 0.0, jnp.where(v.looks == 1, 1.0, v.turns.bracket.share)
             )
             q, r = look(share)
             best = with_values(v.best, q, share, jnp.where(v.looks == 0, 1, 2))
@@ -217,16 +225,12 @@ def _visitor(
                 return _chosen(v.looks == 0, begun, ended._replace(turns=turns))
 
             def inside() -> _Visit:
-                turns = _narrowed(v.turns, q, r, h)
-                done = turns.looks >= _LOOKS
-                # (an earlier look may be as high but for rounding)
-                inside = (best.row == i) & (best.share > 0) & (best.share < 1)
-                here = (
-                    done
-                    & inside
-                    & (_tops(q, ends) >= best.value - 2 * SAME * jnp.abs(best.value))
-                )
-                found = best._replace(share=jnp.where(here, turns.share, best.share))
+                entry = v.turns.entry
+                bracket = _narrowed(v.turns.bracket, q[entry], r[entry], h)
+                turns = v.turns._replace(bracket=bracket)
+                done = bracket.looks >= _LOOKS
+                here = done & _is_of(best, i, _tops(q, ends))
+                found = best._replace(share=jnp.where(here, bracket.share, best.share))
                 following = _next_turn(turns, best.value[group_of], v.start, v.end)
                 return new._replace(best=found, turns=_chosen(done, following, turns))
 
@@ -249,6 +253,13 @@ def _visitor(
         return visited.best, visited.end
 
     return visit
+
+
+def _is_of(best: Extremes, row: Count, tops: Array) -> Array:
+    """Whether maxima lie inside this row, at the turning point whose last look saw
+    `tops`: an earlier look at it may be as high but for rounding."""
+    inside = (best.row == row) & (best.share > 0) & (best.share < 1)
+    return inside & (tops >= best.value - 2 * SAME * abs(best.value))
 
 
 def _tops(q: Array, ends: Sequence[int]) -> Array:
@@ -290,7 +301,8 @@ def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
     rows = q0.shape[:-1]
     none = xp.zeros((*rows, 3))
     zero = xp.zeros(rows, np.int32)
-    return _Turns(place, bound, left, zero - 1, xp.zeros(rows), zero, none, none, none)
+    bracket = _Bracket(xp.zeros(rows), zero, none, none, none)
+    return _Turns(place, bound, left, zero - 1, bracket)
 
 
 def _of_entry(x: Array, place: Array) -> Array:
@@ -311,29 +323,31 @@ def _next_turn(
     near = xp.abs(turns.place - place[..., None]) <= _ONE_TURN
     of_entry = xp.arange(left.shape[-1], dtype=np.int32) == entry[..., None]
     zero = xp.zeros_like(place)
-    return turns._replace(
-        left=left & ~near & ~of_entry,
-        entry=xp.where(xp.any(left, axis=-1), entry, np.int32(-1)),
+    bracket = turns.bracket._replace(
         share=place,
-        looks=xp.zeros_like(turns.looks),
+        looks=xp.zeros_like(turns.bracket.looks),
         low=xp.stack([zero, *(_of_entry(x, entry) for x in start)], axis=-1),
         high=xp.stack([zero + 1, *(_of_entry(x, entry) for x in end)], axis=-1),
     )
-
-
-def _narrowed(turns: _Turns, q: Array, r: Array, h: Array) -> _Turns:
-    """After a look at `share`: the bracket by the sign of the rate, and the next place
-    in it; `looks` is at its limit where that is the last."""
-    xp = numpy_of(q)
-    here = xp.stack(
-        [turns.share, _of_entry(q, turns.entry), _of_entry(r, turns.entry)], axis=-1
+    return turns._replace(
+        left=left & ~near & ~of_entry,
+        entry=xp.where(xp.any(left, axis=-1), entry, np.int32(-1)),
+        bracket=bracket,
     )
+
+
+def _narrowed(bracket: _Bracket, q: Array, r: Array, h: Array) -> _Bracket:
+    """After a look at `share`, where the value is `q` and the rate `r`: the bracket by
+    the sign of the rate, and the next place in it; `looks` is at its limit where that
+    is the last."""
+    xp = numpy_of(q)
+    here = xp.stack([bracket.share, q, r], axis=-1)
     rises = here[..., 2:] > 0
-    low = xp.where(rises, here, turns.low)
-    high = xp.where(rises, turns.high, here)
+    low = xp.where(rises, here, bracket.low)
+    high = xp.where(rises, bracket.high, here)
     (a, q0, r0), (b, q1, r1) = (xp.moveaxis(end, -1, 0) for end in (low, high))
     width = b - a
-    looks = turns.looks + 1
+    looks = bracket.looks + 1
     d0 = h * width * r0
     d1 = h * width * r1
     s, _, exists = interior_minimum(-q0, -d0, -q1, -d1, 0.0)
@@ -345,23 +359,23 @@ def _narrowed(turns: _Turns, q: Array, r: Array, h: Array) -> _Turns:
     share = a + s * width
     # the zero of the line through the rates of the last two looks is nearer, once these
     # are
-    change = here[..., 2] - turns.before[..., 2]
+    change = here[..., 2] - bracket.before[..., 2]
     step = (
         here[..., 2]
-        * (turns.share - turns.before[..., 0])
+        * (bracket.share - bracket.before[..., 0])
         / xp.where(change == 0, 1.0, change)
     )
-    nearer = turns.share - step
+    nearer = bracket.share - step
     share = xp.where(
-        (turns.looks > 0) & (change != 0) & (nearer > a) & (nearer < b), nearer, share
+        (bracket.looks > 0) & (change != 0) & (nearer > a) & (nearer < b), nearer, share
     )
     share = xp.where((looks >= _BISECTS) & (looks % 2 == 1), a + 0.5 * width, share)
     # where what is left has no turning point the estimate was wrong
     turns_there = exists | ((r0 > 0) & (r1 < 0))
-    share = xp.where(turns_there, share, turns.share)
-    last = xp.abs(share - turns.share) <= _FOUND
+    share = xp.where(turns_there, share, bracket.share)
+    last = xp.abs(share - bracket.share) <= _FOUND
     looks = xp.where(last, np.int32(_LOOKS), looks).astype(np.int32)
-    return turns._replace(share=share, looks=looks, low=low, high=high, before=here)
+    return bracket._replace(share=share, looks=looks, low=low, high=high, before=here)
 
 
 # --- of a concrete run, all of whose rows are looked at together --------------------
@@ -445,21 +459,18 @@ def greatest_of_rows(
 
     turns = following(_turns(start, end, h))
     while (some := np.flatnonzero(turns.entry >= 0)).size:
-        share = turns.share[some]
-        q, r = joined(look(index[some], share))
-        take(index[some], share, q, 2)
-        narrowed = _narrowed(
-            jax.tree.map(lambda column: column[some], turns), q, r, h[some]
-        )
-        for column, new in zip(turns, narrowed, strict=True):
+        bracket = jax.tree.map(lambda column: column[some], turns.bracket)
+        q, r = joined(look(index[some], bracket.share))
+        take(index[some], bracket.share, q, 2)
+        value, rate = (_of_entry(x, turns.entry[some]) for x in (q, r))
+        narrowed = _narrowed(bracket, value, rate, h[some])
+        for column, new in zip(turns.bracket, narrowed, strict=True):
             column[some] = new
         done = np.zeros(len(index), bool)
         done[some] = narrowed.looks >= _LOOKS
         tops = np.maximum.reduceat(q, ends[:-1], axis=1)
         for j in np.flatnonzero(done[some]):
-            # (an earlier look may be as high but for rounding)
-            inside = (best.row == index[some[j]]) & (best.share > 0) & (best.share < 1)
-            here = inside & (tops[j] >= best.value - 2 * SAME * np.abs(best.value))
+            here = _is_of(best, index[some[j]], tops[j])
             best.share[here] = narrowed.share[j]
         turns = _chosen(done, following(turns), turns)
     return best
@@ -587,24 +598,21 @@ def greatest_of_steps(
             for column in (bounds, f.entry, f.place, f.low, f.high, f.step)
         ]
         bound, entry, place, low, high, step = chosen
-        none = jnp.zeros_like(bound)
         looks = jnp.where(left(best, bound), 0, _LOOKS).astype(jnp.int32)
-        zero = jnp.zeros_like(entry)
-        column = none[:, None]
-        turns = _Turns(column, column, column > 0, zero, place, looks, low, high, low)
 
-        def turn(carry: tuple[Array, _Turns]) -> tuple[Array, _Turns]:
-            best, turns = carry
-            top, q, r = jax.vmap(look)(groups, entry, turns.share, step)
-            goes_on = turns.looks < _LOOKS
+        def turn(carry: tuple[Array, _Bracket]) -> tuple[Array, _Bracket]:
+            best, bracket = carry
+            top, q, r = jax.vmap(look)(groups, entry, bracket.share, step)
+            goes_on = bracket.looks < _LOOKS
             best = jnp.where(goes_on, jnp.maximum(best, top), best)
-            narrowed = _narrowed(turns, q[:, None], r[:, None], step[:, 1])
-            return best, _chosen(goes_on, narrowed, turns)
+            narrowed = _narrowed(bracket, q, r, step[:, 1])
+            return best, _chosen(goes_on, narrowed, bracket)
 
-        def goes_on(carry: tuple[Array, _Turns]) -> Mark:
+        def goes_on(carry: tuple[Array, _Bracket]) -> Mark:
             return jnp.any(carry[1].looks < _LOOKS)
 
-        best = jax.lax.while_loop(goes_on, turn, (best, turns))[0]
+        begin = best, _Bracket(place, looks, low, high, low)
+        best = jax.lax.while_loop(goes_on, turn, begin)[0]
         done = jnp.arange(_KEPT, dtype=jnp.int32)[:, None] == i
         return best, jnp.where(done | ~left(best, bounds), _NOTHING, bounds)
 
