@@ -501,6 +501,18 @@ class Series(NamedTuple):
         "work of the load since the start",
         lambda p, s: p.y.ledger.load_work,
     ]
+    rope_work: Annotated[
+        Values | None,
+        "J",
+        "work of the weight of ropes or chain since the start",
+        lambda p, s: p.y.ledger.ropes,
+    ]
+    pick_up_heat: Annotated[
+        Values | None,
+        "J",
+        "energy lost since the start as chain and anchor begin or end their motion",
+        lambda p, s: p.y.ledger.pick_up,
+    ]
     lever_work: Annotated[
         Values,
         "J",

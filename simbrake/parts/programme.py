@@ -16,7 +16,8 @@ from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._base._table import number
 from ..brakes._bands import MultiBandBrake
 from ..brakes.design import Brake, unloaded
-from ..loads import AbstractLoad, Driller, HookLoad, Motor, StringLoad
+from ..hoists import AbstractLoad, CounterweightLoad, RopesNow, WindlassLoad
+from ..loads import Driller, HookLoad, Motor, StringLoad
 from ..phases import (
     AbstractEnd,
     AfterTime,
@@ -39,6 +40,9 @@ from .scene import (
     faults,
     sensed_at_start,
 )
+
+#: loads that a programme can move
+Hoist = HookLoad | CounterweightLoad | WindlassLoad
 
 #: steps by name: an example, and the form of their line
 _GRAMMAR = {
@@ -218,7 +222,8 @@ def programme_scene(
     - `repeat N times`: all lines since the last one; each cycle adds a `stand` to the
       string, where no line says otherwise
     - `load`: a `HookLoad` with all that hangs on the hook in the first cycle, `empty`
-      of it without the string
+      of it without the string; or a `CounterweightLoad` or a `WindlassLoad`, whose car
+      or anchor is the hook
     - `limit` (N): maximum slack tension of the driller, twice the `pull` by default; of
       several alike rims (`Brake.rims`) both are the tension of each band, of a
       `MultiBandBrake` the sum of all
@@ -237,7 +242,7 @@ def programme_scene(
         )
     cycles = parse_programme(programme)
     reader = NumberReader()
-    if not isinstance(load, HookLoad):
+    if not isinstance(load, Hoist):
         reader.fault(
             "load", f"{type(load).__name__} has no hook to lower", "give a HookLoad"
         )
@@ -263,8 +268,12 @@ def programme_scene(
         for fault in faults(still)
     ]
     reader.faults.report()
-    assert isinstance(load, HookLoad)
+    assert isinstance(load, Hoist)
     steps = {step.what for cycle in cycles for step in cycle.steps}
+    if "take" in steps and not isinstance(load, HookLoad):
+        what = f"{type(load).__name__} has no string to set down"
+        reader.fault("load", what, "give a HookLoad")
+        reader.faults.report()
     limit = 2 * pull if limit is None else limit
     plan = _Plan(
         still,
@@ -288,7 +297,7 @@ def programme_scene(
     reader.faults += plan.faults(empty, stand, wear)
     reader.faults.report()
     hook = load
-    if "take" in steps:
+    if "take" in steps and isinstance(load, HookLoad):
         hook = StringLoad(  # pyright: ignore
             empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
             string=float(load.mass) - empty,
@@ -302,6 +311,7 @@ def programme_scene(
                     "drag",
                     "rope",
                     "elasticity",
+                    "weight",
                 )
             },
         )
@@ -373,7 +383,7 @@ class _Plan:
     def __init__(
         self,
         still: Scene,
-        load: HookLoad,
+        load: Hoist,
         motor: Motor | None,
         pull: float,
         lever_time: float,
@@ -391,15 +401,18 @@ class _Plan:
         self.limit = limit
         # rad of the pulley per m of the hook, with the rope as it is at the start;
         # length of rope for the hook (m)
+        layers = load.layers
         self.per_metre = 1 / float(
-            load.on_layer(load.rope and load.rope.first_layer()).travel()
-        )  # pyright: ignore
-        self.rope = math.inf
-        if load.rope is not None:
-            self.rope = float(load.travelled(2 * math.pi * np.asarray(load.rope.turns)))
+            load.on_layer(layers and layers.first_layer()).travel()  # pyright: ignore
+        )
+        span = load.rope_span()
+        self.rope = math.inf if span is None else float(span[1])
+        if layers is not None:
+            turns = float(load.travelled(2 * math.pi * np.asarray(layers.turns)))  # pyright: ignore
+            self.rope = min(self.rope, turns)
         self.load = load
         self.empty = empty
-        self.elastic = load.elasticity is not None
+        self.elastic = load.elastic is not None
         self.auxiliary = [
             law for law in self.shaft if isinstance(law, AbstractAuxiliaryBrake)
         ]
@@ -476,14 +489,29 @@ class _Plan:
         hangs = self.empty is None or ("take" in self.marks and "set" not in self.marks)
         return float(self.load.mass) if hangs else float(self.empty)  # pyright: ignore
 
+    def _ropes(self) -> RopesNow:
+        """Ropes with a weight, where the hook is now."""
+        none = RopesNow(0.0, 0.0)
+        return self.load.ropes(self.depth + self.lowered, 0) or none
+
     @property
     def weight(self) -> float:
-        """Its torque on the drum (N·m)."""
-        return self.mass * float(self.load.gravity) / self.per_metre
+        """Torque of the load on the drum (N·m)."""
+        if not isinstance(self.load, HookLoad):
+            torque = float(self.load.torque(0.0, 0.0, 0))
+        else:
+            torque = self.mass * float(self.load.gravity) / self.per_metre
+        return torque + float(self._ropes().torque)
 
     @property
     def inertia(self) -> float:
-        return float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
+        on_hook = isinstance(self.load, HookLoad)
+        load = self.mass / self.per_metre**2 if on_hook else self.load.inertia()
+        return (
+            float(self.brake.pulley.inertia)
+            + float(load)
+            + float(self._ropes().inertia)
+        )
 
     def _resistance(self, omega: float, share: float = 0.0) -> float:
         """Sum of all torques (N·m) that oppose the rotation, but for the friction
@@ -773,7 +801,7 @@ class _Plan:
 
     def faults(self, empty: float, stand: float, wear: Wear | None) -> Faults:
         """Errors of the whole."""
-        mass = float(self.load.mass)
+        mass = float(self.load.mass) if isinstance(self.load, HookLoad) else math.inf
         far = self.deepest
         short = (
             f"lowers {far:.5g} m in all, braking included, the rope on the drum is "
@@ -781,6 +809,7 @@ class _Plan:
         )
         why = "stands are added in the slips: take the string, set the string in the slips"
         takes = self.empty is not None
+        more = "give load.rope more turns" if self.load.layers else "give more rope"
         bare = takes and not empty and self.elastic
         checks = (
             (stand and not takes, "stand", "has no effect", why),
@@ -806,7 +835,7 @@ class _Plan:
                 far > self.rope,
                 "programme",
                 short,
-                "give load.rope more turns, or hoist in between",
+                more + ", or hoist in between",
             ),
         )
         return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]

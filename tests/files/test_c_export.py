@@ -206,6 +206,25 @@ def test_run_is_the_prepared_one(stop, compiled):
         )
 
 
+def test_anchor_that_comes_to_the_ground(stop, tmp_path):
+    anchor = sb.loads.WindlassLoad("5 t", 100.0, "0.4 m", "6 m", "10 m", "200 m")
+    duty = sb.Duty(4e3, anchor)
+    scene = sb.Scene(stop.brake, duty, sb.Initial(12.0), 9.0)
+    outputs = ["stopping_time", "energy.pick_up_heat", "max_rope_tension"]
+    compiled = Compiled(sb.export_c(scene, tmp_path / "anchor.c", outputs=outputs))
+    code, metrics, _, events, _ = compiled.run()
+    result = sb.simulate(scene)
+    assert (code, compiled.status) == (0, result.status)
+    expected = [
+        (event.name, event.time)
+        for event in result.events
+        if event.name != "lining_limit"
+    ]
+    assert "anchor_grounded" in [name for name, _ in events]
+    same_events(events, expected, 1e-11)
+    np.testing.assert_allclose(metrics, [float(result[x]) for x in outputs], rtol=1e-10)
+
+
 def test_staged_run_with_heat(tmp_path):
     """To 1e-12 where the steps agree, else to a tenth of the estimated error: C may
     round otherwise."""

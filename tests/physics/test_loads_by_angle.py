@@ -147,6 +147,48 @@ def test_holding_is_judged_at_every_depth():
     assert "worst angle" in str(verdict)
 
 
+MOTOR = sb.loads.Motor("60 kN*m", "400 kW", "12 rad/s")
+
+
+def programme(lines, load, pull="8 kN"):
+    brake = stop_scene(C=None, R=R, J=400.0).brake
+    return sb.programme_scene(brake, lines, load, pull, motor=MOTOR)
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        hook(below=20.0),
+        CounterweightLoad(
+            1700.0, 1200.0, R, rope_mass=3.0, length=300.0, hanging_length=40.0
+        ),
+    ],
+)
+def test_programme_comes_back(load):
+    lines = (
+        "lower 20 m at 0.8 m/s on the motor",
+        "brake to rest",
+        "hold 2 s",
+        "hoist back at 0.8 m/s",
+        "hold 3 s",
+    )
+    result = sb.simulate(programme(lines, load))
+    assert result.status == "stopped"
+    assert abs(float(result.total_hook_travel)) < 1e-9
+    # all that ropes and masses gave came back
+    assert abs(float(result.energy["rope_work"])) < 1e-6
+    assert float(result.energy["closure"]) < 1e-12
+
+
+def test_programmes_that_cannot_be():
+    lines = ("lower 600 m at 1.5 m/s", "brake to rest", "hold 2 s")
+    with pytest.raises(sb.InputError, match="the rope on the drum is enough for 450 m"):
+        programme(lines, hook(), "40 kN")
+    lines = ("take the string", "hold 2 s", "set the string in the slips")
+    with pytest.raises(sb.InputError, match="has no string to set down"):
+        programme(lines, windlass(10.0))
+
+
 # --- a tackle ------------------------------------------------------------------------
 
 
