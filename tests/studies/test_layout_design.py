@@ -332,3 +332,21 @@ def test_all_search_errors_in_one_report():
         sb.equal_layout(stop_scene(), "wear", **options)
     paths = {fault.path for fault in caught.value.faults}
     assert paths >= {*options, "rate"}
+
+
+def test_a_turned_band_is_the_band_from_its_other_end():
+    """Entries of linings and of the gaps between them."""
+    plates = sb.brakes.LiningsOnPlates(2.1e11, 1.3e-3, 0.3, 0.5, gap=[0.05, 0.15])
+    linings = sb.Lining([0.3, 0.42, 0.35], np.radians([28.0, 51.0, 36.0]), 0.03)
+    brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623, plates), linings)
+    wear = sb.Wear(sb.wear.ConstantWear([3e-14, 6e-14, 9e-14]), worn=[1e-3, 2e-3, 4e-3])
+    scene = dataclasses.replace(stop_scene(), brake=brake, wear=wear)
+    turned = sb.studies.turned_scene(scene)
+    for read in (
+        lambda x: x.brake.linings.friction.coefficient,
+        lambda x: x.brake.linings.angle,
+        lambda x: x.brake.band.stiffness.gap,
+        lambda x: x.wear.worn,
+        lambda x: x.wear.rate.coefficient,
+    ):
+        np.testing.assert_array_equal(read(turned), np.flip(read(scene)))
