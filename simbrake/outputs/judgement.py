@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..hybrid import LANDED, Code, Record, smallest
-from ..hybrid.arrays import Array, TwoArrays
+from ..hybrid.arrays import Array, TwoArrays, numpy_of
 from ..hybrid.system import unravel
 from ..phases import AtRest, PhaseNow, Phases
 from ..physics._brake import BrakeSystem, State, piece_of
@@ -527,20 +527,21 @@ def judge(record: Record) -> Judgement:
 
 def held_throughout(found: Judgement, least: Any) -> Judgement:
     """The decision on a load at rest by its `least` holding reserve while the brake was
-    to hold, `inf`: none was."""
+    to hold, `inf`: none was; in NumPy outside of programs."""
+    xp = numpy_of(found.reserve)
     h1, h2, h4 = (
         at for at, reason in enumerate(REASONS) if reason.id in ("H1", "H2", "H4")
     )
-    at_rest = jnp.isfinite(least) & (
+    at_rest = xp.isfinite(least) & (
         (found.reason == h1) | (found.reason == h2) | (found.reason == h4)
     )
-    reserve = jnp.where(at_rest, jnp.minimum(found.reserve, least), found.reserve)
+    reserve = xp.where(at_rest, xp.minimum(found.reserve, least), found.reserve)
     holds = at_rest & (found.reason != h1)
-    small = jnp.where(reserve < SMALL_RESERVE, _AMBER, _GREEN)
+    small = xp.where(reserve < SMALL_RESERVE, _AMBER, _GREEN)
     return found._replace(
         reserve=reserve,
-        reason=jnp.where(holds, jnp.where(reserve <= 1, h2, h4), found.reason),
-        colour=jnp.where(holds, jnp.where(reserve <= 1, _RED, small), found.colour),
+        reason=xp.where(holds, xp.where(reserve <= 1, h2, h4), found.reason),
+        colour=xp.where(holds, xp.where(reserve <= 1, _RED, small), found.colour),
     )
 
 
