@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ..hybrid.arrays import Array, Vector, VectorK
+from ..hybrid.arrays import Array, Vector, VectorK, numpy_of
 from ..hybrid.struct import Struct, struct_field
 from ..profiles import AbstractProfile
 from ..thermal.heat import FrictionHeat, Heat, PowerShares, place_count
@@ -399,7 +399,8 @@ class Thermal(Struct):
         """Temperatures (K) of the nodes with capacity."""
         if self.slope is None:
             return self.reference + u
-        return self.reference + 2 * u / (1 + jnp.sqrt(1 + 2 * self.slope * u))
+        root = numpy_of(u).sqrt(1 + 2 * self.slope * u)
+        return self.reference + 2 * u / (1 + root)
 
     def contents(self, T: VectorK) -> VectorK:
         """The state at given temperatures."""

@@ -21,7 +21,7 @@ from .._base._table import Column, Number, Table, Tabular, digits, number, plain
 from ..hybrid import Code, Record, Rodas5P
 from ..outputs.log import Event, segments_of
 from ..outputs.metrics import HOT, METRICS, RESIDUALS, about_output
-from ..outputs.probe import Entry, RunJit, in_lanes
+from ..outputs.probe import Entry
 from ..outputs.scan import Scan
 from ..physics.heated import thermal_of
 from ..thermal.heat import Heat
@@ -134,11 +134,6 @@ def kinds_of(record: Record) -> list[Kind]:
             np.size(leaf)
         )
     return kinds
-
-
-@functools.partial(RunJit, quick=True)
-def _temperatures(thermal: Any, u: Any) -> Any:
-    return jax.vmap(thermal.temperatures)(u)
 
 
 # --- two runs, segment by segment ---------------------------------------------------
@@ -358,8 +353,9 @@ def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
 
 
 def _node_temperatures(scan: Scan, u: np.ndarray) -> np.ndarray:
-    system: Any = scan.record.system
-    return in_lanes(lambda rows: _temperatures(thermal_of(system), rows), u)
+    # (in NumPy: a program would be compiled for this alone)
+    thermal = jax.tree.map(np.asarray, thermal_of(scan.record.system))
+    return thermal.temperatures(u)
 
 
 # --- the second run -----------------------------------------------------------------
