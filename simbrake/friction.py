@@ -13,11 +13,12 @@ import numpy as np
 from jaxtyping import Bool, PyTree
 
 from ._base._arguments import faults_of_tracing
-from ._base._compiling import per_structure, read_by
+from ._base._compiling import read_by
 from ._base._corners import clipped, greater, lesser, rounded
 from ._base._faults import Fault, Faults, Issues, input_error
 from ._base._part import Part, part, positive_quantity, quantity, short_for
 from ._base._quantity import Over, Scalar
+from ._base._store import cached_by_structure
 from .hybrid.arrays import Array, Floats, ScalarArray, TwoArrays, Vector
 from .hybrid.struct import AbstractVar, struct_field
 from .phases import AbstractEnd, AtStop, AtTemperature, as_end
@@ -585,7 +586,7 @@ def memory_sizes(law: AbstractFriction, memory: PyTree) -> PyTree:
     )
 
 
-@per_structure
+@cached_by_structure
 def remembers(law: AbstractFriction) -> bool:
     """Whether a law has states."""
     try:
@@ -594,7 +595,7 @@ def remembers(law: AbstractFriction) -> bool:
         return False
 
 
-@per_structure
+@cached_by_structure
 def _memory_like(law: AbstractFriction, n: int) -> PyTree:
     """Shapes of the states of a law of `n` linings."""
     try:
@@ -669,7 +670,7 @@ def _faults_of_bases(law: AbstractFriction, path: str) -> Faults:
     return faults
 
 
-@per_structure
+@cached_by_structure
 def _sees_changes(law: AbstractFriction, n: int) -> bool:
     """Whether the coefficients of a law with changes over time depend on their
     factor."""
@@ -680,7 +681,7 @@ def _sees_changes(law: AbstractFriction, n: int) -> bool:
     return bool(read_by(_coefficients, law, changing)[1].factor)
 
 
-@per_structure
+@cached_by_structure
 def _misfit(law: AbstractFriction, n: int) -> tuple[str, str] | None:
     """What is wrong, and a hint, where a law with numbers of these shapes does not give
     one coefficient for each of `n` linings."""
@@ -800,7 +801,7 @@ def contact_like(
     return surface.contact(per_lining, pressure), rates
 
 
-@per_structure
+@cached_by_structure
 def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
     """Fields of the contact of `n` linings on which the coefficients of a law depend.
 
@@ -833,7 +834,7 @@ class RatesRead(NamedTuple):
         return self.v or self.q
 
 
-@per_structure
+@cached_by_structure
 def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead | None:
     """`reads` of the rates of its states; `None` of a law without."""
     contact = contact_like(law, n, T=T, p=p)[1]
@@ -857,7 +858,7 @@ def _slopes(law: AbstractFriction, contact: Contact) -> PyTree:
     )[1]
 
 
-@per_structure
+@cached_by_structure
 def needs(law: AbstractFriction, n: int) -> Reads:
     """Fields of the contact of `n` linings that a law needs: as `None` they make it
     fail."""

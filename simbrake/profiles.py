@@ -12,7 +12,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int, PyTree
 
-from ._base._compiling import per_structure
 from ._base._faults import Fault, Faults, Issues
 from ._base._part import (
     Part,
@@ -25,6 +24,7 @@ from ._base._part import (
     whole,
 )
 from ._base._quantity import Over, Quantity, Scalar
+from ._base._store import cached_by_structure
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
 from .hybrid.struct import AbstractVar, Struct, with_fields
 
@@ -873,7 +873,7 @@ def hides_nothing(part: PyTree, course: Callable) -> bool:
     return _is_straight(straight, course)
 
 
-@per_structure
+@cached_by_structure
 def _is_straight(part: PyTree, course: Callable) -> bool:
     def calculate(part: PyTree, piece: Piece) -> None:
         course(part, _Time(), piece)

@@ -106,12 +106,11 @@ def _forget_programs():
     """
     yield
     # (simbrake is first imported above, where types may be checked)
-    from simbrake._base._programs import STORE
+    from simbrake._base._store import trace_anew
 
     found = len(MAPS.read_bytes().splitlines()) if MAPS.exists() else 0
     if found > MOST_MAPPINGS / 2 or psutil.Process().memory_info().rss > 2e9:
-        STORE.forget()
-        jax.clear_caches()
+        trace_anew()
     assert found <= MOST_MAPPINGS
 
 

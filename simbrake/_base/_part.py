@@ -16,8 +16,8 @@ from jax.core import Tracer
 
 from ..hybrid.struct import Struct, struct_field
 from ._arguments import explained, with_nearest
-from ._compiling import is_traced
 from ._faults import Fault, Faults, Issues, of_radius
+from ._packing import is_traced
 from ._quantity import (
     NumberReader,
     Over,

@@ -12,7 +12,7 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Bool, Float, Int
 
-from .._base._compiling import DeviceJit
+from .._base._compiling import Compiled
 from .._base._faults import Issues
 from .._base._progress import shown_progress
 from .._base._table import Table
@@ -103,7 +103,7 @@ class Course:
         def of_mode(
             function: Callable[[Array, Array, Array], Array],
         ) -> Callable[[float, FlatState], np.ndarray]:
-            program = DeviceJit(function)
+            program = Compiled(function)
             return lambda t, y: np.asarray(program(t, y, self.mode))
 
         self._rhs = of_mode(lambda t, y, mode: flat.rhs(t, y, mode))
@@ -113,8 +113,8 @@ class Course:
         self.jacobian = of_mode(
             lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)
         )
-        self._jump = DeviceJit(lambda *event: flat.jump(*event))
-        self._next_stop = DeviceJit(lambda mode, y: flat.next_stop(mode, y))
+        self._jump = Compiled(lambda *event: flat.jump(*event))
+        self._next_stop = Compiled(lambda mode, y: flat.next_stop(mode, y))
         # compiled before the time is taken
         for function in (self._rhs, self.guards, self.rates):
             function(self.t, self.y)

@@ -29,8 +29,7 @@ def versions() -> dict[str, str]:
 
 
 def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Report the installation: versions, devices, precision, compiled programs, XLA
-    options and their gain.
+    """Report the installation: versions, devices, precision, compiled programs.
 
     Parameters
     ----------
@@ -39,7 +38,7 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
         and its error.
     json_
         Print {ok, notes, versions, tested_jax, x64, devices, cache, memory, xla_flags,
-        accelerators, timing}, alone on stdout.
+        timing}, alone on stdout.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -65,11 +64,6 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
         for warning in caught
         if issubclass(warning.category, UserWarning)
     ]
-    missing = [row["name"] for row in facts["accelerators"] if not row["in_force"]]
-    if missing:
-        notes.append(
-            f"XLA refuses {', '.join(missing)}: results are the same, but slower (see accelerators)"
-        )
     if not facts["cache"]["folder"]:
         notes.append(
             "compiled programs are not cached: every command compiles again; set SIMBRAKE_CACHE_DIR"
@@ -91,22 +85,9 @@ def _examined() -> dict[str, Any]:
     import jax
     import jax.numpy as jnp
 
-    from .._base import _cache
-    from .._base._compiling import (
-        FIRST_UNTESTED_JAX,
-        OLDEST_JAX,
-        WORTH,
-        accelerators,
-        run_device,
-    )
-    from .._base._programs import memory_bound
+    from .._base import _store
+    from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, of_jax, run_device
 
-    device_of_runs = run_device()
-    refused = accelerators(device_of_runs.platform).refused
-    rows = [
-        {"name": name, "in_force": name not in refused, "worth": worth}
-        for name, worth in WORTH.items()
-    ]
     oldest, untested = (
         ".".join(map(str, numbers)) for numbers in (OLDEST_JAX, FIRST_UNTESTED_JAX)
     )
@@ -118,14 +99,13 @@ def _examined() -> dict[str, Any]:
         "x64": jnp.ones(()).dtype == jnp.float64,
         "devices": {
             "all": devices,
-            "single_runs": str(device_of_runs),
+            "single_runs": str(run_device()),
             "ensembles": devices,
         },
         "cache": {name: kept[name] for name in ("folder", "programs", "bytes")}
-        | {"jax": _cache.of_jax()},
-        "memory": {"megabytes": memory_bound()},
+        | {"jax": of_jax()},
+        "memory": {"megabytes": _store.memory_bound()},
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
-        "accelerators": rows if device_of_runs.platform == "cpu" else [],
     }
 
 
@@ -144,10 +124,10 @@ def cache(*, clear: cli.Flag = False, json_: cli.Flag = False) -> int:
     json_
         Print {folder, programs, bytes, limit_bytes, removed, kinds}, alone on stdout.
     """
-    from .._base import _cache
+    from .._base import _store
     from .._base._table import Column, Table
 
-    folder = _cache.folder()
+    folder = _store.folder()
     gone = folder.entries() if folder is not None and clear else []
     for entry in gone:
         folder.remove(entry.name)  # pyright: ignore
@@ -177,9 +157,9 @@ def cache(*, clear: cli.Flag = False, json_: cli.Flag = False) -> int:
 def _cache_about() -> dict[str, Any]:
     """Folder of the cached programs (empty: no cache), their number and sizes, in total
     and by kind."""
-    from .._base import _cache
+    from .._base import _store
 
-    folder = _cache.folder()
+    folder = _store.folder()
     entries = [] if folder is None else folder.entries()
     kinds: dict[str, dict[str, int]] = {}
     for entry in entries:
@@ -192,7 +172,7 @@ def _cache_about() -> dict[str, Any]:
         "folder": "" if folder is None else str(folder.path),
         "programs": len(entries),
         "bytes": sum(entry.size for entry in entries),
-        "limit_bytes": round(_cache.limit() * 1e6),
+        "limit_bytes": round(_store.size_bound() * 1e6),
         "kinds": kinds,
     }
 
@@ -248,11 +228,6 @@ def _text(report: dict[str, Any]) -> str:
         ("", f"in a process at most some {memory['megabytes']:g} MB"),
         ("XLA_FLAGS", f"{report['xla_flags'] or 'not set'} (simbrake never sets it)"),
     ]
-    for i, row in enumerate(report["accelerators"]):
-        state = "in force" if row["in_force"] else "refused"
-        lines.append(
-            ("" if i else "accelerators", f"{row['name']:<38}{state:<10}{row['worth']}")
-        )
     if "timing" in report:
         t = report["timing"]
         took = (

@@ -14,8 +14,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import pack
 from .._base._faults import InputError, input_error, whole_file
+from .._base._packing import pack
 from .._base._part import leaves
 from .._base._quantity import Quantity, shown
 from ..hybrid.arrays import Array, templates

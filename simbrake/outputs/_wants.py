@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .._base._compiling import DeviceJit
+from .._base._compiling import Compiled
 from ..hybrid import Record
 from ..hybrid.arrays import Array, numpy_of
 from ..loads import AbstractActuator, AbstractFollower, Lever, SpeedHold
@@ -180,7 +180,7 @@ def _levers(
     )
 
 
-_LEVERS = DeviceJit(_levers, quick=True)
+_LEVERS = Compiled(_levers, quick=True)
 
 
 class Holding(NamedTuple):

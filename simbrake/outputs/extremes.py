@@ -138,7 +138,7 @@ def _looked(
     return jax.vmap(look)(t, y, mode)
 
 
-_LOOKED = RunJit(_looked, static_argnames="asked", quick=True)
+_LOOKED = RunJit(_looked, static_argnames=("asked",), quick=True)
 #: rows that are looked at in one call
 _LANES = 32
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 
 from .._base._arguments import explained
-from .._base._compiling import DeviceJit
+from .._base._compiling import Compiled
 from .._base._corners import greater
 from .._base._part import is_traced
 from .._base._progress import piece
@@ -105,7 +105,7 @@ def record_of(run: Any) -> Record:
     return record if is_traced_run(record) else record.compact()
 
 
-class RunJit(DeviceJit):
+class RunJit(Compiled):
     """A function of concrete runs, compiled by itself; of traced ones it is part of
     their program."""
 
@@ -370,7 +370,7 @@ def _integrate(
     return jax.tree.map(lambda leaf: jnp.tensordot(weight, leaf, axes=1), values)
 
 
-_integral = RunJit(_integrate, static_argnames="points")
+_integral = RunJit(_integrate, static_argnames=("points",))
 
 
 @explained
@@ -715,7 +715,7 @@ def _capacity_at_each(
 
 
 _end_capacity = RunJit(capacity, quick=True)
-_capacities = DeviceJit(_capacity_at_each, quick=True)
+_capacities = Compiled(_capacity_at_each, quick=True)
 
 
 def end_capacity(record: Record) -> Capacity:

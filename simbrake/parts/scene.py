@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import DeviceJit, per_value
+from .._base._compiling import Compiled
 from .._base._faults import Fault, InputError, input_error
 from .._base._part import (
     Numbers,
@@ -26,6 +26,7 @@ from .._base._part import (
     structural,
 )
 from .._base._quantity import Scalar, meant_within, shown
+from .._base._store import cached_by_values
 from .._base._table import ZERO, number, pretty
 from ..brakes.band import ParallelBands
 from ..brakes.design import (
@@ -340,7 +341,7 @@ def _faults(scene: Scene) -> tuple[list[Fault], Numbers]:
     return errors, numbers
 
 
-@per_value(lambda scene: scene)
+@cached_by_values(lambda scene: scene)
 def _faults_together(scene: Scene) -> tuple[Fault, ...]:
     """Errors of a scene whose numbers are in range, its limits apart: of each of its
     parts, and between them."""
@@ -1028,7 +1029,7 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
     return np.broadcast_to(T, (scene.brake.linings.count,))
 
 
-@functools.partial(DeviceJit, quick=True)
+@functools.partial(Compiled, quick=True)
 def _static_friction(linings: AbstractLinings, T: Array | None, t: Array) -> Array:
     f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T, t))
     return jnp.broadcast_to(f, (linings.count,))
@@ -1054,7 +1055,7 @@ def static_friction(scene: Scene) -> np.ndarray:
     return np.asarray(_static_friction(scene.brake.linings, T, scene.initial.time))
 
 
-@functools.partial(DeviceJit, quick=True)
+@functools.partial(Compiled, quick=True)
 def _self_locking(brake: AbstractBrake, f: Array) -> Array:
     return brake.self_locking(f)
 

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._arguments import explained
-from .._base._compiling import accelerators, run_device
+from .._base._compiling import makes_one_function, run_device
 from .._base._faults import Fault, InputError, existing_file, whole_file
 from .._base._part import leaves
 from ..files._scene_file import scene_from_text, scene_text
@@ -419,7 +419,7 @@ def machine() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "system": platform.system(),
         "backend": jax.default_backend(),
-        "one_function": accelerators(run_device().platform).one_function,
+        "one_function": makes_one_function(run_device().platform),
     }
 
 

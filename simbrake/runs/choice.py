@@ -8,7 +8,8 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float
 
-from .._base._compiling import DeviceJit, per_value
+from .._base._compiling import Compiled
+from .._base._store import cached_by_values
 from .._base._table import digits
 from ..brakes.design import AbstractLinings, Bandage, unloaded
 from ..hybrid.arrays import Array
@@ -36,7 +37,7 @@ _PATIENCE = 150.0
 _PATIENCE_COLD = 1500.0
 
 
-@functools.partial(DeviceJit, quick=True)
+@functools.partial(Compiled, quick=True)
 def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array | None]]:
     """Capacities of the nodes of each body (J/K), of one copy of a wall and half of its
     layers' resistances (K/W), and the resistance of each link at rest and at the
@@ -165,7 +166,7 @@ def _damping_of_rope(scene: Scene) -> float:
     )
 
 
-@per_value(lambda scene: (scene.shaft, scene.initial))
+@cached_by_values(lambda scene: (scene.shaft, scene.initial))
 def _steepest_drag(scene: Scene) -> float:
     """Largest slope `dM/dω` (N·m·s) of all torques on the shaft together, at rest and
     at the initial speed."""
@@ -175,7 +176,7 @@ def _steepest_drag(scene: Scene) -> float:
     )
 
 
-@functools.partial(DeviceJit, quick=True)
+@functools.partial(Compiled, quick=True)
 def _slopes(laws: tuple[AbstractShaftTorque, ...], speed: Array) -> Array:
     still = jnp.zeros(())
     total = jnp.zeros(())
@@ -190,7 +191,7 @@ def _slopes(laws: tuple[AbstractShaftTorque, ...], speed: Array) -> Array:
     return total
 
 
-@per_value(lambda scene: (scene.brake, scene.heat, scene.initial))
+@cached_by_values(lambda scene: (scene.brake, scene.heat, scene.initial))
 def _fastest_state_at_start(scene: Scene) -> float:
     """Largest rate (1/s) at which a state of a friction law follows at the start; 0
     without any."""
@@ -204,7 +205,7 @@ def _fastest_state_at_start(scene: Scene) -> float:
     )
 
 
-@functools.partial(DeviceJit, quick=True)
+@functools.partial(Compiled, quick=True)
 def _fastest_state(
     part: AbstractLinings | Bandage, v: Float[Array, " n"], T: Array | None
 ) -> Float[Array, ""]:

@@ -8,7 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import run_device, with_stored_slopes
+from .._base._compiling import run_device
+from .._base._jacobian import with_precompiled_jacobian
 from .._base._no_slope import without_slope
 from ..hybrid import Code, Record
 from ..hybrid.arrays import Array
@@ -61,7 +62,9 @@ def _differentiable_maxima(
             for peak in found
         )
 
-    return with_stored_slopes(find, ("maxima", *names)) if asked == names else find
+    return (
+        with_precompiled_jacobian(find, ("maxima", *names)) if asked == names else find
+    )
 
 
 @functools.cache
@@ -74,7 +77,7 @@ def _differentiable(name: str, metric: Metric) -> Callable[[Scene, Record], Arra
         return _where_it_happened(metric.find(record, scene), scene, record)
 
     return (
-        with_stored_slopes(find, ("metric", name))
+        with_precompiled_jacobian(find, ("metric", name))
         if isinstance(identity_of(name), str)
         else find
     )

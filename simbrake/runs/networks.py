@@ -10,7 +10,7 @@ from jax.core import Tracer
 from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._arguments import explained
-from .._base._compiling import DeviceJit
+from .._base._compiling import Compiled
 from .._base._faults import Fault, InputError
 from .._base._part import as_arrays, faults_below, faults_of_values, is_traced
 from .._base._quantity import faults_of_tolerance
@@ -179,7 +179,7 @@ def _run(
 
 _STATIC = ("method", "max_steps")
 _traced = jax.jit(_run, static_argnames=_STATIC)
-_compiled = DeviceJit(_run, static_argnames=_STATIC)
+_compiled = Compiled(_run, static_argnames=_STATIC)
 
 
 def check_heat(heat: Heat) -> None:
@@ -300,7 +300,7 @@ def _steady(
 
 
 _steady_traced = jax.jit(_steady)
-_steady_compiled = DeviceJit(_steady)
+_steady_compiled = Compiled(_steady)
 
 
 @explained

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from .._base._compiling import DeviceJit
+from .._base._compiling import Compiled
 from .._base._part import leaves
 from ..hybrid import LANDED, STOPPED, Record
 from ..hybrid.arrays import Array
@@ -100,7 +100,7 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
     return t, *jax.vmap(at_event)(t, y, index)
 
 
-_approaches = DeviceJit(_approach)
+_approaches = Compiled(_approach)
 
 
 def passages(record: Record) -> list[str]:

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._base._compiling import is_traced
 from .._base._faults import Fault, InputError, near
+from .._base._packing import is_traced
 from .._base._table import Table
 from ..hybrid import Record
 from ..hybrid.arrays import Array

@@ -15,26 +15,24 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Float
 
-from .._base import _cache
 from .._base._arguments import explained
 from .._base._compiling import (
-    Packed,
-    Packing,
+    LONGEST,
     Program,
     TieredProgram,
-    accelerators,
-    compiled,
-    joined,
-    pack,
+    as_one_function,
+    megabytes,
+    program_of,
     require_own_process,
     run_device,
-    with_stored_slopes,
 )
 from .._base._faults import Fault, InputError
+from .._base._jacobian import with_precompiled_jacobian
+from .._base._packing import Packing, pack
 from .._base._part import Whole, faults_of_whole, is_traced, leaves
-from .._base._programs import Kept
 from .._base._progress import Progress, Report, reporting
 from .._base._quantity import faults_of_tolerance, shown
+from .._base._store import MEMORY, kept
 from ..hybrid import (
     AbstractMethod,
     Code,
@@ -231,9 +229,8 @@ def posed(
     return (system, state, mode, scene.initial.time, scene.end_time), settings
 
 
-@functools.partial(Kept, lines=lambda kept: kept[0].lines)
 def _stretch_program(
-    packing: Packing, method: AbstractMethod, tiered: bool, device: Any
+    packing: Packing, method: AbstractMethod, tiered: bool
 ) -> tuple[TieredProgram | Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers,
     the state left by the stretch before and its length, in one vector; and the state at
@@ -242,17 +239,10 @@ def _stretch_program(
     - `tiered`: compiled quickly at first: linings that move by themselves may take few
       steps or many, and LLVM's optimiser up to 40 s
     """
-
     n = packing.size
 
     def begun(x: Array) -> np.ndarray:
         return beginning(*posed(packing, x, STRETCH)[0][:4])
-
-    size = _cache.cached(
-        "beginning",
-        (packing, method),
-        lambda: jax.eval_shape(begun, np.ones(n)).shape[0],
-    )
 
     def run(x: Array) -> tuple[Record, Array]:
         problem, settings = posed(packing, x[:n], STRETCH)
@@ -260,17 +250,20 @@ def _stretch_program(
             *problem, method, settings, x[n:-1], x[-1].astype(jnp.int32)
         )
 
-    def make(quick: bool) -> Program:
-        numbers = np.ones(n + size + 1)
-        return compiled(
-            run,
-            numbers,
-            device=device,
-            subject=("stretch", packing, method),
-            quick=quick,
-        )
+    def length() -> int:
+        return jax.eval_shape(begun, np.ones(n)).shape[0]
 
-    return TieredProgram(make) if tiered else make(False), np.full(size, np.nan)
+    size = kept(("beginning", packing, method), length)
+    subject = ("stretch", packing, method)
+
+    def make() -> TieredProgram | Program:
+        numbers = np.ones(n + size + 1)
+        if tiered:
+            return TieredProgram(run, numbers, subject)
+        return program_of(run, numbers, subject=subject, longest=LONGEST)
+
+    program = MEMORY.get((*subject, run_device()), make, megabytes)
+    return program, np.full(size, np.nan)
 
 
 def long_run(
@@ -287,9 +280,7 @@ def long_run(
     not: it only makes stretches shorter.
     """
     scene: Scene = packing.unpack(numbers)[0]
-    program, carried = _stretch_program(
-        packing, method, scene.brake.resolved, run_device()
-    )
+    program, carried = _stretch_program(packing, method, scene.brake.resolved)
     t = float(scene.initial.time)
     end = float(scene.end_time)
     if report is not None:
@@ -329,6 +320,8 @@ _MANY_NODES = 200
 #: step attempts up to which the parts of a derivative are left in pieces: as one
 #: function they run five times as fast, but compile for up to 13 s longer
 _SHORT = 8192
+#: MB that JAX may keep of a run as part of a larger program, whose length is not known
+_PART_MEGABYTES = 40.0
 #: rows of the record when the caller sets no limit: the next is tried if one was too
 #: short
 _STEPS = (STRETCH, 16384, 131072)
@@ -355,76 +348,52 @@ def run_of_numbers(
 ) -> Callable[[Array], Record]:
     """The run of all scenes of one structure, a function of their numbers and of the
     limits."""
-    joins = (
-        max_steps > _SHORT
-        and jax.default_backend() == "cpu"
-        and accelerators("cpu").one_function
+    call = (
+        {"call": functools.partial(as_one_function, in_turn=True)}
+        if max_steps > _SHORT
+        else {}
     )
 
     def run(numbers: Array) -> Record:
         problem, settings = posed(packing, numbers, max_steps)
-        call = {"call": functools.partial(joined, in_turn=True)} if joins else {}
         return hybridsolve(*problem, method, settings, **call)
 
     return run
 
 
-@Kept
-def _program(
-    packing: Packing, method: AbstractMethod, max_steps: int, device: Any
+def _run_program(
+    packing: Packing, method: AbstractMethod, max_steps: int
 ) -> TieredProgram:
     """The compiled run of all scenes of one structure."""
-    run = run_of_numbers(packing, method, max_steps)
     subject = ("run", packing, method, max_steps)
 
-    def packed(numbers: Array) -> Packed:
-        return Packed.of(run(numbers))
+    def make() -> TieredProgram:
+        quick = len(node_names(packing.stand_in()[0].network)) < _MANY_NODES
+        run = run_of_numbers(packing, method, max_steps)
+        return TieredProgram(run, np.ones(packing.size), subject, quick)
 
-    def make(quick: bool) -> Program:
-        return compiled(
-            packed, np.ones(packing.size), device=device, subject=subject, quick=quick
-        )
-
-    return TieredProgram(
-        make, quick=len(node_names(packing.stand_in()[0].network)) < _MANY_NODES
-    )
+    return MEMORY.get((*subject, run_device()), make, megabytes)
 
 
-class _Part(NamedTuple):
-    """A run as part of a larger program. JAX compiles `run` by itself where that is not
-    compiled as a whole."""
+def _run_as_part(
+    packing: Packing, method: AbstractMethod, max_steps: int
+) -> Callable[..., Record]:
+    """The run as part of a larger program, a function of scene, relative tolerance,
+    longest step and events: as one function where it is not differentiated."""
 
-    call: Callable[..., Record]  # (scene, relative tolerance, longest step, events)
-    run: Any
-    #: of what JAX may keep of it: its length is not known here
-    lines: int = 8000
+    def make() -> Callable[..., Record]:
+        # (JAX compiles it by itself where the larger program is not compiled as a whole)
+        run = jax.jit(run_of_numbers(packing, method, max_steps))
 
-    def clear_cache(self) -> None:
-        self.run.clear_cache()
+        def of_problem(run: Callable[[Array], Record]) -> Callable[..., Record]:
+            return lambda scene, *limits: run(pack((_marked(scene), *limits), jnp)[0])
 
+        subject = ("run", packing, method, max_steps)
+        inside = of_problem(functools.partial(as_one_function, run))
+        return with_precompiled_jacobian(of_problem(run), subject, inside)
 
-@Kept
-def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
-    """The run as part of a larger program: as one function where it is not
-    differentiated (`joined`)."""
-    run = jax.jit(run_of_numbers(packing, method, max_steps))
-    joinable = accelerators("cpu").one_function
-
-    def of_problem(run: Callable[[Array], Record]) -> Callable[..., Record]:
-        return lambda scene, *limits: run(pack((_marked(scene), *limits), jnp)[0])
-
-    whole = (
-        functools.partial(joined, run)
-        if jax.default_backend() == "cpu" and joinable
-        else run
-    )
-    inside = of_problem(whole)
-    return _Part(
-        with_stored_slopes(
-            of_problem(run), ("run", packing, method, max_steps), inside
-        ),
-        run,
-    )
+    key = ("part", packing, method, max_steps)
+    return MEMORY.get(key, make, lambda _: _PART_MEGABYTES)
 
 
 def require_64_bits() -> None:
@@ -577,19 +546,18 @@ def simulate(
             (scene, *problem[1:]),
         )
         problem = scene.as_run, *more
-        record = _part(Packing.of(problem), method, max_steps or _STEPS[0]).call(
-            *problem
-        )
+        run = _run_as_part(Packing.of(problem), method, max_steps or _STEPS[0])
+        record = run(*problem)
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack(problem)
     rooms = step_limits(scene, max_steps)
     with reporting(progress) as report:
         short = rooms[0] <= STRETCH  # over in a moment
-        program = _program(packing, method, rooms[0], run_device()) if short else None
+        program = _run_program(packing, method, rooms[0]) if short else None
         if program is not None and program.calls == _MANY_RUNS:
             hint = "sb.prepare(scene) makes each of them several times faster"
             _log.warning(f"simbrake: many runs of one structure: {hint}")
-        record = None if program is None else program.call(numbers).unpack()
+        record = None if program is None else program.call(numbers)
         if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
             record = long_run(numbers, packing, method, rooms, report)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
@@ -817,30 +785,21 @@ class Prepared:
 
     def _subject(self, what: str, max_steps: int) -> tuple:
         """Key of the compiled programs."""
-        return (
-            what,
-            self._like,
-            [*map(identity_of, self._asked)],
-            self.solver,
-            max_steps,
-            self.max_events,
-        )
+        asked = tuple(map(identity_of, self._asked))
+        return what, self._like, asked, self.solver, max_steps, self.max_events
 
     def _compile(self) -> Program:
         numbers = self.inputs(self.numbers, self.rtol)
         run = functools.partial(self._run, max_steps=self.max_steps)
-        program = compiled(
-            run, numbers, subject=self._subject("prepared", self.max_steps)
-        )
+        subject = self._subject("prepared", self.max_steps)
+        program = program_of(run, numbers, subject=subject, longest=LONGEST)
 
         def spans() -> list[tuple[str, int | slice]]:
             if not self._spans:
                 jax.eval_shape(run, numbers)
             return self._spans
 
-        self._spans = _cache.cached(
-            "spans", self._subject("spans", self.max_steps), spans
-        )
+        self._spans = kept(self._subject("spans", self.max_steps), spans)
         return program
 
     def vector(self, values: Values = None) -> Array:
@@ -952,8 +911,8 @@ class Prepared:
             if self._slope is None:
                 slopes = functools.partial(self._slopes, max_steps=self._slope_steps)
                 subject = self._subject("gradient", self._slope_steps)
-                self._slope = compiled(
-                    slopes, numbers, longest=_LONGEST_SLOPES, subject=subject
+                self._slope = program_of(
+                    slopes, numbers, subject=subject, longest=_LONGEST_SLOPES
                 )
             *slope, code = np.asarray(self._slope.call(numbers))
             if code != Code.STEP_LIMIT or self._slope_steps >= _MOST_STEPS:

@@ -13,12 +13,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base import _cache
 from .._base._arguments import explained
-from .._base._compiling import Packed, Packing, Program, compiled, pack, run_device
+from .._base._compiling import LONGEST, Program, megabytes, program_of, run_device
 from .._base._faults import Fault, InputError
-from .._base._programs import Kept
+from .._base._packing import Packing, pack
 from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
+from .._base._store import MEMORY, kept
 from .._base._table import number
 from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
 from ..hybrid.arrays import Array
@@ -267,7 +267,7 @@ def step_of_numbers(
         _, y, mode, _ = jax.eval_shape(start, np.ones(n))
         return _size(y), _size(mode)
 
-    ny, nm = _cache.cached("sizes of a step", (packing, shapes), sizes)
+    ny, nm = kept(("sizes of a step", packing, shapes), sizes)
 
     def run(x: Array) -> Record:
         system, y, mode, settings = start(x)
@@ -292,27 +292,20 @@ def step_of_numbers(
     return run, int(ends[-1]), (ny, nm)
 
 
-@functools.partial(Kept, lines=lambda kept: kept[0].lines)
 def _program(
-    packing: Packing,
-    method: AbstractMethod,
-    shapes: tuple[InputShape, ...],
-    device: Any,
+    packing: Packing, method: AbstractMethod, shapes: tuple[InputShape, ...]
 ) -> tuple[Program, int]:
     """The step compiled, and the size of state and mode."""
-    run, before, sizes = step_of_numbers(packing, method, shapes)
-
-    def packed(x: Array) -> Packed:
-        return Packed.of(run(x))
-
     subject = ("step", packing, method, shapes)
-    return compiled(
-        packed,
-        np.ones(before + 2 + sum(sizes)),
-        device=device,
-        subject=subject,
-        quick=True,
-    ), sum(sizes)
+
+    def make() -> tuple[Program, int]:
+        run, before, sizes = step_of_numbers(packing, method, shapes)
+        numbers = np.ones(before + 2 + sum(sizes))
+        how = {"quick": True, "longest": LONGEST, "packed": True}
+        return program_of(run, numbers, subject=subject, **how), sum(sizes)
+
+    key = (*subject, run_device())
+    return MEMORY.get(key, make, lambda made: megabytes(made[0]))
 
 
 def _size(tree: Any) -> int:
@@ -440,7 +433,7 @@ class Stepper:
             InputShape(name, held_input.where, len(held_input.times))
             for name, held_input in held.items()
         )
-        program, size = _program(self._packing, self._method, shapes, run_device())
+        program, size = _program(self._packing, self._method, shapes)
         now = (
             np.full(size, np.nan)
             if y is None or mode is None
@@ -453,7 +446,7 @@ class Stepper:
         ]
         record: Record = program.call(
             np.concatenate([self._numbers, *points, [t, end], now])
-        ).unpack()
+        )
         if int(record.code) not in (Code.COMPLETED, Code.STEP_LIMIT):
             result = Result(
                 self.scene,

@@ -26,11 +26,10 @@ import jax
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._cache import canonical, versions
-from .._base._compiling import trace_anew
 from .._base._faults import Fault, InputError, Issues
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
+from .._base._store import canonical, trace_anew, versions
 from ..outputs.judgement import COLOURS, REASONS, decoded
 from ..outputs.log import status_of
 from ..outputs.metrics import RESIDUALS

@@ -22,12 +22,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._cache import UnknownStructureError, canonical
-from .._base._compiling import DeviceJit, Packing, Program, compiled, pack, trace_anew
+from .._base._compiling import LONGEST, Compiled, Program, megabytes, program_of
 from .._base._faults import Fault, InputError, Issues
+from .._base._packing import Packing, pack
 from .._base._part import Leaf
-from .._base._programs import STORE
 from .._base._quantity import Quantity, behind
+from .._base._store import MEMORY, UnknownStructureError, canonical, trace_anew
 from ..hybrid import LANDED, Code, Record, Rodas5P
 from ..hybrid.arrays import Array, numpy_of
 from ..outputs.judgement import coded, judge_of_many
@@ -400,7 +400,7 @@ class Evaluation(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def _program(asked: ProgramKey) -> DeviceJit:
+def _program(asked: ProgramKey) -> Compiled:
     def answer(x: Array, scene: Scene, given: Any, rtol: Array) -> tuple[Array, Any]:
         outcome = asked.place(scene, x, given)
         code = jnp.zeros((), jnp.int32)
@@ -429,14 +429,16 @@ def _program(asked: ProgramKey) -> DeviceJit:
         return slope, *values
 
     metrics = (
-        [*map(identity_of, asked.find.asked)] if isinstance(asked.find, Metrics) else []
+        tuple(map(identity_of, asked.find.asked))
+        if isinstance(asked.find, Metrics)
+        else ()
     )
-    return DeviceJit(
+    return Compiled(
         along if asked.singly else at_once, subject=("evaluate", asked, metrics)
     )
 
 
-@functools.partial(DeviceJit, static_argnames="find")
+@functools.partial(Compiled, static_argnames=("find",))
 def _measured(result: Result, *, find: Find) -> Array:
     return find(result, None)[0]
 
@@ -731,29 +733,20 @@ def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program
     nothing there, and wait for the slowest of more runs.
     """
 
-    def make() -> Program:
-        lanes = job.lanes if device.platform == "cpu" else job.size
-        # the parameters of the scene are in the vector: a cached program holds none of
-        # them
-        without = job._replace(scene=None)  # pyright: ignore
-        run = functools.partial(
-            _integrate, like=like, job=without, metrics=metrics, lanes=lanes
-        )
-        subject = (
-            "chunk",
-            like,
-            job.paths,
-            [*map(identity_of, metrics)],
-            job.solver,
-            *job[5:],
-            lanes,
-        )
-        return compiled(run, numbers, device=device, subject=subject)
-
     metrics = job.measured
-    return STORE.get(
-        (_integrate, like, job.paths, metrics, job.solver, *job[5:], device), make
+    lanes = job.lanes if device.platform == "cpu" else job.size
+    # the parameters of the scene are in the vector: a cached program holds none of them
+    without = job._replace(scene=None)  # pyright: ignore
+    run = functools.partial(
+        _integrate, like=like, job=without, metrics=metrics, lanes=lanes
     )
+    asked = tuple(map(identity_of, metrics))
+    subject = ("chunk", like, job.paths, asked, job.solver, *job[5:], lanes)
+
+    def make() -> Program:
+        return program_of(run, numbers, subject=subject, longest=LONGEST)
+
+    return MEMORY.get((*subject, device), make, megabytes)
 
 
 def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:

@@ -10,10 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import per_structure, read_by
+from .._base._compiling import read_by
 from .._base._faults import Fault, Faults, Issues
 from .._base._part import Part, part, positive_quantity, quantity, structural, whole
 from .._base._quantity import Over, Scalar
+from .._base._store import cached_by_structure
 from ..hybrid.arrays import Array, Floats, ScalarArray
 from ..hybrid.struct import AbstractVar
 from ..profiles import AbstractProfile
@@ -72,7 +73,7 @@ class Reads(NamedTuple):
     perfect: bool  # contact without resistance
 
 
-@per_structure
+@cached_by_structure
 def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
     """Dependence of `g` of a link between places of `n_a` and `n_b` nodes.
 

@@ -32,10 +32,6 @@ def test_numbers_of_the_installation(capsys, kept):
     assert found["devices"]["single_runs"] == str(jax.local_devices(backend="cpu")[0])
     assert found["cache"]["folder"] == kept
     assert found["cache"]["programs"] >= 2
-    assert all(
-        row["in_force"] in (True, False) and row["worth"]
-        for row in found["accelerators"]
-    )
     assert [note.split(":")[0] for note in found["notes"]] == ["JAX's own cache is on"]
     assert found["xla_flags"] == os.environ.get("XLA_FLAGS", "")
 

@@ -7,7 +7,7 @@ import time
 import pytest
 from commands import python
 
-from simbrake._base import _cache
+from simbrake._base import _store
 
 
 @pytest.fixture
@@ -15,6 +15,11 @@ def folder(monkeypatch, tmp_path):
     """An empty folder for kept programs."""
     monkeypatch.setenv("SIMBRAKE_CACHE_DIR", str(tmp_path / "kept"))
     return tmp_path / "kept"
+
+
+def kept(number):
+    """A number as an answer, or the answer that an earlier process has kept."""
+    return _store.kept_on_disk(_store.file_of("sum", (1, 2)), lambda: number)
 
 
 def writable_folder(path):
@@ -45,7 +50,7 @@ def test_an_unsafe_folder_is_left_alone(make, monkeypatch, tmp_path, caplog):
     place = make(tmp_path / "place")
     monkeypatch.setenv("SIMBRAKE_CACHE_DIR", str(place))
     before = sorted(tmp_path.rglob("*"))
-    assert [_cache.cached("sum", (1, 2), lambda x=x: x) for x in (3, 4)] == [3, 4]
+    assert [kept(x) for x in (3, 4)] == [3, 4]
     assert sorted(tmp_path.rglob("*")) == before
     assert len(caplog.messages) == 1
 
@@ -53,8 +58,8 @@ def test_an_unsafe_folder_is_left_alone(make, monkeypatch, tmp_path, caplog):
 def test_a_folder_is_made_private(tmp_path):
     tmp_path.chmod(0o1777)  # as /tmp
     (tmp_path / "mine").mkdir(mode=0o750)
-    _cache.Folder(tmp_path / "mine")
-    _cache.Folder(tmp_path / "new" / "programs")
+    _store.Folder(tmp_path / "mine")
+    _store.Folder(tmp_path / "new" / "programs")
     places = ("", "mine", "new", "new/programs")
     assert [(tmp_path / place).stat().st_mode & 0o7777 for place in places] == [
         0o1777,
@@ -67,11 +72,11 @@ def test_a_folder_is_made_private(tmp_path):
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
 @pytest.mark.parametrize("what", ["folder", "file"])
 def test_files_of_others_are_not_opened(what, folder, caplog):
-    _cache.cached("sum", 1, lambda: 3)
+    kept(3)
     (file,) = folder.iterdir()
     os.chown(folder if what == "folder" else file, 12345, 12345)
-    _cache._opened.cache_clear()
-    assert _cache.cached("sum", 1, lambda: 4) == 4
+    _store._opened.cache_clear()
+    assert kept(4) == 4
     assert len(caplog.messages) == 1
     os.chown(folder, 0, 0)
 
@@ -86,10 +91,10 @@ def test_files_of_others_are_not_opened(what, folder, caplog):
     ids=["changed", "readable", "link"],
 )
 def test_a_damaged_file_is_made_anew(damage, folder, caplog):
-    assert [_cache.cached("sum", 1, lambda x=x: x) for x in (3, 5)] == [3, 3]
+    assert [kept(x) for x in (3, 5)] == [3, 3]
     (file,) = folder.iterdir()
     damage(file)
-    assert [_cache.cached("sum", 1, lambda x=x: x) for x in (4, 5)] == [4, 4]
+    assert [kept(x) for x in (4, 5)] == [4, 4]
     assert len(caplog.messages) == 1
     assert [entry.name for entry in folder.iterdir()] == [file.name]
 
@@ -98,7 +103,7 @@ def test_no_more_than_the_limit_is_kept(folder, monkeypatch):
     """Three files of 10,000 bytes fill 0.03 MB; with one byte more that goes which was
     not used for longest."""
     monkeypatch.setenv("SIMBRAKE_CACHE_SIZE", "0.03")
-    store = _cache.folder()
+    store = _store.folder()
     store.write("a", b"")
     empty = store.entries()[0].size
     now = time.time()
@@ -118,12 +123,12 @@ def test_programs_that_look_alike_are_not_mixed_up(folder):
     """
     program = (
         "import numpy as np; import jax.numpy as jnp; import simbrake\n"
-        "from simbrake._base._compiling import DeviceJit\n"
+        "from simbrake._base._compiling import Compiled\n"
         "for size in (2, 3):\n"
-        "    print(DeviceJit(lambda x, unused: x + 1.0)(np.ones(2), np.ones(size)).tolist())\n"
-        "power = DeviceJit(lambda x, n: x**n, static_argnames='n', subject=('power',))\n"
+        "    print(Compiled(lambda x, unused: x + 1.0)(np.ones(2), np.ones(size)).tolist())\n"
+        "power = Compiled(lambda x, n: x**n, static_argnames=('n',), subject=('power',))\n"
         "print([power(np.asarray(3.0), n=n).item() for n in (2, 3)])\n"
-        "solve = DeviceJit(lambda a, b: jnp.linalg.solve(a, b), subject=('solve',))\n"
+        "solve = Compiled(lambda a, b: jnp.linalg.solve(a, b), subject=('solve',))\n"
         "print(solve(2.0 * np.eye(3), np.ones(3)).tolist())"
     )
     for _ in range(2):

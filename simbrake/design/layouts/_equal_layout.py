@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..._base._compiling import DeviceJit
+from ..._base._compiling import Compiled
 from ..._base._faults import Issues
 from ..._base._progress import Progress
 from ..._base._quantity import as_number
@@ -269,7 +269,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     ), f
 
 
-_full_slip_compiled = DeviceJit(full_slip)
+_full_slip_compiled = Compiled(full_slip)
 
 
 def friction_at_start(scene: Scene) -> ByLining:

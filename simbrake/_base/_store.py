@@ -1,5 +1,7 @@
-"""The cache on disk of what depends on the structure of a scene alone: compiled
-programs, and facts about parts.
+"""What is found once and kept: compiled programs, and facts about the structure of a
+scene. An answer is looked up in memory, then in a folder on disk, and only then made.
+
+Memory has a bound, from which the answers used least recently go.
 
 The folder is `SIMBRAKE_CACHE_DIR` (empty: none), else `simbrake/programs` in the user's
 cache folder. Its files are run and unpickled, so nobody else may have written them: the
@@ -9,14 +11,17 @@ nobody else may write to them, and no symbolic link leads there.
 The name of a file is the hash of all that its content depends on: the structure
 (classes, static fields, shapes), the versions and sources of simbrake and of what it
 computes with, and the device. User-defined classes and functions may change without any
-of these, and are not cached.
+of these, and are not kept on disk.
 """
 
 import contextlib
+import ctypes
 import dataclasses
 import enum
 import functools
+import gc
 import hashlib
+import itertools
 import logging
 import os
 import pickle
@@ -24,24 +29,32 @@ import platform
 import stat
 import sys
 import tempfile
+import threading
 import time
 import types
-from collections.abc import Callable, Iterator
-from importlib.metadata import PackageNotFoundError, version
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import jax
 import numpy as np
 
+from ._packing import Packing, pack
+
 _Answer = TypeVar("_Answer")
 
+MEMORY_VARIABLE = "SIMBRAKE_PROGRAM_MEMORY"
 FOLDER_VARIABLE = "SIMBRAKE_CACHE_DIR"
 SIZE_VARIABLE = "SIMBRAKE_CACHE_SIZE"
-#: MB that all files together may take; the files unused for longest go first
+#: MB that answers may take in memory, and all files together
+DEFAULT_MEMORY = 320.0
 DEFAULT_SIZE = 512.0
+#: MB that an answer takes which is no program, with its key
+_SMALL = 0.02
 #: the first bytes of every file; another number here makes earlier files unreadable
-_MAGIC = b"simbrake cache 1\n"
+_MAGIC = b"simbrake cache 2\n"
 _DIGEST = hashlib.sha256().digest_size
 #: packages of whose classes and functions everything is known by their versions
 _KNOWN = (
@@ -62,12 +75,101 @@ LIBRARIES = ("jax", "jaxlib", "numpy", "equinox", "diffrax", "optimistix", "line
 _log = logging.getLogger("simbrake")
 
 
-class UnknownStructureError(Exception):
-    """Something whose meaning is not fixed by its name and the versions of known
-    packages."""
+def _megabytes(variable: str, default: float) -> float:
+    try:
+        return max(0.0, float(os.environ.get(variable, default)))
+    except ValueError:
+        return default
+
+
+def memory_bound() -> float:
+    """MB that all answers in memory may take; looked up when one is made."""
+    return _megabytes(MEMORY_VARIABLE, DEFAULT_MEMORY)
+
+
+def size_bound() -> float:
+    """MB that all files together may take; those unused for longest go first."""
+    return _megabytes(SIZE_VARIABLE, DEFAULT_SIZE)
+
+
+# --- in memory ----------------------------------------------------------------------
+
+
+class Memory:
+    """Answers by key, as many as the bound allows, the last one in any case.
+
+    What has gone is found again when it is next asked for. Whoever holds an answer (a
+    `Prepared`, a run in another thread) keeps it alive.
+    """
+
+    def __init__(self) -> None:
+        self._answers: OrderedDict[Hashable, tuple[Any, float]] = OrderedDict()
+        self._lock = threading.Lock()
+        self._locks: dict[Hashable, Any] = {}
+        self.megabytes = 0.0
+        self._gone = 0.0  # MB, since JAX's caches were cleared
+
+    def get(
+        self,
+        key: Hashable,
+        make: Callable[[], _Answer],
+        size: Callable[[_Answer], float] = lambda _: _SMALL,
+    ) -> _Answer:
+        """The answer of a key, made where there is none; of several threads one makes
+        it, the others wait.
+
+        `size(answer)`: estimate of the memory that it takes, in MB.
+        """
+        known = self._answers.get(key)
+        if known is None:
+            with self._locks.setdefault(key, threading.RLock()):
+                known = self._answers.get(key)
+                if known is None:
+                    answer = make()
+                    known = answer, size(answer)
+                    self._add(key, known)
+            self._locks.pop(key, None)
+        with contextlib.suppress(KeyError):  # another thread has dropped it
+            self._answers.move_to_end(key)
+        return known[0]
+
+    def _add(self, key: Hashable, known: tuple[Any, float]) -> None:
+        bound = memory_bound()
+        with self._lock:
+            self._answers[key] = known
+            self.megabytes += known[1]
+            while self.megabytes > bound and len(self._answers) > 1:
+                _, (_, size) = self._answers.popitem(last=False)
+                self.megabytes -= size
+                self._gone += size
+            full = self._gone > bound
+            if full:
+                self._gone = 0.0
+        if full:
+            # JAX keeps some 4 MB of each structure that it has traced, and glibc keeps
+            # what was freed: without both 1000 structures would take 5 GB
+            jax.clear_caches()
+            gc.collect()
+            with contextlib.suppress(OSError, AttributeError, TypeError):
+                ctypes.CDLL(None).malloc_trim(0)
+
+    def forget(self) -> None:
+        """Drop all answers."""
+        with self._lock:
+            self._answers.clear()
+            self.megabytes = 0.0
+
+
+#: of the process
+MEMORY = Memory()
 
 
 # --- what identifies a structure ----------------------------------------------------
+
+
+class UnknownStructureError(Exception):
+    """Something whose meaning is not fixed by its name and the versions of known
+    packages."""
 
 
 def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
@@ -80,7 +182,9 @@ def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
     """
     text = functools.partial(canonical, static=static, by_name=by_name)
     name_of = functools.partial(_name, unknown=by_name)
-    if value is None or isinstance(value, bool | int | float | complex | str | bytes):
+    if value is None or isinstance(
+        value, bool | int | float | complex | str | bytes | np.dtype
+    ):
         return repr(value)
     if isinstance(value, enum.Enum):
         return f"{name_of(type(value))}.{value.name}"
@@ -91,20 +195,16 @@ def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
     if isinstance(value, dict):
         return f"{{{','.join(f'{text(key)}:{text(entry)}' for key, entry in value.items())}}}"
     if isinstance(value, np.ndarray | np.generic | jax.Array | jax.ShapeDtypeStruct):
-        digest = (
-            hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
-            if static
-            else ""
-        )
-        return f"{value.dtype}{list(value.shape)}{digest}"
+        about = f"{value.dtype}{list(value.shape)}"
+        if not static:
+            return about
+        return about + hashlib.sha256(np.asarray(value).tobytes()).hexdigest()
     if isinstance(value, functools.partial):  # those of JAX too
         return f"{name_of(type(value))}{text((value.func, value.args, value.keywords))}"
     if isinstance(value, jax.tree_util.PyTreeDef):
         return text(jax.tree.unflatten(value, [_LEAF] * value.num_leaves))
     if isinstance(value, types.MethodType):
         return text((value.__func__, value.__self__))
-    if isinstance(value, np.dtype):
-        return str(value)
     if dataclasses.is_dataclass(value):
         fields = [
             f"{field.name}={text(getattr(value, field.name), static=static or field.metadata.get('static', False))}"
@@ -149,64 +249,33 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def _surroundings() -> str:
-    """Versions, sources and the processor: what was compiled for one is of no use on
-    another."""
-    package = Path(__file__).parents[1]
-    sources = []
-    for folder, _, files in os.walk(package):
-        for file in sorted(files):
-            if not file.endswith((".pyc", ".pyi")):
-                about = os.stat(os.path.join(folder, file))
-                sources.append(
-                    f"{os.path.relpath(folder, package)}/{file} {about.st_size} {about.st_mtime_ns}"
-                )
-    lines = [sys.version, *sorted(sources)]
-    for name in LIBRARIES:
-        with contextlib.suppress(PackageNotFoundError):
-            lines.append(f"{name} {version(name)}")
-    return "\n".join([*lines, *_processor()])
+    """Versions and the processor: what was compiled for one is of no use on another."""
+    about = [*map(str, versions().items()), sys.platform, platform.machine()]
+    about.append(str(os.cpu_count()))
+    with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
+        first = itertools.takewhile(str.strip, file)
+        kinds = ("model", "flags", "Features", "CPU")
+        about += [line for line in first if line.startswith(kinds)]
+    return "\n".join(about)
 
 
-def _processor() -> list[str]:
-    about = [platform.machine(), platform.system(), str(os.cpu_count())]
-    with contextlib.suppress(OSError), open("/proc/cpuinfo", "rb") as file:
-        first = file.read(16384).decode("ascii", "replace").split("\n\n")[0]
-        about += [
-            line
-            for line in first.splitlines()
-            if line.startswith(("model", "flags", "Features", "CPU"))
-        ]
-    return about
-
-
-def key_of(name: str, subject: Any, device: Any = None) -> str | None:
-    """Name of the file of a program or fact; `None` for what cannot be cached."""
-    if (
-        jax.config.jax_disable_jit
-        or jax.config.jax_debug_nans
-        or jax.config.jax_debug_infs
-    ):  # pyright: ignore
+def file_of(name: str, subject: Any, device: Any = None) -> str | None:
+    """Name of the file of an answer; `None` for what cannot be kept."""
+    config: Any = jax.config
+    if config.jax_disable_jit or config.jax_debug_nans or config.jax_debug_infs:
         return None
     try:
         text = canonical(subject)
     except UnknownStructureError:
         return None
-    place = (
-        ""
-        if device is None
-        else f"{device.platform} {device.device_kind} {device.client.platform_version}"
-    )
-    settings = (
-        f"{jax.config.jax_default_matmul_precision} {os.environ.get('XLA_FLAGS', '')}"  # pyright: ignore
-    )
+    place = ""
+    if device is not None:
+        client = device.client
+        place = f"{device.id} {device.device_kind} {client.platform_version}"
+    flags = os.environ.get("XLA_FLAGS", "")
+    settings = f"{config.jax_default_matmul_precision} {flags}"
     whole = "\n".join([name, text, place, settings, _surroundings()])
     return f"{name}-{hashlib.sha256(whole.encode()).hexdigest()[:40]}"
-
-
-def of_jax() -> bool:
-    """Whether JAX's own cache of compiled programs is on
-    (`JAX_COMPILATION_CACHE_DIR`)."""
-    return bool(jax.config.jax_compilation_cache_dir)  # pyright: ignore
 
 
 # --- the folder ---------------------------------------------------------------------
@@ -289,7 +358,7 @@ class Folder:
         except FileNotFoundError:
             return None
         head = len(_MAGIC) + _DIGEST
-        body = content[len(_MAGIC) + _DIGEST :]
+        body = content[head:]
         if content[:head] != _MAGIC + hashlib.sha256(body).digest():
             raise ValueError(f"{file} is damaged")
         return body
@@ -330,16 +399,8 @@ class Folder:
             forgotten = (
                 entry.name.startswith(".") and time.time() - entry.used > 3600
             )  # of a process that was killed
-            if total > limit() * 1e6 or forgotten:
+            if total > size_bound() * 1e6 or forgotten:
                 self.remove(entry.name)
-
-
-def limit() -> float:
-    """Maximum size of all files together in MB."""
-    try:
-        return max(0.0, float(os.environ.get(SIZE_VARIABLE, DEFAULT_SIZE)))
-    except ValueError:
-        return DEFAULT_SIZE
 
 
 @functools.lru_cache(maxsize=4)
@@ -366,48 +427,39 @@ def folder() -> Folder | None:
     return None if path is None else _opened(path)
 
 
-@contextlib.contextmanager
-def _reported(name: str) -> Iterator[None]:
-    """Report an error of a file in one line and remove the file, which is then written
-    again."""
+def kept_on_disk(
+    file: str | None,
+    make: Callable[[], _Answer],
+    *,
+    anew: bool = False,
+    written: bool = True,
+) -> _Answer:
+    """The answer in a file of the folder; where there is none that is usable, it is
+    made and written.
+
+    `anew`: it is not read;  `written`: whether it may be written.
+    """
+    store = None if file is None else folder()
+    if file is None or store is None:
+        return make()
     try:
-        yield
+        body = None if anew else store.read(file)
+        if body is not None:
+            return pickle.loads(body)
     except Exception as error:  # whatever a damaged file or another system leads to
+        words = _words(error) or type(error).__name__
         _log.warning(
-            "simbrake: cache file %s is unusable and will be replaced: %s",
-            name,
-            _words(error) or type(error).__name__,
+            "simbrake: cache file %s is unusable and will be replaced: %s", file, words
         )
-        store = folder()
-        if store is not None:
-            with contextlib.suppress(OSError):
-                store.remove(name)
-
-
-def read(key: str | None, restore: Callable[[Any], _Answer]) -> _Answer | None:
-    """Return `restore(content)` of the file with this key; `None` if there is none, or
-    none that is usable."""
-    if key is None or (store := folder()) is None:
-        return None
-    with _reported(key):
-        body = store.read(key)
-        return None if body is None else restore(pickle.loads(body))
-    return None
-
-
-def write(key: str | None, content: Callable[[], Any]) -> None:
-    """Write what `content` returns to the file with this key, if possible."""
-    if key is None or (store := folder()) is None:
-        return
-    try:
-        store.write(key, pickle.dumps(content(), pickle.HIGHEST_PROTOCOL))
-    # a full disk; something that cannot be pickled; a device that cannot store programs
-    except Exception as error:
-        _unwritable(
-            error.strerror
-            if isinstance(error, OSError) and error.strerror
-            else f"{error}"
-        )
+        with contextlib.suppress(OSError):
+            store.remove(file)
+    answer = make()
+    if written:
+        try:
+            store.write(file, pickle.dumps(answer, pickle.HIGHEST_PROTOCOL))
+        except Exception as error:  # a full disk, or what cannot be pickled
+            _unwritable(getattr(error, "strerror", None) or str(error))
+    return answer
 
 
 @functools.cache
@@ -415,13 +467,61 @@ def _unwritable(words: str) -> None:
     _log.warning("simbrake: a compiled program is not cached: %s", words)
 
 
-def cached(name: str, subject: Any, find: Callable[[], _Answer]) -> _Answer:
-    """Return `find()`, which depends only on the structure of the `subject`; computed
-    once and cached on disk."""
-    key = key_of(name, subject)
-    content = read(key, lambda answer: (answer,))
-    if content is not None:
-        return content[0]
-    answer = find()
-    write(key, lambda: answer)
+def kept(subject: tuple, make: Callable[[], _Answer]) -> _Answer:
+    """`make()`, which depends on the structure of the `subject` (a name, and whatever
+    it is about) alone: found once, kept in memory and on disk."""
+    name, *rest = subject
+    return MEMORY.get(subject, lambda: kept_on_disk(file_of(name, rest), make))
+
+
+def trace_anew() -> None:
+    """Forget all programs, and all answers that were found by tracing.
+
+    JAX takes a user's function for the same one as before when a global value that it
+    reads has changed.
+    """
+    MEMORY.forget()
+    jax.clear_caches()
+
+
+def cached_by_values(
+    of: Callable[[Any], Any],
+) -> Callable[[Callable[[Any], _Answer]], Callable[[Any], _Answer]]:
+    """A function of a scene or part, found once for each set of numbers in `of(part)`,
+    on which alone it depends.
+
+    Numbers that are traced, or no arrays, are looked at anew.
+    """
+
+    def remembering(find: Callable[[Any], _Answer]) -> Callable[[Any], _Answer]:
+        @functools.wraps(find)
+        def answer(part: Any) -> _Answer:
+            seen = of(part)
+            if not all(type(leaf) is np.ndarray for leaf in jax.tree.leaves(seen)):
+                return find(part)
+            numbers, like = pack(seen)
+            size = _SMALL + numbers.nbytes / 1e6
+            key = find, like, numbers.tobytes()
+            return MEMORY.get(key, lambda: find(part), lambda _: size)
+
+        return answer
+
+    return remembering
+
+
+def cached_by_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
+    """A function of a part (a PyTree of numbers, traced ones included) whose answer
+    holds for all of its numbers.
+
+    It is found once for each structure: `find` gets shapes and types in place of
+    numbers, and further arguments that can be hashed.
+    """
+
+    @functools.wraps(find)
+    def answer(part: Any, *arguments: Hashable, **named: Hashable) -> _Answer:
+        like = Packing.of(part)
+        more = tuple(sorted(named.items()))
+        subject = find.__name__, find, like, arguments, more
+        return kept(subject, lambda: find(like.stand_in(), *arguments, **named))
+
     return answer
