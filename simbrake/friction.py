@@ -17,7 +17,7 @@ from ._base._compiling import read_by
 from ._base._corners import clipped, greater, lesser, rounded
 from ._base._faults import Fault, Faults, Issues, input_error
 from ._base._part import Part, part, positive_quantity, quantity, short_for
-from ._base._quantity import Over, Scalar
+from ._base._quantity import IndexedBy, Scalar
 from ._base._store import cached_by_structure
 from .hybrid.arrays import Array, Floats, ScalarArray, TwoArrays, Vector
 from .hybrid.struct import AbstractVar, struct_field
@@ -223,9 +223,11 @@ class TabulatedFade(AbstractFactor):
     """
 
     temperature: Scalar = quantity(
-        "K", "temperatures of the table", low=0.0, many=Over.ROWS
+        "K", "temperatures of the table", low=0.0, many=IndexedBy.ROWS
     )
-    values: Scalar = quantity("1", "factors of the table", 0.0, 10.0, many=Over.ROWS)
+    values: Scalar = quantity(
+        "1", "factors of the table", 0.0, 10.0, many=IndexedBy.ROWS
+    )
 
     def factor(self, contact: Contact) -> Floats:
         T = jnp.asarray(self.temperature)
@@ -358,7 +360,7 @@ class FrictionChange(Part):
         "1",
         "numbers of the linings, from 1 at the slack end",
         low=1.0,
-        many=Over.ROWS,
+        many=IndexedBy.ROWS,
         default=None,
     )
     when: AbstractEnd | None = struct_field(
@@ -981,9 +983,11 @@ class TabulatedFriction(AbstractFriction):
         TabulatedFriction(speed=[0, 5] m/s, coefficient=[0.4, 0.35], static_ratio=1)
     """
 
-    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=Over.ROWS)
+    speed: Scalar = quantity(
+        "m/s", "slip speeds of the table", low=0.0, many=IndexedBy.ROWS
+    )
     coefficient: Scalar = quantity(
-        "1", "coefficients of friction of the table", 0.0, 10.0, many=Over.ROWS
+        "1", "coefficients of friction of the table", 0.0, 10.0, many=IndexedBy.ROWS
     )
     static_ratio: Scalar = quantity(
         "1", "ratio of static friction to that at zero speed", low=1.0, default=1.0

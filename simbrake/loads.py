@@ -19,7 +19,7 @@ from ._base._part import (
     short_for,
     whole,
 )
-from ._base._quantity import Over, Quantity, Scalar, Values, in_si
+from ._base._quantity import IndexedBy, Quantity, Scalar, Values, in_si
 from .hoists import (
     GRAVITY,
     AbstractLoad,
@@ -147,8 +147,8 @@ class TabulatedLoad(AbstractLoad):
         12000.0
     """
 
-    speed: Scalar = quantity("rad/s", "speeds of the table", many=Over.ROWS)
-    torque_at: Scalar = quantity("N*m", "torques of the table", many=Over.ROWS)
+    speed: Scalar = quantity("rad/s", "speeds of the table", many=IndexedBy.ROWS)
+    torque_at: Scalar = quantity("N*m", "torques of the table", many=IndexedBy.ROWS)
     share: AbstractProfile = part(
         AbstractProfile, "1", default_factory=lambda: Constant(1.0)
     )
@@ -411,7 +411,7 @@ class StringLoad(AbstractString):
 
     empty: Scalar = positive_quantity("kg", "mass of hook and block")
     string: Scalar = quantity(
-        "kg", "mass of the string in the first cycle", low=0.0, many=Over.ROWS
+        "kg", "mass of the string in the first cycle", low=0.0, many=IndexedBy.ROWS
     )
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
@@ -557,8 +557,10 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
         array([80000., 12000.])
     """
 
-    times: Scalar = quantity("s", "times from which the masses hang", many=Over.ROWS)
-    masses: Scalar = quantity("kg", "masses on the hook", low=0.0, many=Over.ROWS)
+    times: Scalar = quantity(
+        "s", "times from which the masses hang", many=IndexedBy.ROWS
+    )
+    masses: Scalar = quantity("kg", "masses on the hook", low=0.0, many=IndexedBy.ROWS)
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
     gravity: Scalar = positive_quantity(
@@ -802,12 +804,12 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
 
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
     angles: Scalar = quantity(
-        "rad", "angle turned at the points of the speed", many=Over.ROWS
+        "rad", "angle turned at the points of the speed", many=IndexedBy.ROWS
     )
     limit: Scalar = positive_quantity("N", "maximum slack tension")
     pull: Scalar = positive_quantity("N", "slack tension at rest")
     motor_share: Scalar = quantity(
-        "1", "share of the motor in lowering", 0.0, 1.0, many=Over.ROWS
+        "1", "share of the motor in lowering", 0.0, 1.0, many=IndexedBy.ROWS
     )
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
     position_gain: Scalar = quantity(

@@ -23,7 +23,7 @@ from ._base._part import (
     takes_values,
     whole,
 )
-from ._base._quantity import Over, Quantity, Scalar
+from ._base._quantity import IndexedBy, Quantity, Scalar
 from ._base._store import cached_by_structure
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
 from .hybrid.struct import AbstractVar, Struct, with_fields
@@ -457,8 +457,10 @@ class PiecewiseLinear(AbstractPoints):
         PiecewiseLinear(times=[0, 0.35] s, values=[2000, 24000])
     """
 
-    times: Scalar = quantity("s", "times of the profile's points", many=Over.ROWS)
-    values: Scalar = quantity("SI", "values at the profile's points", many=Over.ROWS)
+    times: Scalar = quantity("s", "times of the profile's points", many=IndexedBy.ROWS)
+    values: Scalar = quantity(
+        "SI", "values at the profile's points", many=IndexedBy.ROWS
+    )
 
     def line(self, piece: Piece) -> tuple[Array, Array, Array]:
         """The straight line of a piece: value at its start, start, slope."""
@@ -577,10 +579,10 @@ def ramp(
 def held(
     times: Annotated[
         Sequence[float] | np.ndarray,
-        Quantity("s", "times from which the values hold", many=Over.ROWS),
+        Quantity("s", "times from which the values hold", many=IndexedBy.ROWS),
     ],
     values: Annotated[
-        Sequence[float] | np.ndarray, Quantity("SI", "values", many=Over.ROWS)
+        Sequence[float] | np.ndarray, Quantity("SI", "values", many=IndexedBy.ROWS)
     ],
 ) -> PiecewiseLinear:
     """Samples each of which holds up to the next (zero order): straight lines with a
@@ -612,9 +614,9 @@ class Repeated(AbstractPoints):
     """
 
     times: Scalar = quantity(
-        "s", "times of the points in one cycle", low=0.0, many=Over.ROWS
+        "s", "times of the points in one cycle", low=0.0, many=IndexedBy.ROWS
     )
-    values: Scalar = quantity("SI", "values at the points", many=Over.ROWS)
+    values: Scalar = quantity("SI", "values at the points", many=IndexedBy.ROWS)
     period: Scalar = positive_quantity("s", "length of a cycle")
     count: int = whole("number of cycles", high=1_000_000)
     begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
@@ -815,7 +817,7 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
         "SI", "typical magnitude of the profile", default=1.0
     )
     knots: Scalar = quantity(
-        "s", "times of corners and jumps", many=Over.ROWS, default=()
+        "s", "times of corners and jumps", many=IndexedBy.ROWS, default=()
     )
     by_piece: ClassVar[tuple[str, ...]] = ("knots",)
 

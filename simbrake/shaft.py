@@ -12,7 +12,7 @@ import numpy as np
 from ._base._corners import clipped
 from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, part, positive_quantity, quantity, structural
-from ._base._quantity import Over, Scalar
+from ._base._quantity import IndexedBy, Scalar
 from .friction import interpolated, is_table
 from .hybrid.arrays import Array, TwoArrays
 from .hybrid.struct import AbstractVar, with_fields
@@ -285,8 +285,12 @@ class TabulatedDrag(AbstractShaftTorque):
         -300.0
     """
 
-    speed: Scalar = quantity("rad/s", "speeds of the table", low=0.0, many=Over.ROWS)
-    torque_at: Scalar = quantity("N*m", "torques of the table", 0.0, many=Over.ROWS)
+    speed: Scalar = quantity(
+        "rad/s", "speeds of the table", low=0.0, many=IndexedBy.ROWS
+    )
+    torque_at: Scalar = quantity(
+        "N*m", "torques of the table", 0.0, many=IndexedBy.ROWS
+    )
     share: AbstractProfile = part(
         AbstractProfile, "1", default_factory=lambda: Constant(1.0)
     )

@@ -20,7 +20,7 @@ from ._base._part import (
     short_for,
     structural,
 )
-from ._base._quantity import Over, Scalar
+from ._base._quantity import IndexedBy, Scalar
 from .brakes.design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
 from .hybrid.arrays import Array, Floats
@@ -258,14 +258,14 @@ class Wear(Part):
     turned_at: Scalar | None = quantity(
         "s",
         "times at which the band is turned end for end",
-        many=Over.ROWS,
+        many=IndexedBy.ROWS,
         default=None,
     )
     turned_after: Scalar | None = quantity(
         "1",
         "numbers of phases after which the band is turned end for end",
         low=0.0,
-        many=Over.ROWS,
+        many=IndexedBy.ROWS,
         default=None,
     )
 
@@ -411,7 +411,7 @@ def faults_of_turning(brake: Brake) -> Faults:
     listed = [
         leaf
         for leaf in parts
-        if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS
+        if np.ndim(leaf.value) == 1 and leaf.about.many is not IndexedBy.ROWS
     ]
     unlike = [leaf.path for leaf in listed if np.ptp(np.asarray(leaf.value)) > 0]
     changes = brake.linings.friction.over_time

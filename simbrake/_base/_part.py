@@ -19,8 +19,8 @@ from ._arguments import explained, with_nearest
 from ._faults import Fault, Faults, Issues, of_radius
 from ._packing import is_traced
 from ._quantity import (
+    IndexedBy,
     NumberReader,
-    Over,
     Quantity,
     as_number,
     behind,
@@ -45,7 +45,7 @@ def quantity(
     *,
     positive: bool = False,
     difference: bool = False,
-    many: bool | Over = False,
+    many: bool | IndexedBy = False,
     may_be_empty: bool = False,
     typical: float | None = None,
     instead: str = "",
@@ -61,7 +61,7 @@ def quantity(
     """
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     low = 0.0 if positive else low
-    may_be_empty = may_be_empty or many is Over.GAPS or default == ()
+    may_be_empty = may_be_empty or many is IndexedBy.GAPS or default == ()
     about = Quantity(
         unit,
         meaning,
@@ -93,7 +93,7 @@ def structural(**about: Any) -> Any:
     return struct_field(static=True, **about)
 
 
-class _Shown(type):
+class _AcceptsAnything(type):
     """Types that show accepted inputs in a signature; values are checked when the part
     is made."""
 
@@ -107,7 +107,7 @@ def _converter(
     """A converter of a field; `words`: the type shown in the signature of the class."""
     converter = functools.partial(reader, **fixed)
     kind = inspect.Parameter.POSITIONAL_ONLY
-    annotation = _Shown(words, (), {"__module__": "builtins"})
+    annotation = _AcceptsAnything(words, (), {"__module__": "builtins"})
     vars(converter)["__signature__"] = inspect.Signature(
         [inspect.Parameter("x", kind, annotation=annotation)]
     )
@@ -211,7 +211,7 @@ def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
     return struct_field(converter=converter, metadata=metadata, **keywords)
 
 
-class _Told(type(Struct)):
+class _PartMeta(type(Struct)):
     """Names the nearest fields where a part is made with an argument that it does not
     have."""
 
@@ -228,7 +228,7 @@ class _Told(type(Struct)):
             raise
 
 
-class Part(Struct, metaclass=_Told):
+class Part(Struct, metaclass=_PartMeta):
     """A part of a scene. It checks its concrete values when it is made; traced values
     are not checked.
 
@@ -828,7 +828,7 @@ def faults_of_sizes(node: object, path: str, n: int) -> Faults:
     """Lists without an entry for each of `n` linings, or for each gap between two."""
     faults = Issues()
     for leaf in leaves(node, path):
-        entries = {True: n, Over.GAPS: n - 1}.get(leaf.about.many)
+        entries = {True: n, IndexedBy.GAPS: n - 1}.get(leaf.about.many)
         if entries is not None and np.shape(leaf.value) not in ((), (entries,)):
             faults.add(
                 leaf.path,

@@ -41,7 +41,7 @@ LARGEST = 1e40
 _LARGEST_OF = {"m": 1e6, "s": 1e12}
 
 
-class Over(enum.Enum):
+class IndexedBy(enum.Enum):
     """Index of a list of numbers that has no entry for each lining."""
 
     GAPS = "one between each two linings"
@@ -97,7 +97,7 @@ class Quantity:
     open_low: bool = False
     difference: bool = False  # of temperatures: no offset of degC
     # one number, or one for each (lining, unless it says of what)
-    many: bool | Over = False
+    many: bool | IndexedBy = False
     may_be_empty: bool = False  # an empty array has a meaning
     typical: float | None = None  # size, where the unit does not tell it
     instead: str = ""  # what to write in place of a value out of its range

@@ -20,7 +20,7 @@ from .._base._part import (
     short_for,
     structural,
 )
-from .._base._quantity import Over, Scalar, Values
+from .._base._quantity import IndexedBy, Scalar, Values
 from ..hybrid.arrays import (
     Array,
     Floats,
@@ -533,7 +533,7 @@ class LiningsOnPlates(AbstractGeometry):
         "rad",
         "angle between neighbouring linings",
         low=0.0,
-        many=Over.ROWS,
+        many=IndexedBy.ROWS,
         may_be_empty=True,
         default=0.0,
     )

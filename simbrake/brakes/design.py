@@ -19,7 +19,7 @@ from .._base._part import (
     takes_values,
     whole,
 )
-from .._base._quantity import Over, Scalar, Values, meant_within, positive
+from .._base._quantity import IndexedBy, Scalar, Values, meant_within, positive
 from ..friction import (
     AbstractFriction,
     Contact,
@@ -75,13 +75,13 @@ class Segments(Part):
     """
 
     stiffness: Scalar = positive_quantity(
-        "N/m", "stiffness of the band between two linings", many=Over.GAPS
+        "N/m", "stiffness of the band between two linings", many=IndexedBy.GAPS
     )
     damping_ratio: Scalar = quantity(
         "1",
         "share of critical damping between two linings",
         low=0.0,
-        many=Over.GAPS,
+        many=IndexedBy.GAPS,
         default=0.05,
     )
     anchor_damping: Scalar = quantity(
@@ -332,13 +332,16 @@ class Bandage(Part):
         "m^2", "area of a lining's inner face", many=True, default=None
     )
     spring: Scalar | None = positive_quantity(
-        "N/m", "stiffness between neighbouring linings", many=Over.GAPS, default=None
+        "N/m",
+        "stiffness between neighbouring linings",
+        many=IndexedBy.GAPS,
+        default=None,
     )
     spring_damping: Scalar = quantity(
         "1",
         "share of critical damping of the springs",
         low=0.0,
-        many=Over.GAPS,
+        many=IndexedBy.GAPS,
         default=0.05,
     )
     mass: Scalar | None = quantity(

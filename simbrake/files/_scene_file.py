@@ -172,7 +172,7 @@ class SceneReader(NumberReader):
         for key in [key for key in table if key not in parts]:
             what = f"unknown key of {maker.__name__}"
             hints = (meant_by(one, key, table) for one in (maker, *makers.values()))
-            hint = next(filter(None, hints), "") or _meant(key, parts, makers)
+            hint = next(filter(None, hints), "") or _nearest_key(key, parts, makers)
             values[key] = self.fault(_join(path, key), what, hint)
         for name, part in parts.items():
             part_path = _join(path, name)
@@ -182,7 +182,7 @@ class SceneReader(NumberReader):
                 )
             elif part.needed:
                 values[name] = self.fault(
-                    part_path, "is missing", _wish(part, part.unit_at(unit))
+                    part_path, "is missing", _expected(part, part.unit_at(unit))
                 )
             elif part.default is dataclasses.MISSING:
                 values[name] = None
@@ -303,7 +303,9 @@ def _told_by(name: str, fits: list[str], needed: dict[str, set[str]]) -> str:
     )
 
 
-def _meant(key: str, parts: Mapping[str, Part], makers: Mapping[str, Maker]) -> str:
+def _nearest_key(
+    key: str, parts: Mapping[str, Part], makers: Mapping[str, Maker]
+) -> str:
     """Hint for a key that is none of the `parts` of the kind that the other keys tell,
     one of `makers`."""
     tried = [
@@ -322,7 +324,7 @@ def _meant(key: str, parts: Mapping[str, Part], makers: Mapping[str, Maker]) -> 
     return f"a key of {', '.join(others)}; {hint}" if others else hint
 
 
-def _wish(part: Part, unit: str) -> str:
+def _expected(part: Part, unit: str) -> str:
     """Hint for a part that is missing."""
     if part.about is not None:
         return part.about.meaning + (

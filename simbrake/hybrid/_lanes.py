@@ -24,17 +24,17 @@ from ._loop import (
     Attempt,
     Problem,
     Verdict,
+    _after_restart,
     _attempt,
     _judge,
     _jumped,
-    _settled,
     _stepped,
-    anyone,
+    any_lane,
     started,
 )
 from ._method import AbstractMethod
 from ._search import Carry
-from ._solve import Record, posed
+from ._solve import Record, problem_of
 from .arrays import Array, Count, Mark, Scalar, State, templates
 from .extremes import Followed, Watched, follow, greatest_of_steps, nothing_followed
 from .system import (
@@ -145,13 +145,13 @@ def _advanced(p: Problem, lane: Lane, watched: Watched | None) -> Lane:
         )
 
     def settled() -> Carry:
-        return _pick(restarts, _settled(p, c, a), new)
+        return _pick(restarts, _after_restart(p, c, a), new)
 
-    nobody = anyone(waits) & ~anyone(running & ~waits)
+    nobody = any_lane(waits) & ~any_lane(running & ~waits)
     new, kind, stepped, delta = jax.lax.cond(
         nobody, together, lambda: (plain, nothing, plainly, jnp.zeros_like(a.h))
     )
-    new = jax.lax.cond(anyone(restarts), settled, lambda: new)
+    new = jax.lax.cond(any_lane(restarts), settled, lambda: new)
     followed = lane.followed
     if watched is not None and followed is not None:
         # (what an attempt evaluates just after a restart is the start of the next step)
@@ -201,7 +201,7 @@ def _run(
     )
 
     def going(lane: Lane) -> Mark:
-        return anyone(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
+        return any_lane(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
 
     end = jax.lax.while_loop(going, lambda lane: _advanced(p, lane, watched), begin)
     place = (end.judged + 1, jnp.zeros_like(end.judged))
@@ -231,7 +231,7 @@ def hybridsolve_lane(
     STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well. Not
     differentiable.
     """
-    p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
+    p, flat_y0, flat_mode0 = problem_of(system, y0, mode0, t0, t1, method, settings)
     end = _run(p, flat_y0, flat_mode0, room, watched)
     tops = None
     if watched is not None and end.followed is not None:

@@ -56,7 +56,7 @@ from .system import (
 _RUNNING = np.int32(-1)
 
 
-def anyone(marks: Bool[Array, " *n"]) -> Mark:
+def any_lane(marks: Bool[Array, " *n"]) -> Mark:
     """Whether any is set, of any run where several are mapped side by side."""
     from equinox.internal import unvmap_any
 
@@ -247,7 +247,7 @@ def _moved(p: Problem, c: Carry, h: Array) -> Moved:
         )
 
     resting = along, nothing, c.tangents, (nothing,) * p.tangents
-    return jax.lax.cond(anyone(~settles), step, lambda: resting)
+    return jax.lax.cond(any_lane(~settles), step, lambda: resting)
 
 
 def _rate_along(
@@ -258,7 +258,7 @@ def _rate_along(
     return _jvp(lambda flat, y: flat.rhs(t, y, mode), (p.flat, y), (p.direction, v))[1]
 
 
-def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
+def _after_restart(p: Problem, c: Carry, a: Attempt) -> Carry:
     """The carry after one of the two looks that follow a restart, at the rates there
     and a little further on.
 
@@ -304,7 +304,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     )
 
 
-def _hidden(c: Carry, a: Attempt, distance: Guards) -> GuardMarks:
+def _lost_to_rounding(c: Carry, a: Attempt, distance: Guards) -> GuardMarks:
     """Guards at zero that steps towards it no longer move, as rounding of the state
     swallows what such a step adds."""
     short = (a.h > 0) & (a.h <= at.HIDING * a.resolution)
@@ -332,7 +332,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
     earliest = jax.lax.cond(
-        anyone(look | crossed_though_rejected), looked, lambda: nothing
+        any_lane(look | crossed_though_rejected), looked, lambda: nothing
     )
 
     # landing: every guard that crossed lies so near that a move along f is as exact as
@@ -347,7 +347,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses) & ~a.touched
     # the bracket has shrunk to rounding: fire here
     lost = crosses & (a.h <= a.resolution)
-    lost = (lost | (_hidden(c, a, distance) & ~a.touched)) & ~lands
+    lost = (lost | (_lost_to_rounding(c, a, distance) & ~a.touched)) & ~lands
     # (the minimum is infinite where no guard arrives, or one that crossed does not)
     distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
     delta, landing = first_least(jnp.where(lost, 0.0, distance))
@@ -530,11 +530,11 @@ def _iterate(
 
     def with_restarts() -> Packed:
         return jax.tree.map(
-            lambda x, y: jnp.where(settles, x, y), pack(_settled(p, c, a)), new
+            lambda x, y: jnp.where(settles, x, y), pack(_after_restart(p, c, a)), new
         )
 
-    new = jax.lax.cond(anyone(event), with_events, lambda: plain)
-    new = jax.lax.cond(anyone(settles), with_restarts, lambda: new)
+    new = jax.lax.cond(any_lane(event), with_events, lambda: plain)
+    new = jax.lax.cond(any_lane(settles), with_restarts, lambda: new)
     running = c.status == _RUNNING
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
     stepped = a.accept & ~v.retake
@@ -624,7 +624,7 @@ def advanced(
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop
-        return (i < limit) & anyone(integers[0] == _RUNNING)
+        return (i < limit) & any_lane(integers[0] == _RUNNING)
 
     def body(
         loop: tuple[Count, Packed, PackedRows],
@@ -632,7 +632,7 @@ def advanced(
         i, packed, rows = loop
         packed, row, counts = _iterate(p, packed, like)
         # (an evaluation alone leaves its row to the next attempt)
-        following = i + anyone(counts).astype(jnp.int32)
+        following = i + any_lane(counts).astype(jnp.int32)
         return (
             following,
             packed,

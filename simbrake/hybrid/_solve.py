@@ -595,7 +595,7 @@ def solve_segment(
     one run to the last bit for any lengths: nothing is decided again at a joint. Not
     differentiable.
     """
-    p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
+    p, flat_y0, flat_mode0 = problem_of(system, y0, mode0, t0, t1, method, settings)
     # all of a carry is one vector, in which whole numbers are exact; one that begins
     # with NaN begins the run
     start = started(p, flat_y0, flat_mode0)
@@ -614,7 +614,7 @@ def solve_segment(
     return record, jnp.concatenate([x, n.astype(x.dtype)])
 
 
-def posed(
+def problem_of(
     system: AbstractHybridSystem,
     y0: PyTree,
     mode0: PyTree,

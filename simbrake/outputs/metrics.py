@@ -1108,7 +1108,7 @@ def marks_of(system: BrakeSystem, scene: Scene) -> dict[str, float]:
     return mark_limits | values_of_marks(scene)
 
 
-def passing(name: str, p: Probe) -> Float[Array, "m k"]:
+def marked_quantity(name: str, p: Probe) -> Float[Array, "m k"]:
     """The quantity of a mark of `marks_of`: of every lining where the event names it,
     else its maximum."""
     if name == GRIP_LOST.event:

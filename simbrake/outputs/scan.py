@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 from ..hybrid import LANDED, STOPPED
 from ..hybrid.arrays import Array, TwoArrays, Vector, VectorM
-from .metrics import HOT, passing
+from .metrics import HOT, marked_quantity
 from .probe import (
     LONG,
     Probe,
@@ -75,7 +75,7 @@ def _sight(p: Probe, marks: tuple[str, ...]) -> ScanColumns:
         p.flows.load_torque,
         np.stack(p.y.ledger.friction, axis=1),
         p.margins,
-        {name: passing(name, p) for name in marks},
+        {name: marked_quantity(name, p) for name in marks},
         p.holding,
         {
             name: np.max(p.surfaces[place], axis=1)

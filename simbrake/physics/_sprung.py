@@ -77,7 +77,7 @@ class Resting(NamedTuple):
     sense: Vector
 
 
-class Shared(NamedTuple):
+class LoadShare(NamedTuple):
     """A load shared by the linings at rest: `θ`, tensions, and the load torques between
     which the pulley stays."""
 
@@ -87,7 +87,7 @@ class Shared(NamedTuple):
     most: ScalarArray
 
 
-def unbounded(r: Resting, before: Array, share: Array) -> Array:
+def unclipped_tension(r: Resting, before: Array, share: Array) -> Array:
     """`T_i` of fixed linings by the share of their grip on the rim alone."""
     return ((r.arm + share * r.grip) * before + share * r.floor + r.pull) / (
         r.arm - share * r.grip
@@ -98,7 +98,9 @@ def resting_tensions(r: Resting, T_0: ScalarArray, share: ScalarArray) -> Vector
     """Tensions `T_1…T_n` for a share `θ` of the grip on the rim."""
 
     def lining(before: Array, one: Resting) -> TwoArrays:
-        T = clipped(unbounded(one, before, share), before / one.mu, before * one.mu)
+        T = clipped(
+            unclipped_tension(one, before, share), before / one.mu, before * one.mu
+        )
         T = jnp.where(one.fixed, T, one.gain * before + one.offset)
         return T, T
 
@@ -112,7 +114,7 @@ def yields_on_band(
     """Linings that break away on the band (the others on the rim) when the pulley
     starts to move `way` (±1)."""
     before = jnp.concatenate([T_0[None], along[:-1]])
-    wanted = unbounded(r, before, way.astype(jnp.float64))
+    wanted = unclipped_tension(r, before, way.astype(jnp.float64))
     return jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)
 
 
@@ -133,7 +135,7 @@ def holding_range(r: Resting, T_0: ScalarArray) -> TwoArrays:
     return least, most
 
 
-def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> Shared:
+def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> LoadShare:
     """The share `θ` of their grip on the rim with which all fixed linings carry the
     load, and the tensions.
 
@@ -181,7 +183,7 @@ def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> Shared:
     inside = (least < load) & (load < most)
     correction = (sum_at(r, T_0, share) - load) / slope_at(share)[1]
     share = jnp.where(inside, share - correction, share)
-    return Shared(share, resting_tensions(r, T_0, share), least, most)
+    return LoadShare(share, resting_tensions(r, T_0, share), least, most)
 
 
 # --- sprung linings -----------------------------------------------------------------
@@ -472,12 +474,12 @@ class SprungBandage(AbstractMechanism):
         r = self._resting(own, mode, c, Q)
         lifted = mode.own.lifted
 
-        def at_rest() -> Shared:
+        def at_rest() -> LoadShare:
             return share_load(r, T_0, acting.load)
 
-        def in_motion() -> Shared:
+        def in_motion() -> LoadShare:
             zero = jnp.zeros_like(T_0)
-            return Shared(zero, affine_tensions(T_0, r.gain, r.offset), zero, zero)
+            return LoadShare(zero, affine_tensions(T_0, r.gain, r.offset), zero, zero)
 
         shared = jax.lax.cond(rests, at_rest, in_motion)
         along = shared.tension

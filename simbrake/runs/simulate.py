@@ -207,7 +207,7 @@ else:
     Solver = Any
 
 
-def posed(
+def problem_of(
     packing: Packing, numbers: VectorK, max_steps: int
 ) -> tuple[tuple[BrakeSystem, State, Mode, Array, Array], Settings]:
     """What is to be integrated: system, state and mode at the start, times; and the
@@ -242,10 +242,10 @@ def _stretch_program(
     n = packing.size
 
     def begun(x: Array) -> np.ndarray:
-        return beginning(*posed(packing, x, STRETCH)[0][:4])
+        return beginning(*problem_of(packing, x, STRETCH)[0][:4])
 
     def run(x: Array) -> tuple[Record, Array]:
-        problem, settings = posed(packing, x[:n], STRETCH)
+        problem, settings = problem_of(packing, x[:n], STRETCH)
         return solve_segment(
             *problem, method, settings, x[n:-1], x[-1].astype(jnp.int32)
         )
@@ -355,7 +355,7 @@ def run_of_numbers(
     )
 
     def run(numbers: Array) -> Record:
-        problem, settings = posed(packing, numbers, max_steps)
+        problem, settings = problem_of(packing, numbers, max_steps)
         return hybridsolve(*problem, method, settings, **call)
 
     return run
@@ -620,7 +620,7 @@ def simulate_lane(
     scene = checked(scene)
     longest = np.asarray(np.inf)
     numbers, packing = pack((_marked(scene), rtol, longest, _EVENTS), jnp)
-    problem, settings = posed(packing, numbers, max_steps)
+    problem, settings = problem_of(packing, numbers, max_steps)
     system, y0, mode0, *_ = problem
     watched = (
         watched_metrics(flatten(system, *templates(y0, mode0)), names)

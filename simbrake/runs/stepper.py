@@ -34,7 +34,14 @@ from ..physics._brake import BrakeSystem, State
 from ..physics.mechanism import Label, Mode, events_of_change
 from ..profiles import PiecewiseLinear
 from .result import Result, RunLimits
-from .simulate import Solver, method_of, posed, require_64_bits, solver_name, solver_of
+from .simulate import (
+    Solver,
+    method_of,
+    problem_of,
+    require_64_bits,
+    solver_name,
+    solver_of,
+)
 
 #: inputs that a caller can set
 _INPUTS = ("lever", "load")
@@ -259,7 +266,7 @@ def step_of_numbers(
     ends = np.cumsum([n, *(2 * shape.points for shape in shapes)])
 
     def start(x: Array) -> tuple[BrakeSystem, State, Mode, Settings]:
-        (system, y, mode, *_), settings = posed(packing, x[:n], _ATTEMPTS)
+        (system, y, mode, *_), settings = problem_of(packing, x[:n], _ATTEMPTS)
         held = {shape.name: jnp.asarray(0, jnp.int32) for shape in shapes}
         return system, y, mode._replace(pieces=mode.pieces | held), settings
 

@@ -23,7 +23,7 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._part import Leaf
 from .._base._progress import Progress
-from .._base._quantity import Characteristic, Over
+from .._base._quantity import Characteristic, IndexedBy
 from ..runs.edit import with_values
 from ..runs.result import Result
 from .evaluating import Paths, PointEvaluator, numbers_of, values_of
@@ -88,7 +88,7 @@ def _tied(leaf: Leaf) -> np.ndarray:
     """Entries of a table or profile that are equal to a neighbour: points at one place
     cannot pass each other."""
     values = np.ravel(np.asarray(leaf.value, np.float64))
-    if values.size < 2 or leaf.about.many is not Over.ROWS:
+    if values.size < 2 or leaf.about.many is not IndexedBy.ROWS:
         return np.zeros(values.size, bool)
     equal = np.diff(values) == 0
     return np.append(equal, False) | np.append(False, equal)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from .._base._arguments import explained
 from .._base._faults import Fault, Faults, Issues, require_share
 from .._base._part import Part, part, positive_quantity, quantity, short_for, structural
-from .._base._quantity import Over, Scalar, Values
+from .._base._quantity import IndexedBy, Scalar, Values
 from .._base._table import number
 from ..hybrid.arrays import Array, Floats
 from ..hybrid.struct import struct_field
@@ -215,19 +215,19 @@ class TransmissionPartition(AbstractPartition):
     """
 
     temperature: Scalar = quantity(
-        "K", "temperatures of the table", low=0.0, many=Over.ROWS
+        "K", "temperatures of the table", low=0.0, many=IndexedBy.ROWS
     )
     alpha_1: Scalar = positive_quantity(
-        "W/(m^2*K)", "coefficients of the polished rim surface", many=Over.ROWS
+        "W/(m^2*K)", "coefficients of the polished rim surface", many=IndexedBy.ROWS
     )
     alpha_2: Scalar = positive_quantity(
-        "W/(m^2*K)", "coefficients of the matte rim surface", many=Over.ROWS
+        "W/(m^2*K)", "coefficients of the matte rim surface", many=IndexedBy.ROWS
     )
     alpha_3: Scalar = positive_quantity(
-        "W/(m^2*K)", "coefficients of the band", many=Over.ROWS
+        "W/(m^2*K)", "coefficients of the band", many=IndexedBy.ROWS
     )
     surface_layer: Scalar = positive_quantity(
-        "m", "thickness of the lining's surface layer", many=Over.ROWS
+        "m", "thickness of the lining's surface layer", many=IndexedBy.ROWS
     )
     rim_thickness: Scalar = positive_quantity(
         "m", "thickness of the rim", default=0.028

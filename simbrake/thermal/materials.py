@@ -10,7 +10,7 @@ import numpy as np
 
 from .._base._faults import Fault
 from .._base._part import Part, positive_quantity, quantity
-from .._base._quantity import Over, Scalar
+from .._base._quantity import IndexedBy, Scalar
 from ..hybrid.arrays import Floats
 
 ROOM = 293.15  # K, default reference of properties (20 °C)
@@ -77,10 +77,10 @@ class SurfaceLayer(Part):
     """
 
     temperature: Scalar = quantity(
-        "K", "temperatures of the table", low=0.0, many=Over.ROWS
+        "K", "temperatures of the table", low=0.0, many=IndexedBy.ROWS
     )
     thickness: Scalar = quantity(
-        "m", "thickness of the surface layer", low=0.0, many=Over.ROWS
+        "m", "thickness of the surface layer", low=0.0, many=IndexedBy.ROWS
     )
     conductivity: Scalar = positive_quantity(
         "W/(m*K)", "conductivity of the surface layer", default=1.02

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from .._base._compiling import read_by
 from .._base._faults import Fault, Faults, Issues
 from .._base._part import Part, part, positive_quantity, quantity, structural, whole
-from .._base._quantity import Over, Scalar
+from .._base._quantity import IndexedBy, Scalar
 from .._base._store import cached_by_structure
 from ..hybrid.arrays import Array, Floats, ScalarArray
 from ..hybrid.struct import AbstractVar
@@ -278,13 +278,13 @@ class MetalContact(AbstractContactLaw):
     """
 
     conductivity: Scalar = positive_quantity(
-        "W/(m*K)", "conductivities of both metals", many=Over.ROWS
+        "W/(m*K)", "conductivities of both metals", many=IndexedBy.ROWS
     )
     slope: Scalar = positive_quantity(
-        "1", "mean slopes of the asperities", many=Over.ROWS
+        "1", "mean slopes of the asperities", many=IndexedBy.ROWS
     )
     roughness: Scalar = positive_quantity(
-        "m", "roughnesses of both surfaces", many=Over.ROWS
+        "m", "roughnesses of both surfaces", many=IndexedBy.ROWS
     )
     hardness: Scalar = positive_quantity("Pa", "hardness of the softer metal")
 
@@ -396,9 +396,9 @@ class Lump(Part):
     """
 
     name: str = structural()
-    capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=Over.ROWS)
+    capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=IndexedBy.ROWS)
     temperature: Scalar = quantity(
-        "K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM
+        "K", "temperature at the start", low=0.0, many=IndexedBy.ROWS, default=ROOM
     )
     capacity_slope: Scalar | None = quantity(
         "1/K", "relative change of capacity per kelvin", default=None
@@ -469,7 +469,7 @@ class Wall(Part):
     layers: int = whole("number of layers")
     growth: Scalar = positive_quantity("1", "ratio of neighbouring layers", default=1.0)
     temperature: Scalar = quantity(
-        "K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM
+        "K", "temperature at the start", low=0.0, many=IndexedBy.ROWS, default=ROOM
     )
     copies: int = whole("number of equal walls", high=10_000, default=1)
     both: bool = structural(default=False)
