@@ -31,9 +31,9 @@ HOMES = (plot, plot.panels, sb.layouts.figures, sb.formulas.figures, sb.rig.figu
 DRAWN = {
     name: function
     for home in HOMES
-    for name, function in vars(home).items()
+    for name in getattr(home, "__all__", vars(home))
+    for function in [getattr(home, name)]
     if inspect.isfunction(function)
-    and name in getattr(home, "__all__", vars(home))
     and function.__module__.startswith(home.__name__.removesuffix(".panels"))
     and name[0] != "_"
 }

@@ -101,6 +101,20 @@ def test_stops_by_hand():
     np.testing.assert_allclose(heat.lines[0].get_xydata(), [[1, 160.0]], rtol=1e-8)
 
 
+def test_load_and_mass_of_a_duty():
+    """A string of 60 t comes onto 8 t of hook and block after 0.2 s."""
+    given = {"drum_radius": 0.4, "line_count": 8, "count": 2}
+    load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, **given)
+    run = sb.simulate(stop_scene(n=4, C=None, T0=0.0, w0=3.0, load=load, end=1.0))
+    torque, mass = (axes.lines[0] for axes in plot.duty(run).axes[1:])
+    t, drawn = mass.get_data()
+    apart = np.abs(t - 0.2) > 1e-9
+    hung = np.where(t < 0.2, 8.0, 68.0)
+    np.testing.assert_allclose(drawn[apart], hung[apart], rtol=1e-9)
+    wanted = hung * 9.80665 * 0.4 / 8
+    np.testing.assert_allclose(torque.get_ydata()[apart], wanted[apart], rtol=1e-9)
+
+
 # --- wheels and maps ----------------------------------------------------------------
 
 
@@ -323,7 +337,8 @@ def test_wear():
     )
     along, course = plot.wear({"as built": life}).subfigs
     drawn = [line for line in along.axes[0].lines if line.get_marker() == "o"]
-    np.testing.assert_allclose(drawn[-1].get_ydata(), 8.0 * each)
+    wanted = 8.0 * np.outer(np.arange(1, 6) / 5, each)
+    np.testing.assert_allclose([line.get_ydata() for line in drawn], wanted)
     most = next(x for x in course.axes[0].lines if x.get_label() == "as built")
     np.testing.assert_allclose(most.get_xydata()[-1], [12.0, 8.0])
 
