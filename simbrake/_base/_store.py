@@ -41,7 +41,7 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import numpy as np
 
-from ._packing import Packing, pack
+from ._packing import Packing
 
 _Answer = TypeVar("_Answer")
 
@@ -496,12 +496,14 @@ def cached_by_values(
     def remembering(find: Callable[[Any], _Answer]) -> Callable[[Any], _Answer]:
         @functools.wraps(find)
         def answer(part: Any) -> _Answer:
-            seen = of(part)
-            if not all(type(leaf) is np.ndarray for leaf in jax.tree.leaves(seen)):
+            leaves, structure = jax.tree.flatten(of(part))
+            if not all(type(leaf) is np.ndarray for leaf in leaves):
                 return find(part)
-            numbers, like = pack(seen)
-            size = _SMALL + numbers.nbytes / 1e6
-            key = find, like, numbers.tobytes()
+            shapes = tuple(leaf.shape for leaf in leaves)
+            kinds = tuple(leaf.dtype for leaf in leaves)
+            numbers = b"".join([leaf.tobytes() for leaf in leaves])
+            key = find, structure, shapes, kinds, numbers
+            size = _SMALL + len(numbers) / 1e6
             return MEMORY.get(key, lambda: find(part), lambda _: size)
 
         return answer
