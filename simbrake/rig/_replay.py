@@ -438,6 +438,8 @@ def _scene_of(
         )
     if scene.duty.load.elastic is not None:
         notes.append("the rope is taken as rigid")
+    if scene.duty.load.ropes(0.0, 0) is not None:
+        notes.append("the rope is taken as without weight")
     duty = dataclasses.replace(
         scene.duty, **{scene.duty.lever_field: lever, "load": path.hook, "wants": ""}
     )

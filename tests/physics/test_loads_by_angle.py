@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import shipped
 from helpers import jacobians
 from scenes import stop_scene, tension_for
 from scipy.integrate import solve_ivp
@@ -95,6 +96,16 @@ def test_stop_with_a_rope_and_its_derivatives():
     np.testing.assert_allclose(value, truth, rtol=1e-12)
     np.testing.assert_allclose(forwards, slopes, rtol=1e-9)
     np.testing.assert_allclose(backwards, slopes, rtol=1e-9)
+
+
+def test_stop_with_heat_is_the_same():
+    """An implicit method sees that the torque depends on the angle."""
+    heat = shipped.load("drag_lowering").scene().heat
+    made = scene(hook(), float(STOP[0]), float(STOP[1]), 5.0, heat=heat)
+    result = sb.simulate(made)
+    assert "Rodas" in str(result)
+    found = [float(result.stopping_time), float(result.stopping_angle)]
+    np.testing.assert_allclose(found, stop_by_hand(STOP), rtol=1e-9)
 
 
 def test_on_either_side_of_the_balance():
@@ -243,25 +254,30 @@ def test_rope_of_phases_and_strings():
 # --- two sides -----------------------------------------------------------------------
 
 
-def by_cosh(x, t):
-    """Angle and speed at `t` of a winder: q_t < q cosh, q_t > q sines, from rest."""
-    q, tail, M_b = x
+def by_cosh(q, tail, roping, t):
+    """Angle and speed at `t` of a winder: q_t < i q cosh, q_t > i q sines, from rest.
+
+    Of roping 2:1 one of two falls moves, with the speed of the rope.
+    """
     car, other, hanging, length = 3000.0, 2500.0, 40.0, 300.0
-    J = 500.0 + R**2 * (car + other + (q + tail) * length)
-    k2 = 2 * (q - tail) * G * R**2 / J
-    torque = G * R * (car - other + (q - tail) * (2 * hanging - length)) - M_b
-    k = np.sqrt(complex(k2))
-    phi = torque / J / k2 * (np.cosh(k * t) - 1)
+    arm = R / roping
+    J = 500.0 + arm**2 * (car + other + tail * length) + R**2 * q * length
+    net = G * arm * (roping * q - tail)
+    torque = G * arm * (car - other) + net * (2 * hanging - length)
+    k = np.sqrt(complex(2 * net * arm / J))
+    phi = torque / J / k**2 * (np.cosh(k * t) - 1)
     return phi.real, (torque / J / k * np.sinh(k * t)).real
 
 
-@pytest.mark.parametrize("tail", [0.0, 2.0, 6.0])
-def test_winder_with_tail_rope(tail):
+@pytest.mark.parametrize(
+    ("tail", "roping"), [(0.0, 1.0), (2.0, 1.0), (6.0, 1.0), (5.0, 2.0)]
+)
+def test_winder_with_tail_rope(tail, roping):
     load = CounterweightLoad(
-        3000.0, 2500.0, R, 1.0, 3.0, tail, length=300.0, hanging_length=40.0
+        3000.0, 2500.0, R, roping, 3.0, tail, length=300.0, hanging_length=40.0
     )
     result = run(load, 0.0, 0.0, 6.0, J=500.0)
-    phi, omega = by_cosh((3.0, tail, 0.0), 6.0)
+    phi, omega = by_cosh(3.0, tail, roping, 6.0)
     end = result.record.y_end
     assert float(end.phi) == pytest.approx(phi, rel=1e-11)
     assert float(end.omega) == pytest.approx(omega, rel=1e-11)
