@@ -668,7 +668,7 @@ class Search:
             f_scale=self.loss_scale,
             x_scale="jac",
             ftol=1e-14,
-            xtol=1e-12,
+            xtol=self.noise,  # shorter steps move a run by less than its tolerance
             gtol=1e-12,
             max_nfev=self.most,
         )
