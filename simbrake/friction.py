@@ -1055,7 +1055,7 @@ class ProductFriction(AbstractScaledFriction):
     """
 
     base: AbstractFriction = part(AbstractFriction)
-    factors: tuple[AbstractFactor, ...]  # pyright: ignore
+    factors: tuple[AbstractFactor, ...]
 
     def __check_init__(self) -> None:
         # each adds equations
@@ -1105,7 +1105,7 @@ class FrictionWithMemory(AbstractScaledFriction):
     """
 
     base: AbstractFriction = part(AbstractFriction)
-    processes: tuple[MemoryProcess, ...]  # pyright: ignore
+    processes: tuple[MemoryProcess, ...]
     initial: Scalar = quantity(
         "1", "factor of friction at the start", 0.0, 10.0, many=True, default=1.0
     )
@@ -1160,7 +1160,7 @@ class ChangingFriction(AbstractScaledFriction):
     """
 
     base: AbstractFriction = part(AbstractFriction)
-    changes: tuple[FrictionChange, ...]  # pyright: ignore
+    changes: tuple[FrictionChange, ...]
 
     def scale(self, contact: Contact) -> Array | float:
         return 1.0 if contact.factor is None else contact.factor

@@ -300,7 +300,7 @@ class Phase(Part):
     """
 
     lever: AbstractProfile = part(AbstractProfile)
-    until: AbstractEnd = struct_field(converter=as_end, metadata={"part": AbstractEnd})  # pyright: ignore
+    until: AbstractEnd = struct_field(converter=as_end, metadata={"part": AbstractEnd})
     name: str = structural(default="")
     string_on_hook: bool = structural(default=True)
     motor: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
@@ -385,7 +385,7 @@ class Phases(Part):
         6
     """
 
-    phases: tuple[Phase, ...] = struct_field(converter=_as_phases)  # pyright: ignore
+    phases: tuple[Phase, ...] = struct_field(converter=_as_phases)
     count: int = whole("number of cycles", high=1_000_000, default=1)
     stands: int = whole(
         "stands that each cycle adds to the string", low=-1, high=1, default=1

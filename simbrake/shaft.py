@@ -243,7 +243,7 @@ class BearingFriction(AbstractDryTorque):
         speed = jnp.abs(omega)
         limit = self.friction_torque + self.viscous * speed
         if self.static is not None:
-            fallen = jnp.exp(-speed / self.stribeck_speed)
+            fallen = jnp.exp(-speed / self.stribeck_speed)  # pyright: ignore
             limit = limit + (self.static - self.friction_torque) * fallen
         if self.reverse is not None:
             other = self.reverse.limit_against(t, omega, piece, load, way)
@@ -325,7 +325,7 @@ def faults_of_table(path: str, speeds: Scalar, torques: Scalar) -> Faults:
     if not is_table(speeds, torques):
         what = "the table needs speeds and torques of one length, at least 2"
         return [Fault(path, what)]
-    if np.any(np.diff(np.asarray(speeds)) <= 0):
+    if np.any(np.diff(np.asarray(speeds)) <= 0):  # pyright: ignore
         hint = "a torque is a function of the speed"
         return [Fault(f"{path}.speed", "the speeds must increase", hint)]
     return []

@@ -117,7 +117,7 @@ def _compile(lowered: jax.stages.Lowered, options: Options) -> jax.stages.Compil
     """A lowered program compiled with those of the options that XLA knows."""
     known = {name: options[name] for name in options if name not in _REFUSED}
     try:
-        return lowered.compile(known)
+        return lowered.compile(known)  # pyright: ignore
     except JaxRuntimeError as error:
         refused = {name for name in known if name in str(error)}
         if not refused:
@@ -166,7 +166,7 @@ def one_function(function: Callable[[Array], PyTree], numbers: Array) -> PyTree:
 
     def in_halves(numbers: Array) -> list[Array]:
         [numbers] = jax.tree.leaves(function(numbers))
-        return jnp.split(numbers, [len(numbers) // 2])
+        return jnp.split(numbers, [len(numbers) // 2])  # pyright: ignore
 
     shapes, structure = jax.tree.flatten(jax.eval_shape(function, numbers))
     if len(shapes) == 1 and shapes[0].size > _LONG_RESULT:
@@ -359,7 +359,7 @@ def program_of(
             with contextlib.suppress(JaxRuntimeError):  # an operation that it refuses
                 program = compiled(True)
         program = program or compiled(False)
-        return program, outputs[0]
+        return program, outputs[0]  # pyright: ignore
 
     program, like = keep(file, make)
     unpack = unpack_small(like)

@@ -183,7 +183,7 @@ def as_part(x: Any, family: type, unit: str = "SI") -> Any:
 
 def _number_in(maker: type, unit: str) -> Quantity:
     """Metadata of the number that alone makes a part; `unit`: meaning of `SI` in it."""
-    first = dataclasses.fields(maker)[0]  # pyright: ignore
+    first = dataclasses.fields(maker)[0]
     if (below := short_of((first.metadata.get("part"),))) is not None:
         return _number_in(below, unit_below(first, unit))
     about = about_of(first, unit)
@@ -253,7 +253,7 @@ class Part(Struct, metaclass=_PartMeta):
         )
 
     def __check_init__(self) -> None:
-        # pyright: ignore
+
         name = type(self).__name__
         faults = Issues()
         hints = _hints(type(self))
@@ -297,7 +297,7 @@ class Part(Struct, metaclass=_PartMeta):
         in them."""
         faults = Issues()
         hints = _hints(type(self))
-        for field in dataclasses.fields(self):  # pyright: ignore
+        for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             hint = hints.get(field.name, Any)
             about = field.metadata.get("quantity")

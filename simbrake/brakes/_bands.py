@@ -185,7 +185,7 @@ class JoinedLinings(AbstractLinings):
     bands: tuple[Lining, ...]
 
     @property
-    def friction(self) -> JoinedFriction:  # pyright: ignore
+    def friction(self) -> JoinedFriction:
         last = np.cumsum([own.count for own in self.bands]).tolist()
         return JoinedFriction(
             tuple(own.friction for own in self.bands),
@@ -222,14 +222,14 @@ class JoinedLinings(AbstractLinings):
         return jnp.concatenate([own.cosine for own in self.bands])
 
     @property
-    def area(self) -> Vector | None:  # pyright: ignore
+    def area(self) -> Vector | None:
         areas = [own.area for own in self.bands]
         return (
             None if any(area is None for area in areas) else self.friction.joined(areas)
         )
 
     @property
-    def permissible_pressure(self) -> Vector | None:  # pyright: ignore
+    def permissible_pressure(self) -> Vector | None:
         limits = [own.permissible_pressure for own in self.bands]
         return (
             None
@@ -279,7 +279,7 @@ class MultiBandBrake(AbstractBandBrake):
 
     pulley: Pulley
     band_radius: Scalar = positive_quantity("m", "radius of the band circle")
-    bands: tuple[LinedBand, ...]  # pyright: ignore
+    bands: tuple[LinedBand, ...]
     words: ClassVar[BrakeWords] = BrakeWords(
         "multi-band brake",
         "lining",
@@ -293,7 +293,7 @@ class MultiBandBrake(AbstractBandBrake):
         return self.band_radius
 
     @property
-    def linings(self) -> JoinedLinings:  # pyright: ignore
+    def linings(self) -> JoinedLinings:
         """The linings of all bands, one band after the other."""
         return JoinedLinings(tuple(band.linings for band in self.bands))
 

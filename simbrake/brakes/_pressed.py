@@ -199,7 +199,7 @@ class DiscBrake(AbstractPressedBrake):
     """
 
     inertia: Scalar = positive_quantity("kg*m^2", "inertia about the shaft")
-    linings: Pads  # pyright: ignore
+    linings: Pads
     words: ClassVar[BrakeWords] = BrakeWords("disc brake", "pad", "disc")
     couples_loads: ClassVar[bool] = False
 
@@ -321,7 +321,7 @@ class ShoeBrake(AbstractPressedBrake):
     """
 
     inertia: Scalar = positive_quantity("kg*m^2", "inertia about the shaft")
-    linings: Shoes  # pyright: ignore
+    linings: Shoes
     pin: Scalar = positive_quantity("m", "distance of the pins from the shaft")
     arm: Scalar = positive_quantity("m", "arm of the force about the pin of its shoe")
     couples_loads: ClassVar[bool] = False

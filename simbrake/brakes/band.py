@@ -540,7 +540,7 @@ class LiningsOnPlates(AbstractGeometry):
     linkage: Scalar | None = positive_quantity(
         "N/m", "stiffness of anchor and linkage", default=None
     )
-    halved_ends: bool = structural(default=False)  # pyright: ignore
+    halved_ends: bool = structural(default=False)
 
     def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         angle = jnp.asarray(angle)

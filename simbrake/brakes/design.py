@@ -279,7 +279,7 @@ def uniform_linings(
         "permissible_pressure": permissible_pressure,
         "continuous": continuous,
     }
-    return Lining(angle=np.full(count, wrap / count), friction=friction, **options)  # pyright: ignore
+    return Lining(angle=np.full(count, wrap / count), friction=friction, **options)
 
 
 class Bandage(Part):
@@ -324,7 +324,7 @@ class Bandage(Part):
     inertia: Scalar = positive_quantity(
         "kg*m^2", "inertia of the bandage about the shaft", many=True
     )
-    friction: AbstractFriction = part(AbstractFriction)  # pyright: ignore
+    friction: AbstractFriction = part(AbstractFriction)
     preload: Scalar = quantity(
         "N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0
     )
@@ -533,7 +533,7 @@ class AbstractBandBrake(AbstractBrake):
     `pulley`."""
 
     pulley: AbstractVar[Pulley]
-    banded: ClassVar[bool] = True  # pyright: ignore
+    banded: ClassVar[bool] = True
 
     @property
     @abc.abstractmethod
@@ -586,7 +586,7 @@ class Brake(AbstractBandBrake):
         high=100,
         guesses=("bands", "drums", "pulleys"),
         default=1,
-    )  # pyright: ignore
+    )
     words: ClassVar[BrakeWords] = BrakeWords(
         "band brake",
         "lining",

@@ -169,7 +169,6 @@ class Course:
         def lowest(t: float, y: FlatState) -> float:
             return float(np.min(self.guards(t, y) + offset))
 
-        # pyright: ignore
         lowest.terminal = True
         lowest.direction = -1
         more: dict[str, Any] = (

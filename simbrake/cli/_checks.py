@@ -302,7 +302,7 @@ def validate(
     else:
         scene = cli.opened(cross_check, set_, rtol, max_evaluations=max_evaluations)
         report = sb.cross_check(
-            scene,
+            scene,  # pyright: ignore
             method=method,
             rtol=rtol,
             tolerance=allowed,

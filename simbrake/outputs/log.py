@@ -107,7 +107,7 @@ FAILURES = {
 
 def failure_of(code: int, words: BrakeWords) -> tuple[str, str]:
     """What a failure code means for a kind of brake, and what to do."""
-    _, what, hint = FAILURES[code]  # pyright: ignore
+    _, what, hint = FAILURES[code]
     return (
         (words.locking, words.unlocking)
         if code == BrakeCode.SINGULAR_GEOMETRY
@@ -218,7 +218,7 @@ _FOLLOWED = 1e-2
 def status_of_run(record: Record, scene: Scene) -> str:
     """Status of a concrete run, or the name of its failure code."""
     if int(record.code) != 0:
-        return FAILURES[int(record.code)][0]  # pyright: ignore
+        return FAILURES[int(record.code)][0]
     if _never_follows(record, scene):
         return str(Status.NOT_FOLLOWED)
     n = int(record.count)
@@ -226,7 +226,7 @@ def status_of_run(record: Record, scene: Scene) -> str:
     (end,) = labels_of(record, np.asarray([n]))
     exceeded = functools.partial(runs_away, record)
     steady = functools.partial(lowers_steadily, record)
-    return str(status_of(end, moved, bool(ends_driven(record)), exceeded, steady))
+    return str(status_of(end, moved, bool(ends_driven(record)), exceeded, steady))  # pyright: ignore
 
 
 def _never_follows(record: Record, scene: Scene) -> bool:

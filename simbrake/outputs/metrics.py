@@ -331,7 +331,7 @@ def hook_travel_at_end(record: Record, scene: Scene) -> Any:
     system: BrakeSystem = record.system  # pyright: ignore
     if system.feature(ElasticRope) is None:
         return travel
-    return travel + stretched(system, record.states, record.modes)[record.count]  # pyright: ignore
+    return travel + stretched(system, record.states, record.modes)[record.count]
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:

@@ -71,8 +71,8 @@ def _slides(scan: Scan) -> Array:
 
 def _hardest(scan: Scan) -> Array:
     """Samples at which the lever pulls as hard as it can, or as it ever does."""
-    # pyright: ignore
-    lever = scan.record.system.lever
+
+    lever = scan.record.system.lever  # pyright: ignore
     pull = scan.seen.lever_tension
     held = lever.controls_speed and not isinstance(lever, Phases)
     greatest = float(lever.greatest()) if held else np.max(pull)  # pyright: ignore

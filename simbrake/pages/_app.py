@@ -333,7 +333,7 @@ class Server(http.server.ThreadingHTTPServer):
 
 
 class _Handler(http.server.BaseHTTPRequestHandler):
-    server: Server  # pyright: ignore
+    server: Server
     timeout = _PATIENCE
 
     def log_message(self, format: str, *args: Any) -> None:

@@ -144,7 +144,7 @@ PICTURES = (
         plot.contacts,
         "Which linings slide",
         lambda run: bool(run.record.modes.contacts),
-    ),  # pyright: ignore
+    ),
     Picture(plot.temperatures, "Temperatures", lambda run: run.scene.heated),
     Picture(
         plot.depth,

@@ -31,7 +31,7 @@ def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> lis
                 writer = csv.writer(file)
                 writer.writerow(Sensitivity._fields)
                 writer.writerows(table.rows)
-            plot.tornado(table).figure.savefig(scratch / f"tornado_{name}.png", dpi=130)
+            plot.tornado(table).figure.savefig(scratch / f"tornado_{name}.png", dpi=130)  # pyright: ignore
     return written
 
 

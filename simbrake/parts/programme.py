@@ -298,7 +298,7 @@ def programme_scene(
     reader.faults.report()
     hook = load
     if "take" in steps and isinstance(load, HookLoad):
-        hook = StringLoad(  # pyright: ignore
+        hook = StringLoad(
             empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
             string=float(load.mass) - empty,
             stand=stand,
@@ -649,8 +649,8 @@ class _Plan:
             )
             return why, "lower it `with the auxiliary brake`, or take a stronger one"
         share = float(
-            brentq(lambda x: torque(omega, x) - self.weight, 0.0, 1.0, xtol=1e-12)
-        )  # pyright: ignore
+            brentq(lambda x: torque(omega, x) - self.weight, 0.0, 1.0, xtol=1e-12)  # pyright: ignore
+        )
         if torque(1.001 * omega, share) <= torque(omega, share):
             return (
                 "is not steady: the torque of the auxiliary brake falls with the speed",
@@ -751,7 +751,7 @@ class _Plan:
         def rests(t: float, y: np.ndarray) -> float:
             return y[1]
 
-        rests.terminal = True  # pyright: ignore
+        rests.terminal = True
         # (twice what it takes without what resists at speed)
         latest = self.lever_time + 2 * self.inertia * omega / (
             gain * (self.pull - least)

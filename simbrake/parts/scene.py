@@ -125,7 +125,7 @@ class Duty(AbstractDuty):
     """
 
     slack_tension: AbstractProfile | Phases = part(AbstractProfile, "N")
-    load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
+    load: AbstractLoad = part(AbstractLoad)
     wants: str = structural(default="")
     lever_field: ClassVar[str] = "slack_tension"
 
@@ -143,7 +143,7 @@ class ForceDuty(AbstractDuty):
     """
 
     force: AbstractProfile | Phases = part(AbstractProfile, "N")
-    load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
+    load: AbstractLoad = part(AbstractLoad)
     wants: str = structural(default="")
     lever_field: ClassVar[str] = "force"
 
@@ -248,7 +248,7 @@ class Scene(Part):
         return (
             hook_speed
             / load.on_layer(load.layers and load.layers.first_layer()).travel()
-        )  # pyright: ignore
+        )
 
     @property
     def network(self) -> Heat:

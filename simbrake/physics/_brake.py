@@ -371,8 +371,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     lever: Any  # a profile, or `Phases`
     load: AbstractLoad
     features: tuple[Feature, ...]
-    rims: int = struct_field(static=True, default=1)  # pyright: ignore
-    wants: str = struct_field(static=True, default="")  # pyright: ignore
+    rims: int = struct_field(static=True, default=1)
+    wants: str = struct_field(static=True, default="")
 
     def feature(self, kind: type[_T]) -> _T | None:
         """The feature of a kind, `None`: the brake has none."""

@@ -273,10 +273,10 @@ def _mechanism(
         f = jnp.broadcast_to(
             brake.linings.friction.static(still), (brake.linings.count,)
         )
-        friction = PadFriction(brake.linings, scene.power_shares, heated)  # pyright: ignore
+        friction = PadFriction(brake.linings, scene.power_shares, heated)
         return PressedContact(
             brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes
-        )  # pyright: ignore
+        )
     if isinstance(brake, MultiBandBrake):
         return _bands(scene, brake, pairs, sizes, still)
     assert isinstance(brake, Brake)
@@ -301,10 +301,10 @@ def _mechanism(
         rim = InternalPair(bandage, jnp.asarray(brake.pulley.radius), friction.sine)
         return StagedBrake(
             wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes
-        )  # pyright: ignore
+        )
     if stiffness is None:
-        return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)  # pyright: ignore
-    return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
+        return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)
+    return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)
 
 
 def _bands(
@@ -334,11 +334,11 @@ def _bands(
     wraps = (
         BandFriction.of(radius, friction(band.linings), *own) for band, *own in each
     )
-    bands = tuple(RigidBand(wrap=wrap, pairs=pairs, sizes=sizes) for wrap in wraps)  # pyright: ignore
+    bands = tuple(RigidBand(wrap=wrap, pairs=pairs, sizes=sizes) for wrap in wraps)
     shares = brake.lever_shares(kinetic)
     return RigidBands(
         bands=bands, shares=shares, grip=friction(linings), pairs=pairs, sizes=sizes
-    )  # pyright: ignore
+    )
 
 
 def _chain(

@@ -197,7 +197,7 @@ class LiningFriction(AbstractLiningFriction):
             if getattr(linings, "continuous", False)
             else (jnp.tan(half), jnp.sin(half))
         )
-        return cls(linings, shares, heated, along, across, flash)  # pyright: ignore
+        return cls(linings, shares, heated, along, across, flash)
 
     @property
     def implicit(self) -> bool:

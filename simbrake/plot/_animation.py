@@ -121,6 +121,8 @@ def animate(
         whole_file(file) as scratch,
     ):
         film.save(
-            scratch, PillowWriter(fps), progress_callback=lambda i, _: report(i + 1)
-        )  # pyright: ignore
+            scratch,
+            PillowWriter(fps),  # pyright: ignore
+            progress_callback=lambda i, _: report(i + 1),  # pyright: ignore
+        )
     return file

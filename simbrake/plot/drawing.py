@@ -448,7 +448,7 @@ def finish(
         place = _in_columns(width, labels)
         place["ncols"] = min(place["ncols"], len(labels))
         place |= {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
-        panel.legend(found, labels, title=rule or None, borderaxespad=0.1, **place)
+        panel.legend(found, labels, title=rule or None, borderaxespad=0.1, **place)  # pyright: ignore
         lines = -(-len(labels) // place["ncols"]) + bool(rule)
         for side in ("left", "center"):
             words = panel.get_title(side)

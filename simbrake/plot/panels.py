@@ -95,7 +95,7 @@ def over_time(draw: Callable[[Result, Series, Axes], None]) -> Callable[..., Axe
         finish([axes])
         return axes
 
-    del panel.__wrapped__  # its signature is that of the panel  # pyright: ignore
+    del panel.__wrapped__  # its signature is that of the panel
     return styled(panel)
 
 
@@ -138,7 +138,7 @@ def torques(result: Result, s: Series, axes: Axes) -> None:
     """
     axes.plot(s.t, s.brake_torque / 1e3, color=BLUE, label="brake $M_b$")
     load = {"color": PURPLE, "ls": "-.", "label": r"load $M_\mathrm{load}$"}
-    axes.plot(s.t, s.load_torque / 1e3, **load)
+    axes.plot(s.t, s.load_torque / 1e3, **load)  # pyright: ignore
     if s.motor_torque is not None:
         axes.plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
         if s.shaft_torque is not None:
@@ -168,7 +168,7 @@ def forces(result: Result, s: Series, axes: Axes) -> None:
         for i in range(s.normal_load.shape[1] if differ else 1):
             which = f" on {lining} {i + 1}" if differ else ""
             load = {"ls": "--", "label": f"normal force $N${which}"}
-            axes.plot(s.t, s.normal_load[:, i] / 1e3, **load)
+            axes.plot(s.t, s.normal_load[:, i] / 1e3, **load)  # pyright: ignore
         axes.set_ylabel("force, kN")
 
 
@@ -254,7 +254,7 @@ def hook_mass(result: Result, s: Series, axes: Axes) -> None:
 def _from_zero(axes: Axes) -> None:
     """All of the time, and 0 among the values."""
     times = axes.lines[0].get_xdata()
-    axes.set(xlim=(times[0], times[-1]), ylim=(min(0.0, axes.get_ylim()[0]), None))
+    axes.set(xlim=(times[0], times[-1]), ylim=(min(0.0, axes.get_ylim()[0]), None))  # pyright: ignore
 
 
 # --- the two pairs of a staged brake --------------------------------------------------
@@ -274,7 +274,7 @@ def pair_speeds(result: Result, s: Series, axes: Axes) -> None:
     _check_staged(result)
     axes.plot(s.t, s.omega, color=ink(), label=r"pulley $\omega$")
     bandage = {"color": GREEN, "ls": "--", "label": r"bandage $\omega_b$"}
-    axes.plot(s.t, s.bandage_speed, **bandage)
+    axes.plot(s.t, s.bandage_speed, **bandage)  # pyright: ignore
     axes.set_ylabel("speed, rad/s")
 
 
@@ -347,7 +347,7 @@ def overlap_of_pair(
     slides = {"color": colour, "alpha": 0.7, "label": "slides (dynamic)"}
     axes.fill_between(t, dynamic, lw=0, **slides)
     sticks = {"facecolor": "none", "edgecolor": colour, "label": "sticks (static)"}
-    axes.fill_between(t, static, hatch="///", lw=0, **sticks)
+    axes.fill_between(t, static, hatch="///", lw=0, **sticks)  # pyright: ignore
     axes.set(xlabel="time, s", ylim=(0, 1), ylabel=f"{pair}\noverlap (–)")
     finish([axes])
     return axes
@@ -650,7 +650,7 @@ def contact_states(
         >>> axes.get_ylabel()
         'lining, from the slack end'
     """
-    recorded = result.record.modes.contacts  # pyright: ignore
+    recorded = result.record.modes.contacts
     if not recorded:
         why = "has linings that act as one: there are no single contacts to draw"
         raise input_error("brake", why, "plot.stop draws how many are at their limit")

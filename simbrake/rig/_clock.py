@@ -319,8 +319,8 @@ class _Texts:
         if (
             iso
             and None not in iso
-            and len({match["zone"] is None for match in iso}) == 1
-        ):  # pyright: ignore
+            and len({match["zone"] is None for match in iso}) == 1  # pyright: ignore
+        ):
             stamps = self._stamps(self.texts, "ISO8601")
             if not np.isnan(stamps).any():
                 return self._made(stamps, dated=True, zone=iso[0]["zone"] is not None)  # pyright: ignore

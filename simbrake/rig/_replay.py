@@ -325,7 +325,7 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         name: getattr(hook, name)
         for name in ("drum_radius", "line_count", "gravity", "drag")
     }
-    still = RecordedLoad([0.0], [0.0], **shared, rope=rope)  # pyright: ignore
+    still = RecordedLoad([0.0], [0.0], **shared, rope=rope)
     path = Reconstruction(t, angle, speed, skipped, still, load, motions)
     rate = (
         per_radian
@@ -342,7 +342,7 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         load.t[quiet],
         load.value[quiet] / (gravity - np.minimum(rate, 0.5 * gravity)[quiet]),
     )
-    hook = RecordedLoad(_filled(begins, t[-1]), _filled(masses), **shared, rope=rope)  # pyright: ignore
+    hook = RecordedLoad(_filled(begins, t[-1]), _filled(masses), **shared, rope=rope)
     return dataclasses.replace(path, hook=hook)
 
 
@@ -516,7 +516,7 @@ class Replay(Tabular):
         place = next(iter(done[0].hottest), None) if done else None
         return max(
             done,
-            key=lambda one: one.hottest[place] if place else one.friction_heat,
+            key=lambda one: one.hottest[place] if place else one.friction_heat,  # pyright: ignore
             default=None,
         )  # pyright: ignore
 
@@ -853,9 +853,9 @@ def replay(
             notes.append(f"{far}, at {digits(when, 6)} s: lever or motor are too weak")
     settings = {
         "auxiliary": auxiliary,
-        "limit": float(own.duty.lever.limit),
-        "pull": float(own.duty.lever.pull),
-    }  # pyright: ignore
+        "limit": float(own.duty.lever.limit),  # pyright: ignore
+        "pull": float(own.duty.lever.pull),  # pyright: ignore
+    }
     return Replay(
         book,
         path,
@@ -1056,11 +1056,11 @@ def compare(replay: Replay) -> Comparison:
     ends = [log.channels.get(f"hook_load_{end}") for end in ("min", "max")]
     if all(end is not None and end.nulls < end.value.size for end in ends):
         bounds = tuple(
-            np.interp(load.t, x.t[~np.isnan(x.value)], x.value[~np.isnan(x.value)])
+            np.interp(load.t, x.t[~np.isnan(x.value)], x.value[~np.isnan(x.value)])  # pyright: ignore
             for x in ends
-        )  # pyright: ignore
+        )
     return Comparison(
         replay,
         position,
-        _compared(log["hook_load"], load, force[height.t.size :], bounds, spans(load)),
-    )  # pyright: ignore
+        _compared(log["hook_load"], load, force[height.t.size :], bounds, spans(load)),  # pyright: ignore
+    )

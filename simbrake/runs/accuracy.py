@@ -354,7 +354,7 @@ def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
 
 def _node_temperatures(scan: Scan, u: np.ndarray) -> np.ndarray:
     # (in NumPy: a program would be compiled for this alone)
-    thermal = jax.tree.map(np.asarray, thermal_of(scan.record.system))
+    thermal = jax.tree.map(np.asarray, thermal_of(scan.record.system))  # pyright: ignore
     return thermal.temperatures(u)
 
 

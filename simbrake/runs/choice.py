@@ -158,9 +158,9 @@ def _damping_of_rope(scene: Scene) -> float:
     load = scene.duty.load
     if load.elastic is None:
         return 0.0
-    # pyright: ignore
-    mass = float(load.hanging(jnp.asarray(0, jnp.int32))[0])
-    per_radian = float(load.travel())
+
+    mass = float(load.hanging(jnp.asarray(0, jnp.int32))[0])  # pyright: ignore
+    per_radian = float(load.travel())  # pyright: ignore
     return float(load.elastic.damping) * (
         1 / mass + per_radian**2 / float(scene.brake.inertia)
     )

@@ -506,7 +506,7 @@ def _of_rim(heat: Heat, new: Material) -> Heat:
             others[there.name] = dataclasses.replace(
                 there, capacity=there.capacity * stored
             )
-            link = dataclasses.replace(link, value=link.value * led)  # pyright: ignore
+            link = dataclasses.replace(link, value=link.value * led)
         links.append(link)
     flash = heat.flash
     if flash is not None and _runs_over(flash, old):

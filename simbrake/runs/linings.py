@@ -98,7 +98,7 @@ def wearing(rate: WearRate, r: Rubbing, place: Number | Array | None = None) -> 
     value: Any = (
         rate(pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
     )
-    return value * pressure * r.speed  # pyright: ignore
+    return value * pressure * r.speed
 
 
 class _Picked(Struct):

@@ -309,8 +309,8 @@ class Report:
 
     def _phase_ends(self) -> list[Event]:
         """Ends of the phases of the duty."""
-        # pyright: ignore
-        lever = self._record.system.lever
+
+        lever = self._record.system.lever  # pyright: ignore
         t = np.asarray(self._record.rows.t)
         if not isinstance(lever, Phases):
             return []

@@ -132,7 +132,7 @@ def of_answers(first: Any, second: Any) -> PreparedAccuracy:
         if answer.code:
             return PreparedAccuracy(
                 {}, *counts, f"{which} failed ({FAILURES[answer.code][0]})"
-            )  # pyright: ignore
+            )
     if (first.events, first.segments) != (second.events, second.segments):
         words = f"the runs have {first.events} and {second.events} events"
         return PreparedAccuracy(
@@ -151,7 +151,7 @@ def with_layers(found: PreparedAccuracy, first: Any, finer: Any) -> PreparedAccu
     """The errors with those of the layers of walls, from the answer of the same run
     with finer layers."""
     if finer.code:
-        why = f"the run with finer layers failed ({FAILURES[finer.code][0]})"  # pyright: ignore
+        why = f"the run with finer layers failed ({FAILURES[finer.code][0]})"
         return found._replace(errors={}, problem=why)
     errors = {}
     for name, error in found.errors.items():
@@ -560,7 +560,7 @@ def simulate(
         record = None if program is None else program.call(numbers)
         if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
             record = long_run(numbers, packing, method, rooms, report)
-    result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
+    result = Result(scene, record, rtol_, name, limits)
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result

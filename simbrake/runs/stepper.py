@@ -332,10 +332,10 @@ def _events(record: Record, first: bool) -> list[Event]:
     run."""
     labels = labels_of(record)
     t = np.asarray(record.rows.t)
-    # pyright: ignore
+
     events = []
     settles = first
-    driven = record.system.rests_open
+    driven = record.system.rests_open  # pyright: ignore
     for i, (before, after) in enumerate(itertools.pairwise(labels)):
         if before == after:
             continue
@@ -534,9 +534,9 @@ class Stepper:
         held = dict(self._held)
         # a number may come from an array, as those of a controller do
         dt, *values = (
-            x.item() if getattr(x, "ndim", None) == 0 else x
+            x.item() if getattr(x, "ndim", None) == 0 else x  # pyright: ignore
             for x in (dt, *inputs.values())
-        )  # pyright: ignore
+        )
         span = reader.number(
             dt, Quantity("s", "length of the step", low=0.0), "dt", "s"
         )

@@ -454,7 +454,7 @@ def assess(
     )
     columns = (c if isinstance(c, list) else c.tolist() for c in columns)
     parameters = tuple(
-        Parameter(path, inputs.about(field).unit, *row)  # pyright: ignore
+        Parameter(path, inputs.about(field).unit, *row)
         for path, field, *row in zip(paths, model.fields, *columns, strict=True)
     )
     covariance = covariance * np.outer(slope, slope)
@@ -474,7 +474,7 @@ def assess(
     residuals = tuple(
         Residuals(r.label(part.name), part.unit, part.t, *row)
         for (r, part), *row in rows
-    )  # pyright: ignore
+    )
     names = [paths[i] for i in np.flatnonzero(~fixed)]
     solver = model.run.solver
     outcome = Outcome.CONVERGED

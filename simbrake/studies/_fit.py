@@ -616,7 +616,7 @@ class Search:
             return (
                 near
                 if excess(near) < _CLOSE
-                else brentq(excess, *sorted((z[i], near)), xtol=1e-9, rtol=1e-8)
+                else brentq(excess, *sorted((z[i], near)), xtol=1e-9, rtol=1e-8)  # pyright: ignore
             )  # pyright: ignore
 
         return end(-1), end(1)
@@ -663,8 +663,8 @@ class Search:
             np.clip(z[free], 0.0, 1.0),
             jacobian,  # pyright: ignore
             bounds=(0.0, 1.0),
-            method=self.method,  # pyright: ignore
-            loss=self.loss,  # pyright: ignore
+            method=self.method,
+            loss=self.loss,
             f_scale=self.loss_scale,
             x_scale="jac",
             ftol=1e-14,

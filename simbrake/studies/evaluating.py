@@ -128,7 +128,7 @@ Find: TypeAlias = Callable[[Any, Any], tuple[Any, Any]]
 
 def failure_name(code: int) -> str:
     """A result code in a word."""
-    return FAILURES[code][0] if code in FAILURES else f"code {code}"  # pyright: ignore
+    return FAILURES[code][0] if code in FAILURES else f"code {code}"
 
 
 class Paths(NamedTuple):
@@ -736,7 +736,7 @@ def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program
     metrics = job.measured
     lanes = job.lanes if device.platform == "cpu" else job.size
     # the parameters of the scene are in the vector: a cached program holds none of them
-    without = job._replace(scene=None)  # pyright: ignore
+    without = job._replace(scene=None)
     run = functools.partial(
         _integrate, like=like, job=without, metrics=metrics, lanes=lanes
     )
@@ -800,12 +800,12 @@ def _run_singly(job: Job, rows: np.ndarray) -> Columns:
             name: find(result) for name, find in ABOUT.items() if name != _CLOSURE
         } | {_CLOSURE: energy["closure"]}
         for name in job.metrics:
-            of_ledger = name.startswith("energy.")  # pyright: ignore
-            about[name] = (
+            of_ledger = name.startswith("energy.")
+            about[name] = (  # pyright: ignore
                 energy[name.removeprefix("energy.")]
                 if of_ledger
                 else measure(result, name)
-            )  # pyright: ignore
+            )
         return about
 
     table = [one(row) for row in rows]

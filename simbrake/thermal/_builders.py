@@ -152,7 +152,7 @@ def _rubbing(
     `limits`: permissible temperatures of linings, rim and band (K)
     """
     band = "band" if any(body.name == "band" for body in bodies) else None
-    pair = FrictionHeat(rim, linings, partition)  # pyright: ignore
+    pair = FrictionHeat(rim, linings, partition)
     fields = ("permissible", "permissible_rim", "permissible_band")
     permissible: Any = dict(zip(fields, limits, strict=True))
     return Heat(
@@ -192,9 +192,9 @@ def _cooled(
     given."""
     links: list[AbstractLink] = []
     if coefficient is not None:
-        links.append(Convection(place, area, coefficient, covered=covered))  # pyright: ignore
+        links.append(Convection(place, area, coefficient, covered=covered))
     if emissivity is not None:
-        links.append(Radiation(place, area, emissivity, covered=covered))  # pyright: ignore
+        links.append(Radiation(place, area, emissivity, covered=covered))
     return links
 
 
@@ -403,7 +403,7 @@ def with_pulley_structure(
             )
         )
         links.append(Conductance(rim_place, name, 1 / resistance))
-        links.append(Convection(name, 2 * face, inside))  # pyright: ignore
+        links.append(Convection(name, 2 * face, inside))
     return dataclasses.replace(heat, bodies=tuple(bodies), links=tuple(links))
 
 
@@ -467,7 +467,7 @@ def with_water_jacket(
     if area is None:
         if not isinstance(body, Wall):
             raise ValueError("a water jacket on a lump needs its wetted area")
-        area = body.area  # pyright: ignore
+        area = body.area
     if liquid is None:
         if isinstance(inlet, AbstractProfile):
             raise ValueError(
@@ -476,10 +476,10 @@ def with_water_jacket(
         liquid = water(inlet, pressure)
     jacket = WaterJacket(
         place, area, flow, liquid, coefficient, section, diameter, length, name
-    )  # pyright: ignore
+    )
     return dataclasses.replace(
         heat,
-        bodies=(*heat.bodies, Reservoir(name, inlet)),  # pyright: ignore
+        bodies=(*heat.bodies, Reservoir(name, inlet)),
         links=(*heat.links, jacket),
     )
 
@@ -526,12 +526,12 @@ def with_external_pair(
         ends = {place_of(link.a)[0], place_of(link.b)[0]}
         touches = isinstance(link, Conductance | ThermalContact) and linings in ends
         parts = band in ends or not is_perfect(link, heat.bodies)
-        return dataclasses.replace(link, opens=parts) if touches else link  # pyright: ignore
+        return dataclasses.replace(link, opens=parts) if touches else link
 
     return dataclasses.replace(
         heat,
         links=tuple(between(link) for link in heat.links),
         external=FrictionHeat(
             heat.band, lining, partition, beyond=beyond, beyond_share=rim_share
-        ),  # pyright: ignore
+        ),
     )

@@ -751,7 +751,7 @@ def initial_temperatures(heat: Heat) -> Float[np.ndarray, " k"]:
             np.broadcast_to(np.asarray(body.temperature, float), (body.count,))
             for body in stores
         ]
-    )  # pyright: ignore
+    )
 
 
 def place_count(heat: Heat, place: str) -> int:

@@ -155,7 +155,7 @@ def material(name: str, **changes: float) -> Material:
     if name not in LIBRARY:
         raise KeyError(f"no material {name!r}; there are: {', '.join(sorted(LIBRARY))}")
     numbers = {key: entry.value for key, entry in LIBRARY[name].items()}
-    return Material(**{**numbers, **changes})  # pyright: ignore
+    return Material(**{**numbers, **changes})
 
 
 def effusivity_share(metal: Material, lining: Material) -> Scalar:

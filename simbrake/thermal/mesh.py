@@ -48,7 +48,7 @@ def finer(heat: Heat, cuts: Mapping[str, int]) -> Heat:
         growth = np.asarray(wall.growth) ** (1 / parts)
         return dataclasses.replace(
             wall, layers=parts * wall.layers, growth=growth, temperature=T
-        )  # pyright: ignore
+        )
 
     return dataclasses.replace(
         heat, bodies=tuple(cut(b) if isinstance(b, Wall) else b for b in heat.bodies)

@@ -686,13 +686,13 @@ def rational_lining_thickness(
         Fo = low
         if held_face_rise(low) < theta:
             Fo = float(
-                brentq(
+                brentq(  # pyright: ignore
                     lambda x: float(held_face_rise(x)) - theta,
                     low,
                     high,
                     xtol=1e-15,
-                    rtol=1e-13,
+                    rtol=1e-13,  # pyright: ignore
                 )
-            )  # pyright: ignore
+            )
         insulation = math.sqrt(material.diffusivity * time / Fo)
     return LiningThickness(depth, insulation, max(depth, insulation))

@@ -705,7 +705,7 @@ def _alike(materials: list[Any]) -> list[Any]:
     def filled(thermal: Material) -> Material:
         return dataclasses.replace(
             thermal, **{n: 0.0 for n in used if getattr(thermal, n) is None}
-        )  # pyright: ignore
+        )
 
     return [
         dataclasses.replace(material, thermal=filled(material.thermal))

@@ -216,8 +216,8 @@ def _around(brake: Brake, area: Float[np.ndarray, "..."]) -> tuple[Depths, np.nd
         2 * math.pi
     )
     face = np.broadcast_to(area, (n,))[::-1] / (
-        2 * math.pi * float(brake.pulley.radius) * float(brake.pulley.width)
-    )  # pyright: ignore
+        2 * math.pi * float(brake.pulley.radius) * float(brake.pulley.width)  # pyright: ignore
+    )
     face = np.minimum(face, section)
     start = np.append(0.0, np.cumsum(section)[:-1]) + 0.5 * (section - face)
     edges = np.stack([start, start + face], axis=1).ravel()

@@ -645,8 +645,12 @@ class _Search:
         )
         angle, area = (None if x is None else np.asarray(x) for x in layout)
         return LayoutRow(
-            name, angle, area, columns, dict(zip(named, units, strict=True))
-        )  # pyright: ignore
+            name,
+            angle,  # pyright: ignore
+            area,
+            columns,
+            dict(zip(named, units, strict=True)),  # pyright: ignore
+        )
 
     def solve(self, tolerance: float, max_iterations: int) -> tuple[np.ndarray, int]:
         """The unknowns at the end, and the number of iterations."""
@@ -655,7 +659,7 @@ class _Search:
 
         residual, _, code, _ = self.look(self.start)
         if code != 0:
-            name, what, hint = FAILURES[code]  # pyright: ignore
+            name, what, hint = FAILURES[code]
             raise SimulationError(
                 f"{name}: the starting layout's run fails, {what}: {hint}", None
             )
