@@ -49,8 +49,8 @@ class AbstractLoad(Part):
     """Load on the pulley: a torque on its shaft, positive in the braking direction of
     rotation, and an inertia.
 
-    A class of yours overrides `torque`, or `torque_at` where the torque depends on the
-    angle. The work of either is `load_work`.
+    A class of yours overrides `torque`, or `torque_by_angle` where the torque depends
+    on the angle. The work of either is `load_work`.
     """
 
     #: the profile whose time breakpoints the load has
@@ -60,12 +60,14 @@ class AbstractLoad(Part):
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         """`M_load(t, ω)` in N·m, without its ropes."""
-        if type(self).torque_at is AbstractLoad.torque_at:
+        if type(self).torque_by_angle is AbstractLoad.torque_by_angle:
             name = type(self).__name__
-            raise NotImplementedError(f"{name} has neither `torque` nor `torque_at`")
-        return self.torque_at(t, omega, piece, jnp.zeros(()))
+            raise NotImplementedError(
+                f"{name} has neither `torque` nor `torque_by_angle`"
+            )
+        return self.torque_by_angle(t, omega, piece, jnp.zeros(()))
 
-    def torque_at(self, t: Real, omega: Real, piece: Piece, phi: Real) -> Real:
+    def torque_by_angle(self, t: Real, omega: Real, piece: Piece, phi: Real) -> Real:
         """`M_load(t, ω, φ)` in N·m, without its ropes; `phi` (rad) since the start."""
         return self.torque(t, omega, piece)
 
@@ -77,14 +79,14 @@ class AbstractLoad(Part):
     @property
     def by_angle(self) -> bool:
         """Whether it depends on the angle."""
-        own = type(self).torque_at is not AbstractLoad.torque_at
+        own = type(self).torque_by_angle is not AbstractLoad.torque_by_angle
         return own or self.ropes(jnp.zeros(()), 0) is not None
 
     def whole_torque(
         self, t: Real, omega: Real, piece: Piece, phi: Real, lowered: Any
     ) -> Array:
         """Torque (N·m) with that of the ropes."""
-        torque = jnp.asarray(self.torque_at(t, omega, piece, phi))
+        torque = jnp.asarray(self.torque_by_angle(t, omega, piece, phi))
         ropes = self.ropes(lowered, piece)
         return torque if ropes is None else torque + ropes.torque_in_motion(omega)
 

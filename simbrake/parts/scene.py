@@ -784,7 +784,12 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
     if _is_own(load):
         piece: Any = scene.duty.load_piece(t)
         phi = jnp.zeros(())
-        look("duty.load", load, turning, lambda: load.torque_at(t, omega, piece, phi))
+        look(
+            "duty.load",
+            load,
+            turning,
+            lambda: load.torque_by_angle(t, omega, piece, phi),
+        )
     for i, law in enumerate(scene.shaft):
         if _is_own(law):
             piece: Any = first_piece(law.profile, t)

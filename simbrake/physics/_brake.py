@@ -344,7 +344,7 @@ def course_of_profile(profile: Any, t: Array, piece: Piece) -> tuple[Real, Real 
 
 def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
     one = jnp.ones(())
-    return load.torque_at(t, one, piece, one)
+    return load.torque_by_angle(t, one, piece, one)
 
 
 class BrakeSystem(AbstractSemiExplicitSystem):

@@ -428,7 +428,7 @@ class Spring(AbstractLoad):
     stiffness: sb.profiles.Real = sb.quantity("N*m", "stiffness", default=500.0)
     profile = sb.Constant(0.0)
 
-    def torque_at(self, t, omega, piece, phi):
+    def torque_by_angle(self, t, omega, piece, phi):
         return -self.stiffness * phi
 
 
