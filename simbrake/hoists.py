@@ -1,6 +1,7 @@
 """Interface of a load, and hoists whose load depends on the angle: counterweights and
 windlasses."""
 
+import math
 from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
@@ -72,8 +73,8 @@ class AbstractLoad(Part):
         return self.torque(t, omega, piece)
 
     def ropes(self, lowered: Any, piece: Piece) -> RopesNow | None:
-        """Its ropes when the hook has travelled so far (m) since the start; `None`: they
-        have no weight."""
+        """Its ropes when the hook has travelled so far (m) since the start; `None`:
+        they have no weight."""
         return None
 
     @property
@@ -171,10 +172,11 @@ class AbstractLoad(Part):
 
 
 class CounterweightLoad(AbstractLoad):
-    """A car and a counterweight, or two conveyances of a winder, on ropes over a drum or
-    a sheave, with or without a tail rope.
+    """A car and a counterweight, or two conveyances of a winder, on ropes over a drum
+    or a sheave, with or without a tail rope.
 
-        M = g (r/i) [m_A − m_B + (i q − q_t) D] − c ω,   D = 2 l_A − L,   l_A = l_0 + r φ/i
+        M = g (r/i) [m_A − m_B + (i q − q_t) D] − c ω
+        D = 2 l_A − L,   l_A = l_0 + r φ/i
         J = (r/i)² (m_A + m_B + q_t L) + r² q L k/i²,   k = i² + i (i − 1)(i − 2)/3
 
     - `car` `m_A` and `counterweight` `m_B` (kg), of either weight: the one that goes
@@ -306,9 +308,13 @@ class CounterweightLoad(AbstractLoad):
                 what = "acts over the hanging lengths, which are missing"
                 hint = "give `length` and `hanging_length`"
                 faults.append(Fault(f"{path}.{name}", what, hint))
-        if all(given) and float(self.hanging_length) > float(self.length):  # pyright: ignore
-            what = f"{float(self.hanging_length):g} m is more than the whole length"  # pyright: ignore
-            hint = f"give at most {float(self.length):g} m"  # pyright: ignore
+        start, whole = (
+            math.nan if length is None else float(length)
+            for length in (self.hanging_length, self.length)
+        )
+        if start > whole:
+            what = f"{start:g} m is more than the whole length"
+            hint = f"give at most {whole:g} m"
             faults.append(Fault(f"{path}.hanging_length", what, hint))
         return faults
 
@@ -317,8 +323,8 @@ def moving_share(lines: Any) -> Any:
     """Sum of the squared speeds of the lines of a tackle over the speed of the rope
     squared, `k/N²`.
 
-    The lines have `N, N − 2, N − 2, N − 4, …` times the speed of the hook, whose squares
-    have the sum `k = N² + N (N − 1)(N − 2)/3`.
+    The lines have `N, N − 2, N − 2, N − 4, …` times the speed of the hook, whose
+    squares have the sum `k = N² + N (N − 1)(N − 2)/3`.
     """
     return 1 + (lines - 1) * (lines - 2) / (3 * lines)
 
@@ -327,32 +333,33 @@ class WindlassLoad(AbstractLoad):
     """An anchor on a chain that a gypsy pays out of its locker, until the anchor stands
     on the ground.
 
-        M = g r [b (m + q l) + (1 − b) q f − q h] − c ω,  l = l_0 + r φ    the anchor hangs
-        M = g r [b q D + (1 − b) q f − q h] − c ω                         it stands on the ground
+        hanging:        M = g r [b (m + q l) + (1 − b) q f − q h] − c ω,  l = l_0 + r φ
+        on the ground:  M = g r [b q D + (1 − b) q f − q h] − c ω
         J = r² [m + q (l + h + w)], without m and with l = D on the ground
 
     - `anchor` `m` (kg);  `chain_mass` `q` (kg/m);  `gypsy_radius` `r` (m)
     - `hanging_length` `l_0` (m) below the gypsy at the start;  `depth` `D` (m) from the
-      gypsy to the ground;  `length` (m) of the whole chain below the gypsy when all of it
-      is paid out. There, and where the anchor comes to the water, the run ends with the
-      code `rope_end`
-    - `lift` `h` (m) from the chain in the locker up to the gypsy;  `wrapped` `w` (m): chain
-      on the gypsy
+      gypsy to the ground;  `length` (m) of the whole chain below the gypsy when all of
+      it is paid out. There, and where the anchor comes to the water, the run ends with
+      the code `rope_end`
+    - `lift` `h` (m) from the chain in the locker up to the gypsy;  `wrapped` `w` (m):
+      chain on the gypsy
     - `submerged` `b`: weight under water over weight, 1 − ρ_w/ρ (steel in sea water
       0.869);  `freeboard` `f` (m): gypsy above the water
     - `drag` (N·m·s), `gravity` (m/s²)
 
-    Chain that begins to move takes the momentum `q v` per length, and chain that is laid
-    down gives none back: paying out a hanging anchor needs `q r³ ω²`, with the anchor on
-    the ground the torque is against either sense. The energy that is lost, `½ q |v|³` on
-    each side where chain starts or ends its motion, and `½ m v²` of an anchor that comes
-    to the ground, is `pick_up_heat`. Hoisting lifts the anchor with the momentum of all
-    that moves (event `anchor_lifted`). Resistance of the water, the pull of the ship and
-    the friction of the hawse pipe are not in it. Source: momentum of a chain with one end
-    at rest (Cayley 1857).
+    Chain that begins to move takes the momentum `q v` per length, and chain that is
+    laid down gives none back: paying out a hanging anchor needs `q r³ ω²`, with the
+    anchor on the ground the torque is against either sense. The energy that is lost,
+    `½ q |v|³` on each side where chain starts or ends its motion, and `½ m v²` of an
+    anchor that comes to the ground, is `pick_up_heat`. Hoisting lifts the anchor with
+    the momentum of all that moves (event `anchor_lifted`). Resistance of the water, the
+    pull of the ship and the friction of the hawse pipe are not in it. Source: momentum
+    of a chain with one end at rest (Cayley 1857).
 
     Example:
-        >>> windlass = sb.loads.WindlassLoad("5 t", "120 kg/m", "0.4 m", "6 m", "45 m", "300 m")
+        >>> chain = ("120 kg/m", "0.4 m", "6 m", "45 m", "300 m")
+        >>> windlass = sb.loads.WindlassLoad("5 t", *chain)
         >>> round(float(windlass.torque(0.0, 0.0, 0)))
         17054
     """
@@ -434,7 +441,8 @@ class WindlassLoad(AbstractLoad):
         faults = []
         least = max(float(self.depth), float(self.hanging_length))
         if float(self.length) < least:
-            what = f"{float(self.length):g} m is shorter than the {least:g} m to the ground"
+            length = f"{float(self.length):g} m"
+            what = f"{length} is shorter than the {least:g} m to the ground"
             hint = "give a longer chain, or a smaller depth"
             faults.append(Fault(f"{path}.length", what, hint))
         if float(self.freeboard) > min(float(self.hanging_length), float(self.depth)):

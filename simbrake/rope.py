@@ -98,8 +98,8 @@ class RopeWeight(Part):
     Where one of the two is used up the run ends with the code `rope_end`. Lines have
     `N, N − 2, N − 2, …` times the speed of the hook, with
     `k = N² + N (N − 1)(N − 2)/3`; all rope on the drum moves with the layer that pays
-    out. Their inertia pulls like that of a mass on the hook (exact for one line). Source:
-    energy of the rope (Lagrange).
+    out. Their inertia pulls like that of a mass on the hook (exact for one line).
+    Source: energy of the rope (Lagrange).
 
     Example:
         >>> rope = sb.loads.RopeWeight("6 kg/m", hanging_length="30 m", length="600 m")
