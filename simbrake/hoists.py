@@ -361,7 +361,7 @@ class WindlassLoad(AbstractLoad):
         >>> chain = ("120 kg/m", "0.4 m", "6 m", "45 m", "300 m")
         >>> windlass = sb.loads.WindlassLoad("5 t", *chain)
         >>> round(float(windlass.torque(0.0, 0.0, 0)))
-        17054
+        17052
     """
 
     anchor: Scalar = positive_quantity("kg", "mass of the anchor")
