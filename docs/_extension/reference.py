@@ -55,10 +55,14 @@ def found(name: str) -> Any:
 
 def names_in(module: types.ModuleType, name_of_module: str) -> Iterator[str]:
     """Functions and classes that a public module lists, except those that are at the
-    top of the package as well."""
+    top of the package or among the results as well."""
+    homes = [home for home in (simbrake, simbrake.results) if home is not module]
     for name in module.__all__:
         value = getattr(module, name)
-        if callable(value) and getattr(simbrake, name, None) is not value:
+        elsewhere = any(
+            name in home.__all__ and getattr(home, name) is value for home in homes
+        )
+        if callable(value) and not elsewhere:
             yield f"{name_of_module}.{name}"
 
 
