@@ -1,5 +1,4 @@
-"""Which numbers cause the scatter of the stopping time, which are negligible? Sobol
-indices and Morris' screening."""
+"""Which numbers cause the scatter of the stopping time, which are negligible? Sobol indices and Morris' screening."""
 
 import pandas as pd
 from SALib.analyze import morris, sobol

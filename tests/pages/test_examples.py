@@ -97,6 +97,18 @@ def simbrake_commands(page: pathlib.Path) -> list[str]:
 EXAMPLES = [page for page in PAGES if blocks(page, "python") or simbrake_commands(page)]
 
 
+def test_recipes_are_short_and_shown():
+    """`nox -s recipes` runs them, with the libraries that they need."""
+    page = (ROOT / "docs" / "recipes.md").read_text("utf-8")
+    scripts = sorted((ROOT / "docs" / "recipes").glob("*.py"))
+    shown = re.findall(r"^```{literalinclude} recipes/(\w+\.py)$", page, re.M)
+    assert sorted(shown) == [script.name for script in scripts]
+    for script in scripts:
+        lines = [line.strip() for line in script.read_text("utf-8").splitlines()]
+        code = [line for line in lines if line and not line.startswith(("#", '"""'))]
+        assert len(code) <= 30, script.name
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A folder of its own with the scenarios in it, as the root of the repository has
