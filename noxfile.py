@@ -186,6 +186,7 @@ def wheel(session: nox.Session) -> None:
 def docs(session: nox.Session) -> None:
     """Nightly: the pages, their examples, the printed tables, the notebooks."""
     session.install("-e", ".[dev]")
+    session.run("python", "docs/tables.py", "--check")
     session.run(
         "sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs"
     )

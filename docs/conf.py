@@ -6,6 +6,7 @@ import sys
 
 from sphinx.application import Sphinx
 
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
 sys.path.insert(0, str(pathlib.Path(__file__).parent / "_extension"))
 
 import reference
@@ -24,7 +25,7 @@ extensions = [
         "sphinx.ext.autosummary",
         "sphinx.ext.linkcode",
     ),
-    *("math_ml", "source_links", "reference", "from_code"),
+    *("math_ml", "source_links", "reference"),
 ]
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"

@@ -113,7 +113,7 @@ def unsaid() -> list[str]:
 
 
 def page(found: list[dict[str, str]]) -> str:
-    """Tables by paper, as `docs/published.md` shows them when it is built."""
+    """Tables by paper, as `docs/published.md` shows them."""
     verdicts = [row["verdict"] for row in found]
     counts = ", ".join(
         f"{verdicts.count(v)} {v}" for v in (CONFIRMED, LIMITED, CONTRADICTED)

@@ -1,4 +1,4 @@
-"""The printed tables as `docs/published.md` shows them when it is built.
+"""The printed tables as `docs/published.md` shows them.
 
 `python papers/write_page.py` draws the figures of that page, in half a minute.
 """

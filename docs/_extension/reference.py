@@ -23,6 +23,7 @@ from sphinx.domains.python import PyXRefRole
 from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
+from tables import unit_of
 
 import simbrake
 
@@ -31,7 +32,6 @@ PACKAGE = pathlib.Path(simbrake.__file__).parent
 #: a result whose class has more fields than this is not made by users: its signature is
 #: left out
 _MANY = 12
-_POWERS = str.maketrans({"2": "²", "3": "³", "4": "⁴", "^": None})
 #: a paragraph at the margin, and the indented block below it, unless that is an example
 #: or an item of a list
 _FORMULA = re.compile(r"^(\S.*)\n\n(?= {4}(?!>>>|- ))", re.M)
@@ -108,11 +108,6 @@ class Name(PyXRefRole):
         )
         refnode["refspecific"] = target[:1].isupper() or "_" in target
         return title, target
-
-
-def unit_of(words: str) -> str:
-    """A unit as it is written by hand."""
-    return words.replace("*", "·").translate(_POWERS)
 
 
 def parameters(cls: type) -> list[str]:

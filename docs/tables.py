@@ -1,9 +1,9 @@
-"""What the pages take from the code, filled in when they are built.
+"""Writes what the pages take from the code: `python docs/tables.py`; with `--check` it
+only names the pages that are not up to date, and fails.
 
-A line `<!-- table NAME -->` becomes a table of `TABLES`, `<!-- list NAME -->` a list of
-`LISTS`, `<!-- measured NAME -->` what a benchmark has written as JSON,
-`<!-- printed NAME -->` a table of the papers, `<!-- estimates NAME -->` estimates
-beside simulations.
+It stands between `<!-- KIND NAME -->` and `<!-- end -->`. The kinds: `table` of
+`TABLES`, `list` of `LISTS`, `measured`: what a benchmark has written as JSON,
+`printed`: a table of the papers, `estimates`: estimates beside simulations.
 """
 
 import functools
@@ -14,18 +14,21 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from reference import unit_of
-from sphinx.application import Sphinx
-
 from simbrake.outputs import log as names
 from simbrake.outputs.metrics import METRICS
 from simbrake.outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS
 from simbrake.physics import mechanism
 from simbrake.thermal.materials import library
 
-DOCS = pathlib.Path(__file__).parents[1]
+DOCS = pathlib.Path(__file__).parent
 # benchmarks, and what recomputes the papers
 sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "papers")]
+_POWERS = str.maketrans({"2": "²", "3": "³", "4": "⁴", "^": None})
+
+
+def unit_of(words: str) -> str:
+    """A unit as it is written by hand."""
+    return words.replace("*", "·").translate(_POWERS)
 
 
 def table(head: str, rows: list[tuple[Any, ...]]) -> list[str]:
@@ -230,19 +233,34 @@ BLOCKS: dict[str, Callable[[str], list[str]]] = {
     "printed": _printed,
     "estimates": _estimates,
 }
-_MARK = re.compile(r"^<!-- (table|list|measured|printed|estimates) (\w+) -->$", re.M)
+_BLOCK = re.compile(
+    rf"(?<=^<!-- )({'|'.join(BLOCKS)}) (\w+) -->\n.*?(?=^<!-- end -->$)", re.M | re.S
+)
 
 
 def filled(text: str) -> str:
     """A page with what its marks stand for."""
-    return _MARK.sub(lambda mark: "\n".join(BLOCKS[mark[1]](mark[2])), text)
+
+    def block(mark: re.Match[str]) -> str:
+        kind, name = mark.groups()
+        lines = "\n".join(BLOCKS[kind](name)).strip()
+        return f"{kind} {name} -->\n\n{lines}\n\n"
+
+    return _BLOCK.sub(block, text)
 
 
-def _read(app: Sphinx, page: str, source: list[str]) -> None:
-    source[0] = filled(source[0])
+def main() -> None:
+    stale = []
+    for page in sorted(DOCS.rglob("*.md")):
+        text = page.read_text("utf-8")
+        if (new := filled(text)) == text:
+            continue
+        stale.append(str(page.relative_to(DOCS)))
+        if "--check" not in sys.argv:
+            page.write_text(new, "utf-8")
+    if stale and "--check" in sys.argv:
+        sys.exit(f"run `python docs/tables.py`: {', '.join(stale)} would change")
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
-    # before the tables of contents, which are made of the lists
-    app.connect("source-read", _read, priority=400)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}
+if __name__ == "__main__":
+    main()
