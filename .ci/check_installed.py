@@ -48,8 +48,9 @@ def main() -> None:
         assert getattr(sb, name) is not None
     assert sb.formulas.rim_material("cast_iron")
     shutil.copy(checkout / "scenarios" / "u2_5_5_stop.py", "u2_5_5_stop.py")
-    for name in ("standard", "u2_5_5_stop"):
+    for name in ("standard", "u2_5_5_stop", "drawworks_tests"):
         run("new", name)
+    run("test", "drawworks_tests.toml")
     for scene in ("u2_5_5_stop.py", "u2_5_5_stop.toml", "standard.toml", "standard"):
         assert json.loads(run("run", scene, "--json"))["status"] == "stopped"
     run("scene", "check", "drag_lowering")  # uses another one

@@ -1,4 +1,5 @@
-"""Every command named as evidence of a claim tests something."""
+"""Every command named as evidence of a claim tests something; the files of a release
+agree."""
 
 import json
 import pathlib
@@ -6,9 +7,12 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 
 import pytest
 from readme_lines import claims
+
+import simbrake as sb
 
 ROOT = pathlib.Path(__file__).parents[2]
 CLAIMS = claims((ROOT / "docs" / "claims_and_evidence.md").read_text("utf-8"))
@@ -44,3 +48,29 @@ def test_scripts_of_the_claims_exist():
         _, file, *options = shlex.split(re.sub(r"[\[\]]", "", command))
         source = (ROOT / file).read_text("utf-8")
         assert all(f'"{x}"' in source for x in options if x.startswith("--")), command
+
+
+def test_files_of_a_release_agree():
+    """One version, date and list of dependencies in all files that state them."""
+    text = {
+        name: (ROOT / name).read_text("utf-8")
+        for name in ("CHANGELOG.md", "CITATION.cff", "conda/recipe.yaml")
+    }
+    code, deposit = (
+        json.loads((ROOT / name).read_text("utf-8"))
+        for name in ("codemeta.json", ".zenodo.json")
+    )
+    version, date = re.search(
+        r"^## (\S+) \((.+)\)$", text["CHANGELOG.md"], re.M
+    ).groups()
+    assert version == sb.__version__
+    assert f"\nversion: {version}\ndate-released: {date}\n" in text["CITATION.cff"]
+    assert (code["version"], code["datePublished"]) == (version, date)
+    assert (deposit["version"], deposit["publication_date"]) == (version, date)
+    assert f'version: "{version}"' in text["conda/recipe.yaml"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    _, listed = text["conda/recipe.yaml"].split("  run:\n    - ")
+    found = listed.partition("\n\n")[0].replace(" ", "").split("\n-")
+    wanted = ["python" + project["requires-python"], *project["dependencies"]]
+    assert [name.replace("matplotlib-base", "matplotlib") for name in found] == wanted
+    assert code["keywords"] == deposit["keywords"] == project["keywords"]
