@@ -143,6 +143,17 @@ def command_waits(lever: Any, t: Array) -> Array:
     return jnp.asarray(lever.input.value(t, lever.input.first_piece(t)) > 0)
 
 
+def dead_time_of(lever: Any, passed: Array) -> Any:
+    """Dead time (s) between a command and the pull of a lever, in a duty in phases in
+    the phase behind so many that have `passed`."""
+    if isinstance(lever, Phases):
+        each = [dead_time_of(phase.lever, passed) for phase in lever.each]
+        return jnp.stack(jnp.broadcast_arrays(*each))[lever.place(passed)]
+    if isinstance(lever, Lever):
+        return dead_time_of(lever.force, passed)
+    return getattr(lever, "dead_time", 0.0)
+
+
 # --- what happened before the end ---------------------------------------------------
 
 
@@ -184,11 +195,13 @@ _LEVERS = Compiled(_levers, quick=True)
 
 
 class Holding(NamedTuple):
-    """Rows of a record: in which the brake is `to_hold`, and that begin with a held
-    load that has `broken` away; and the pull of the lever (N) at the begin of each."""
+    """Rows of a record: in which the brake is `to_hold`, that begin with a held load
+    that has `broken` away, and in or before which the pull of the lever `rises`; and
+    that pull (N) at the begin of each."""
 
     to_hold: Bool[Array, " rows"]
     broken: Bool[Array, " rows"]
+    rises: Bool[Array, " rows"]
     pull: Float[Array, " rows"]
 
 
@@ -262,7 +275,13 @@ def holding_rows(record: Record) -> Holding:
     released = (
         falling & (steady < n) & ~held[after] & (opens[after] < rest_again[after])
     )
-    return Holding(lasts & held & ~released, broken & (rows.y[:, 1] == 0.0), first.pull)
+    jumps = (before >= 0) & (first.pull > last.pull[before] + slack)
+    return Holding(
+        to_hold=lasts & held & ~released,
+        broken=broken & (rows.y[:, 1] == 0.0),
+        rises=lasts & (jumps | (last.pull > first.pull + slack)),
+        pull=first.pull,
+    )
 
 
 def next_marked(marked: Bool[Array, " n"], n: int, xp: Any) -> Int[Array, " n"]:

@@ -117,10 +117,11 @@ def _counts(record: Record, names: Sequence[str]) -> Int[Array, "row group"] | N
     reserve."""
     if HOLDING not in names:
         return None
-    held, broken, _ = holding_rows(record)
+    holding = holding_rows(record)
     xp = numpy_of(record.rows.t)
     whole = xp.full(record.rows.t.shape[0], 2, np.int32)
-    to_hold = xp.where(held, 2, xp.where(broken, 1, 0)).astype(np.int32)
+    of_broken = xp.where(holding.broken, 1, 0)
+    to_hold = xp.where(holding.to_hold, 2, of_broken).astype(np.int32)
     return xp.stack([to_hold if name == HOLDING else whole for name in names], axis=1)
 
 

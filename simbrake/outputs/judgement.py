@@ -548,7 +548,7 @@ def held_throughout(found: Judgement, least: Any) -> Judgement:
 def _least_at_ends(record: Record) -> Array:
     rows = record.rows
     system = record.system
-    to_hold, broken, _ = holding_rows(record)
+    to_hold, broken, *_ = holding_rows(record)
     n = rows.t.shape[0]
     after = jnp.minimum(jnp.arange(1, n + 1, dtype=jnp.int32), record.count)
     goes_on = to_hold & to_hold[after] & (rows.kind < LANDED)

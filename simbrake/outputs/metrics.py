@@ -140,7 +140,7 @@ class Requirement(NamedTuple):
         return "" if self.met(scene) else self.missing
 
 
-_NOTHING = Requirement("every scene", "", lambda scene: True)
+NOTHING = Requirement("every scene", "", lambda scene: True)
 
 
 class Mark(NamedTuple):
@@ -175,6 +175,7 @@ class Metric(NamedTuple):
     - `energy`: it is `find(account)`, of the terms of the ledger
     - `needs`: what a scene has whose runs have it
     - `shown_anyway`: as `inf` where it lacks that
+    - `if_asked`: a run has it only if it is asked for, by name or as a limit
     - `of_linings`: whether a maximum value tells the lining
     - `number(maximum, scene)`: what the number is in terms of
       that maximum, `None`: itself
@@ -193,10 +194,11 @@ class Metric(NamedTuple):
     meaning: str
     title: str
     find: Callable[..., Any]
-    needs: Requirement = _NOTHING
+    needs: Requirement = NOTHING
     greatest: bool = False
     of_linings: bool = False
     shown_anyway: bool = False
+    if_asked: bool = False
     number: Callable[[Any, Scene], Any] | None = None
     limit: Callable[[Scene], Any] | None = None
     mark: Mark | None = None
@@ -281,7 +283,7 @@ def _held_share(p: Probe) -> Float[Array, "m 1"]:
     return held_share(*p.holding, holds(p.mode) | (p.y.omega == 0.0))[:, None]
 
 
-def _at_stop(record: Record, scene: Scene, values: Array) -> Array:
+def at_stop(record: Record, scene: Scene, values: Array) -> Array:
     """Value at the first stop."""
     if not record.system.rests_open or record.modes.turn is not None:  # pyright: ignore
         return _first(record, comes_to_rest, values)
@@ -297,11 +299,11 @@ def _at_stop(record: Record, scene: Scene, values: Array) -> Array:
 
 
 def _stopping_time(record: Record, scene: Scene) -> Array:
-    return _at_stop(record, scene, record.rows.t)
+    return at_stop(record, scene, record.rows.t)
 
 
 def _stopping_angle(record: Record, scene: Scene) -> Array:
-    return _at_stop(record, scene, record.states.phi)
+    return at_stop(record, scene, record.states.phi)
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
@@ -311,7 +313,7 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
         return np.asarray(np.inf)
     if system.feature(ElasticRope) is None:
         return travel
-    return travel + _at_stop(
+    return travel + at_stop(
         record, scene, stretched(system, record.states, record.modes)
     )
 
@@ -365,7 +367,7 @@ _ROPE = Requirement(
     "its load hangs on no elastic rope",
     lambda scene: scene.duty.load.elastic is not None,
 )
-_RIGID_HOOK = Requirement(
+RIGID_HOOK = Requirement(
     "load on a hook, rigid rope",
     "its load hangs on no hook, or on an elastic rope (whose hook load over weight is "
     "1 + a/g)",
@@ -575,7 +577,7 @@ def _energy(
     name: str,
     meaning: str,
     find: Callable[[Account], Any],
-    needs: Requirement = _NOTHING,
+    needs: Requirement = NOTHING,
     unit: str = "J",
 ) -> dict[str, Metric]:
     """An energy over the run, or the residual of a balance of energies."""
@@ -820,7 +822,7 @@ METRICS: dict[str, Metric] = {
         "never slows",
         "Maximum deceleration of the load",
         lambda p: p.hook.deceleration[:, None],
-        _RIGID_HOOK,
+        RIGID_HOOK,
         greatest=True,
         number=_at_least_0,
         mark=Mark(
@@ -1344,7 +1346,7 @@ def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
         name: metric
         for name, metric in METRICS.items()
         if metric.greatest == greatest
-        and not metric.energy
+        and not (metric.energy or metric.if_asked)
         and (metric.shown_anyway or not metric.needs.lacks(scene))
     }
 

@@ -94,7 +94,7 @@ def publish(
     metrics = [
         name
         for name, metric in METRICS.items()
-        if not metric.energy and not metric.needs.lacks(scene)
+        if not (metric.energy or metric.if_asked or metric.needs.lacks(scene))
     ]
     metrics.append("energy.friction_heat")
     progress.now("printing")

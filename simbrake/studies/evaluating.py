@@ -615,10 +615,11 @@ class Job(NamedTuple):
 
     @property
     def recorded(self) -> bool:
-        """Whether a metric looks back at the steps of a run: a user's function, or the
-        holding reserve."""
+        """Whether a metric looks back at the steps of a run: a user's function, the
+        holding reserve, or a mean."""
         return any(
-            not isinstance(metric, str) or metric == HOLDING for metric in self.metrics
+            not isinstance(metric, str) or metric == HOLDING or _is_if_asked(metric)
+            for metric in self.metrics
         )
 
     @property
@@ -674,9 +675,18 @@ def is_maximum(metric: Metric) -> bool:
     return isinstance(metric, str) and metric in METRICS and METRICS[metric].greatest
 
 
+def _is_if_asked(metric: str) -> bool:
+    return metric in METRICS and METRICS[metric].if_asked
+
+
 def default_metrics(scene: Scene) -> tuple[str, ...]:
-    """Everything that a scene has but maxima, which cost half a run more."""
-    return tuple(name for name in metric_names(scene) if not is_maximum(name))
+    """Everything that a scene has but maxima, which cost half a run more, and what a
+    run has only if it is asked for."""
+    return tuple(
+        name
+        for name in metric_names(scene)
+        if not (is_maximum(name) or _is_if_asked(name))
+    )
 
 
 def _integrate(

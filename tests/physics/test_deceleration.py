@@ -3,8 +3,11 @@
 import dataclasses
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from disc_scenes import TORQUE, F, disc_scene
+from disc_scenes import J as DISC
 from scenes import stop_scene
 
 import simbrake as sb
@@ -86,3 +89,84 @@ def test_left_limit_at_rest_and_load_on_a_hook():
 def test_nothing_slows():
     result = sb.simulate(coasting(w0=0.0, load=4e3, end=0.5))
     assert result["max_deceleration"] == 0.0
+
+
+MEANS = [
+    f"mean_{of}deceleration_{span}"
+    for of in ("", "hook_")
+    for span in ("by_time", "by_travel", "from_command")
+]
+ARM = 0.25
+HOIST = sb.HookLoad(mass=4e3, drum_radius=ARM, line_count=1)
+
+
+def disc_stop(force, load=None, **parts):
+    """A disc of `TORQUE/F` N·m per newton on each pad."""
+    scene = disc_scene(force=force, omega=10.0, end=20.0, **parts)
+    load = sb.TorqueLoad(0.0) if load is None else load
+    return dataclasses.replace(scene, duty=sb.ForceDuty(force, load))
+
+
+def test_means_of_a_constant_deceleration_behind_dead_time():
+    """Without a load the speed stays until the pads act: means from there on are the
+    constant one, the one from the command counts the dead time."""
+    jump = sb.PiecewiseLinear([0.2, 0.2], [0.0, F])
+    result = sb.simulate(disc_stop(sb.loads.Actuator(jump, dead_time=0.3)))
+    alpha = TORQUE / DISC
+    found = [result[name] for name in MEANS[:3]]
+    expected = [alpha, alpha, 10.0 / (0.3 + 10.0 / alpha)]
+    assert found == pytest.approx(expected, rel=1e-9)
+    limits = {"mean_deceleration_by_time": 0.99 * alpha}
+    assert result.verdict(limits).colour == "red"
+    with pytest.raises(KeyError, match="mean_hook"):
+        result["mean_hook_deceleration_by_time"]
+
+
+def means_of_ramp(rate, begin=0.5, ahead=2.0, w0=10.0):
+    """A load that speeds the shaft up by `a`, and pads that from `begin` on slow it
+    by `k` more each second: `ω = w_b + a τ − k τ²/2`, greatest at `τ_1 = a/k`."""
+    J = DISC + 4e3 * ARM**2
+    a = 4e3 * sb.loads.GRAVITY * ARM / J
+    k = rate * TORQUE / F / J
+    w_b = w0 + a * begin
+    tau_1 = a / k
+    w_1 = w_b + a * tau_1 / 2
+    braked = jnp.sqrt(2 * w_1 / k)  # ω = w_1 − k (τ − τ_1)²/2
+    angle = w_1 * braked - k * braked**3 / 6
+    pulley = [
+        w_1 / braked,
+        w_1**2 / (2 * angle),
+        w_b / (tau_1 + braked),
+    ]
+    return jnp.stack([*pulley, *(ARM * mean for mean in pulley)])
+
+
+def test_means_of_a_ramp_and_their_derivatives():
+    """The greatest speed is inside the braking: its place moves with the ramp."""
+    rate = 3e3
+
+    def scene(rate):
+        points = sb.PiecewiseLinear([0.0, 0.5, 20.5], [0.0, 0.0, 20.0 * rate])
+        return disc_stop(points, HOIST)
+
+    some = [0, 2, 4]  # by time, from the command; of the load by travel
+
+    def means(rate):
+        run = sb.simulate(scene(rate))
+        return jnp.stack([getattr(run, MEANS[i]) for i in some])
+
+    result = sb.simulate(scene(rate))
+    single = [result[name] for name in MEANS]
+    np.testing.assert_allclose(single, means_of_ramp(rate), rtol=1e-9)
+    expected = jax.jacfwd(means_of_ramp)(rate)[np.asarray(some)]
+    np.testing.assert_allclose(jax.jacfwd(means)(rate), expected, rtol=1e-7)
+    paths = {"duty.force.values[2]": [20 * rate, 40 * rate]}
+    data = sb.ensemble(scene(rate), paths, MEANS[:1], progress=False)
+    expected = [means_of_ramp(x)[0] for x in (rate, 2 * rate)]
+    np.testing.assert_allclose(data[MEANS[0]], expected, rtol=1e-9)
+
+
+def test_no_mean_without_a_stop():
+    result = sb.simulate(disc_stop(sb.Constant(1e3), HOIST))
+    assert {result[name] for name in MEANS} == {np.inf}
+    assert MEANS[0] not in result.metrics

@@ -1,0 +1,123 @@
+"""Means of the deceleration of a run, from its greatest speed or from the command to
+the first stop; they join the registry of metrics."""
+
+import dataclasses
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..hybrid import Record
+from ..hybrid.arrays import Array, TwoArrays, numpy_of
+from ..parts.scene import Scene
+from ._wants import dead_time_of, holding_rows
+from .extremes import Maxima, peaks
+from .metrics import METRICS, NOTHING, RIGID_HOOK, Metric, Requirement, at_stop
+from .probe import is_traced_run, states_inside
+
+#: speeds that differ by less than this share are the same
+_SAME = 1e-12
+
+
+def mean_deceleration(
+    record: Record, scene: Scene, span: str, *, of_hook: bool
+) -> Array:
+    """A mean of the deceleration (rad/s², of the hook m/s²) to the first stop at `t_s`;
+    `inf` without a stop.
+
+        by time v_1/(t_s − t_1),   by travel v_1²/(2 s),   from the command
+        v_0/(t_s − t_c)
+
+    - `v_1`: greatest speed before the stop; `t_1`: when it is that for the last time;
+      `s`: travel from then on
+    - `v_0`: speed at `t_c`, when the lever is first told to pull more, or the start
+    - `span`: `time`, `travel` or `command`
+    """
+    rows = record.rows
+    xp = numpy_of(rows.t)
+    number_of = xp.arange(rows.t.shape[0], dtype=np.int32)
+    stopped = at_stop(record, scene, number_of.astype(np.float64))
+    stops = xp.isfinite(stopped)
+    count = xp.where(stops, stopped, 0.0).astype(np.int32)
+    count = xp.where(stops, count, record.count)
+    until = dataclasses.replace(record, count=count)
+    layers = record.modes.layer
+    load: Any = scene.duty.load
+    travel: Any = load.on_layer(layers).travel() if of_hook else 1.0
+    speeds = xp.abs(rows.y[:, 1]) * travel
+    used = number_of < count
+    if span == "command":
+        rises = holding_rows(record).rises & used
+        row = xp.where(xp.any(rises), xp.argmax(rises), 0)
+        passed = row if record.modes.phase is None else record.modes.phase[row]
+        waited = xp.where(xp.any(rises), dead_time_of(scene.duty.lever, passed), 0.0)
+        begin = xp.maximum(rows.t[row] - waited, rows.t[0])
+        phi, speed = _at(until, begin, travel)
+    else:
+        name = "max_hook_speed" if of_hook else "max_drum_speed"
+        found = (
+            peaks(until, (name,))
+            if is_traced_run(record)
+            else Maxima(until, (name,)).whole
+        )
+        peak = found[name]
+        same = used & (speeds >= peak.value * (1 - _SAME)) & (rows.t > peak.time)
+        later = xp.any(same)
+        begin = xp.where(later, xp.max(xp.where(same, rows.t, -xp.inf)), peak.time)
+        phi, speed = _at(until, begin, travel)
+        speed = xp.where(later, speed, peak.value)
+    end = xp.where(stops, rows.t[count], begin)
+    if span == "travel":
+        turned = xp.stack([phi, xp.asarray(rows.y[:, 0])[count]])
+        places = load.travelled(turned) if of_hook else turned
+        speed = 0.5 * speed**2
+        end, begin = xp.abs(places[1] - places[0]), 0.0
+    lasts = stops & (end > begin)
+    return xp.where(lasts, speed / xp.where(lasts, end - begin, 1.0), xp.inf)
+
+
+def _at(record: Record, t: Array, travel: Any) -> TwoArrays:
+    """Angle (rad), and the absolute speed times the `travel` of each row, at a time."""
+    row = record.find(t[None])
+    h = t[None] - record.rows.t[row]
+    if is_traced_run(record):
+        state = record.inside(row, h)[1]
+        phi, omega = state.phi, state.omega
+    else:
+        phi, omega = states_inside(record, row, h)[1][:, :2].T
+    per_radian = jnp.broadcast_to(travel, record.rows.t.shape)[row]
+    return phi[0], numpy_of(omega).abs(omega * per_radian)[0]
+
+
+def _metrics(
+    of: str, needs: Requirement, unit: str, *, of_hook: bool
+) -> dict[str, Metric]:
+    """Metrics of the pulley, or of the load."""
+
+    def metric(span: str, meaning: str, title: str) -> Metric:
+        return Metric(
+            unit,
+            f"mean deceleration of the {of} {meaning}",
+            f"Mean deceleration of the {of} {title}",
+            lambda record, scene: mean_deceleration(
+                record, scene, span, of_hook=of_hook
+            ),
+            needs,
+            if_asked=True,
+        )
+
+    to_stop = "from its greatest speed to the first stop"
+    over_travel = "square of the speed over twice the travel"
+    of_command = "from the command to brake to the first stop: speed then over time"
+    name = "mean_hook_deceleration" if of_hook else "mean_deceleration"
+    return {
+        f"{name}_by_time": metric("time", f"{to_stop}: speed over time", "by time"),
+        f"{name}_by_travel": metric("travel", f"{to_stop}: {over_travel}", "by travel"),
+        f"{name}_from_command": metric("command", of_command, "from the command"),
+    }
+
+
+METRICS.update(
+    _metrics("pulley", NOTHING, "rad/s^2", of_hook=False)
+    | _metrics("load", RIGID_HOOK, "m/s^2", of_hook=True)
+)
