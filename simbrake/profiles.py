@@ -25,7 +25,7 @@ from ._base._part import (
 )
 from ._base._quantity import IndexedBy, Quantity, Scalar
 from ._base._store import cached_by_structure
-from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry, numpy_of
+from .hybrid.arrays import Array, Floats, Mark, ScalarArray, Vector, entry
 from .hybrid.struct import AbstractVar, Struct, with_fields
 
 __all__ = [
@@ -423,7 +423,13 @@ class AbstractPoints(AbstractProfile, AbstractHistory):
         return self
 
     def scale(self) -> ScalarArray:
-        return numpy_of(self.values).max(abs(self.values))
+        if isinstance(self.values, np.ndarray | np.generic):
+            return np.max(abs(self.values))
+        # (XLA hands a maximum of many numbers as such to a library, which slows a run)
+        values = jax.lax.stop_gradient(jnp.asarray(self.values))
+        return jax.lax.reduce(
+            values, jnp.zeros(()), lambda a, b: jnp.maximum(a, abs(b)), (0,)
+        )
 
     def faults(self, path: str) -> Faults:
         times = np.asarray(self.times)

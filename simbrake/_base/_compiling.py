@@ -8,7 +8,9 @@ configuration."""
 import contextlib
 import contextvars
 import functools
+import math
 import os
+import re
 import time
 import warnings
 from collections.abc import Callable
@@ -40,8 +42,8 @@ _CPU_OPTIONS: Options = {
     "xla_backend_optimization_level": 1,
     "xla_cpu_parallel_codegen_split_count": 2,
 }
-#: only for a run as one function: matrix products that XLA would hand to a library
-#: cannot be part of it
+#: only for a run as one function: matrix products and long reductions that XLA would
+#: hand to a library cannot be part of it
 _ONE_FUNCTION_OPTIONS: Options = {"xla_cpu_experimental_ynn_fusion_type": ""}
 #: for a program that may be run once only: LLVM without its optimiser. The first run of
 #: a command takes 1.4 to 1.7 times as long with it
@@ -54,9 +56,8 @@ LONGEST = 51_000
 #: MB that a line of StableHLO takes in a compiled program; 4.1 to 7.9 kB in those of
 #: seven scenes (JAX 0.10.2)
 _PER_LINE = 0.005
-#: numbers from which a result is given in two halves: XLA would have two threads make a
-#: long one, each a part of it
-_LONG_RESULT = 8192
+#: numbers from which XLA hands a sum, maximum or minimum to a library
+_LONG_REDUCTION = 4096
 #: whether what is traced now becomes one function as a whole: XLA makes none within
 #: another
 _IN_ONE_FUNCTION = contextvars.ContextVar("_IN_ONE_FUNCTION", default=False)
@@ -155,7 +156,9 @@ def one_function(function: Callable[[Array], PyTree], numbers: Array) -> PyTree:
     """`function(numbers)` for a jitted function, marked so that XLA makes one function
     of it for the CPU.
 
-    XLA wants every argument of the call to be used, hence one vector.
+    XLA wants every argument of the call to be used, hence one vector. A result comes
+    in two halves: what ends the function is then no computation, which XLA might share
+    between two threads.
     """
     from jax.experimental.xla_metadata import set_xla_metadata
 
@@ -169,7 +172,7 @@ def one_function(function: Callable[[Array], PyTree], numbers: Array) -> PyTree:
         return jnp.split(numbers, [len(numbers) // 2])  # pyright: ignore
 
     shapes, structure = jax.tree.flatten(jax.eval_shape(function, numbers))
-    if len(shapes) == 1 and shapes[0].size > _LONG_RESULT:
+    if len(shapes) == 1 and shapes[0].size > 1:
         halves = marked(jax.jit(in_halves))
         return jax.tree.unflatten(structure, [jnp.concatenate(halves)])
     return marked(function)
@@ -179,6 +182,14 @@ def fits_one_function(text: str, longest: int = LONGEST) -> bool:
     """Whether a lowered program is short enough and calls no library, which cannot be
     part of one function."""
     return "custom_call" not in text and text.count("\n") < longest
+
+
+def _reduces_much(text: str) -> bool:
+    """Whether a lowered program has a sum, maximum or minimum of many numbers."""
+    for shape in re.findall(r"\) applies .*: \(tensor<([0-9x]*)x[a-z]", text):
+        if math.prod(map(int, shape.split("x"))) >= _LONG_REDUCTION:
+            return True
+    return False
 
 
 def as_one_function(
@@ -206,9 +217,10 @@ def as_one_function(
 
     def fits() -> bool:
         text = inner.lower(jax.ShapeDtypeStruct(numbers.shape, np.float64)).as_text()
-        # (matrix products too are calls of a library, unless the options of the whole
-        # program say otherwise)
-        return "dot_general" not in text and fits_one_function(text)
+        # (these too are calls of a library, unless the options of the whole program
+        # say otherwise)
+        calls = "dot_general" in text or _reduces_much(text)
+        return not calls and fits_one_function(text)
 
     @custom_vmap
     def marked(numbers: Array) -> PyTree:

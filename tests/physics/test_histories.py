@@ -77,6 +77,22 @@ def test_held_samples_of_a_torque_add_up():
     )
 
 
+def test_thousands_of_samples_in_each_kind_of_program():
+    """`J (ω − ω_0) = ∫ M dt` by trapezoids, in a prepared run and in a user's `jit`.
+    (XLA makes other code for so many numbers.)"""
+    t = np.linspace(0.0, 4.0, 14_000)
+    M = 100.0 * np.cos(7.0 * t)
+    limits = {"rtol": 1e-10, "max_steps": 80_000}
+
+    def free(samples):
+        load = sb.TorqueLoad(sb.PiecewiseLinear(t, samples))
+        return dataclasses.replace(scene(0.0, end=4.0), duty=sb.Duty(0.0, load))
+
+    speed = pytest.approx(W0 + np.trapezoid(M, t) / J, rel=1e-12)
+    assert sb.prepare(free(M), [end_speed], **limits)().metrics["end_speed"] == speed
+    assert jax.jit(lambda M: end_speed(sb.simulate(free(M), **limits)))(M) == speed
+
+
 @pytest.mark.slow
 def test_a_step_costs_the_same_however_many_points_there_are():
     """Runs and gradients with 32 times as many points: time per step within twice, the
