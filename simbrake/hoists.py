@@ -18,6 +18,7 @@ __all__ = [
     "GRAVITY",
     "AbstractLoad",
     "CounterweightLoad",
+    "LoadWords",
     "RopesNow",
     "WindlassLoad",
     "moving_share",
@@ -44,6 +45,13 @@ class RopesNow(NamedTuple):
     def torque_in_motion(self, omega: Real) -> Any:
         """`M` (N·m) at the speed `omega` (rad/s)."""
         return self.torque - (0.5 * self.slope * omega + self.loss * abs(omega)) * omega
+
+
+class LoadWords(NamedTuple):
+    """Names of what a load hangs on, and of what carries its rope or chain."""
+
+    hook: str = "hook"
+    drum: str = "drum"
 
 
 class AbstractLoad(Part):
@@ -148,6 +156,11 @@ class AbstractLoad(Part):
         return force
 
     @property
+    def words(self) -> LoadWords:
+        """What the trade calls its parts."""
+        return LoadWords()
+
+    @property
     def lines(self) -> Scalar | None:
         """Lines strung, `None`: the load hangs on no tackle."""
         return None
@@ -236,6 +249,11 @@ class CounterweightLoad(AbstractLoad):
     def profile(self) -> Constant:
         # its value bears the scale of the torque
         return Constant((self.car + self.counterweight) * self.gravity * self.travel())
+
+    @property
+    def words(self) -> LoadWords:
+        on_sheave = self.traction is not None
+        return LoadWords("car", "sheave") if on_sheave else LoadWords("conveyance")
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         over = self.car - self.counterweight
@@ -390,6 +408,10 @@ class WindlassLoad(AbstractLoad):
         # its value bears the scale of the torque
         most = self.anchor + self.chain_mass * self.depth
         return Constant(most * self.gravity * self.gypsy_radius)
+
+    @property
+    def words(self) -> LoadWords:
+        return LoadWords("anchor", "gypsy")
 
     def mass_on(self, piece: Piece) -> Array:
         """Mass (kg) on the end of the chain, 0 of an anchor on the ground."""

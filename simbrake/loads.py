@@ -24,6 +24,7 @@ from .hoists import (
     GRAVITY,
     AbstractLoad,
     CounterweightLoad,
+    LoadWords,
     RopesNow,
     WindlassLoad,
     moving_share,
@@ -157,6 +158,10 @@ class TabulatedLoad(AbstractLoad):
     def profile(self) -> AbstractProfile:
         return self.share
 
+    @property
+    def words(self) -> LoadWords:
+        return LoadWords(drum="shaft")
+
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         share = self.share.value(t, piece)
         return share * table_at(omega, self.speed, self.torque_at)
@@ -176,6 +181,11 @@ class AbstractHookLoad(AbstractLoad):
     rope: AbstractVar[RopeLayers | None]
     elasticity: AbstractVar[RopeElasticity | None]
     weight: AbstractVar[RopeWeight | None]
+
+    @property
+    def words(self) -> LoadWords:
+        # (on a single line there need not be a hook)
+        return LoadWords("load") if float(self.line_count) == 1.0 else LoadWords()
 
     def mass_on(self, piece: Piece) -> Any:
         """Mass (kg) on the hook on a piece."""

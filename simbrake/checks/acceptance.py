@@ -17,6 +17,7 @@ from ..files.shipped_scenes import shipped_tests
 from ..outputs.log import Status
 from ..parts.scene import Scene
 from ..runs.edit import numbers_in_si, with_values
+from ..runs.findings import in_words_of
 from ..runs.measure import PRESSURE, limit_checks, read_limits, unit_of
 from ..runs.result import Result
 from ..runs.simulate import simulate
@@ -136,6 +137,7 @@ class Answer(NamedTuple):
             found = "no value" if value is None else str(number(value, unit))
             failed = "" if _keeps(name, value, limit) else "failed"
             words = name.removeprefix("energy.").replace("_", " ")
+            words = in_words_of(self.test.scene, words)
             bound = f"{sign} {number(limit, unit)}"
             rows.append((failed, words, found, bound, _changes(at)))
         if rows and not self.meets:

@@ -13,6 +13,7 @@ from ..files.shipped_scenes import (
     Shipped,
     shipped,
     shipped_files,
+    shipped_test_names,
     shipped_tests,
     title_of,
 )
@@ -28,8 +29,9 @@ def new(
     """Write a new scene: a commented template, or a copy of a shipped scene. Without a
     name: list these.
 
-    Templates: standard, staged, heated, tripping, rig, disc, shoe, and drawworks_tests:
-    acceptance tests. The file runs at once: simbrake run FILE, simbrake test FILE.
+    Templates: standard, staged, heated, tripping, rig, disc, shoe; lift with its
+    acceptance tests, lift_tests; drawworks_tests.
+    The file runs at once: simbrake run FILE, simbrake test FILE.
 
     Parameters
     ----------
@@ -87,6 +89,8 @@ def new(
     command = "test" if tests else "run"
     lines = [f"written  {target}: {entry.title}"]
     lines.append(f"run it   simbrake {command} {target}")
+    if not tests and shipped_tests(f"{name}_tests"):
+        lines.append(f"tests    simbrake new {name}_tests: its acceptance tests")
     if source.suffix == ".py":
         lines.append(f"         python {target}: what the script prints beside")
     cli.tell("\n".join(lines), json_, about)
@@ -105,9 +109,14 @@ def _listed(entries: list[Shipped]) -> str:
     templates = [row for entry, row in rows.items() if entry.template]
     scenes = [row for entry, row in rows.items() if not entry.template]
     how = "simbrake new NAME [FILE] writes one, simbrake run NAME runs it."
-    return "\n".join(
-        ["templates, with comments", *templates, "", "shipped scenes", *scenes, "", how]
-    )
+    tests = "\n".join(textwrap.wrap(", ".join(shipped_test_names()), room))
+    parts = {
+        "templates, with comments": templates,
+        "acceptance tests, for simbrake test NAME": [textwrap.indent(tests, "  ")],
+        "shipped scenes": scenes,
+    }
+    texts = ["\n".join([head, *lines]) for head, lines in parts.items()]
+    return "\n\n".join([*texts, how])
 
 
 scene = cyclopts.App(

@@ -9,7 +9,10 @@ from typing import NamedTuple
 from .._base._faults import InputError, existing_file, input_error, nearest
 
 #: names of the templates, in the order in which a newcomer meets them
-TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
+TEMPLATES = (
+    *("standard", "staged", "heated", "tripping", "rig", "disc", "shoe"),
+    *("lift",),
+)
 #: studies, and further scenes of a kind of which an installed package has one:
 #: `scenarios/` of a checkout has them
 IN_CHECKOUT = (
@@ -20,6 +23,7 @@ IN_CHECKOUT = (
     "unequal_bands",
 )
 _PACKAGE = Path(__file__).parents[1]
+_TESTS = _PACKAGE / "templates" / "tests"
 
 
 class Shipped(NamedTuple):
@@ -58,8 +62,13 @@ def shipped_files() -> dict[str, Shipped]:
 
 def shipped_tests(name: str | Path) -> Path | None:
     """The file of acceptance tests of a name that ends in `_tests`, if it is shipped."""
-    file = _PACKAGE / "templates" / "tests" / f"{Path(name).stem}.toml"
-    return file if Path(name).stem.endswith("_tests") and file.is_file() else None
+    name = Path(name).stem
+    return _TESTS / f"{name}.toml" if name in shipped_test_names() else None
+
+
+def shipped_test_names() -> list[str]:
+    """Names of the shipped files of acceptance tests."""
+    return sorted(file.stem for file in _TESTS.glob("*_tests.toml"))
 
 
 def _shipped_file(name: str | Path) -> Path | None:

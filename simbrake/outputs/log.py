@@ -298,10 +298,10 @@ EVENTS = {
     "restick": EventMeaning(
         "the slip speed came to 0 while the pulley turns",
         "elastic band, chain",
-        "the slip ended while the pulley turns",
+        "the slip ended while the shaft turns",
     ),
     "stop": EventMeaning(
-        "the pulley came to rest and is held", _ANY, "the pulley came to rest"
+        "the pulley came to rest and is held", _ANY, "the shaft came to rest"
     ),
     "restart": EventMeaning(
         "the load exceeded the static limit of a brake at rest, or the grip fell below "
@@ -315,12 +315,12 @@ EVENTS = {
         "against dry friction "
         "of the shaft a change of mode, else a mark",
         _ANY,
-        "the pulley turned round without a rest",
+        "the shaft turned round without a rest",
     ),
     "release": EventMeaning(
         "the force of the lever fell to 0, the brake is open",
         _NO_CHAIN,
-        "the lever was released, the brake is open",
+        "the brake was released and is open",
     ),
     "internal_slip": EventMeaning(
         "the linings begin to slide on the rim",
@@ -379,10 +379,10 @@ EVENTS = {
         "the rope on the drum changes its layer: effective radius, hook load torque "
         "and inertia jump",
         "any brake under a hook load with layers of rope",
-        "the rope on the drum changed its layer",
+        "the rope changed its layer",
     ),
     "rope_slack": EventMeaning(
-        "the pull of the elastic rope fell to 0, the hook falls freely",
+        "the pull of the elastic rope fell to 0, the load falls freely",
         "any brake under a hook load on an elastic rope",
         "the rope went slack",
     ),

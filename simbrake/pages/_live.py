@@ -157,8 +157,9 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
         high = Line("highest", SKY, "friction_coefficient", "max", dashed=True)
         charts.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
     if s.hook_position is not None:
-        travel = Line("hook, downwards", _BLACK, "hook_position")
-        charts.append(Chart("Travel of the hook", "m", (travel,)))
+        hook = scene.duty.load.words.hook
+        travel = Line(f"{hook}, downwards", _BLACK, "hook_position")
+        charts.append(Chart(f"Travel of the {hook}", "m", (travel,)))
     used = Line(f"{words.lining}s at their friction limit", ORANGE, "at_limit")
     return [
         *charts,
@@ -367,6 +368,7 @@ def film(
         "omega": rounded(p.y.omega),
         "torque": rounded(np.asarray(p.flows.contact.brake_torque) / 1e3),
         "hook": None if hook is None else rounded(hook),
+        "hook_name": result.scene.duty.load.words.hook,
         "places": rounded(_places(result.scene)),
         "pairs": pairs,
         "tension": None,

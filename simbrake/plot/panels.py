@@ -21,6 +21,7 @@ from .._base._faults import input_error
 from .._base._table import number
 from ..loads import AbstractString
 from ..outputs.quantities import LINING_QUANTITIES, Series, View
+from ..runs.findings import in_words_of
 from ..runs.linings import (
     HEAT,
     VIEW_OF_HEAT,
@@ -120,7 +121,8 @@ def speed(result: Result, s: Series, axes: Axes) -> None:
         keep_level(axes)
         hook = axes.twinx()
         hook.plot(s.t, s.hook_speed, color=SKY, ls="--")
-        axes.plot([], [], color=SKY, ls="--", label="speed of the hook $v$")
+        label = in_words_of(result.scene, "speed of the hook $v$")
+        axes.plot([], [], color=SKY, ls="--", label=label)
         # in the scale of the fast line, on the curve of the pulley where the rope is
         # rigid and in one layer
         ratio = float(np.abs(s.hook_speed).max() / np.abs(s.omega).max())

@@ -5,6 +5,7 @@ The printed summary, explanation, verdict, JSON and pages show these.
 
 import functools
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ import numpy as np
 from .._base._table import Column, Table, digits, number
 from ..hybrid import Code
 from ..hybrid.extremes import first_largest
+from ..loads import TabulatedLoad
 from ..outputs.duty import DutyKind, end_of, totals
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
 from ..outputs.log import STAGES, Event, Status, failure_of, labels_of, status_words
@@ -35,7 +37,7 @@ from ..phases import AfterTravel, AtHeight, AtRest
 from ..physics._brake import Capacity
 from ..physics._rope import ElasticRope
 from ..physics.mechanism import BrakeCode
-from ..shaft import AbstractDryTorque
+from ..shaft import AbstractDryTorque, TabulatedDrag
 from .report import Report
 
 #: a hook load that swings by less than this share of the weight counts as at rest
@@ -81,6 +83,36 @@ def lower(text: str) -> str:
     return text[:1].lower() + text[1:]
 
 
+#: general words of texts, in whose place a machine has its own
+_GENERAL = re.compile(
+    r"(?<![\w.`])(hook load|hook|drum|pulley|lever)(?![\w`]|\.\w)", re.IGNORECASE
+)
+
+
+def in_words_of(scene: Scene, text: str) -> str:
+    """A text about a scene in the words of its machine: a lift has a car in place of
+    the hook."""
+    load = scene.duty.load.words
+    own = {
+        "hook load": load.hook if load.hook == "load" else f"{load.hook} load",
+        "hook": load.hook,
+        "drum": load.drum,
+        "pulley": scene.brake.words.body,
+        "lever": "actuator" if scene.duty.lever_field == "force" else "lever",
+    }
+
+    def word(found: re.Match[str]) -> str:
+        name = own[found[0].lower()]
+        return upper(name) if found[0][0].isupper() else name
+
+    return _GENERAL.sub(word, text)
+
+
+def worded(scene: Scene, found: Iterable[Finding]) -> list[Finding]:
+    """Findings in the words of the machine."""
+    return [each._replace(text=in_words_of(scene, each.text)) for each in found]
+
+
 def sentences(texts: Iterable[str]) -> str:
     """Texts as sentences, one after the other."""
     return " ".join(f"{upper(text)}." for text in texts)
@@ -97,7 +129,7 @@ def findings(report: Report) -> list[Finding]:
     )
     closure = f"relative energy-balance residual {_share(summary['energy']['closure'])}"
     split = summary["distribution"]
-    return [
+    found = [
         Finding("events", _events(report)),
         course(report),
         *held(report),
@@ -114,6 +146,7 @@ def findings(report: Report) -> list[Finding]:
             for stage in summary.get("absent_stages", ())
         ),
     ]
+    return worded(report.result.scene, found)
 
 
 def remarks(report: Report) -> list[Finding]:
@@ -125,15 +158,17 @@ def remarks(report: Report) -> list[Finding]:
         *_thick_layers(report),
         *_shortage(report),
         *_over_limits(report),
+        *_beyond_tables(report),
     ]
     # (linings that lock themselves from the start are a warning of the scene)
     for name, words in _WARNED.items():
         if times := [event.time for event in report.events if event.name == name]:
             texts.append(f"{name}: {words.format(min(times))}")
-    return [
+    found = [
         *(Finding("note", text) for text in _not_seen(report)),
         *(Finding("warning", text, severity=Colour.AMBER) for text in texts),
     ]
+    return worded(scene, found)
 
 
 #: events that are warnings of a run
@@ -171,6 +206,10 @@ def _share(value: float | None) -> str:
 
 def message(result: Any) -> str:
     """The status of a concrete result in words, with what to do where it failed."""
+    return in_words_of(result.scene, _message(result))
+
+
+def _message(result: Any) -> str:
     if not result.ok:
         return _failure(result)
     status = Status(result.status)
@@ -287,7 +326,7 @@ def sentence(report: Report) -> str:
     moves = f"{speed}" + (" upwards" if end["omega"] < 0 else "")
     share = digits(judgement.sliding, 3)
     sliding = f"the sliding friction brake gives {share} of the load's torque"
-    reserve = f"reserve if the lever is pulled: {digits(judgement.reserve, 4)}"
+    reserve = f"reserve if the lever pulls: {digits(judgement.reserve, 4)}"
     pulled = f"; {reserve}" if judgement.pull > 0 else ""
     set_speed = number(abs(judgement.set_speed), "rad/s")
     ends = f"the end time of {number(end['time'], 's')}"
@@ -428,7 +467,8 @@ def course(report: Report) -> Finding:
         numbers = {}
     else:
         said, numbers = _one_stop(report)
-    return Finding("course", sentences(said)[:-1], end | numbers)
+    text = in_words_of(report.result.scene, sentences(said)[:-1])
+    return Finding("course", text, end | numbers)
 
 
 def _one_stop(report: Report) -> tuple[list[str], Entry]:
@@ -676,7 +716,8 @@ def title_of(metric: str, scene: Scene | None = None) -> str:
     if scene is None:
         return title
     title = title.replace("lining", scene.brake.words.lining)
-    return title.replace("rim ", f"{body_of('rim', scene)} ")
+    title = title.replace("rim ", f"{body_of('rim', scene)} ")
+    return in_words_of(scene, title)
 
 
 def place_and_time(name: str, report: Report, count: int = 6) -> str:
@@ -870,3 +911,22 @@ def _over_limits(report: Report) -> Iterator[str]:
         ratio = f"{value / most:.4g} ×" if most > 0 else "above"
         allowed = f"{ratio} the allowable {number(most, metric.unit)}"
         yield f"over_limit: {words} {number(value, metric.unit)} is {allowed}"
+
+
+def _beyond_tables(report: Report) -> Iterator[str]:
+    """Torques over speed as tables that a run leaves."""
+    scene = report.result.scene
+    omega = np.asarray(report.scan.seen.omega)
+    tables = [(f"shaft[{i}]", law, abs(omega)) for i, law in enumerate(scene.shaft)]
+    for path, table, speeds in [("duty.load", scene.duty.load, omega), *tables]:
+        if not isinstance(table, TabulatedLoad | TabulatedDrag):
+            continue
+        low, *_, high = np.asarray(table.speed)
+        beyond = np.where(speeds > high, speeds - high, np.maximum(low - speeds, 0.0))
+        if np.any(beyond > 0):
+            ends = f"{number(low, 'rad/s')} to {number(high, 'rad/s')}"
+            reached = number(speeds[np.argmax(beyond)], "rad/s")
+            yield (
+                f"beyond_table: {path} has torques from {ends}, and the run reaches "
+                f"{reached}: there the torque of the end of the table holds"
+            )

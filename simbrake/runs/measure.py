@@ -33,7 +33,7 @@ from ..outputs.metrics import (
 from ..outputs.probe import Entry, Number
 from ..parts.scene import AbstractLimits, Scene, require_scene
 from .differentiable import greatest_values
-from .findings import PRESSURE, body_of, hottest_first, title_of
+from .findings import PRESSURE, body_of, hottest_first, in_words_of, title_of
 from .linings import lining_peak
 from .result import Result
 
@@ -705,12 +705,12 @@ def coverage_of(result: Result, checks: Sequence[LimitCheck]) -> LimitCoverage:
     words = scene.brake.words
     limited = {check.name for check in checks if check.limit is not None}
     parts = {
-        name.replace("lining", words.lining): names
+        in_words_of(scene, name.replace("lining", words.lining)): names
         for name, names in _PARTS.items()
         if metrics.get(names[0])
     }
     if scene.duty.lever.controls_speed:  # (it is compared with the maximum of its own)
-        parts.pop("lever force", None)
+        parts.pop(in_words_of(scene, "lever force"), None)
     rubs = bool(summary["energy"]["friction_heat"])
     hot = hottest_first(metrics) if rubs else []
     for name in hot:

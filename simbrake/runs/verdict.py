@@ -17,6 +17,7 @@ from .findings import (
     Finding,
     body_of,
     findings,
+    in_words_of,
     remarks,
     sentence,
     stage_table,
@@ -125,7 +126,7 @@ def verdict(
     pairs = sorted(limited + _reserve_rows(result), key=lambda pair: pair[0])
     rows = tuple(row for _, row in pairs)
     covered = coverage_of(result, checks)
-    words = sentence(report)
+    words = in_words_of(result.scene, sentence(report))
     numbers = {
         "load_torque": judgement.load,
         "greatest_pull": judgement.pull,
@@ -297,11 +298,11 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
         when = "no pull of the friction brake is given"
     elif report.by_worst_angle:
         pull = number(judgement.pull, "N")
-        when = f"at the worst angle of the run, if the lever is pulled with {pull}"
+        when = f"at the worst angle of the run, if the lever pulls with {pull}"
     elif report.holding is not None and reason in ("H1", "H2", "H4"):
         when = f"at {number(report.holding.time, 's')}"
     else:
-        when = f"at the end, if the lever is pulled with {number(judgement.pull, 'N')}"
+        when = f"at the end, if the lever pulls with {number(judgement.pull, 'N')}"
     ratios = [(RESERVE, judgement.reserve, when)]
     if reason in STILL_MOVING:
         ratios.append((SLIDING, judgement.sliding, "at the end"))
@@ -309,6 +310,7 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     for name, ratio, note in ratios:
         value = f"{ratio:.4g} ({note})"
         margin = f"{100 * (ratio - 1):+.3g} %".replace("-", "−")
+        value = in_words_of(result.scene, value)
         row = _row(name, value, "> 1", margin, ratio - 1, SMALL_RESERVE - 1)
         rows.append(row)
     if not known:

@@ -35,6 +35,7 @@ from ..runs.findings import (
     sentences,
     upper,
     wear,
+    worded,
 )
 from ..runs.measure import (
     LimitVerdict,
@@ -184,7 +185,7 @@ def explain(
                 Finding("accuracy", f"{upper(accurate.line)}.", accurate.as_dict())
             )
         findings += _remedy(result)
-    return Explanation(tuple(findings))
+    return Explanation(tuple(worded(result.scene, findings)))
 
 
 # --- course and balance -------------------------------------------------------------

@@ -303,7 +303,7 @@
     const {film} = picture, i = frame, T = film.tension && film.tension[i];
     const at = film.seconds * i / (film.t.length - 1), rate = film.rates.find((r) => at <= r.until * 1.0001) || film.rates[0];
     const now = [`t = ${shown(film.t[i], 6)} s`, `ω = ${shown(film.omega[i])} rad/s`, `${shown(film.phi[i] / (2 * Math.PI), 4)} turns`];
-    if (film.hook) now.push(`hook ${shown(film.hook[i], 4)} m`);
+    if (film.hook) now.push(`${film.hook_name} ${shown(film.hook[i], 4)} m`);
     if (T) now.push(`T₀ = ${shown(T[0])} kN`, `Tₙ = ${shown(T[T.length - 1])} kN`);
     now.push(`brake torque ${shown(film.torque[i])} kN·m`, rate.words);
     $("now").textContent = now.join(" · ");

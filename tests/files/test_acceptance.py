@@ -6,7 +6,9 @@ import pytest
 from commands import call
 
 import simbrake as sb
+from simbrake.files.shipped_scenes import shipped_test_names
 
+QUICK = ("lift_tests",)
 #: the standard template under a constant lever: it stops after ω J/(M_b − M), or never
 SCENE = """
 format = "simbrake scene 1"
@@ -130,8 +132,14 @@ def test_every_error_at_once(file):
     ]
 
 
-@pytest.mark.slow
-def test_shipped_tests_pass():
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in QUICK else pytest.mark.slow)
+        for name in shipped_test_names()
+    ],
+)
+def test_shipped_tests_pass(name):
     """Every shipped file runs, and passes."""
-    found = sb.checks.run_tests(sb.checks.read_tests("drawworks_tests"))
+    found = sb.checks.run_tests(sb.checks.read_tests(name))
     assert found.passed, str(found)

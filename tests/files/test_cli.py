@@ -14,6 +14,7 @@ import pytest
 from commands import call, no_cache, output  # noqa: F401
 
 import simbrake as sb
+from simbrake.files.shipped_scenes import TEMPLATES
 
 SCENE = "u2_5_5_stop"
 
@@ -146,8 +147,6 @@ def test_scene_in_toml_and_in_python(capsys, scenarios):
 
 # --- new scenes ---------------------------------------------------------------------
 
-TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
-
 
 @pytest.mark.parametrize("name", TEMPLATES)
 def test_template_gives_no_warnings(capsys, tmp_path, monkeypatch, name):
@@ -155,7 +154,7 @@ def test_template_gives_no_warnings(capsys, tmp_path, monkeypatch, name):
     assert run(capsys, "new", name, "mine.toml")["written"] == "mine.toml"
     faults = run(capsys, "scene", "check", "mine.toml")
     assert faults == {"faults": [], "warnings": []}
-    if name in ("standard", "staged", "disc", "shoe"):
+    if name in ("standard", "staged", "disc", "shoe", "lift"):
         found = run(capsys, "run", "mine.toml")
         assert found["status"] == "stopped"
         assert {limit["verdict"] for limit in found["limits"]} == {"within limit"}

@@ -11,6 +11,7 @@ from heat_scenes import lump
 from scenes import stop_scene
 
 import simbrake as sb
+from simbrake.files.shipped_scenes import TEMPLATES
 
 NUMBER = r"[-−]?(?:\d+(?:\.\d+)?(?:e[-+]\d+)?(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?|10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
 FACTORS = {
@@ -98,7 +99,6 @@ def scene_of(name):
     return sb.read_scene(sb.files.shipped(name))
 
 
-TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
 #: scenarios whose template is the same duty of the same kind of brake
 TWINS = {
     "u2_5_5_stop",

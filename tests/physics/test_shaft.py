@@ -713,7 +713,8 @@ def test_derivatives_of_friction_over_speed():
 def test_tables_of_torque_over_speed():
     """A fan on a line through its points, `ω = ω_0 exp(−c t/J)`; a rotor whose torque
     falls along a line to its speed without load, `ω = ω_1 (1 − exp(−M_0 t/(J ω_1)))`;
-    beyond the table the last torque holds."""
+    beyond the table the last torque holds, and a warning says so."""
+    told = lambda result: [text[:12] for text in result.summary()["warnings"]]
     fan = TabulatedDrag([0.0, 7.0, 30.0], [0.0, 350.0, 1500.0])
     result = sb.simulate(scene(fan, w0=-W0, end=20.0))
     expected = -W0 * math.exp(-50.0 * 20.0 / J)
@@ -725,6 +726,7 @@ def test_tables_of_torque_over_speed():
     assert result.series([9.0]).omega[0] == pytest.approx(expected, rel=1e-9)
     driven = sb.simulate(scene(w0=40.0, load=TabulatedLoad([0.0, 9.0], [1e3, 3e3])))
     assert driven.series([2.0]).omega[0] == pytest.approx(40.0 + 3e3 * 2.0 / J)
+    assert (told(result), told(driven)) == ([], ["beyond_table"])
 
 
 def test_bad_tables_and_friction():
