@@ -48,10 +48,12 @@ class RopesNow(NamedTuple):
 
 
 class LoadWords(NamedTuple):
-    """Names of what a load hangs on, and of what carries its rope or chain."""
+    """Names of what hangs, of what carries its rope or chain, and of these ropes."""
 
     hook: str = "hook"
     drum: str = "drum"
+    rope: str = "rope"
+    ropes: str = "ropes"
 
 
 class AbstractLoad(Part):
@@ -411,7 +413,7 @@ class WindlassLoad(AbstractLoad):
 
     @property
     def words(self) -> LoadWords:
-        return LoadWords("anchor", "gypsy")
+        return LoadWords("anchor", "gypsy", "chain", "chain")
 
     def mass_on(self, piece: Piece) -> Array:
         """Mass (kg) on the end of the chain, 0 of an anchor on the ground."""

@@ -394,8 +394,9 @@ def load_words(load: AbstractLoad) -> str:
             words = f"a torque on the shaft, {profile_words(load.profile, 'N*m')}"
         case HookLoad():
             torque = number(load.mass * load.gravity * load.travel(), "N*m", count=5)
+            end = "line" if load.words.hook == "load" else "hook"
             words = (
-                f"{number(load.mass, 'kg', count=5)} on the hook, {_tackle(load)}: "
+                f"{number(load.mass, 'kg', count=5)} on the {end}, {_tackle(load)}: "
                 f"{torque} on the shaft"
             )
         case TrippingLoad():
@@ -426,6 +427,7 @@ def load_words(load: AbstractLoad) -> str:
 
 def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
     count = digits(float(load.line_count), 5)
+    lines = "line" if count == "1" else "lines"
     radius = number(load.drum_radius, "m", count=5)
     layers = (
         ""
@@ -437,7 +439,7 @@ def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
         if load.elasticity is None
         else number(load.elasticity.at_hook(load.line_count), "N/m", count=5)
     )
-    return f"{count} lines strung, rope at {radius} from the shaft{layers}" + (
+    return f"{count} {lines} strung, rope at {radius} from the shaft{layers}" + (
         f", {k} at the hook" if k else ""
     )
 

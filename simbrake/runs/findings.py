@@ -85,7 +85,7 @@ def lower(text: str) -> str:
 
 #: general words of texts, in whose place a machine has its own
 _GENERAL = re.compile(
-    r"(?<![\w.`])(hook load|hook|drum|pulley|lever)(?![\w`]|\.\w)", re.IGNORECASE
+    r"(?<![\w.`])(hook load|hook|drum|ropes?|pulley|lever)(?![\w`]|\.\w)", re.IGNORECASE
 )
 
 
@@ -94,9 +94,8 @@ def in_words_of(scene: Scene, text: str) -> str:
     the hook."""
     load = scene.duty.load.words
     own = {
+        **load._asdict(),
         "hook load": load.hook if load.hook == "load" else f"{load.hook} load",
-        "hook": load.hook,
-        "drum": load.drum,
         "pulley": scene.brake.words.body,
         "lever": "actuator" if scene.duty.lever_field == "force" else "lever",
     }

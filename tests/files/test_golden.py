@@ -105,9 +105,9 @@ SCENES = {
     "staged": lambda: staged.stop(heat=None),
 }
 #: templates of machines that are no drawworks, and words that are not theirs
-OTHERS = ("lift",)
+OTHERS = ("lift", "windlass", "winch")
 SCENES |= {name: functools.partial(sb.read_scene, name) for name in OTHERS}
-FOREIGN = re.compile("drawworks|hook|drill|tackle|lever|pulley", re.IGNORECASE)
+FOREIGN = re.compile("drawworks|hook|drill|tackle", re.IGNORECASE)
 
 
 class Text(html.parser.HTMLParser):
