@@ -1090,8 +1090,8 @@ class Lever(AbstractProfile):
     def first_piece(self, t: Real) -> Piece:
         return self.force.first_piece(t)
 
-    def no_more_turns(self, t: Real) -> Mark:
-        return self.force.no_more_turns(t)
+    def is_settled(self, t: Real) -> Mark:
+        return self.force.is_settled(t)
 
     def greatest_from(self, begin: Array, end: Array) -> Array:
         return self.gain * self.force.greatest_from(begin, end)
@@ -1182,8 +1182,8 @@ class AbstractActuator(AbstractProfile):
     def first_piece(self, t: Real) -> Piece:
         return self.input.first_piece(t - self.dead_time)
 
-    def no_more_turns(self, t: Real) -> Mark:
-        return self.input.no_more_turns(t - self.dead_time)
+    def is_settled(self, t: Real) -> Mark:
+        return self.input.is_settled(t - self.dead_time)
 
     def faults(self, path: str) -> Faults:
         if isinstance(self.input, AbstractPoints | Constant) or (

@@ -687,11 +687,11 @@ class PhaseNow(NamedTuple):
             t,
         )
 
-    def no_more_turns(self, t: Array) -> Mark:
+    def is_settled(self, t: Array) -> Mark:
         local = t - self.begun
         last = self.passed == self.whole.total - 1
         turned = jnp.stack(
-            [jnp.asarray(phase.lever.no_more_turns(local)) for phase in self.whole.each]
+            [jnp.asarray(phase.lever.is_settled(local)) for phase in self.whole.each]
         )
         return last & jnp.any(self.here & turned)
 

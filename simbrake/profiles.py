@@ -72,7 +72,7 @@ if TYPE_CHECKING:
     Real: TypeAlias = Array | float
 else:
     #: a time, or a value at it; or their symbols while a profile is examined
-    #: (`hides_nothing`)
+    #: (`is_piecewise_simple`)
     Real = Floats | float | int | _Time
 #: how many time breakpoints have passed
 Piece: TypeAlias = Int[Array, "..."] | int
@@ -143,7 +143,7 @@ class AbstractProfile(Part):
         }
         return with_fields(self, **summed) if summed else self
 
-    def no_more_turns(self, t: Real) -> Mark:
+    def is_settled(self, t: Real) -> Mark:
         """Whether no time breakpoint after `t` changes the course of the profile."""
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
 
@@ -541,7 +541,7 @@ class PiecewiseLinear(AbstractPoints):
             now, jnp.max(jnp.where(later, jnp.asarray(self.values), -jnp.inf))
         )
 
-    def no_more_turns(self, t: Real) -> Mark:
+    def is_settled(self, t: Real) -> Mark:
         # points may follow that all have the last value
         values = jnp.asarray(self.values)
         passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
@@ -860,7 +860,7 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
         )
 
 
-def hides_nothing(part: PyTree, course: Callable) -> bool:
+def is_piecewise_simple(part: PyTree, course: Callable) -> bool:
     """Whether the function of time `course(part, t, piece)` has no short features
     between two time breakpoints.
 

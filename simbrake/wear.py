@@ -310,8 +310,8 @@ class Delayed(AbstractProfile):
     def first_piece(self, t: Real) -> Piece:
         return self.profile.first_piece(t - self.delay)
 
-    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
-        return self.profile.no_more_turns(t - self.delay)
+    def is_settled(self, t: Real) -> Bool[Array, ""]:
+        return self.profile.is_settled(t - self.delay)
 
     def scale(self) -> Float[Array, ""]:
         return self.profile.scale()

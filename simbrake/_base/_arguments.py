@@ -175,13 +175,13 @@ def _misfits(
             else [value]
         )
         wrong = [
-            one
-            for one in values
-            if not (one is parameter.default or _fits(one, hint, lists))
+            entry
+            for entry in values
+            if not (entry is parameter.default or _fits(entry, hint, lists))
         ]
         faults += [
-            Fault(name, f"{shown(one)} does not fit here", f"give {_words(hint)}")
-            for one in wrong[:1]
+            Fault(name, f"{shown(entry)} does not fit here", f"give {_words(hint)}")
+            for entry in wrong[:1]
         ]
     return faults
 
@@ -217,10 +217,11 @@ def _fits(value: Any, hint: Any, lists: bool) -> bool:
     if origin is typing.Annotated:
         return _fits(value, inner[0], lists)
     if origin in (typing.Union, types.UnionType):
-        return any(_fits(value, one, lists) for one in inner)
+        return any(_fits(value, option, lists) for option in inner)
     if origin is Literal:
         return any(
-            value is one or (type(value) is type(one) and value == one) for one in inner
+            value is option or (type(value) is type(option) and value == option)
+            for option in inner
         )
     if isinstance(hint, TypeVar):
         return hint.__bound__ is None or _fits(value, hint.__bound__, lists)
@@ -262,7 +263,7 @@ def _fits(value: Any, hint: Any, lists: bool) -> bool:
         return inner[0] in (str, Any)
     if inner and isinstance(value, collections.abc.Collection):
         return all(
-            _fits(one, inner[0], lists) for one in itertools.islice(value, _ENTRIES)
+            _fits(entry, inner[0], lists) for entry in itertools.islice(value, _ENTRIES)
         )
     return True
 
@@ -298,7 +299,7 @@ def _words(hint: Any) -> str:
     if origin is typing.Annotated:
         return _words(inner[0])
     if origin in (typing.Union, types.UnionType):
-        words = dict.fromkeys(_words(one) for one in inner)
+        words = dict.fromkeys(_words(option) for option in inner)
         if "a number" in words:
             words.pop("a whole number", None)
         return " or ".join(words)

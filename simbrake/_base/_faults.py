@@ -90,7 +90,7 @@ def near(name: str, names: Iterable[str]) -> str:
     known = (
         []
         if name.startswith("_")
-        else [one for one in names if not one.startswith("_")]
+        else [public for public in names if not public.startswith("_")]
     )
     if hint := of_radius(name, known):
         return f"; {hint}"

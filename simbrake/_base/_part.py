@@ -403,8 +403,8 @@ def _faults_of_kind(path: str, value: object, hint: object) -> Faults:
         ]
     return [
         fault
-        for i, one in enumerate(value)
-        for fault in _faults_of_kind(f"{path}[{i}]", one, entry)
+        for i, child in enumerate(value)
+        for fault in _faults_of_kind(f"{path}[{i}]", child, entry)
     ]
 
 

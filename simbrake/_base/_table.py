@@ -273,9 +273,9 @@ def _of_library(name: str, si: str) -> Unit:
         if not parsed.is_compatible_with(wanted):
             raise ValueError(f"; {name} is of another kind")
         zero = registry.Quantity(Fraction(0), parsed).to(wanted)
-        one = registry.Quantity(Fraction(1), parsed).to(wanted)
+        unit = registry.Quantity(Fraction(1), parsed).to(wanted)
         offset = Fraction(zero.magnitude)
-        return Unit(Fraction(one.magnitude) - offset, offset)
+        return Unit(Fraction(unit.magnitude) - offset, offset)
     except Exception as error:  # any exception of the parser: the text is not a unit
         raise ValueError(str(error) if str(error).startswith(";") else "") from None
 

@@ -116,7 +116,7 @@ class Comparison:
         return (
             not alone
             and self.status["a"] == self.status["b"]
-            and not any(any(one["differs"]) for one in tables)
+            and not any(any(table["differs"]) for table in tables)
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -324,9 +324,9 @@ def _scalars(left: Dataset, right: Dataset, rtol: float) -> tuple[Table, Table]:
 
     def single(data: Dataset, energies: bool) -> Numbers:
         return {
-            str(name): (one.item(), one.attrs["units"])
-            for name, one in data.data_vars.items()
-            if one.ndim == 0
+            str(name): (array.item(), array.attrs["units"])
+            for name, array in data.data_vars.items()
+            if array.ndim == 0
             and name not in _NO_NUMBERS
             and str(name).startswith("energy.") == energies
         }
@@ -369,13 +369,13 @@ def _series(left: Dataset, right: Dataset, rtol: float) -> tuple[Table, str, boo
         # (layers of walls are among the nodes)
         names = [
             name
-            for name, one in data.data_vars.items()
-            if "time" in one.dims and _LAYERS not in str(name)
+            for name, array in data.data_vars.items()
+            if "time" in array.dims and _LAYERS not in str(name)
         ]
-        for one in data[names].data_vars.values():
-            if (unit := one.attrs["units"]) != "1":
+        for array in data[names].data_vars.values():
+            if (unit := array.attrs["units"]) != "1":
                 sizes[unit] = max(
-                    sizes.get(unit, 0.0), float(np.max(np.abs(one.values)))
+                    sizes.get(unit, 0.0), float(np.max(np.abs(array.values)))
                 )
         columns.append(data[names].isel(time=own.get_indexer(common)))
     left, right = columns

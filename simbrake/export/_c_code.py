@@ -220,7 +220,10 @@ class Module:
                 continue
             # (attributes belong to the context; a map of them would be read after the
             # module has gone)
-            names = [one if isinstance(one, str) else one.name for one in op.attributes]
+            names = [
+                attribute if isinstance(attribute, str) else attribute.name
+                for attribute in op.attributes
+            ]
             name, attributes = (
                 op.name.partition(".")[2],
                 {name: op.attributes[name] for name in names},

@@ -192,8 +192,8 @@ class Export:
         #: points of each input; what is known once the text is made: columns, places of
         #: the inputs in the mode, events
         self.points = {
-            key: 2 * waiting + 2 if one.delay else len(one.times)
-            for key, one in self.held.items()
+            key: 2 * waiting + 2 if held.delay else len(held.times)
+            for key, held in self.held.items()
         }
         self.columns: dict[str, jax.ShapeDtypeStruct] = {}
         self.pieces: list[int] = []
@@ -449,8 +449,8 @@ class Export:
                 for key, (start, size) in self.places().items()
             ],
             "input": [
-                (f"INPUT_{key}", i, f"[{one.unit}]")
-                for i, (key, one) in enumerate(self.held.items())
+                (f"INPUT_{key}", i, f"[{held.unit}]")
+                for i, (key, held) in enumerate(self.held.items())
             ],
             "code": codes,
             "status": [

@@ -254,7 +254,10 @@ def _compiler(named: str | None) -> list[str] | None:
                 "name a C compiler, or leave it out",
             )
         return parts
-    found = next((one for one in ("cc", "gcc", "clang") if shutil.which(one)), None)
+    found = next(
+        (compiler for compiler in ("cc", "gcc", "clang") if shutil.which(compiler)),
+        None,
+    )
     if found is None and importlib.util.find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "cc"]
     return None if found is None else [found]
@@ -302,15 +305,19 @@ def _c_variables(
 ) -> str:
     """What the functions of FMI have to know of a scene."""
     rows = []
-    for one in variables:
-        low, high = range_of(one.about)
-        unit = one.unit and f" {one.unit}"
+    for variable in variables:
+        low, high = range_of(variable.about)
+        unit = variable.unit and f" {variable.unit}"
         rows.append(
-            f'  {{{one.kind}, {one.first}, {one.size}, {low!r}, {high!r}, "{one.name}", "{unit}"}},'
+            f'  {{{variable.kind}, {variable.first}, {variable.size}, {low!r}, {high!r}, "{variable.name}", "{unit}"}},'
         )
     rows.append('  {TIME, 0, 1, 0, 0, "time", " s"},')
     starts = (
-        ", ".join(repr(one.start) for one in variables if one.causality == "input")
+        ", ".join(
+            repr(variable.start)
+            for variable in variables
+            if variable.causality == "input"
+        )
         or "0"
     )
     return "\n".join(
@@ -372,29 +379,34 @@ def _model_description(
     )
     described = SubElement(root, "ModelVariables")
     types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
-    for place, one in enumerate(variables):
+    for place, variable in enumerate(variables):
         entry = SubElement(
             described,
-            "ScalarVariable" if fmi == 2 else types[one.type],
-            name=one.name,
+            "ScalarVariable" if fmi == 2 else types[variable.type],
+            name=variable.name,
             valueReference=str(place),
-            description=one.about.meaning,
-            causality=one.causality,
-            variability=one.variability,
+            description=variable.about.meaning,
+            causality=variable.causality,
+            variability=variable.variability,
         )
-        if one.causality == "output":
+        if variable.causality == "output":
             entry.set("initial", "calculated")
         if fmi == 2:
-            entry = SubElement(entry, one.type)
-        if one.unit:
-            entry.set("unit", one.unit)
-        if one.start is not None:
-            entry.set("start", repr(one.start))
-            for bound, limit in (("min", one.about.low), ("max", one.about.high)):
+            entry = SubElement(entry, variable.type)
+        if variable.unit:
+            entry.set("unit", variable.unit)
+        if variable.start is not None:
+            entry.set("start", repr(variable.start))
+            for bound, limit in (
+                ("min", variable.about.low),
+                ("max", variable.about.high),
+            ):
                 if limit is not None:
                     entry.set(bound, repr(float(limit)))
     structure = Element("ModelStructure")
-    outputs = [i for i, one in enumerate(variables) if one.causality == "output"]
+    outputs = [
+        i for i, variable in enumerate(variables) if variable.causality == "output"
+    ]
     if fmi == 2:
         for part in ("Outputs", "InitialUnknowns"):
             unknowns = SubElement(structure, part)

@@ -171,7 +171,7 @@ class SceneReader(NumberReader):
         values: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:
             what = f"unknown key of {maker.__name__}"
-            hints = (meant_by(one, key, table) for one in (maker, *makers.values()))
+            hints = (meant_by(kind, key, table) for kind in (maker, *makers.values()))
             hint = next(filter(None, hints), "") or _nearest_key(key, parts, makers)
             values[key] = self.fault(_join(path, key), what, hint)
         for name, part in parts.items():

@@ -81,8 +81,8 @@ def _reader(names: Sequence[str]) -> Callable[[Any], tuple]:
         return operator.attrgetter(*names)
     if not names:
         return lambda part: ()
-    one = operator.attrgetter(*names)
-    return lambda part: (one(part),)
+    get = operator.attrgetter(*names)
+    return lambda part: (get(part),)
 
 
 def _register(cls: type, leaves: tuple[str, ...], static: tuple[str, ...]) -> None:
@@ -127,21 +127,21 @@ class StructMeta(abc.ABCMeta):
         cls.__doc__ = text
         fields = dataclasses.fields(cls)
         converters = tuple(
-            (one.name, one.metadata["converter"])
-            for one in fields
-            if "converter" in one.metadata
+            (field.name, field.metadata["converter"])
+            for field in fields
+            if "converter" in field.metadata
         )
         if by_fields:
             cls.__init__.__annotations__ |= {
                 name: _taken(converter) for name, converter in converters
             }
-        names = tuple(one.name for one in fields)
-        static = tuple(one.name for one in fields if one.metadata.get("static"))
+        names = tuple(field.name for field in fields)
+        static = tuple(field.name for field in fields if field.metadata.get("static"))
         # a dataclass keeps the place of what is declared for the field that is given
         # later
         declared = frozenset(cls.__dataclass_fields__).difference(names)
-        for one in declared:
-            del cls.__dataclass_fields__[one]
+        for name in declared:
+            del cls.__dataclass_fields__[name]
         declared = declared.union(*(layout.declared for layout in earlier))
         _LAYOUTS[cls] = _Layout(
             names,
@@ -154,12 +154,14 @@ class StructMeta(abc.ABCMeta):
             declared,
             tuple(
                 sorted(
-                    one for one in declared.difference(names) if not hasattr(cls, one)
+                    name
+                    for name in declared.difference(names)
+                    if not hasattr(cls, name)
                 )
             ),
             by_fields,
         )
-        _register(cls, tuple(one for one in names if one not in static), static)
+        _register(cls, tuple(name for name in names if name not in static), static)
         return cls
 
     def __call__(cls: Any, *args: Any, **named: Any) -> Any:

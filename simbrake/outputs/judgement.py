@@ -159,7 +159,10 @@ def _greatest_pull(system: BrakeSystem, start: Array, end: Array) -> Array:
     zero = jnp.zeros(())
     begins, ends = (zero, end - start) if isinstance(lever, Phases) else (start, end)
     pulls = jnp.stack(
-        [jnp.asarray(one.greatest_from(begins, ends), jnp.float64) for one in levers]
+        [
+            jnp.asarray(lever.greatest_from(begins, ends), jnp.float64)
+            for lever in levers
+        ]
     )
     return jnp.maximum(jnp.max(pulls), 0.0)
 

@@ -431,9 +431,9 @@ def capacity(
         follows = lever.follows(piece_of(mode, "lever"))
         T_0 = jnp.where(follows, lever.greatest(), T_0)
         rate = jnp.where(follows, 0.0, rate)
-    settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+    settled = lever.is_settled(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
     for course in system.changes(y, mode).values():
-        settled = settled & course.no_more_turns(t)
+        settled = settled & course.is_settled(t)
     load = driving(system, t, y.omega, y, mode)
     hanging = jnp.sign(y.omega) * system.hanging_torque(t, 0.0 * y.omega, mode, y)
     return Capacity(

@@ -138,7 +138,7 @@ class PairSeen:
         return jnp.broadcast_to(T, self.pair.normal.shape)
 
     @functools.cached_property
-    def rubs(self) -> Rubbing:
+    def rubbing(self) -> Rubbing:
         """Forces, slip speeds and pressures of the linings."""
         now = self.pair
         area = self.system.mechanism.pairs[self.i].area
@@ -319,42 +319,42 @@ class PairSeries(NamedTuple):
         Each,
         "W",
         "friction power of each lining",
-        lambda p, s: s.rubs.power,
+        lambda p, s: s.rubbing.power,
         View("friction power", "kW", 1e-3),
     ]
     tension_increment: Annotated[
         Each,
         "N",
         "friction of each lining at the radius of its slip, under a band |T_i - T_(i-1)|",
-        lambda p, s: s.rubs.increment,
+        lambda p, s: s.rubbing.increment,
         View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
     ]
     pressure: Annotated[
         Each | None,
         "Pa",
         "mean pressure on each lining",
-        lambda p, s: s.rubs.pressure,
+        lambda p, s: s.rubbing.pressure,
         View("pressure N/A", "MPa", 1e-6),
     ]
     slack_edge_pressure: Annotated[
         Each | None,
         "Pa",
         "pressure at the edge of each lining towards the slack end",
-        lambda p, s: s.rubs.edge_pressure(0.0),
+        lambda p, s: s.rubbing.edge_pressure(0.0),
         View("pressure at the edge towards the slack end", "MPa", 1e-6),
     ]
     tight_edge_pressure: Annotated[
         Each | None,
         "Pa",
         "pressure at the edge of each lining towards the tight end",
-        lambda p, s: s.rubs.edge_pressure(1.0),
+        lambda p, s: s.rubbing.edge_pressure(1.0),
         View("pressure at the edge towards the tight end", "MPa", 1e-6),
     ]
     edge_pressure_ratio: Annotated[
         Each | None,
         "",
         "pressure at the tight edge of each lining over that at the slack edge",
-        lambda p, s: s.rubs.tension_ratio,
+        lambda p, s: s.rubbing.tension_ratio,
         View("tight over slack edge pressure", ""),
     ]
     temperature: Annotated[
@@ -727,10 +727,13 @@ class Series(NamedTuple):
         lambda p, s: _reserve(p),
     ]
     friction_power: Annotated[
-        Each, "W", "friction power of each lining", lambda p, s: s.rubs.power
+        Each, "W", "friction power of each lining", lambda p, s: s.rubbing.power
     ]
     pressure: Annotated[
-        Each | None, "Pa", "mean pressure on each lining", lambda p, s: s.rubs.pressure
+        Each | None,
+        "Pa",
+        "mean pressure on each lining",
+        lambda p, s: s.rubbing.pressure,
     ]
     pairs: dict[str, PairSeries]
 

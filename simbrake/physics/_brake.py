@@ -25,7 +25,7 @@ from ..profiles import (
     FunctionProfile,
     Piece,
     Real,
-    hides_nothing,
+    is_piecewise_simple,
     near,
     next_known_time,
 )
@@ -80,7 +80,7 @@ class BrakeNow(NamedTuple):
     lever_tension: Any = None  # T_0 (N), as the lever would give it
     lever_rate: Any = None  # its rate (N/s)
     contact: Any = None  # a `ContactNow`
-    rubs: tuple[ContactState, ...] = ()
+    contact_states: tuple[ContactState, ...] = ()
     thermal: Any = None  # a `ThermalNow`
     shaft: Any = None  # a `ShaftNow`: torques on the shaft beside load and brake
     rope: Any = None  # a `RopeNow`, of an elastic rope
@@ -114,7 +114,7 @@ class BrakeGuards(NamedTuple):
     ground: Any = None
 
 
-class Moment(NamedTuple):
+class BrakeAtInstant(NamedTuple):
     """A brake at one instant: time (s), state, mode, and variables where they are
     known."""
 
@@ -159,7 +159,7 @@ class Feature(Struct):
         """Given functions of time that it brings, by name."""
         return {}
 
-    def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
+    def courses(self, now: BrakeAtInstant, courses: dict[str, Any]) -> dict[str, Any]:
         """All given functions of time as they are at an instant."""
         return courses
 
@@ -170,7 +170,7 @@ class Feature(Struct):
         size, a place in the Jacobian."""
         return ledger
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         """State and mode at the start."""
         return now.y, now.mode
 
@@ -185,43 +185,48 @@ class Feature(Struct):
 
     # --- at one instant --------------------------------------------------------------
 
-    def load_torque(self, now: Moment, torque: Array) -> Array:
+    def load_torque(self, now: BrakeAtInstant, torque: Array) -> Array:
         """Torque of the load (N·m)."""
         return torque
 
-    def torques(self, now: Moment) -> BrakeNow:
+    def torques(self, now: BrakeAtInstant) -> BrakeNow:
         """Torques on the shaft beside load and brake."""
         return now.z
 
-    def surfaces(self, now: Moment, surfaces: list[SurfaceState]) -> list[SurfaceState]:
+    def surfaces(
+        self, now: BrakeAtInstant, surfaces: list[SurfaceState]
+    ) -> list[SurfaceState]:
         """Surface states that the law of each pair sees."""
         return surfaces
 
-    def conditions(self, now: Moment) -> BrakeNow:
+    def conditions(self, now: BrakeAtInstant) -> BrakeNow:
         """What is known before the mechanism answers to its loads."""
         return now.z
 
     def heating_rates(
-        self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair
+        self,
+        now: BrakeAtInstant,
+        forces: tuple[Array | None, ...] | None,
+        rates: PerPair,
     ) -> PerPair:
         """Rates (K/s) of the temperatures that the laws see
         (`AppliedLoads.heating_rate`)."""
         return rates
 
-    def variables(self, now: Moment) -> BrakeNow:
+    def variables(self, now: BrakeAtInstant) -> BrakeNow:
         return now.z
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         return rates
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         return guards
 
     def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
         """Which guards are limits up to and including which the mode holds."""
         return limits
 
-    def stored(self, now: Moment, stored: TwoArrays) -> TwoArrays:
+    def stored(self, now: BrakeAtInstant, stored: TwoArrays) -> TwoArrays:
         """Kinetic and elastic energy (J)."""
         return stored
 
@@ -231,7 +236,7 @@ class Feature(Struct):
         """The mode at the event, to which all others answer."""
         return mode
 
-    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+    def settled(self, now: BrakeAtInstant, fired: BrakeGuards, omega: Array) -> Array:
         """Speed of the pulley at an event: exactly 0 where it has come to rest but for
         rounding.
 
@@ -240,26 +245,28 @@ class Feature(Struct):
         """
         return omega
 
-    def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
+    def before(
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards
+    ) -> tuple[State, Mode]:
         """State and mode to which the mechanism answers."""
         return now.y, new
 
     def after(
-        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards, code: Array
     ) -> tuple[Mode, Array]:
         """The mode after the answer of the mechanism, and the code of the run."""
         return new, code
 
-    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+    def speed_after(self, now: BrakeAtInstant, after: Mode, omega: Array) -> Array:
         """Speed of the pulley just after a change of mode; `now` is just before it."""
         return omega
 
-    def reset(self, now: Moment, after: Mode, new: State) -> State:
+    def reset(self, now: BrakeAtInstant, after: Mode, new: State) -> State:
         """The state just after a change of mode; `now` is just before it."""
         return new
 
     def heat_of_jump(
-        self, now: Moment
+        self, now: BrakeAtInstant
     ) -> Callable[[State, tuple[Array, ...]], State] | None:
         """A function that adds the heat (J) of each pair in a jump of the tension to a
         state; `now` is after it."""
@@ -336,15 +343,15 @@ _PASSES = 4
 def course_of_profile(profile: Any, t: Array, piece: Piece) -> tuple[Real, Real | None]:
     """A profile as a function of time; of a lever that controls the speed with its
     torque."""
-    one = jnp.ones(())
+    unit = jnp.ones(())
     return profile.value(t, piece), profile.wanted_torque(
-        t, one, piece, one, one
+        t, unit, piece, unit, unit
     ) if profile.controls_speed else None
 
 
 def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
-    one = jnp.ones(())
-    return load.torque_by_angle(t, one, piece, one)
+    unit = jnp.ones(())
+    return load.torque_by_angle(t, unit, piece, unit)
 
 
 class BrakeSystem(AbstractSemiExplicitSystem):
@@ -421,7 +428,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             name: at_phase(profile, y, mode) for name, profile in self.profiles.items()
         }
         for feature in self.features:
-            courses = feature.courses(Moment(self, jnp.zeros(()), y, mode), courses)
+            courses = feature.courses(
+                BrakeAtInstant(self, jnp.zeros(()), y, mode), courses
+            )
         return courses
 
     @property
@@ -435,11 +444,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 if isinstance(profile, Phases)
                 else [profile]
             )
-            return all(hides_nothing(lever, course_of_profile) for lever in levers)
+            return all(
+                is_piecewise_simple(lever, course_of_profile) for lever in levers
+            )
 
         plain = {
             "lever": simple(self.lever),
-            "load": hides_nothing(self.load, _course_of_load),
+            "load": is_piecewise_simple(self.load, _course_of_load),
         }
         plain |= {name: simple(profile) for name, profile in self.profiles.items()}
         return tuple(name for name, known in plain.items() if not known)
@@ -526,7 +537,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Torque of the load (N·m), of one on an elastic rope that of its pull."""
         torque = self.hanging_torque(t, omega, mode, y)
         for feature in self.features:
-            torque = feature.load_torque(Moment(self, t, y, mode), torque)
+            torque = feature.load_torque(BrakeAtInstant(self, t, y, mode), torque)
         return torque
 
     def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
@@ -535,7 +546,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             SurfaceState(None, None, factor) for factor in self._factors(t, y, mode)
         ]
         for feature in self.features:
-            surfaces = feature.surfaces(Moment(self, t, y, mode), surfaces)
+            surfaces = feature.surfaces(BrakeAtInstant(self, t, y, mode), surfaces)
         return tuple(
             None if all(x is None for x in surface) else surface for surface in surfaces
         )
@@ -592,7 +603,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         load = self.load_torque(t, y.omega, mode, y)
         z = BrakeNow(load, load)
         for feature in self.features:
-            z = feature.torques(Moment(self, t, y, mode, z))
+            z = feature.torques(BrakeAtInstant(self, t, y, mode, z))
         surfaces = self.surfaces(t, y, mode)
         tension, rate = self.lever_tension(t, y, mode, z.net_load, surfaces)
         return z._replace(lever_tension=tension, lever_rate=rate), surfaces
@@ -602,8 +613,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         z, surfaces = self.applied(t, y, mode)
         for feature in self.features:
-            z = feature.conditions(Moment(self, t, y, mode, z))
-        now = Moment(self, t, y, mode, z)
+            z = feature.conditions(BrakeAtInstant(self, t, y, mode, z))
+        now = BrakeAtInstant(self, t, y, mode, z)
 
         def heating_rate(forces: PerPair | None) -> PerPair:
             rates: PerPair = tuple(None for _ in self.mechanism.pairs)
@@ -620,16 +631,20 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             heating_rate=heating_rate, factor_rates=factor_rates
         )
         contact = self.mechanism.variables(acting, y.omega, y.own, mode)
-        z = z._replace(contact=contact, rubs=self.mechanism.rubs(mode, contact))
+        z = z._replace(
+            contact=contact, contact_states=self.mechanism.contact_states(mode, contact)
+        )
         for feature in self.features:
-            z = feature.variables(Moment(self, t, y, mode, z))
+            z = feature.variables(BrakeAtInstant(self, t, y, mode, z))
         return z
 
     def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
         ledger = Ledger(
             load_work=z.load_torque * y.omega,
             lever_work=self.of_all(z.contact.lever_power),
-            friction=tuple(self.of_all(_total(rub.force * rub.slip)) for rub in z.rubs),
+            friction=tuple(
+                self.of_all(_total(rub.force * rub.slip)) for rub in z.contact_states
+            ),
             damper_heat=self.of_all(z.contact.damping)
             if self.mechanism.damps
             else None,
@@ -637,7 +652,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         rates = State(
             y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger
         )
-        now = Moment(self, t, y, mode, z)
+        now = BrakeAtInstant(self, t, y, mode, z)
         for feature in self.features:
             rates = feature.rates(now, rates)
         return rates
@@ -666,7 +681,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 self.acting(t, y, mode, z), y.omega, y.own, mode, z.contact
             )
         )
-        now = Moment(self, t, y, mode, z)
+        now = BrakeAtInstant(self, t, y, mode, z)
         for feature in self.features:
             guards = feature.margins(now, guards)
         return guards
@@ -689,23 +704,25 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         acting = self.acting(t, y, now.mode, now.z)
         omega = y.omega
         for feature in self.features:
-            omega = feature.settled(Moment(self, t, y, now.mode), fired, omega)
-        moment = EventState(
+            omega = feature.settled(BrakeAtInstant(self, t, y, now.mode), fired, omega)
+        before = EventState(
             t, omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact
         )
         for feature in self.features:
-            y, new = feature.before(Moment(self, t, y, now.mode, now.z), new, fired)
+            y, new = feature.before(
+                BrakeAtInstant(self, t, y, now.mode, now.z), new, fired
+            )
 
-        def ask(
+        def evaluate(
             mode: Mode, omega: Array, own: PyTree
         ) -> tuple[AppliedLoads, ContactNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
             return self.acting(t, y, mode, z), z.contact
 
-        new, code = self.mechanism.change(moment, new, fired.contact, ask)
+        new, code = self.mechanism.change(before, new, fired.contact, evaluate)
         for feature in self.features:
             new, code = feature.after(
-                Moment(self, t, y, now.mode, now.z), new, fired, code
+                BrakeAtInstant(self, t, y, now.mode, now.z), new, fired, code
             )
         return new, code
 
@@ -714,7 +731,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
         omega = y.omega
-        now = Moment(self, t, y, before)
+        now = BrakeAtInstant(self, t, y, before)
         for feature in self.features:
             omega = feature.speed_after(now, after, omega)
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
@@ -750,7 +767,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
         of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
         found = (
-            feature.heat_of_jump(Moment(self, t, new, after))
+            feature.heat_of_jump(BrakeAtInstant(self, t, new, after))
             for feature in self.features
         )
         heaters = [heater for heater in found if heater is not None]
@@ -777,7 +794,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             jump = tension_jump(surfaces)
         own, work, heats = jump
         friction = tuple(
-            one + heat for one, heat in zip(new.ledger.friction, heats, strict=True)
+            worked + heat
+            for worked, heat in zip(new.ledger.friction, heats, strict=True)
         )
         ledger = new.ledger._replace(
             lever_work=new.ledger.lever_work + work, friction=friction
@@ -888,7 +906,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         zero = jnp.zeros_like(omega)
         y = State(zero, omega, own, self._ledger(zero), heat)
         for feature in self.features:
-            y, mode = feature.start(Moment(self, t, y, mode))
+            y, mode = feature.start(BrakeAtInstant(self, t, y, mode))
         return y, mode
 
     def _ledger(self, of_each: Any) -> Ledger:
@@ -941,7 +959,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def stored(self, t: Array, y: State, mode: Mode) -> TwoArrays:
         """Kinetic and elastic energy (J)."""
         stored = self.stored_at(self.inertia_at(mode, y), y.omega, y.own, mode)
-        now = Moment(self, t, y, mode)
+        now = BrakeAtInstant(self, t, y, mode)
         for feature in self.features:
             stored = feature.stored(now, stored)
         return stored

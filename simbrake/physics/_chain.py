@@ -213,7 +213,7 @@ class Chain(AbstractMechanism):
     def own_rates(self, z: ChainNow) -> ChainState:
         return ChainState(z.stretching, z.acceleration)
 
-    def rubs(self, mode: Mode, z: ChainNow) -> tuple[ContactState, ...]:
+    def contact_states(self, mode: Mode, z: ChainNow) -> tuple[ContactState, ...]:
         return (
             ContactState(
                 z.force, z.lining_slip, mode.own.linings.astype(z.force.dtype), z.normal
@@ -255,7 +255,7 @@ class Chain(AbstractMechanism):
         )
 
     def change(
-        self, now: EventState, new: Mode, fired: ChainGuards, ask: EvaluateInMode
+        self, now: EventState, new: Mode, fired: ChainGuards, evaluate: EvaluateInMode
     ) -> tuple[Mode, Array]:
         old = now.mode
         linings = self._next_linings(now, fired.linings)

@@ -488,7 +488,7 @@ class ElasticBand(AbstractElasticBand):
     def own_rates(self, z: ElasticNow) -> BandState:
         return BandState(z.band_speed)
 
-    def rubs(self, mode: Mode, z: ElasticNow) -> tuple[ContactState, ...]:
+    def contact_states(self, mode: Mode, z: ElasticNow) -> tuple[ContactState, ...]:
         return (self.outer_rub(mode, z),)
 
     def guards(
@@ -502,11 +502,11 @@ class ElasticBand(AbstractElasticBand):
         return self.band_guards(acting, omega, mode, z)
 
     def change(
-        self, now: EventState, new: Mode, fired: ContactGuards, ask: EvaluateInMode
+        self, now: EventState, new: Mode, fired: ContactGuards, evaluate: EvaluateInMode
     ) -> tuple[Mode, Array]:
         new = self.relocked(new, fired)
         # at rest: does the band hold the load?
-        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
+        acting, rest = evaluate(new._replace(band=HELD), now.omega, now.own)
         beyond = exceeded(
             rest.tight_tension,
             rest.lower,
@@ -519,7 +519,7 @@ class ElasticBand(AbstractElasticBand):
         new = new._replace(sense=motion.settled(now, new, now.mode.band).sense)
 
         def there(mode: Mode) -> ElasticNow:
-            return ask(mode, motion.omega, now.own)[1]
+            return evaluate(mode, motion.omega, now.own)[1]
 
         new = motion.settled(
             now, new, self.taut_mode(now, new, fired, there, acting, rest, motion)

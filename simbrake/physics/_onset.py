@@ -13,7 +13,7 @@ from ..hybrid.arrays import Array, Mark
 from ..hybrid.struct import struct_field
 from ..phases import AtStop, AtTemperature
 from ..profiles import AbstractProfile, Piece
-from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
+from ._brake import BrakeAtInstant, BrakeGuards, BrakeSystem, Feature, State
 from ._phased import DutyInPhases, to_temperature
 from .heated import surface_temperatures
 from .mechanism import Mode, comes_to_rest
@@ -49,10 +49,10 @@ class Since(NamedTuple):
             else jnp.where(self.begun, self.time + knot, jnp.inf)
         )
 
-    def no_more_turns(self, t: Array) -> Mark:
+    def is_settled(self, t: Array) -> Mark:
         """Whether no time breakpoint after `t` is known: of what has not begun there is
         none."""
-        return ~self.begun | self.factor.no_more_turns(self._local(t))
+        return ~self.begun | self.factor.is_settled(self._local(t))
 
 
 class Onsets(Feature):
@@ -71,7 +71,7 @@ class Onsets(Feature):
             tuple(i for i, change in enumerate(changes) if change.when is not None)
         )
 
-    def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
+    def courses(self, now: BrakeAtInstant, courses: dict[str, Any]) -> dict[str, Any]:
         y = now.y
         mode = now.mode
         since = {}
@@ -80,7 +80,7 @@ class Onsets(Feature):
             since[name] = Since(courses[name], mode.onset.begun[k] > 0, y.onset[k])
         return courses | since
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         times = now.t + jnp.zeros(len(self.watched))
         none = jnp.zeros(len(self.watched), jnp.int32)
         return now.y._replace(onset=times), now.mode._replace(
@@ -94,10 +94,10 @@ class Onsets(Feature):
         # (friction depends on the time since then, but that never moves)
         return places._replace(onset=np.full(len(self.watched), QUADRATURE))
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         return rates._replace(onset=jnp.zeros(len(self.watched)))
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         """Margins to what begins each change; 1 where it has begun."""
         brake = now.brake
         onset = now.mode.onset
@@ -120,7 +120,9 @@ class Onsets(Feature):
             onset=jnp.where(onset.begun > 0, 1.0, jnp.stack(margins))
         )
 
-    def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
+    def before(
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards
+    ) -> tuple[State, Mode]:
         """Changes that begin do so at this instant, and the mechanism answers to
         them."""
         brake = now.brake
@@ -139,7 +141,7 @@ class Onsets(Feature):
         return now.y._replace(onset=_times(now, onset.begun)), new
 
     def after(
-        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards, code: Array
     ) -> tuple[Mode, Array]:
         """Another stop counts; what it begins is an event at the same instant, after
         it."""
@@ -148,10 +150,10 @@ class Onsets(Feature):
         stops = new.onset.stops + comes_to_rest(now.mode, new, turned).astype(jnp.int32)
         return new._replace(onset=new.onset._replace(stops=stops)), code
 
-    def reset(self, now: Moment, after: Mode, new: State) -> State:
+    def reset(self, now: BrakeAtInstant, after: Mode, new: State) -> State:
         return new._replace(onset=_times(now, after.onset.begun))
 
 
-def _times(now: Moment, begun: Int[Array, " k"]) -> Array:
+def _times(now: BrakeAtInstant, begun: Int[Array, " k"]) -> Array:
     """Times (k,) at which the changes began: now, of those that begin."""
     return jnp.where(begun > now.mode.onset.begun, now.t, now.y.onset)

@@ -11,7 +11,7 @@ from ..hybrid import QUADRATURE
 from ..hybrid.arrays import Array, Mark, ScalarArray, largest
 from ..hybrid.system import ENDED
 from ..phases import AfterTravel, AtHeight, AtRest, AtTemperature, PhaseEnd, PhaseNow
-from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
+from ._brake import BrakeAtInstant, BrakeGuards, BrakeSystem, Feature, State
 from .heated import surface_temperatures
 from .mechanism import HELD, OPEN, Mode
 
@@ -41,10 +41,10 @@ class DutyInPhases(Feature):
     def rests_open(self, brake: BrakeSystem) -> bool:
         return any(isinstance(phase.until, AtRest) for phase in brake.lever.each)
 
-    def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
+    def courses(self, now: BrakeAtInstant, courses: dict[str, Any]) -> dict[str, Any]:
         return {**courses, "phase": PhaseEnd(courses["lever"])}
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         return now.y._replace(
             phase=PhaseState(now.t, jnp.zeros_like(now.y.omega), jnp.sign(now.y.omega))
         ), now.mode
@@ -59,11 +59,11 @@ class DutyInPhases(Feature):
             phase=PhaseState(np.asarray(QUADRATURE), places.phi, np.asarray(QUADRATURE))
         )
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         zero = jnp.zeros_like(now.y.omega)
         return rates._replace(phase=PhaseState(zero, now.y.omega, zero))
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         """Margin to the end of the phase that runs; 1 where a time ends it, which is a
         time breakpoint."""
         brake = now.brake
@@ -105,18 +105,21 @@ class DutyInPhases(Feature):
                 margins.append(1.0)
         return guards._replace(phase_end=phase_now.of_each(margins))
 
-    def rests(self, now: Moment, fired: BrakeGuards) -> Mark:
+    def rests(self, now: BrakeAtInstant, fired: BrakeGuards) -> Mark:
         """Whether a phase that waits for rest ends."""
         phase: PhaseNow = now.brake.lever.at(now.mode.phase, now.y.phase.begun)
         waits = [
-            1.0 if isinstance(one.until, AtRest) else 0.0 for one in phase.whole.each
+            1.0 if isinstance(phase_of_rim.until, AtRest) else 0.0
+            for phase_of_rim in phase.whole.each
         ]
         return fired.phase_end & (phase.of_each(waits) > 0)
 
-    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+    def settled(self, now: BrakeAtInstant, fired: BrakeGuards, omega: Array) -> Array:
         return jnp.where(self.rests(now, fired), 0.0, omega)
 
-    def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
+    def before(
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards
+    ) -> tuple[State, Mode]:
         """The next phase begins where one is over, if its time has not been
         (`Mode.phase`)."""
         phases = now.brake.lever
@@ -133,13 +136,13 @@ class DutyInPhases(Feature):
         return now.y._replace(phase=_begun_anew(now, new, now.y)), new
 
     def after(
-        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards, code: Array
     ) -> tuple[Mode, Array]:
         return new, jnp.where(
             (code == 0) & (new.phase == now.brake.lever.total), ENDED, code
         )
 
-    def reset(self, now: Moment, after: Mode, new: State) -> State:
+    def reset(self, now: BrakeAtInstant, after: Mode, new: State) -> State:
         return new._replace(phase=_begun_anew(now, after, new))
 
 
@@ -174,7 +177,7 @@ def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> ScalarArray:
     return above if end.falling else -above
 
 
-def _begun_anew(now: Moment, after: Mode, y: State) -> PhaseState:
+def _begun_anew(now: BrakeAtInstant, after: Mode, y: State) -> PhaseState:
     """The state after a change of mode to `y`: another phase begins now, unless all are
     over."""
     new = (after.phase != now.mode.phase) & (after.phase < now.brake.lever.total)

@@ -415,10 +415,10 @@ class AbstractRigidContact(AbstractContact):
         return self.margins(acting, omega, mode, (high, low), most.margin, sound)
 
     def change(
-        self, now: EventState, new: Mode, fired: ContactGuards, ask: EvaluateInMode
+        self, now: EventState, new: Mode, fired: ContactGuards, evaluate: EvaluateInMode
     ) -> tuple[Mode, Array]:
         new = self.relocked(new, fired)
-        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
+        acting, rest = evaluate(new._replace(band=HELD), now.omega, now.own)
         locked = self.locked_in(new)
         most = rest.torques
         beyond = exceeded(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
@@ -488,7 +488,7 @@ class RigidBand(AbstractBand, AbstractRigidContact):
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
         return self.wrap.linings(z.slack_tension, z.tight_tension, z.torques.law)
 
-    def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
+    def contact_states(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
         each, normal = self.wrap.sliding(
             z.slack_tension, z.torques.law, mode.band == SLIP_BACK
         )
@@ -598,7 +598,7 @@ class PressedContact(AbstractRigidContact):
             False,
         )
 
-    def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
+    def contact_states(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
         back = mode.band == SLIP_BACK
         sense = sense_of(mode)
         pressing = z.torques.law
@@ -697,11 +697,11 @@ class RigidBands(AbstractRigidContact):
             band.torques(T_0, v, own, back, static)
             for band, T_0, own in self._each(force, surface)
         )
-        margins = [one.margin for one in each if one.margin is not None]
+        margins = [band.margin for band in each if band.margin is not None]
         return Torques(
-            ahead=_total(one.ahead for one in each),
-            back=_total(one.back for one in each),
-            slope=functools.reduce(jnp.minimum, [one.slope for one in each]),
+            ahead=_total(band.ahead for band in each),
+            back=_total(band.back for band in each),
+            slope=functools.reduce(jnp.minimum, [band.slope for band in each]),
             margin=functools.reduce(jnp.minimum, margins) if margins else None,
             law=each,
         )
@@ -745,8 +745,8 @@ class RigidBands(AbstractRigidContact):
             ]
         )
 
-    def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
-        each = [band.rubs(mode, own)[0] for band, own in self._alone(z)]
+    def contact_states(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
+        each = [band.contact_states(mode, own)[0] for band, own in self._alone(z)]
         apart = self.pairs[0].apart
         force = (
             jnp.concatenate([rub.force for rub in each])
@@ -794,5 +794,5 @@ class RigidBands(AbstractRigidContact):
             for T_0, (first, last) in zip(slack, spans, strict=True)
         ]
         return shown._replace(
-            before=jnp.concatenate([one for part in parts for one in part])
+            before=jnp.concatenate([tensions for part in parts for tensions in part])
         )

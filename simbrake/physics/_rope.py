@@ -12,11 +12,11 @@ from ..hybrid.arrays import Array, ScalarArray, TwoArrays
 from ..profiles import Piece
 from ..rope import RopeElasticity
 from ._brake import (
+    BrakeAtInstant,
     BrakeGuards,
     BrakeNow,
     BrakeSystem,
     Feature,
-    Moment,
     State,
     load_piece,
 )
@@ -27,7 +27,7 @@ class Layers(Feature):
     """The layers of the rope on the drum (`RopeLayers`), of which one pays out:
     `Mode.layer`."""
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         paid_out, full = now.brake.load.layers.margins(now.y.phi, now.mode.layer)  # pyright: ignore
         return guards._replace(layer_paid_out=paid_out, layer_full=full)
 
@@ -35,7 +35,7 @@ class Layers(Feature):
         return limits._replace(layer_paid_out=np.True_, layer_full=np.True_)
 
     def after(
-        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards, code: Array
     ) -> tuple[Mode, Array]:
         code = jnp.where(
             fired.layer_paid_out & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code
@@ -47,7 +47,7 @@ class Layers(Feature):
             layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32)
         ), code
 
-    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+    def speed_after(self, now: BrakeAtInstant, after: Mode, omega: Array) -> Array:
         """Speed of the pulley on another layer, with the kinetic energy that was there
         before.
 
@@ -64,7 +64,7 @@ class Layers(Feature):
         return jnp.where(after.layer == before.layer, omega, speed)
 
 
-def _kinetic(now: Moment, after: Mode) -> tuple[Array, Array, Array]:
+def _kinetic(now: BrakeAtInstant, after: Mode) -> tuple[Array, Array, Array]:
     """Kinetic energy (J) after a change of mode at the speed before it, the same with a
     pulley at rest, and what was there before.
 
@@ -100,13 +100,13 @@ class HangingRopes(Feature):
     def jumps(self, brake: BrakeSystem) -> bool:
         return brake.load.above_ground(jnp.zeros(())) is not None
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         above = now.brake.load.above_ground(jnp.zeros(()))
         if above is None:
             return now.y, now.mode
         return now.y, now.mode._replace(grounded=(above <= 0).astype(jnp.int32))
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         ropes = now.brake.ropes_at(now.mode, now.y)
         if ropes is None:
             return rates
@@ -120,7 +120,7 @@ class HangingRopes(Feature):
             ledger = ledger._replace(pick_up=ropes.loss * jnp.abs(omega) ** 3)
         return rates._replace(ledger=ledger)
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         load = now.brake.load
         travelled: Any = load.travelled(now.y.phi)
         span: Any = load.rope_span()
@@ -153,7 +153,7 @@ class HangingRopes(Feature):
         return mode._replace(grounded=mode.grounded ^ fired.ground.astype(jnp.int32))
 
     def after(
-        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards, code: Array
     ) -> tuple[Mode, Array]:
         if fired.rope_end is not None:
             code = jnp.where(fired.rope_end, int(BrakeCode.ROPE_END), code)
@@ -161,7 +161,7 @@ class HangingRopes(Feature):
             code = jnp.where(fired.slack_rope, int(BrakeCode.SLACK_ROPE), code)
         return new, code
 
-    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+    def speed_after(self, now: BrakeAtInstant, after: Mode, omega: Array) -> Array:
         """Speed of the pulley that has lifted an anchor from the ground, with the
         momentum that was there before."""
         if after.grounded is None:
@@ -171,7 +171,7 @@ class HangingRopes(Feature):
         share = (there - others) / jnp.where(heavier, whole - others, 1.0)
         return jnp.where(heavier, omega * share, omega)
 
-    def reset(self, now: Moment, after: Mode, new: State) -> State:
+    def reset(self, now: BrakeAtInstant, after: Mode, new: State) -> State:
         if after.grounded is None:
             return new
         brake, _, y, before, _ = now
@@ -255,7 +255,7 @@ class ElasticRope(Feature):
     def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
         return ledger._replace(damper_heat=of_each)
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         brake, _, y, mode, _ = now
         y = y._replace(hook=HookState(y.omega * _per_radian(brake, mode), self.excess))
         return y, mode._replace(
@@ -297,14 +297,14 @@ class ElasticRope(Feature):
             + (self.at(brake, y, mode).weight - self.weight) / self.stiffness
         )
 
-    def load_torque(self, now: Moment, torque: Array) -> Array:
+    def load_torque(self, now: BrakeAtInstant, torque: Array) -> Array:
         rope = self.at(now.brake, now.y, now.mode)
         return torque + (rope.force - rope.weight) * _per_radian(now.brake, now.mode)
 
-    def variables(self, now: Moment) -> BrakeNow:
+    def variables(self, now: BrakeAtInstant) -> BrakeNow:
         return now.z._replace(rope=self.at(now.brake, now.y, now.mode))
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         rope = now.z.rope
         v = now.y.hook.speed
         ledger = rates.ledger
@@ -320,7 +320,7 @@ class ElasticRope(Feature):
             hook=HookState((rope.weight - rope.force) / rope.mass, rope.rate),
         )
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         rope = now.z.rope
         longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
         return guards._replace(
@@ -330,7 +330,7 @@ class ElasticRope(Feature):
     def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
         return limits._replace(rope=mode.taut == 1)
 
-    def stored(self, now: Moment, stored: TwoArrays) -> TwoArrays:
+    def stored(self, now: BrakeAtInstant, stored: TwoArrays) -> TwoArrays:
         (kinetic, elastic) = stored
         rope = self.at(now.brake, now.y, now.mode)
         elastic = elastic + 0.5 * self.stiffness * _pulls(now.mode) * rope.stretch**2
@@ -342,7 +342,7 @@ class ElasticRope(Feature):
         # (what the brake does answers the pull after the event of the rope)
         return mode._replace(taut=mode.taut ^ fired.rope.astype(jnp.int32))
 
-    def reset(self, now: Moment, after: Mode, new: State) -> State:
+    def reset(self, now: BrakeAtInstant, after: Mode, new: State) -> State:
         brake, _, y, before, _ = now
         k = self.stiffness
         v = y.hook.speed

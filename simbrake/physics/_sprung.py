@@ -97,11 +97,11 @@ def unclipped_tension(r: Resting, before: Array, share: Array) -> Array:
 def resting_tensions(r: Resting, T_0: ScalarArray, share: ScalarArray) -> Vector:
     """Tensions `T_1…T_n` for a share `θ` of the grip on the rim."""
 
-    def lining(before: Array, one: Resting) -> TwoArrays:
+    def lining(before: Array, here: Resting) -> TwoArrays:
         T = clipped(
-            unclipped_tension(one, before, share), before / one.mu, before * one.mu
+            unclipped_tension(here, before, share), before / here.mu, before * here.mu
         )
-        T = jnp.where(one.fixed, T, one.gain * before + one.offset)
+        T = jnp.where(here.fixed, T, here.gain * before + here.offset)
         return T, T
 
     each = r._replace(arm=jnp.broadcast_to(r.arm, r.mu.shape))
@@ -534,7 +534,7 @@ class SprungBandage(AbstractMechanism):
     def lining_speed(self, own: SprungState) -> Array:
         return self.band_radius * own.speeds
 
-    def rubs(self, mode: Mode, z: SprungNow) -> tuple[ContactState, ...]:
+    def contact_states(self, mode: Mode, z: SprungNow) -> tuple[ContactState, ...]:
         outer = mode.own.outer
         inner = mode.own.inner
         on_band = jnp.where(outer == 0, 0.0, z.outer_slip)
@@ -627,13 +627,13 @@ class SprungBandage(AbstractMechanism):
     # --- changes of mode -------------------------------------------------------------
 
     def change(
-        self, now: EventState, new: Mode, fired: SprungGuards, ask: EvaluateInMode
+        self, now: EventState, new: Mode, fired: SprungGuards, evaluate: EvaluateInMode
     ) -> tuple[Mode, Array]:
         old = now.mode
         omega = now.omega
         own = now.own
         size = self.sizes
-        acting, z = ask(new, omega, own)
+        acting, z = evaluate(new, omega, own)
         T_0 = acting.tension
         rounding = size.slight_tension
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (acting.pull > 0))
@@ -667,7 +667,7 @@ class SprungBandage(AbstractMechanism):
             jnp.where(starts, own.speeds == 0, with_pulley),
         )
         forced = jnp.where(breaks, jnp.where(fired.high, 1, -1), 0)
-        settled = self._settled(omega, own, new, together, forced, ask)
+        settled = self._settled(omega, own, new, together, forced, evaluate)
         decides = pulls & (stops | breaks | starts)
         new = jax.tree.map(
             lambda a, b: jnp.where(decides, a, b).astype(jnp.int32), settled, new
@@ -686,7 +686,7 @@ class SprungBandage(AbstractMechanism):
             locks = locks | (z.locking < 0)
         if old.own.lifted is not None:
             turning = self.with_stuck_speeds(omega, own, old, new)
-            z = ask(new, *turning)[1]
+            z = evaluate(new, *turning)[1]
             inner = new.own.inner
             assert fired.rim is not None
             lifted = lifted_after(
@@ -749,7 +749,7 @@ class SprungBandage(AbstractMechanism):
         new: Mode,
         together: Marks,
         forced: Array,
-        ask: EvaluateInMode,
+        evaluate: EvaluateInMode,
     ) -> Mode:
         """The mode where the pulley has no speed, and the linings named have none
         either.
@@ -763,8 +763,8 @@ class SprungBandage(AbstractMechanism):
             inner=jnp.where(together, 0, new.own.inner),
         )
         trial = new._replace(own=own_mode)
-        load = ask(trial, jnp.zeros_like(omega), own)[0].load
-        acting, z = ask(trial, omega, own)
+        load = evaluate(trial, jnp.zeros_like(omega), own)[0].load
+        acting, z = evaluate(trial, omega, own)
         T_0 = acting.tension
         r = z.resting._replace(fixed=together)
         least, most = holding_range(r, T_0)

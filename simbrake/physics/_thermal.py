@@ -815,8 +815,8 @@ class Thermal(Struct):
         """Whether the heat of each lining of a pair matters, or only their sum."""
         if pair is None:
             return False
-        one = jax.ShapeDtypeStruct((1,), np.float64)
-        share = jax.eval_shape(pair.partition.share, one, one)
+        flow = jax.ShapeDtypeStruct((1,), np.float64)
+        share = jax.eval_shape(pair.partition.share, flow, flow)
         places = (pair.metal, pair.lining, pair.beyond, pair.sensor)
         return share.size > 1 or any(
             place_count(self.heat, place) > 1 for place in places if place is not None

@@ -1,4 +1,4 @@
-"""What rubbing leaves on the linings: wear, and states of friction laws; and the ends
+"""What contact_states leaves on the linings: wear, and states of friction laws; and the ends
 of tables of friction."""
 
 import functools
@@ -12,7 +12,7 @@ from jaxtyping import Float, PyTree
 from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import QUADRATURE, smallest
 from ..hybrid.arrays import Array
-from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
+from ._brake import BrakeAtInstant, BrakeGuards, BrakeSystem, Feature, State
 from ._sparsity import couplings_of_memory
 from .heated import sensed
 from .mechanism import OPEN, BrakeCode, Mode
@@ -39,7 +39,7 @@ class Wearing(Feature):
             )
         )
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         return self._of_pairs(
             now.brake, now.y, jnp.zeros(now.brake.mechanism.pairs[0].count)
         ), now.mode
@@ -52,12 +52,12 @@ class Wearing(Feature):
             brake, places, np.full(brake.mechanism.pairs[0].count, QUADRATURE)
         )
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         """Rates of wear (m/s) of the linings as they were counted at the start."""
         passed = now.t if now.mode.phase is None else now.mode.phase.astype(jnp.float64)
         pairs = zip(
             now.brake.mechanism.pairs,
-            now.z.rubs,
+            now.z.contact_states,
             sensed(now.brake, now.y.heat),
             strict=True,
         )
@@ -73,11 +73,13 @@ class Memory(Feature):
 
     sparse: ClassVar[bool] = True
 
-    def surfaces(self, now: Moment, surfaces: list[SurfaceState]) -> list[SurfaceState]:
+    def surfaces(
+        self, now: BrakeAtInstant, surfaces: list[SurfaceState]
+    ) -> list[SurfaceState]:
         each = zip(surfaces, now.y.memory, strict=True)
         return [surface._replace(memory=memory) for surface, memory in each]
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         pairs = now.brake.mechanism.pairs
         memory = tuple(
             None if pair.memory is None else memory_at_start(pair.law, pair.count)
@@ -109,13 +111,13 @@ class Memory(Feature):
         )
         return places._replace(memory=tuple(memory))
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         brake, t, y, mode, z = now
         mechanism = brake.mechanism
         surfaces = brake.surfaces(t, y, mode)
         memory = list[PyTree]()
         for i, (pair, rub, surface) in enumerate(
-            zip(mechanism.pairs, z.rubs, surfaces, strict=True)
+            zip(mechanism.pairs, z.contact_states, surfaces, strict=True)
         ):
             if pair.memory is None or surface is None:
                 memory.append(None)
@@ -141,7 +143,7 @@ class FrictionTables(Feature):
     """Laws of friction that hold between two temperatures: a run ends where a lining
     leaves them."""
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         """Margin of the temperatures to the ends of the tables, over 100 K."""
         room = []
         for pair, T in zip(
@@ -159,6 +161,6 @@ class FrictionTables(Feature):
         return limits._replace(friction_table=np.True_)
 
     def after(
-        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards, code: Array
     ) -> tuple[Mode, Array]:
         return new, jnp.where(fired.friction_table, int(BrakeCode.OUTSIDE_TABLE), code)

@@ -14,10 +14,10 @@ from ..hybrid.arrays import Array
 from ..phases import Phases
 from ..profiles import AbstractProfile
 from ._brake import (
+    BrakeAtInstant,
     BrakeNow,
     BrakeSystem,
     Feature,
-    Moment,
     PerPair,
     State,
     numbered,
@@ -95,7 +95,7 @@ class Heating(Feature):
 
     # --- at one instant --------------------------------------------------------------
 
-    def network(self, now: Moment) -> Network:
+    def network(self, now: BrakeAtInstant) -> Network:
         """The thermal network at one instant."""
         brake, t, y, mode, _ = now
         around = Conditions(
@@ -111,7 +111,7 @@ class Heating(Feature):
         pieces = tuple(piece_of(mode, name) for name in self.profiles)
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
 
-    def _pressures(self, now: Moment) -> tuple[Array, ...]:
+    def _pressures(self, now: BrakeAtInstant) -> tuple[Array, ...]:
         """Pressures of the linings (Pa) in each pair; loads do not depend on how fast
         temperatures change."""
         brake, t, y, mode, _ = now
@@ -147,11 +147,13 @@ class Heating(Feature):
         rim."""
         return self.thermal.deposit(pair.heat, jnp.atleast_1d(brake.of_all(heat)), *now)
 
-    def surfaces(self, now: Moment, surfaces: list[SurfaceState]) -> list[SurfaceState]:
+    def surfaces(
+        self, now: BrakeAtInstant, surfaces: list[SurfaceState]
+    ) -> list[SurfaceState]:
         each = zip(surfaces, sensed(now.brake, now.y.heat), strict=True)
         return [surface._replace(T=T) for surface, T in each]
 
-    def conditions(self, now: Moment) -> BrakeNow:
+    def conditions(self, now: BrakeAtInstant) -> BrakeNow:
         network = self.network(now)
         shaft = now.brake.feature(Shaft)
         flows = self.thermal.flows(
@@ -160,7 +162,10 @@ class Heating(Feature):
         return now.z._replace(thermal=ThermalNow(*network[:2], flows, network=network))
 
     def heating_rates(
-        self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair
+        self,
+        now: BrakeAtInstant,
+        forces: tuple[Array | None, ...] | None,
+        rates: PerPair,
     ) -> PerPair:
         brake = now.brake
         thermal = now.z.thermal
@@ -176,12 +181,12 @@ class Heating(Feature):
             )
         return self.at_sensors(brake, self.thermal.rise(into))
 
-    def variables(self, now: Moment) -> BrakeNow:
+    def variables(self, now: BrakeAtInstant) -> BrakeNow:
         """The network with the friction heat of the pairs."""
         brake = now.brake
         thermal = now.z.thermal
         deposits = []
-        for pair, rub in zip(brake.mechanism.pairs, now.z.rubs, strict=True):
+        for pair, rub in zip(brake.mechanism.pairs, now.z.contact_states, strict=True):
             if jnp.ndim(rub.slip) == 0:
                 # one slip speed for all linings: the mechanism has asked for the heat
                 # per unit of it
@@ -225,7 +230,7 @@ class Heating(Feature):
         ]
         return {**hot, "wetted": jnp.concatenate(wetted)} if wetted else hot
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         brake = now.brake
         z = now.z
         flows = z.thermal.flows
@@ -255,7 +260,9 @@ class Heating(Feature):
 
     # --- jumps -----------------------------------------------------------------------
 
-    def heat_of_jump(self, now: Moment) -> Callable[[State, tuple[Array, ...]], State]:
+    def heat_of_jump(
+        self, now: BrakeAtInstant
+    ) -> Callable[[State, tuple[Array, ...]], State]:
         # the heat is spread over the linings by their sizes, and through walls, as no
         # time passes
         brake = now.brake

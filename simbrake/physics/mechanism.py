@@ -563,7 +563,7 @@ class EventState(NamedTuple):
     z_rate: Any
 
 
-#: `ask(mode, omega, own)`: applied loads and variables in another mode, at other
+#: `evaluate(mode, omega, own)`: applied loads and variables in another mode, at other
 #: speeds, at the same instant
 EvaluateInMode = Callable[[Mode, Array, PyTree], tuple[AppliedLoads, Any]]
 
@@ -626,7 +626,7 @@ class AbstractMechanism(Struct):
 
     @abc.abstractmethod
     def change(
-        self, now: EventState, new: Mode, fired: PyTree, ask: EvaluateInMode
+        self, now: EventState, new: Mode, fired: PyTree, evaluate: EvaluateInMode
     ) -> tuple[Mode, Array]:
         """The mode after an event, and a code; `new` is the old one on the pieces that
         begin at this instant, `fired` has the structure of the guards."""
@@ -736,7 +736,7 @@ class AbstractMechanism(Struct):
         )
 
     @abc.abstractmethod
-    def rubs(self, mode: Mode, z: PyTree) -> tuple[ContactState, ...]:
+    def contact_states(self, mode: Mode, z: PyTree) -> tuple[ContactState, ...]:
         """The friction pairs at one instant."""
 
     @abc.abstractmethod

@@ -17,11 +17,11 @@ from ..shaft import (
     TackleLoss,
 )
 from ._brake import (
+    BrakeAtInstant,
     BrakeGuards,
     BrakeNow,
     BrakeSystem,
     Feature,
-    Moment,
     State,
     at_phase,
     numbered,
@@ -218,14 +218,14 @@ class Shaft(Feature):
     def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
         return ledger._replace(shaft=tuple(of_each for _ in self.laws))
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
+    def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
         y = now.y
         mode = now.mode
         return y, mode._replace(
             turn=jnp.sign(y.omega).astype(jnp.int32)
         ) if self.dry else mode
 
-    def torques(self, now: Moment) -> BrakeNow:
+    def torques(self, now: BrakeAtInstant) -> BrakeNow:
         brake, t, y, mode, z = now
         drive = brake.feature(Drive)
         if drive is not None:  # which takes its part of the load first
@@ -236,11 +236,11 @@ class Shaft(Feature):
         )
         return z._replace(shaft=shaft, net_load=shaft.left)
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         powers = tuple(power for _, power in self.powers(now.z.shaft, now.y.omega))
         return rates._replace(ledger=rates.ledger._replace(shaft=powers))
 
-    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+    def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
         """Guard of dry friction: of a turning shaft until it comes to rest, of a
         resting one until the load exceeds it.
 
@@ -267,7 +267,7 @@ class Shaft(Feature):
         return limits._replace(dry_shaft=mode.turn == 0) if self.dry else limits
 
     def after(
-        self, now: Moment, new: Mode, fired: BrakeGuards, code: Array
+        self, now: BrakeAtInstant, new: Mode, fired: BrakeGuards, code: Array
     ) -> tuple[Mode, Array]:
         """The mode with the sense in which the pulley turns after an event, 0 at
         rest."""
@@ -301,7 +301,7 @@ class Shaft(Feature):
             turn = jnp.where(new.inner == 0, turn, loose)
         return new._replace(turn=turn.astype(jnp.int32)), code
 
-    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+    def speed_after(self, now: BrakeAtInstant, after: Mode, omega: Array) -> Array:
         return jnp.where(after.turn == now.mode.turn, omega, 0.0) if self.dry else omega
 
 
@@ -373,7 +373,7 @@ class Drive(Feature):
     def rests_open(self, brake: BrakeSystem) -> bool:
         return True
 
-    def torques(self, now: Moment) -> BrakeNow:
+    def torques(self, now: BrakeAtInstant) -> BrakeNow:
         brake, t, y, mode, z = now
         if z.motor is not None:  # the shaft has asked for it
             return z
@@ -389,18 +389,20 @@ class Drive(Feature):
         size = brake.sizes.torque if brake.lever.controls_speed else jnp.inf
         return sizes._replace(ledger=sizes.ledger._replace(motor=size))
 
-    def rates(self, now: Moment, rates: State) -> State:
+    def rates(self, now: BrakeAtInstant, rates: State) -> State:
         return rates._replace(
             ledger=rates.ledger._replace(motor=-now.z.motor * now.y.omega)
         )
 
-    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+    def settled(self, now: BrakeAtInstant, fired: BrakeGuards, omega: Array) -> Array:
         stands = (now.mode.band == OPEN) & (
             jnp.abs(omega) <= _STILL * self.motor.max_speed
         )
         return jnp.where(stands, 0.0, omega)
 
-    def before(self, now: Moment, new: Mode, fired: object) -> tuple[State, Mode]:
+    def before(
+        self, now: BrakeAtInstant, new: Mode, fired: object
+    ) -> tuple[State, Mode]:
         """Its course begins anew with a phase (after the phases themselves:
         `DutyInPhases`)."""
         if not isinstance(self.course, Phases):

@@ -339,7 +339,7 @@ class BandFriction(Struct):
         fixed = None
         if not (read.v or grip.varies or grip.implicit):
             both = _unlocked(fz), _unlocked(grip.gripped(kinetic))
-            fixed = ConstantLimit(*both, *(sliding_ratio(one) for one in both))
+            fixed = ConstantLimit(*both, *(sliding_ratio(kappa) for kappa in both))
         return cls(radius, grip, jnp.any(fz >= 1), fixed)
 
     @property
@@ -361,11 +361,11 @@ class BandFriction(Struct):
         - `static`: the static coefficients count
         """
         if self.fixed is not None:
-            one = self.fixed
-            ratio = where_static(static, one.ratio_static, one.ratio_kinetic)
-            signed = where_static(back, 1 / one.ratio_kinetic, ratio)
+            fixed = self.fixed
+            ratio = where_static(static, fixed.ratio_static, fixed.ratio_kinetic)
+            signed = where_static(back, 1 / fixed.ratio_kinetic, ratio)
             return Limit(
-                where_static(static, one.static, one.kinetic),
+                where_static(static, fixed.static, fixed.kinetic),
                 signed,
                 ratio,
                 jnp.ones(()),

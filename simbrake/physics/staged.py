@@ -354,7 +354,7 @@ class StagedBrake(AbstractElasticBand):
     def lining_speed(self, own: BandState) -> Array:
         return self.wrap.radius * own.omega_b
 
-    def rubs(self, mode: Mode, z: StagedNow) -> tuple[ContactState, ...]:
+    def contact_states(self, mode: Mode, z: StagedNow) -> tuple[ContactState, ...]:
         inner = mode.own.inner
         force = jnp.where(inner < 0, -1.0, 1.0) * z.inner_friction
         force = force if self.pairs[1].apart else jnp.sum(force)
@@ -431,18 +431,18 @@ class StagedBrake(AbstractElasticBand):
         return at(rest.upper, n), at(rest.lower, -1 - n)
 
     def change(
-        self, now: EventState, new: Mode, fired: StagedGuards, ask: EvaluateInMode
+        self, now: EventState, new: Mode, fired: StagedGuards, evaluate: EvaluateInMode
     ) -> tuple[Mode, Array]:
         band = fired.band
         old = now.mode
         size = self.sizes
         R_b = self.wrap.radius
         inner = sense_after(
-            old.own.inner, fired.internal, ask(new, now.omega, now.own)[1].drive
+            old.own.inner, fired.internal, evaluate(new, now.omega, now.own)[1].drive
         )
         new = self.relocked(new, band)
         new = new._replace(own=new.own._replace(inner=inner))
-        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
+        acting, rest = evaluate(new._replace(band=HELD), now.omega, now.own)
         T_0 = acting.tension
         locked = self.locked_in(new)
         high = R_b * (rest.upper - T_0)
@@ -472,7 +472,9 @@ class StagedBrake(AbstractElasticBand):
             turned = new._replace(sense=motion.settled(carrier, new, old.band).sense)
 
             def there(mode: Mode) -> StagedNow:
-                return ask(mode, now.omega, now.own._replace(omega_b=motion.omega))[1]
+                return evaluate(
+                    mode, now.omega, now.own._replace(omega_b=motion.omega)
+                )[1]
 
             moving = self.taut_mode(carrier, turned, band, there, acting, rest, motion)
         new = motion.settled(carrier, new, moving)
@@ -481,9 +483,9 @@ class StagedBrake(AbstractElasticBand):
         code = jnp.where(locked, int(BrakeCode.SINGULAR_GEOMETRY), code)
         new = new._replace(own=new.own._replace(piece=piece))
         if old.own.lifted is not None:
-            margin = ask(new, *self.with_stuck_speeds(now.omega, now.own, old, new))[
-                1
-            ].rim_margin
+            margin = evaluate(
+                new, *self.with_stuck_speeds(now.omega, now.own, old, new)
+            )[1].rim_margin
             assert fired.rim is not None
             lifted = lifted_after(
                 old.own.lifted,

@@ -81,7 +81,7 @@ class ErrorEstimate(NamedTuple):
 
 
 def _worst(estimates: Iterable[ErrorEstimate]) -> ErrorEstimate:
-    return max(estimates, key=lambda one: one.error or 0.0)
+    return max(estimates, key=lambda estimate: estimate.error or 0.0)
 
 
 # --- states by kind -----------------------------------------------------------------
@@ -606,19 +606,19 @@ class Accuracy(Tabular):
             Column("relative"),
             Column("at"),
         ]
-        layered = any(one.layers for _, one in estimates)
+        layered = any(estimate.layers for _, estimate in estimates)
         if layered:
             columns.append(Column("layers", heading="by the layers"))
         rows = [
             (
                 title,
-                number(one.value, one.unit),
-                _size(one.error, one.unit),
-                "—" if one.relative is None else digits(one.relative, 2),
-                "" if one.time is None else number(one.time, "s"),
-                *([_size(one.layers or None, one.unit)] if layered else []),
+                number(estimate.value, estimate.unit),
+                _size(estimate.error, estimate.unit),
+                "—" if estimate.relative is None else digits(estimate.relative, 2),
+                "" if estimate.time is None else number(estimate.time, "s"),
+                *([_size(estimate.layers or None, estimate.unit)] if layered else []),
             )
-            for title, one in estimates
+            for title, estimate in estimates
         ]
         return Table(columns, rows)
 
@@ -638,18 +638,24 @@ class Accuracy(Tabular):
             "problem": self.problem,
             "scope": self.scope,
             "metrics": {
-                one.name: _values(one, "unit", "value", "error", "layers")
-                for one in self.metrics
+                metric.name: _values(metric, "unit", "value", "error", "layers")
+                for metric in self.metrics
             },
             "events": [
-                _values(one, "name", "lining", "error", "layers", time=one.value)
-                for one in self.events
+                _values(event, "name", "lining", "error", "layers", time=event.value)
+                for event in self.events
             ],
             "states": {
-                one.name: _values(
-                    one, "name", "unit", "error", "time", "layers", largest=one.value
+                state.name: _values(
+                    state,
+                    "name",
+                    "unit",
+                    "error",
+                    "time",
+                    "layers",
+                    largest=state.value,
                 )
-                for one in self.states
+                for state in self.states
             },
             "cost": _values(
                 self, *cost, second_max_step=self.max_step, second_seconds=self.seconds
@@ -767,11 +773,11 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
     """The estimate with the errors of the layers of walls, from the difference to a run
     with finer ones."""
 
-    def added(one: ErrorEstimate, other: ErrorEstimate) -> ErrorEstimate:
-        if one.error is None or other.error is None:
-            return one._replace(error=None, layers=None)
-        layers = float(error_of_layers(other.error, one.error))
-        return one._replace(error=one.error + layers, layers=layers)
+    def added(estimate: ErrorEstimate, other: ErrorEstimate) -> ErrorEstimate:
+        if estimate.error is None or other.error is None:
+            return estimate._replace(error=None, layers=None)
+        layers = float(error_of_layers(other.error, estimate.error))
+        return estimate._replace(error=estimate.error + layers, layers=layers)
 
     metrics = tuple(map(added, found.metrics, apart.metrics))
     if apart.problem:
@@ -816,34 +822,36 @@ def _estimates(
     span = float(np.max(scan.steps.t1)) - float(np.min(scan.steps.t0))
     energy = max(
         (
-            abs(one.value)
-            for one in apart.metrics
-            if one.name.startswith("energy.") and one.value
+            abs(estimate.value)
+            for estimate in apart.metrics
+            if estimate.name.startswith("energy.") and estimate.value
         ),
         default=0.0,
     )
 
-    def with_rounding(one: ErrorEstimate, least: float = 0.0) -> ErrorEstimate:
-        return one._replace(
+    def with_rounding(estimate: ErrorEstimate, least: float = 0.0) -> ErrorEstimate:
+        return estimate._replace(
             error=float(
-                (one.error or 0.0) + rounding(steps, max(abs(one.value or 0.0), least))
+                (estimate.error or 0.0)
+                + rounding(steps, max(abs(estimate.value or 0.0), least))
             )
         )
 
     metrics = []
-    for one in apart.metrics:
+    for estimate in apart.metrics:
         # (what is 0 in both is no sum)
-        if one.error is not None and (one.error or one.value):
-            one = with_rounding(
-                one, {"s": _INSTANT * span, "J": energy}.get(one.unit, 0.0)
+        if estimate.error is not None and (estimate.error or estimate.value):
+            estimate = with_rounding(
+                estimate, {"s": _INSTANT * span, "J": energy}.get(estimate.unit, 0.0)
             )
-            if one.name in times_of_peaks:
-                one = one._replace(
-                    error=(one.error or 0.0) + _root_of_rounding(scan, one.value or 0.0)
+            if estimate.name in times_of_peaks:
+                estimate = estimate._replace(
+                    error=(estimate.error or 0.0)
+                    + _root_of_rounding(scan, estimate.value or 0.0)
                 )
-        metrics.append(one)
+        metrics.append(estimate)
     yield tuple(metrics)
-    yield tuple(with_rounding(one, _INSTANT * span) for one in apart.events)
+    yield tuple(with_rounding(event, _INSTANT * span) for event in apart.events)
     yield tuple(map(with_rounding, apart.states))
 
 

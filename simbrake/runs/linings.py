@@ -76,7 +76,7 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     if fault := fault_of_pair(pair, system.pair_names):
         raise InputError([fault])
     view = PairSeen(system, p, system.pair_names.index(pair))
-    return view.rubs._replace(temperature=view.sensed)
+    return view.rubbing._replace(temperature=view.sensed)
 
 
 #: over what means are taken
@@ -122,7 +122,7 @@ class _Picked(Struct):
         value = _each(view, self.quantity)
         if self.over is None:
             return value
-        weight = WEIGHTS[self.over](view.rubs)
+        weight = WEIGHTS[self.over](view.rubbing)
         return weight * value, weight
 
 
@@ -384,7 +384,7 @@ def lining_values(
     view = _seen(result, p, pair)
     if quantity == HEAT:
         return np.cumsum(
-            float(view.hot) * np.asarray(view.rubs.power) * np.diff(edges)[:, None],
+            float(view.hot) * np.asarray(view.rubbing.power) * np.diff(edges)[:, None],
             axis=0,
         )
     values = LINING_QUANTITIES[quantity].of(p, view)

@@ -31,7 +31,7 @@ from ..parts.scene import Scene, remembering_at_start
 from ..physics._brake import course_of_profile
 from ..physics._sparsity import couplings
 from ..physics._thermal import Conditions, Thermal, assemble_thermal
-from ..profiles import hides_nothing, near, next_known_time
+from ..profiles import is_piecewise_simple, near, next_known_time
 from ..thermal.heat import Heat, initial_temperatures, node_names
 from ..thermal.network import Junction, Reservoir
 from .choice import stiff_heat
@@ -149,7 +149,7 @@ def _run(
     system = NetworkSystem(thermal, _around(heat, speed, closed, pressure))
     ts = jnp.asarray(ts, jnp.float64)
     mode = tuple(jnp.asarray(p.first_piece(ts[0]), jnp.int32) for p in heat.profiles)
-    hidden = not all(hides_nothing(p, course_of_profile) for p in heat.profiles)
+    hidden = not all(is_piecewise_simple(p, course_of_profile) for p in heat.profiles)
     settings = Settings(
         rtol=jnp.asarray(rtol),
         max_events=jnp.asarray(1_000_000, jnp.int32),

@@ -254,8 +254,8 @@ class Calibration(Tabular):
             text += ": the model does not explain the data"
         if self.fixed:
             named = [
-                f"{one.path} ({one.correlation:+.4f} with {one.parameter})"
-                for one in self.fixed[:_NAMED]
+                f"{number.path} ({number.correlation:+.4f} with {number.parameter})"
+                for number in self.fixed[:_NAMED]
             ]
             more = (
                 f" and {len(self.fixed) - _NAMED} more"
@@ -329,19 +329,19 @@ class Calibration(Tabular):
         ):
             pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
             yield f"corr     {self.correlation[i, j]:+.4f} between {pair}"
-        for one in self.open:
+        for row in self.open:
             shares = (
                 f"{path} {share:+.3g}"
-                for path, share in one.items()
+                for path, share in row.items()
                 if abs(share) >= _SMALL
             )
             yield f"open     {', '.join(shares)} (relative changes) together"
-        for one in self.fixed:
+        for number in self.fixed:
             shift = (
-                f"shifts {one.parameter} by {one.shift:+.3g} %, correlation "
-                f"{one.correlation:+.4f}"
+                f"shifts {number.parameter} by {number.shift:+.3g} %, correlation "
+                f"{number.correlation:+.4f}"
             )
-            yield f"fixed    {one.path} +1 % {shift}"
+            yield f"fixed    {number.path} +1 % {shift}"
         data = [
             ("name", "data"),
             Column("values"),
@@ -488,7 +488,7 @@ def assess(
             f"{', '.join(paths[i] for i in np.flatnonzero(concerned))}"
         )
     changes = known.open * (slope / np.where(theta == 0, 1.0, theta))[~fixed]
-    changes = [one / one[np.argmax(np.abs(one))] for one in changes]
+    changes = [change / change[np.argmax(np.abs(change))] for change in changes]
     rows = zip(
         model.recordings, model.scenes(box.start), model.scenes(theta), strict=True
     )
@@ -515,7 +515,9 @@ def assess(
         probability=probability,
         confidence=confidence,
         singular_values=known.singular_values,
-        open=tuple(dict(zip(names, one.tolist(), strict=True)) for one in changes),
+        open=tuple(
+            dict(zip(names, change.tolist(), strict=True)) for change in changes
+        ),
         residuals=residuals,
         before=ends[0],
         scene=ends[1],

@@ -270,8 +270,8 @@ def log_density(
     layout.check(box.start)
     if max_steps is None:
         results = (
-            simulate(one, solver=solver, rtol=rtol, throw=False)
-            for one in layout.scenes(box.start)
+            simulate(start, solver=solver, rtol=rtol, throw=False)
+            for start in layout.scenes(box.start)
         )
         max_steps = _LONGER * max(
             room_for(result, differentiated=True) for result in results

@@ -79,11 +79,11 @@ def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
     """The recordings in `data`, measured data or several of them; adds what is wrong
     with their known numbers."""
     require_scene(scene)
-    one = isinstance(data, Measured)
+    is_single = isinstance(data, Measured)
     several = isinstance(data, list | tuple)
     named: Any = (
         {"": data}
-        if one
+        if is_single
         else {str(i): each for i, each in enumerate(data, 1)}
         if several
         else data
@@ -227,7 +227,7 @@ def _layout(
     where = []
     for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
         filled = tuple(
-            np.pad(one, (0, n - one.size)) for one, n in zip(mine, longest, strict=True)
+            np.pad(row, (0, n - row.size)) for row, n in zip(mine, longest, strict=True)
         )
         given.append(
             (np.pad(ts, (0, max(map(len, grids)) - ts.size), mode="edge"), filled)
@@ -373,10 +373,10 @@ class FitModel:
         for path, leaf in known[0].items():
             leaves = [inputs.get(path) for inputs in known]
             values = [
-                np.asarray(one.value, float)
-                if one is not None and one.value is not None
+                np.asarray(leaf.value, float)
+                if leaf is not None and leaf.value is not None
                 else np.zeros(0)
-                for one in leaves
+                for leaf in leaves
             ]
             every = np.concatenate([value.ravel() for value in values])
             if (

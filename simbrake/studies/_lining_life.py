@@ -189,8 +189,8 @@ class _Step(NamedTuple):
             many = np.where(
                 inside >= 0, 2 * room / (b + np.sqrt(np.maximum(inside, 0.0))), np.inf
             )
-            one = room / w
-        stops = np.where(one <= 1, one, many)
+            linear = room / w
+        stops = np.where(linear <= 1, linear, many)
         return np.where((w > 0) & (stops >= 0), stops, np.inf)
 
 

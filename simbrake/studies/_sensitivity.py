@@ -357,11 +357,15 @@ def sensitivity(
             else look_around(run, base, ranges, progress)
         )
     tables = []
-    for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
+    for k, (metric, value) in enumerate(
+        zip(metrics.asked, values.tolist(), strict=True)
+    ):
         derivatives = paths.values(slopes.jacobian[k]), paths.values(finer.jacobian[k])
         rows = _rows(chosen, *derivatives, value, spans, around, sides, k)
         tables.append(
-            SensitivityTable(name_of(one), unit_of(one), value, rows, around.notes)
+            SensitivityTable(
+                name_of(metric), unit_of(metric), value, rows, around.notes
+            )
         )
     return tables[0] if single else tables
 
@@ -434,12 +438,12 @@ def _decisive(paths: Paths, effects: np.ndarray, most: int | None) -> set[str]:
 def check_happened(metrics: Metrics, values: np.ndarray) -> None:
     hint = "its derivative does not exist; request one that occurs, or set a later end_time"
     missing = [
-        one
-        for one, value in zip(metrics.asked, values, strict=True)
+        metric
+        for metric, value in zip(metrics.asked, values, strict=True)
         if not happened(value)
     ]
     Issues(
-        Fault(name_of(one), "has no value in this run", hint) for one in missing
+        Fault(name_of(metric), "has no value in this run", hint) for metric in missing
     ).report()
 
 

@@ -251,7 +251,8 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
 
     sides = {"below": below, "above": above}
     at = {
-        kind: [name for name, one in sides.items() if one.kind is kind] for kind in Kind
+        kind: [name for name, side in sides.items() if side.kind is kind]
+        for kind in Kind
     }
     if at[Kind.DIVERGES]:
         where = " and ".join(at[Kind.DIVERGES])
@@ -264,7 +265,7 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
         return Slope(np.nan, "none: no value on either side") if at[Kind.LOST] else None
     words = ", ".join([*(f"{sides[name].value:.6g} {name}" for name in at[Kind.GIVEN])])
     words += "".join(f", no value {name}" for name in at[Kind.LOST])
-    fits = any(agree(slope, one.value, one.error) for one in usable)
+    fits = any(agree(slope, side.value, side.error) for side in usable)
     if len(usable) == 2 and agree(below.value, above.value, below.error + above.error):
         mean = 0.5 * (below.value + above.value)
         return (

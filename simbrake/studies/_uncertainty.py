@@ -667,7 +667,7 @@ def _limits(
         and _HOT not in (limits or {})
     ):
         bounds[_HOT] = float(np.asarray(heat.permissible))
-    names = [name_of(one) for one in asked]
+    names = [name_of(metric) for metric in asked]
     return bounds, [name for name in bounds if name not in names]
 
 
@@ -687,8 +687,8 @@ def _evaluate(
     failed = code != 0
     statistics = {}
     failures = {}
-    for one in asked:
-        name = name_of(one)
+    for metric in asked:
+        name = name_of(metric)
         x = np.asarray(data[name], np.float64)
         here = np.isfinite(x) & ~failed
         x = x[here]
@@ -697,7 +697,7 @@ def _evaluate(
         at = {float(p): quantile(x, g, p, confidence) for p in shares}
         extremes = (float(x.min()), float(x.max())) if len(x) else (np.nan, np.nan)
         statistics[name] = Statistics(
-            unit_of(one), len(x), mean, deviation, at, *extremes
+            unit_of(metric), len(x), mean, deviation, at, *extremes
         )
     if "stopping_time" in statistics:
         # (a load that stopped once, and moves at the end, is not stopped)

@@ -344,7 +344,10 @@ def box_of(
             issues.append(Fault(path, what, "give a start inside them"))
         shapes[path] = shape
         rows.append(
-            [np.ravel(one) for one in (low, high, np.nan if value is None else value)]
+            [
+                np.ravel(values)
+                for values in (low, high, np.nan if value is None else value)
+            ]
         )
     issues += [
         Fault(path, "is free twice", f"as {old} is")

@@ -139,9 +139,10 @@ class Measured(Tabular):
             parts.append(
                 _single(metric, float(number), None if error is None else float(error))
             )
-        Issues(one for one in parts if isinstance(one, Fault)).report()
+        Issues(part for part in parts if isinstance(part, Fault)).report()
         points, singles = (
-            [one for one in parts if isinstance(one, kind)] for kind in (Points, Single)
+            [part for part in parts if isinstance(part, kind)]
+            for kind in (Points, Single)
         )
         return cls(tuple(points), tuple(singles), dict(known or {}))  # pyright: ignore
 
@@ -184,8 +185,8 @@ class Measured(Tabular):
             span = f"{part.t.size} values, t = {part.t.min():.6g}…{part.t.max():.6g} s"
             yield f"{part.name}{mark}: {span}, {_spread(part.sigma)}"
         yield from (
-            f"{one.name} = {one.value:.6g}{behind(one.unit)}, {_spread(one.sigma)}"
-            for one in self.singles
+            f"{single.name} = {single.value:.6g}{behind(single.unit)}, {_spread(single.sigma)}"
+            for single in self.singles
         )
         yield from (f"{path} = {value}, known" for path, value in self.known.items())
         if not self.count:
@@ -311,7 +312,7 @@ def check_measured(data: Measured, scene: Scene) -> None:
     """Raise `InputError` with all data that cannot be compared with a run of the
     scene."""
     issues = Issues()
-    issues.attempt(check_metrics, scene, [one.metric for one in data.singles])
+    issues.attempt(check_metrics, scene, [single.metric for single in data.singles])
     start = float(np.asarray(scene.initial.time))
     end = float(np.asarray(scene.end_time))
     for part in data.points:

@@ -88,16 +88,16 @@ def merged(
     means over those of `heat`."""
     means = []
     first = 0
-    for body, one in zip(heat.bodies, finer.bodies, strict=True):
-        if not isinstance(one, Lump | Wall):
+    for body, fine in zip(heat.bodies, finer.bodies, strict=True):
+        if not isinstance(fine, Lump | Wall):
             continue
-        part = T[:, first : first + one.count]
-        first += one.count
-        if isinstance(one, Wall):
-            steps = _steps(one).reshape(-1, one.count // body.count)
+        part = T[:, first : first + fine.count]
+        first += fine.count
+        if isinstance(fine, Wall):
+            steps = _steps(fine).reshape(-1, fine.count // body.count)
             weights = steps / steps.sum(axis=1, keepdims=True)
             part = (
-                (part.reshape(len(T), one.copies, *steps.shape) * weights)
+                (part.reshape(len(T), fine.copies, *steps.shape) * weights)
                 .sum(axis=3)
                 .reshape(len(T), -1)
             )

@@ -224,8 +224,8 @@ def test_lever_to_pull_harder_is_no_runaway():
     ],
 )
 def test_time_of_the_last_turn_of_a_profile(profile, time):
-    assert bool(profile.no_more_turns(max(time, -1e9)))
-    assert math.isinf(time) or not bool(profile.no_more_turns(time - 1e-9))
+    assert bool(profile.is_settled(max(time, -1e9)))
+    assert math.isinf(time) or not bool(profile.is_settled(time - 1e-9))
 
 
 def test_locking_and_no_load_are_no_runaway():
