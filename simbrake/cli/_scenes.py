@@ -29,8 +29,8 @@ def new(
     """Write a new scene: a commented template, or a copy of a shipped scene. Without a
     name: list these.
 
-    Templates: standard, staged, heated, tripping, rig, disc, shoe; lift, windlass and
-    winch with their acceptance tests, as lift_tests; drawworks_tests.
+    Templates: standard, staged, heated, tripping, rig, disc, shoe; lift, windlass,
+    winch, winder and rotor with their acceptance tests, as lift_tests; drawworks_tests.
     The file runs at once: simbrake run FILE, simbrake test FILE.
 
     Parameters

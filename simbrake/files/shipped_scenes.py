@@ -11,7 +11,7 @@ from .._base._faults import InputError, existing_file, input_error, nearest
 #: names of the templates, in the order in which a newcomer meets them
 TEMPLATES = (
     *("standard", "staged", "heated", "tripping", "rig", "disc", "shoe"),
-    *("lift", "windlass", "winch"),
+    *("lift", "windlass", "winch", "winder", "rotor"),
 )
 #: studies, and further scenes of a kind of which an installed package has one:
 #: `scenarios/` of a checkout has them

@@ -8,7 +8,7 @@ from commands import call
 import simbrake as sb
 from simbrake.files.shipped_scenes import shipped_test_names
 
-QUICK = ("lift_tests", "winch_tests")
+QUICK = ("lift_tests", "winder_tests")
 #: the standard template under a constant lever: it stops after ω J/(M_b − M), or never
 SCENE = """
 format = "simbrake scene 1"

@@ -105,7 +105,7 @@ SCENES = {
     "staged": lambda: staged.stop(heat=None),
 }
 #: templates of machines that are no drawworks, and words that are not theirs
-OTHERS = ("lift", "windlass", "winch")
+OTHERS = ("lift", "windlass", "winch", "winder", "rotor")
 SCENES |= {name: functools.partial(sb.read_scene, name) for name in OTHERS}
 FOREIGN = re.compile("drawworks|hook|drill|tackle", re.IGNORECASE)
 

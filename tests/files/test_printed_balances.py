@@ -137,8 +137,9 @@ def test_printed_balances_sum(name):
         "shaft_work",
         "electrical_work",
         "mechanical_work",
+        "pick_up_heat",
     )
-    given = total("load_work", "lever_work", "motor_work")
+    given = total("load_work", "rope_work", "lever_work", "motor_work")
     changed = total("kinetic_change", "elastic_change")
     assert given == pytest.approx(taken + changed, rel=1e-9, abs=1e-9 * taken)
     if result.scene.heated:
