@@ -21,6 +21,7 @@ from readme_lines import install_and_run, install_and_test  # noqa: E402
 
 PYTHONS = ["3.11", "3.12", "3.13"]  # as the classifiers of pyproject.toml
 OLDEST = "3.11"  # that .ci/oldest.txt is made for
+NEWEST = "3.13"  # that the newest libraries come for first
 MAIN = "3.11"  # runs all tests, and so needs no smoke session
 WHEEL = "3.13"
 
@@ -143,6 +144,18 @@ def oldest(session: nox.Session) -> None:
     session.install("-e", ".[test]", "-c", ".ci/oldest.txt")
     session.run("simbrake", "run", "scenarios/u2_5_5_stop.py")
     # the newest indirect dependencies deprecate what the oldest direct ones call
+    session.run("pytest", "-m", "smoke", "-W", "default", "tests", env=NO_SKIPS)
+
+
+@on(NEWEST, nightly=True)
+def newest(session: nox.Session) -> None:
+    """Nightly: the newest version of everything, also beyond the bounds of
+    pyproject.toml."""
+    session.install("-e", ".[test]")
+    session.install(
+        "--upgrade", "jax", "diffrax", "equinox", "numpy", "scipy", "xarray"
+    )
+    session.run("simbrake", "run", "scenarios/u2_5_5_stop.py")
     session.run("pytest", "-m", "smoke", "-W", "default", "tests", env=NO_SKIPS)
 
 
