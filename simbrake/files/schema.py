@@ -32,6 +32,7 @@ from ..hybrid.struct import Struct
 from ..parts.programme import programme_scene
 from ..parts.scene import AbstractDuty, Scene
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
+from ..profiles import held as samples_held
 from ..runs import measure as measure  # limits, found as a subclass
 from ..thermal._builders import (
     layered_heat,
@@ -52,6 +53,7 @@ def history(
     unit: str = "SI",
     time: str = "t",
     begin: Annotated[float, Quantity("s", "shift")] = 0.0,
+    held: bool = False,
 ) -> PiecewiseLinear:
     """A profile of straight lines between the rows of a CSV file; every row is a time
     breakpoint, at which a step ends.
@@ -59,6 +61,7 @@ def history(
     - `column`, `time`: names of the columns; units stand in the header as
       `slack_tension [kN]`, `t [ms]`, SI without
     - `unit`: SI unit of the column;  `begin` (s) is added to the times
+    - `held`: each value holds up to the next instead
 
     Two rows at one time are a jump. Rows with an empty cell, or a null value of a
     logger such as -999.25, are left out. Raises `InputError` with every error of the
@@ -71,26 +74,59 @@ def history(
         ...     sb.files.history(f"{folder}/a.csv", "lever", "N")
         PiecewiseLinear(times=[0, 0.5] s, values=[2000, 12000])
     """
+    return histories(file, {column: unit}, time, begin, held)[column]
+
+
+@takes_values
+def histories(
+    file: str | Path,
+    columns: Mapping[str, str],
+    time: str = "t",
+    begin: Annotated[float, Quantity("s", "shift")] = 0.0,
+    held: bool = False,
+) -> dict[str, PiecewiseLinear]:
+    """Several columns of a CSV file as profiles, by name: `history` of each, with all
+    errors of the file in one report.
+
+    - `columns`: SI unit of each column, `{"speed": "m/s", "air": "K"}`
+
+    Example:
+        >>> import tempfile
+        >>> from pathlib import Path
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = (Path(folder) / "a.csv").write_text("t,v [km/h],air [degC]\\n0,36,20\\n1,72,25")
+        ...     found = sb.files.histories(f"{folder}/a.csv", {"v": "m/s", "air": "K"})
+        >>> [profile.values.tolist() for profile in found.values()]
+        [[10.0, 20.0], [293.15, 298.15]]
+    """
     from .._base._csv_file import CsvFile  # few scenes read a file
 
     table = CsvFile(Path(file))
     names = {head.name: i for i, head in enumerate(table.heads)}
+    known = [name for name in (time, *columns) if name in names]
     if table.heads:
-        for name in (time, column):
-            if name not in names:
-                table.fault(
-                    " header", f"has no column {name}", f"there are: {', '.join(names)}"
-                )
-    if table.faults:
-        raise InputError(table.faults)
-    t = table.column(names[time], "s", needed=True)
-    values = table.column(names[column], unit)
-    there = np.isfinite(t) & np.isfinite(values)
-    if not table.faults and not there.any():
-        table.fault(f" column {column}", "has no value")
-    if not table.faults and np.any(np.diff(t[there]) < 0):
-        first = int(np.flatnonzero(np.diff(t[there]) < 0)[0])
-        line = table.places[there][first + 1]
+        for name in {time, *columns} - {*known}:
+            table.fault(
+                " header", f"has no column {name}", f"there are: {', '.join(names)}"
+            )
+    found = {
+        name: table.column(
+            names[name], columns.get(name, "s"), needed=name not in columns
+        )
+        for name in known
+    }
+    t = found.get(time, np.empty(0))
+    profiles = {}
+    for name in columns:
+        there = np.isfinite(t) & np.isfinite(found.get(name, t))
+        if time in found and name in found and not there.any():
+            table.fault(f" column {name}", "has no value")
+        if not table.faults:
+            make = samples_held if held else PiecewiseLinear
+            profiles[name] = make(t[there] + begin, found[name][there])
+    back = np.flatnonzero(np.diff(t[np.isfinite(t)]) < 0)
+    if back.size:
+        line = table.places[np.isfinite(t)][back[0] + 1]
         table.fault(
             f" line {line}, column {time}",
             "is earlier than the line before",
@@ -98,7 +134,7 @@ def history(
         )
     if table.faults:
         raise InputError(table.faults)
-    return PiecewiseLinear(t[there] + begin, values[there])
+    return profiles
 
 
 #: key of a scene file that says in which format it is written, and the present one

@@ -1,6 +1,8 @@
 """Thermal networks by themselves, and the cyclic steady state of a repeated duty."""
 
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -10,10 +12,19 @@ from jax.core import Tracer
 from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._arguments import explained
-from .._base._compiling import Compiled
-from .._base._faults import Fault, InputError
-from .._base._part import as_arrays, faults_below, faults_of_values, is_traced
+from .._base._compiling import Compiled, TieredProgram, megabytes, run_device
+from .._base._faults import Fault, InputError, Issues, input_error
+from .._base._packing import pack
+from .._base._part import (
+    Part,
+    as_arrays,
+    faults_below,
+    faults_of_values,
+    is_traced,
+    quantity,
+)
 from .._base._quantity import faults_of_tolerance
+from .._base._store import MEMORY
 from ..hybrid import (
     QUADRATURE,
     AbstractHybridSystem,
@@ -30,10 +41,10 @@ from ..outputs.quantities import array_of_times
 from ..parts.scene import Scene, remembering_at_start
 from ..physics._brake import course_of_profile
 from ..physics._sparsity import couplings
-from ..physics._thermal import Conditions, Thermal, assemble_thermal
-from ..profiles import is_piecewise_simple, near, next_known_time
+from ..physics._thermal import Conditions, HeatFlows, Thermal, assemble_thermal
+from ..profiles import AbstractProfile, is_piecewise_simple, near, next_known_time
 from ..thermal.heat import Heat, initial_temperatures, node_names
-from ..thermal.network import Junction, Reservoir
+from ..thermal.network import Junction, Reservoir, Source
 from .choice import stiff_heat
 from .result import Result
 from .simulate import Solver, as_method, simulate, solver_for
@@ -42,18 +53,94 @@ from .simulate import Solver, as_method, simulate, solver_for
 #: by coolants (`None` without); mode: pieces of the profiles
 Course = tuple[Array, Array, Array, Any]
 Pieces = tuple[Int[Array, ""], ...]
+#: what acts on a network: the same at all times, or over time
+Acting: TypeAlias = AbstractProfile | Number
+
+
+class Operation(Part):
+    """What acts on a network by itself in place of a brake, each a number or a profile
+    over time (`simulate_heat`)."""
+
+    speed: AbstractProfile | Any = quantity("m/s", "speed of the track")
+    closed: AbstractProfile | Any = quantity(
+        "1", "share to which the band is closed", 0.0, 1.0, many=True
+    )
+    pressure: AbstractProfile | Any = quantity(
+        "Pa", "pressure of the linings", low=0.0, many=True
+    )
+    power: AbstractProfile | Any = quantity(
+        "W", "friction heat", many=True, default=None
+    )
+
+    @property
+    def given(self) -> dict[str, Any]:
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Those that are given over time, in the order of the fields."""
+        return tuple(x for x in self.given.values() if isinstance(x, AbstractProfile))
+
+    def at(self, t: Array, pieces: tuple[Any, ...]) -> dict[str, Any]:
+        """All numbers at one instant by name."""
+        left = iter(pieces)
+        return {
+            name: x.value(t, next(left)) if isinstance(x, AbstractProfile) else x
+            for name, x in self.given.items()
+        }
 
 
 class NetworkSystem(AbstractHybridSystem):
-    """The network as a system without guards."""
+    """The network as a system without guards; its mode has the pieces of all profiles,
+    those of the `operation` last."""
 
     thermal: Thermal
-    around: Conditions
+    operation: Operation
+
+    @property
+    def profiles(self) -> dict[int, AbstractProfile]:
+        """All profiles by their number in the mode."""
+        inside = (*self.thermal.heat.profiles, *self.operation.profiles)
+        return dict(enumerate(inside))
+
+    def first_mode(self, t: Array) -> Pieces:
+        """The mode at a start."""
+        return tuple(
+            jnp.asarray(profile.first_piece(t), jnp.int32)
+            for profile in self.profiles.values()
+        )
+
+    def junctions_and_flows(
+        self, T: Array, t: Array, mode: Pieces
+    ) -> tuple[Array, HeatFlows]:
+        """Temperatures of the junctions without friction, and all heat flows."""
+        heat = self.thermal.heat
+        now = self.operation.at(t, mode[len(heat.profiles) :])
+        speed = jnp.asarray(now["speed"])
+        # the linings of a staged brake turn with its rim, those of others stand still
+        around = Conditions(
+            speed,
+            0.0 if heat.external is None else speed,
+            jnp.asarray(now["closed"]),
+            (jnp.asarray(now["pressure"]),),
+        )
+        T_J = self.thermal.junctions(T, t, around, mode)
+        flows = self.thermal.flows(T, T_J, t, around, mode)
+        if now["power"] is None:
+            return T_J, flows
+        P = jnp.atleast_1d(jnp.asarray(now["power"]))
+        friction = self.thermal.deposit(heat.friction, P, T, T_J, t, around, mode)
+        stream = flows.coolant
+        return T_J, flows._replace(
+            into=flows.into + friction.into,
+            lost=flows.lost + friction.lost,
+            supplied=flows.supplied + jnp.sum(P),
+            coolant=stream and stream._replace(heat=stream.heat + friction.coolant),
+        )
 
     def rhs(self, t: Array, y: Course, mode: Pieces) -> Course:
         T = self.thermal.temperatures(y[0])
-        T_J = self.thermal.junctions(T, t, self.around, mode)
-        flows = self.thermal.flows(T, T_J, t, self.around, mode)
+        _, flows = self.junctions_and_flows(T, t, mode)
         stream = flows.coolant
         return (
             self.thermal.rise(flows.into),
@@ -73,7 +160,7 @@ class NetworkSystem(AbstractHybridSystem):
         fired: Bool[Array, " guard"],
         at_stop: Bool[Array, ""],
     ) -> tuple[Pieces, int]:
-        _, turns = next_known_time(dict(enumerate(self.thermal.heat.profiles)), mode)
+        _, turns = next_known_time(self.profiles, mode)
         return tuple(
             piece + (at_stop & turns[i]).astype(jnp.int32)
             for i, piece in enumerate(mode)
@@ -83,10 +170,10 @@ class NetworkSystem(AbstractHybridSystem):
         return y
 
     def next_stop(self, mode: Pieces, y: Any = None) -> Float[Array, ""] | float:
-        return next_known_time(dict(enumerate(self.thermal.heat.profiles)), mode)[0]
+        return next_known_time(self.profiles, mode)[0]
 
     def near(self, mode: Pieces, after: Pieces) -> "NetworkSystem":
-        return near(self, zip(self.thermal.heat.profiles, mode, after, strict=True))
+        return near(self, zip(self.profiles.values(), mode, after, strict=True))
 
     def scales(self) -> PyTree:
         return (
@@ -126,30 +213,19 @@ class HeatResult(NamedTuple):
     coolant: VectorM | None = None
 
 
-def _around(heat: Heat, speed: Number, closed: Number, pressure: Number) -> Conditions:
-    """Conditions of a network alone: the linings of a staged brake turn with its rim,
-    those of others stand still."""
-    track, closed, pressure = (jnp.asarray(x) for x in (speed, closed, pressure))
-    return Conditions(
-        track, 0.0 if heat.external is None else track, closed, (pressure,)
-    )
-
-
 def _run(
     heat: Heat,
     ts: Array,
-    speed: Array,
-    closed: Array,
-    pressure: Array,
+    operation: Operation,
     rtol: Array,
     method: AbstractMethod,
     max_steps: int,
 ) -> HeatResult:
     thermal, u = assemble_thermal(heat)
-    system = NetworkSystem(thermal, _around(heat, speed, closed, pressure))
+    system = NetworkSystem(thermal, operation)
     ts = jnp.asarray(ts, jnp.float64)
-    mode = tuple(jnp.asarray(p.first_piece(ts[0]), jnp.int32) for p in heat.profiles)
-    hidden = not all(is_piecewise_simple(p, course_of_profile) for p in heat.profiles)
+    profiles = system.profiles.values()
+    hidden = not all(is_piecewise_simple(p, course_of_profile) for p in profiles)
     settings = Settings(
         rtol=jnp.asarray(rtol),
         max_events=jnp.asarray(1_000_000, jnp.int32),
@@ -162,7 +238,7 @@ def _run(
     record = hybridsolve(
         system,
         (u, zero, zero, zero if heat.jackets else None),
-        mode,
+        system.first_mode(ts[0]),
         ts[0],
         ts[-1],
         method,
@@ -179,7 +255,93 @@ def _run(
 
 _STATIC = ("method", "max_steps")
 _traced = jax.jit(_run, static_argnames=_STATIC)
-_compiled = Compiled(_run, static_argnames=_STATIC)
+
+
+def _compiled(*arguments: Any, **static: Any) -> HeatResult:
+    """`_run` of numbers, as one function where XLA can do that: points of histories
+    cost a tenth then."""
+    numbers, packing = pack(arguments)
+    subject = ("network", packing, *static.values())
+
+    def make() -> TieredProgram:
+        def run(numbers: Array) -> HeatResult:
+            return _run(*packing.unpack(numbers), **static)
+
+        return TieredProgram(run, numbers, subject)
+
+    return MEMORY.get((*subject, run_device()), make, megabytes).call(numbers)
+
+
+#: step attempts of a network, and how many more for each point of a history
+_STEPS = 4096
+_STEPS_OF_POINT = 8
+
+
+def _points(profile: AbstractProfile) -> int:
+    """Number of points of a profile, at least roughly."""
+    return max([profile.knot_count, *map(np.size, jax.tree.leaves(profile))])
+
+
+def _checked(
+    heat: Heat,
+    faults: Issues,
+    speed: Any,
+    power: Any,
+    air: Any,
+    coolant: Any,
+    *closed: Any,
+) -> tuple[Heat, Operation]:
+    """The network with the temperatures and sources given to `simulate_heat`, and all
+    else that acts on it; raises `InputError` with all errors, those found before
+    included."""
+
+    def made(kind: type, *about: Any, name: str = "") -> Any:
+        try:
+            return kind(*about)
+        except InputError as error:
+            for fault in error.faults:
+                path = name or fault.path.removeprefix(f"{kind.__name__}.")
+                faults.append(replace(fault, path=path))
+            return None
+
+    here = {body.name: body for body in heat.bodies if isinstance(body, Reservoir)}
+    inlets = {jacket.b for jacket in heat.jackets.values()}
+    for name, places, T in (("air", {"air"}, air), ("coolant", inlets, coolant)):
+        if T is not None and not (places and places <= {*here}):
+            there = ", ".join(here) or "none"
+            what = "the network has no such reservoir"
+            faults.add(name, what, f"reservoirs: {there}; give one its temperature")
+        elif T is not None and (new := made(Reservoir, name, T, name=name)):
+            here |= {place: with_fields(new, name=place) for place in places}
+    sources = [*heat.sources]
+    if isinstance(power, Mapping):
+        more = [
+            made(Source, place, P, name=f"power[{place!r}]")
+            for place, P in power.items()
+        ]
+        sources += [source for source in more if source is not None]
+        power = None
+    elif power is not None and heat.friction is None:
+        what = "the network has no friction pair that it could enter"
+        faults.add("power", what, "give its places, as in {'rim': 2000.0}")
+    operation = made(Operation, speed, *closed, power)
+    bodies = tuple(here.get(body.name, body) for body in heat.bodies)
+    heat = with_fields(heat, bodies=bodies, sources=tuple(sources))
+    if not is_traced((heat, operation)):
+        faults.attempt(check_heat, heat)
+        faults += faults_of_values(operation)
+        faults += faults_below(operation)
+    faults.report()
+    return as_arrays((heat, operation))
+
+
+def _in_order(ts: Any) -> Array:
+    """Times of a run; raises `InputError` where they decrease or are none."""
+    ts = array_of_times(ts, "ts")
+    if np.all(np.isfinite(ts)) and np.all(np.diff(ts) >= 0):
+        return ts
+    hint = "the run goes from the first to the last of them"
+    raise input_error("ts", "are not times in order", hint)
 
 
 def check_heat(heat: Heat) -> None:
@@ -196,57 +358,68 @@ def simulate_heat(
     heat: Heat,
     ts: Any,
     *,
-    speed: Number = 0.0,
-    closed: Number = 0.0,
-    pressure: Number = 0.0,
+    speed: Acting = 0.0,
+    power: Mapping[str, Acting] | Acting | None = None,
+    air: Acting | None = None,
+    coolant: Acting | None = None,
+    closed: Acting = 0.0,
+    pressure: Acting = 0.0,
     solver: Solver | None = None,
     rtol: Number = 1e-10,
-    max_steps: int = 4096,
+    max_steps: int | None = None,
 ) -> HeatResult:
-    """Temperatures of a network at the times `ts` (m,), without a brake: friction heat
-    comes from `sources`, if at all.
+    """Temperatures of a network at the times `ts` (m,), without a brake.
 
-    The run goes from the first of `ts` to the last.
+    The run goes from the first of `ts` to the last. All that acts on the network is a
+    number or a profile over time (`PiecewiseLinear`, `profiles.held`,
+    `files.histories`):
 
     - `speed` (m/s) of the track, for convection; the linings of a staged brake turn
       with it
+    - `power` (W): heat into places, `{"disc": profile}`, besides the network's
+      `sources`; or friction heat that enters as `heat.friction` says
+    - `air` (K): temperature of the reservoir `air`; `coolant` (K): of the inlets of all
+      jackets. Without them the network has its own
     - `closed`: 1 where linings cover their share and contacts that open are closed
-    - `pressure` (Pa) of the linings,
-      for contacts with a law of it
-    - `solver`, `rtol`: as in `simulate`
+    - `pressure` (Pa) of the linings, for contacts with a law of it
+    - `solver`, `rtol`: as in `simulate`;  `max_steps`: step attempts, by default 4096
+      and 8 for each point of a history
 
-    Differentiable and batchable like `simulate`. Raises `InputError` with all errors of
-    the network, for times that decrease or a tolerance out of range, `RuntimeError` if
-    the integration fails.
+    Every point is a time at which a step ends; before its first point and after its
+    last a history is constant. Differentiable and batchable like `simulate`. Raises
+    `InputError` with all errors of network and histories, for times that decrease or a
+    tolerance out of range, `RuntimeError` if the integration fails.
+
+    Example:
+        >>> disc = (sb.thermal.Lump("disc", "4 kJ/K"), sb.thermal.Reservoir("air"))
+        >>> cooling = sb.thermal.Convection("disc", 0.1, sb.thermal.LinearCoefficient(10.0, 2.0))
+        >>> stops = sb.PiecewiseLinear([0.0, 3.0, 3.0, 60.0], [40e3, 0.0, 0.0, 0.0])
+        >>> speed = sb.PiecewiseLinear([0.0, 3.0, 60.0], [50.0, 10.0, 50.0])
+        >>> run = sb.simulate_heat(sb.Heat(disc, (cooling,)), [0.0, 3.0, 60.0], speed=speed, power={"disc": stops})
+        >>> run.temperature[:, 0].round(2).tolist()
+        [293.15, 308.11, 306.69]
     """
-    traced = is_traced((heat, ts, speed, closed, pressure, rtol))
-    faults = faults_of_tolerance(rtol)
-    if faults:
-        raise InputError(faults)
-    if not traced:
-        check_heat(heat)
-        ts = array_of_times(ts, "ts")
-        if not np.all(np.isfinite(ts)) or np.any(np.diff(ts) < 0):
-            raise InputError(
-                [
-                    Fault(
-                        "ts",
-                        "are not times in order",
-                        "the run goes from the first to the last of them",
-                    )
-                ]
-            )
-    heat = as_arrays(heat)
+    faults = Issues(faults_of_tolerance(rtol))
+    acting = (speed, power, air, coolant, closed, pressure)
+    traced = is_traced((heat, ts, acting, rtol))
+    times: Any = ts if traced else faults.attempt(_in_order, ts)
+    heat, operation = _checked(heat, faults, *acting)
     if solver is None:
-        span = 0.0 if traced else float(ts[-1] - ts[0])
+        span = 0.0 if traced else float(times[-1] - times[0])
         solver = solver_for(traced or stiff_heat(heat, span)[0])
     method = as_method(solver).rolled()
+    if max_steps is None:
+        points = sum(map(_points, (*heat.profiles, *operation.profiles)))
+        max_steps = _STEPS + _STEPS_OF_POINT * points
     run = _traced if traced else _compiled
-    numbers = (
-        np.asarray(x, np.float64) if not isinstance(x, Tracer) else x
-        for x in (speed, closed, pressure, rtol)
+    result = run(
+        heat,
+        times,
+        operation,
+        rtol if isinstance(rtol, Tracer) else np.asarray(rtol, np.float64),
+        method=method,
+        max_steps=max_steps,
     )
-    result = run(heat, ts, *numbers, method=method, max_steps=max_steps)
     if not traced and int(result.record.code) != 0:
         raise RuntimeError(
             f"the integration ended with code {int(result.record.code)}: raise "
@@ -256,29 +429,16 @@ def simulate_heat(
 
 
 def _steady(
-    heat: Heat,
-    around: tuple[Number, Number, Number],
-    power: Number | None,
-    guess: Array | None,
+    heat: Heat, operation: Operation, guess: Array | None
 ) -> tuple[Array, Array]:
     thermal, u = assemble_thermal(heat)
-    conditions = _around(heat, *around)
-    pieces = tuple(jnp.asarray(p.first_piece(0.0), jnp.int32) for p in heat.profiles)
+    system = NetworkSystem(thermal, operation)
     zero = jnp.zeros(())
+    mode = system.first_mode(zero)
     start = thermal.temperatures(u) if guess is None else jnp.asarray(guess)
 
     def excess(T: Array, _: None) -> Array:
-        T_J = thermal.junctions(T, zero, conditions, pieces)
-        into = thermal.flows(T, T_J, zero, conditions, pieces).into
-        if power is not None:
-            P = jnp.atleast_1d(jnp.asarray(power))
-            into = (
-                into
-                + thermal.deposit(
-                    heat.friction, P, T, T_J, zero, conditions, pieces
-                ).into
-            )
-        return into
+        return system.junctions_and_flows(T, zero, mode)[1].into
 
     # each balance over its own conductance: what is left is in kelvin
     own = jax.lax.stop_gradient(jnp.abs(jnp.diagonal(jax.jacfwd(excess)(start, None))))
@@ -296,7 +456,7 @@ def _steady(
         )
     ok = solution.result == optx.RESULTS.successful
     T = jnp.where(ok, solution.value, jnp.nan)
-    return T, thermal.junctions(T, zero, conditions, pieces)
+    return T, system.junctions_and_flows(T, zero, mode)[0]
 
 
 _steady_traced = jax.jit(_steady)
@@ -307,16 +467,16 @@ _steady_compiled = Compiled(_steady)
 def steady_state(
     heat: Heat,
     *,
-    power: Number | None = None,
-    speed: Number = 0.0,
-    closed: Number = 0.0,
-    pressure: Number = 0.0,
+    power: Mapping[str, Acting] | Acting | None = None,
+    speed: Acting = 0.0,
+    closed: Acting = 0.0,
+    pressure: Acting = 0.0,
     guess: Array | None = None,
 ) -> dict[str, Array]:
     """Temperatures (K) at which no node of a network warms or cools any more, by name.
 
     - `power`: friction heat (W), one number or one per lining, that enters as
-      `heat.friction` says
+      `heat.friction` says; or by place as in `simulate_heat`
     - `speed` (m/s), `closed`, `pressure` (Pa): as in `simulate_heat`; profiles are
       taken at the time 0
 
@@ -324,31 +484,22 @@ def steady_state(
     theorem). Raises `InputError` with all errors of the network, or where it has no
     outlet for its heat: then no steady state is determined.
     """
-    traced = is_traced((heat, power, speed, closed, pressure))
-    if not traced:
-        check_heat(heat)
-        if not any(isinstance(body, Reservoir) for body in heat.bodies):
-            raise InputError(
-                [
-                    Fault(
-                        "heat",
-                        "has no reservoir",
-                        "without an outlet its temperatures are not determined",
-                    )
-                ]
-            )
-    heat = as_arrays(heat)
+    acting = (speed, power, None, None, closed, pressure)
+    traced = is_traced((heat, acting))
+    heat, operation = _checked(heat, Issues(), *acting)
+    if not traced and not any(isinstance(body, Reservoir) for body in heat.bodies):
+        raise input_error(
+            "heat",
+            "has no reservoir",
+            "without an outlet its temperatures are not determined",
+        )
     steady = _steady_traced if traced else _steady_compiled
-    stores, junctions = steady(heat, (speed, closed, pressure), power, guess)
+    stores, junctions = steady(heat, operation, guess)
     if not traced and not np.all(np.isfinite(np.asarray(stores))):
-        raise InputError(
-            [
-                Fault(
-                    "heat",
-                    "no steady state was found",
-                    "a body may have no way to a reservoir",
-                )
-            ]
+        raise input_error(
+            "heat",
+            "no steady state was found",
+            "a body may have no way to a reservoir",
         )
     return dict(zip(node_names(heat), [*stores, *junctions], strict=True))
 

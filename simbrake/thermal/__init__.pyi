@@ -32,6 +32,7 @@ from .network import AbstractLink as AbstractLink
 from .network import Conductance as Conductance
 from .network import Convection as Convection
 from .network import Junction as Junction
+from .network import LinearCoefficient as LinearCoefficient
 from .network import Lump as Lump
 from .network import MetalContact as MetalContact
 from .network import Radiation as Radiation

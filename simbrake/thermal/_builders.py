@@ -32,7 +32,9 @@ from .network import (
 _Start = Annotated[
     float | Sequence[float], Quantity("K", "temperature at the start", 0.0, many=True)
 ]
-_Ambient = Annotated[float, Quantity("K", "temperature of the air", 0.0)]
+_Ambient = Annotated[
+    AbstractProfile | float, Quantity("K", "temperature of the air", 0.0)
+]
 _Permissible = Annotated[
     float | None, positive("K", "permissible temperature of the linings")
 ]

@@ -17,7 +17,7 @@ from .._base._quantity import IndexedBy, Scalar
 from .._base._store import cached_by_structure
 from ..hybrid.arrays import Array, Floats, ScalarArray
 from ..hybrid.struct import AbstractVar
-from ..profiles import AbstractProfile
+from ..profiles import AbstractProfile, faults_of_sign
 from .materials import ROOM, Material, SurfaceLayer
 
 #: of the nodes of a place (K), or values at each
@@ -150,6 +150,28 @@ class SpeedCoefficient(AbstractCoefficient):
 
     def value(self, v: ScalarArray, T: Temperatures, T_a: Temperatures) -> Temperatures:
         return self.at_rest * (1 + (v / self.speed) ** 2) ** (0.5 * self.exponent)
+
+
+class LinearCoefficient(AbstractCoefficient):
+    """Convection linear in the speed: `h = h_0 + b |v|`, as it is fitted to records.
+
+    - `at_rest` `h_0`; `slope` `b` (W/(m²·K) per m/s)
+
+    Example:
+        >>> law = sb.thermal.LinearCoefficient(10.0, 2.0)
+        >>> float(law.value(30.0, 373.0, 293.0))
+        70.0
+    """
+
+    at_rest: Scalar = quantity(
+        "W/(m^2*K)", "heat transfer coefficient at rest", low=0.0
+    )
+    slope: Scalar = quantity(
+        "J/(m^3*K)", "rise of the coefficient with the speed", low=0.0
+    )
+
+    def value(self, v: ScalarArray, T: Temperatures, T_a: Temperatures) -> Temperatures:
+        return self.at_rest + self.slope * jnp.abs(v)
 
 
 class TemperatureCoefficient(AbstractCoefficient):
@@ -436,6 +458,12 @@ class Reservoir(Part):
         "K", "prescribed temperature", low=0.0, default=ROOM
     )
     count: ClassVar[int] = 1
+
+    def faults(self, path: str) -> Faults:
+        """Errors of a profile below absolute zero."""
+        return faults_of_sign(
+            self, path, "K", "temperatures are absolute: 20 degC is 293.15 K"
+        )
 
 
 class Wall(Part):

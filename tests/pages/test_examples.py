@@ -125,7 +125,7 @@ def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
     """Files that a page tells its reader to save a block as."""
     text = page.read_text("utf-8")
     for name, block in re.findall(
-        r"[Ss]ave this as `(\w+\.\w+)`.*?^```(?:python|toml)\n(.*?)^```",
+        r"[Ss]ave this as `(\w+\.\w+)`.*?^```(?:python|toml|text)\n(.*?)^```",
         text,
         re.S | re.M,
     ):
@@ -153,6 +153,7 @@ def test_all_shell_blocks_are_looked_at():
     ],
 )
 def test_examples_of(page, folder, capsys):
+    save_files(page, folder)
     space: dict[str, object] = {"__name__": "example"}
     for number, (block, shown) in enumerate(examples(page), 1):
         exec(compile(block, f"{name_of(page)}, block {number}", "exec"), space)
@@ -161,7 +162,6 @@ def test_examples_of(page, folder, capsys):
         assert not shown or doctest.OutputChecker().check_output(
             wanted, printed, doctest.ELLIPSIS
         ), printed
-    save_files(page, folder)
     for text in simbrake_commands(page):
         capsys.readouterr()
         with pytest.raises(SystemExit) as stop:
