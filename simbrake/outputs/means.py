@@ -4,6 +4,7 @@ the first stop; they join the registry of metrics."""
 import dataclasses
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -28,9 +29,9 @@ def mean_deceleration(
         by time v_1/(t_s − t_1),   by travel v_1²/(2 s),   from the command
         v_0/(t_s − t_c)
 
-    - `v_1`: greatest speed before the stop; `t_1`: when it is that for the last time;
-      `s`: travel from then on
-    - `v_0`: speed at `t_c`, when the lever is first told to pull more, or the start
+    - `t_c`, and `v_0` then: when the lever is first told to pull more, or the start
+    - `v_1`: greatest speed from then on; `t_1`: when it is that for the last time; `s`:
+      travel from `t_1` to the stop
     - `span`: `time`, `travel` or `command`
     """
     rows = record.rows
@@ -40,32 +41,36 @@ def mean_deceleration(
     stops = xp.isfinite(stopped)
     count = xp.where(stops, stopped, 0.0).astype(np.int32)
     count = xp.where(stops, count, record.count)
-    until = dataclasses.replace(record, count=count)
-    layers = record.modes.layer
     load: Any = scene.duty.load
-    travel: Any = load.on_layer(layers).travel() if of_hook else 1.0
-    speeds = xp.abs(rows.y[:, 1]) * travel
-    used = number_of < count
-    if span == "command":
-        rises = holding_rows(record).rises & used
-        row = xp.where(xp.any(rises), xp.argmax(rises), 0)
-        passed = row if record.modes.phase is None else record.modes.phase[row]
-        waited = xp.where(xp.any(rises), dead_time_of(scene.duty.lever, passed), 0.0)
-        begin = xp.maximum(rows.t[row] - waited, rows.t[0])
-        phi, speed = _at(until, begin, travel)
-    else:
+    travel: Any = load.on_layer(record.modes.layer).travel() if of_hook else 1.0
+    rises = holding_rows(record).rises & (number_of < count)
+    row = xp.where(xp.any(rises), xp.argmax(rises), 0).astype(np.int32)
+    passed = row if record.modes.phase is None else record.modes.phase[row]
+    waited = xp.where(xp.any(rises), dead_time_of(scene.duty.lever, passed), 0.0)
+    begin = xp.maximum(rows.t[row] - waited, rows.t[0])
+    phi, speed = _at(record, begin, travel)
+    if span != "command":
+        # the record from the row in which the pull rises to the stop
+        braked = dataclasses.replace(
+            record,
+            rows=jax.tree.map(lambda column: xp.roll(column, -row, axis=0), rows),
+            count=count - row,
+        )
         name = "max_hook_speed" if of_hook else "max_drum_speed"
         found = (
-            peaks(until, (name,))
+            peaks(braked, (name,))
             if is_traced_run(record)
-            else Maxima(until, (name,)).whole
+            else Maxima(braked, (name,)).whole
         )
         peak = found[name]
-        same = used & (speeds >= peak.value * (1 - _SAME)) & (rows.t > peak.time)
-        later = xp.any(same)
-        begin = xp.where(later, xp.max(xp.where(same, rows.t, -xp.inf)), peak.time)
-        phi, speed = _at(until, begin, travel)
-        speed = xp.where(later, speed, peak.value)
+        speeds = xp.abs(rows.y[:, 1]) * travel
+        same = (number_of < count) & (speeds >= peak.value * (1 - _SAME))
+        last = xp.max(xp.where(same, rows.t, -xp.inf))
+        at_row = last > peak.time
+        of_command = speed > peak.value * (1 + _SAME)
+        begin = xp.where(of_command, begin, xp.where(at_row, last, peak.time))
+        phi, speed = _at(record, begin, travel)
+        speed = xp.where(of_command | at_row, speed, peak.value)
     end = xp.where(stops, rows.t[count], begin)
     if span == "travel":
         turned = xp.stack([phi, xp.asarray(rows.y[:, 0])[count]])

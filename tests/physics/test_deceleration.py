@@ -109,13 +109,19 @@ def disc_stop(force, load=None, **parts):
 
 def test_means_of_a_constant_deceleration_behind_dead_time():
     """Without a load the speed stays until the pads act: means from there on are the
-    constant one, the one from the command counts the dead time."""
-    jump = sb.PiecewiseLinear([0.2, 0.2], [0.0, F])
-    result = sb.simulate(disc_stop(sb.loads.Actuator(jump, dead_time=0.3)))
+    constant one, the one from the command counts the dead time; so in phases, in which
+    a drag slows the shaft before."""
+    pull = sb.loads.Actuator(sb.PiecewiseLinear([0.2, 0.2], [0.0, F]), dead_time=0.3)
+    result = sb.simulate(disc_stop(pull))
+    phases = (sb.loads.Phase(0.0, "1 s"), sb.loads.Phase(pull, "rest"))
+    drag = sb.loads.EddyCurrentBrake(50.0, 5.0, sb.ramp(1.0, 0.0, 1.0, 1e-3))
+    in_phases = disc_stop(sb.loads.Phases(phases), shaft=(drag,))
     alpha = TORQUE / DISC
-    found = [result[name] for name in MEANS[:3]]
-    expected = [alpha, alpha, 10.0 / (0.3 + 10.0 / alpha)]
-    assert found == pytest.approx(expected, rel=1e-9)
+    for run in (result, sb.simulate(in_phases)):
+        found = [run[name] for name in MEANS[:3]]
+        w = run.series([1.1]).omega[0] if run is not result else 10.0
+        expected = [alpha, alpha, w / (0.3 + w / alpha)]
+        assert found == pytest.approx(expected, rel=1e-9)
     limits = {"mean_deceleration_by_time": 0.99 * alpha}
     assert result.verdict(limits).colour == "red"
     with pytest.raises(KeyError, match="mean_hook"):
