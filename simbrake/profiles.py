@@ -424,7 +424,7 @@ class AbstractPoints(AbstractProfile, AbstractHistory):
 
     def scale(self) -> ScalarArray:
         if isinstance(self.values, np.ndarray | np.generic):
-            return np.max(abs(self.values))
+            return np.max(np.abs(self.values))
         # (XLA hands a maximum of many numbers as such to a library, which slows a run)
         values = jax.lax.stop_gradient(jnp.asarray(self.values))
         return jax.lax.reduce(
