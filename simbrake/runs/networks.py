@@ -267,7 +267,8 @@ def _compiled(*arguments: Any, **static: Any) -> HeatResult:
         def run(numbers: Array) -> HeatResult:
             return _run(*packing.unpack(numbers), **static)
 
-        return TieredProgram(run, numbers, subject)
+        long = static["max_steps"] > _LONG
+        return TieredProgram(run, numbers, subject, quick=not long)
 
     return MEMORY.get((*subject, run_device()), make, megabytes).call(numbers)
 
@@ -275,6 +276,8 @@ def _compiled(*arguments: Any, **static: Any) -> HeatResult:
 #: step attempts of a network, and how many more for each point of a history
 _STEPS = 4096
 _STEPS_OF_POINT = 8
+#: step attempts above which a program is compiled with LLVM's optimiser at once
+_LONG = 32_768
 
 
 def _points(profile: AbstractProfile) -> int:
