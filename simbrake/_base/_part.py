@@ -549,15 +549,21 @@ def unit_below(field: dataclasses.Field, unit: str) -> str:
     return unit if own_unit in (None, "SI") else own_unit
 
 
+#: what the values of a profile are, by their unit
+_VALUES = {
+    **{"N": "forces", "N*m": "torques", "Pa": "pressures", "rad/s": "speeds"},
+    **{"kg": "masses", "K": "temperatures", "m^3/s": "flows", "W": "powers"},
+}
+
+
 def about_of(field: dataclasses.Field, unit: str) -> Quantity | None:
     """Metadata of a numeric field where the unit `SI` means `unit`; `None` for other
     fields."""
     about = field.metadata.get("quantity")
-    return (
-        dataclasses.replace(about, unit=unit)
-        if about is not None and about.unit == "SI"
-        else about
-    )
+    if about is None or about.unit != "SI":
+        return about
+    meaning = about.meaning.replace("values", _VALUES.get(unit, "values"))
+    return dataclasses.replace(about, unit=unit, meaning=meaning)
 
 
 def parts_below(

@@ -411,6 +411,13 @@ def digits(x: float, count: int = 6) -> str:
     return ones.get(mantissa, f"{mantissa.replace('-', '−')}·{raised}")
 
 
+def scales(unit: str) -> tuple[tuple[float, float, str], ...]:
+    """Of a unit the magnitudes (SI) from which on another unit is read, with its factor
+    and name."""
+    rig = in_rig_units() and unit in _RIG_SCALES
+    return (_RIG_SCALES if rig else _SCALES).get(unit, ())
+
+
 def scale(
     unit: str, magnitude: float, *, absolute: bool = False
 ) -> tuple[float, float, str]:
@@ -423,9 +430,7 @@ def scale(
         return (1.8, -459.67 if absolute else 0.0, "°F")
     if unit == "K":
         return (1.0, -ZERO, "°C") if absolute else (1.0, 0.0, "K")
-    for low, factor, name in (
-        _RIG_SCALES if rig and unit in _RIG_SCALES else _SCALES
-    ).get(unit, ()):
+    for low, factor, name in scales(unit):
         if magnitude >= low and (magnitude > 0 or rig):
             return factor, 0.0, name
     return 1.0, 0.0, pretty(unit)

@@ -3,6 +3,7 @@ not at all."""
 
 import base64
 import csv
+import functools
 import hashlib
 import importlib.resources
 import inspect
@@ -58,6 +59,7 @@ from ._rows import (
     BADGES,
     duty_words,
     event_table,
+    in_prose,
     key_figures,
     ledgers,
     parts_of,
@@ -340,6 +342,8 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
     """Contents of every page: title, verdict, key results; those of some pages alone
     empty."""
     report = result.report()
+    verdict = result.verdict(checks)
+    rows = tuple(row._replace(note=in_prose(row.note)) for row in verdict.rows)
     status = (
         result.status.replace("_", " ").capitalize()
         if result.ok
@@ -347,9 +351,9 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
     )
     return {
         "title": title,
-        "verdict": result.verdict(checks),
+        "verdict": verdict._replace(headline=in_prose(verdict.headline), rows=rows),
         "badges": BADGES,
-        "outcome": f"{status}: {result.message}. {course(report).text}.",
+        "outcome": in_prose(f"{status}: {result.message}. {course(report).text}."),
         "figures": key_figures(report),
         "lining": result.scene.brake.words.lining,
         "film": drawable(result.scene),
@@ -425,7 +429,7 @@ def _sensitivities(
     sections = [
         {
             "words": title_of(table.metric),
-            "value": number(table.value, table.unit),
+            "value": number(table.value, table.unit, count=3),
             "tornado": {
                 **draw(table, TORNADO),
                 "name": f"tornado-{table.metric}",
@@ -489,7 +493,9 @@ def render(parts: Mapping[str, Any]) -> str:
         "undefined": jinja2.StrictUndefined,
     }
     environment = jinja2.Environment(loader=loader, **settings)
-    environment.filters |= {"digits": digits, "number": number}
+    # (a number stays with its unit)
+    glued = functools.partial(re.sub, r"(?<=\d) (?=[^\s(])", "\u00a0")
+    environment.filters |= {"digits": digits, "number": number, "glued": glued}
     names = [
         "uplot/uPlot.iife.min.js",
         "page.js",

@@ -3,7 +3,6 @@ slider is a run."""
 
 import base64
 import gzip
-import math
 import subprocess
 import sys
 import tempfile
@@ -16,7 +15,7 @@ import numpy as np
 from .._base._faults import input_error, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
-from .._base._table import pretty, scale
+from .._base._table import pretty, scale, scales
 from ..export import Export, c_text, possible_inputs
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE
 from ..outputs.log import FAILURES, Event, Status, status_words
@@ -273,20 +272,17 @@ def _coverage(
 def _metrics(
     names: Sequence[str], base: Result, limits: Mapping[str, float]
 ) -> Iterator[Data]:
-    """Metrics for the script: words, unit for reading, and whether they decide;
+    """Metrics for the script: words, units for reading, and whether they decide;
     `limit`: what they may be at most, `small`: a margin that is less is small."""
-    values = {name: float(measure(base, name)) for name in names}
-    decide = deciding(values)
-    for name, value in values.items():
+    decide = deciding({name: float(measure(base, name)) for name in names})
+    for name in names:
         unit = unit_of(name)
         limit = limits.get(name)
-        factor, offset, shown = scale(
-            unit, abs(value) if math.isfinite(value) else 1.0, absolute=True
-        )
         reading = {
-            "factor": factor,
-            "offset": offset,
-            "unit": shown,
+            # (the last one for what is smaller; of a difference without the offset)
+            "scales": [*scales(unit), (0.0, *scale(unit, 0.0, absolute=True)[::2])],
+            "offset": scale(unit, 0.0, absolute=True)[1],
+            "difference": scale(unit, 0.0)[2],
             "si_unit": pretty(unit),
         }
         small = (

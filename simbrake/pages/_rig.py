@@ -9,8 +9,9 @@ from ..outputs.judgement import Colour
 from ..rig import figures
 from ..rig._ledger import Ledger
 from ..rig._replay import Comparison, Replay, compare
+from ..runs.findings import upper
 from ._page import Contents, Picture, draw, flat, render, write_json
-from ._rows import BADGES, Tile, key_figures
+from ._rows import BADGES, Tile, in_prose, key_figures
 
 #: the figures of a ledger and of a replay
 PICTURE = Picture(figures.ledger, "Lowerings and their work")
@@ -25,7 +26,8 @@ def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
     replay = comparison.replay
     compared = list(comparison.parts())
     verdict = replay.verdict
-    answer = replay.answer
+    # (the limits are those of the run, the headline says what made its colour)
+    answer = [in_prose(text) for text in replay.answer]
     section = (
         replay.readable,
         *compared[:-1],
@@ -33,9 +35,9 @@ def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
     )
     notes = Table(["note"], [(text,) for text in replay.notes])
     return page | {
-        "verdict": verdict._replace(headline=answer[0][:1].upper() + answer[0][1:]),
+        "verdict": verdict._replace(headline=in_prose(verdict.headline)),
         "badges": BADGES,
-        "outcome": "; ".join([*answer[1:], *book.answer]) + ".",
+        "outcome": upper("; ".join([*answer[:1], *answer[2:], *book.answer])) + ".",
         "figures": [*key_figures(replay.result.report()), *page["figures"]],
         "pictures": [draw(comparison, REPLAYED), *page["pictures"]],
         "sections": [("replay", "Replay", (*section, notes)), *page["sections"]],
@@ -89,13 +91,13 @@ def _figures(book: Ledger) -> Iterator[Tile]:
     counts = book.counts
     lowerings = book.lowerings
     words = {
-        "hook_work": "work at the hook",
-        "drum_work": "work at the drum",
-        "tackle_loss": "loss of the tackle",
+        "hook_work": "Work at the hook",
+        "drum_work": "Work at the drum",
+        "tackle_loss": "Loss of the tackle",
     }
     words |= {
-        "auxiliary_work": "auxiliary brake or motor",
-        "friction_work": "friction brakes",
+        "auxiliary_work": "Auxiliary brake or motor",
+        "friction_work": "Friction brakes",
     }
     for name, title in words.items():
         ends = [
@@ -109,20 +111,20 @@ def _figures(book: Ledger) -> Iterator[Tile]:
                 note,
                 name in ("hook_work", "friction_work"),
             )
-    yield Tile("travel downwards", number(totals["travel"], "m", count=3), "")
+    yield Tile("Travel downwards", number(totals["travel"], "m", count=3), "")
     yield Tile(
-        "lowerings",
+        "Lowerings",
         Number(str(counts["valid"])),
         f"{counts['flagged']} more are flagged and left out",
     )
     yield Tile(
-        "load not decidable",
+        "Load not decidable",
         Number(str(counts["not_decidable"])),
         "string, or block alone",
     )
     if lowerings.tare is not None:
         value, low, high = (number(x, "N", count=3) for x in lowerings.tare)
-        yield Tile("load without string", value, f"{low} … {high}")
+        yield Tile("Load without string", value, f"{low} … {high}")
 
 
 def _assumptions(book: Ledger) -> Iterator[str | Table]:

@@ -4,6 +4,7 @@ energies, parts, duty."""
 import dataclasses
 import itertools
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -80,8 +81,23 @@ _TORQUES = {
     "load_torque": "Load torque at the end",
     "brake_torque": "Torque of the sliding brake at the end",
 }
+#: travels (m) below which one sees nothing: of a lever whose band hardly stretches, of
+#: a hook that ends where it began
+_SEEN = {"lever_travel": 1e-3, "hook_travel": 1e-3}
 #: significant digits of a tile; all are in its tooltip
 _DIGITS = 3
+
+
+def in_prose(text: str) -> str:
+    """A text whose numbers have no more digits than a tile; what is nearly 1 keeps its
+    own, and what rounding has left of 0 is 0."""
+
+    def rounded(found: re.Match[str]) -> str:
+        shown = digits(float(found[0]), _DIGITS)
+        return found[0] if shown == "1" else shown
+
+    text = re.sub("[0-9][0-9.]*·10⁻(⁹|[¹²³][⁰¹²³⁴⁵⁶⁷⁸⁹])", "0", text)
+    return re.sub(r"\b\d+\.\d+\b", rounded, text)
 
 
 class Tile(NamedTuple):
@@ -128,9 +144,10 @@ def key_figures(report: Report) -> list[Tile]:
         values |= dict.fromkeys(_FIRST_STOP)
     decide = deciding(values)
     for name in (*decide, *(name for name in METRICS if name not in decide)):
-        if values[name] is not None:
+        shown = values[name]
+        if shown is not None and (name in decide or abs(shown) >= _SEEN.get(name, 0)):
             title = title_of(name, report.result.scene)
-            value = number(values[name], METRICS[name].unit, count=_DIGITS)
+            value = number(shown, METRICS[name].unit, count=_DIGITS)
             place = place_and_time(name, report, 4)
             tiles.append(Tile(title, value, place, name in decide))
     torques = summary["capacity"] or {}

@@ -838,8 +838,8 @@ class _Reading:
         if "block_position" not in by_role:
             name = by_role["compensated_position"].mnemonic
             said.append(
-                f"{name} is heave-compensated: the drum follows the distance between "
-                "block and crown instead"
+                f"{name} is heave-compensated: the motion of the drum only while the "
+                "rig does not heave"
             )
         for role, c in by_role.items():
             if c.held and role in _MOTION:

@@ -566,10 +566,6 @@ class _Finder:
                 what,
                 "does it count upwards?",
             )
-        if self.log.compensated:
-            self.notes.append(
-                f"{self.log.position.mnemonic} is heave-compensated: not the motion of the drum"
-            )
         self._clocks(spans)
         state, load = self._states(tare)
         return Lowerings(

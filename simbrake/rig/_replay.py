@@ -797,6 +797,12 @@ def replay(
         "auxiliary": None if faults else auxiliary
     }
     book = of if isinstance(of, Ledger) else ledger(found, **known)
+    of_scene, of_book = known.get("efficiency"), book.settings["efficiency"]
+    if of_scene and of_book and abs(of_scene - of_book) > 1e-3:
+        notes.append(
+            f"the ledger takes {digits(of_book, 3)} as the efficiency of the tackle, the "
+            f"scene {digits(of_scene, 3)}: the work of the friction brakes differs by it"
+        )
     lines = float(hook.line_count)
     strung = book.settings["lines"]
     if strung is not None and strung != lines:

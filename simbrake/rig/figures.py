@@ -38,7 +38,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     """Height of the block with its lowerings, and the work of the hook in each with its
     interval, by kind of load.
 
-    Lowerings that are flagged, and in no total, are red.
+    Lowerings that are flagged, and in no total, have a colour of their own.
 
     Example:
         >>> figure = sb.rig.figures.ledger(book)
@@ -111,8 +111,11 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
 @explained
 @styled
 def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
-    """Recorded and simulated height of the block and load of the hook, in the units of
-    the log, and temperatures.
+    """Recorded and simulated height of the block and load of the hook, and
+    temperatures.
+
+    Spikes of the simulated load are the inertia of the load where the height of the log
+    changes its speed at once; a gauge is too slow for them.
 
     Example:
         >>> figure = sb.rig.figures.replay(comparison)
@@ -136,25 +139,23 @@ def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
     rows = 3 if shown else 2
     figure = sheet(figure, 9.0, 2.0, rows=rows, room=0.6)
     panels = figure.subplots(rows, 1, sharex=True)
-    for axes, of, label in zip(
+    for axes, of, label, si in zip(
         panels,
         (comparison.position, comparison.load),
         ("height", "hook load"),
+        ("m", "N"),
         strict=False,
     ):
-        axes.plot(
-            *_thinned(of.t / unit, of.recorded / of.factor),
-            color="0.6",
-            lw=2.0,
-            label="recorded",
-        )
-        axes.plot(
-            *_thinned(of.t / unit, of.simulated / of.factor),
-            color=BLUE,
-            lw=0.8,
-            label="simulated",
-        )
-        axes.set_ylabel(f"{label}, {of.unit}")
+        # in the unit of the log, of SI one for reading
+        factor, name = 1 / of.factor, of.unit
+        if of.factor == 1.0:
+            factor, _, name = scale(si, np.nanmax(np.abs(of.recorded), initial=0.0))
+        for x, how in (
+            (of.recorded, {"color": "0.6", "lw": 2.0, "label": "recorded"}),
+            (of.simulated, {"color": BLUE, "lw": 0.8, "label": "simulated"}),
+        ):
+            axes.plot(*_thinned(of.t / unit, factor * x), **how)
+        axes.set_ylabel(f"{label}, {name}")
     for (name, x), colour in zip(
         shown.items(), (VERMILLION, ORANGE, GREEN), strict=False
     ):

@@ -50,13 +50,11 @@ from ..runs.result import Result
 from ..runs.simulate import simulate
 from ..runs.verdict import Verdict, verdict
 from ..shaft import AbstractAuxiliaryBrake
-from ._sensitivity import Sensitivity
+from ._sensitivity import FIXED, Sensitivity
 from ._sensitivity import sensitivity as sensitivities
 
 #: parameters that are named among the most influential ones, at most
 _MOST = 3
-#: what nobody can change: neither named nor counted
-_FIXED = ("gravity", "initial.time", "end_time")
 #: linings whose maximum over their mean is below this are alike
 _ALIKE = 1 + 1e-6
 #: torques that differ by less than this share of the load balance each other
@@ -502,7 +500,7 @@ def _influence(result: Result, progress: Progress) -> list[Finding]:
     rows = [
         row
         for row in table.matters
-        if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value
+        if not row.path.endswith(FIXED) and np.isfinite(row.elasticity) and row.value
     ]
     rows = sorted(rows, key=lambda row: -abs(change(row)))[:_MOST]
     words = (

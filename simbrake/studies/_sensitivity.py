@@ -109,6 +109,8 @@ def end_of_range(
     return values_of(result, run.find), what
 
 
+#: ends of paths of what nobody changes by a share: constants of nature, counts
+FIXED = ("gravity", "line_count", "initial.time", "end_time")
 #: an elasticity below this is rounding error
 _ROUNDING = 1e-13
 #: rows that are printed
@@ -208,14 +210,13 @@ class SensitivityTable(Tabular):
 
         Without ranges in the table the bars are elasticities, which count from 0.
         """
-        ranged = [
-            row for row in self.matters if row.low is not None and row.high is not None
-        ]
+        free = [row for row in self.matters if not row.path.endswith(FIXED)]
+        ranged = [row for row in free if row.low is not None and row.high is not None]
         if ranged:
             return self.value, [
                 (row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]
             ]  # pyright: ignore
-        rows = [row for row in self.matters if np.isfinite(row.elasticity)]
+        rows = [row for row in free if np.isfinite(row.elasticity)]
         return 0.0, [
             (row, [("high" if row.elasticity > 0 else "low", row.elasticity)])
             for row in rows[:most]

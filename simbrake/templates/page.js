@@ -10,7 +10,7 @@
   // --- numbers and elements ----------------------------------------------------------------------------------------
 
   /** A number with significant digits, a dash for what did not happen. */
-  function shown(x, digits = 5) {
+  function shown(x, digits = 3) {
     if (x === null || x === undefined || !Number.isFinite(x)) return "—";
     return String(Number(x.toPrecision(digits))).replace("-", "−");
   }
@@ -111,7 +111,7 @@
     const narrow = $("charts").clientWidth < 500, font = "12px system-ui, sans-serif", grid = {stroke: themed("--raster"), width: 1}, stroke = themed("--ink");
     const lines = about.lines.map((line) => ({
       label: line.label, stroke: readable(line.colour), width: 1.7, dash: line.dashed ? [7, 4] : undefined,
-      value: (u, value) => shown(value), points: {show: false},
+      value: (u, value) => shown(value, 4), points: {show: false},
       paths: about.stepped ? uPlot.paths.stepped({align: 1}) : undefined,
     }));
     const box = made($("charts"), "div", {class: "chart", "data-chart": about.title});
@@ -125,7 +125,7 @@
         {font, grid, stroke, size: 26, label: index === count - 1 ? "time, s" : undefined, labelFont: font, labelSize: 18},
         {font, grid, stroke, size: 60, values: (u, splits, axis, space, step) => ticks(splits, step)},
       ],
-      series: [{label: "t, s", value: (u, value) => shown(value, 6)}, ...lines],
+      series: [{label: "t, s", value: (u, value) => shown(value, 4)}, ...lines],
       hooks: {draw: [marks], setScale: [zoomed], setCursor: [followed]},
     }, [run.t, ...run.y[index]], box);
     u.over.addEventListener("pointerenter", () => { hovered = u; stop(); });
@@ -228,10 +228,11 @@
       rings(svg, picture.topLoad, LOAD, from, to);
       picture.curve = made(svg, "path", {class: "tension"});
       made(svg, "path", {d: arc(BAND, from, to), class: "band"});
-      for (const [angle, sense, words] of [[to, 1, "slack end (lever)"], [from, -1, "tight end (anchor)"]]) {
+      for (const [angle, sense, words] of [[to, 1, ["slack end", "(lever)"]], [from, -1, ["tight end", "(anchor)"]]]) {
         const [x, y] = spot(Math.hypot(BAND, 0.45), angle + sense * Math.atan(0.45 / BAND)).split(" ");
         made(svg, "path", {d: `M${spot(BAND, angle)}L${x} ${y}`, class: "band"});
-        made(svg, "text", {x, y: Number(y) + 0.13}, words);
+        // (in two lines: the other end is near where the band wraps much of the pulley)
+        words.forEach((line, k) => made(svg, "text", {x, y: Number(y) + 0.13 + 0.11 * k}, line));
       }
     }
     pairs.forEach((pair, k) => picture.rings.push(places.map(([a, b, inner, outer], i) => {
@@ -302,8 +303,8 @@
   function tell() {
     const {film} = picture, i = frame, T = film.tension && film.tension[i];
     const at = film.seconds * i / (film.t.length - 1), rate = film.rates.find((r) => at <= r.until * 1.0001) || film.rates[0];
-    const now = [`t = ${shown(film.t[i], 6)} s`, `ω = ${shown(film.omega[i])} rad/s`, `${shown(film.phi[i] / (2 * Math.PI), 4)} turns`];
-    if (film.hook) now.push(`${film.hook_name} ${shown(film.hook[i], 4)} m`);
+    const now = [`t = ${shown(film.t[i], 4)} s`, `ω = ${shown(film.omega[i])} rad/s`, `${shown(film.phi[i] / (2 * Math.PI))} turns`];
+    if (film.hook) now.push(`${film.hook_name} ${shown(film.hook[i])} m`);
     if (T) now.push(`T₀ = ${shown(T[0])} kN`, `Tₙ = ${shown(T[T.length - 1])} kN`);
     now.push(`brake torque ${shown(film.torque[i])} kN·m`, rate.words);
     $("now").textContent = now.join(" · ");
@@ -312,7 +313,7 @@
     const said = [`${data.still.lining} ${j + 1} ${words}`, `N = ${shown(pair.load[i][j])} kN`];
     if (film.pairs.length > 1) said.unshift(pair.words);
     if (T) said.push(`T behind it ${shown(T[j + 1])} kN`);
-    if (film.heat && film.heat.linings) said.push(`${shown(film.heat.linings[i][film.heat.linings[i].length > 1 ? j : 0], 4)} °C`);
+    if (film.heat && film.heat.linings) said.push(`${shown(film.heat.linings[i][film.heat.linings[i].length > 1 ? j : 0])} °C`);
     $("looked").textContent = said.join(" · ");
   }
 
@@ -378,7 +379,8 @@
     for (const [name, value, limit, margin, state, kind] of found.rows) {
       const row = made($("rows"), "tr");
       made(row, "td", {}, name);
-      for (const number of [value, limit, margin]) made(row, "td", {class: "n"}, number);
+      // (a number stays with its unit)
+      for (const number of [value, limit, margin]) made(row, "td", {class: "n"}, number.replace(/(\d) (?=[^\s(])/g, "$1\u00a0"));
       made(made(row, "td"), "span", {class: `badge ${kind}`}, state);
     }
     $("figures").replaceChildren();

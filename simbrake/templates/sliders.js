@@ -39,23 +39,27 @@
 
   /** Heading, limits and metrics of a run; `coverage`: what the limits cover. */
   function readResults({metrics: about, coverage, ratios, small}, values, {colour, status, message, ...said}) {
-    const read = (metric, si, offset, digits = 5) =>
-      Number.isFinite(si) ? `${shown(si * metric.factor + offset, digits)} ${metric.unit}` : "—";
+    /** A number (SI) in the unit that fits its size; `apart`: a difference, of temperatures in kelvins. */
+    function read({scales, offset, difference}, si, digits, apart = false) {
+      if (!Number.isFinite(si)) return "—";
+      const [, factor, unit] = scales.find(([low]) => Math.abs(si) >= low && si !== 0) ?? scales.at(-1), temperature = offset !== 0;
+      return `${shown(si * factor + (apart ? 0 : offset), digits)} ${apart && temperature ? difference : unit}`.trim();
+    }
     const metrics = about.map((metric, n) => {
       const si = Number.isFinite(values[n]) ? values[n] : "", {words, decides} = metric;
-      return {words, text: read(metric, values[n], metric.offset, 3), si, unit: metric.si_unit, note: "", decides};
+      return {words, text: read(metric, values[n], 3), si, unit: metric.si_unit, note: "", decides};
     }).filter((metric) => metric.si !== "").sort((a, b) => b.decides - a.decides);
     const rows = [], stateOf = (over, near) => over ? ["exceeded", "bad"] : near ? ["small margin", "open"] : ["within limit", "good"];
     about.forEach((metric, n) => {
       const si = values[n];
       if (metric.limit === null) return;
       // (what never happened exceeds its limit)
-      const limit = `≤ ${read(metric, metric.limit, metric.offset)}`, margin = metric.limit - si;
+      const limit = `≤ ${read(metric, metric.limit, 5)}`, margin = metric.limit - si;
       const judged = stateOf(!(margin >= 0), margin < metric.small);
-      rows.push([metric.words, read(metric, si, metric.offset), limit, read(metric, margin, 0), ...judged]);
+      rows.push([metric.words, read(metric, si, 4), limit, read(metric, margin, 3, true), ...judged]);
     });
-    const has = (place, word) => rows.some((row) => row[place] === word), over = has(5, "bad"), open = has(5, "open");
-    const found = over ? "red" : colour === "green" && (open || coverage.open) ? "amber" : colour;
+    const named = (kind) => rows.filter((row) => row[5] === kind).map(([name]) => name).join(", ");
+    const over = named("bad"), found = over ? "red" : colour === "green" && (named("open") || coverage.open) ? "amber" : colour;
     // (what they mean for the colour is in the reason)
     for (const {key, words, reasons} of ratios) {
       const ratio = said[key];
@@ -65,7 +69,7 @@
       const judged = known ? stateOf(!(ratio > 1 + 1e-9), ratio < small) : ["not evaluated", ""];
       rows.push([words, shown(ratio, 4), "> 1", margin, ...judged]);
     }
-    const headline = status + (over ? ", limit exceeded" : has(4, "small margin") ? ", small margin" : "");
+    const near = named("open"), headline = status + (over ? `. Exceeded: ${over}` : near ? `. Small margin: ${near}` : "");
     return {colour: found, headline, text: `${message}. ${coverage.words}`.trim(), rows, metrics};
   }
 
