@@ -70,8 +70,3 @@ def shoe_heat():
         rim="drum",
         linings="shoes",
     )
-
-
-FADE = sb.friction.ProductFriction(
-    sb.ConstantFriction(FRICTION), (sb.LinearFade(slope=3e-3, above=273.15),)
-)

@@ -65,28 +65,11 @@ def falling(v):
     return AT_REST / (1 + v / SPEED)
 
 
-class Own(sb.friction.AbstractFriction):
-    coefficient: Any = sb.quantity("1", "coefficient at rest", low=0.0, default=AT_REST)
-
-    def kinetic(self, contact):
-        return self.coefficient / (1 + contact.v / SPEED)
-
-    def static(self, contact):
-        return jnp.asarray(self.coefficient)
-
-
 class Derived(sb.ConstantFriction):
     """A shipped law whose coefficient is made to fall."""
 
     def kinetic(self, contact):
         return self.coefficient / (1 + contact.v / SPEED)
-
-
-class Cubic(sb.thermal.Conductance):
-    """A shipped link whose conductance is made to grow, `g = s (T_a − T_b)²`."""
-
-    def conductance(self, T_a, T_b, around):
-        return self.value * (T_a - T_b) ** 2
 
 
 class Bump(sb.Constant):

@@ -4,14 +4,11 @@ events differ."""
 import dataclasses
 import functools
 import itertools
-import json
 import math
 import re
 
-import jax
 import numpy as np
 import pytest
-from commands import output
 from helpers import nothing_compiled
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
@@ -181,18 +178,6 @@ def test_errors_of_states_hold_at_any_time(stop, solver, rtol):
         ), name
 
 
-def test_errors_of_a_duty_in_phases():
-    """Those of its motion; and what tells a phase when it ends is no result."""
-    duty = sb.Duty(
-        sb.loads.Phases((sb.loads.Phase(16e3, "rest"), sb.loads.Phase(16e3, "1 s"))),
-        5e3,
-    )
-    found = sb.simulate(dataclasses.replace(stop_scene(C=None), duty=duty)).accuracy()
-    assert [state.name for state in found.states] == ["angle", "speed", "energy"]
-    assert all(state.error < 1e-9 * state.value for state in found.states)
-    assert "Speed at any time" in str(found)
-
-
 def test_errors_of_states_do_not_count_jumps():
     """The speed jumps where the rope changes its layer, by 3 % and more."""
     rope = sb.rope.RopeLayers("32 mm", turns_per_layer=2, turns=19)
@@ -201,42 +186,6 @@ def test_errors_of_states_do_not_count_jumps():
     result = sb.simulate(scene)
     assert [event.name for event in result.events].count("layer_change") > 1
     assert result.accuracy()["speed"] < 1e-9
-
-
-def test_errors_of_maxima_are_no_errors_of_times():
-    """The largest speeds of drum and hook are in a fixed ratio, and both known to
-    rounding."""
-    found = sb.simulate(sb.read_scene("u2_5_5_stop")).accuracy()
-    values = {one.name: one for one in found.metrics}
-    assert values["max_drum_speed"].relative < 1e-12
-    assert values["max_hook_speed"].relative < 1e-12
-
-
-@pytest.mark.slow
-def test_estimate_of_stiff_and_even_stops():
-    """Rodas5P; and a band that brakes evenly, which no tolerance would give other
-    steps."""
-    t, phi, _ = fading_truth()
-    for rtol in (1e-4, 1e-8):
-        result = sb.simulate(fading_stop(), solver=sb.hybrid.Rodas5P(), rtol=rtol)
-        found = result.accuracy()
-        assert holds(abs(result["stopping_time"] - t), found["stopping_time"], t)
-        assert holds(abs(result["stopping_angle"] - phi), found["stopping_angle"], phi)
-    even = sb.simulate(stop_scene(C=None), rtol=1e-4)
-    found = even.accuracy()
-    assert found.second_steps > found.steps
-    assert all(one.relative is None or one.relative < 1e-12 for one in found.metrics)
-    assert found["energy.load_work"] == 0.0  # exactly 0 in both
-    assert found["slip_onset_time"] == 0.0
-
-
-@pytest.mark.parametrize(("rtol", "second"), [(1e-3, 1e-12), (1e-12, 1e-13)])
-def test_second_run_is_finer(rtol, second):
-    """The tolerance is 100 times tighter, within bounds, and steps are shorter also
-    where it would not shorten them."""
-    found = sb.simulate(stop_scene(), rtol=rtol).accuracy()
-    assert found.second_rtol == pytest.approx(second)
-    assert found.second_steps > found.steps
 
 
 def test_second_run_compiles_no_program(caplog):
@@ -274,51 +223,6 @@ def test_run_ended_early_has_no_estimate():
     assert "no estimate" in str(found)
     with pytest.raises(KeyError, match="ended early"):
         found["stopping_time"]
-
-
-def test_step_limit_is_of_the_first_run():
-    result = sb.simulate(stop_scene(), max_steps=15)
-    assert not result.accuracy().problem
-    assert result.accuracy().second_steps > 15
-
-
-@pytest.mark.slow
-def test_estimate_of_a_batch_is_refused():
-    batch = jax.vmap(
-        lambda omega: sb.simulate(
-            sb.with_values(stop_scene(), {"initial.omega": omega})
-        )
-    )
-    with pytest.raises(sb.InputError, match="one result"):
-        batch(np.asarray([18.0, 20.0])).accuracy()
-
-
-@pytest.mark.slow
-def test_command_prints_errors_and_keys(tmp_path):
-    file = tmp_path / "stop.toml"
-    sb.write_scene(stop_scene(), file)
-    text = output("run", str(file), "--accuracy")
-    assert "\naccuracy estimated errors of at most: event times" in text
-    found = json.loads(output("run", str(file), "--accuracy", "--json"))["accuracy"]
-    assert found["estimated"]
-    assert found["scope"] in text
-    assert set(found["states"]) == {"angle", "speed", "band_stretch", "energy"}
-    assert found["cost"]["second_steps"] > found["cost"]["steps"] > 0
-    assert found["metrics"]["stopping_time"]["error"] < 1e-9
-    assert {one["name"] for one in found["events"]} == {
-        "slip_onset",
-        "lining_limit",
-        "full_slip",
-        "stop",
-    }
-    told = json.loads(
-        output("explain", str(file), "--accuracy", "--no-influence", "--json")
-    )["findings"]
-    assert told[-1]["numbers"]["metrics"] == found["metrics"]
-    page = json.loads(
-        output("report", str(file), "--out", str(tmp_path / "stop.html"), "--json")
-    )
-    assert page["accuracy"]["metrics"] == found["metrics"]
 
 
 # --- layers of walls ----------------------------------------------------------------
@@ -420,40 +324,6 @@ def test_layers_that_a_warning_proposes_are_good():
     assert not mesh_warnings(result)
 
 
-@pytest.mark.slow
-def test_layers_are_in_every_estimate():
-    """The same error from a result, a prepared run and an ensemble; nodes begin at
-    different temperatures."""
-    scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84, growth=1.3)
-    wall = dataclasses.replace(
-        scene.heat.bodies[0], temperature=np.linspace(300.0, 310.0, 10)
-    )
-    scene = dataclasses.replace(
-        scene, heat=dataclasses.replace(scene.heat, bodies=(wall,))
-    )
-    found = sb.simulate(scene).accuracy()
-    error = found["peak_rim_temperature"]
-    assert "K (by the layers of walls; maxima" in found.line
-    assert "and the layers of walls" in found.scope
-    assert found.as_dict()["metrics"]["peak_rim_temperature"][
-        "layers"
-    ] == pytest.approx(error)
-    assert found["stopping_time"] < 1e-12  # not touched by the layers
-    assert found["temperature"] >= error
-    assert sb.prepare(scene, ["peak_rim_temperature"]).accuracy().errors[
-        "peak_rim_temperature"
-    ] == pytest.approx(error)
-    values = {
-        "initial.omega": [20.0, 24.0],
-        "heat.bodies[0].growth": [1.3, 1.3],
-        "heat.bodies[0].temperature[3]": [float(wall.temperature[3])] * 2,
-    }
-    data = sb.ensemble(
-        scene, values, ["peak_rim_temperature"], accuracy=True, progress=False
-    )
-    assert float(data.peak_rim_temperature_error[1]) == pytest.approx(error)
-
-
 @pytest.mark.parametrize(
     ("layers", "growth"),
     [
@@ -504,13 +374,6 @@ def test_layers_count_where_finer_ones_have_other_events():
     assert found.finer_problem in found.line
     assert true < found["peak_rim_temperature"] < 3 * true
     assert found["temperature"] >= true
-
-
-def test_lumps_have_no_layers_to_refine():
-    assert (
-        "inside bodies of one temperature"
-        in sb.simulate(fading_stop()).accuracy().scope
-    )
 
 
 @pytest.mark.slow

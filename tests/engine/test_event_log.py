@@ -1,15 +1,11 @@
 """The event log: events where their conditions are met, also in long runs and in those
 that fail."""
 
-import dataclasses
-
-import diffrax
 import numpy as np
 import pytest
-from scenes import closed_form, stop_scene
+from scenes import stop_scene
 
 import simbrake as sb
-from simbrake.results import Event
 
 LININGS = 20
 BETA = 0.2
@@ -79,46 +75,3 @@ def test_log_of_a_run_that_fails():
         "full_slip",
         "stop",
     ]
-
-
-def test_events_as_dictionaries_and_by_name():
-    assert Event(1.0, "stop").as_dict() == {"time": 1.0, "name": "stop"}
-    assert Event(1.0, "lining_limit", 0).as_dict() == {
-        "time": 1.0,
-        "name": "lining_limit",
-        "lining": 0,
-    }
-    log = sb.results.Events(
-        [Event(1.0, "stop"), Event(2.0, "restart"), Event(3.0, "stop")]
-    )
-    assert log["stop"].times == [1.0, 3.0]
-    assert log[1].time == 2.0
-    with pytest.raises(KeyError, match="nearest: stop"):
-        log["stopp"]
-    with pytest.raises(KeyError, match="nearest: slip_onset, lining_limit, full_slip"):
-        log["#"]
-
-
-@pytest.mark.slow
-def test_maxima_near_the_ends_of_steps():
-    """`C θ' = P_0 (1 − t/t_s) − G θ` of a cooled rim: hottest at
-    `ln(1 + G t_s/C)/(G/C)`, in many places of a step."""
-    n = 20
-    J = 800.0
-    w_0 = 20.0
-    C = 2e4
-    torque = 0.725 * 8e3 * (closed_form(n=n)["Pi"] - 1)
-    t_s = J * w_0 / torque
-    near = []
-    for G in np.linspace(4e3, 4e4, 25):
-        heat = sb.lumped_heat(rim=C, partition=1.0, rim_cooling=G)
-        scene = dataclasses.replace(stop_scene(n=n, C=None, end=2.0), heat=heat)
-        result = sb.simulate(scene, rtol=1e-12, solver=diffrax.Dopri8())
-        peak = result.peak_rim_temperature
-        at = np.log(1 + G / C * t_s) / (G / C)
-        rise = torque * w_0 / G * (1 - at / t_s)
-        assert peak.time == pytest.approx(at, rel=1e-5)
-        assert peak.value - 293.15 == pytest.approx(rise, rel=1e-9)
-        steps = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
-        near.append(np.min(np.abs(steps - at)) / t_s)
-    assert min(near) < 5e-3  # the end of a step lies next to one of them

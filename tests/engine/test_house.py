@@ -265,22 +265,6 @@ def test_importing_loads_only_what_runs_use():
     assert found.stdout.strip() == "[]"
 
 
-def test_packages_load_names_when_used():
-    program = "import sys, simbrake.design.formulas as f; "
-    program += "print([n for n in ('jax', 'numpy', 'scipy') if n in sys.modules]); "
-    program += (
-        "print('fourier_number' in dir(f), f.fourier_number(1e-5, 1.0, 0.01) > 0); "
-    )
-    program += (
-        "import simbrake as sb; print(sb.formulas is f, "
-        "sb.formulas.fourier_number is f.fourier_number)"
-    )
-    found = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert found.stdout.splitlines() == ["[]", "True True", "True True"]
-
-
 def test_a_fresh_process_reads_every_template():
     """Kinds of a part are found among the classes that are loaded: whoever reads a file
     has loaded them all."""
@@ -352,22 +336,6 @@ def test_public_names():
         _ = sb.Convektion
 
 
-def test_names_that_went_say_where_to_turn():
-    for home, name, words in (
-        (sb.plot, "browse", "plot.stop draws"),
-        (sb.files, "open_scene", "simbrake.read_scene"),
-        (sb.files, "export_fmu", "simbrake.export.export_fmu is its place"),
-        (sb, "morris", "docs/recipes/global_indices.py"),
-        (sb.studies, "SobolTable", "docs/recipes/global_indices.py"),
-        (sb.plot, "layouts", "simbrake.layouts.figures.layouts"),
-        (sb.plot, "indices", "docs/recipes/global_indices.py"),
-    ):
-        with pytest.raises(
-            AttributeError, match=rf"simbrake[.\w]*\.{name} went: {words}"
-        ):
-            getattr(home, name)
-
-
 @pytest.mark.slow
 def test_a_thousand_values_do_not_re_trace(caplog):
     float(sb.simulate(stop_scene(T0=5e3)).stopping_time)
@@ -387,41 +355,6 @@ def test_absent_physics_has_no_states():
     elastic, rigid = (sb.simulate(stop_scene(C=C)).record.y_end for C in (2e5, None))
     assert len(jax.tree.leaves(elastic)) == 6
     assert len(jax.tree.leaves(rigid)) == 5
-
-
-def test_all_faults_of_a_scene_in_one_report():
-    bad = {"brake.pulley.inertia": 0.0, "brake.linings.friction.coefficient": -0.1}
-    scene = sb.with_values(stop_scene(T0=-5.0, end=-1.0), bad)
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(scene)
-    text = str(caught.value)
-    for path in ("brake.pulley.inertia", "brake.linings.friction.coefficient"):
-        assert path in text
-    assert "kg*m^2" in text
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(stop_scene(T0=-5.0, end=-1.0, beta=19.0))
-    text = str(caught.value)
-    for part in ("duty.slack_tension.level", "end_time", "380.0°"):
-        assert part in text
-
-
-def test_an_empty_list_is_refused():
-    with pytest.raises(
-        sb.InputError, match=r"friction\.static_ratio: is an empty list"
-    ):
-        sb.simulate(
-            sb.with_values(stop_scene(), {"brake.linings.friction.static_ratio": []})
-        )
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize(
-    "path",
-    ["brake.band.radius", "initial.omega", "duty.slack_tension.level", "end_time"],
-)
-def test_nan_and_infinity_are_refused(bad, path):
-    with pytest.raises(sb.InputError, match=path):
-        sb.simulate(sb.with_values(stop_scene(), {path: bad}))
 
 
 def test_failure_raises_or_returns_its_code():

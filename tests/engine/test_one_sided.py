@@ -5,7 +5,6 @@ Every interpolant, law, limiter and profile is looked at where two of its argume
 equal, or a number is 0.
 """
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from helpers import assert_one_sided
 from scenes import stop_scene
 
 import simbrake as sb
-from simbrake.friction import Contact, interpolated
+from simbrake.friction import Contact
 from simbrake.hybrid import LANDED
 
 V = jnp.linspace(0.0, 13.0, 27)
@@ -272,24 +271,6 @@ CASES = {
 def test_derivative_is_that_of_one_side(name):
     case, ways = CASES[name]
     assert_one_sided(*case(), ways)
-
-
-@pytest.mark.parametrize(
-    "values",
-    [[0.35] * 5, [0.40, 0.38, 0.36, 0.36, 0.36], [0.36, 0.36, 0.36, 0.30, 0.36]],
-)
-def test_table_scales_and_shifts_by_values(values):
-    """`f(c y) = c f(y)` and `f(y + c) = f(y) + c`, so that the sums of the derivatives
-    are `f` and 1."""
-
-    def f(y):
-        return interpolated(V[:-3], jnp.asarray(PLATE), y)
-
-    slopes = jax.jit(jax.jacfwd(f))(np.asarray(values))
-    np.testing.assert_allclose(
-        slopes @ np.asarray(values), f(jnp.asarray(values)), rtol=1e-12
-    )
-    np.testing.assert_allclose(np.sum(slopes, axis=1), 1.0, rtol=1e-12)
 
 
 # --- whole runs ---------------------------------------------------------------------

@@ -1,8 +1,6 @@
 """The prepared handle: the numbers of single runs and their derivatives, room for
 longer runs, faults."""
 
-import time
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -14,12 +12,6 @@ from scenes import closed_form, stop_scene
 import simbrake as sb
 
 TIMES = {"slip_onset_time": "t0", "full_slip_time": "t1", "stopping_time": "stop"}
-
-PATHS = {
-    "initial.omega": "w0",
-    "duty.slack_tension.level": "T0",
-    "brake.pulley.inertia": "J",
-}
 
 
 @pytest.fixture(scope="module")
@@ -66,19 +58,6 @@ def test_run_and_gradient_match_closed_form(run):
                 assert row[run.places[path]] == pytest.approx(
                     expected, rel=1e-10, abs=1e-12
                 )
-
-
-@pytest.mark.slow
-def test_a_scene_with_an_empty_list_is_prepared():
-    """A function of the time without knots."""
-    lever = sb.profiles.FunctionProfile(lambda t, p: p * jnp.ones_like(t), 8e3)
-    run = sb.prepare(stop_scene(C=None, lever=lever), ["stopping_time"])
-    truth = sb.simulate(stop_scene(C=None)).metrics["stopping_time"]
-    assert run().metrics["stopping_time"] == pytest.approx(truth, rel=1e-12)
-    assert (
-        run.places["duty.slack_tension.knots"].start
-        == run.places["duty.slack_tension.knots"].stop
-    )
 
 
 def test_entries_and_vectors_match_simulate(run):
@@ -151,47 +130,6 @@ def test_places_of_numbers_and_their_entries(run):
             run({path: 1.0})
 
 
-def test_names_of_answers_that_are_not_there(run):
-    answer = run()
-    result = sb.simulate(stop_scene())
-    for named, name in (
-        (answer.metrics, "stopping_time"),
-        (result.metrics, "stopping_time"),
-        (result.energy, "load_work"),
-    ):
-        with pytest.raises(KeyError, match=f"nearest: {name}"):
-            named[name[:-1]]
-    doubled = jax.tree.map(lambda x: 2 * x, answer)
-    assert doubled.metrics["stopping_time"] == 2 * answer.metrics["stopping_time"]
-
-
-def test_values_that_are_no_numbers(run):
-    assert (
-        run({"initial.omega": "11 rad/s"}).metrics
-        == run({"initial.omega": 11.0}).metrics
-    )
-    for values in (
-        {"initial.omega": "x"},
-        {"initial.omega": [1, 2]},
-        {"initial.omega": {}},
-        np.ones(3),
-        3,
-        "x",
-    ):
-        with pytest.raises(sb.InputError):
-            run(values)
-
-
-def test_faults(run):
-    with pytest.raises(sb.InputError, match=r"initial\.omega"):
-        run({"initial.omeg": 3.0})
-    with pytest.raises(sb.InputError, match=r"brake\.pulley\.inertia"):
-        run.check({"brake.pulley.inertia": -3.0})
-    with pytest.raises(sb.InputError, match="stopping_time"):
-        sb.prepare(stop_scene(), ["stoping_time"])
-    assert run({"brake.pulley.inertia": np.nan}).code != 0
-
-
 @pytest.mark.slow
 def test_array_metrics_and_another_tolerance():
     def both(result):
@@ -232,23 +170,3 @@ def test_integers_of_a_custom_law_stay_whole():
     expected = pytest.approx(closed_form()["stop"], rel=1e-10)
     assert float(sb.simulate(scene).stopping_time) == expected
     assert sb.prepare(scene, ["stopping_time"])().metrics["stopping_time"] == expected
-
-
-@pytest.mark.slow
-def test_a_run_of_many_layers_is_as_fast_as_a_prepared_one():
-    steel = sb.Material(48.0, 7800.0, 500.0)
-    heat = sb.layered_heat(
-        rim=steel, rim_thickness=0.028, track_area=1.0, partition=0.95, rim_layers=1000
-    )
-    scene = rigid_stop(fading(), heat, end=2.0)
-    run = sb.prepare(scene, ["stopping_time"])
-    seconds = []
-    assert sb.simulate(scene).stopping_time == pytest.approx(
-        run().metrics["stopping_time"], rel=1e-9
-    )
-    for call in (lambda: sb.simulate(scene), run):
-        start = time.process_time()
-        for _ in range(5):
-            call()
-        seconds.append(time.process_time() - start)
-    assert seconds[0] < 3 * seconds[1]

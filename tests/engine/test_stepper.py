@@ -42,27 +42,6 @@ def elastic(lever=24e3):
 
 
 @pytest.mark.slow
-def test_steps_of_one_scene_are_its_run():
-    scene = sb.Scene(
-        ELASTIC,
-        sb.Duty(sb.ramp(0.0, 24e3, 0.0, 0.3), sb.TorqueLoad(5e3)),
-        sb.Initial(24.0),
-        "3 s",
-    )
-    whole = sb.simulate(scene)
-    stepper = sb.Stepper(scene)
-    events = [event for _ in range(60) for event in stepper.advance(0.05).events]
-    names = [event for event in whole.events if event.name != "lining_limit"]
-    assert [event.name for event in events] == [event.name for event in names]
-    np.testing.assert_allclose(
-        [event.time for event in events], [event.time for event in names], rtol=1e-9
-    )
-    assert stepper.omega == 0.0
-    phi = whole.series([3.0]).phi[0]
-    np.testing.assert_allclose(stepper["phi"], phi, rtol=1e-9)
-
-
-@pytest.mark.slow
 def test_commands_are_jumps_of_a_profile():
     stepper = sb.Stepper(elastic(), inputs=["lever", "load"])
     events = [
@@ -195,20 +174,6 @@ def test_a_state_goes_on_to_the_last_bit(tmp_path):
         sb.Stepper(scene).restore(stepper.state())
 
 
-def test_columns_follow_a_restored_state():
-    stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
-    stepper.advance(0.1, lever=4e3, load=2e3)
-    kept = stepper.state()
-    names = ("slack_tension", "load_torque", "brake_torque")
-    before = [stepper[name] for name in names]
-    assert before[:2] == [4e3, 2e3]
-    stepper.advance(0.1, lever=9e3, load=7e3)
-    stepper.restore(kept)
-    assert [stepper[name] for name in names] == before
-    another = sb.Stepper(rigid(), inputs=["lever", "load"], state=kept)
-    assert [another[name] for name in names] == before
-
-
 def test_new_values_compile_nothing(caplog):
     stepper = sb.Stepper(rigid(), inputs=["lever"])
     stepper.advance(0.1, lever=4e3)
@@ -305,29 +270,3 @@ def test_a_step_that_fails_changes_nothing():
     said = np.asarray(stepper.history().duty.slack_tension.values)
     # not what failed
     np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])
-
-
-def test_inputs_by_name_and_array_numbers():
-    stepper = sb.Stepper(rigid(), inputs="lever")
-    assert stepper.units == {"lever": "N"}
-    assert stepper["normal_load"].shape == (12,)
-    with pytest.raises(
-        KeyError, match="is no column of this scene; there are t, phi, omega"
-    ):
-        stepper["torque"]
-    assert repr(stepper).endswith("24 rad/s, open; inputs: lever 24 kN)")
-    stepper.advance(np.float32(0.5), lever=np.asarray(3e3))
-    assert (stepper.time, stepper.inputs, stepper.holding) == (
-        0.5,
-        {"lever": 3e3},
-        False,
-    )
-    other = sb.Stepper(rigid(), "lever", state=stepper.state())
-    # two that go on from one state do not share their commands
-    stepper.advance(5.0, lever=20e3)
-    other.advance(0.1, lever=4e3)
-    assert stepper.holding
-    assert stepper.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 20e3]
-    assert other.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 4e3]
-    with pytest.raises(sb.InputError, match=r"lever: .* is not a number"):
-        stepper.advance(0.1, lever=np.ones(2))

@@ -3,7 +3,6 @@ forms; its course by SciPy."""
 
 import math
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -90,29 +89,6 @@ def stop_time(x):
     return dead + c + lag * float(lambertw(-math.exp(-c / lag)).real)
 
 
-@pytest.mark.slow
-def test_stop_under_a_lagged_step():
-    """`ω = ω_0 − (K F/J)(t − τ + τ e^{−t/τ})` after the dead time, with its
-    derivatives."""
-
-    def found(x):
-        step = sb.PiecewiseLinear([0.0, 0.0], jnp.stack([jnp.zeros(()), x[0]]))
-        return sb.simulate(
-            scene(Actuator(step, x[1], x[2])), max_steps=128
-        ).stopping_time[None]
-
-    x = np.array([FORCE, LAG, DEAD])
-    value, forwards, backwards = jacobians(found)(jnp.asarray(x))
-    np.testing.assert_allclose(value[0], stop_time(x), rtol=1e-9)
-    c = J * W0 / (gain(FRICTION) * FORCE) + LAG
-    s = stop_time(x) - DEAD
-    decayed = math.exp(-s / LAG)  # s + τ e^{−s/τ} = c
-    by_lag = (1 - decayed * (1 + s / LAG)) / (1 - decayed)
-    truth = [-(c - LAG) / FORCE / (1 - decayed), by_lag, 1.0]
-    np.testing.assert_allclose(forwards[0], truth, rtol=1e-7)
-    np.testing.assert_allclose(backwards[0], truth, rtol=1e-7)
-
-
 def released(spring):
     command = sb.PiecewiseLinear([RELEASED, RELEASED], [FORCE, 0.0])
     return sb.simulate(scene(Actuator(command, LAG, DEAD, spring), LOAD))
@@ -141,42 +117,6 @@ def test_release_frees_load_and_opens_band():
     )
     for run in (result, faded):
         assert float(run.energy["closure"]) <= 1e-12
-
-
-def test_spring_delays_the_grip():
-    step = sb.PiecewiseLinear([0.5, 0.5], [0.0, FORCE])
-    result = sb.simulate(scene(Actuator(step, LAG, DEAD, SPRING)))
-    onset = 0.5 + DEAD - LAG * math.log(1 - SPRING / FORCE)
-    assert float(result.slip_onset_time) == pytest.approx(onset, rel=1e-10)
-
-
-@pytest.mark.slow
-def test_dead_time_alone_and_within_a_lever():
-    ramp = sb.ramp(0.0, 1e3, 0.2, 0.5)
-    lever = sb.Lever(Actuator(ramp, None, DEAD), "1.2 m", "0.2 m")
-    late = sb.simulate(scene(lever))
-    prompt = sb.simulate(scene(sb.ramp(0.0, 6e3, 0.2 + DEAD, 0.5)))
-    assert float(late.stopping_time) == pytest.approx(
-        float(prompt.stopping_time), rel=1e-12
-    )
-
-
-def test_input_is_checked():
-    for bad, path in (
-        (
-            Actuator(sb.profiles.ExponentialRise(5e3, 0.2), 0.1),
-            "duty.slack_tension.command",
-        ),
-        (Actuator(sb.Constant(-1.0), 0.1), "duty.slack_tension.command.level"),
-        (
-            sb.Lever(Actuator(sb.SpeedHold(1e3)), 1.0, 0.2),
-            "duty.slack_tension.force.command",
-        ),
-    ):
-        with pytest.raises(sb.InputError, match=path):
-            sb.simulate(scene(bad))
-    with pytest.raises(sb.InputError, match="lag"):
-        sb.simulate(scene(Actuator(sb.Constant(1e3), -0.1)))
 
 
 # --- a cylinder of air or oil -------------------------------------------------------
@@ -305,66 +245,3 @@ def test_stepper_sets_the_pressure():
     stepper.advance("0.2 s", lever=2e5)
     slowed = gain(FRICTION) * AREA / J * (4e5 * DEAD + 2e5 * (0.2 - DEAD))
     assert stepper.omega == pytest.approx(W0 - slowed, rel=1e-9)
-
-
-def test_pressures_are_checked():
-    for options in ({}, {"area": 0.03, "diameter": 0.2}):
-        with pytest.raises(
-            sb.InputError,
-            match=r"Cylinder.diameter: .* give the diameter of the piston, or its area",
-        ):
-            Cylinder("8 bar", **options)
-    for bad, path in (
-        (Cylinder(-1.0, 0.03), "duty.slack_tension.pressure.level: -1 is below 0"),
-        (
-            Cylinder(sb.profiles.ExponentialRise(5e5, 0.2), 0.03, lag=0.1),
-            "duty.slack_tension.pressure: a lagged",
-        ),
-        (Cylinder(sb.SpeedHold(5e5), 0.03), "duty.slack_tension.pressure"),
-    ):
-        with pytest.raises(sb.InputError, match=path):
-            sb.check_scene(scene(bad))
-    with pytest.raises(sb.InputError, match=r"8 bar.*'bar' is not a unit"):
-        sb.Duty("8 bar", 0.0)
-
-
-def test_scene_file_keeps_a_cylinder():
-    given = scene(
-        Cylinder(
-            COMMANDS["points"],
-            "300 cm^2",
-            None,
-            2.0,
-            0.9,
-            "0.4 kN",
-            "250 ms",
-            "80 ms",
-            "120 psi",
-        )
-    )
-    text = sb.files.scene_text(given)
-    read = sb.files.scene_from_text(text)
-    for a, b in zip(jax.tree.leaves(read), jax.tree.leaves(given), strict=True):
-        np.testing.assert_array_equal(a, b)
-    head, _, rest = text.partition("[duty.slack_tension]")
-    by_hand = (
-        'pressure = {times = ["0 s", "0.3 s"], values = "[0, 8] bar"}\ndiameter '
-        '= "8 in"\nlag = "0.2 s"\n'
-    )
-    rest = rest[rest.index("[duty.load]") :] if "[duty.load]" in rest else ""
-    read = sb.files.scene_from_text(
-        f'{head}[duty.slack_tension]\ntype = "Cylinder"\n{by_hand}{rest}'
-    ).duty.slack_tension
-    assert float(read.piston_area) == pytest.approx(math.pi * 0.2032**2 / 4, rel=1e-15)
-    np.testing.assert_array_equal(read.pressure.values, [0.0, 8e5])
-
-
-def test_scene_file_keeps_it(tmp_path):
-    given = scene(
-        sb.Lever(Actuator(COMMANDS["cycles"], "250 ms", "80 ms", "0.4 kN"), 1.2, 0.2)
-    )
-    sb.write_scene(given, tmp_path / "scene.toml")
-    read = sb.read_scene(tmp_path / "scene.toml")
-    assert jax.tree.structure(read) == jax.tree.structure(given)
-    for a, b in zip(jax.tree.leaves(read), jax.tree.leaves(given), strict=True):
-        np.testing.assert_array_equal(a, b)

@@ -13,7 +13,6 @@ from bandage_scenes import (
     R,
     changes,
     check_conditions,
-    random_duty,
     run,
     sampled,
     scene,
@@ -102,50 +101,6 @@ def test_preload_releases_linings_together():
     check_conditions(record)
 
 
-@pytest.mark.slow
-def test_stiff_springs_tend_to_rigid_bandage():
-    """Until the lock every lining slides on the band in both systems, with the same
-    tensions: those times agree.
-
-    Afterwards they differ for good: the rigid bandage mobilises linings from the slack
-    end, which loads the rim most; single ones keep the shares with which they came to
-    rest, and the springs bear the rest (`docs/chain.md`).
-    """
-    kwargs = {"preload": [1500.0, 1200.0, 900.0], "damping": 1.0}
-    made = scene(**kwargs)
-    bandage = sb.Bandage(4.0, sb.ConstantFriction(0.2), kwargs["preload"])
-    brake = sb.Brake(made.brake.pulley, made.brake.band, made.brake.linings, bandage)
-    truth = sb.simulate(sb.Scene(brake, made.duty, made.initial, made.end_time))
-    misses = []
-    locks = []
-    stops = []
-    for spring in (1e5, 1e6, 1e7):
-        result = run(scene(**kwargs, spring=spring), rtol=1e-9)
-        rows = changes(result.record)
-        assert int(result.code) == 0
-        assert float(result.energy["closure"]) < 1e-8
-        slip = next(t for t, _, _, inner in rows if np.all(inner == 1))
-        misses.append(abs(slip / float(truth.internal_slip_time) - 1))
-        lock = next(
-            t
-            for t, band, _, inner in rows
-            if band == sb.results.BandMode.HELD and np.all(inner == 1)
-        )
-        locks.append(abs(lock / float(truth.external_lock_time) - 1))
-        stops.append(
-            next(
-                t
-                for t, band, _, inner in rows
-                if band == sb.results.BandMode.HELD and not np.any(inner)
-            )
-        )
-    for each in (misses, locks):
-        assert each[2] < 0.2 * each[1] < 0.2**2 * 3 * each[0]
-        assert each[2] < 1e-3
-    assert stops[2] == pytest.approx(stops[1], rel=1e-3)
-    assert stops[2] > 1.1 * float(truth.stopping_time)
-
-
 def _limit(T_0, weaker):
     """Load torque up to which three linings at rest hold, each with its weaker pair."""
     z = math.tan(HALF)
@@ -195,67 +150,3 @@ def test_torque_at_the_end_of_a_run(T_0):
     assert float(result.end_capacity.torque) == pytest.approx(
         _limit(T_0, "weaker"), rel=1e-6
     )
-
-
-@pytest.mark.slow
-def test_random_duties_end_well():
-    for seed in range(30):
-        made = random_duty(seed)
-        sb.check_scene(made)
-        result = run(made)
-        record = result.record
-        energy = result.energy
-        assert int(record.code) == 0, seed
-        assert float(energy["closure"]) < 1e-8, seed
-        ledger = record.states.ledger
-        n = int(record.count) + 1
-        for heat in (*ledger.friction, ledger.damper_heat):
-            assert np.min(np.diff(np.asarray(heat)[:n])) >= -1e-12 * max(
-                1.0, float(energy["friction_heat"])
-            ), seed
-        if seed % 6 == 0:
-            check_conditions(record)
-
-
-def test_faults_of_a_bandage_with_springs():
-    made = scene()
-    bandage = sb.Bandage(4.0, sb.ConstantFriction(0.2), spring=[1e3, 1e3, 1e3])
-    brake = sb.Brake(made.brake.pulley, sb.Band(R_B, 1e5), made.brake.linings, bandage)
-    with pytest.raises(
-        sb.InputError, match=r"brake.bandage.spring: does not fit 3 linings"
-    ):
-        sb.check_scene(sb.Scene(brake, made.duty, made.initial, 4.0))
-    brake = sb.Brake(
-        made.brake.pulley, sb.Band(R_B, 1e5), made.brake.linings, made.brake.bandage
-    )
-    with pytest.raises(
-        sb.InputError,
-        match=r"brake.band.stiffness: a bandage with springs needs a rigid band — leave",
-    ):
-        sb.check_scene(sb.Scene(brake, made.duty, made.initial, 4.0))
-
-
-@pytest.mark.slow
-def test_simulate_runs_a_bandage():
-    """Events, stages, energies and overlap by `simulate`; each lining in the log and in
-    the series."""
-    result = sb.simulate(scene())
-    assert result.status == "stopped"
-    assert float(result.energy["closure"]) <= 1e-9
-    names = [e.name for e in result.events]
-    assert [s.name for s in result.stages] == ["stage_1", "stage_2", "stage_3", "held"]
-    slips = [e for e in result.events if e.name == "lining_internal_slip"]
-    assert slips[0].time == pytest.approx(float(result.internal_slip_time), abs=1e-15)
-    assert {e.lining for e in slips} == {1, 2, 3}
-    assert (
-        names.index("internal_slip")
-        < names.index("external_lock")
-        < names.index("stop")
-    )
-    t = 0.5 * (slips[0].time + slips[-1].time)
-    s = result.series([t])
-    o = sb.results.overlap(result, [t])
-    sliding = np.count_nonzero(s.pairs["internal"].sense[0])
-    assert 0 < sliding < 3
-    assert float(o.internal_dynamic[0]) == pytest.approx(150 / 360 * sliding / 3)
-    assert s.lining_speed.shape == (1, 3)

@@ -1,7 +1,6 @@
 """Several bands of unequal linings under one lever: shares, stops, holds in closed
 form, heat against SciPy, input."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -11,7 +10,6 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import simbrake as sb
-from simbrake import plot
 
 R = 0.59
 R_B = 0.623
@@ -258,57 +256,11 @@ def test_sharing_of_a_load_at_rest(stopped):
 
 # --- heat, fade, memory, wear -------------------------------------------------------
 
-SLOPE = 1e-3
-STRIBECK = (0.34, 0.29, 3.0)
-RUN_IN = (0.8, 4e6)
-WEAR = 2e-13
 C_RIM = 4e4
-C_LINING = 4e3
 G_RIM = 60.0
-G_LINING = 3.0
 TO_RIM = 0.7
 ROOM = 293.15
 N = ANGLES[0].size, ANGLES[1].size
-
-
-FADING = sb.friction.ProductFriction(
-    sb.ConstantFriction(0.3), (sb.LinearFade(SLOPE, 273.15),)
-)
-
-
-def hot_scene(**changes):
-    """A band whose friction fades beside one whose friction falls with the speed and
-    runs in; a rim for each."""
-    fading = sb.friction.ProductFriction(
-        sb.ConstantFriction(FRICTION[0], 1.1), (sb.LinearFade(SLOPE, 273.15),)
-    )
-    running_in = sb.friction.FrictionWithMemory(
-        sb.StribeckFriction(*STRIBECK),
-        (sb.friction.MemoryProcess(RUN_IN[0], work=RUN_IN[1]),),
-    )
-    heat = sb.Heat(
-        (
-            sb.thermal.Lump("rims", C_RIM, ROOM, count=2),
-            sb.thermal.Lump("linings", C_LINING, ROOM, count=sum(N)),
-            sb.thermal.Reservoir("air", ROOM),
-        ),
-        (
-            sb.thermal.Conductance("rims", "air", G_RIM),
-            sb.thermal.Conductance("linings", "air", G_LINING),
-        ),
-        sb.thermal.FrictionHeat(
-            "rims", "linings", sb.thermal.ConstantPartition(TO_RIM)
-        ),
-        rim="rims",
-        linings="linings",
-    )
-    bands = lined(0, law=fading), lined(1, law=running_in)
-    return scene(
-        bands,
-        heat=heat,
-        wear=sb.Wear(sb.wear.ExponentialWear(WEAR, rise=100.0)),
-        **changes,
-    )
 
 
 @pytest.mark.slow
@@ -408,170 +360,7 @@ def test_pressure_on_one_band():
     )
 
 
-@pytest.mark.slow
-def test_one_band_leaves_its_table():
-    table = sb.friction.TabulatedFade([250.0, 320.0], [1.0, 0.9])
-    scene = hot_scene(end=20.0)
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (table,))
-    other = dataclasses.replace(scene.brake.bands[1], linings=lined(1, law=law).linings)
-    brake = dataclasses.replace(scene.brake, bands=(scene.brake.bands[0], other))
-    result = sb.simulate(
-        dataclasses.replace(scene, brake=brake, initial=sb.Initial(60.0)), throw=False
-    )
-    assert result.status == "outside_table"
-    T = np.asarray(result.series([float(result.record.t_end)]).lining_temperature)[0]
-    assert T[N[0] :].max() == pytest.approx(320.0, abs=1e-6)
-    assert T[: N[0]].max() > 325.0  # those of the other band have no table
-
-
 # --- input, files, figures ----------------------------------------------------------
-
-
-PROGRAMME = """
-format = "simbrake scene 1"
-programme = ["lower 4 m at 1 m/s", "brake to rest"]
-pull = "30 kN"
-load = { mass = "30 t", drum_radius = "400 mm", line_count = 8 }
-[brake]
-pulley = { radius = "590 mm", inertia = "1200 kg*m^2" }
-band_radius = "623 mm"
-[[brake.bands]]
-linings = { count = 8, wrap = "270 deg", friction = 0.35 }
-share = 1
-[[brake.bands]]
-linings = { count = 10, wrap = "250 deg", friction = 0.3 }
-share = 1
-"""
-
-GOOD = """
-format = "simbrake scene 1"
-end_time = "6 s"
-[brake]
-pulley = { radius = "590 mm", inertia = "1200 kg*m^2" }
-band_radius = "623 mm"
-[[brake.bands]]
-linings = { count = 8, wrap = "200 deg", friction = 0.35 }
-share = 1
-[[brake.bands]]
-linings = { count = 10, wrap = "250 deg", friction = 0.25 }
-share = 1
-[duty]
-slack_tension = "6 kN"
-load = "3 kN*m"
-[initial]
-omega = "20 rad/s"
-"""
-
-
-@pytest.mark.slow
-def test_file_by_hand_and_all_its_errors():
-    result = sb.simulate(sb.files.scene_from_text(GOOD))
-    torque = sum(
-        R_B * T0 / 2 * (ratios(f, math.radians(wrap) / n) ** n - 1)
-        for n, wrap, f in ((8, 200, 0.35), (10, 250, 0.25))
-    )
-    assert float(result.stopping_time) == pytest.approx(
-        J * W0 / (torque - LOAD), rel=1e-12
-    )
-    bad = (
-        GOOD.replace("share = 1\n", "stiffness = 2e5\n", 1)
-        .replace("250 deg", "370 deg")
-        .replace("623 mm", "523 mm")
-    )
-    with pytest.raises(sb.InputError) as caught:
-        sb.check_scene(sb.files.scene_from_text(bad))
-    for part in (
-        "brake.band_radius: 0.523 m is inside the track of 0.59 m",
-        "brake.bands[0].share: is missing",
-        "brake.bands[0].stiffness: stands beside the share of a band",
-        "brake.bands[1].linings.angle: the linings span 370.0°",
-    ):
-        assert part in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("bands", "message"),
-    [
-        ((), r"MultiBandBrake\.bands: there is no band"),
-        (
-            (lined(0), dataclasses.replace(lined(1), stiffness=None)),
-            r"brake\.bands\[1\]\.stiffness: is missing",
-        ),
-        (
-            (lined(0, law=sb.ConstantFriction([0.3, 0.4])), lined(1)),
-            r"bands\[0\]\.linings\.friction: its numbers do not",
-        ),
-        (
-            (
-                lined(0),
-                dataclasses.replace(lined(1), linings=sb.Lining(0.3, ANGLES[1])),
-            ),
-            r"brake\.bands\[1\]\.linings\.area: is missing",
-        ),
-        (
-            (
-                lined(0),
-                dataclasses.replace(
-                    lined(1), linings=sb.Lining(0.3, ANGLES[1], 0.02, 3.0)
-                ),
-            ),
-            r"brake\.bands\[1\]\.linings\.mass: has no effect",
-        ),
-        (
-            (lined(0), lined(1, law=sb.ConstantFriction(2.8))),
-            r"brake\.bands\[1\]\.linings\.angle\[4\]: lining 5 of band 2: f·tan\(β/2\) = 1\.184 ≥ 1",
-        ),
-        (
-            (lined(0), lined(1, law=FADING)),
-            r"heat: is missing, but friction law brake\.bands\[\*\]\.linings\.friction",
-        ),
-    ],
-)
-def test_bad_input(bands, message):
-    with pytest.raises(sb.InputError, match=message):
-        sb.check_scene(scene(bands))
-
-
-def test_what_needs_one_band_says_so(stopped):
-    with_wear = dataclasses.replace(
-        hot_scene(), wear=sb.Wear(WEAR, geometry=True, turned_at=1.0)
-    )
-    with pytest.raises(
-        sb.InputError, match=r"wear\.geometry: has no effect on a multi-band brake"
-    ):
-        sb.check_scene(with_wear)
-    with pytest.raises(
-        sb.InputError, match=r"initial\.elongation: a multi-band brake has rigid bands"
-    ):
-        sb.check_scene(
-            dataclasses.replace(stopped.scene, initial=sb.Initial(W0, elongation=1e-3))
-        )
-    heat = hot_scene().heat
-    rims = dataclasses.replace(heat.bodies[0], count=3)
-    three = dataclasses.replace(
-        hot_scene(), heat=dataclasses.replace(heat, bodies=(rims, *heat.bodies[1:]))
-    )
-    with pytest.raises(
-        sb.InputError, match=r"heat\.friction\.metal: 'rims' has 3 nodes — 1 or 2 or 10"
-    ):
-        sb.check_scene(three)
-    for feature in (
-        lambda: sb.brakes.stiffness_of(stopped.scene.brake),
-        lambda: sb.studies.turned_scene(stopped.scene),
-    ):
-        with pytest.raises(sb.InputError, match=r"is a multi-band brake: .* one band"):
-            feature()
-
-
-def test_circles_of_all_bands_have_one_scale(stopped):
-    bands = zip(shares(), FRICTION, ANGLES, strict=True)
-    figure = plot.pulley(stopped, 0.5)
-    along = [tensions(s * T0, f, a) for s, f, a in bands]
-    for axes, T in zip(figure.axes, along, strict=True):
-        (line,) = (line for line in axes.lines if line.get_gid() == "tension")
-        radius = np.hypot(*line.get_xydata().T)  # both ends of each lining
-        shown = (radius - 1.30) / 0.72 * max(T.max() for T in along)
-        np.testing.assert_allclose(shown, np.repeat(T, 2)[1:-1], rtol=1e-12)
 
 
 def test_estimates_and_synthesis_of_several_bands(stopped):
@@ -596,27 +385,3 @@ def test_estimates_and_synthesis_of_several_bands(stopped):
     # a rim for each
     assert inputs["track_area"] == pytest.approx(2 * 2 * math.pi * R * 0.22, rel=1e-14)
     assert table["tight tension, maximum"].value == pytest.approx(Pi * T0, rel=1e-13)
-
-
-@pytest.mark.slow
-def test_a_programme_lowers_with_several_bands(tmp_path):
-    """Two equal bands at twice the tension move as one of them does."""
-    linings = sb.uniform_linings(8, "270 deg", 0.35)
-    pulley = sb.Pulley(R, J)
-    band = sb.brakes.LinedBand(linings, share=1.0)
-    runs = []
-    brakes = (
-        sb.Brake(pulley, sb.Band(R_B), linings),
-        sb.brakes.MultiBandBrake(pulley, R_B, (band, band)),
-    )
-    for brake in brakes:
-        lines = ("lower 4 m at 1 m/s", "brake to rest", "hold 2 s")
-        hook = sb.HookLoad("30 t", "400 mm", 8)
-        runs.append(sb.simulate(sb.programme_scene(brake, lines, hook, pull=4e4)))
-    one, two = (
-        [*run.events["stop"].times, run.metrics["total_hook_travel"]] for run in runs
-    )
-    np.testing.assert_allclose(two, one, rtol=1e-10)
-    file = tmp_path / "trip.toml"
-    file.write_text(PROGRAMME)
-    assert isinstance(sb.read_scene(file).brake, sb.brakes.MultiBandBrake)

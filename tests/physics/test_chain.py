@@ -1,6 +1,5 @@
 """The resolved chain (model §3.1): every lining sticks and slides for itself."""
 
-import dataclasses
 import itertools
 import math
 
@@ -240,83 +239,3 @@ def test_linings_that_let_go_at_one_instant():
     np.testing.assert_array_equal(found[2][1].own.linings, 0)
     np.testing.assert_array_equal(found[2][2].own.linings, 1)
     assert found[2][2].band == sb.results.BandMode.SLIP
-
-
-def test_rising_lever_tightens_a_slack_band():
-    # everything starts from exactly 0: slip speeds leave it more slowly than rounding
-    # would show
-    lever = (0.0, 1.0, 2.0, 3.0, 4.0), (0.0, 1.0, 1.0, 0.0, 0.0)
-    record = run(chain(m=0.0858, K=34.7, C=1.19, J=0.727, x0=0.0, lever=lever, end=4.5))
-    assert int(record.code) == 0
-    assert closure(record) < 1e-10
-    assert changes(record)[0][0] == 0.0
-
-
-def test_faults():
-    plain = chain()
-    whole = sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4), mass=1.0)
-
-    def faults(**parts):
-        band = parts.get("band", plain.brake.band)
-        brake = sb.Brake(
-            plain.brake.pulley, band, parts.get("linings", plain.brake.linings)
-        )
-        with pytest.raises(sb.InputError) as caught:
-            sb.check_scene(
-                sb.Scene(brake, plain.duty, plain.initial, 1.0, parts.get("heat"))
-            )
-        return str(caught.value)
-
-    sb.check_scene(plain)
-    assert "brake.linings.mass: has no effect" in faults(
-        band=sb.Band(ARM, 5.0), linings=whole
-    )
-    assert "brake.linings.mass: is missing" in faults(
-        linings=sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4))
-    )
-    assert "brake.band.stiffness: is missing" in faults(
-        band=sb.Band(ARM, None, sb.Segments(1e3))
-    )
-    assert "brake.band.segments.stiffness" in faults(
-        band=sb.Band(ARM, 5.0, sb.Segments(np.full(4, 1e3)))
-    )
-    with pytest.raises(sb.InputError, match="out of range"):
-        sb.check_scene(chain(m=0.0))
-    both = dataclasses.replace(
-        plain.brake, bandage=sb.Bandage(1.0, sb.ConstantFriction(0.1))
-    )
-    with pytest.raises(
-        sb.InputError,
-        match=r"brake\.band\.segments: is not available for a staged brake",
-    ):
-        sb.check_scene(dataclasses.replace(plain, brake=both))
-
-
-@pytest.mark.slow
-def test_a_chain_runs_through_the_front_door():
-    """Events, metrics, energies and columns of a chain by `simulate`; the pulley swings
-    on the band after the stop."""
-    scene = chain()
-    result = sb.simulate(scene)
-    assert result.status == "stopped"
-    assert float(result.energy["closure"]) <= 1e-9
-    slips = [e for e in result.events if e.name == "lining_slip"]
-    assert slips[0].time == pytest.approx(
-        float(result.first_lining_slip_time), abs=1e-15
-    )
-    assert slips[0].lining == scene.brake.linings.count
-    names = [e.name for e in result.events]
-    assert "slip_onset" not in names
-    assert "lining_limit" not in names
-    assert names.index("full_slip") < names.index("stop")
-    s = result.series(np.linspace(0.0, float(scene.end_time), 50))
-    assert (
-        s.displacement.shape
-        == s.pairs["external"].slip_speed.shape
-        == (50, scene.brake.linings.count)
-    )
-    assert np.all(np.diff(np.asarray(s.damper_heat)) >= -1e-9)
-    np.testing.assert_allclose(
-        s.elongation, np.asarray(s.displacement)[:, 0], rtol=1e-12
-    )
-    assert "damper_heat" in result.energy

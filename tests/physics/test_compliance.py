@@ -3,7 +3,6 @@ geometry, the lever."""
 
 import math
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -266,83 +265,6 @@ def test_gradient_of_the_stop_by_the_band():
     )
 
 
-def test_geometry_values_are_set_by_path():
-    scene = stop_scene(C=sb.brakes.ParallelBands((plates(), 4e8)))
-    stiffer = sb.with_values(scene, {"brake.band.stiffness.bands[0].modulus": 2 * E1})
-    alone = [
-        np.asarray(s.brake.band.stiffness.bands[0].stiffness(0.35, [BETA] * 20, 0.725))
-        for s in (scene, stiffer)
-    ]
-    assert alone[1] == pytest.approx(2 * alone[0], rel=1e-14)
-    geometry = sb.with_values(
-        soft_scene(),
-        {"brake.band.stiffness.modulus": 1e9, "brake.band.stiffness.linkage": 1e6},
-    )
-    assert float(geometry.brake.band.stiffness.linkage) == 1e6
-    # a number, or nothing, in place of the whole geometry
-    assert (
-        float(sb.with_values(scene, {"brake.band.stiffness": 2e5}).brake.band.stiffness)
-        == 2e5
-    )
-    assert (
-        sb.with_values(scene, {"brake.band.stiffness": None}).brake.band.stiffness
-        is None
-    )
-    with pytest.raises(sb.InputError, match="there is no such number"):
-        sb.with_values(
-            scene, {"brake.band.stiffness": 2e5, "brake.band.stiffness.linkage": 1e6}
-        )
-
-
-@pytest.mark.parametrize(
-    ("stiffness", "message"),
-    [
-        (
-            eqx.tree_at(lambda s: s.modulus, plates(), -1.0),
-            r"brake\.band\.stiffness\.modulus: -1 Pa",
-        ),
-        (
-            eqx.tree_at(lambda s: s.area, plates(), np.nan),
-            r"brake\.band\.stiffness\.area",
-        ),
-        (
-            plates(area=[1e-3, 2e-3]),
-            r"brake\.band\.stiffness\.area: has the shape \(2,\)",
-        ),
-        (plates(gap=[0.1, 0.1]), r"brake\.band\.stiffness\.gap: has the shape \(2,\)"),
-        (
-            plates(gap=0.1),
-            r"brake\.linings\.angle: the linings span 378\.9° with their gaps",
-        ),
-        (
-            sb.brakes.ParallelBands(()),
-            r"brake\.band\.stiffness\.bands: there is no band",
-        ),
-        (
-            eqx.tree_at(
-                lambda s: s.bands[1].value, sb.brakes.ParallelBands((2e5, 1.0)), -1.0
-            ),
-            r"brake\.band\.stiffness\.bands\[1\]\.value: -1 N/m",
-        ),
-        (
-            sb.brakes.ParallelBands((2e5, plates(gap=[0.1]))),
-            r"brake\.band\.stiffness\.bands\[1\]\.gap",
-        ),
-    ],
-)
-def test_faults_of_a_geometry_are_named(stiffness, message):
-    with pytest.raises(sb.InputError, match=message):
-        sb.simulate(stop_scene(C=stiffness))
-
-
-def test_only_a_slotted_band_exceeds_a_turn():
-    with pytest.raises(sb.InputError, match="more than the pulley has"):
-        sb.check_scene(stop_scene(C=bonded(), beta=20.0))
-    sb.check_scene(stop_scene(C=slotted(), beta=20.0))
-    with pytest.raises(sb.InputError, match="more than 720°"):
-        sb.check_scene(stop_scene(C=slotted(), beta=37.0))
-
-
 def test_lever_of_the_textbook():
     lever = sb.Lever(sb.Constant(200.0), arm=0.75, slack_arm=0.12, efficiency=0.9)
     assert float(lever.value(0.0, 0)) == pytest.approx(
@@ -376,29 +298,6 @@ def test_lever_in_a_scene():
         0.8
     )
     assert float(jax.jit(jax.grad(stop))(0.8)) == pytest.approx(float(truth), rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("lever", "message"),
-    [
-        (sb.Lever(sb.Constant(-1.0), 1.0, 0.1), r"duty\.slack_tension\.force\.level"),
-        (
-            eqx.tree_at(lambda lever: lever.slack_arm, sb.Lever(1.0, 1.0, 0.1), 0.0),
-            r"duty\.slack_tension\.slack_arm",
-        ),
-        (
-            sb.Lever(sb.Constant(1.0), [1.0, 2.0], 0.1),
-            r"duty\.slack_tension\.arm: has the shape",
-        ),
-        (
-            sb.Lever(sb.SpeedHold(1e4), 1.0, 0.1),
-            r"duty\.slack_tension\.force: a lever that holds",
-        ),
-    ],
-)
-def test_faults_of_a_lever_are_named(lever, message):
-    with pytest.raises(sb.InputError, match=message):
-        sb.check_scene(stop_scene(lever=lever))
 
 
 def test_a_differential_lever_locks_itself():

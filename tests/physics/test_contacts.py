@@ -1,6 +1,5 @@
 """Contacts that open with the band and conduct by pressure."""
 
-import dataclasses
 import math
 
 import jax
@@ -232,45 +231,3 @@ def test_one_node_conducts_by_mean_pressure():
     g = 0.04 * np.mean(1.25 * 50.0 * 0.15 / 40e-6 * x * (x**2 + 1e-12) ** -0.025)
     exact = expm(exchange((0, 1, g)) * END) @ START
     np.testing.assert_allclose(result.series([END]).temperature[0], exact, rtol=1e-10)
-
-
-def test_faults_of_contacts():
-    contact = ThermalContact("rim", "linings", 0.04, law=METALS, opens=True)
-    scene = at_rest(
-        False,
-        network(False, (contact, Conductance("linings", "band", 1.0))),
-        sb.Constant(1e3),
-        area=None,
-    )
-    with pytest.raises(
-        sb.InputError,
-        match=r"brake\.linings\.area: is missing.*heat\.links\[0\] depends on",
-    ):
-        sb.simulate(scene)
-    both = dataclasses.replace(contact, resistance=1e-3)
-    with pytest.raises(sb.InputError, match=r"heat\.links\[0\]\.law: "):
-        sb.simulate(
-            at_rest(
-                False,
-                network(False, (both, Conductance("linings", "band", 1.0))),
-                sb.Constant(1e3),
-            )
-        )
-    heat = sb.layered_heat(
-        rim=sb.material("steel_20L"),
-        rim_thickness=0.025,
-        track_area=1.0,
-        partition=0.5,
-        lining=sb.material("FK-24A"),
-        lining_area=0.7,
-        band=sb.material("band_steel"),
-    )
-    heat = sb.thermal.with_external_pair(heat, 0.5)
-    heat = dataclasses.replace(
-        heat, links=(*heat.links, Convection("lining.back", 0.7, 20.0))
-    )
-    with pytest.raises(
-        sb.InputError,
-        match=r"resistance: perfect contact that opens, at lining\.back with other",
-    ):
-        sb.simulate(at_rest(True, heat, sb.Constant(1e3)))

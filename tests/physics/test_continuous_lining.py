@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import jacobians
-from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -163,44 +162,6 @@ def test_friction_that_falls_with_the_pressure():
 
 
 @pytest.mark.slow
-def test_fade_along_the_band_by_scipy():
-    """Pieces heat and fade for themselves, as lumps behind a cool rim."""
-    n = 3
-    C = 4e3
-    a = 1.5e-3
-    heat = sb.Heat(
-        (
-            sb.thermal.Lump("rim", 2e5),
-            sb.thermal.Lump("linings", np.full(n, C), count=n),
-        ),
-        friction=sb.thermal.FrictionHeat(
-            "rim", "linings", sb.thermal.ConstantPartition(0.4)
-        ),
-        linings="linings",
-    )
-    law = sb.friction.ProductFriction(F, (sb.LinearFade(a, 293.15),))
-    result = sb.simulate(scene(lining(n, law), heat=heat), rtol=1e-12)
-
-    def rates(t, y):
-        f = F * (1 - a * (y[1:] - 293.15))
-        tension = T0 * np.exp(np.append(0.0, np.cumsum(f * WRAP / n)))
-        return [-R * (tension[-1] - T0) / J, *(0.6 * np.diff(tension) * R * y[0] / C)]
-
-    truth = solve_ivp(
-        rates,
-        (0, 9),
-        [W0, *[293.15] * n],
-        "DOP853",
-        events=at_rest,
-        rtol=1e-13,
-        atol=1e-9,
-    )
-    assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-9)
-    hot = result.series([float(result.stopping_time)], left=True).lining_temperature[0]
-    np.testing.assert_allclose(hot, truth.y[1:, -1], rtol=1e-9)
-
-
-@pytest.mark.slow
 def test_one_of_two_bands():
     """A continuous lining beside blocks, each with half of the lever."""
     blocks = sb.uniform_linings(8, WRAP, F)
@@ -229,39 +190,4 @@ def test_one_of_two_bands():
     )
     assert float(pair.friction_force[0, 6]) == pytest.approx(
         F * float(pair.normal_load[0, 6]), rel=1e-12
-    )
-
-
-@pytest.mark.slow
-def test_files_words_and_errors(tmp_path):
-    given = scene(lining(8))
-    text = sb.files.scene_text(given)
-    assert sb.files.scene_from_text(text).brake.linings.continuous
-    head, _, rest = text.partition("[brake.linings]")
-    rest = rest[rest.index("\n[duty") :]
-    keys = 'count = 8\nwrap = "270 deg"\nfriction = 0.35\ncontinuous = true\n'
-    read = sb.files.scene_from_text(f"{head}[brake.linings]\n{keys}{rest}")
-    assert float(sb.simulate(read).stopping_time) == pytest.approx(
-        J * W0 / (R * T0 * math.expm1(F * WRAP)), rel=1e-12
-    )
-    assert given.brake.features == ("continuous lining",)
-    with pytest.raises(sb.InputError, match="continuous: has no blocks to lay out"):
-        sb.layouts.equal_layout(given, "pressure")
-    bandage = sb.Bandage(20.0, 0.2)
-    for band, more in (
-        (sb.Band(R), bandage),
-        (sb.Band(R, 1e5, sb.Segments(1e6)), None),
-    ):
-        brake = sb.Brake(
-            sb.Pulley(R, J), band, lining(mass=3.0 if more is None else None), more
-        )
-        with pytest.raises(
-            sb.InputError, match=r"linings.continuous: a .* has separate linings"
-        ):
-            sb.check_scene(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
-    # f tan(β/2) of such pieces were 1.5: as blocks they would lock themselves
-    strong = sb.Lining(1.5, np.full(3, math.pi / 2), continuous=True)
-    found = sb.simulate(scene(strong, tension=10.0, end=60.0))
-    assert float(found.stopping_time) == pytest.approx(
-        J * W0 / (R * 10.0 * math.expm1(1.5 * 1.5 * math.pi)), rel=1e-12
     )

@@ -7,7 +7,6 @@ import jax
 import numpy as np
 import pytest
 from disc_scenes import (
-    FADE,
     FRICTION,
     LOAD,
     R_I,
@@ -24,7 +23,6 @@ from disc_scenes import (
 from shipped import load
 
 import simbrake as sb
-from simbrake import plot
 
 
 @pytest.fixture(scope="module")
@@ -63,24 +61,6 @@ def test_held_pads_share_the_load_at_rest(stopped):
     np.testing.assert_allclose(s.lever_force, F)
     assert s.tension is None
     assert s.slack_tension is None
-
-
-def test_names_of_a_band_are_not_there(stopped):
-    assert "max_tension" not in stopped.metrics
-    assert stopped.metrics["max_normal_load"] == pytest.approx(F)
-    with pytest.raises(ValueError, match="max_tension"):
-        _ = stopped.max_tension
-    with pytest.raises(
-        sb.InputError, match="max_tension: is not a metric of this scene"
-    ):
-        sb.sensitivity(stopped.scene, ["max_tension"])
-    assert "tension" not in str(stopped)
-    assert "elastic_change" not in stopped.energy
-    assert "elastic" not in str(stopped)
-    with pytest.raises(
-        sb.InputError, match=r"energy\.elastic_change: is not a metric of this scene"
-    ):
-        sb.sensitivity(stopped.scene, ["energy.elastic_change"])
 
 
 def test_both_directions_are_alike(stopped):
@@ -175,112 +155,6 @@ def test_pressure_counts():
     assert float(result.stopping_time) == pytest.approx(
         J * W0 / (torque - LOAD), rel=1e-12
     )
-
-
-def test_all_faults_at_once():
-    bad = disc_scene(
-        friction=FADE, wear=sb.Wear(1e-13, geometry=True, take_up_speed=0.1)
-    )
-    bad = sb.with_values(bad, {"brake.linings.outer_radius": 0.2, "end_time": -1.0})
-    with pytest.raises(sb.InputError) as caught:
-        sb.check_scene(bad)
-    text = str(caught.value)
-    for part in (
-        "brake.linings.outer_radius: 0.2 m is not outside of the inner radius 0.3 m",
-        "heat: is missing",
-        "wear.geometry: has no effect on a disc brake",
-        "wear.take_up_speed",
-        "end_time",
-    ):
-        assert part in text
-    banded = dataclasses.replace(
-        disc_scene(), duty=sb.Duty(sb.Constant(1e3), sb.TorqueLoad(sb.Constant(0.0)))
-    )
-    with pytest.raises(
-        sb.InputError, match=r"duty\.slack_tension: a disc brake has no band"
-    ):
-        sb.simulate(banded)
-    with pytest.raises(
-        sb.InputError, match=r"linings\.friction: its numbers do not fit 4 linings"
-    ):
-        sb.check_scene(disc_scene(friction=sb.ConstantFriction(np.array([0.3, 0.4]))))
-
-
-@pytest.mark.parametrize(
-    "feature",
-    [
-        lambda scene, run: sb.estimates(scene),
-        lambda scene, run: sb.synthesize(scene),
-        lambda scene, run: sb.equal_layout(scene, "pressure"),
-        lambda scene, run: sb.results.overlap(run, [0.1]),
-        lambda scene, run: sb.results.geometric_overlap(scene.brake),
-        lambda scene, run: sb.brakes.stiffness_of(scene.brake),
-        lambda scene, run: sb.brakes.tension_shares(scene.brake),
-        lambda scene, run: sb.results.internal_slip_tension(scene.brake, 1.0),
-        lambda scene, run: sb.programme_scene(
-            scene.brake, ("brake to rest",), sb.HookLoad(1e4, 0.4, 8.0), F
-        ),
-        lambda scene, run: sb.studies.turned_scene(scene),
-        lambda scene, run: plot.pulley(run),
-        lambda scene, run: plot.animate(run, "film.gif"),
-    ],
-)
-def test_what_is_of_a_band_says_so(stopped, feature):
-    with pytest.raises(sb.InputError, match="disc brake"):
-        feature(stopped.scene, stopped)
-
-
-GOOD = """
-format = "simbrake scene 1"
-end_time = "4 s"
-[brake]
-inertia = "400 kg*m^2"
-[brake.linings]
-friction = 0.4
-inner_radius = "30 cm"
-outer_radius = "50 cm"
-angle = "40 deg"
-faces = 4
-[duty]
-force = "20 kN"
-load = "1.5 kN*m"
-[initial]
-omega = "30 rad/s"
-"""
-
-
-def test_a_file_by_hand():
-    scene = sb.files.scene_from_text(GOOD)
-    sb.check_scene(scene)
-    numbers = scene.brake.inertia, scene.initial.omega, scene.duty.load.profile.level
-    assert [float(x) for x in numbers] == [J, W0, LOAD]
-    assert 4 * 0.4 * float(
-        scene.duty.force.level * scene.brake.radius
-    ) == pytest.approx(TORQUE, rel=1e-12)
-    bad = (
-        GOOD.replace("400 kg*m^2", "400 m")
-        .replace("outer_radius", "outer_radus")
-        .replace("0.4", "-0.4")
-    )
-    with pytest.raises(sb.InputError) as caught:
-        sb.files.scene_from_text(bad.replace("faces = 4", "faces = 0"))
-    text = str(caught.value)
-    for path in (
-        "brake.inertia",
-        "linings.outer_radus",
-        "linings.outer_radius",
-        "linings.friction",
-        "linings.faces",
-    ):
-        assert path in text
-    with pytest.raises(sb.InputError, match="a disc brake has no band"):
-        sb.check_scene(
-            sb.files.scene_from_text(GOOD.replace("force =", "slack_tension ="))
-        )
-    with pytest.raises(
-        sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"
-    ):
-        sb.files.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
 
 
 @pytest.mark.slow

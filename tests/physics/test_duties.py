@@ -100,37 +100,6 @@ def test_linings_heat_by_their_own_friction():
     assert result.nodes[6] == "lining[1,1]"
 
 
-@pytest.mark.slow
-def test_interface_shares_heat_by_effusivity():
-    """Friction heat given to a junction between two walls: the share that they find by
-    themselves is Charron's."""
-    steel = sb.Material(45.0, 7850.0, 480.0)
-    lining = sb.Material(0.8, 2000.0, 1100.0)
-    growth = sb.thermal.layer_growth(5e-6, 0.03, 60)
-    heat = sb.Heat(
-        (
-            sb.thermal.Wall("rim", steel, 0.03, 1.0, 60, growth),
-            sb.thermal.Wall("lining", lining, 0.03, 1.0, 60, growth),
-            sb.thermal.Junction("face"),
-        ),
-        (
-            sb.thermal.ThermalContact("face", "rim.front", 1.0),
-            sb.thermal.ThermalContact("face", "lining.front", 1.0),
-        ),
-        sb.thermal.FrictionHeat(
-            "face", "face", sb.thermal.ConstantPartition(0.5), sensed="rim.front"
-        ),
-        rim="rim.front",
-    )
-    result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
-    stored = {name: float(value) for name, value in result.stored_heat.items()}
-    assert stored["rim"] / sum(stored.values()) == pytest.approx(
-        0.907538740903391, abs=2e-3
-    )
-    # perfect contact of layers of 5 µm: large conductances cancel
-    assert float(result.energy["heat_closure"]) < 1e-10
-
-
 def test_radiation_governs_when_hot():
     T = sb.thermal.radiation_governs_above(25.0, 0.8)
     assert pytest.approx(

@@ -294,28 +294,6 @@ def test_stop_against_scipy(kind):
     )
 
 
-@pytest.mark.slow
-def test_stiff_ropes_tend_to_the_rigid_one():
-    """Under a tension that rises all the time, with damping: the stopping time differs
-    by a term in `1/k`."""
-    lever = sb.PiecewiseLinear([0.0, 2.0], [4e3, 24e3])
-    rigid = stop_scene(
-        C=None, J=J, w0=24.0, load=sb.HookLoad(M, 0.4, 8.0), end=2.0, lever=lever
-    )
-    truth = float(sb.simulate(rigid, rtol=1e-12).stopping_time)
-    ks = np.array([1e7, 1e8, 1e9])
-    away = []
-    for k in ks:
-        run = sb.simulate(
-            scene(k, 0.4 * math.sqrt(k * M), end=2.0, lever=lever), rtol=1e-12
-        )
-        away.append(abs(float(run.stopping_time) - truth))
-    np.testing.assert_allclose(
-        np.diff(np.log(away)) / np.diff(np.log(ks)), -1.0, atol=0.02
-    )
-    assert away[-1] < 1e-5
-
-
 # --- together with everything else --------------------------------------------------
 
 
@@ -343,48 +321,3 @@ def test_balances_with_everything_coupled():
     assert float(after.hook_load[0] - before.hook_load[0]) == pytest.approx(
         2e4 * float(after.omega[0]) * 0.04 * math.sqrt(3) / 2 / 8, rel=1e-9
     )
-
-
-@pytest.mark.slow
-def test_files_and_input(tmp_path):
-    lines = RopeElasticity(
-        modulus="100 GPa", area="500 mm^2", length="40 m", damping=2e4
-    )
-    load = sb.HookLoad(M, 0.4, 8.0, elasticity=lines)
-    what = stop_scene(C=None, J=J, T0=25e3, w0=24.0, load=load, end=1.0)
-    sb.write_scene(what, tmp_path / "scene.toml")
-    again = sb.simulate(sb.read_scene(tmp_path / "scene.toml"))
-    # k = n E A/L
-    same = sb.simulate(scene(8 * 100e9 * 500e-6 / 40, 2e4, T0=25e3, end=1.0))
-    assert float(again.stopping_time) == float(same.stopping_time)
-    assert float(again.record.y_end.hook.excess) == float(same.record.y_end.hook.excess)
-    with pytest.raises(
-        sb.InputError, match=r"duty\.load\.elasticity\.stiffness: is missing"
-    ):
-        sb.simulate(scene(None))
-    both = dataclasses.replace(load, elasticity=RopeElasticity(K, modulus=1e11))
-    with pytest.raises(sb.InputError, match=r"elasticity\.stiffness: is given beside"):
-        sb.simulate(dataclasses.replace(what, duty=sb.Duty(sb.Constant(25e3), both)))
-    with pytest.raises(sb.InputError, match=r"duty\.load\.mass: is 0"):
-        sb.simulate(scene(m=0.0))
-    trip = (
-        "take the string",
-        "lower 27 m at 1.2 m/s",
-        "brake to rest",
-        "set the string in the slips",
-        "wait 9 s",
-    )
-    with pytest.raises(sb.InputError, match=r"empty: is missing"):
-        sb.programme_scene(what.brake, trip, load, pull=30e3)
-    tripping = sb.programme_scene(what.brake, trip, load, pull=30e3, empty=5e3)
-    assert tripping.duty.load.elasticity is lines
-    rigid = sb.simulate(
-        stop_scene(
-            C=None, J=J, T0=25e3, w0=24.0, load=sb.HookLoad(M, 0.4, 8.0), end=1.0
-        )
-    )
-    with pytest.raises(
-        ValueError, match="no max_hook_load: its load hangs on no elastic rope"
-    ):
-        _ = rigid.max_hook_load
-    assert rigid.series([0.5]).rope_stretch is None

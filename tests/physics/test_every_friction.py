@@ -549,36 +549,6 @@ class Half(sb.friction.AbstractFriction):
         return 0.5 * self.base.static(contact)
 
 
-class Own(Half):
-    """The same with a contact of its own, which lacks the factor."""
-
-    def kinetic(self, contact):
-        return 0.5 * self.base.kinetic(
-            sb.friction.Contact(contact.v, contact.T, contact.p)
-        )
-
-    def static(self, contact):
-        return self.kinetic(contact)
-
-
-class Silent(Half):
-    @property
-    def over_time(self):
-        return ()
-
-
-class Forgetful(Half):
-    def start(self, n):
-        return None
-
-
-class Mean(Half):
-    other: sb.friction.AbstractFriction
-
-    def kinetic(self, contact):
-        return 0.5 * (self.base.kinetic(contact) + self.other.kinetic(contact))
-
-
 @runs_of("custom law")
 def test_custom_law_takes_memory_and_changes(kind):
     start = scene(kind, lambda n, f=F: Half(wrapped(n, 2 * f)))
@@ -612,31 +582,6 @@ def oiled(f=F, chosen=None):
     )
 
 
-@pytest.mark.parametrize(
-    ("law", "words"),
-    [
-        (
-            lambda n, f=F: Own(oiled()),
-            "does not follow the changes over time of a law in it",
-        ),
-        (
-            lambda n, f=F: Silent(oiled()),
-            "base: changes over time, and the law around it does not",
-        ),
-        (
-            lambda n, f=F: Forgetful(running_in(n)),
-            "base: has states, and the law around it has none",
-        ),
-        (lambda n, f=F: Mean(oiled(), oiled()), "several laws in it change over time"),
-        (lambda n, f=F: Half(oiled(chosen=4.0)), "give whole numbers of linings, 1…"),
-    ],
-)
-def test_law_that_loses_states_is_refused(law, words):
-    for kind in ("staged, elastic band", "several bands by shares", "disc brake"):
-        with pytest.raises(sb.InputError, match=words):
-            sb.check_scene(scene(kind, law))
-
-
 @runs_of("oil later")
 def test_oil_that_comes_later(kind):
     """A stop whose friction falls at 0.5 s ends as one that begins there with the
@@ -663,59 +608,3 @@ def test_oil_that_comes_later(kind):
             float(rest.stopping_time), rel=1e-10
         )
         assert float(whole.stopping_time) > 1.01 * float(dry.stopping_time)
-
-
-class Faded(sb.friction.AbstractFriction):
-    """A custom law with a table in it, without a word about where that ends."""
-
-    fade: sb.friction.AbstractFactor
-
-    def kinetic(self, contact):
-        return F * self.fade.factor(contact)
-
-    def static(self, contact):
-        return self.kinetic(contact)
-
-
-def test_custom_law_ends_with_its_table():
-    table = sb.friction.TabulatedFade([HOT - 200.0, HOT - 10.0], [1.0, 0.9])
-    for law in (Faded(table), Half(ProductFriction(F, (table,)))):
-        for kind in ("rigid band", "several bands by shares", "disc brake"):
-            with pytest.raises(sb.InputError, match="does not cover the start"):
-                sb.check_scene(warm(kind, lambda n, f=F, law=law: law))
-    with pytest.raises(sb.InputError, match="the temperatures must increase"):
-        sb.check_scene(
-            scene(
-                "rigid band",
-                lambda n: Faded(sb.friction.TabulatedFade([400.0, 300.0], [1.0, 1.0])),
-            )
-        )
-
-
-def test_a_band_with_states_is_not_turned():
-    law = FrictionWithMemory(F, (MemoryProcess(0.9, rate=1.0),))
-    for name in ("turned_at", "turned_after"):
-        start = scene("rigid band", lambda n: law, wear=sb.Wear(WEAR, **{name: 1.0}))
-        with pytest.raises(sb.InputError, match="states, which would not turn"):
-            sb.check_scene(start)
-
-
-@pytest.mark.parametrize(
-    "lever", [sb.SpeedHold(1e4), sb.Driller(sb.PiecewiseLinear([0.0], [1.0]), 1e4)]
-)
-def test_lever_by_speed_is_no_time_function(lever):
-    start = scene("rigid band", plain)
-    heat = still_heat(start.brake)
-    warmed = dataclasses.replace(heat, sources=(sb.thermal.Source("rim", lever),))
-    wrong = {
-        r"duty\.load\.profile": {
-            "duty": dataclasses.replace(start.duty, load=sb.TorqueLoad(lever))
-        },
-        r"shaft\[0\]\.fill": {"shaft": (sb.shaft.HydrodynamicBrake(1.0, lever),)},
-        r"heat\.sources\[0\]\.power": {"heat": warmed},
-    }
-    for path, parts in wrong.items():
-        with pytest.raises(
-            sb.InputError, match=f"{path}: is a lever that depends on the speed"
-        ):
-            sb.check_scene(dataclasses.replace(start, **parts))

@@ -3,18 +3,14 @@ files, input."""
 
 import dataclasses
 import math
-import pathlib
-import re
 
 import bandage_scenes
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-import staged_scenes as staged
-from disc_scenes import FRICTION, R_I, R_O, W0, F, J, N, disc_heat, disc_scene
 from helpers import TSIT5, jacobians
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.optimize import brentq
 from shoe_scenes import normals, shoe_scene
 
@@ -116,104 +112,6 @@ def test_held_load_goes_when_friction_jumps():
 
 
 # --- other brakes -------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_staged_brake_with_changes_of_pairs():
-    """Oil on the rim lets the bandage go at once; on the band it lowers the torque of
-    stage 1."""
-    R = staged.R
-    J_ = staged.J
-    J_b = staged.J_B
-    s = math.sin(staged.BETA / 2)
-    z = math.tan(staged.BETA / 2)
-    T_0 = 400.0
-    load = 300.0
-    outer = np.full(staged.N, staged.F_EXT)
-    inner = np.full(staged.N, staged.F_INT)
-
-    def ext(f):
-        Pi = np.cumprod(np.append(1.0, (1 + f * z) / (1 - f * z)))
-        return staged.R_B * T_0 * (Pi[-1] - 1), T_0 * (Pi[1:] + Pi[:-1]) * s
-
-    def parts(t):
-        f = outer.copy()
-        g = inner.copy()
-        f[2:4] *= 0.5 if t >= 0.4 else 1.0
-        g *= 0.2 if t >= 0.9 else 1.0
-        M_ext, N_i = ext(f)
-        return M_ext, R * float(np.sum(g * (N_i + staged.PRELOAD)))
-
-    laws = {
-        "law": changed(staged.F_EXT, jump(0.4, 0.5), [3, 4]),
-        "inner": changed(staged.F_INT, jump(0.9, 0.2)),
-    }
-    result = sb.simulate(
-        staged.stop(lever=sb.Constant(T_0), load=load, w0=20.0, end=1.5, **laws)
-    )
-    omega = 20.0 + 0.4 * (load - parts(0.0)[0]) / (J_ + J_b)
-    omega += 0.5 * (load - parts(0.5)[0]) / (J_ + J_b)
-    M_ext, M_int = parts(1.0)
-    # it grips, and does not then
-    assert parts(0.5)[1] > abs(load - J_ * (load - M_ext) / (J_ + J_b)) > M_int
-    assert float(result.internal_slip_time) == 0.9
-    end = result.series([1.5])
-    assert float(end.omega[0]) == pytest.approx(
-        omega + 0.6 * (load - M_int) / J_, rel=1e-12
-    )
-    assert float(end.bandage_speed[0]) == pytest.approx(
-        omega + 0.6 * (M_int - M_ext) / J_b, rel=1e-12
-    )
-    assert float(result.energy["closure"]) <= 1e-12
-
-
-@pytest.mark.slow
-def test_disc_with_fade_and_oil_by_scipy():
-    """Two of four pads from 0.6 s on; pads fade by their own heat; disc and pads as
-    lumps."""
-    base = sb.friction.ProductFriction(
-        sb.ConstantFriction(FRICTION), (sb.LinearFade(2e-3, 273.15),)
-    )
-    result = sb.simulate(
-        disc_scene(friction=changed(base, jump(0.6, 0.3), [1, 4]), heat=disc_heat()),
-        rtol=1e-12,
-    )
-    r = 0.5 * (R_I + R_O)
-    load = 1500.0
-
-    def rates(t, y, factor):
-        f = FRICTION * (1 - 2e-3 * (y[2:] - 273.15)) * factor
-        P = f * F * r * y[0]
-        disc = (0.3 * 0.0 + 0.7 * P.sum() - 20.0 * (y[1] - 293.15)) / 2e5
-        return [
-            (load - r * F * f.sum()) / J,
-            disc,
-            *((0.3 * P - 5.0 * (y[2:] - 293.15)) / 500.0),
-        ]
-
-    def stops(t, y, factor):
-        return y[0]
-
-    stops.terminal = True
-    y = np.array([W0, 293.15, *[293.15] * N])
-    t = 0.0
-    for end, factor in ((0.6, np.ones(N)), (9.0, np.array([0.3, 1.0, 1.0, 0.3]))):
-        found = solve_ivp(
-            rates,
-            (t, end),
-            y,
-            "DOP853",
-            args=(factor,),
-            events=stops,
-            rtol=1e-13,
-            atol=1e-10,
-        )
-        t = found.t[-1]
-        y = found.y[:, -1]
-    assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
-    hot = np.asarray(result.series([t], left=True).temperature)[0]
-    np.testing.assert_allclose(hot, y[1:], rtol=1e-9)
-    assert float(result.energy["heat_closure"]) <= 1e-12
 
 
 def test_an_oiled_shoe():
@@ -401,162 +299,7 @@ def test_hot_rim_begins_a_change():
     assert times_of(at_once, "friction_change") == [0.0]
 
 
-@pytest.mark.slow
-def test_elastic_band_feels_it_as_a_jump_at_that_time():
-    """With its jump of tension: the same as a change at the known time, which other
-    tests have proved."""
-    x = (393.15, 5e4, 1e3, 0.3)
-    time = 2.0
-    C = 2e6
-    of_heat = sb.simulate(heated_from_outside(*x, stiffness=C))
-    law = changed(sb.ConstantFriction(MU, 1.2), jump(time, 0.3))
-    known = sb.simulate(
-        dataclasses.replace(
-            heated_from_outside(*x, stiffness=C), brake=scene(law, C).brake
-        )
-    )
-    (omega, band), (known_omega, known_band) = (
-        (r.record.y_end.omega, r.record.y_end.own.x) for r in (of_heat, known)
-    )
-    assert float(omega) == pytest.approx(float(known_omega), rel=1e-10)
-    assert float(band) == pytest.approx(float(known_band), rel=1e-10)
-    assert float(of_heat.energy["closure"]) <= 1e-12
-
-
-@pytest.mark.slow
-def test_one_of_two_bands_begins_to_change_at_a_stop():
-    """A change that waits, beside one in time, in laws of two bands: each on its own
-    linings."""
-    laws = waiting(MU, 0.0, "stop 1"), changed(MU, jump(0.2, 0.5))
-    bands = tuple(
-        sb.brakes.LinedBand(sb.uniform_linings(COUNT, "270 deg", law), share=1.0)
-        for law in laws
-    )
-    brake = sb.brakes.MultiBandBrake(sb.Pulley(0.59, INERTIA), R_B, bands)
-    result = sb.simulate(sb.Scene(brake, sb.Duty(2 * T0, 0.0), sb.Initial(OMEGA), 4.0))
-    first = float(torque(1.0))
-    second = float(torque(0.5))
-    stop = 0.2 + (OMEGA * INERTIA - 0.4 * first) / (first + second)
-    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-12)
-    assert times_of(result, "friction_change") == pytest.approx([stop], rel=1e-12)
-    f = result.series([0.1, 0.3, 3.9]).friction_coefficient
-    np.testing.assert_allclose(
-        f[:, [0, COUNT]], [[MU, MU], [MU, 0.5 * MU], [0.0, 0.5 * MU]], rtol=1e-12
-    )
-
-
-@pytest.mark.slow
-def test_stop_on_a_shaft_with_dry_friction():
-    """Beside other torques on the shaft, one of them with time breakpoints: the change
-    half a second after the stop."""
-    load = 9e3
-    dry = 400.0
-    end = 6.0
-    idle = sb.loads.EddyCurrentBrake(
-        2e3, 12.0, sb.PiecewiseLinear([0.3, 1.0], [0.0, 0.0])
-    )
-    law = waiting(sb.ConstantFriction(MU, 1.2), jump(0.5, 0.3), "stop 1")
-    given = scene(law, None, load, 10.0, end)
-    result = sb.simulate(
-        dataclasses.replace(given, shaft=(idle, sb.loads.BearingFriction(dry)))
-    )
-    stop = 10.0 * INERTIA / (float(torque(1.0)) + dry - load)
-    assert times_of(result, "friction_change") == pytest.approx([stop], rel=1e-12)
-    assert times_of(result, "restart") == pytest.approx([stop + 0.5], rel=1e-12)
-    speed = (load - dry - float(torque(0.3))) / INERTIA * (end - stop - 0.5)
-    assert float(result.record.y_end.omega) == pytest.approx(speed, rel=1e-11)
-
-
-def test_what_begins_a_change_is_read_and_checked():
-    changes = '[{ factor = 0.4, when = "stop 3" }, { factor = 0, linings = 2, when = "stop 5" }]'
-    text = sb.files.scene_text(scene(changed(MU, 1.0)))
-    head, _, rest = text.partition("[brake.linings.friction]\n")
-    rest = rest[rest.index("\n[duty") :]
-    law = f'type = "ChangingFriction"\nbase = 0.35\nchanges = {changes}\n'
-    read = sb.files.scene_from_text(
-        f"{head}[brake.linings.friction]\n{law}{rest}"
-    ).brake.linings.friction
-    assert [change.when.words for change in read.changes] == ["stop 3", "stop 5"]
-    cooled = FrictionChange(0.5, when="temperature of the band below 50 degC").when
-    assert (cooled.words, float(cooled.level)) == (
-        "temperature of the band below 50 °C",
-        323.15,
-    )
-    again = sb.files.scene_from_text(
-        sb.files.scene_text(scene(read))
-    ).brake.linings.friction
-    assert jax.tree.structure(again) == jax.tree.structure(read)
-    assert read.changes[1].turned(8).when is read.changes[1].when
-    for when, words in (
-        ("12 s", "changes.*when: '12 s' begins no change of friction"),
-        ("rest", "begins no change of friction.*as in .stop 3."),
-        (sb.loads.AtStop(1.5), "1.5 is no whole number"),
-        (
-            "temperature of the rim above 300 degC",
-            "changes.0..when: never comes: no temperature of the rim",
-        ),
-    ):
-        with pytest.raises(sb.InputError, match=words):
-            sb.check_scene(scene(waiting(MU, 0.5, when)))
-    with pytest.raises(sb.InputError, match="'stop x' is not understood"):
-        FrictionChange(0.5, when="stop x")
-    phases = sb.loads.Phases((sb.loads.Phase(T0, "stop 2"),))
-    with pytest.raises(sb.InputError, match="a number of stops ends no phase"):
-        sb.check_scene(scene(MU, T_0=phases))
-
-
 # --- what goes with it --------------------------------------------------------------
-
-
-def test_changes_are_written_read_and_turned():
-    law = changed(sb.friction.StribeckFriction(0.4, 0.3, 2.0), jump(2.0, 0.4), [3, 4])
-    before = scene(law)
-    after = sb.files.scene_from_text(sb.files.scene_text(before))
-    assert jax.tree.structure(after) == jax.tree.structure(before)
-    assert all(
-        np.array_equal(a, b)
-        for a, b in zip(jax.tree.leaves(after), jax.tree.leaves(before), strict=True)
-    )
-    text = (pathlib.Path(__file__).parents[2] / "docs" / "recipes.md").read_text(
-        "utf-8"
-    )
-    recipe = re.search(r"type = \"ChangingFriction\".*?(?=```)", text, re.S)
-    assert recipe is not None
-    head, _, rest = sb.files.scene_text(scene(changed(MU, 1.0))).partition(
-        "[brake.linings.friction]\n"
-    )
-    others = re.search(r"\n\[(?!brake\.linings|\[brake\.linings).*", rest, re.S)
-    assert others is not None
-    law = recipe[0].replace("linings = 20", "linings = 8")
-    written = sb.files.scene_from_text(
-        f"{head}[brake.linings.friction]\n{law}{others[0]}"
-    ).brake.linings.friction
-    np.testing.assert_array_equal(written.changes[0].linings, [3, 4])
-    assert [
-        float(written.changes[1].linings),
-        float(written.changes[1].factor.level),
-    ] == [8.0, 0.0]
-    turned = sb.studies.turned_scene(before).brake.linings.friction.changes[0]
-    np.testing.assert_array_equal(turned.linings, [6, 5])
-    np.testing.assert_array_equal(turned.factor.times, [2.0, 2.0])
-
-
-def test_input_errors():
-    cases = {
-        "give whole numbers of linings, 1…8": changed(MU, 0.5, [3, 9]),
-        "friction is never negative": changed(MU, jump(1.0, -0.1)),
-        "changes: is empty": ChangingFriction(MU, ()),
-        "put all changes into one law": changed(changed(MU, 0.5), 0.5),
-        "self-locking": changed(MU, 14.0),
-        "a lever that depends on the speed": changed(
-            MU, sb.Driller(sb.PiecewiseLinear([0.0], [1.0]), 1e3)
-        ),
-    }
-    for words, law in cases.items():
-        with pytest.raises(sb.InputError, match=words):
-            sb.check_scene(scene(law))
-    with pytest.raises(sb.InputError, match="linings"):
-        FrictionChange(0.5, [0])
 
 
 def test_change_is_linear_between_points():

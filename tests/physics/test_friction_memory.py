@@ -2,10 +2,7 @@
 files."""
 
 import math
-import pathlib
-import re
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -23,7 +20,6 @@ from test_memory import (
     TORQUE,
     F,
     J,
-    Timed,
     Z,
     band,
     disc,
@@ -154,49 +150,3 @@ def test_stop_with_all_processes_by_scipy():
     np.testing.assert_allclose(final(result), rested.y[1 + n :, -1], rtol=1e-9)
     assert np.ptp(final(result)) > 1e-3
     assert float(result.energy["closure"]) < 1e-9
-
-
-def test_processes_in_a_file_and_errors(tmp_path):
-    law = FrictionWithMemory(
-        sb.StribeckFriction(0.45, 0.4, 0.5),
-        (
-            MemoryProcess(1.0, LinearFade(8e-4, 423.15, 0.2), 0.5),
-            MemoryProcess(1.2, work=4e6),
-        ),
-        [0.8, 0.9, 0.8],
-    )
-    sb.write_scene(disc(law, heat=furnace()), tmp_path / "scene.toml")
-    again = sb.read_scene(tmp_path / "scene.toml").brake.linings.friction
-    assert jax.tree.structure(again) == jax.tree.structure(law)
-    for x, y in zip(jax.tree.leaves(again), jax.tree.leaves(law), strict=True):
-        np.testing.assert_array_equal(x, y)
-    recipes = (pathlib.Path(__file__).parents[2] / "docs" / "recipes.md").read_text(
-        "utf-8"
-    )
-    recipe = re.search(r"```toml\n(\[brake\.linings\.friction\].*?)```", recipes, re.S)
-    assert recipe is not None
-    heads, _, rest = (
-        (tmp_path / "scene.toml")
-        .read_text("utf-8")
-        .partition("[brake.linings.friction]")
-    )
-    (tmp_path / "short.toml").write_text(
-        heads + recipe[1] + rest[rest.index("\n[brake.linings.pressure]") :], "utf-8"
-    )
-    short = sb.read_scene(tmp_path / "short.toml").brake.linings.friction
-    assert [float(one.end) for one in short.processes] == [0.85, 1.0]
-    assert [float(short.processes[0].activation), float(short.processes[1].work)] == [
-        7e4,
-        4e7,
-    ]
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(
-            band(FrictionWithMemory(Timed(), (MemoryProcess(1.0, activation=4e4),)))
-        )
-    for words in ("processes[0]", "has no pace", "base", "states of its own"):
-        assert words in str(caught.value)
-    # a law that needs heat in a scene without
-    with pytest.raises(sb.InputError, match="temperature"):
-        sb.simulate(
-            band(FrictionWithMemory(F, (MemoryProcess(0.0, rate=1.0, activation=4e4),)))
-        )

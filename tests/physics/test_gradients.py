@@ -166,23 +166,6 @@ def test_metrics_differentiable_outside_jit():
     assert heat == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-9)
 
 
-@pytest.mark.slow
-def test_series_and_energy_have_derivatives():
-    def metrics(T0):
-        scene = stop_scene(T0=T0)
-        r = sb.simulate(scene, rtol=1e-12, max_steps=128)
-        s = r.series(jnp.asarray([0.001, 0.008, 0.3]))
-        return jnp.concatenate(
-            [s.omega, s.tight_tension, r.energy["friction_heat"][None]]
-        )
-
-    forward = np.asarray(jax.jit(jax.jacfwd(metrics))(8e3))
-    h = 1.0
-    run = jax.jit(metrics)
-    difference = (np.asarray(run(8e3 + h)) - np.asarray(run(8e3 - h))) / (2 * h)
-    np.testing.assert_allclose(forward, difference, rtol=1e-6, atol=1e-9)
-
-
 #: room for so many step attempts makes derivatives be compiled as long runs have them
 LONG = 9000
 
@@ -219,27 +202,6 @@ def test_gradients_with_room_for_a_long_run():
     assert float(slope) == pytest.approx(2.0 * float(truth[1]), rel=1e-9)
     with pytest.raises(NotImplementedError, match="first derivatives only"):
         jax.jit(jax.hessian(stop))(x)
-
-
-def test_series_that_does_not_depend_on_the_number():
-    """Outside of jit only the scene is traced there, nothing of the run: a derivative
-    of 0."""
-    scene = stop_scene()
-
-    def speed(radius, times=(0.3,)):
-        changed = sb.with_values(scene, {"brake.linings.area": radius})
-        return jnp.sum(sb.simulate(changed).series(list(times)).omega)
-
-    assert jax.grad(speed)(0.01) == 0.0
-
-
-def test_series_by_its_times():
-    """Of a run with values, outside of jit: the rate of the speed is that of the
-    torques."""
-    result = sb.simulate(stop_scene())
-    rate = jax.grad(lambda t: result.series(t).omega[0])(0.3)
-    before, after = result.series([0.299, 0.301]).omega
-    assert rate == pytest.approx((after - before) / 2e-3, rel=1e-5)
 
 
 def test_what_never_comes_has_no_derivative():

@@ -6,18 +6,15 @@ import math
 
 import diffrax
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import BETA, T0, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
 from helpers import jacobians
 from oracles.hard_heat import layers
-from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
-from simbrake.friction import Contact
 
 
 def scipy_stop(growth, method, rtol):
@@ -89,19 +86,6 @@ def test_layered_rim_with_fade_against_scipy():
         series.temperature[0] - sb.thermal.ROOM, T, rtol=1e-7, atol=1e-9
     )
     assert T[0] + 20.0 == pytest.approx(29.29, abs=0.005)
-
-
-@pytest.mark.slow
-def test_a_surface_layer_of_a_micrometre():
-    growth = sb.thermal.layer_growth(1e-6, 0.028, 20)
-    result = layered_result(growth)
-    assert result.method_name == "Rodas5P"
-    slip, _, stop, T = scipy_stop(growth, "Radau", 1e-9)
-    events = {event.name: event.time for event in result.events}
-    assert events["full_slip"] == pytest.approx(slip, rel=1e-7)
-    assert events["stop"] == pytest.approx(stop, rel=1e-7)
-    series = result.series([stop], left=True)
-    np.testing.assert_allclose(series.temperature[0] - sb.thermal.ROOM, T, rtol=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -238,63 +222,6 @@ def test_lever_follows_fade_to_hold_speed():
 
 
 # --- faults -------------------------------------------------------------------------
-
-
-def test_faults_of_a_scene_with_heat():
-    with pytest.raises(sb.InputError, match="depends on the temperature"):
-        sb.simulate(stop_scene(law=fading()))
-    with pytest.raises(sb.InputError, match=r"brake\.linings\.area"):
-        sb.simulate(
-            stop_scene(
-                law=sb.friction.ProductFriction(
-                    sb.ConstantFriction(0.3), (sb.friction.PressureFactor(1e6, 0.2),)
-                )
-            )
-        )
-    scene = layered_stop()
-    bad = eqx.tree_at(
-        lambda s: s.heat.friction,
-        scene,
-        sb.thermal.FrictionHeat("rim", "nowhere", sb.thermal.ConstantPartition(0.5)),
-    )
-    with pytest.raises(sb.InputError, match=r"partition\.metal"):
-        sb.simulate(eqx.tree_at(lambda s: s.heat.friction.partition.metal, bad, 1.5))
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(bad)
-    assert "'rim'" in str(caught.value)
-    assert "'nowhere'" in str(caught.value)
-
-
-def test_slip_may_begin_on_a_fade_corner():
-    """Heating from just there, friction falls from the first instant on: no step is
-    shortened to find that out."""
-    for above in (293.15, 283.15):
-        scene = layered_stop(law=fading(above=above))
-        assert (
-            int(
-                sb.simulate(
-                    scene, solver=diffrax.Dopri8(), rtol=1e-8
-                ).record.stats.rejected
-            )
-            <= 2
-        )
-
-
-@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
-def test_stribeck_slope_where_slip_begins(exponent):
-    law = sb.StribeckFriction(0.4, 0.3, 0.5, exponent)
-
-    def f(v):
-        return law.kinetic(Contact(v=v, T=None, p=None))
-
-    value, slope = jax.jvp(f, (jnp.asarray(0.0),), (jnp.asarray(1.0),))
-    assert float(value) == 0.4
-    assert float(slope) == pytest.approx(
-        -0.1 / 0.5 if exponent == 1 else 0.0, abs=1e-15
-    )
-    assert float(f(jnp.asarray(0.7))) == pytest.approx(
-        0.3 + 0.1 * math.exp(-((0.7 / 0.5) ** exponent)), rel=1e-14
-    )
 
 
 def test_two_pulleys_are_twice_a_structure():

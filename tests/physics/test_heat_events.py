@@ -4,15 +4,12 @@ are implicit."""
 import dataclasses
 import math
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-import staged_scenes as staged
-from heat_scenes import BETA, FLASH, T0, W0, C, N, R, brake, fading, warmed
+from heat_scenes import BETA, FLASH, T0, W0, C, N, R, fading, warmed
 from helpers import jacobians
 from scipy.integrate import quad
-from scipy.optimize import brentq
 
 import simbrake as sb
 
@@ -39,43 +36,6 @@ def test_held_brake_lets_go_when_heated(stiffness):
 
 
 @pytest.mark.slow
-def test_break_away_heats_the_walls_at_once():
-    """The tension falls from the static to the kinetic limit in no time:
-    `E = (T_1 − T_2)/C ((T_1 + T_2)/2 − T_0)`."""
-    C = 2e5
-    n = 4
-    share = 0.8
-    z = math.tan(math.radians(30.0))
-    rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, 1.1, 3, 1.7)
-    own = sb.thermal.Wall(
-        "lining", sb.Material(0.8, 2000.0, 900.0), 0.03, 0.05, 2, copies=n
-    )
-    heat = sb.Heat(
-        bodies=(rim, own),
-        friction=sb.thermal.FrictionHeat(
-            "rim.front", "lining.front", sb.thermal.ConstantPartition(share)
-        ),
-    )
-    law = sb.ConstantFriction(0.25, 1.2)
-    duty = sb.Duty(T0, sb.TorqueLoad())
-    result = sb.simulate(
-        sb.Scene(brake(law, C, n, math.radians(60.0)), duty, sb.Initial(W0), 0.5, heat),
-        rtol=1e-11,
-    )
-    T_1, T_2 = (T0 * ((1 + f * z) / (1 - f * z)) ** n for f in (0.3, 0.25))
-    E = (T_1 - T_2) / C * (0.5 * (T_1 + T_2) - T0)
-    at = [float(result.full_slip_time)]
-    before, after = (result.series(at, left=left) for left in (True, False))
-    assert float(after.friction_heat[0] - before.friction_heat[0]) == pytest.approx(
-        E, rel=1e-10
-    )
-    rise = np.asarray(after.temperature - before.temperature)[0]
-    into_rim = share * E / (7800 * 500 * 0.028 * 1.1)
-    into_each = (1 - share) * E / n / (2000 * 900 * 0.03 * 0.05)
-    np.testing.assert_allclose(rise, [into_rim] * 3 + [into_each] * 2 * n, rtol=1e-9)
-
-
-@pytest.mark.slow
 def test_self_locking_by_heat_is_reported():
     """By an event (elastic band) or a named code (rigid band)."""
     rising = sb.friction.ProductFriction(
@@ -99,59 +59,6 @@ def test_self_locking_by_heat_is_reported():
     )
     assert rigid.status == "singular_geometry"
     assert float(rigid.record.t_end) == pytest.approx(locked, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_a_held_staged_brake_locks_itself():
-    """All bodies warm at 4 K/s; at `f(T) tan(β/2) = 1` of the outer pair its tensions
-    have no end."""
-    rising = sb.friction.ProductFriction(
-        sb.ConstantFriction(1.8),
-        (
-            sb.friction.TabulatedFade(
-                np.array([250.0, 350.0, 900.0]), np.array([0.9, 1, 2.5])
-            ),
-        ),
-    )
-    heat = sb.thermal.lumped_heat(
-        rim=5e3,
-        linings=6e3,
-        band=9e3,
-        partition=0.7,
-        lining_to_band=30.0,
-        rim_cooling=0.0,
-    )
-    bodies = [body for body in heat.bodies if isinstance(body, sb.thermal.Lump)]
-    sources = tuple(
-        sb.thermal.Source(body.name, 4.0 * body.capacity) for body in bodies
-    )
-    heat = sb.thermal.with_external_pair(
-        dataclasses.replace(heat, links=(), sources=sources), 0.5
-    )
-    scene = staged.stop(
-        law=rising, heat=heat, w0=0.0, load=3e3, lever=sb.Constant(8e3), end=140.0
-    )
-    result = sb.simulate(scene, throw=False)
-
-    def margin(t):
-        contact = sb.friction.Contact(
-            v=None, T=jnp.asarray([sb.thermal.ROOM + 4.0 * t])
-        )
-        return (
-            1.8
-            * float(rising.factors[0].factor(contact)[0])
-            * math.tan(staged.BETA / 2)
-            - 1
-        )
-
-    assert (result.status, [event.name for event in result.events]) == (
-        "singular_geometry",
-        ["self_locking"],
-    )
-    assert float(result.record.t_end) == pytest.approx(
-        brentq(margin, 50.0, 140.0, xtol=1e-12), rel=1e-11
-    )
-    assert float(jnp.abs(result.record.y_end.omega)) == 0.0
 
 
 @pytest.mark.slow
@@ -249,34 +156,3 @@ def test_stop_with_flash_and_derivatives():
     ]
     np.testing.assert_allclose(forwards[0], slopes, rtol=1e-6)
     np.testing.assert_allclose(backwards[0], slopes, rtol=1e-6)
-
-
-@pytest.mark.slow
-def test_flash_fold_is_named():
-    """Friction that rises with temperature feeds its own flash: warmed far enough, the
-    branch without flash ends."""
-    table = np.asarray([250.0, 400.0, 450.0, 2000.0]), np.asarray([0.9, 1.0, 2.2, 2.3])
-    rising = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.3), (sb.friction.TabulatedFade(*table),)
-    )
-    flash = sb.thermal.FlashTemperature(
-        length=1e-3, conductivity=50.0, diffusivity=1.44e-5, hardness=3.0e7
-    )
-    scene = warmed(
-        rising, 1e5, stiffness=None, end=80.0, flash=flash, capacity=1e5, w0=20.0
-    )
-    scene = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene, np.asarray(1e6))
-    result = sb.simulate(scene, throw=False)
-    assert result.status == "flash_fold", result.message
-    T = float(result.end_temperatures[0])
-    v = R * float(result.record.y_end.omega)
-    per_f = 2 * 3.0e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
-    f = np.linspace(0.28, 0.5, 2001)
-    excess = f - 0.3 * np.asarray(
-        rising.factors[0].factor(
-            sb.friction.Contact(v=None, T=jnp.asarray(T + per_f * f))
-        )
-    )
-    # here the hill of the residual, behind the first root, has just sunk to 0
-    hill = excess[np.argmax(np.diff(excess) < 0)]
-    assert abs(hill) < 1e-4

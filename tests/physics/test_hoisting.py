@@ -38,11 +38,6 @@ FASTER = 0.5
 BRAKE = sb.Brake(
     sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
 )
-CHAIN = sb.Brake(
-    BRAKE.pulley,
-    sb.Band(0.623, 4e5, sb.Segments(1e7)),
-    sb.uniform_linings(4, "270 deg", 0.35, mass=3.5),
-)
 LOAD = HookLoad(MASS, RADIUS, LINES)
 MOTOR = Motor("60 kN*m", "1100 kW", "40 rad/s")
 
@@ -113,20 +108,6 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     assert float(at.motor_torque[0]) == pytest.approx(WEIGHT, rel=1e-10)
     assert float(at.motor_power[0]) == pytest.approx(MASS * 9.80665 * UP, rel=1e-10)
     assert float(at.hook_speed[0]) == pytest.approx(-UP, rel=1e-10)
-
-
-def test_a_motor_brings_the_drum_to_rest_before_the_band_closes():
-    hoist, slow = up(25.0)
-    slow = dataclasses.replace(
-        slow,
-        motor=sb.PiecewiseLinear([0.0, 2 * UP / FASTER], [-UP / TRAVEL, UP / TRAVEL]),
-    )
-    result = run(Phases((hoist, slow, HOLD)))
-    # the band bears the load at rest, and has never rubbed
-    held = 30e3 + WEIGHT / 0.623
-    assert float(result.energy["friction_heat"]) == 0.0
-    assert result.metrics["max_tension"] == pytest.approx(held, rel=1e-10)
-    assert float(result.record.y_end.omega) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -212,55 +193,6 @@ def test_a_motor_gives_no_more_than_its_torque():
     assert float(time(torque)) == pytest.approx(expected, rel=1e-10)
     assert float(jax.grad(time)(torque)) == pytest.approx(
         -expected / (2 * (torque - WEIGHT)), rel=1e-7
-    )
-
-
-@pytest.mark.slow
-def test_a_motor_gives_no_more_than_its_power():
-    power = MASS * 9.80665 * 0.8  # enough for 0.8 m/s
-    phase = Phase(0.0, "travel -20 m", motor=sb.PiecewiseLinear([0.0], [-39.0]))
-    result = run(Phases((phase,)), motor=_weak(2 * WEIGHT, power), end=1e3)
-
-    def rates(t, y):
-        return [y[1], (min(2 * WEIGHT, power / max(y[1], 1e-9)) - WEIGHT) / J]
-
-    def arrived(t, y):
-        return y[0] - 20.0 / TRAVEL
-
-    arrived.terminal = True
-    knee = power / (2 * WEIGHT)  # up to this speed the torque is constant
-    begin = knee * J / WEIGHT
-    start = [0.5 * knee * begin, knee]
-    truth = solve_ivp(
-        rates,
-        (begin, 1e3),
-        start,
-        events=arrived,
-        rtol=1e-12,
-        atol=1e-12,
-        method="DOP853",
-    )
-    assert float(result.record.t_end) == pytest.approx(truth.t_events[0][0], rel=1e-9)
-    assert result.metrics["max_motor_power"] == pytest.approx(power, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_friction_of_the_tackle_is_overcome_upwards():
-    law = TackleLoss(hoisting_efficiency=0.9)
-    result = run(
-        Phases((*up(25.0), HOLD)),
-        motor=Motor("60 kN*m", "2 MW", "40 rad/s"),
-        shaft=(law,),
-    )
-    energy = result.energy
-    np.testing.assert_allclose(
-        ends(result)[:2], [25.0 / UP, 25.0 / UP + UP / FASTER], rtol=1e-9
-    )
-    assert float(energy["motor_work"]) == pytest.approx(
-        MASS * 9.80665 * 25.0 / 0.9, rel=1e-9
-    )
-    assert float(energy["shaft_work"]) == pytest.approx(
-        (1 / 0.9 - 1) * MASS * 9.80665 * 25.0, rel=1e-9
     )
 
 
@@ -631,18 +563,6 @@ def test_a_run_that_ends_under_the_motor_is_driven(speed, travel, reason):
 
 
 @pytest.mark.slow
-def test_runs_of_an_ensemble_are_driven_too():
-    motor = dataclasses.replace(MOTOR, speed=course(0.0, -UP))
-    scene = sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 5.0, motor=motor)
-    data = sb.sweep(scene, {"motor.max_power": [1e5, 2e6]}, ["max_motor_power"])
-    assert data["status"].values.tolist() == ["driven", "driven"]
-    powers = data["max_motor_power"].values
-    assert powers == pytest.approx(
-        [1e5, UP / TRAVEL * (WEIGHT + J * FASTER / TRAVEL)], rel=1e-8
-    )
-
-
-@pytest.mark.slow
 def test_a_load_that_the_motor_keeps_does_not_run_away():
     lower = Phase(0.0, "travel 500 m", motor=course(0.0, DOWN))
     with pytest.raises(sb.SimulationError, match="phase_never_ends"):
@@ -653,26 +573,6 @@ def test_a_load_that_the_motor_keeps_does_not_run_away():
             motor=_weak(20e3, 1e6),
             end=3.0,
         )
-
-
-def test_a_motor_corrects_the_angle_from_the_time_0_on():
-    motor = dataclasses.replace(MOTOR, speed=course(0.0, -UP), position_gain=1.0)
-    with pytest.raises(
-        sb.InputError, match=r"motor.position_gain: counts from the time 0"
-    ):
-        sb.check_scene(
-            sb.Scene(
-                BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0, time=5.0), 9.0, motor=motor
-            )
-        )
-
-
-@pytest.mark.slow
-def test_figures_of_a_trip_show_its_motor_and_the_stops_of_its_brake():
-    result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
-    np.testing.assert_array_equal(
-        sb.plot.stops(result).axes[0].lines[0].get_xdata(), [2, 4]
-    )
 
 
 def test_a_speed_that_is_never_followed_has_a_name():
@@ -703,26 +603,6 @@ def test_a_speed_that_is_never_followed_has_a_name():
         )
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"motor": None}, r"phases\[0\].motor: has no effect: the scene has no motor"),
-        ({"motor": Motor(6e4, 1e6, 20.0)}, r"24 rad/s is above the motor's 20 rad/s"),
-        (
-            {"motor": Motor(6e4, 1e6, 40.0, course(0.0, 1.0))},
-            "has no effect on a duty in phases",
-        ),
-        ({"load": StringLoad(8e3, [1e4, 2e4], 0.4, 8)}, "has 2 masses for 3 phases"),
-        ({"brake": CHAIN}, "a band in segments is never open"),
-        ({"phases": [HOLD, 3.0]}, "3.0 does not fit here — give a Phase"),
-    ],
-)
-def test_what_cannot_be_hoisted_is_named(change, words):
-    phases = change.pop("phases", (*up(25.0), HOLD))
-    with pytest.raises(sb.InputError, match=words):
-        run(Phases(phases), **change)
-
-
 def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
     """`s = v²/(2 a)` of a block that coasts up; nothing else hoists it, and the run
     names the phase."""
@@ -738,22 +618,3 @@ def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
         dataclasses.replace(scene, initial=sb.Initial(0.0)), throw=False
     )
     assert failed.status == "phase_never_ends"
-
-
-def test_a_motor_without_limits_is_refused():
-    with pytest.raises((sb.InputError, TypeError), match="max_power"):
-        Motor("60 kN*m", max_speed=40.0)
-
-
-@pytest.mark.slow
-def test_a_hoist_in_a_file(tmp_path):
-    load = StringLoad(8e3, 40e3, RADIUS, LINES, stand=800.0)
-    phases = Phases(
-        (*up(25.0), HOLD), 2, then=Phases((*down(25.0), HOLD), 2, stands=-1)
-    )
-    scene = sb.Scene(BRAKE, sb.Duty(phases, load), sb.Initial(0.0), 1e3, motor=MOTOR)
-    sb.write_scene(scene, tmp_path / "trip.toml")
-    again = sb.read_scene(tmp_path / "trip.toml")
-    assert float(sb.simulate(again).record.t_end) == float(
-        sb.simulate(scene).record.t_end
-    )

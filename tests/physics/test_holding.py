@@ -151,21 +151,6 @@ def test_a_touch_of_the_limit_is_no_stop():
     assert (result.status, list(result.events)) == ("held", [])
 
 
-def test_no_load_has_no_reserve():
-    result = sb.simulate(held(0.0))
-    assert result.series(TIMES).holding_reserve is None
-    assert "min_holding_reserve" not in result.metrics
-    with pytest.raises(ValueError, match="no min_holding_reserve: it has no load"):
-        _ = result.min_holding_reserve
-    moving = sb.simulate(
-        sb.with_values(held(), {"initial.omega": 20.0, "end_time": 0.1})
-    )
-    assert moving.metrics["min_holding_reserve"] is None  # it never came to rest
-    assert moving.series(TIMES[:1]).holding_reserve[0] == pytest.approx(
-        R * T0 * (capstan(STATIC * F) - 1) / M, rel=1e-12
-    )
-
-
 def test_a_lever_that_follows_the_speed_has_its_limit():
     """At rest it pulls what balances the load, and could pull more."""
     stop = sb.Driller(sb.PiecewiseLinear([0.0, 2.0], [10.0, 0.0]), T0)
@@ -353,24 +338,3 @@ def test_reserve_of_a_brake_that_is_to_hold(case):
     assert full > 1.5
     assert float(least.value) == pytest.approx(truth, rel=1e-9)
     assert float(least.time) == pytest.approx(when, abs=1e-9)
-
-
-@pytest.mark.slow
-def test_reserve_derivatives_at_break_away():
-    lever = ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0])
-
-    def least(x):
-        return sb.simulate(
-            one_case((lever[0], x[0] * jnp.asarray(lever[1])), x[1], 1.0), max_steps=256
-        )
-
-    def truth(x):
-        return R * x[0] * T0 * (capstan(STATIC * F * x[1]) - 1) / M
-
-    for factor in (0.2, 0.8):
-        x = jnp.asarray([1.0, factor])
-        value, slopes = jax.value_and_grad(
-            lambda x: least(x).min_holding_reserve.value
-        )(x)
-        np.testing.assert_allclose(value, truth(x), rtol=1e-9)
-        np.testing.assert_allclose(slopes, jax.grad(truth)(x), rtol=1e-7)

@@ -75,21 +75,6 @@ def test_limits_of_temperatures():
     assert len(times[0]) == 1
 
 
-def test_limits_in_a_scene_file():
-    text = (
-        sb.files.scene_text(falling())
-        + '\n[limits]\nmax_drum_speed = "133.7 rpm"\nmax_tension = "90 kN"\n'
-    )
-    scene = sb.files.scene_from_text(text)
-    assert float(scene.limits.max_drum_speed) == pytest.approx(133.7 * np.pi / 30)
-    again = sb.files.scene_from_text(sb.files.scene_text(scene))
-    assert again.limits.given == scene.limits.given
-    assert sb.simulate(scene).events["overspeed"]
-    with pytest.raises(sb.InputError) as caught:
-        sb.files.scene_from_text(text.replace("max_tension", "max_hook_load"))
-    assert [fault.path for fault in caught.value.faults] == ["limits.max_hook_load"]
-
-
 def test_limit_of_an_energy():
     """In a scene file, in Python and by `--limit` it is one limit, with the same
     verdict and warning."""
@@ -108,26 +93,6 @@ def test_limit_of_an_energy():
     with pytest.raises(sb.InputError) as caught:
         sb.files.scene_from_text(text.replace("friction_heat", "heat_lost"))
     assert [fault.path for fault in caught.value.faults] == ["limits.energy.heat_lost"]
-
-
-def test_limits_of_an_explanation():
-    """A limit given to `explain` has its event, as one of the scene."""
-    said = sb.results.explain(
-        sb.simulate(falling()), limits={"max_drum_speed": 14.0}, influence=False
-    )
-    (time,) = sb.simulate(falling(max_drum_speed=14.0)).events["overspeed"].times
-    assert (
-        f"Maximum speed of the drum is exceeded, first at {time:.6g} s: "
-        in said["limits"].text
-    )
-    assert said["outcome"].numbers["exceeded"] == 1
-
-
-def test_limit_of_zero():
-    result = sb.simulate(falling(max_tension=0.0))
-    assert any(
-        "is above the allowable 0 N" in text for text in result.summary()["warnings"]
-    )
 
 
 @pytest.mark.slow

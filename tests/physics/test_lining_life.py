@@ -2,7 +2,6 @@
 other, turning the band."""
 
 import dataclasses
-import json
 import math
 
 import equinox as eqx
@@ -10,10 +9,8 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
-from helpers import main
 
 import simbrake as sb
-from simbrake import plot
 
 LIMIT = 8e-3
 
@@ -286,90 +283,6 @@ def test_large_steps_match_single_brakings():
 
 
 # --- faults, command, picture, programme --------------------------------------------
-
-
-def test_what_cannot_be_worn_is_said(braking):
-    scene = braking.scene
-    for wrong, words in (
-        (
-            {"run": ws.stop(None)},
-            "wear: is missing — give the scene a `Wear`, a file [wear] with rate = 1e-14",
-        ),
-        (
-            {"run": sb.with_values(scene, {"wear.permissible": None})},
-            "give the permissible wear depth",
-        ),
-        ({"permissible": "8 mm", "turn_at": [5.0, 3.0]}, "do not increase"),
-        ({"turn_at": "soon"}, "is not a number of stops"),
-        ({"step": 0.5}, "at least 1"),
-        ({"run": sb.with_values(scene, {"wear.worn": 9e-3})}, "worn already"),
-        ({"run": sb.with_values(scene, {"initial.omega": 0.0})}, "no lining wears"),
-        (
-            {
-                "run": ws.wearing(
-                    staged_scenes.stop(), sb.Wear(1e-14, permissible=1e-3)
-                ),
-                "turn_at": 5,
-            },
-            "ride on the pulley",
-        ),
-        (
-            {"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True))},
-            "wear.heat: has no effect",
-        ),
-        (
-            {"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True), ws.lumps())},
-            "wear.thickness: is missing",
-        ),
-    ):
-        with pytest.raises(sb.InputError) as caught:
-            sb.lining_life(**{"run": scene, **wrong})
-        assert words in str(caught.value)
-
-
-def test_the_command_prints_the_life(braking, tmp_path, capsys):
-    file = tmp_path / "stop.toml"
-    sb.write_scene(braking.scene, file)
-    with pytest.raises(SystemExit) as done:
-        main(
-            ["life", str(file), "--permissible", "6 mm", "--turn-at", "best", "--json"]
-        )
-    assert done.value.code == 0
-    figures = json.loads(capsys.readouterr().out)
-    w = np.asarray(braking.worn_thickness)
-    assert figures["brakings"] == pytest.approx(2 * 6e-3 / (w[0] + w[-1]), rel=1e-6)
-    assert figures["gain"] > 1.4
-    assert len(figures["history"]["worn"][0]) == 4
-    with pytest.raises(SystemExit) as done:
-        main(["life", str(file), "--out", str(tmp_path / "life")])
-    assert done.value.code == 0
-    assert {path.name for path in (tmp_path / "life").iterdir()} == {
-        "life.json",
-        "wear.png",
-    }
-    with pytest.raises(SystemExit) as done:
-        main(["life", str(file), "--turn-at", "late"])
-    assert done.value.code == 2
-
-
-def test_the_picture_shows_the_life(braking):
-    plain = sb.lining_life(braking)
-    turned = sb.lining_life(braking, turn_at="best")
-    figure = plot.wear({"as built": plain, "turned": turned})
-    along = [
-        axes for axes in figure.get_axes() if "brake applications" in axes.get_title()
-    ]
-    last = along[0].lines[4]
-    np.testing.assert_allclose(last.get_ydata(), 1e3 * plain.worn, rtol=1e-9)
-    np.testing.assert_allclose(last.get_xdata(), [1, 2, 3, 4])
-    course = next(
-        axes
-        for axes in figure.get_axes()
-        if axes.get_ylabel() == "worn off, mm" and axes not in along
-    )
-    most = course.lines[0]
-    assert most.get_xdata()[-1] == pytest.approx(plain.brakings / 1e3)
-    assert most.get_ydata()[-1] == pytest.approx(8.0)
 
 
 @pytest.mark.slow

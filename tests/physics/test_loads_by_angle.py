@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-import shipped
 from helpers import jacobians
 from scenes import stop_scene, tension_for
 from scipy.integrate import solve_ivp
@@ -98,16 +97,6 @@ def test_stop_with_a_rope_and_its_derivatives():
     np.testing.assert_allclose(backwards, slopes, rtol=1e-9)
 
 
-def test_stop_with_heat_is_the_same():
-    """An implicit method sees that the torque depends on the angle."""
-    heat = shipped.load("drag_lowering").scene().heat
-    made = scene(hook(), float(STOP[0]), float(STOP[1]), 5.0, heat=heat)
-    result = sb.simulate(made)
-    assert "Rodas" in str(result)
-    found = [float(result.stopping_time), float(result.stopping_angle)]
-    np.testing.assert_allclose(found, stop_by_hand(STOP), rtol=1e-9)
-
-
 def test_on_either_side_of_the_balance():
     """Above ω_0 = k φ* the rope wins, and runs out."""
     assert run(hook(), 12e3, 22.7526551, 400.0).status == "stopped"
@@ -115,23 +104,6 @@ def test_on_either_side_of_the_balance():
     assert result.status == "rope_end"
     assert float(result.record.y_end.phi) == pytest.approx((L - L_0) / R, rel=1e-12)
     assert float(result.energy["closure"]) < 1e-12
-
-
-def test_ensemble_is_the_single_run():
-    made = scene(hook(), 12e3, 6.0, 5.0)
-    hanging = np.array([20.0, 50.0, 90.0])
-    data = sb.ensemble(
-        made,
-        {"duty.load.weight.hanging_length": hanging},
-        ["stopping_time", "energy.rope_work"],
-        progress=False,
-    )
-    for i, value in enumerate(hanging):
-        one = sb.simulate(
-            sb.with_values(made, {"duty.load.weight.hanging_length": value})
-        )
-        for name in ("stopping_time", "energy.rope_work"):
-            assert float(data[name][i]) == pytest.approx(float(one[name]), rel=1e-9)
 
 
 def test_holding_is_judged_at_every_depth():
@@ -189,15 +161,6 @@ def test_programme_comes_back(load):
     # all that ropes and masses gave came back
     assert abs(float(result.energy["rope_work"])) < 1e-6
     assert float(result.energy["closure"]) < 1e-12
-
-
-def test_programmes_that_cannot_be():
-    lines = ("lower 600 m at 1.5 m/s", "brake to rest", "hold 2 s")
-    with pytest.raises(sb.InputError, match="the rope on the drum is enough for 450 m"):
-        programme(lines, hook(), "40 kN")
-    lines = ("take the string", "hold 2 s", "set the string in the slips")
-    with pytest.raises(sb.InputError, match="has no string to set down"):
-        programme(lines, windlass(10.0))
 
 
 # --- a tackle ------------------------------------------------------------------------
@@ -448,43 +411,3 @@ def test_own_load_by_the_angle():
 
 
 # --- files and bad input -------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "load",
-    [
-        hook(),
-        CounterweightLoad(3000.0, 2500.0, R, 2.0, 3.0, 1.0, 300.0, 40.0, traction=2.0),
-        windlass(10.0),
-    ],
-)
-def test_scene_file(load, tmp_path):
-    made = scene(load, 9e3, 2.0, 3.0)
-    sb.write_scene(made, tmp_path / "scene.toml")
-    again = sb.read_scene(tmp_path / "scene.toml")
-    for one, other in zip(jax.tree.leaves(made), jax.tree.leaves(again), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-15)
-
-
-def faults_of(load):
-    with pytest.raises(sb.InputError) as caught:
-        sb.check_scene(scene(load, 9e3, 2.0, 3.0))
-    return {
-        fault.path.removeprefix("duty.load."): fault for fault in caught.value.faults
-    }
-
-
-def test_bad_ropes():
-    layers = RopeLayers(0.03, 10.0, 25.0)
-    found = faults_of(hook(length=4000.0, rope=layers))
-    assert "on a drum that holds" in str(found["weight.length"])
-    found = faults_of(hook(length=40.0, elasticity=sb.loads.RopeElasticity("8 MN/m")))
-    assert set(found) == {"weight", "weight.length"}
-    assert "shorter than the 50 m" in str(found["weight.length"])
-    assert set(faults_of(hook(length=None))) == {"weight.length"}
-    found = faults_of(CounterweightLoad(0.0, 0.0, R, 1.0, 3.0, hanging_length=4.0))
-    assert set(found) == {"car", "length"}
-    found = faults_of(CounterweightLoad(1.0, 0.0, R, 1.0, 3.0, 1.0))
-    assert set(found) == {"rope_mass", "tail_mass"}
-    found = faults_of(windlass(20.0, 2000.0, freeboard=30.0))
-    assert set(found) == {"length", "freeboard"}

@@ -125,35 +125,6 @@ def test_table_its_numbers_and_labelled_data():
         table.rows[0]["colour"]
 
 
-@pytest.mark.slow
-def test_the_chart_shows_every_number(simulated):
-    table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
-    axes = sb.formulas.figures.materials(table).axes
-    assert len(axes) == 8
-    assert axes[2].get_xscale() == axes[6].get_xscale() == "linear"
-    apart = compared(["steel_20L"], ["FK-24A"], energy=[2e5, 12e6])
-    cold, hot = (row["wear"].value for row in apart)
-    assert hot > 100 * cold > 0
-    assert sb.formulas.figures.materials(apart).axes[2].get_xscale() == "log"
-    widths = sorted(bar.get_width() for bar in axes[1].patches)
-    ratios = sorted(
-        table.row(rim, level=i)["stress_ratio"].value
-        for rim in ("steel_20L", "brass")
-        for i in (0, 1)
-    )
-    assert widths == pytest.approx(ratios)
-    assert sum(bar.get_hatch() is not None for bar in axes[1].patches) == sum(
-        not row.admissible for row in table if row.lining == "FK-24A"
-    )
-    run = sb.formulas.figures.materials(simulated).axes[0]
-    dots = sorted(
-        float(line.get_xdata()[0]) for line in run.lines if line.get_marker() == "D"
-    )
-    assert dots == pytest.approx(
-        sorted(row["surface"].simulated - 273.15 for row in simulated)
-    )
-
-
 def call(capsys, *arguments):
     with pytest.raises(SystemExit) as stop:
         main(list(arguments))

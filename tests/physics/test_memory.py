@@ -1,7 +1,6 @@
 """Friction laws with states of their own: against closed forms and SciPy, files,
 input."""
 
-import json
 import math
 
 import equinox as eqx
@@ -318,54 +317,6 @@ def test_two_states_and_heat_against_scipy(recovering):
 
 
 @pytest.mark.slow
-def test_results_files_and_pages_show_states(recovering, tmp_path):
-    result = sb.simulate(recovering)
-    series = result.series([0.0, 1.0])
-    assert np.shape(series.friction_memory) == (2, 2, PADS)  # fade, seen
-    np.testing.assert_allclose(
-        series.friction_memory[0], [[0.0] * PADS, [sb.thermal.ROOM] * PADS]
-    )
-    f = F * (1 - series.friction_memory[:, 0])
-    np.testing.assert_allclose(series.friction_coefficient, f, rtol=1e-12)
-    kept = sb.read_result(sb.save(result, tmp_path / "run.nc"))["friction_memory"]
-    assert kept.dims == ("time", "friction_memory_state", "lining")
-    np.testing.assert_allclose(
-        kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9
-    )
-    json.dumps(result.summary(), allow_nan=False)
-    with pytest.raises(sb.InputError, match="Recovering is a custom class"):
-        sb.write_scene(recovering, tmp_path / "scene.toml")
-    answer = sb.prepare(recovering, ["stopping_time"])(
-        {"brake.linings.friction.time": 1e6}
-    )
-    assert answer.metrics["stopping_time"] == pytest.approx(
-        OMEGA * J / TORQUE, rel=1e-5
-    )
-
-
-@pytest.mark.slow
-def test_one_state_is_one_column_per_lining(tmp_path):
-    bandage = sb.Bandage(45.0, Timed(0.2), 500.0)
-    plain = sb.simulate(band(sb.ConstantFriction(F), bandage=bandage))
-    series = plain.series([0.0, 3.0])
-    assert series.friction_memory is None
-    np.testing.assert_allclose(
-        series.pairs["internal"].friction_memory[:, 0],
-        towards(0.5, np.asarray([0.0, 3.0]) / 2.0),
-    )
-    table = sb.read_result(sb.save(plain, tmp_path / "run.nc"))
-    assert table["internal_friction_memory"].dims == ("time", "lining")
-    heat = sb.Heat(
-        (sb.thermal.Lump("rim", 1e4),),
-        friction=sb.thermal.FrictionHeat(
-            "rim", None, sb.thermal.ConstantPartition(1.0)
-        ),
-    )
-    with pytest.raises(sb.InputError, match="law with states"):
-        sb.cyclic_steady_state(disc(Timed(), heat=heat))
-
-
-@pytest.mark.slow
 def test_fast_state_gets_a_stiff_method():
     slow, fast = (
         sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3)
@@ -430,97 +381,3 @@ def test_a_law_without_states_costs_nothing():
     )
     assert len(jax.tree.leaves(timed)) == len(jax.tree.leaves(plain)) + 1
     assert plain.memory is None
-
-
-class Wrong(Timed):
-    kind: str = eqx.field(static=True, default="")
-
-    def start(self, n):
-        if self.kind == "fails":
-            raise ValueError("no start")
-        return (
-            jnp.zeros(n + 1)
-            if self.kind == "start"
-            else jnp.nan
-            if self.kind == "nan"
-            else 1.0
-        )
-
-    def rates(self, contact):
-        if self.kind == "name":
-            return contact.velocity
-        return (
-            (contact.memory, 0.0)
-            if self.kind == "structure"
-            else jnp.zeros(7)
-            if self.kind == "rate"
-            else 0.0
-        )
-
-    def sizes(self):
-        return (
-            -1.0 if self.kind == "size" else (1.0, 2.0) if self.kind == "sizes" else 1.0
-        )
-
-
-class WithoutRates(sb.ConstantFriction):
-    def start(self, n):
-        return 1.0
-
-
-@pytest.mark.parametrize(
-    ("law", "words"),
-    [
-        (Wrong(kind="fails"), "no start"),
-        (Wrong(kind="start"), "does not fit 4 linings"),
-        (Wrong(kind="nan"), "out of range"),
-        (Wrong(kind="name"), "velocity"),
-        (Wrong(kind="structure"), "another structure"),
-        (Wrong(kind="rate"), "does not fit 4 linings"),
-        (Wrong(kind="size"), "out of range"),
-        (Wrong(kind="sizes"), "another structure"),
-        (WithoutRates(0.3), "no `rates`"),
-    ],
-)
-def test_wrong_states_are_input_errors(law, words):
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(eqx.tree_at(lambda s: s.end_time, band(law), np.asarray(-1.0)))
-    assert {fault.path for fault in caught.value.faults} == {
-        "brake.linings.friction",
-        "end_time",
-    }
-    assert words in str(caught.value)
-
-
-@pytest.mark.slow
-def test_linings_do_not_rub_under_open_band():
-    """The linings of a bandage on springs move past the open band all the same."""
-    law = Travelled(F, 0.5, 3.0)
-    late = sb.PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 0.0, 9e3])
-    changed = eqx.tree_at(
-        lambda s: (s.brake.linings.friction, s.duty.slack_tension),
-        scene("bandage on springs"),
-        (law, late),
-    )
-    result = sb.simulate(
-        eqx.tree_at(lambda s: s.end_time, changed, np.asarray(1.5)), rtol=1e-8
-    )
-    series = result.series([0.9, 1.5])
-    np.testing.assert_array_equal(series.friction_memory[0], 1.0)
-    assert np.all(series.friction_memory[1] < 0.99)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("law", "stiffness"), [(Travelled(), 1e5), (RunningIn(time=1e6), None)]
-)
-def test_open_band_has_no_path_and_no_work(law, stiffness):
-    closed = band(law, stiffness)
-    duty = sb.Duty(sb.PiecewiseLinear([0.7, 0.7], [0.0, T_0]), closed.duty.load)
-    for end, moved in ((0.6, False), (0.9, True)):
-        xi = final(
-            sb.simulate(
-                sb.Scene(closed.brake, duty, closed.initial, end), max_steps=512
-            )
-        )
-        assert np.all(xi < 1.0) if moved else np.all(xi == 1.0)

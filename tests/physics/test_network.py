@@ -3,7 +3,6 @@ contact, junctions, steady states."""
 
 import math
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +11,6 @@ from scipy.special import erfc
 from user_parts import Quartic
 
 import simbrake as sb
-from simbrake.thermal import Lump, ThermalContact
 
 STEEL = sb.Material(
     conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5)
@@ -51,37 +49,6 @@ def test_junctions_in_a_row():
     run = sb.simulate_heat(heat, ts, rtol=1e-12)
     apart = np.outer(50.0 * np.exp(-2 * ts / (15.0 * 0.35)), [1, -1])
     np.testing.assert_allclose(run.temperature, 323.15 + apart, rtol=1e-11)
-
-
-def test_bodies_of_a_layered_brake():
-    steel, lining, band = (
-        sb.material(name) for name in ("steel_20L", "FK-24A", "band_steel")
-    )
-    heat = sb.layered_heat(
-        **{
-            "rim": steel,
-            "rim_thickness": 0.025,
-            "track_area": 1.0,
-            "partition": 0.5,
-            "lining": lining,
-        },
-        **{
-            "lining_thickness": 0.03,
-            "lining_area": 0.7,
-            "band": band,
-            "band_thickness": 0.004,
-        },
-    )
-    by_name = {body.name: body for body in heat.bodies}
-    mass = float(band.density) * 0.004 * 0.7
-    assert float(by_name["band"].capacity) == pytest.approx(
-        mass * float(band.specific_heat), rel=1e-14
-    )
-    assert [float(by_name[name].thickness) for name in ("rim", "lining")] == [
-        0.025,
-        0.03,
-    ]
-    assert [float(by_name[name].area) for name in ("rim", "lining")] == [1.0, 0.7]
 
 
 @pytest.mark.parametrize(
@@ -242,32 +209,6 @@ def test_varying_properties_conserve_heat():
 
 
 @pytest.mark.slow
-def test_kirchhoff_profile_of_a_steady_wall():
-    """With λ(T) linear, λ T is harmonic: the steady flux through a wall is the mean
-    conductivity's."""
-    m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-8e-4)
-    heat = sb.Heat(
-        (
-            wall("w", 400, 0.03, m),
-            sb.thermal.Reservoir("hot", 700.0),
-            sb.thermal.Reservoir("cold", 300.0),
-        ),
-        (
-            sb.thermal.ThermalContact("hot", "w.front", 1.0),
-            sb.thermal.ThermalContact("w.back", "cold", 1.0),
-        ),
-    )
-    T = np.asarray(list(sb.steady_state(heat).values()))
-    theta = (T - sb.thermal.ROOM) - 4e-4 * (T - sb.thermal.ROOM) ** 2  # ∫ λ/λ_r dT
-    ends = [
-        (x - sb.thermal.ROOM) - 4e-4 * (x - sb.thermal.ROOM) ** 2
-        for x in (700.0, 300.0)
-    ]
-    depth = np.asarray(heat.bodies[0].centres) / 0.03
-    np.testing.assert_allclose(theta, ends[0] + (ends[1] - ends[0]) * depth, atol=2e-3)
-
-
-@pytest.mark.slow
 def test_steady_state_ends_long_cooling():
     heat = sb.Heat(
         (
@@ -335,93 +276,6 @@ def test_gradients_by_the_points_of_a_source():
     np.testing.assert_allclose(by_time[1], (power[0] - power[2]) / 2, rtol=1e-9)
 
 
-@pytest.mark.parametrize("times", [[0.0, 10.0, 5.0], [0.0, math.nan], [], ["soon"]])
-def test_wrong_times_are_an_input_error(times):
-    """The run ends at the last time: 10 s of `[0, 10, 5]` would have the values of 5
-    s."""
-    heat = sb.Heat(
-        (sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0, 300.0)),
-        (sb.thermal.Conductance("a", "b", 1.0),),
-    )
-    with pytest.raises(sb.InputError, match=r"\n  ts: "):
-        sb.simulate_heat(heat, times)
-
-
-def test_all_network_errors_in_one_report():
-    heat = sb.Heat(
-        bodies=(
-            sb.thermal.Lump("a", 1.0),
-            sb.thermal.Lump("b", 1.0, 280.0),
-            sb.thermal.Lump("c", np.asarray([0.0, 1.0]), count=2),
-        ),
-        links=(
-            sb.thermal.Conductance("a", "b", 1.0),
-            sb.thermal.Conductance("b", "c", 1.0),
-        ),
-    )
-    with pytest.raises(
-        sb.InputError, match=r"heat\.bodies\[2\]\.capacity: 0 J/K at some"
-    ):
-        sb.simulate_heat(heat, [0.0, 1.0])
-    heat = eqx.tree_at(
-        lambda h: (h.bodies[0].capacity, h.bodies[1].temperature), heat, (-1.0, -5.0)
-    )
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate_heat(heat, [0.0, 1.0])
-    assert "heat.bodies[0].capacity" in str(caught.value)
-    assert "heat.bodies[1].temperature" in str(caught.value)
-    heat = sb.Heat(
-        bodies=(
-            sb.thermal.Lump("a", 1.0),
-            sb.thermal.Lump("c", 1.0),
-            sb.thermal.Junction("j"),
-            sb.thermal.Junction("k"),
-            wall("w", 3),
-        ),
-        links=(
-            sb.thermal.Conductance("j", "k", 1.0),
-            sb.thermal.Conductance("a", "w", 1.0),
-            sb.thermal.Conductance("a", "nowhere", 1.0),
-        ),
-    )
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate_heat(heat, [0.0, 1.0])
-    text = str(caught.value)
-    for part in (
-        "'c' is connected to nothing",
-        "'j' has no defined temperature",
-        "'k' has no",
-        "no face",
-        "'nowhere'",
-    ):
-        assert part in text, part
-    with pytest.raises(sb.InputError, match="no reservoir"):
-        sb.steady_state(
-            sb.Heat(
-                (sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0)),
-                (sb.thermal.Conductance("a", "b", 1.0),),
-            )
-        )
-
-
-@pytest.mark.slow
-def test_links_of_one_face_see_one_surface():
-    """Two convections from one face are one of the sum, although each lies behind the
-    same half layer."""
-
-    def end(*coefficients):
-        links = tuple(sb.thermal.Convection("w.back", 1.0, h) for h in coefficients)
-        heat = sb.Heat(
-            (wall("w", 3, temperature=600.0), sb.thermal.Reservoir("air")), links
-        )
-        return np.asarray(
-            sb.simulate_heat(heat, [0.0, 50.0], rtol=1e-11).temperature[-1]
-        )
-
-    np.testing.assert_allclose(end(60.0, 90.0), end(150.0), rtol=1e-8)
-    np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-8)
-
-
 def test_custom_link_matches_its_closed_form():
     # C dθ/dt = −s θ³, θ = θ_0/√(1 + 2 s θ_0² t/C)
     heat = sb.Heat(
@@ -481,62 +335,3 @@ def test_closed_band_covers_the_surface(kind):
     assert end(1.0, covered=0.6) == pytest.approx(truth(0.4 * area), rel=1e-9)
     assert end(0.0, covered=0.6) == pytest.approx(truth(area), rel=1e-9)
     assert end(1.0) == pytest.approx(truth(area), rel=1e-9)
-
-
-def test_walls_side_by_side():
-    """Three copies of a wall, a wall of one layer and lumps, each heated by itself:
-    what each took stays in it."""
-    bodies = (
-        sb.thermal.Lump("before", 500.0),
-        sb.thermal.Wall("row", STEEL, 0.03, 1.0, 4, 1.2, copies=3),
-        sb.thermal.Lump("between", [300.0, 400.0], count=2),
-        wall("sheet", 1, 0.005),
-        wall("single", 5, 0.02),
-    )
-    powers = {
-        "before": 1e3,
-        "row.front": 3e3,
-        "row.back": 6e3,
-        "between": 500.0,
-        "single.back": 2e3,
-    }
-    powers |= {"sheet.front": 800.0, "sheet.back": 400.0}
-    heat = sb.Heat(
-        bodies,
-        sources=tuple(
-            sb.thermal.Source(place, power) for place, power in powers.items()
-        ),
-    )
-    run = sb.simulate_heat(heat, [0.0, 2.0])
-    stored = np.asarray(run.record.system.thermal.capacity) * (
-        np.asarray(run.temperature[-1]) - sb.thermal.ROOM
-    )
-    found = {
-        name: stored[here]
-        for name, here in run.record.system.thermal.spans.stores.items()
-    }
-    np.testing.assert_allclose(
-        found["row"].reshape(3, 4).sum(axis=1), 3 * [6e3], rtol=1e-9
-    )
-    np.testing.assert_allclose(found["between"], [500.0, 500.0], rtol=1e-9)
-    for name, total in (("before", 2e3), ("sheet", 2.4e3), ("single", 4e3)):
-        assert found[name].sum() == pytest.approx(total, rel=1e-9)
-    assert np.all(np.diff(found["single"]) > 0)  # heated at its back
-    row = found["row"].reshape(3, 4) / np.asarray(bodies[1].steps)
-    assert np.all(row[:, 3] > row[:, 0])  # twice the power at the back
-    assert np.all(row[:, 0] > row[:, 1])
-    assert float(run.closure) < 1e-12
-
-
-def test_two_lumps_at_one_face():
-    bodies = (
-        sb.thermal.Wall("w", STEEL, 0.02, 1.0, 2),
-        Lump("a", 10.0),
-        Lump("b", 10.0, 350.0),
-    )
-    links = (ThermalContact("w.front", "a", 1.0), ThermalContact("b", "w.front", 1.0))
-    with pytest.raises(
-        sb.InputError,
-        match=r"heat\.links: perfect contacts at w\.front hold a and b together",
-    ):
-        sb.simulate_heat(sb.Heat(bodies, links), [0.0, 1.0])

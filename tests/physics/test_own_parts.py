@@ -10,9 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scenes import closed_form, stop_scene
+from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
-from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, R, falling, of, torque_of
+from user_parts import AT_REST, T_0, Bump, Derived, J, R, falling, of, torque_of
 
 import simbrake as sb
 from simbrake import plot
@@ -71,18 +71,6 @@ def heated(law, capacity):
     )
 
 
-def test_optional_temperature_may_be_absent():
-    fading, constant = (
-        stop_scene(law=law) for law in (Fading(0.35), sb.ConstantFriction(0.35))
-    )
-    found = sb.simulate(fading)
-    plain = sb.simulate(constant)
-    assert len(jax.tree.leaves(found.record.y_end)) == len(
-        jax.tree.leaves(plain.record.y_end)
-    )
-    assert float(found.stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
-
-
 def test_optional_temperature_fades_if_given():
     result = sb.simulate(heated(Fading(0.35), capacity=500.0), rtol=1e-12)
 
@@ -93,26 +81,6 @@ def test_optional_temperature_fades_if_given():
     stop = quad(slowness, 0.0, 20.0, epsabs=1e-12, epsrel=1e-12)[0]
     assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
     assert stop > 1.2 * 20.0 * J / torque_of(0.35)
-
-
-class NeedsAll(sb.ConstantFriction):
-    """Cannot do without temperature and pressure."""
-
-    def kinetic(self, contact):
-        return (
-            self.coefficient
-            * (1 - 1e-3 * (contact.T - sb.thermal.ROOM))
-            * (1 + contact.p / 1e6) ** -0.1
-        )
-
-
-def test_what_the_scene_lacks_is_named():
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(stop_scene(law=NeedsAll(0.3)))
-    assert {fault.path for fault in caught.value.faults} == {
-        "brake.linings.area",
-        "heat",
-    }
 
 
 class ConstantShear(sb.friction.AbstractFriction):
@@ -149,25 +117,6 @@ def test_constant_shear_stress_brakes_as_in_closed_form():
 
 
 # --- thermal links ------------------------------------------------------------------
-
-
-def test_junction_behind_a_nonlinear_link():
-    """`P = s (T_j − T_air)³` through the junction, `P = G (T_a − T_j)` before it."""
-    P = 500.0
-    G = 10.0
-    s = 1e-3
-    bodies = (
-        sb.thermal.Lump("a", 2.0, 400.0),
-        sb.thermal.Junction("j"),
-        sb.thermal.Reservoir("air", 300.0),
-    )
-    links = (sb.thermal.Conductance("a", "j", G), Cubic("j", "air", s))
-    found = sb.steady_state(
-        sb.Heat(bodies, links, sources=(sb.thermal.Source("a", P),))
-    )
-    T_j = 300.0 + (P / s) ** (1 / 3)
-    assert float(found["j"]) == pytest.approx(T_j, rel=1e-9)
-    assert float(found["a"]) == pytest.approx(T_j + P / G, rel=1e-9)
 
 
 # --- profiles -----------------------------------------------------------------------

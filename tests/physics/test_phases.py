@@ -350,41 +350,6 @@ def test_time_of_a_rest_that_nothing_holds_has_derivatives():
 # --- what cannot be -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("until the cows come home", "is not understood"),
-        ("travel far", "'far' is no travel in a unit of m"),
-        ("travel 0 m", "'travel 0 m' is no travel"),
-        ("travel 27 kg", "'27 kg' is no travel in a unit of m"),
-        (
-            "temperature of the moon 350 degC",
-            "'moon' is no place of a temperature — there are: rim, linings, band",
-        ),
-        ("12 m", "'12 m' is no time in a unit of s"),
-    ],
-)
-def test_text_that_is_no_end_is_refused(text, words):
-    with pytest.raises(sb.InputError, match=words):
-        Phase(1e3, text)
-
-
-def test_impossible_ends_are_named_at_once():
-    torque = sb.Duty(
-        Phases((Phase(1e3, "travel 3 m"), Phase(1e3, "temperature 350 degC"))), 5e3
-    )
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(dataclasses.replace(SCENE, duty=torque))
-    said = str(caught.value)
-    for words in (
-        "duty.slack_tension.phases[0].until: never comes: the load hangs on no hook",
-        "duty.slack_tension.phases[1].until: never comes: no temperature of the rim is simulated",
-    ):
-        assert words in said
-    with pytest.raises(sb.InputError, match="needs a duty with phases"):
-        sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(1e3, LOAD)))
-
-
 @pytest.mark.slow
 def test_endless_phase_says_what_it_awaits():
     weak = Phases((PHASES.phases[0], Phase(500.0, "rest", "brake")), 1)
@@ -392,52 +357,6 @@ def test_endless_phase_says_what_it_awaits():
         dataclasses.replace(SCENE, duty=sb.Duty(weak, LOAD), end_time=8.0), throw=False
     )
     assert result.status == "phase_never_ends"
-
-
-def test_phases_are_written_and_read(two_cycles):
-    text = sb.files.scene_text(SCENE)
-    back = sb.files.scene_from_text(text)
-    assert jax.tree.structure(back) == jax.tree.structure(SCENE)
-    assert all(
-        np.array_equal(a, b)
-        for a, b in zip(jax.tree.leaves(back), jax.tree.leaves(SCENE), strict=True)
-    )
-    toml = """
-    end_time = 60
-    initial = { omega = 0 }
-    [brake]
-    pulley = { radius = 0.59, inertia = 1200 }
-    band = { radius = 0.623 }
-    linings = { count = 20, wrap = "270 deg", friction = 0.35 }
-    [duty.load]
-    type = "StringLoad"
-    empty = "5 t"
-    string = "40 t"
-    stand = "2 t"
-    drum_radius = 0.4
-    line_count = 8
-    [duty.slack_tension]
-    count = 2
-    phases = [
-        { lever = 0, until = "travel 12 m", name = "lower" },
-        { lever = { type = "PiecewiseLinear", times = [0, 0.5], values = [0, 25000] }, until = "rest", name = "brake" },
-        { lever = "25 kN", until = "4 s", name = "hold" },
-        { lever = "25 kN", until = 2, name = "slips", string_on_hook = false },
-    ]
-    """
-    read = sb.files.scene_from_text(toml)
-    assert jax.tree.structure(read) == jax.tree.structure(SCENE)
-    np.testing.assert_allclose(
-        *(
-            np.concatenate([np.ravel(x) for x in jax.tree.leaves(one)])
-            for one in (read, SCENE)
-        )
-    )
-    with pytest.raises(
-        sb.InputError,
-        match=r"duty\.slack_tension\.phases\[0\]\.until: 'sometime' is not understood",
-    ):
-        sb.files.scene_from_text(toml.replace("travel 12 m", "sometime"))
 
 
 def test_stops_are_in_every_form(two_cycles):

@@ -51,21 +51,6 @@ def test_heat_warms_and_the_rest_is_booked(runs):
     )
 
 
-def test_shares_above_one_are_an_input_error():
-    with pytest.raises(sb.InputError, match=r"power_shares.*more than 1"):
-        sb.simulate(sb.with_values(heated(SHARES), {"power_shares.electrical": 0.9}))
-    with pytest.raises(sb.InputError, match=r"power_shares\.mechanical.*out of range"):
-        sb.simulate(sb.with_values(heated(SHARES), {"power_shares.mechanical": -0.1}))
-
-
-def test_shares_are_written_and_read_back():
-    text = sb.files.scene_text(heated(SHARES))
-    assert "[power_shares]" in text
-    again = sb.files.scene_from_text(text)
-    assert float(again.power_shares.mechanical) == 0.27
-    assert sb.files.scene_text(again) == text
-
-
 def test_thermal_estimates_take_heat_alone():
     scene = dataclasses.replace(stop_scene(), power_shares=SHARES)
     (rows, plain) = (sb.estimates(each) for each in (scene, stop_scene()))

@@ -3,8 +3,6 @@
 import dataclasses
 import math
 
-import equinox as eqx
-import jax
 import numpy as np
 import pytest
 
@@ -93,44 +91,6 @@ def test_stop_comes_later_with_each_stand(tripping):
     assert late[0] < late[1] < late[2]
 
 
-def fading(factor):
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (factor,))
-    return dataclasses.replace(
-        BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law)
-    )
-
-
-FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
-
-
-@pytest.mark.parametrize(
-    ("lines", "words"),
-    [
-        (("lower 27 at 1.2 m",), "is not a unit of speed of the hook"),
-        (("brake to rest",), "'brake to rest' begins at rest"),
-        (("lower 27 m at 1.2 m/s",), "ends in motion — add: brake to rest"),
-        (
-            ("lower 1 m at 1.2 m/s", "brake to rest"),
-            "too short to reach the speed, which takes 1.44 m",
-        ),
-        (
-            ("lower 9 m at 1 m/s", "break to rest"),
-            "is not understood — nearest: brake to rest",
-        ),
-        (("lower 9 m at 1 m/s", "hold 3 s"), "begins in motion"),
-        (("repeat 3 times", "hold 3 s"), "'repeat 3 times' has no line to repeat"),
-        (
-            ("take the string", "hold 3 s"),
-            "takes the string or sets it down, but not both",
-        ),
-        ((), "has no step"),
-    ],
-)
-def test_what_cannot_be_done_is_said(lines, words):
-    with pytest.raises(sb.InputError, match=words):
-        sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
-
-
 LOWERED = ("lower 10 m at 1.2 m/s", "brake to rest", "hold 1 s")
 
 
@@ -214,77 +174,6 @@ def test_too_weak_a_pull_names_the_least_one():
     assert least == pytest.approx(
         60e3 * 9.80665 * 0.05 / (0.623 * (mu**20 - 1)), rel=1e-3
     )
-
-
-@pytest.mark.parametrize(
-    "lines", [TRIP, ("lower 9 m at 1 m/s", "brake to rest in 3 s", "hold 1 s")]
-)
-def test_fade_without_heat_is_usual_error(lines):
-    for brake, heat, words in (
-        (
-            fading(FADE),
-            None,
-            "heat: is missing, but friction law brake.linings.friction depends on the temperature",
-        ),
-        (
-            fading(sb.friction.TabulatedFade([400.0, 500.0], [1.0, 0.9])),
-            sb.lumped_heat(
-                rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0
-            ),
-            "brake.linings.friction: the table of 400…500 K does not cover the start",
-        ),
-    ):
-        with pytest.raises(sb.InputError, match=words) as caught:
-            sb.programme_scene(brake, lines, HOOK, pull=60e3, heat=heat)
-        with pytest.raises(sb.InputError) as other:
-            sb.simulate(
-                sb.Scene(
-                    brake,
-                    sb.Duty(sb.Constant(60e3), HOOK),
-                    sb.Initial(0.0),
-                    1.0,
-                    heat=heat,
-                )
-            )
-        assert caught.value.faults == other.value.faults
-
-
-def test_load_errors_are_named_as_load():
-    with pytest.raises(sb.InputError, match=r"\n  load\.mass: -3 kg is out of range"):
-        sb.programme_scene(
-            BRAKE, TRIP, eqx.tree_at(lambda load: load.mass, HOOK, -3.0), pull=60e3
-        )
-
-
-def test_programme_file_equals_python_scene():
-    text = """
-    programme = ["lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times"]
-    pull = "30 kN"
-    [brake]
-    pulley = { radius = 0.59, inertia = 1200 }
-    band = { radius = "623 mm" }
-    linings = { count = 20, wrap = "270 deg", friction = 0.35 }
-    [load]
-    mass = "60 t"
-    drum_radius = 0.4
-    line_count = 8
-    """
-    lines = ("lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times")
-    scene = sb.files.scene_from_text(text)
-    wanted = sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
-    for a, b in (
-        (scene, wanted),
-        (sb.files.scene_from_text(sb.files.scene_text(scene)), wanted),
-    ):
-        assert jax.tree.structure(a) == jax.tree.structure(b)
-        assert all(
-            np.array_equal(x, y)
-            for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True)
-        )
-    with pytest.raises(
-        sb.InputError, match=r"\n  programme\[1\]: 'brake' is not understood"
-    ):
-        sb.files.scene_from_text(text.replace("brake to rest", "brake"))
 
 
 @pytest.mark.parametrize(
@@ -403,28 +292,6 @@ def test_a_trip_in_and_out_comes_back():
     )
     assert float(s.hook_position[2]) == pytest.approx(0.0, abs=1e-9)
     assert float(result.energy["closure"]) <= 1e-9
-
-
-@pytest.mark.parametrize(
-    ("lines", "words"),
-    [
-        (("hoist 9 m at 1 m/s",), "needs a motor"),
-        (
-            ("lower 9 m at 1 m/s on the auxiliary brake", "brake to rest"),
-            "needs an auxiliary brake",
-        ),
-        (("hoist 1 m at 1 m/s",), "is too short to reach the speed, which takes 2 m"),
-        (("hoist back at 1 m/s",), "the hook is not below where it began"),
-        (
-            ("make up a stand in 9 s", "lay down a stand in 9 s"),
-            "makes up a stand and lays one down in a cycle",
-        ),
-    ],
-)
-def test_what_no_part_of_the_drawworks_does_is_said(lines, words):
-    with pytest.raises(sb.InputError, match=words) as caught:
-        sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
-    assert len(caught.value.faults) == 1
 
 
 def test_a_motor_and_an_auxiliary_brake_that_are_too_weak_are_named():

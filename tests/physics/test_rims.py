@@ -4,8 +4,6 @@ of twice the force, input."""
 import dataclasses
 import math
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 import test_every_mechanism as every
@@ -87,55 +85,6 @@ def test_torques_are_those_of_all_rims_and_forces_those_of_one(stopped):
         < float(sb.simulate(scene(load=3 * torque, end=0.1)).end_capacity.torque)
         == pytest.approx(torque, rel=1e-12)
     )
-
-
-@pytest.mark.slow
-def test_equal_to_one_band_of_twice_the_force_and_to_two_bands(stopped):
-    one = sb.simulate(scene(1, lever=2 * T0))
-    band = sb.brakes.LinedBand(LININGS, share=1.0)
-    lever = sb.PiecewiseLinear([0.0, 9.0], [2 * T0, 2 * T0])
-    several = sb.simulate(
-        dataclasses.replace(
-            scene(lever=lever),
-            brake=sb.brakes.MultiBandBrake(sb.Pulley(R, J), R_B, (band, band)),
-        )
-    )
-    for other in (one, several):
-        for name in ("stopping_time", "stopping_angle", "min_holding_reserve"):
-            assert stopped.metrics[name] == pytest.approx(
-                other.metrics[name], rel=1e-13
-            )
-        for name in ("friction_heat", "load_work", "kinetic_change"):
-            assert float(stopped.energy[name]) == pytest.approx(
-                float(other.energy[name]), rel=1e-13
-            )
-    np.testing.assert_allclose(
-        several.series([0.3]).tension[0, :N],
-        stopped.series([0.3]).tension[0],
-        rtol=1e-13,
-    )
-    assert several.metrics["max_tension"] == pytest.approx(
-        stopped.metrics["max_tension"], rel=1e-13
-    )
-
-
-@pytest.mark.slow
-def test_derivatives_in_closed_form():
-    def time(x):
-        values = {
-            "brake.pulley.inertia": x[0],
-            "brake.linings.friction.coefficient": x[1],
-            "initial.omega": x[2],
-        }
-        return sb.simulate(sb.with_values(scene(), values), max_steps=256).stopping_time
-
-    def exact(x):
-        fz = x[1] * jnp.tan(BETA / 2)
-        return x[0] * x[2] / (2 * R_B * T0 * (((1 + fz) / (1 - fz)) ** N - 1) - LOAD)
-
-    at = jnp.asarray([J, F, W0])
-    for mode in (jax.jacfwd, jax.jacrev):
-        np.testing.assert_allclose(mode(time)(at), mode(exact)(at), rtol=1e-9)
 
 
 # --- every mechanism ----------------------------------------------------------------
@@ -364,29 +313,6 @@ def test_levers_pull_on_all_bands():
     )
 
 
-@pytest.mark.slow
-def test_a_programme_lowers_with_two_rims():
-    """Twice the force of one rim: the same motion, by half the tension."""
-    runs = []
-    for rims in (1, 2):
-        programme = ["lower 4 m at 1 m/s", "brake to rest", "hold 2 s"]
-        load = sb.HookLoad("30 t", "400 mm", 8)
-        runs.append(
-            sb.simulate(
-                sb.programme_scene(brake(rims), programme, load, pull=4e4 / rims)
-            )
-        )
-    one, two = runs
-    assert two.status == "stopped"
-    np.testing.assert_allclose(two.events.times, one.events.times, rtol=1e-10)
-    assert two.metrics["total_hook_travel"] == pytest.approx(
-        one.metrics["total_hook_travel"], rel=1e-10
-    )
-    assert two.metrics["max_tension"] == pytest.approx(
-        one.metrics["max_tension"] / 2, rel=1e-10
-    )
-
-
 # --- estimates ----------------------------------------------------------------------
 
 
@@ -411,86 +337,4 @@ def test_estimates_and_synthesis_of_a_run(stopped):
         assert table[name].value == pytest.approx(table[name].simulated, rel=1e-12)
 
 
-@pytest.mark.slow
-def test_staged_estimates_are_those_of_one_band_of_twice_the_force():
-    single = every.scene("staged, rigid band")
-    pair = dataclasses.replace(single, brake=dataclasses.replace(single.brake, rims=2))
-    mine, wanted = (
-        sb.formulas.classical_staged_stop(each) for each in (pair, doubled(single))
-    )
-    assert 2 * mine.onset == pytest.approx(wanted.onset, rel=1e-13)
-    for name in (
-        "times",
-        "torques",
-        "shares",
-        "work",
-        "angle",
-        "external_torque",
-        "internal_torque",
-    ):
-        np.testing.assert_allclose(
-            getattr(mine, name), getattr(wanted, name), rtol=1e-12
-        )
-
-
 # --- input, files, words ------------------------------------------------------------
-
-
-@pytest.mark.parametrize("rims", [0, 1.5, True, 101, "two"])
-def test_a_number_of_rims_is_a_whole_one(rims):
-    with pytest.raises(
-        sb.InputError, match=r"Brake\.rims: .* number of alike rims, each with its band"
-    ):
-        brake(rims)
-
-
-def test_two_bands_on_one_rim_are_not_two_rims():
-    wide = dataclasses.replace(brake(), pulley=sb.Pulley(R, J, 0.2))
-    with pytest.raises(
-        sb.InputError,
-        match=r"brake\.rims: 2 bands of linings 0\.0971 m wide fit side by side on one rim",
-    ):
-        sb.check_scene(dataclasses.replace(scene(), brake=wide))
-    side_by_side = dataclasses.replace(
-        brake(), band=sb.Band(R_B, sb.brakes.ParallelBands([1e5, 1e5]))
-    )
-    with pytest.raises(
-        sb.InputError,
-        match=r"brake\.band\.stiffness: there are 2 bands side by side on each of 2 rims",
-    ):
-        sb.check_scene(dataclasses.replace(scene(), brake=side_by_side))
-
-
-@pytest.mark.slow
-def test_files_figures_and_reports_say_whose_forces(stopped, tmp_path):
-    text = sb.files.scene_text(stopped.scene)
-    assert float(sb.simulate(sb.files.scene_from_text(text)).stopping_time) == float(
-        stopped.stopping_time
-    )
-    for key, hint in (("bands", "did you mean rims?"), ("rim", "nearest: rims")):
-        with pytest.raises(
-            sb.InputError, match=rf"brake\.{key}: unknown key of Brake — {hint}"
-        ):
-            sb.files.scene_from_text(text.replace("rims = 2", f"{key} = 2"))
-    disc = sb.files.scene_text(every.scene("disc brake")).replace(
-        "[brake]", "[brake]\nrims = 2"
-    )
-    with pytest.raises(
-        sb.InputError, match=r"brake\.rims: unknown key of DiscBrake — a key of Brake"
-    ):
-        sb.files.scene_from_text(disc)
-    assert stopped.summary()["rims"] == 2
-
-
-def test_walls_with_the_area_of_one_rim_are_named():
-    for tracks in (1, 2):
-        walls = {
-            "rim_thickness": 0.025,
-            "track_area": tracks * 2 * math.pi * R * WIDTH,
-            "rim_layers": 2,
-        }
-        heat = sb.layered_heat(rim=sb.material("steel_20L"), partition=0.9, **walls)
-        said = sb.simulate(scene(heat=heat, end=0.1)).summary()["warnings"]
-        assert any(
-            text.startswith("rims: heat.bodies[0].area = 0.44485 m²") for text in said
-        ) == (tracks == 1)

@@ -2,19 +2,14 @@
 shortages, the kinetic energy."""
 
 import dataclasses
-import json
 import math
 
-import bandage_scenes as resolved
 import chain_scenes
 import jax
-import numpy as np
 import pytest
-import staged_scenes as staged
 from disc_scenes import TORQUE, disc_scene
 from heat_scenes import fading, lump, rigid_stop
 from scenes import stop_scene
-from scipy.optimize import brentq
 
 import simbrake as sb
 
@@ -84,13 +79,6 @@ def test_load_equal_to_brake_is_no_runaway(scene):
     assert result.status == "not_stopped"
 
 
-def test_message_names_both_torques():
-    result = sb.simulate(stop_scene(load=1e5, end=0.3))
-    assert result.summary()["warnings"] == []
-    assert result.ok
-    assert sb.simulate(stop_scene()).summary()["capacity"] is None
-
-
 @pytest.mark.slow
 def test_capacity_at_the_speed_of_the_end():
     law = sb.StribeckFriction(
@@ -120,70 +108,6 @@ def test_chain_holds_what_its_band_does():
     z = math.tan(math.radians(27.0) / 2)
     torque = chain_scenes.ARM * (capstan(0.3, 4, z) - 1)
     assert_holds_up_to(chain_scenes.chain(end=0.5), torque, relative=1e-3)
-
-
-@pytest.mark.slow
-def test_staged_brake_holds_by_weaker_pair():
-    scene = staged.stop(lever=sb.Constant(2e3), end=0.5)
-    z = math.tan(staged.BETA / 2)
-    s = math.sin(staged.BETA / 2)
-    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
-
-    def rim(T_n, f):
-        T = staged.tensions(2e3, T_n, mu)
-        return staged.R * f * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
-
-    most = 2e3 * float(np.prod(mu))
-    T_n = brentq(
-        lambda T: staged.R_B * (T - 2e3) - rim(T, staged.F_INT),
-        2e3,
-        most,
-        xtol=1e-9,
-        rtol=1e-14,
-    )
-    assert_holds_up_to(scene, rim(T_n, staged.F_INT))
-    external = staged.R_B * (most - 2e3)
-    assert rim(most, 0.6) > external
-    assert_holds_up_to(
-        staged.stop(lever=sb.Constant(2e3), end=0.5, f_int=0.6), external
-    )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("sense", [-1, pytest.param(1, marks=pytest.mark.slow)])
-def test_capacity_of_a_resolved_bandage(sense):
-    """Linings 1 and 2 slide on the rim, lining 3 with its strong rim on the band: a
-    walk along the band by hand."""
-    f_int = np.array([0.1, 0.15, 0.9])
-    preload = 1500.0
-    T_0 = 2e3
-    angle = math.radians(50.0)
-    z = math.tan(angle / 2)
-    s = math.sin(angle / 2)
-    T = [T_0]
-    for f in f_int:
-        q = resolved.R * f * s
-        p = resolved.R * f * preload
-        on_rim = ((resolved.R_B + sense * q) * T[-1] + sense * p) / (
-            resolved.R_B - sense * q
-        )
-        on_band = T[-1] * ((1 + 0.4 * z) / (1 - 0.4 * z)) ** sense
-        T.append(min(on_rim, on_band) if sense > 0 else max(on_rim, on_band))
-    assert T[3] == pytest.approx(T[2] * ((1 + 0.4 * z) / (1 - 0.4 * z)) ** sense)
-    torque = resolved.R_B * (T[-1] - T_0)
-    options = {
-        "f_int": f_int,
-        "lever": ((0.0,), (T_0,)),
-        "spring": 1e-7,
-        "damping": 0.0,
-        "omega": 20.0 * sense,
-    }
-    for factor, status in ((1 + 1e-4, "runaway"), (1 - 1e-4, "not_stopped")):
-        result = sb.simulate(
-            resolved.scene(load=((0.0,), (factor * torque,)), end=0.3, **options)
-        )
-        assert result.status == status
-        assert float(result.end_capacity.torque) == pytest.approx(abs(torque), rel=1e-6)
 
 
 @pytest.mark.slow
@@ -260,30 +184,6 @@ def test_temporary_shortage_is_a_warning():
 
 
 @pytest.mark.slow
-def test_swings_of_a_chain_are_no_shortage():
-    """The tensions of a light chain swing, and the pulley gains speed for moments; the
-    load is below the capacity."""
-    result = sb.simulate(
-        chain_scenes.chain(m=0.3, K=10.0, w0=0.5, end=12.0, load=((0.0,), (0.65,)))
-    )
-    z = math.tan(math.radians(27.0) / 2)
-    assert chain_scenes.ARM * (capstan(0.3, 4, z) - 1) > 0.65
-    s = result.series(np.linspace(0.01, 12.0, 2001))
-    slides = (np.asarray(s.omega) > 0) & (np.asarray(s.at_limit) == 4)
-    assert np.any(slides & (np.asarray(s.brake_torque) < 0.65))
-    assert not any("shortage" in warning for warning in result.summary()["warnings"])
-
-
-@pytest.mark.slow
-def test_ensemble_runs_end_as_single_ones():
-    loads = [0.2 * AHEAD, 0.999 * AHEAD, 1.001 * AHEAD]
-    data = sb.ensemble(
-        stop_scene(end=2.0), {"duty.load.profile.level": loads}, ["stopping_time"]
-    )
-    assert list(data.status.values) == ["stopped", "not_stopped", "runaway"]
-
-
-@pytest.mark.slow
 def test_capacity_is_differentiable():
     """∂M_b/∂T_0 = M_b/T_0."""
 
@@ -295,22 +195,3 @@ def test_capacity_is_differentiable():
     value, slope = jax.jvp(torque, (T0,), (1.0,))
     assert float(value) == pytest.approx(AHEAD, rel=1e-12)
     assert float(slope) == pytest.approx(AHEAD / T0, rel=1e-12)
-
-
-def energy_line(result):
-    return next(line for line in str(result).splitlines() if line.startswith("energy"))
-
-
-def test_kinetic_energy_stands_where_it_went():
-    """Given up it is a source; gained, as in a runaway, a sink: never a negative
-    source."""
-    stopped = energy_line(sb.simulate(stop_scene()))
-    into, out = stopped.split(" = ")
-    assert "kinetic" not in out
-    result = sb.simulate(stop_scene(load=1e5, C=None, end=2.0))
-    omega = 20.0 + (1e5 - AHEAD) * 2.0 / 800.0
-    into, out = energy_line(result).split(" = ")
-    assert "kinetic" not in into
-    assert "−" not in into + out
-    gained = json.loads(json.dumps(result.summary()))["energy"]["kinetic_change"]
-    assert gained == pytest.approx(0.5 * 800.0 * (omega**2 - 400.0), rel=1e-10)

@@ -11,7 +11,6 @@ import pytest
 from oracles.stops import at_rest
 from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq
 
 import simbrake as sb
 from simbrake.loads import (
@@ -29,7 +28,6 @@ W0 = 20.0
 Z = math.tan(math.radians(13.5) / 2)
 #: torque per newton of slack tension of the brake of `stop_scene`
 GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
-HOOK = sb.HookLoad(20e3, 0.4, 8)
 
 
 def scene(*laws, load=0.0, T0=0.0, w0=W0, end=30.0, C=None, **given):
@@ -120,18 +118,6 @@ def test_eddy_current_brake_after_kloss():
     assert float(balanced(result)["shaft_eddy_current_brake"]) == pytest.approx(
         0.5 * J * (W0**2 - 9.0), rel=1e-9
     )
-
-
-def test_quadratic_drag_decays_as_one_over_t():
-    k = 30.0
-    fill = 0.4
-    end = 7.0
-    result = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end))
-    assert float(result.record.y_end.omega) == pytest.approx(
-        W0 / (1 + fill * k * W0 * end / J), rel=1e-9
-    )
-    back = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end, w0=-W0))
-    assert float(back.record.y_end.omega) == -float(result.record.y_end.omega)
 
 
 # --- terminal speeds ----------------------------------------------------------------
@@ -296,15 +282,6 @@ def test_bearings_hold_first_then_the_band(C):
     balanced(result)
 
 
-def test_bearings_alone_stop_and_hold():
-    """They take `J ω_0/(M_c − M)` to stop the pulley, and hold it until the load
-    exceeds `M_c`."""
-    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0, 25.0], [1e3, 1e3, 17e3]))
-    result = sb.simulate(scene(BearingFriction(5e3), load=load, end=11.0), rtol=1e-12)
-    assert float(result.stopping_time) == pytest.approx(J * W0 / 4e3, rel=1e-11)
-    assert result.events["restart"].times == pytest.approx([10.0], rel=1e-11)
-
-
 def test_band_and_bearings_hold_their_sum():
     """A restart at `t_r`, where the load exceeds `T_0 R_b (Π − 1) + M_c`; then
     `ω = s (t − t_r)²/(2J)`."""
@@ -432,110 +409,6 @@ def test_the_dead_line_is_the_tightest_in_lowering():
     assert float(slope) == pytest.approx((away[0] - away[1]) / 2e-6, rel=1e-7)
 
 
-BOTH = ("hoisting_efficiency", "lowering_efficiency")
-
-
-@pytest.mark.parametrize(
-    ("give", "words"),
-    [
-        (lambda: TackleLoss(0.841), BOTH),
-        (lambda: TackleLoss("84 %"), BOTH),
-        (lambda: TackleLoss(efficiency=0.85), BOTH),
-        (lambda: TackleLoss(), BOTH),
-        (lambda: TackleLoss(1.04, lowering_efficiency=0.8), BOTH),
-        (lambda: TackleLoss(hoisting_efficiency=0.8, lowering_efficiency=0.8), BOTH),
-        (
-            lambda: sb.with_values(
-                scene(TackleLoss(1.04), load=HOOK), {"shaft[0].efficiency": 0.85}
-            ),
-            BOTH,
-        ),
-        (
-            lambda: sb.check_scene(scene(TackleLoss(1.04), load=1e3)),
-            ("load on a hook",),
-        ),
-        (
-            lambda: sb.check_scene(
-                scene(TackleLoss(1.04), TackleLoss(1.04), load=HOOK)
-            ),
-            ("one tackle",),
-        ),
-    ],
-)
-def test_a_tackle_without_a_direction_is_refused(give, words):
-    with pytest.raises((sb.InputError, TypeError)) as caught:
-        give()
-    assert all(word in str(caught.value) for word in words)
-
-
-@pytest.mark.parametrize("kind", ["", 'type = "TackleLoss"'])
-def test_a_file_with_an_efficiency_of_the_tackle_is_refused(kind):
-    text = sb.files.scene_text(scene(load=HOOK)).replace("shaft = []", "")
-    with pytest.raises(
-        sb.InputError,
-        match=r"shaft\[0\]\.efficiency: .*hoisting_efficiency.*lowering_efficiency",
-    ):
-        sb.files.scene_from_text(f"{text}\n[[shaft]]\n{kind}\nefficiency = 0.85\n")
-
-
-def test_rests_or_starts_at_once():
-    still, moving = (
-        sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0], [M, M])) for M in (1e3, 3e3)
-    )
-    held = sb.simulate(scene(BearingFriction(2e3), load=still, w0=0.0, end=1.0))
-    assert (held.status, names(held)) == ("held", [])
-    assert float(held.record.y_end.phi) == 0.0
-    loose = sb.simulate(scene(BearingFriction(2e3), load=moving, w0=0.0, end=1.0))
-    assert float(loose.record.y_end.omega) == pytest.approx(1e3 / J, rel=1e-10)
-
-
-@pytest.mark.slow
-def test_staged_stop_with_dry_shaft_by_scipy():
-    """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry
-    friction on the pulley alone."""
-    import staged_scenes as staged
-
-    M_c = 400.0
-    T_0 = 4e3
-    plain = staged.stop(lever=sb.Constant(T_0), end=20.0)
-    result = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(M_c),)))
-    z = math.tan(staged.BETA / 2)
-    s = math.sin(staged.BETA / 2)
-    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
-    J_p = float(plain.brake.inertia)
-    J_b = float(np.sum(plain.brake.bandage.inertia))
-    load = float(plain.duty.load.profile.level)
-    w0 = float(plain.initial.omega)
-
-    def rim(T_n):
-        T = staged.tensions(T_0, T_n, mu)
-        return (
-            staged.R
-            * staged.F_INT
-            * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
-        )
-
-    full = T_0 * float(np.prod(mu))
-    external = staged.R_B * (full - T_0)
-    # the band brakes the bandage harder than the rim drives it: stage 2 from the start,
-    # then stage 3
-    assert external > rim(full)
-    t_2 = w0 / ((external - rim(full)) / J_b)
-    w_2 = w0 - (rim(full) + M_c - load) / J_p * t_2
-    T_n = brentq(
-        lambda T: staged.R_B * (T - T_0) - rim(T), T_0, full, xtol=1e-9, rtol=1e-14
-    )
-    stop = t_2 + w_2 * J_p / (rim(T_n) + M_c - load)
-    assert "external_lock" in names(result)
-    assert float(result.external_lock_time) == pytest.approx(t_2, rel=1e-9)
-    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
-    assert names(result)[-1] == "stop"
-    assert float(result.series([15.0]).shaft_torque[0]) == pytest.approx(
-        min(load, M_c), rel=1e-12
-    )
-    balanced(result)
-
-
 # --- heat, levers, input ------------------------------------------------------------
 
 
@@ -592,37 +465,6 @@ def test_speed_holding_lever_gives_the_rest():
     assert float(seen.brake_torque[0]) == pytest.approx(
         load - 12.0 * c - 500.0, rel=1e-12
     )
-
-
-def test_input_errors_and_a_scene_file(tmp_path):
-    bad = scene(
-        EddyCurrentBrake(1e3, 5.0, 1.05, place="nowhere"), HydrodynamicBrake(1.0, -0.1)
-    )
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(bad)
-    text = str(caught.value)
-    for part in (
-        "shaft[0].excitation: 1.05 is above 1",
-        "shaft[0].place",
-        "'nowhere'",
-        "shaft[1].fill.level: -0.1",
-    ):
-        assert part in text
-    file = tmp_path / "scene.toml"
-    laws = (
-        EddyCurrentBrake("20 kN*m", "60 rpm", sb.ramp(0.0, 1.0, 1.0, 2.0)),
-        HydrodynamicBrake(3.0, 0.5),
-        TackleLoss(lowering_efficiency=0.9),
-        BearingFriction("0.5 kN*m"),
-        ViscousDrag(10.0),
-    )
-    sb.write_scene(scene(*laws, load=HOOK), file)
-    again = sb.read_scene(file)
-    assert jax.tree.structure(again) == jax.tree.structure(
-        jax.tree.map(np.asarray, scene(*laws, load=HOOK))
-    )
-    assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
-    assert type(again.shaft[0].excitation) is sb.PiecewiseLinear
 
 
 @pytest.mark.parametrize(
@@ -726,20 +568,3 @@ def test_tables_of_torque_over_speed():
     assert result.series([9.0]).omega[0] == pytest.approx(expected, rel=1e-9)
     driven = sb.simulate(scene(w0=40.0, load=TabulatedLoad([0.0, 9.0], [1e3, 3e3])))
     assert driven.series([2.0]).omega[0] == pytest.approx(40.0 + 3e3 * 2.0 / J)
-    assert (told(result), told(driven)) == ([], ["beyond_table"])
-
-
-def test_bad_tables_and_friction():
-    law = BearingFriction(100.0, 90.0, reverse=BearingFriction(1.0, 2.0))
-    fan = TabulatedDrag([0.0, 3.0, 2.0], [0.0, 1.0, 2.0])
-    begun = TabulatedDrag([0.0, 3.0], [1.0, 2.0])
-    rotor = TabulatedLoad([0.0, 3.0], [1.0, 2.0, 4.0])
-    with pytest.raises(sb.InputError) as caught:
-        sb.simulate(scene(law, fan, begun, load=rotor))
-    assert [fault.path for fault in caught.value.faults] == [
-        "duty.load",
-        "shaft[0].stribeck_speed",
-        "shaft[0].reverse.stribeck_speed",
-        "shaft[1].speed",
-        "shaft[2]",
-    ]

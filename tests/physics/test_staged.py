@@ -113,29 +113,6 @@ def test_slopes_of_onset_tension_and_lock():
 # --- stages that cannot occur -------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_bandage_turns_with_the_pulley():
-    result = sb.simulate(staged.stop(f_int=0.6, stiffness=3e5))
-    assert "internal_slip" not in names(result)
-    summary = result.summary()
-    assert [stage["name"] for stage in summary["absent_stages"]] == [
-        "stage_2",
-        "stage_3",
-    ]
-    # it is then a standard brake with the inertia of both
-    plain = staged.stop(stiffness=3e5, J=staged.J + staged.J_B)
-    standard = sb.Scene(
-        sb.Brake(plain.brake.pulley, plain.brake.band, plain.brake.linings),
-        plain.duty,
-        plain.initial,
-        plain.end_time,
-    )
-    assert float(result.stopping_time) == pytest.approx(
-        float(sb.simulate(standard).stopping_time), rel=1e-12
-    )
-    assert float(result.energy["heat_internal"]) == 0.0
-
-
 # --- held, restart, reversal --------------------------------------------------------
 
 
@@ -187,63 +164,6 @@ def test_held_staged_brake_does_not_move(stiffness):
     assert sum(s.heat_external for s in result.stages) == pytest.approx(
         float(result.energy["heat_external"]), rel=1e-12
     )
-
-
-@pytest.fixture(scope="module", params=[None, 2e5], ids=["rigid", "elastic"])
-def duties(request):
-    """Random levers, loads, releases, reversals on staged brakes, static friction above
-    kinetic in some."""
-    found = []
-    for seed in range(30):
-        rng = np.random.default_rng(seed)
-        brake = sb.Brake(
-            sb.Pulley(0.6, 800.0),
-            sb.Band(0.65, request.param),
-            sb.Lining(
-                sb.ConstantFriction(rng.uniform(0.25, 0.5), rng.choice([1.0, 1.2])),
-                np.full(6, math.radians(45)),
-            ),
-            sb.Bandage(
-                rng.uniform(5, 80),
-                sb.ConstantFriction(rng.uniform(0.1, 0.5), rng.choice([1.0, 1.3])),
-                rng.choice([0.0, rng.uniform(0, 2e3)]),
-            ),
-        )
-        tension = rng.uniform(0, 2e4, 5) * (rng.random(5) > 0.3)
-        lever = sb.PiecewiseLinear(np.sort(rng.uniform(0, 8, 5)), tension)
-        load = sb.TorqueLoad(
-            sb.PiecewiseLinear(np.sort(rng.uniform(0, 8, 4)), rng.uniform(-6e3, 9e3, 4))
-        )
-        start = sb.Initial(rng.choice([20.0, 5.0, 0.0, -8.0]))
-        found.append(sb.simulate(sb.Scene(brake, sb.Duty(lever, load), start, 9.0)))
-    return found
-
-
-@pytest.mark.slow
-def test_random_duties_only_dissipate(duties):
-    seen = set()
-    for result in duties:
-        assert float(result.energy["closure"]) <= 1e-9
-        s = result.series(np.linspace(0.0, 9.0, 300))
-        scale = 1e-9 * max(1.0, float(result.energy["friction_heat"]))
-        pair = s.pairs["internal"]
-        total = np.asarray(s.friction_heat)
-        assert np.all(np.diff(pair.heat) >= -scale)
-        assert np.all(np.diff(total - pair.heat) >= -scale)
-        sticks = np.all(np.asarray(pair.sense) == 0, axis=1)
-        slack = 1e-6 * np.abs(pair.capacity) + 1e-3
-        assert np.all(np.abs(pair.torque)[sticks] <= (pair.capacity + slack)[sticks])
-        wrong = np.asarray(pair.sense) * np.asarray(pair.slip_speed) < -1e-8
-        assert not np.any(wrong)
-        seen |= set(names(result))
-    assert {
-        "internal_slip",
-        "external_lock",
-        "external_release",
-        "internal_restick",
-        "restart",
-        "release",
-    } <= seen
 
 
 def test_forces_of_both_pairs_by_statics():
@@ -300,20 +220,6 @@ def test_forces_of_both_pairs_by_statics():
 
 
 # --- input --------------------------------------------------------------------------
-
-
-def test_faults_of_a_bandage_in_one_report():
-    scene = staged.stop(preload=np.full(3, 100.0), f_int=0.2)
-    with pytest.raises(
-        sb.InputError, match=r"brake\.bandage\.preload: does not fit 8 linings"
-    ):
-        sb.simulate(scene)
-    with pytest.raises(sb.InputError, match=r"brake\.bandage\.inertia"):
-        sb.simulate(sb.with_values(staged.stop(), {"brake.bandage.inertia": -1.0}))
-    with pytest.raises(sb.InputError, match="is self-locking"):
-        sb.simulate(staged.stop(f_ext=3.6))
-    with pytest.raises(ValueError, match="no bandage"):
-        _ = sb.simulate(stop_scene()).internal_slip_time
 
 
 def test_overlap_coefficients_follow_stages():

@@ -100,33 +100,6 @@ def test_run_as_the_estimate_assumes_agrees(run):
 
 
 @pytest.mark.slow
-def test_power_shares_keep_the_friction_work(run):
-    """The works of the pairs are those of the run without shares, also where none of it
-    is heat."""
-    shared = dataclasses.replace(
-        constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2)
-    )
-    table = sb.estimates(sb.simulate(shared))
-    plain = sb.estimates(run)
-    for pair in ("external", "internal"):
-        row = table[f"friction work, {pair} pair"]
-        assert row.simulated == pytest.approx(plain[row.name].simulated, rel=1e-9)
-        name = f"surface temperature, falling flux, {pair} pair"
-        assert table[name].value - 293.15 == pytest.approx(
-            0.7 * (plain[name].value - 293.15), rel=1e-9
-        )
-    assert table["work into heat"].simulated == pytest.approx(
-        0.7 * plain["friction work"].simulated, rel=1e-9
-    )
-    alone = dataclasses.replace(shared, power_shares=sb.PowerShares(mechanical=1.0))
-    cold = sb.estimates(sb.simulate(alone))
-    for pair in ("external", "internal"):
-        name = f"friction work, {pair} pair"
-        assert cold[name].simulated == pytest.approx(plain[name].simulated, rel=1e-9)
-        assert cold[f"surface temperature, falling flux, {pair} pair"].value == 293.15
-
-
-@pytest.mark.slow
 def test_brake_below_onset_rides_to_the_end():
     scene = constant(500.0)
     stop = sb.formulas.classical_staged_stop(scene)
@@ -188,62 +161,6 @@ def test_pairs_have_their_shares_and_faces():
     assert len(told["estimates"]) == len(table.rows)
     # each can be asked for by its name
     assert len({row.name for row in table}) == len(table.rows)
-
-
-@pytest.mark.parametrize(
-    ("scene", "word"),
-    [
-        (lambda: constant(3e3, w0=0.0), "no classical stop"),
-        (lambda: constant(3e3, load=9e3), "no classical stop"),
-    ],
-)
-def test_staged_estimates_need_a_stop(scene, word):
-    """A scene without a classical stop says so."""
-    with pytest.raises(sb.InputError, match=word):
-        sb.estimates(scene())
-
-
-@pytest.mark.slow
-def test_temperatures_of_both_pairs_in_a_run():
-    """A ramp of the lever, a layered rim and a band of steel: bulk by energy, the rim's
-    surface by Schmidt's scheme."""
-    import runpy
-
-    file = str(staged_scenes.__file__).replace(
-        "tests/staged_scenes", "scenarios/staged_vs_standard"
-    )
-    scene = runpy.run_path(file)["scene"]()
-    coarse = next(body for body in scene.heat.bodies if body.name == "rim")
-    rim = sb.thermal.Wall("rim", coarse.material, coarse.thickness, coarse.area, 40)
-    bodies = tuple(rim if body is coarse else body for body in scene.heat.bodies)
-    result = sb.simulate(
-        dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, bodies=bodies))
-    )
-    table = sb.estimates(result)
-    works = [
-        table[f"friction work, {pair} pair"].simulated
-        for pair in ("external", "internal")
-    ]
-    assert works == pytest.approx(
-        [float(result.energy[f"heat_{pair}"]) for pair in ("external", "internal")],
-        rel=1e-6,
-    )
-    assert table["slack tension of internal slip"].value == pytest.approx(
-        table["slack tension of internal slip"].simulated, rel=1e-6
-    )
-    for name, share in (
-        ("bulk temperature, end, internal pair", 0.002),
-        # the linings' outer faces warm the band as well
-        ("bulk temperature, end, external pair", 0.05),
-        ("surface temperature, Schmidt, internal pair", 0.002),
-    ):
-        row = table[name]
-        assert row.value - 293.15 == pytest.approx(row.simulated - 293.15, rel=share), (
-            name
-        )
-    for pair, part in (("external", "band"), ("internal", "rim")):
-        row = table[f"heat partition coefficient, {part}, effusivities, {pair} pair"]
-        assert row.value == pytest.approx(row.simulated, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -54,41 +54,6 @@ def test_heat_of_both_pairs_is_accounted_for(stiffness):
     assert float(result.stopping_time) > 1.002 * float(cold.stopping_time)
 
 
-@pytest.mark.parametrize("temperature_dependent", [False, True])
-@pytest.mark.parametrize("spring", [None, 1e5])
-def test_pair_must_have_a_place_for_its_heat(temperature_dependent, spring):
-    """The heat of either pair would leave the network: both are named, once each, with
-    what builds the place."""
-    scene = heated() if temperature_dependent else staged.stop(heat=heated().heat)
-    bandage = dataclasses.replace(scene.brake.bandage, spring=spring)
-    scene = dataclasses.replace(
-        scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
-    )
-    sb.check_scene(scene)
-    for field, builder in (
-        ("external", "with_external_pair(heat, partition)"),
-        ("friction", "FrictionHeat(metal"),
-    ):
-        one = dataclasses.replace(
-            scene, heat=dataclasses.replace(scene.heat, **{field: None})
-        )
-        with pytest.raises(sb.InputError) as caught:
-            sb.simulate(one)
-        (fault,) = caught.value.faults
-        assert fault.path == f"heat.{field}"
-        assert "would enter no body" in fault.problem
-        assert builder in fault.hint
-    neither = dataclasses.replace(
-        scene, heat=dataclasses.replace(scene.heat, friction=None, external=None)
-    )
-    with pytest.raises(sb.InputError) as caught:
-        sb.check_scene(neither)
-    assert {fault.path for fault in caught.value.faults} == {
-        "heat.friction",
-        "heat.external",
-    }
-
-
 @pytest.mark.slow
 def test_outer_lining_face_has_its_own_place():
     """Equal steel and equal fluxes on both faces of the linings: each face takes the

@@ -95,27 +95,3 @@ def test_derivatives():
     )
     np.testing.assert_allclose(slope[1], [1.0, 0.0, 0.0], rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(slope[2, 2], ARM / SLACK_ARM * N * BETA, rtol=1e-7)
-
-
-@pytest.mark.slow
-def test_absent_without_sections_and_arms():
-    plain = sb.simulate(
-        sb.Scene(
-            sb.Brake(
-                sb.Pulley(R, J),
-                sb.Band(R, C),
-                sb.Lining(sb.ConstantFriction(F), np.full(N, BETA)),
-            ),
-            sb.Duty(T0, 0.0),
-            sb.Initial(20.0),
-            3.0,
-        )
-    )
-    assert not {
-        "max_band_stress",
-        "max_anchor_stress",
-        "max_lever_force",
-        "lever_travel",
-    } & set(plain.metrics)
-    with pytest.raises(ValueError, match="its band has no `strength`"):
-        _ = plain.max_band_stress

@@ -162,11 +162,6 @@ def test_s_24_with_the_term_for_a_zero_start():
             rise(q, 1.1 * tau, tau, thickness, STEEL)
 
 
-def test_maximum_temperature_combinations():
-    found = sb.formulas.maximum_temperatures(30.0, 60.0, 90.0)
-    assert found == (90.0, 80.0, 180.0)
-
-
 # --- Schmidt's scheme ---------------------------------------------------------------
 
 
@@ -283,20 +278,6 @@ def test_stress_of_a_parabolic_profile():
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
 
 
-def test_stress_of_a_free_plate():
-    rng = np.random.default_rng(3)
-    z = np.sort(rng.uniform(0.0, 0.03, 30))
-    T = rng.uniform(300.0, 500.0, (4, 30))
-    for restraint in ("none", "bending"):
-        stress = sb.formulas.plate_stress(T, z, ELASTIC, restraint=restraint)
-        fine = np.linspace(z[0], z[-1], 20_001)
-        force = [np.trapezoid(np.interp(fine, z, s), fine) for s in stress]
-        np.testing.assert_allclose(force, 0.0, atol=1e-6 * MODULUS)
-        if restraint == "none":
-            moment = [np.trapezoid(np.interp(fine, z, s) * fine, fine) for s in stress]
-            np.testing.assert_allclose(moment, 0.0, atol=1e-6 * MODULUS)
-
-
 def test_stress_history_of_a_heated_slab():
     """The surface passes its greatest stress only at the end of a constant flux, q δ/(3
     λ) above the mean."""
@@ -394,27 +375,6 @@ def test_heat_balance_over_four_revolutions():
     )
 
 
-def test_network_settles_by_the_balance():
-    """One lump, heated under the linings and cooled on the open track (S-21 without the
-    four revolutions)."""
-    balance = sb.formulas.heat_balance(
-        2e3,
-        overlap=0.75,
-        coefficient=80.0,
-        surface=300.0,
-        ambient=290.0,
-        omega=5.0,
-        area=0.8,
-    )
-    heat = sb.Heat(
-        (sb.thermal.Lump("rim", 1e4, 300.0), sb.thermal.Reservoir("air", 290.0)),
-        (sb.thermal.Convection("rim", 0.8, 80.0, covered=0.75),),
-        sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
-    )
-    steady = sb.steady_state(heat, power=0.75 * 0.8 * 2e3, closed=1.0)
-    assert float(steady["rim"]) == pytest.approx(balance.stationary, rel=1e-12)
-
-
 def test_power_is_split_without_rest():
     split = sb.thermal.shares_of_S(electrical=0.02).split(1000.0)
     assert split == pytest.approx((680.0, 20.0, 300.0))
@@ -442,52 +402,3 @@ def test_triboelectric_estimate():
     )
     assert one == pytest.approx(voltage * 2 * math.sqrt(1e-6 / math.pi) / 1e-6)
     assert many == pytest.approx(10 * one)
-
-
-@pytest.mark.parametrize(
-    ("call", "word"),
-    [
-        (lambda: sb.formulas.penetration_depth(-1.0, 1.0), "diffusivity"),
-        (lambda: sb.formulas.fourier_number(A, math.nan, 0.01), "time"),
-        (lambda: sb.formulas.mean_bulk_rise(1.2, 1.0, 1.0, 1.0), "share"),
-        (lambda: sb.formulas.stopping_rise(1.0, 2.0, 1.0, E), "after the end"),
-        (lambda: sb.formulas.schmidt(STEEL, 0.025, 1, 1.0, 1.0), "layers"),
-        (
-            lambda: sb.formulas.schmidt(
-                STEEL, 0.025, 2, 1.0, 1.0, back_coefficient=-1.0
-            ),
-            "back_coefficient",
-        ),
-        (lambda: sb.formulas.plate_stress([1.0, 2.0], [0.0, 0.0], ELASTIC), "rise"),
-        (
-            lambda: sb.formulas.plate_stress(
-                [1.0, 2.0], [0.0, 1.0], ELASTIC, restraint="bolts"
-            ),
-            "bolts",
-        ),
-        (
-            lambda: sb.formulas.surface_stress(1.0, 2.0, ELASTIC._replace(poisson=0.6)),
-            "poisson",
-        ),
-        (lambda: sb.formulas.real_contact_area(1.0, 2.0, 1.0), "hardness"),
-        (lambda: sb.formulas.ring_face(1.0, 0.5), "outer"),
-        (lambda: sb.formulas.parallel_resistance(1.0, 0.0), "resistance"),
-        (
-            lambda: sb.formulas.heat_balance(
-                1.0,
-                overlap=1.5,
-                coefficient=1.0,
-                surface=300.0,
-                ambient=290.0,
-                omega=1.0,
-                area=1.0,
-            ),
-            "overlap",
-        ),
-        (lambda: sb.formulas.maximum_temperatures(-1.0, 1.0, 1.0), "bulk"),
-        (lambda: sb.formulas.triboelectric_power(-1.0, 1.0), "current"),
-    ],
-)
-def test_what_is_out_of_range_is_named(call, word):
-    with pytest.raises(ValueError, match=word):
-        call()

@@ -146,27 +146,6 @@ def test_a_point_of_the_track_in_a_run(stop):
 
 
 @pytest.mark.slow
-def test_what_a_ripple_needs(stop):
-    result, _ = stop
-    cold = dataclasses.replace(result.scene, heat=None)
-    run = sb.simulate(cold)
-    with pytest.raises(sb.InputError) as caught:
-        sb.formulas.track_ripple(run, [0.1])
-    assert {"material", "share"} <= {fault.path for fault in caught.value.faults}
-    given = sb.formulas.track_ripple(run, [0.1], material=STEEL, share=0.9)
-    assert given.amplitude[0] > 0
-    cooled = sb.formulas.track_ripple(
-        run, [0.1], material=STEEL, share=0.9, cooling=4e3
-    )
-    np.testing.assert_array_equal(cooled.flux[:, ~cooled.heated], -4e3)
-    np.testing.assert_array_equal(
-        cooled.flux[:, cooled.heated], given.flux[:, given.heated]
-    )
-    assert np.isnan(given.reach).all()  # of a rim without a thickness
-    assert not given.valid.any()
-
-
-@pytest.mark.slow
 def test_inner_pair_heats_a_staged_rim():
     scene = staged_scenes.stop(lever=sb.Constant(3e3), end=60.0)
     scene = sb.with_values(

@@ -123,12 +123,3 @@ def test_a_ramp_against_quadrature():
             for a, b in itertools.pairwise(pieces)
         )
         assert found.depth[j] == pytest.approx(truth, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_what_has_no_ring_is_said():
-    staged_run = sb.simulate(staged.stop())
-    with pytest.raises(sb.InputError, match=r"brake.linings.area: is missing"):
-        sb.results.ring_wear(staged_run, 11, RATE)
-    with pytest.raises(sb.InputError, match="count: 0 is out of range"):
-        sb.results.ring_wear(staged_run, 0, RATE)

@@ -1,7 +1,6 @@
 """Wear as a part of a scene: laws, states beside a run, and that a scene without it
 pays nothing."""
 
-import dataclasses
 import functools
 import math
 
@@ -246,68 +245,3 @@ def test_turned_band_wears_from_other_end():
 
 
 # --- files and faults ---------------------------------------------------------------
-
-
-def test_wear_in_a_scene_file():
-    text = sb.files.scene_text(
-        ws.stop(
-            sb.Wear(
-                sb.wear.ExponentialWear(2e-14, rise=90.0),
-                permissible=8e-3,
-                turned_at=[3.0],
-            )
-        )
-    )
-    again = sb.files.scene_from_text(text)
-    assert again.wear.rate.rise == 90.0
-    assert sb.files.scene_text(again) == text
-    units = text.replace(
-        'coefficient = "2e-14 m^3/(N*m)"', 'coefficient = "2e-5 mm^3/(N*m)"'
-    )
-    assert float(
-        sb.files.scene_from_text(units).wear.rate.coefficient
-    ) == pytest.approx(2e-14, rel=1e-15)
-    late = dataclasses.replace(
-        ws.stop(None),
-        duty=sb.Duty(
-            sb.wear.Delayed(sb.ramp(200.0, ws.T0, 0.0, 0.3), 0.5), sb.TorqueLoad()
-        ),
-    )
-    delayed = sb.files.scene_text(late)
-    assert sb.files.scene_text(sb.files.scene_from_text(delayed)) == delayed
-    short = '[wear]\nrate = 3e-14\nworn = "2 mm"\n'
-    scene = sb.files.scene_from_text(sb.files.scene_text(ws.stop(None)) + "\n" + short)
-    assert float(scene.wear.rate.coefficient) == 3e-14
-    assert float(scene.wear.worn) == pytest.approx(2e-3)
-    assert float(
-        sb.with_values(scene, {"wear.permissible": "6 mm"}).wear.permissible
-    ) == pytest.approx(6e-3)
-
-
-def test_what_cannot_be_is_said():
-    def said(scene):
-        with pytest.raises(sb.InputError) as caught:
-            sb.check_scene(scene)
-        return str(caught.value)
-
-    bare = sb.with_values(ws.stop(sb.Wear(1e-14)), {"brake.linings.area": None})
-    assert "brake.linings.area: is missing" in said(bare)
-    assert "wear.internal" in said(ws.stop(sb.Wear(1e-14, internal=1e-14)))
-    assert "wear.rate.coefficient: does not fit 4" in said(
-        ws.stop(sb.Wear(np.full(3, 1e-14)))
-    )
-    assert "lining 2 must be below" in said(
-        ws.stop(sb.Wear(1e-14, worn=[0, 0.03, 0, 0], thickness=0.03))
-    )
-    uneven = ws.stop(
-        sb.Wear(1e-14, turned_at=[3.0]), angle=np.radians([50.0, 60.0, 60.0, 70.0])
-    )
-    assert "brake.linings.angle are not equal" in said(uneven)
-    staged = sb.with_values(staged_scenes.stop(), {"brake.linings.area": 0.03})
-    staged = ws.wearing(staged, sb.Wear(1e-14, internal=1e-14, turned_at=[3.0]))
-    text = said(sb.with_values(staged, {"brake.bandage.area": None}))
-    assert "brake.bandage.area: is missing" in text
-    assert "ride on the pulley" in text
-    assert "wear.rate.coefficient: -1e-14" in said(
-        sb.with_values(ws.stop(sb.Wear(1e-14)), {"wear.rate.coefficient": -1e-14})
-    )
