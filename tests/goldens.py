@@ -3,7 +3,10 @@
 
 import pathlib
 
+import pytest
 from picture_scenes import legend
+
+import simbrake as sb
 
 FOLDER = pathlib.Path(__file__).parent / "files" / "golden"
 
@@ -46,3 +49,14 @@ def words_of(figure):
             )
             lines += [f"  {text}" for text in legend(axes)]
     return "\n".join(line.replace("\n", " / ") for line in lines) + "\n"
+
+
+def assert_refused(request, name, cases):
+    """The reports of input errors, one after the other, are those kept: of scenes, and
+    of functions that raise them or make such a scene."""
+    reports = []
+    for case in cases:
+        with pytest.raises((sb.InputError, TypeError, ValueError)) as caught:
+            sb.check_scene(case() if callable(case) else case)
+        reports.append(f"{caught.value}\n")
+    assert_kept(request, f"errors/{name}", "\n".join(reports))

@@ -89,6 +89,7 @@ def test_held_inputs_match_closed_form():
         stop.time, 1.2 + omega * inertia / (9e3 * arm), rtol=1e-12
     )
     assert (stop.name, stepper.omega) == ("stop", 0.0)
+    assert repr(stepper).endswith("0 rad/s, held; inputs: lever 9 kN, load 0 N·m)")
     assert stepper.advance(10.0, load=0.999 * 9e3 * arm).events == []
     assert stepper.omega == 0.0
     begun = stepper.advance(0.5, load=1.2 * 9e3 * arm)

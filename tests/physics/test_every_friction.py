@@ -608,3 +608,33 @@ def test_oil_that_comes_later(kind):
             float(rest.stopping_time), rel=1e-10
         )
         assert float(whole.stopping_time) > 1.01 * float(dry.stopping_time)
+
+
+class Own(Half):
+    """A custom law with a contact of its own, which lacks the factor of changes."""
+
+    def kinetic(self, contact):
+        return 0.5 * self.base.kinetic(
+            sb.friction.Contact(contact.v, contact.T, contact.p)
+        )
+
+    def static(self, contact):
+        return self.kinetic(contact)
+
+
+class Forgetful(Half):
+    def start(self, n):
+        return None
+
+
+def without_changes(n, f=F):
+    return Own(oiled())
+
+
+def without_states(n, f=F):
+    return Forgetful(running_in(n))
+
+
+def off_its_table(n, f=F):
+    table = sb.friction.TabulatedFade([HOT - 200.0, HOT - 10.0], [1.0, 0.9])
+    return Half(ProductFriction(F, (table,)))

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from heat_scenes import lump
 from helpers import jacobians
 from scenes import stop_scene, tension_for
 from scipy.integrate import solve_ivp
@@ -95,6 +96,14 @@ def test_stop_with_a_rope_and_its_derivatives():
     np.testing.assert_allclose(value, truth, rtol=1e-12)
     np.testing.assert_allclose(forwards, slopes, rtol=1e-9)
     np.testing.assert_allclose(backwards, slopes, rtol=1e-9)
+
+
+def test_stop_with_heat_is_the_same():
+    """An implicit method sees that the torque depends on the angle."""
+    made = scene(hook(), *map(float, STOP[:2]), 5.0, heat=lump(1e15))
+    result = sb.simulate(made, solver=sb.hybrid.Rodas5P())
+    found = [float(result.stopping_time), float(result.stopping_angle)]
+    np.testing.assert_allclose(found, stop_by_hand(STOP), rtol=1e-9)
 
 
 def test_on_either_side_of_the_balance():

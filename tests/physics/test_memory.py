@@ -311,9 +311,10 @@ def test_two_states_and_heat_against_scipy(recovering):
         run.y[:, -1],
         **how,
     )
-    end = result.record.y_end.memory[0]
-    np.testing.assert_allclose(end["fade"], cooled.y[2, -1], rtol=1e-8)
-    np.testing.assert_allclose(end["seen"], cooled.y[3, -1], rtol=1e-9)
+    end = result.series([4.0])
+    states = np.repeat(cooled.y[2:, -1:], PADS, axis=1)
+    np.testing.assert_allclose(end.friction_memory[0], states, rtol=1e-8)
+    np.testing.assert_allclose(end.friction_coefficient[0], F * (1 - states[0]))
 
 
 @pytest.mark.slow

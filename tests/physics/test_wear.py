@@ -35,9 +35,12 @@ def test_laws_at_their_reference():
     grows = np.asarray(laws[2].at(hot))
     assert grows[1] / grows[0] == pytest.approx(math.exp(200 / 120), rel=1e-14)
     decomposed = np.asarray(laws[3].at(hot))
+    over_gas = 4e4 / 8.31446261815324
     assert math.log(decomposed[1] / decomposed[0]) == pytest.approx(
-        4e4 / 8.31446261815324 * (1 / 373.15 - 1 / 573.15)
+        over_gas * (1 / 373.15 - 1 / 573.15)
     )
+    above = math.exp(over_gas * (1 / 423.15 - 1 / 573.15))
+    np.testing.assert_allclose(laws[4].at(hot), 3e-14 * np.array([1.0, above]))
     np.testing.assert_allclose(
         np.asarray(laws[1].at(hot)), 3e-14 * np.array([0.7, 1.9]), rtol=1e-14
     )
