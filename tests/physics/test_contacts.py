@@ -215,19 +215,3 @@ def test_linings_conduct_by_their_pressure(staged):
             result.series([END]).temperature[0, : N + 1], exact, rtol=1e-10
         )
         assert abs(exact[1] - START[1]) > 1.0
-
-
-@pytest.mark.slow
-def test_one_node_conducts_by_mean_pressure():
-    angles = np.radians([30.0, 40.0, 50.0, 60.0])
-    contact = ThermalContact(
-        "rim", "linings", 0.04, law=MetalContact(50.0, 0.15, 40e-6, 3e9), opens=True
-    )
-    heat = network(False, (contact, Conductance("linings", "band", 0.0)))
-    result = sb.simulate(
-        at_rest(False, heat, sb.Constant(4e3), angles=angles), rtol=1e-12
-    )
-    x = 2 * 4e3 * np.sin(angles / 2) / AREA / 3e9
-    g = 0.04 * np.mean(1.25 * 50.0 * 0.15 / 40e-6 * x * (x**2 + 1e-12) ** -0.025)
-    exact = expm(exchange((0, 1, g)) * END) @ START
-    np.testing.assert_allclose(result.series([END]).temperature[0], exact, rtol=1e-10)

@@ -63,20 +63,6 @@ def test_held_pads_share_the_load_at_rest(stopped):
     assert s.slack_tension is None
 
 
-def test_both_directions_are_alike(stopped):
-    back = sb.simulate(disc_scene(omega=-W0, load=-LOAD))
-    assert float(back.stopping_time) == pytest.approx(
-        float(stopped.stopping_time), rel=1e-13
-    )
-    assert float(back.stopping_angle) == pytest.approx(
-        -float(stopped.stopping_angle), rel=1e-13
-    )
-    np.testing.assert_allclose(back.series([0.5]).friction_force, -FRICTION * F)
-    assert float(back.energy["friction_heat"]) == pytest.approx(
-        float(stopped.energy["friction_heat"]), rel=1e-13
-    )
-
-
 def test_uniform_pressure_has_greater_radius():
     brake = disc_scene(pressure=sb.brakes.UniformPressure()).brake
     assert float(brake.radius) == pytest.approx(

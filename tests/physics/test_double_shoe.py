@@ -86,20 +86,6 @@ def test_greatest_pressure_of_a_short_lining():
 
 
 def test_directions_swap_the_shoes():
-    ahead, back = (
-        sb.simulate(shoe_scene(omega=sign * W0, load=sign * 60.0)) for sign in (1, -1)
-    )
-    assert float(back.stopping_time) == pytest.approx(
-        float(ahead.stopping_time), rel=1e-13
-    )
-    np.testing.assert_allclose(
-        back.series([0.1]).normal_load[0], normals(FRICTION)[::-1], rtol=1e-12
-    )
-    np.testing.assert_allclose(
-        back.series([0.1]).friction_force[0],
-        -FRICTION * normals(FRICTION)[::-1],
-        rtol=1e-12,
-    )
     # with coefficients of their own the directions differ
     own = np.array([0.4, 0.2])
     for sign in (1, -1):
@@ -145,9 +131,6 @@ def test_self_locking_is_named():
         sb.SimulationError, match=r"singular_geometry: M_F ≥ M_N.*shorten its lining"
     ):
         sb.simulate(scene)
-    result = sb.simulate(scene, throw=False)
-    warning = result.summary()["warnings"][0]
-    assert warning.startswith("self_locking: shoe 1: M_F/M_N = 1.02 ≥ 1")
     # just below, the torque is finite and large
     nearly = np.array([0.98 * LOCKS, 0.3])
     result = sb.simulate(shoe_scene(friction=sb.ConstantFriction(nearly, 1.0)))

@@ -171,17 +171,6 @@ LONG = 9000
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("max_steps", [128, LONG])
-def test_gradients_of_a_batch(max_steps):
-    many = jax.jit(
-        jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w), max_steps)))
-    )(jnp.array([10.0, 15, 20]))
-    truth = jax.jit(jax.grad(lambda w: closed_form(w0=w, xp=jnp)["stop"]))
-    for w, g in zip((10.0, 15.0, 20.0), np.asarray(many), strict=True):
-        assert g == pytest.approx(float(truth(w)), rel=1e-9)
-
-
-@pytest.mark.slow
 def test_gradients_with_room_for_a_long_run():
     """Both ways, by the friction and the speed at the start; a derivative of a
     derivative is refused there too."""

@@ -204,26 +204,6 @@ def test_two_tied_breakpoints_at_rest(C):
 # --- the blend of a fade ------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_blend_has_four_smooth_derivatives():
-    law = sb.LinearFade(slope=0.05, above=300.0, blend=2.0)
-
-    def lost(x):
-        return 1 - law.factor(sb.friction.Contact(v=None, T=300.0 + x))
-
-    assert float(lost(0.0)) == pytest.approx(0.05 * 2.0 * 4.375 / 32, rel=1e-12)
-    for end, wanted in ((-2.0, [0.0, 0.0]), (2.0, [0.1, 0.05])):
-        f = lost
-        for order in range(5):
-            value = wanted[order] if order < 2 else 0.0
-            for side in (-1e-6, 1e-6):
-                assert float(f(end + side)) == pytest.approx(value, abs=1e-4), (
-                    end,
-                    order,
-                )
-            f = jax.grad(f)
-
-
 def test_derivative_of_the_rate_of_a_maximum():
     """The rate of `max x_i` is that of one entry, and so is the derivative of its value
     along another direction."""

@@ -104,9 +104,8 @@ def test_every_watt_is_accounted_for(growth):
     )
     assert given == pytest.approx(float(energy["friction_heat"]), rel=1e-13)
     assert float(energy["heat_to_metal"]) == pytest.approx(0.95 * given, rel=1e-12)
-    stored = float(energy["heat_stored"])
-    lost = float(energy["heat_lost"])
-    assert stored + lost == pytest.approx(given, rel=1e-12)
+    kept = float(energy["heat_stored"] + energy["heat_lost"])
+    assert kept == pytest.approx(given, rel=1e-12)
 
 
 # --- closed forms -------------------------------------------------------------------

@@ -2,7 +2,6 @@
 what a step costs."""
 
 import dataclasses
-import time
 
 import jax
 import numpy as np

@@ -107,50 +107,6 @@ def peak(kind, load, pull):
     )
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param(kind, marks=pytest.mark.slow if kind in SLOW else ())
-        for kind in AT_REST
-    ],
-)
-def test_a_touch_of_the_limit_is_no_break_away(kind):
-    """A load that rises to what the brake at rest can hold, or a lever that falls so
-    far, and turns back."""
-    ones = np.ones(3)
-    pull = np.full(3, 5e3)
-    most = 150.0
-    if kind != "bearings":
-        most = 100.0 * float(
-            sb.simulate(peak(kind, 100.0 * ones, pull)).series([1.0]).holding_reserve[0]
-        )
-    load = most * np.array([0.3, 1.0, 0.5])
-    lever = pull * np.array([2.0, 1.0, 1.5])
-    for over, restarts in ((0.0, []), (-1e-9, []), (1e-9, [2.0])):
-        more = np.array([1.0, 1.0 + over, 1.0])
-        loaded = sb.simulate(peak(kind, load * more, pull))
-        assert loaded.events["restart"].times == pytest.approx(restarts, abs=1e-8)
-        if kind != "bearings":
-            eased = sb.simulate(peak(kind, most * ones, lever / more))
-            assert eased.events["restart"].times == pytest.approx(restarts, abs=1e-8)
-
-
-def test_a_touch_of_the_limit_is_no_stop():
-    """What begins at the first stop does not begin."""
-    lost = sb.friction.FrictionChange(sb.Constant(0.1), when="stop 1")
-
-    def scene(load):
-        base = held(
-            law=sb.friction.ChangingFriction(sb.ConstantFriction(F, STATIC), (lost,))
-        )
-        load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 2.0, 3.0], load))
-        return dataclasses.replace(base, duty=sb.Duty(sb.Constant(T0), load))
-
-    most = R * T0 * (capstan(STATIC * F) - 1)
-    result = sb.simulate(scene(most * np.array([0.3, 1.0, 0.9])))
-    assert (result.status, list(result.events)) == ("held", [])
-
-
 def test_a_lever_that_follows_the_speed_has_its_limit():
     """At rest it pulls what balances the load, and could pull more."""
     stop = sb.Driller(sb.PiecewiseLinear([0.0, 2.0], [10.0, 0.0]), T0)

@@ -5,11 +5,9 @@ import dataclasses
 import math
 
 import bandage_scenes
-import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
-from helpers import jacobians
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -95,35 +93,6 @@ def test_linings_lift_off_at_own_speeds(T_0):
         staged.R * staged.F_INT * load.sum(), rel=1e-12
     )
     assert float(result.energy["closure"]) <= 1e-9
-    if T_0 == 0:
-        share = sb.results.overlap(result, [t])
-        assert float(share.internal_static[0]) == pytest.approx(
-            5 / 8 * staged.N * staged.BETA / (2 * math.pi)
-        )
-
-
-@pytest.mark.slow
-def test_derivative_of_lift_off_by_the_mass():
-    """`t_i = J (√(N_pre,i/(m_i r_m)) − ω_0)/M`: the time moves by
-    `−J ω_i/(2 m_i M)`."""
-
-    def times(mass):
-        record = sb.simulate(speed_up(0.0, mass), max_steps=64).record
-        lifted = record.modes.lifted
-        t = record.rows.t
-        inside = jnp.arange(t.shape[0], dtype=jnp.int32)[:, None] <= record.count
-        first = jnp.argmax(inside & (lifted != 0), axis=0)
-        return t[first[np.array([1, 2, 4])]]
-
-    _, forward, backward = jacobians(times)(MASS)
-    truth = np.zeros((3, staged.N))
-    J = staged.J + staged.J_B
-    for row, i in enumerate((1, 2, 4)):
-        truth[row, i] = (
-            -J * math.sqrt(PRELOAD[i] / (MASS[i] * RADIUS)) / (2 * MASS[i] * 3e3)
-        )
-    np.testing.assert_allclose(forward, truth, rtol=1e-10, atol=1e-14)
-    np.testing.assert_allclose(backward, truth, rtol=1e-10, atol=1e-14)
 
 
 # --- onset of internal slip ---------------------------------------------------------
@@ -155,15 +124,6 @@ def test_onset_with_lifted_linings():
                 sb.results.internal_slip_tension(scene.brake, J, load, omega=omega)
             )
             assert onset == pytest.approx(truth, rel=1e-12)
-    with pytest.raises(ValueError, match="give omega"):
-        sb.results.internal_slip_tension(scene.brake, J, 300.0)
-    bare = dataclasses.replace(scene.brake.bandage, mass_radius=None)
-    with pytest.raises(sb.InputError, match=r"bandage\.mass_radius: is missing"):
-        sb.check_scene(
-            dataclasses.replace(
-                scene, brake=dataclasses.replace(scene.brake, bandage=bare)
-            )
-        )
 
 
 # --- the bandage on springs ---------------------------------------------------------

@@ -212,17 +212,6 @@ def test_layers_of_a_heavy_rope():
     assert float(result.energy["closure"]) < 1e-11
 
 
-def test_rope_of_phases_and_strings():
-    """A string in the slips leaves block and rope."""
-    rope = RopeWeight(6.0, 10.0, 400.0)
-    load = sb.loads.StringLoad("8 t", "40 t", 0.4, 8, stand=800.0, weight=rope)
-    plain = dataclasses.replace(load, weight=None)
-    for piece in (0, 1):
-        whole = load.whole_torque(0.0, 0.0, piece, 0.0, 2.0)
-        bare = plain.whole_torque(0.0, 0.0, piece, 0.0, 2.0)
-        assert float(whole - bare) == pytest.approx(G * 6.0 * 0.4 * 12.0)
-
-
 # --- two sides -----------------------------------------------------------------------
 
 

@@ -46,11 +46,6 @@ def test_shares_follow_if_of_materials():
         0.6,
     )
     assert float(changed.surface_conductivity) == 1.02
-    scene = whole_scene()
-    for a, b in zip(
-        jax.tree.leaves(sb.with_materials(scene)), jax.tree.leaves(scene), strict=True
-    ):
-        np.testing.assert_array_equal(a, b)
 
 
 # --- by hand ------------------------------------------------------------------------
@@ -132,7 +127,6 @@ def test_maximum_work_in_closed_form():
     )
     assert found[1]["stress_ratio"].value == pytest.approx(1.0, rel=1e-9)
     assert [row.admissible for row in (found[0], found[2])] == [True, False]
-    assert found[2].fails == ("stress 1.00 × allowable stress",)
     for row in found:
         assert row.greatest_work == pytest.approx(stressed.greatest_work, rel=1e-9)
 
@@ -143,29 +137,6 @@ def test_rim_too_hot_at_start_leaves_nothing():
     ).row("brass")
     assert (row.greatest_work, row.ends) == (0.0, "rim temperature")
     assert not row.admissible
-
-
-def test_levels_by_a_number_of_the_scene():
-    table = compared(["brass"], energy={"initial.omega": [10.0, 30.0]})
-    assert [row["friction_work"].value for row in table] == pytest.approx([4e4, 36e4])
-    assert [level.label for level in table.levels] == [
-        "initial.omega = 10 rad/s",
-        "initial.omega = 30 rad/s",
-    ]
-    loaded = compared(["brass"], scene=stop_scene(C=None, load=2e3), energy=[1e5])
-    assert loaded.row("brass")["friction_work"].value == pytest.approx(1e5, rel=1e-11)
-
-
-def test_inertia_follows_the_mass_if_asked():
-    own = sb.formulas.rim_material("steel_20L")
-    other = sb.formulas.rim_material("magnesium_alloy")
-    radius = float(stop_scene().brake.pulley.radius)
-    lighter = 1.05 * 0.05 * (other.numbers["density"] - own.numbers["density"])
-    inertia = J + lighter * (radius**2 + (radius - 0.05) ** 2) / 2
-    table = compared([own, other], inertia=True)
-    assert [row["friction_work"].value for row in table] == pytest.approx(
-        [0.5 * J * W0**2, 0.5 * inertia * W0**2]
-    )
 
 
 def test_ranking_has_admissible_pairs_first():

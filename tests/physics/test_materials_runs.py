@@ -1,13 +1,12 @@
 """Materials compared by simulation, and what the comparison shows."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
 import pytest
 from heat_scenes import falling_flux
-from helpers import main, nothing_compiled
+from helpers import nothing_compiled
 from material_scenes import ROOM, W0, J, compared, heated
 from scenes import stop_scene
 
@@ -110,89 +109,8 @@ def test_one_run_without_heat_and_mean_wear():
 
 def test_table_its_numbers_and_labelled_data():
     table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
-    told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
-    assert len(told["rows"]) == 8
-    assert told["rows"][0]["surface"]["estimate"] == table.rows[0]["surface"].value
-    assert told["materials"]["rims"][0]["sources"]["conductivity"].startswith("V")
     data = table.dataset()
     assert dict(data.sizes) == {"level": 2, "rim": 2, "lining": 2}
     one = data["surface"].sel(rim="brass", lining="retinax").isel(level=1)
     assert float(one) == table.row("brass", "retinax", 1)["surface"].value
     assert data["stress"].attrs["units"] == "Pa"
-    with pytest.raises(KeyError, match="no row 'wood'"):
-        table.row("wood")
-    with pytest.raises(KeyError, match="no quantity 'colour'"):
-        table.rows[0]["colour"]
-
-
-def call(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(list(arguments))
-    out, err = capsys.readouterr()
-    return stop.value.code, out, err
-
-
-def test_the_command(capsys, scenarios, tmp_path, monkeypatch, drawn):
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
-    command = [
-        "materials",
-        str(scenarios / "u2_5_5_stop.toml"),
-        "--no-run",
-        "--rim",
-        "brass",
-        "--rim",
-        "cast_iron",
-    ]
-    picture = tmp_path / "materials.png"
-    code, out, _ = call(
-        capsys, *command, "--energy", "400 kJ, 0.8 MJ", "-o", str(picture)
-    )
-    assert code == 0
-    assert picture.exists()
-    told = json.loads(call(capsys, *command, "--energy", "400 kJ, 0.8 MJ", "--json")[1])
-    widths = [bar.get_width() for bar in drawn["materials.png"].axes[0].patches]
-    first = [row for row in told["rows"] if row["lining"] == told["rows"][0]["lining"]]
-    rises = sorted(row["surface"]["estimate"] - 273.15 for row in first)
-    assert sorted(widths) == pytest.approx(rises)
-    code, out, _ = call(
-        capsys,
-        *command,
-        "--lining",
-        "retinax",
-        "--energy",
-        "initial.omega=120 rpm, 24",
-        "--json",
-    )
-    told = json.loads(out)
-    assert code == 0
-    assert [level["label"] for level in told["levels"]] == [
-        "initial.omega = 12.5664 rad/s",
-        "initial.omega = 24 rad/s",
-    ]
-    assert len(told["rows"]) == 4
-    # brass is over its allowable stress at 12 MJ, cast iron alone bears 100 kJ
-    assert call(capsys, *command, "--energy", "12 MJ", "--fail-on-limit")[0] == 3
-    assert call(capsys, *command, "--energy", "12 MJ")[0] == 0
-    assert (
-        call(
-            capsys,
-            *command[:3],
-            "--rim",
-            "cast_iron",
-            "--energy",
-            "100 kJ",
-            "--fail-on-limit",
-        )[0]
-        == 0
-    )
-    assert call(capsys, *command, "-o", str(tmp_path / "charts"))[0] == 0
-    assert [file.name for file in (tmp_path / "charts").iterdir()] == ["materials.png"]
-    for wrong, word in (
-        (["--rim", "wood"], "no rim material 'wood'"),
-        (["--energy", "lots"], "friction works, as in"),
-        (["--energy", "brake.linings.angle=0.2"], "not a single number"),
-        (["-o", "chart.doc"], "is not a format"),
-    ):
-        code, _, err = call(capsys, *command, *wrong)
-        assert code == 2
-        assert word in err

@@ -4,7 +4,6 @@ input."""
 import math
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from helpers import jacobians
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from test_every_mechanism import scene
 from user_parts import RunningIn, Timed, Travelled
 
 import simbrake as sb
@@ -334,51 +332,4 @@ def test_fast_state_gets_a_stiff_method():
 # --- staged brakes ------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_derivatives_of_two_pairs():
-    """Both ways the same, and those of a chord; every pair has states that its slip
-    drives."""
-
-    def end(x):
-        changed = eqx.tree_at(
-            lambda s: s.brake.linings.friction,
-            scene("staged, elastic band"),
-            Travelled(F, x[0], x[1]),
-        )
-        changed = eqx.tree_at(
-            lambda s: s.brake.bandage.friction, changed, Travelled(0.22, x[0], x[1])
-        )
-        run = sb.simulate(changed, rtol=1e-9, max_steps=2048)
-        states = jnp.concatenate(
-            [one for one in run.record.y_end.memory if one is not None]
-        )
-        return jnp.concatenate(
-            [run.stopping_time[None], states, run.energy["closure"][None]]
-        )
-
-    start = jnp.asarray([0.8, 30.0])
-    program = jacobians(end)
-    value, forwards, backwards = program(start)
-    assert np.all(np.isfinite(value))
-    assert float(value[-1]) < 1e-9
-    assert np.all(value[1:-1] < 1.0 - 1e-3)
-    np.testing.assert_allclose(
-        forwards[:-1],
-        backwards[:-1],
-        rtol=1e-9,
-        atol=1e-11 * np.max(np.abs(forwards[:-1])),
-    )
-    step = jnp.asarray([1e-3, 0.0])
-    less, more = (program(x)[0] for x in (start - step, start + step))
-    np.testing.assert_allclose((more - less)[:-1] / 2e-3, forwards[:-1, 0], rtol=2e-4)
-
-
 # --- what a law says of itself ------------------------------------------------------
-
-
-def test_a_law_without_states_costs_nothing():
-    plain, timed = (
-        sb.simulate(disc(law)).record.y_end for law in (sb.ConstantFriction(F), Timed())
-    )
-    assert len(jax.tree.leaves(timed)) == len(jax.tree.leaves(plain)) + 1
-    assert plain.memory is None

@@ -51,23 +51,6 @@ def test_heat_warms_and_the_rest_is_booked(runs):
     )
 
 
-def test_thermal_estimates_take_heat_alone():
-    scene = dataclasses.replace(stop_scene(), power_shares=SHARES)
-    (rows, plain) = (sb.estimates(each) for each in (scene, stop_scene()))
-    start = 293.15
-    assert rows["friction work"].value == pytest.approx(plain["friction work"].value)
-    name = next(row.name for row in plain if row.name.startswith("bulk"))
-    assert rows[name].value - start == pytest.approx(
-        0.68 * (plain[name].value - start), rel=1e-9
-    )
-    tables = [
-        sb.compare_materials(each, rims=["steel_20L"], linings=["FK-24A"], run=False)
-        for each in (scene, stop_scene())
-    ]
-    warm, hot = (table.rows[0]["bulk"].value - start for table in tables)
-    assert warm == pytest.approx(0.68 * hot, rel=1e-9)
-
-
 @pytest.mark.slow
 def test_flash_temperature_sees_heat_alone():
     """Half of the power as heat is a flash of half the share."""

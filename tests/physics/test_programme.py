@@ -292,19 +292,3 @@ def test_a_trip_in_and_out_comes_back():
     )
     assert float(s.hook_position[2]) == pytest.approx(0.0, abs=1e-9)
     assert float(result.energy["closure"]) <= 1e-9
-
-
-def test_a_motor_and_an_auxiliary_brake_that_are_too_weak_are_named():
-    weak = {
-        "motor": sb.loads.Motor("40 kN*m", "2 MW", "60 rad/s"),
-        "shaft": (sb.loads.EddyCurrentBrake(9e3, 30.0),),
-    }
-    lines = (
-        "hoist 9 m at 1 m/s",
-        "hold 1 s",
-        "lower 9 m at 1 m/s on the auxiliary brake",
-        "brake to rest",
-    )
-    with pytest.raises(sb.InputError, match="of a motor that gives 40 kN·m") as caught:
-        sb.programme_scene(BRAKE, lines, HOOK, pull=30e3, **weak)
-    assert "cannot be held: the auxiliary brake gives" in str(caught.value)

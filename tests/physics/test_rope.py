@@ -1,13 +1,11 @@
 """Layers of rope on the drum: travel, a stop by energy with jumps of the speed, the end
 of the rope."""
 
-import dataclasses
 import math
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
-import staged_scenes as staged
 from helpers import jacobians
 from scenes import stop_scene
 
@@ -130,29 +128,6 @@ def test_rope_wound_up_again_and_rope_ending():
     assert float(result.record.y_end.phi) == pytest.approx(6 * math.pi, rel=1e-10)
 
 
-@pytest.mark.slow
-def test_bandage_rides_over_a_layer():
-    """While it rides with the pulley both keep one speed, and their kinetic energy."""
-    rope = sb.HookLoad(6e3, 0.2, 4.0, rope=RopeLayers(0.03, 3.0, 7.2))
-    plain = staged.stop(lever=sb.Constant(0.0), end=0.5)
-    run = sb.simulate(
-        dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rope))
-    )
-    change = [event.time for event in run.events if event.name == "layer_change"][:1]
-    before = run.series(change, left=True)
-    after = run.series(change)
-    inertia = (
-        staged.J
-        + staged.J_B
-        + 6e3 * ((0.2 + 0.03 * PITCH * np.array([2.0, 1.0])) / 4.0) ** 2
-    )
-    np.testing.assert_allclose(
-        after.omega / before.omega, np.sqrt(inertia[0] / inertia[1]), rtol=1e-12
-    )
-    np.testing.assert_array_equal(after.bandage_speed, after.omega)
-    assert float(run.energy["closure"]) < 1e-9
-
-
 def test_tripping_with_layers():
     """Mass taken in motion on a layer brings its energy at that radius; the balance
     closes."""
@@ -174,13 +149,6 @@ def test_tripping_with_layers():
 
 
 def test_rope_in_a_scene_file_and_in_checks(tmp_path):
-    file = tmp_path / "scene.toml"
-    sb.write_scene(stop(), file)
-    again = sb.read_scene(file)
-    assert float(again.duty.load.rope.turns) == 9.5
-    assert float(again.duty.load.rope.rise) == PITCH
-    with pytest.raises(sb.InputError, match=r"RopeLayers\.turns_per_layer"):
-        RopeLayers(0.03, 0.0, 5.0)
     layers = RopeLayers(0.03, 20.0, 50.0)
     assert float(
         layers.paid_out(jnp.asarray(R_1), jnp.asarray(100 * math.pi))

@@ -177,10 +177,6 @@ def test_temporary_shortage_is_a_warning():
         ]
         == []
     )
-    rising = stop_scene(
-        C=None, lever=sb.PiecewiseLinear([0.0, 0.5], [10.0, T0]), load=1e4
-    )
-    assert sb.simulate(rising).summary()["warnings"] == []
 
 
 @pytest.mark.slow

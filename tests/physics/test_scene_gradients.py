@@ -4,7 +4,6 @@ and reverse = forward."""
 import dataclasses
 
 import diffrax
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -28,8 +27,6 @@ EVENTS = 24  # looked at in a scene with more of them
 STEPS = {"slip_onset_chain": 4096}
 #: long duties are cut where the same kinds of events only come again (s)
 END = {"tripping_30_stands": 10.0, "slip_onset_chain": 0.3, "drag_lowering": 2.0}
-#: the same where runs need not be repeated
-THIRD_PHASE = {"tripping_30_stands": 60.0}
 #: share by which all numbers move; less where many linings pass their marks in close
 #: order, which must stay the same
 STEP = {"resolved_bandage": 5e-5, "slip_onset_chain": 1e-5}
@@ -123,49 +120,3 @@ def test_events_and_states_of_a_scene(name):
     np.testing.assert_allclose(t_slope, t_difference, rtol=1e-7, atol=1e-7 * span)
     size = np.maximum(np.max(np.abs(y_slope), axis=0), 1e-300)
     np.testing.assert_allclose(y_slope / size, y_difference / size, rtol=0, atol=1e-7)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(NAMES) - REPEATED))
-def test_reverse_and_forward_derivatives(name):
-    """`w · (J v) = (Jᵀ w) · v` of event times and states with weights `w`, along a
-    direction `v` of all numbers."""
-    scene, direction = scene_and_direction(name, END | THIRD_PHASE)
-    solver = sb.hybrid.Rodas5P() if name in STIFF else diffrax.Dopri8()
-
-    numbers, fixed = eqx.partition(
-        jax.tree.map(jnp.asarray, scene), eqx.is_inexact_array
-    )
-    direction = jax.tree.map(lambda _, d: jnp.asarray(d), numbers, direction)
-
-    def rows(numbers):
-        scene = eqx.combine(numbers, fixed)
-        record = sb.simulate(
-            scene, rtol=1e-8, solver=solver, max_steps=STEPS.get(name)
-        ).record
-        return (record.rows.t, record.rows.y), (record.rows.kind, record.count)
-
-    @jax.jit
-    def forward(numbers, direction):
-        return jax.jvp(rows, (numbers,), (direction,), has_aux=True)
-
-    @jax.jit
-    def reverse(numbers, weights):
-        return jax.vjp(rows, numbers, has_aux=True)[1](weights)[0]
-
-    ((t, y), (dt, dy), (kind, count)) = jax.tree.map(
-        np.asarray, forward(numbers, direction)
-    )
-    # starts of rows after events, and the end
-    at = np.append(np.flatnonzero(kind[:count] == LANDED) + 1, count)
-    rng = np.random.default_rng(7)
-    spans = np.maximum(np.max(np.abs(dy[at]), axis=0), 1e-300)
-    weights = np.zeros_like(t), np.zeros_like(y)
-    weights[0][at] = rng.uniform(0.5, 1.0, len(at)) / np.max(np.abs(dt[at]))
-    weights[1][at] = rng.uniform(-1.0, 1.0, (len(at), y.shape[1])) / spans
-    along = weights[0] @ dt + np.sum(weights[1] * dy)
-    pulled = jax.tree.leaves(reverse(numbers, weights))
-    back = sum(
-        np.sum(g * d) for g, d in zip(pulled, jax.tree.leaves(direction), strict=True)
-    )
-    np.testing.assert_allclose(back, along, rtol=1e-8)

@@ -3,7 +3,6 @@ values."""
 
 import math
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -73,25 +72,3 @@ def test_stresses_force_and_travel():
         text for text in within.summary()["warnings"] if text.startswith("over_limit")
     ]
     assert "max_anchor_stress" not in within.metrics
-
-
-@pytest.mark.slow
-def test_derivatives():
-    def numbers(x):
-        result = sb.simulate(scene(sb.brakes.Strength(x[1]), x[0], x[2]), max_steps=256)
-        return jnp.stack(
-            [
-                result.max_band_stress.value,
-                result.max_lever_force.value,
-                result.lever_travel,
-            ]
-        )
-
-    x = jnp.asarray([FORCE, AREA, WORN])
-    slope = jax.jacfwd(numbers)(x)
-    stress = T0 * RATIO / AREA
-    np.testing.assert_allclose(
-        slope[0], [stress / FORCE, -stress / AREA, 0.0], rtol=1e-7, atol=1e-7
-    )
-    np.testing.assert_allclose(slope[1], [1.0, 0.0, 0.0], rtol=1e-7, atol=1e-9)
-    np.testing.assert_allclose(slope[2, 2], ARM / SLACK_ARM * N * BETA, rtol=1e-7)

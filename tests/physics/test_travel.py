@@ -1,13 +1,11 @@
 """Linings that travel under the band: wear of a ring against quadrature."""
 
 import dataclasses
-import itertools
 import math
 
 import numpy as np
 import pytest
 import staged_scenes as staged
-from scipy.integrate import quad
 
 import simbrake as sb
 
@@ -72,54 +70,3 @@ def test_a_stop_under_constant_tension():
     assert found.depth.sum() * 2 * math.pi / count == pytest.approx(
         found.stations.sum() * staged.BETA, rel=1e-12
     )
-
-
-@pytest.mark.slow
-def test_a_ramp_against_quadrature():
-    """`T_0` and so the wear per way grow with time: one integral per lining, between
-    its corners."""
-    scene = riding(sb.PiecewiseLinear([0.0, 9.0], [200.0, 36200.0]), 600.0, end=0.7)
-    found = sb.results.ring_wear(sb.simulate(scene), 9, RATE)
-    count = 9
-    J = staged.J + staged.J_B
-    omega = np.polynomial.Polynomial(
-        [20.0, (600 - ARM * 200.0) / J, -ARM * 4e3 / (2 * J)]
-    )
-    psi = omega.integ()
-    end = 0.7
-    assert found.travel == pytest.approx(psi(end), rel=1e-11)
-    edges = staged.BETA * np.arange(staged.N + 1)
-    width = 2 * math.pi / count
-    for j in (0, 4, 8):
-        corners = [
-            width * (j + k) - e + 2 * math.pi * n
-            for k in (0, 1)
-            for e in edges
-            for n in range(-1, 4)
-        ]
-        roots = [(psi - c).roots() for c in corners if 0 < c < psi(end)]
-        at = sorted(
-            {
-                float(r.real)
-                for each in roots
-                for r in each
-                if abs(r.imag) < 1e-9 and 0 < r.real < end
-            }
-        )
-
-        def rate(t, j=j):
-            begin = width * j - psi(t)
-            reach = 0.0
-            for i, e in enumerate(edges[:-1]):
-                for n in range(-1, 5):
-                    low = max(begin + 2 * math.pi * n, e)
-                    high = min(begin + width + 2 * math.pi * n, e + staged.BETA)
-                    reach += max(high - low, 0) / width * EACH[i]
-            return reach * (200 + 4e3 * t) * omega(t)
-
-        pieces = [0.0, *at, end]
-        truth = sum(
-            quad(rate, a, b, epsabs=0, epsrel=1e-11)[0]
-            for a, b in itertools.pairwise(pieces)
-        )
-        assert found.depth[j] == pytest.approx(truth, rel=1e-9)
