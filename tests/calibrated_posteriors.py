@@ -36,7 +36,7 @@ BINS = 5
 TIMES = np.linspace(0.04, 0.2, 5)  # before any of the stops
 
 
-def density() -> sb.studies.LogDensity:
+def density():
     """Of two stops with different lever forces: five speeds of unknown noise each, and
     the stopping time."""
     stops = [
@@ -56,9 +56,7 @@ def density() -> sb.studies.LogDensity:
     return sb.studies.log_density(rigid(end=6.0, load=2e3), stops, **bounds)
 
 
-def posteriors(
-    model: sb.studies.LogDensity, y: np.ndarray, key: jax.Array
-) -> tuple[np.ndarray, int]:
+def posteriors(model, y, key):
     """Draws (data sets, chains, draws, d) for data y (data sets, n, m), and how many
     ended in a divergence."""
     begin, step = hmc(
@@ -66,7 +64,7 @@ def posteriors(
         algo="NUTS",
     )
 
-    def chain(key: jax.Array, y: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def chain(key, y):
         start, key = jax.random.split(key)
         state = begin(
             0.5 * jax.random.normal(start, model.initial.shape),
@@ -88,7 +86,7 @@ def posteriors(
     return np.asarray(draws)[:, :, WARMUP:], int(np.sum(diverging[:, :, WARMUP:]))
 
 
-def main(sets: int = 60, seed: int = 0) -> int:
+def main(sets=60, seed=0):
     begun = time.process_time()
     model = density()
     at, noise, chains = jax.random.split(jax.random.key(seed), 3)

@@ -94,7 +94,7 @@ def changes(record):
     ]
 
 
-def stop_of(record) -> float:
+def stop_of(record):
     """The first time at which the pulley came to rest."""
     return next(
         t
@@ -103,11 +103,11 @@ def stop_of(record) -> float:
     )
 
 
-def full_slip_of(record) -> float:
+def full_slip_of(record):
     return next(t for t, _, after in changes(record) if np.all(after.own.linings > 0))
 
 
-def first_slips(record) -> np.ndarray:
+def first_slips(record):
     """When each lining first let go."""
     found = changes(record)
     n = found[0][1].own.linings.shape[0]
@@ -133,7 +133,7 @@ def looked(record):
     return jax.vmap(at)(record.rows.t, record.rows.y, record.rows.mode)
 
 
-def closure(record) -> float:
+def closure(record):
     """Residual of the energies over the largest of them, at its worst over all rows."""
     k = int(record.count) + 1
     _, _, stored, y, _ = looked(record)

@@ -10,14 +10,14 @@ import pytest
 class _Collected:
     """A plugin of pytest that keeps the names of the collected tests."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.names: list[str] = []
 
-    def pytest_collection_finish(self, session: pytest.Session) -> None:
+    def pytest_collection_finish(self, session):
         self.names = [item.nodeid for item in session.items]
 
 
-def main() -> None:
+def main():
     """Collect for every list on stdin in one process, which imports the test files
     once."""
     answers = []

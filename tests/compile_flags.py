@@ -13,7 +13,6 @@ import os
 import pathlib
 import subprocess
 import sys
-from collections.abc import Sequence
 
 #: the older fusion emitters and no optimisation by LLVM: hardly any program of the
 #: tests runs for long
@@ -21,7 +20,7 @@ FLAGS = ("--xla_cpu_use_fusion_emitters=false", "--xla_backend_optimization_leve
 _PROBE = "import jax; jax.numpy.zeros(1).block_until_ready()"
 
 
-def accepted(flag: str) -> bool:
+def accepted(flag):
     """Whether a process with this flag in `XLA_FLAGS` survives its first
     computation."""
     environment = os.environ | {"XLA_FLAGS": flag, "JAX_PLATFORMS": "cpu"}
@@ -34,7 +33,7 @@ def accepted(flag: str) -> bool:
     return probe.returncode == 0
 
 
-def accepted_flags(folder: pathlib.Path, flags: Sequence[str] = FLAGS) -> list[str]:
+def accepted_flags(folder, flags=FLAGS):
     """The flags that this release of JAX accepts; asked once, the answers are kept in
     `folder`."""
     release = "_".join(
@@ -54,7 +53,7 @@ def accepted_flags(folder: pathlib.Path, flags: Sequence[str] = FLAGS) -> list[s
     return [flag for flag in flags if answers[flag]]
 
 
-def set_flags(folder: pathlib.Path) -> None:
+def set_flags(folder):
     """Put the accepted flags into `XLA_FLAGS`, before JAX starts its backend; workers
     of pytest-xdist inherit them."""
     present = os.environ.get("XLA_FLAGS", "").split()

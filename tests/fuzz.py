@@ -16,7 +16,6 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Iterator
 
 import simbrake as sb
 
@@ -87,7 +86,7 @@ BITS = [*"\x00\n\"'[]{}=.,;#\\\t\u202eé-", "\ud83d\udee2", "e9"]
 _TOKEN = re.compile(r"[\w.+-]+|\"[^\"\n]*\"|'[^'\n]*'")
 
 
-def mutated(text: str, draw: random.Random) -> str:
+def mutated(text, draw):
     """The text with one to four changes."""
     for _ in range(draw.choice((1, 1, 1, 2, 4))):
         lines = text.split("\n")
@@ -108,7 +107,7 @@ def mutated(text: str, draw: random.Random) -> str:
     return text
 
 
-def spoiled(data: bytes, draw: random.Random) -> bytes:
+def spoiled(data, draw):
     """Bytes with a few of them changed, missing or moved."""
     found = bytearray(data)
     for _ in range(draw.choice((1, 1, 3, 30))):
@@ -119,11 +118,11 @@ def spoiled(data: bytes, draw: random.Random) -> bytes:
 
 
 @functools.cache
-def standard() -> str:
+def standard():
     return (TEMPLATES / "standard.toml").read_text("utf-8")
 
 
-def lever_from(name: str) -> str:
+def lever_from(name):
     """The standard scene with a lever from a CSV file."""
     lines = standard().split("\n")
     text = "\n".join(line for line in lines if not line.startswith("slack_tension"))
@@ -131,7 +130,7 @@ def lever_from(name: str) -> str:
     return text.replace("[duty]", f"[duty]\n{lever}")
 
 
-def ensemble(folder: pathlib.Path) -> object:
+def ensemble(folder):
     """Three runs kept in a folder, or those that it has."""
     scene = sb.files.scene_from_text(standard())
     values = {"initial.omega": [18.0, 20.0, 22.0]}
@@ -143,7 +142,7 @@ _COMMAS = "".join(f"0,{i:02d};{24 - i};{i // 2},{i % 2}\n" for i in range(9))
 
 
 @functools.cache
-def seeds() -> dict[str, list[str | bytes]]:
+def seeds():
     """Of each kind of input, texts or bytes to begin with."""
     scenes = [file.read_text("utf-8") for file in sorted(TEMPLATES.glob("*.toml"))]
     written = [sb.files.scene_text(sb.files.scene_from_text(text)) for text in scenes]
@@ -176,7 +175,7 @@ def seeds() -> dict[str, list[str | bytes]]:
     }
 
 
-def read(kind: str, content: str | bytes, folder: pathlib.Path) -> object:
+def read(kind, content, folder):
     """What reads such input, in an empty folder."""
     if kind == "set":
         path, _, value = str(content).partition("=")
@@ -200,7 +199,7 @@ def read(kind: str, content: str | bytes, folder: pathlib.Path) -> object:
     return sb.files.scene_text(scene)
 
 
-def tried(kind: str, content: str | bytes) -> str | None:
+def tried(kind, content):
     """What is not as promised with a mutant: an error, its time, or a file it left."""
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -220,7 +219,7 @@ def tried(kind: str, content: str | bytes) -> str | None:
         return f"left {left}" if left - {"lever", kind} else None
 
 
-def mutants(count: int, seed: int) -> Iterator[tuple[str, str | bytes]]:
+def mutants(count, seed):
     draw = random.Random(seed)
     kinds = seeds()
     for _ in range(count):
@@ -234,7 +233,7 @@ def mutants(count: int, seed: int) -> Iterator[tuple[str, str | bytes]]:
             yield kind, mutated(whole, draw)
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)

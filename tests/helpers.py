@@ -2,8 +2,6 @@
 
 import contextlib
 import functools
-from collections.abc import Callable
-from typing import Any
 
 import diffrax
 import equinox as eqx
@@ -19,9 +17,7 @@ DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())
 TSIT5 = sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5())
 
 
-def settings(
-    rtol: float = 1e-12, max_events: int = 100_000, **kwargs: Any
-) -> sb.hybrid.Settings:
+def settings(rtol=1e-12, max_events=100_000, **kwargs):
     return sb.hybrid.Settings(
         rtol=jnp.asarray(rtol), max_events=jnp.asarray(max_events), **kwargs
     )
@@ -32,7 +28,7 @@ def solve(system, y0, mode0, t0, t1, settings, method=DOPRI8):
     return sb.hybrid.hybridsolve(system, y0, mode0, t0, t1, method, settings)
 
 
-def jacobians(f: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def jacobians(f):
     """`x → f(x), its Jacobian forwards, its Jacobian backwards` of a vector, as one
     program: the run in `f` is traced and compiled once."""
 
@@ -60,7 +56,7 @@ def nothing_compiled(caplog):
     ] == []
 
 
-def event_times(record) -> np.ndarray:
+def event_times(record):
     """Times of events that a guard made."""
     n = int(record.count)
     kind = np.asarray(record.rows.kind)[:n]
@@ -68,14 +64,14 @@ def event_times(record) -> np.ndarray:
     return np.asarray(record.rows.t)[i + 1]
 
 
-def event_guards(record) -> list[int]:
+def event_guards(record):
     n = int(record.count)
     kind = np.asarray(record.rows.kind)[:n]
     i = np.flatnonzero((kind >= LANDED) & (kind != STOPPED))
     return [int(g) for g in np.asarray(record.rows.guard)[i]]
 
 
-def assert_one_sided(f, numbers, ways: str) -> None:
+def assert_one_sided(f, numbers, ways):
     """Derivatives of `f` forwards and backwards are the same, and that of one side by
     each of the numbers.
 

@@ -25,7 +25,7 @@ def stopping_time(omega, n):
     return sb.simulate(stop_scene(n, beta=270 / n, w0=omega, end=20.0)).stopping_time
 
 
-def visit(n: int, turn: int, folder: pathlib.Path) -> None:
+def visit(n, turn, folder):
     scene = stop_scene(n, beta=270 / n, end=20.0)
     result = sb.simulate(scene)
     truth = closed_form(n, beta=270 / n)["stop"]
@@ -41,7 +41,7 @@ def visit(n: int, turn: int, folder: pathlib.Path) -> None:
         (folder / "report.html").write_text(sb.report(result), "utf-8")
 
 
-def main(visits: int, distinct: int) -> None:
+def main(visits, distinct):
     # (the peak that the system keeps starts at that of the process which started this
     # one)
     most = 0

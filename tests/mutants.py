@@ -19,14 +19,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
 
 import pytest
 
 ROOT = pathlib.Path(__file__).parents[1]
 
 
-def expressions(tree: ast.AST, name: str = "") -> Iterator[tuple[str, ast.expr]]:
+def expressions(tree, name=""):
     """All expressions in the order of the text, each with the qualified name of its
     function or class."""
     for node in ast.iter_child_nodes(tree):
@@ -39,9 +38,7 @@ def expressions(tree: ast.AST, name: str = "") -> Iterator[tuple[str, ast.expr]]
         yield from expressions(node, inner)
 
 
-def planted(
-    file: pathlib.Path, function: str, before: str, after: str, number: int
-) -> str | None:
+def planted(file, function, before, after, number):
     """The text of a file with the error in it; `None` where the function has no such
     expression."""
     text = file.read_text("utf-8")
@@ -61,9 +58,7 @@ def planted(
     return (whole[:start] + f"({after})".encode() + whole[end:]).decode()
 
 
-def place(
-    tree: pathlib.Path, mutant: dict[str, str]
-) -> tuple[pathlib.Path, str] | None:
+def place(tree, mutant):
     """The file where the error belongs, wherever its function has moved, and its text
     with the error."""
     files = [
@@ -83,7 +78,7 @@ def place(
     return None
 
 
-def seen(tree: pathlib.Path, mutant: dict[str, str], arguments: list[str]) -> str:
+def seen(tree, mutant, arguments):
     """What becomes of one error."""
     there = place(tree, mutant)
     if there is None:
@@ -123,7 +118,7 @@ def seen(tree: pathlib.Path, mutant: dict[str, str], arguments: list[str]) -> st
     return "seen" if done.returncode else "NOT SEEN"
 
 
-def main() -> int:
+def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

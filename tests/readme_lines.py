@@ -4,7 +4,7 @@ evidence of claims."""
 import re
 
 
-def set_up_line(pattern: str, text: str) -> str:
+def set_up_line(pattern, text):
     """The one line of the `sh` blocks of `text` that matches; `ValueError` if there is
     none, or more than one."""
     lines = [
@@ -20,17 +20,17 @@ def set_up_line(pattern: str, text: str) -> str:
     return found[0]
 
 
-def install_and_run(text: str) -> str:
+def install_and_run(text):
     """The line of README.md that installs simbrake and runs its main scenario."""
     return set_up_line(r"pip install -e \. && simbrake run \S+", text)
 
 
-def install_and_test(text: str) -> str:
+def install_and_test(text):
     """The line of README.md that installs what the tests need and runs them."""
     return set_up_line(r"pip install -e '\.\[test\]' && pytest", text)
 
 
-def claims(text: str) -> list[list[str]]:
+def claims(text):
     """The commands of each row of the table of claims, from its last column."""
     table = text.split("| claim | figure | command |\n", 1)[1].split("\n\n", 1)[0]
     return [

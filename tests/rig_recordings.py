@@ -134,7 +134,7 @@ def table(times, columns, *, separator=",", units="row", time="iso", comma=False
     return text.replace(".", ",") if comma else text
 
 
-def written(folder: Path, name: str, text: str, encoding: str = "utf-8") -> Path:
+def written(folder, name, text, encoding="utf-8"):
     file = folder / name
     file.write_bytes(text.encode(encoding))
     return file

@@ -24,7 +24,7 @@ class Worn(sb.friction.AbstractFriction):
     share: float = eqx.field(converter=np.float64)
     kind: str = eqx.field(static=True, default="new")
 
-    def __init__(self, level: float, kind: str = "worn") -> None:
+    def __init__(self, level, kind="worn"):
         self.level = level
         self.share = 0.5
         self.kind = kind
@@ -71,7 +71,7 @@ def test_part_of_a_users_own_class():
 
 def test_classes_that_are_not_complete():
     class Forgetful(Worn):
-        def __init__(self) -> None:
+        def __init__(self):
             self.level = 0.3
 
     class NoOrder(AbstractMethod):

@@ -24,7 +24,7 @@ TESTED = [
 ]
 
 
-def bounds(requirement: Requirement, operator: str) -> list[str]:
+def bounds(requirement, operator):
     return [one.version for one in requirement.specifier if one.operator == operator]
 
 

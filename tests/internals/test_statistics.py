@@ -79,7 +79,7 @@ def central(model, theta, relative=1e-5):
 def test_intervals_cover_the_truth_as_stated(method, n):
     d = 4
     repeats = 250
-    hits: dict[str, int] = {}
+    hits = {}
     for seed in range(repeats):
         unit, group = _uncertainty._points(n, d, method, 16, seed)
         y = stats.norm.ppf(np.clip(unit, 1e-9, 1 - 1e-9)).sum(

@@ -32,7 +32,7 @@ class Value:
     absolute: bool = False
 
     @property
-    def errors(self) -> np.ndarray:
+    def errors(self):
         got = np.asarray(self.got, float)
         expected = np.asarray(self.expected, float)
         assert got.shape == expected.shape, (self.what, got.shape, expected.shape)
@@ -43,7 +43,7 @@ class Value:
             apart == 0, 0.0, apart / np.where(size > 0, size, np.finfo(float).tiny)
         )
 
-    def check(self) -> None:
+    def check(self):
         assert np.all(np.isfinite(np.asarray(self.got, float))), (self.what, self.got)
         assert np.all(self.errors <= self.tolerance), (
             self.what,
@@ -52,7 +52,7 @@ class Value:
             self.errors,
         )
 
-    def __str__(self) -> str:
+    def __str__(self):
         if np.max(self.tolerance) == 0:
             error = "exact"
         else:
@@ -78,10 +78,10 @@ class Named:
     got: Any
     expected: Any
 
-    def check(self) -> None:
+    def check(self):
         assert self.got == self.expected, (self.what, self.got, self.expected)
 
-    def __str__(self) -> str:
+    def __str__(self):
         if self.got is True:
             return self.what
         got = (
@@ -104,7 +104,7 @@ class Case:
     slow: bool = False
 
 
-def cases_to_test(cases: list[Case]) -> Any:
+def cases_to_test(cases):
     """The cases, for `pytest.mark.parametrize`."""
     return [
         pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.slow else [])
@@ -112,7 +112,7 @@ def cases_to_test(cases: list[Case]) -> Any:
     ]
 
 
-def check(case: Case) -> None:
+def check(case):
     """All assertions of a case."""
     found = case.run()
     assert found
@@ -133,27 +133,27 @@ BETA = math.radians(60.0)
 
 
 def scene(
-    f: Any = 0.3,
-    beta: Any = BETA,
-    stiffness: float | None = None,
-    lever: Any = None,
-    load: Any = None,
-    omega: float = W0,
-    end: float = 5.0,
-    inertia: float = J,
-    radius: float = R,
-    drag: float = 0.0,
-    ratio: float = 1.0,
-    elongation: float = 0.0,
-    n: int = N,
-) -> sb.Scene:
+    f=0.3,
+    beta=BETA,
+    stiffness=None,
+    lever=None,
+    load=None,
+    omega=W0,
+    end=5.0,
+    inertia=J,
+    radius=R,
+    drag=0.0,
+    ratio=1.0,
+    elongation=0.0,
+    n=N,
+):
     """Four linings; lever and load by three points each, so that every one of these
     scenes is the same program.
 
     `lever`, `load`: a number, or a list of three pairs (time, value).
     """
 
-    def profile(given: Any, level: float) -> sb.PiecewiseLinear:
+    def profile(given, level):
         if given is None or np.ndim(given) == 0:
             given = [(-3.0, level if given is None else given)] * 3
         times, values = np.asarray(given, float).T
@@ -171,12 +171,12 @@ def scene(
     )
 
 
-def run(given: sb.Scene, **options: Any) -> sb.Result:
+def run(given, **options):
     """A run with room for 1024 steps, so that all share one program."""
     return sb.simulate(given, max_steps=1024, throw=False, **options)
 
 
-def ratio_of(f: Any, beta: Any, n: int = N) -> float:
+def ratio_of(f, beta, n=N):
     """`Π = ∏ (1 + f z)/(1 − f z)`."""
     fz = np.broadcast_to(f, n) * np.tan(np.broadcast_to(beta, n) / 2)
     return float(np.prod((1 + fz) / (1 - fz)))
@@ -192,9 +192,7 @@ class Stop:
     stop: float
 
 
-def stop_times(
-    Pi: float, inertia=J, radius=R, stiffness: float | None = C, T_0=T0, omega=W0
-) -> Stop:
+def stop_times(Pi, inertia=J, radius=R, stiffness=C, T_0=T0, omega=W0):
     if stiffness is None:
         return Stop(0.0, 0.0, inertia * omega / (radius * T_0 * (Pi - 1)))
     onset = T_0 / (stiffness * radius * omega)
@@ -216,23 +214,23 @@ class Numbers(eqx.Module):
     phi: Any
 
 
-def _numbers(given: sb.Scene) -> Numbers:
+def _numbers(given):
     result = sb.simulate(given, max_steps=256)
     end = result.record.y_end
     return Numbers(result.stopping_time, end.omega, end.phi)
 
 
 @functools.cache
-def _reverse() -> Any:
+def _reverse():
     return jax.jit(jax.jacrev(_numbers))
 
 
-def gradients(given: sb.Scene) -> Numbers:
+def gradients(given):
     """Reverse-mode derivatives of stopping time and of speed and angle at the end by
     every number of a scene."""
     return _reverse()(jax.tree.map(jnp.asarray, given))
 
 
-def events_of(result: sb.Result) -> list[str]:
+def events_of(result):
     """Names of the changes of mode."""
     return [event.name for event in result.events if event.name != "lining_limit"]

@@ -32,7 +32,7 @@ PI = ratio_of(0.3, BETA)
 HOLD = R * T0 * (PI - 1)  # greatest load that the scene holds (N·m)
 
 
-def load_beside_the_stop() -> list[Value | Named]:
+def load_beside_the_stop():
     """A load beyond the brake comes 1e-12 s before the stop, at it, and 1e-12 s after
     it."""
     stop = stop_times(PI, stiffness=None).stop
@@ -61,13 +61,13 @@ def load_beside_the_stop() -> list[Value | Named]:
     ]
 
 
-def corner_at_an_event() -> list[Value | Named]:
+def corner_at_an_event():
     """The lever begins to give way at 1000 N/s at the onset, at full slip, at the stop,
     or a rounding beside it."""
     times = stop_times(PI)
     rate = 1e3
 
-    def with_corner(at: float) -> sb.Result:
+    def with_corner(at):
         return run(
             scene(stiffness=C, lever=[(-1.0, T0), (at, T0), (at + 1.0, T0 - rate)])
         )
@@ -125,7 +125,7 @@ def corner_at_an_event() -> list[Value | Named]:
     ]
 
 
-def from_rest() -> list[Value | Named]:
+def from_rest():
     """No speed at the start: a load beyond the brake, rigid and elastic, and one that
     drives it backwards."""
     M = 1.5 * HOLD
@@ -171,7 +171,7 @@ def from_rest() -> list[Value | Named]:
     ]
 
 
-def scipy_from_rest() -> str:
+def scipy_from_rest():
     """`M_b = M_max sgn ω` at half the load that is held, from rest, over 1 s."""
     count = 0
 
@@ -204,12 +204,12 @@ BELT = {"m": 1.0, "C": 1.0, "f_k": 0.3, "f_s": 0.39, "v": 0.05}
 
 
 def belt(
-    law: sb.friction.AbstractFriction,
+    law,
     m=BELT["m"],
     stiffness=BELT["C"],
     v=BELT["v"],
     end=40.0,
-) -> sb.Scene:
+):
     """`m ë = f z (C e + T_0) + T_0 − C e` while it slips, `ė = v` while it sticks;
     `T_0` = 1 N, `R_b` = 1 m."""
     return sb.Scene(
@@ -240,7 +240,7 @@ def belt_period(m, C, f_k, f_s, v, xp=math):
     )
 
 
-def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
+def scipy_belt(law, end, smoothing=None):
     """Times at which the lining lets go, mode by mode with DOP853; or with the friction
     smoothed by `atan(ε v)`."""
     z = math.tan(BETA / 2)
@@ -295,7 +295,7 @@ def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
         e = out.y[0, -1]
 
 
-def let_go(result: sb.Result) -> np.ndarray:
+def let_go(result):
     return np.array(
         [
             t
@@ -305,7 +305,7 @@ def let_go(result: sb.Result) -> np.ndarray:
     )
 
 
-def limit_cycle() -> list[Value | Named]:
+def limit_cycle():
     result = sb.simulate(
         belt(sb.ConstantFriction(BELT["f_k"], BELT["f_s"] / BELT["f_k"])), rtol=1e-12
     )
@@ -320,19 +320,19 @@ def limit_cycle() -> list[Value | Named]:
 STRIBECK = (0.39, 0.2, 0.1, 1.5)
 
 
-def stribeck(v: float) -> float:
+def stribeck(v):
     f_s, f_k, v_s, exponent = STRIBECK
     return f_k + (f_s - f_k) * math.exp(-((max(v, 0.0) / v_s) ** exponent))
 
 
-def stribeck_cycle() -> list[Value | Named]:
+def stribeck_cycle():
     result = sb.simulate(belt(sb.StribeckFriction(*STRIBECK), end=60.0), rtol=1e-12)
     found = let_go(result)
     assert found.size >= 3
     return [Value("times of slip", found, scipy_belt(stribeck, 60.0), 1e-9)]
 
 
-def scipy_smoothed() -> str:
+def scipy_smoothed():
     exact = np.diff(scipy_belt(stribeck, 60.0))[-1]
     off = [
         abs(np.diff(scipy_belt(stribeck, 60.0, smoothing))[-1] / exact - 1)
@@ -344,7 +344,7 @@ def scipy_smoothed() -> str:
     )
 
 
-CASES: list[Case] = [
+CASES = [
     Case("a load comes 1e-12 s beside the "
     "stop", "a time breakpoint next to an event", load_beside_the_stop),
     Case("corner of the lever at an event", "the rate of the guard is another on each "

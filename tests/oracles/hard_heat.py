@@ -3,7 +3,6 @@
 import functools
 import itertools
 import math
-from typing import Any
 
 import diffrax
 import equinox as eqx
@@ -45,7 +44,7 @@ def tension_ratio(f):
 THIN = sb.thermal.layer_growth(1e-7, 0.028, 20)
 
 
-def layers(growth: float):
+def layers(growth):
     """Rates of the layers of `layered_stop` and the capacity of the first, written down
     independently."""
     dx = 0.028 * growth ** np.arange(20) / np.sum(growth ** np.arange(20))
@@ -64,7 +63,7 @@ def layers(growth: float):
     return rates, capacity[0]
 
 
-def rigid_rhs(growth: float = THIN):
+def rigid_rhs(growth=THIN):
     rates, _ = layers(growth)
 
     def rhs(t, y):
@@ -74,7 +73,7 @@ def rigid_rhs(growth: float = THIN):
     return rhs
 
 
-def thin_surface() -> list[Value | Named]:
+def thin_surface():
     """A stop on a rigid band against Radau: stopping time and all layers."""
     result = sb.simulate(rigid_stop(fading(), layered_stop(THIN).heat, 2.0))
 
@@ -99,7 +98,7 @@ def thin_surface() -> list[Value | Named]:
     ]
 
 
-def scipy_thin_surface() -> str:
+def scipy_thin_surface():
     span = 1e-6
     start = np.append(W0, np.zeros(20))
     done = {
@@ -128,12 +127,12 @@ FULL_SLIP = math.asin(math.sqrt(C / J) * T0 * (PI - 1) / (C * W0)) / (
 )
 
 
-def snaps() -> list[Value | Named]:
+def snaps():
     """A surface of 0.1 µm without anything behind it, and surfaces a little above and
     below the least capacity."""
     least = SLOPE * STEEP_FADE * T0 * (PI - 1) / C
 
-    def stop(capacity: float) -> sb.Result:
+    def stop(capacity):
         duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
         law = fading(slope=STEEP_FADE, floor=0.4)
         given = sb.Scene(
@@ -153,7 +152,7 @@ def snaps() -> list[Value | Named]:
     ]
 
 
-def scipy_snaps() -> str:
+def scipy_snaps():
     gamma = -SLOPE * 3e-4 * 0.95 * T0 * (PI - 1) / (C * layers(THIN)[1])
     return (
         f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip "
@@ -166,16 +165,14 @@ def scipy_snaps() -> str:
 SIGMA = 5.670374419e-8
 
 
-def glowing(capacity: float = 1e5, T: float = 1500.0) -> sb.Heat:
+def glowing(capacity=1e5, T=1500.0):
     return sb.Heat(
         (sb.thermal.Lump("body", capacity, T), sb.thermal.Reservoir("air", 300.0)),
         (sb.thermal.Radiation("body", 1.0, 0.8),),
     )
 
 
-def time_to_cool(
-    T: float, capacity: float = 1e5, start: float = 1500.0, air: float = 300.0
-) -> float:
+def time_to_cool(T, capacity=1e5, start=1500.0, air=300.0):
     """`t = m c/(4 ε σ A T_a³) [ln((T + T_a)(T_0 − T_a)/((T − T_a)(T_0 + T_a))) + 2
     atan(T/T_a) − 2 atan(T_0/T_a)]`."""
     logarithm = math.log((T + air) * (start - air) / ((T - air) * (start + air)))
@@ -183,7 +180,7 @@ def time_to_cool(
     return capacity / (4 * 0.8 * SIGMA * air**3) * (logarithm + angles)
 
 
-def glows() -> list[Value | Named]:
+def glows():
     ts = np.array([0.0, 60.0, 3600.0, 86400.0])
     truth = [
         brentq(lambda T, t=t: time_to_cool(T) - t, 300.0 + 1e-9, 1500.0, xtol=1e-12)
@@ -215,12 +212,12 @@ def glows() -> list[Value | Named]:
 FADE = {"slope": 2.5e-3, "floor": 0.2, "capacity": 800.0, "load": 1.0e4}
 
 
-def running_away(load=FADE["load"], end: float = 12.0, blend: float = 0.0) -> sb.Scene:
+def running_away(load=FADE["load"], end=12.0, blend=0.0):
     law = fading(slope=FADE["slope"], floor=FADE["floor"], blend=blend)
     return rigid_stop(law, lump(FADE["capacity"]), end, load=load)
 
 
-def runs_away() -> list[Value | Named]:
+def runs_away():
     """At first the brake slows the load; it fades, and the load wins.
 
     Adiabatic: `d(J ω²/2)/dT = c (M/M_b − 1)`, `dt = c dT/(M_b ω)`.
@@ -283,7 +280,7 @@ HARD = eqx.tree_at(
 )
 
 
-def excess(T: float, v: float, f: Any) -> Any:
+def excess(T, v, f):
     """`f − F(T + ΔT(f))`."""
     rise = (
         2 * np.asarray(f) * 3e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
@@ -294,7 +291,7 @@ def excess(T: float, v: float, f: Any) -> Any:
 
 
 @functools.cache
-def roots(T: float, v: float) -> tuple[float, ...]:
+def roots(T, v):
     f = np.linspace(0.2, 0.8, 601)
     r = excess(T, v, f)
     changed = np.flatnonzero(np.sign(r[:-1]) != np.sign(r[1:]))
@@ -303,9 +300,7 @@ def roots(T: float, v: float) -> tuple[float, ...]:
     )
 
 
-def started(
-    T: Any, v: float = 20.0 * R, law: sb.friction.AbstractFriction = STEEP
-) -> sb.Result:
+def started(T, v=20.0 * R, law=STEEP):
     """A run from a temperature and a sliding speed."""
     given = warmed(
         law, 1e5, stiffness=None, end=1.0, flash=HARD, capacity=1e5, w0=v / R
@@ -314,7 +309,7 @@ def started(
     return sb.simulate(given, throw=False)
 
 
-def two_solutions() -> list[Value | Named]:
+def two_solutions():
     T = 300.0
     v = 14.0
     found = np.asarray(started(T, v).series([0.0]).friction_coefficient[0])
@@ -335,7 +330,7 @@ def two_solutions() -> list[Value | Named]:
     ]
 
 
-def scipy_two_solutions() -> str:
+def scipy_two_solutions():
     found = [
         float(fsolve(lambda x: excess(300.0, 14.0, float(x[0])), [guess])[0])
         for guess in (0.3, 0.5, 0.7)
@@ -343,7 +338,7 @@ def scipy_two_solutions() -> str:
     return f"`fsolve` from f = 0.3, 0.5, 0.7: {', '.join(f'{x:.3f}' for x in found)}"
 
 
-def no_solution() -> list[Value | Named]:
+def no_solution():
     """Warm already at the start: the branch without flash does not exist there; and
     friction beyond locking."""
     hot = started(345.0)
@@ -357,7 +352,7 @@ def no_solution() -> list[Value | Named]:
     ]
 
 
-CASES: list[Case] = [
+CASES = [
     Case("surface node of 0.1 µm, rigid band", "rates of 1e9 1/s beside a stop of 0.7 s",
          thin_surface, scipy_thin_surface),
     Case("surface node of 0.1 µm, fade, compliant "

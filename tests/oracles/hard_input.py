@@ -2,14 +2,13 @@
 `test_bad_input.py`)."""
 
 import itertools
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from heat_scenes import fading, lump, rigid_stop
-from oracles.hard_cases import C, Case, Named, Value, run, scene
+from oracles.hard_cases import C, Case, Named, run, scene
 from scipy.integrate import solve_ivp
 from shipped import NAMES, load
 
@@ -19,7 +18,7 @@ from simbrake.files import leaves
 BAD = (np.nan, np.inf, -np.inf)
 
 
-def refused(given: sb.Scene, path: str, value: Any) -> bool:
+def refused(given, path, value):
     """Whether `simulate` refuses the value with the path of that number, or of an entry
     of it, and nothing else."""
     try:
@@ -32,7 +31,7 @@ def refused(given: sb.Scene, path: str, value: Any) -> bool:
     return False
 
 
-def every_number() -> list[Value | Named]:
+def every_number():
     """Every number of every shipped scene set to NaN, ∞ and −∞, in a list its last
     entry; each path and law once."""
     passed = []
@@ -58,11 +57,11 @@ def every_number() -> list[Value | Named]:
 
 @jax.jit
 @jax.vmap
-def _code(given: sb.Scene) -> Any:
+def _code(given):
     return sb.simulate(given, max_steps=128).code
 
 
-def _traced(given: sb.Scene) -> Named:
+def _traced(given):
     """The codes of runs in which one number of the scene is NaN, ∞ or −∞, by one
     program under `jit(vmap)`."""
     arrays, tree = jax.tree.flatten(jax.tree.map(lambda x: np.asarray(x, float), given))
@@ -80,21 +79,21 @@ def _traced(given: sb.Scene) -> Named:
     )
 
 
-def traced_elastic() -> list[Value | Named]:
+def traced_elastic():
     return [_traced(scene(stiffness=C, drag=1.0))]
 
 
-def traced_others() -> list[Value | Named]:
+def traced_others():
     rigid = _traced(scene(drag=1.0))
     heated = _traced(rigid_stop(fading(), lump(2e4, linings=1e4, cooling=50.0), 1.0))
     return [rigid, heated]
 
 
-def _constant(t: Any, level: Any) -> Any:
+def _constant(t, level):
     return level + 0.0 * t
 
 
-def own_profile() -> list[Value | Named]:
+def own_profile():
     """Parameters of a user-defined profile may be anything; its value where a run
     begins is checked."""
     given = scene()
@@ -110,7 +109,7 @@ def own_profile() -> list[Value | Named]:
     return [Named("NaN, ∞", found, ["duty.slack_tension", "duty.slack_tension"])]
 
 
-def scipy_nan() -> str:
+def scipy_nan():
     words = []
     for method in ("RK45", "DOP853", "Radau", "LSODA"):
         count = 0
@@ -140,7 +139,7 @@ def scipy_nan() -> str:
     return "; ".join(words)
 
 
-def options() -> list[Value | Named]:
+def options():
     """Tolerances and limits that cannot be meant."""
     given = scene()
     faults = []
@@ -164,7 +163,7 @@ def options() -> list[Value | Named]:
     ]
 
 
-def _fault(run: Any) -> str:
+def _fault(run):
     try:
         run()
     except sb.InputError as error:
@@ -172,7 +171,7 @@ def _fault(run: Any) -> str:
     return "accepted"
 
 
-def single_precision() -> list[Value | Named]:
+def single_precision():
     """A 32-bit number in a scene, concrete and traced, whatever the promotion of types
     allows."""
     given = eqx.tree_at(
@@ -193,7 +192,7 @@ def single_precision() -> list[Value | Named]:
     return [Named("rejected at", faults, [where, "brake.pulley.radius", where])]
 
 
-CASES: list[Case] = [
+CASES = [
     Case("NaN and ±∞ in every number of every shipped "
     "scene", "one of them corrupts all the others", every_number),
     Case("the same in traced numbers, elastic "

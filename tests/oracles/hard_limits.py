@@ -1,7 +1,6 @@
 """Hard cases: limits of friction and geometry (tested by `test_hard_brake.py`)."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -31,7 +30,7 @@ import simbrake as sb
 NEAR = 10.0 ** -np.arange(1, 13)
 
 
-def near_locking_rigid() -> list[Value | Named]:
+def near_locking_rigid():
     """One lining of 90° with `f = 1 − ε`, the others without friction:
     `Π = (2 − ε)/ε`."""
     beta = [math.pi / 2, 0.2, 0.2, 0.2]
@@ -59,7 +58,7 @@ def near_locking_rigid() -> list[Value | Named]:
     ]
 
 
-def near_locking_elastic() -> list[Value | Named]:
+def near_locking_elastic():
     """The same on an elastic band: it slips fully while `T_0 Π` can be reached, and is
     stopped as if bonded beyond."""
     found = []
@@ -83,7 +82,7 @@ def near_locking_elastic() -> list[Value | Named]:
     ]
 
 
-def no_friction() -> list[Value | Named]:
+def no_friction():
     tiny = [0.0, 1e-300, 1e-16, 1e-8]
     results = [run(scene(f, end=2.0)) for f in tiny]
     z = math.tan(BETA / 2)
@@ -109,7 +108,7 @@ def no_friction() -> list[Value | Named]:
     ]
 
 
-def full_turn() -> list[Value | Named]:
+def full_turn():
     found = []
     truth = []
     for share in (1.0, 1 - 1e-15, 1 - 1e-9):
@@ -145,7 +144,7 @@ def full_turn() -> list[Value | Named]:
     ]  # fmt: skip
 
 
-def many_linings() -> list[Value | Named]:
+def many_linings():
     """All 512 lining limits, onset, full slip and stop in closed form; in the end
     nearly Euler's rope."""
     n = 512
@@ -177,7 +176,7 @@ def many_linings() -> list[Value | Named]:
 GRAZING = np.array([0.0, 1e-15, -1e-15, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6, -1e-6])
 
 
-def grazing() -> list[Value | Named]:
+def grazing():
     """`x_max = T_0 Π/C` exactly at the stop: `ω_0 = χ T_0 (Π − 1)/(C R)`; faster it
     slides."""
     Pi = ratio_of(0.3, BETA)
@@ -212,12 +211,12 @@ def grazing() -> list[Value | Named]:
     ]
 
 
-def scipy_grazing() -> str:
+def scipy_grazing():
     """The same with events of `solve_ivp`: behind the stop the guard of full slip is
     positive again."""
     Pi = ratio_of(0.3, BETA)
     exact = R * math.sqrt(C / J) * T0 * (Pi - 1) / (C * R)
-    found: list[Any] = []
+    found = []
     for e in GRAZING[[0, 5, 7]]:
 
         def slip(t, y):
@@ -237,7 +236,7 @@ def scipy_grazing() -> str:
     )
 
 
-def all_at_once() -> list[Value | Named]:
+def all_at_once():
     """The lever falls to a tenth in no time while no lining is at its limit: all pass
     theirs at that instant."""
     lever = [(-1.0, T0), (0.02, T0), (0.02, 0.1 * T0)]
@@ -274,7 +273,7 @@ def all_at_once() -> list[Value | Named]:
     ]
 
 
-CASES: list[Case] = [
+CASES = [
     Case("f·tan(β/2) → 1 on a rigid band", "the tension ratio goes to infinity, its digits to none",
          near_locking_rigid, slow=True),
     Case("f·tan(β/2) → 1 on an elastic band", "the limit leaves the tensions that the spring can "

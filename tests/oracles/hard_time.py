@@ -33,7 +33,7 @@ import simbrake as sb
 # --- a chain that is light and stiff -------------------------------------------------
 
 
-def light_and_stiff() -> list[Value | Named]:
+def light_and_stiff():
     """Stick and slip of one lining with a period of 10 ns in closed form; two linings
     against 1 kg on 1 N/m, scaled."""
     m = 1e-6
@@ -54,7 +54,7 @@ def light_and_stiff() -> list[Value | Named]:
     ]
 
 
-def two_linings(m: float, K: float, unit: float) -> np.ndarray:
+def two_linings(m, K, unit):
     """Times of all events in `unit` of a stop of two linings within 12 units."""
     linings = sb.Lining(sb.ConstantFriction(0.3), np.full(2, BETA), mass=m)
     given = sb.Scene(
@@ -71,7 +71,7 @@ def two_linings(m: float, K: float, unit: float) -> np.ndarray:
 RAMP = [(1.0, 0.0), (1.0 + 1e-6, T0), (2.0, T0)]
 
 
-def fast_lever() -> list[Value | Named]:
+def fast_lever():
     rigid = run(scene(lever=RAMP))
     elastic = run(scene(lever=RAMP, stiffness=C))
     truth = stop_times(PI)
@@ -88,8 +88,8 @@ def fast_lever() -> list[Value | Named]:
     ]  # fmt: skip
 
 
-def scipy_fast_lever() -> str:
-    def lost(values: list[float]) -> float:
+def scipy_fast_lever():
+    def lost(values):
         """Speed lost when nobody tells the solver of the corners."""
         times = [p[0] for p in RAMP]
         out = solve_ivp(lambda t, y: [-R * np.interp(t, times, values, values[0]) * (PI - 1) / J], (0, 1.5), [W0],
@@ -112,7 +112,7 @@ def scipy_fast_lever() -> str:
 # --- units and tolerances -----------------------------------------------------------
 
 
-def other_units() -> list[Value | Named]:
+def other_units():
     """The same stop in units of mass 1e-6…1e9, length 1e-3…1e3 and time 1e-6…1e6."""
     truth = stop_times(PI)
     found = []
@@ -152,7 +152,7 @@ def other_units() -> list[Value | Named]:
     ]
 
 
-def tolerances() -> list[Value | Named]:
+def tolerances():
     """Tolerances 1e-2…1e-14: a swing of the band, and a stop with drag,
     `t = (J/c) ln(1 + c ω_0/M)`."""
     rtols = 10.0 ** -np.arange(2, 15)
@@ -169,7 +169,7 @@ def tolerances() -> list[Value | Named]:
     ]
 
 
-def scipy_tolerances() -> str:
+def scipy_tolerances():
     import warnings
 
     errors = []
@@ -194,7 +194,7 @@ def scipy_tolerances() -> str:
 # --- many events --------------------------------------------------------------------
 
 
-def ten_thousand_changes() -> list[Value | Named]:
+def ten_thousand_changes():
     """3400 cycles of 1 s: the load runs for 0.4 s, is stopped in 0.4 s by a brake twice
     as strong, and held."""
     cycles = 3400
@@ -212,7 +212,7 @@ def ten_thousand_changes() -> list[Value | Named]:
     # in every cycle M_b ω t/2 with ω = 0.4 M/J and t = 0.4 M/(M_b − M), M_b = 2 M
     heat = (cycles - 1) * HOLD * 0.5 * (0.5 * HOLD / J) * 0.4**2
 
-    def worn(values: jax.Array) -> jax.Array:
+    def worn(values):
         moved = eqx.tree_at(lambda s: s.duty.load.profile.values, whole, values)
         return sb.simulate(moved, max_steps=65536, max_events=20_000).energy[
             "friction_heat"
@@ -229,7 +229,7 @@ def ten_thousand_changes() -> list[Value | Named]:
     ]
 
 
-CASES: list[Case] = [
+CASES = [
     Case("chain of mass 1e-6 kg and stiffness "
     "1e12 N/m", "it swings at 1e9 rad/s, by 1e-12 m", light_and_stiff),
     Case("lever applied within 1 µs", "a ramp shorter than a step", fast_lever, scipy_fast_lever,

@@ -31,11 +31,11 @@ import time
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from oracles.independent.compare import Comparison, compare
+from oracles.independent.compare import compare
 from oracles.independent.draws import FLAVOURS, KINDS
 
 
-def row(one: Comparison) -> str:
+def row(one):
     """A line about a scene."""
     verdict = f"DIFFERS: {one.differs}" if one.differs else "agrees"
     return (
@@ -44,7 +44,7 @@ def row(one: Comparison) -> str:
     )
 
 
-def main() -> int:
+def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

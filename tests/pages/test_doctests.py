@@ -64,7 +64,7 @@ def test_example(name, given):
     (test,) = doctest.DocTestFinder(recurse=False).find(
         EXAMPLES[name], name, globs=dict(given)
     )
-    said: list[str] = []
+    said = []
     # a long result is wrapped in the docstring
     runner = doctest.DocTestRunner(
         verbose=False, optionflags=doctest.NORMALIZE_WHITESPACE

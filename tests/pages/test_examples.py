@@ -54,13 +54,13 @@ NOT_RUN = (
 NOT_RUN += ("cc ", "./stop", "simbrake publish ")
 
 
-def blocks(page: pathlib.Path, language: str) -> list[str]:
+def blocks(page, language):
     return re.findall(
         rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.S | re.M
     )
 
 
-def examples(page: pathlib.Path) -> list[tuple[str, str]]:
+def examples(page):
     """Python blocks of a page, each with what it prints as far as the page shows
     that."""
     return re.findall(
@@ -70,11 +70,11 @@ def examples(page: pathlib.Path) -> list[tuple[str, str]]:
     )
 
 
-def name_of(page: pathlib.Path) -> str:
+def name_of(page):
     return page.relative_to(ROOT).as_posix()
 
 
-def commands(page: pathlib.Path) -> list[str]:
+def commands(page):
     """Commands of the shell blocks of a page; `a && b` are two."""
     lines = [
         line
@@ -86,7 +86,7 @@ def commands(page: pathlib.Path) -> list[str]:
     ]
 
 
-def simbrake_commands(page: pathlib.Path) -> list[str]:
+def simbrake_commands(page):
     return [
         text
         for text in commands(page)
@@ -121,7 +121,7 @@ def folder(tmp_path, monkeypatch):
         yield tmp_path
 
 
-def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
+def save_files(page, folder):
     """Files that a page tells its reader to save a block as."""
     text = page.read_text("utf-8")
     for name, block in re.findall(
@@ -154,7 +154,7 @@ def test_all_shell_blocks_are_looked_at():
 )
 def test_examples_of(page, folder, capsys):
     save_files(page, folder)
-    space: dict[str, object] = {"__name__": "example"}
+    space = {"__name__": "example"}
     for number, (block, shown) in enumerate(examples(page), 1):
         exec(compile(block, f"{name_of(page)}, block {number}", "exec"), space)
         printed = capsys.readouterr().out

@@ -112,7 +112,7 @@ def test_example_and_rules(name, given, tmp_path, request):
     test.globs |= {
         key: make() for key, make in GIVEN.items() if re.search(rf"\b{key}\b", words)
     } | {"folder": tmp_path}
-    said: list[str] = []
+    said = []
     failed, tried = doctest.DocTestRunner(verbose=False).run(
         test, out=said.append, clear_globs=False
     )

@@ -5,22 +5,22 @@ A case is a `simbrake.checks.Case`: a number that simbrake computes beside its t
 """
 
 import functools
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import diffrax
 import jax
 import numpy as np
 
 import simbrake as sb
-from simbrake import Result, Scene, simulate
+from simbrake import simulate
 from simbrake.checks import Case
 
 #: beginning of the source of most reference values
 FORM = "closed form: "
 SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 AIR = 293.15  # K
-Solver: TypeAlias = Any
+Solver = Any
 #: where a scene would be given another method
 EXPLICIT = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())
 STIFF = sb.hybrid.Rodas5P()
@@ -39,15 +39,13 @@ class Slope(NamedTuple):
 
 #: quantity that a case reads from a result: a function of it, or names, keys and places
 #: in it as `energy.friction_heat`
-Reader: TypeAlias = str | Callable[[Any], Any] | Slope
+Reader = str | Callable[[Any], Any] | Slope
 #: name, source of the truth, truth, quantity read from the result, and the tolerance if
 #: not the default
-Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
+Row = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
 
 
-def cases_of(
-    subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]
-) -> list[Case]:
+def cases_of(subject, run, tolerance, rows):
     """Cases that read one result, `run()`, which is made when the first of them is
     run."""
     once = functools.cache(run)
@@ -67,35 +65,33 @@ def cases_of(
 
 
 def cases_of_run(
-    subject: str,
-    scene: Scene,
-    rows: Iterable[Row],
-    tolerance: float = 1e-11,
-    rtol: float = 1e-12,
-) -> list[Case]:
+    subject,
+    scene,
+    rows,
+    tolerance=1e-11,
+    rtol=1e-12,
+):
     """Cases that read the result of a scene."""
     return cases_of(subject, lambda: simulate(scene, rtol=rtol), tolerance, rows)
 
 
-def stopping_time(result: Result) -> Any:
+def stopping_time(result):
     return result.stopping_time
 
 
-def differentiated(of: Callable[[Any], Any], x: float) -> float:
+def differentiated(of, x):
     """Derivative of a closed form at `x` by a complex step: no difference of near
     numbers."""
     return of(x + 1e-200j).imag / 1e-200
 
 
 @functools.cache
-def _with_slope(
-    name: str, of: Callable[[Result], Any], solver: Solver | None = None
-) -> Callable[[Scene, Scene], Any]:
+def _with_slope(name, of, solver=None):
     """One program for a result and a derivative, in forward mode: the other mode takes
     several times as long."""
 
-    def both(scene: Scene, tangent: Scene) -> tuple[Result, Any]:
-        def found(scene: Scene) -> tuple[Any, Result]:
+    def both(scene, tangent):
+        def found(scene):
             result = simulate(scene, rtol=1e-12, max_steps=1024, solver=solver)
             return of(result), result
 
@@ -105,7 +101,7 @@ def _with_slope(
     return jax.jit(both)
 
 
-def _towards(scene: Scene, path: str) -> Scene:
+def _towards(scene, path):
     tangent = jax.tree.map(lambda x: np.zeros(np.shape(x)), scene)
     head, _, last = path.rpartition(".")
     above = _read(lambda: tangent, head)
@@ -117,14 +113,14 @@ def _towards(scene: Scene, path: str) -> Scene:
 
 
 def cases_with_slopes(
-    subject: str,
-    scene: Scene,
-    rows: Iterable[Row],
-    of: Callable[[Result], Any] = stopping_time,
-    tolerance: float = 1e-11,
-    program: str | None = None,
-    solver: Solver | None = None,
-) -> list[Case]:
+    subject,
+    scene,
+    rows,
+    of=stopping_time,
+    tolerance=1e-11,
+    program=None,
+    solver=None,
+):
     """Cases that read the result of a scene, of which those of a `Slope` are
     derivatives of `of(result)`.
 
@@ -137,14 +133,14 @@ def cases_with_slopes(
     run = _with_slope(program or subject, of, solver)
 
     @functools.cache
-    def along(path: str) -> tuple[Result, Any]:
+    def along(path):
         return run(jax.tree.map(np.asarray, scene), _towards(scene, path))
 
     first = next(
         (row[3].path for row in rows if isinstance(row[3], Slope)), "initial.omega"
     )
 
-    def slope(at: Slope) -> Any:
+    def slope(at):
         found = along(at.path)[1]
         return found if at.of is None else found[at.of]
 
@@ -157,7 +153,7 @@ def cases_with_slopes(
     ]
 
 
-def _read(run: Callable[[], Any], what: Reader) -> Any:
+def _read(run, what):
     found = run()
     if not isinstance(what, str):
         return what(found)
@@ -169,9 +165,7 @@ def _read(run: Callable[[], Any], what: Reader) -> Any:
     return found
 
 
-def rows_of(
-    oracle: Callable[[], Iterable[Any]], reads: Mapping[str, Reader]
-) -> list[Row]:
+def rows_of(oracle, reads):
     """Rows of an oracle, each with what is read from the result."""
     return [
         (what, source, float(truth), reads[what], tolerance)

@@ -3,14 +3,10 @@ rope takes."""
 
 import cmath
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from case_tools import (
     FORM,
-    Case,
-    Row,
     Slope,
     cases_of_run,
     cases_with_slopes,
@@ -32,7 +28,6 @@ from simbrake import (
     Pads,
     PiecewiseLinear,
     Repeated,
-    Result,
     Scene,
     TorqueLoad,
     TrippingLoad,
@@ -58,7 +53,7 @@ from simbrake.thermal import (
 _PI_4 = closed_form(n=4, beta=50.0)["Pi"]
 
 
-def cooling_cases() -> list[Case]:
+def cooling_cases():
     """A stop whose rim loses heat meanwhile, and a phase that ends as it has cooled
     down to a level."""
     C = 3e3
@@ -84,7 +79,7 @@ def cooling_cases() -> list[Case]:
     lever = Phases((Phase(Constant(8e3), "rest"), Phase(Constant(8e3), ends)))
     scene = stop_scene(n=4, beta=50.0, C=None)
     scene = Scene(scene.brake, Duty(lever, scene.duty.load), scene.initial, 400.0, heat)
-    rows: list[Row] = [
+    rows = [
         (
             "rise at rest",
             f"{FORM}C ΔT' = M (ω_0 − M t/J) − G ΔT",
@@ -97,7 +92,7 @@ def cooling_cases() -> list[Case]:
     return cases_of_run("phase that ends cool", scene, rows, 1e-10)
 
 
-def driller_cases() -> list[Case]:
+def driller_cases():
     """A driller who slows the pulley down to a given course of the speed, from 2 rad/s
     above it."""
     M = 5e3
@@ -111,13 +106,13 @@ def driller_cases() -> list[Case]:
     times = [0.0, 2.0, 9.0]
     course = [6.0, 3.0, 3.0]
 
-    def wanted(t: float) -> float:
+    def wanted(t):
         return float(np.interp(t, times, course))
 
-    def speed(t: float, g: complex = g) -> complex:
+    def speed(t, g=g):
         return wanted(t) + (w0 - 6.0) * cmath.exp(-g * t)
 
-    def heat(g: complex) -> complex:
+    def heat(g):
         # the load's work less the change of kinetic energy
         angle = 9.0 + 3.0 * (end - 2.0) + (w0 - 6.0) * (1 - cmath.exp(-g * end)) / g
         return M * angle - J / 2 * (speed(end, g) ** 2 - w0**2)
@@ -163,7 +158,7 @@ def driller_cases() -> list[Case]:
     )
 
 
-def snub_cases() -> list[Case]:
+def snub_cases():
     """Fade test of a car's disc brake after UN R13, Type-I: 15 snubs from 120 to 60
     km/h every 45 s.
 
@@ -211,7 +206,7 @@ def snub_cases() -> list[Case]:
         * (fast * (1 - fall) / b - a * (tau / b - (1 - fall) / b**2))
     )
 
-    def rise(k: int) -> Callable[[Result], float]:
+    def rise(k):
         return lambda r: (
             float(r.series([(k - 1) * period + tau]).temperature[0, 0]) - 293.15
         )
@@ -241,7 +236,7 @@ _BALANCE = "first law"
 # --- the elastic rope ----------------------------------------------------------------
 
 
-def moving_string_cases() -> list[Case]:
+def moving_string_cases():
     """A drum that turns under an empty hook takes a string, and brakes: two masses on a
     damped spring, by exp(A t).
 
@@ -259,7 +254,7 @@ def moving_string_cases() -> list[Case]:
     end = 2.0
     M = T_0 * 0.725 * (closed_form()["Pi"] - 1)
 
-    def matrix(mass: float, torque: float) -> Any:
+    def matrix(mass, torque):
         """Rates of ω, v, stretch beyond that under the weight, φ, s, 1."""
         A = np.zeros((6, 6))
         A[0, [0, 1, 2, 5]] = np.array(
@@ -271,14 +266,14 @@ def moving_string_cases() -> list[Case]:
         A[4, 1] = 1.0
         return A
 
-    def moved(at: complex) -> tuple[Any, Any]:
+    def moved(at):
         """States as the string is taken, and at the end; the stretch grows with the
         weight."""
         taken = expm(matrix(empty, 0.0) * at) @ np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         return taken, expm(matrix(empty + string, M) * (end - at)) @ taken
 
-    def heat(mass: float, torque: float, y: Any, time: float) -> float:
-        def power(t: float) -> float:
+    def heat(mass, torque, y, time):
+        def power(t):
             now = expm(matrix(mass, torque) * t) @ y
             return c * (now[1] - per_rad * now[0]) ** 2
 
@@ -295,7 +290,7 @@ def moving_string_cases() -> list[Case]:
         empty + string, M, taken, end - at
     )
     source = f"{FORM}exp(A t) of ω, v, e; the string brings Δm v²/2 + k (e_2² − e_1²)/2"
-    rows: list[Row] = [
+    rows = [
         ("speed", source, last[0], "record.y_end.omega"),
         ("stretch", source, heavy + last[2], lambda r: r.series([end]).rope_stretch[0]),
         (
@@ -346,16 +341,16 @@ def moving_string_cases() -> list[Case]:
     )
 
 
-def _speed_at_end(result: Result) -> Any:
+def _speed_at_end(result):
     return result.record.y_end.omega
 
 
-def _hook_load(result: Result) -> Any:
-    force: Any = result.series([float(result.record.t_end)]).hook_load
+def _hook_load(result):
+    force = result.series([float(result.record.t_end)]).hook_load
     return force[0]
 
 
-def tripping_cases() -> list[Case]:
+def tripping_cases():
     """A string that the moving hook takes and sets down twice, a stand more the second
     time: speed, and work."""
     J = 1200.0
@@ -369,7 +364,7 @@ def tripping_cases() -> list[Case]:
     marks = (0.5, 1.5, 2.5, 3.5)
     end = 3.8
 
-    def course(stand: complex = 4e3) -> tuple[complex, complex, complex]:
+    def course(stand=4e3):
         """Speed and angle at the end, and the work of the load with what the masses
         bring."""
         omega = w0
@@ -394,7 +389,7 @@ def tripping_cases() -> list[Case]:
 
     omega, phi, work = (complex(x).real for x in course())
     load = TrippingLoad(empty, string, 4e3, marks[0], marks[1], 2.0, 0.4, 8.0, 2)
-    rows: list[Row] = [
+    rows = [
         ("speed", f"{FORM}ω̇ = (m_k g r/n − M_b)/J_k", omega, "record.y_end.omega"),
         (
             "travel",

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -10,8 +9,6 @@ from case_tools import (
     AIR,
     EXPLICIT,
     FORM,
-    Case,
-    Row,
     Slope,
     cases_with_slopes,
     differentiated,
@@ -22,7 +19,7 @@ from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-from simbrake import ConstantFriction, Heat, LinearFade, Material, Result
+from simbrake import ConstantFriction, Heat, LinearFade, Material
 from simbrake.friction import ProductFriction, TabulatedFade
 from simbrake.thermal import EffusivityPartition, FrictionHeat, Lump
 
@@ -44,7 +41,7 @@ _CORNERS = 302.0, 318.0, 320.0, 327.0, 343.0
 _LAW = "brake.linings.friction"
 
 
-def _rounded(x: Any, w: float) -> Any:
+def _rounded(x, w):
     """`max(x, 0)`, its corner rounded over `±w` by the polynomial of the manual."""
     u = (x + w) / (2 * w)
     return np.where(
@@ -54,7 +51,7 @@ def _rounded(x: Any, w: float) -> Any:
     )
 
 
-def _fading(T: Any) -> Any:
+def _fading(T):
     """Coefficient of friction at a temperature: fade above a limit down to a floor,
     times a table."""
     lost = _SLOPE * _rounded(T - _ABOVE, _BLEND)
@@ -62,11 +59,11 @@ def _fading(T: Any) -> Any:
     return _F * linear * PchipInterpolator(*_TABLE)(T)
 
 
-def _outcome(result: Result) -> Any:
+def _outcome(result):
     return jnp.stack([result.stopping_time, result.end_temperatures[0]])
 
 
-def jump_cases() -> list[Case]:
+def jump_cases():
     """An elastic band that breaks away from static friction and then fades as it heats
     the rim.
 
@@ -76,27 +73,27 @@ def jump_cases() -> list[Case]:
     """
     share = 1 / (1 + math.sqrt(math.prod(_LINING) / math.prod(_METAL)))
 
-    def excess(T: Any) -> Any:
+    def excess(T):
         return _TENSION * (_mu(_fading(T)) ** _N - 1)
 
-    def at(w: float) -> float:
+    def at(w):
         """Temperature of the rim at a speed."""
 
-        def left(T: float) -> float:
+        def left(T):
             return (
                 _RIM * (T - AIR) / share
                 + excess(T) ** 2 / (2 * _C)
                 - _J * (_W0**2 - w**2) / 2
             )
 
-        found: Any = brentq(left, AIR, 399.0, xtol=1e-13)
+        found = brentq(left, AIR, 399.0, xtol=1e-13)
         return found
 
     chi = math.sqrt(_C * _R**2 / _J)
     v = _C * _R * _W0
     cold = float(_fading(AIR))
 
-    def onset(ratio: complex) -> tuple[Any, Any]:
+    def onset(ratio):
         """Time at which the band slides, and the speed then: the rim is cold until
         then."""
         sine = chi * _TENSION * (_mu(ratio * cold) ** _N - 1) / v
@@ -105,7 +102,7 @@ def jump_cases() -> list[Case]:
     (t_1, w_1) = onset(_RATIO)
     end = at(0.0)
 
-    def speed(T: float) -> float:
+    def speed(T):
         lost = 2 / _J * (_RIM * (T - AIR) / share + excess(T) ** 2 / (2 * _C))
         return math.sqrt(max(_W0**2 - lost, 0.0))
 
@@ -141,7 +138,7 @@ def jump_cases() -> list[Case]:
         "quadrature ∫ J dω/R(T_n(T(ω)) − T_0), T(ω) by energy, f(T) by SciPy's "
         "monotone cubic and by hand"
     )
-    rows: list[Row] = [
+    rows = [
         ("temperature at rest", balance, end, "end_temperatures.0"),
         (
             "full slip",

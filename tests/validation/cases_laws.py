@@ -1,9 +1,8 @@
 """Validation of laws along a stop: friction over speed, memory, oil, wear."""
 
 import dataclasses
-from typing import Any
 
-from case_tools import EXPLICIT, STIFF, Case, Slope, cases_with_slopes, rows_of
+from case_tools import EXPLICIT, STIFF, Slope, cases_with_slopes, rows_of
 from oracles import laws
 from scenes import stop_scene
 
@@ -33,19 +32,19 @@ from simbrake.wear import LinearWear
 _LAW = "brake.linings.friction"
 
 
-def _stop(law: Any) -> Scene:
+def _stop(law):
     """A stop of four linings of 50° on a rigid band under a constant lever."""
     return stop_scene(n=4, beta=50.0, law=law, C=None, end=3.0)
 
 
-def _oiled(law: Any, factor: float) -> ChangingFriction:
+def _oiled(law, factor):
     """A law of which oil lowers the coefficient of linings 2 and 3 from 0.5 s on."""
     return ChangingFriction(
         law, (FrictionChange(PiecewiseLinear([0.5, 0.5], [1.0, factor]), [2, 3]),)
     )
 
 
-def stribeck_cases() -> list[Case]:
+def stribeck_cases():
     """Friction over the slip speed: Stribeck's curve."""
     reads = {
         "stopping time": "stopping_time",
@@ -60,7 +59,7 @@ def stribeck_cases() -> list[Case]:
     )
 
 
-def oil_cases() -> list[Case]:
+def oil_cases():
     """Friction that oil changes on two linings."""
     reads = {
         "stopping time": "stopping_time",
@@ -73,7 +72,7 @@ def oil_cases() -> list[Case]:
     )
 
 
-def memory_cases() -> list[Case]:
+def memory_cases():
     """Friction with a history."""
     law = FrictionWithMemory(
         ConstantFriction(0.4),
@@ -94,7 +93,7 @@ def memory_cases() -> list[Case]:
     return cases_with_slopes("friction with memory", scene, rows, solver=EXPLICIT)
 
 
-def wear_cases() -> list[Case]:
+def wear_cases():
     """Wear of the linings, its rate rising with the temperature of the rim."""
     scene = with_values(_stop(ConstantFriction(0.35)), {"brake.linings.area": 0.03})
     heat = lumped_heat(rim=2e4, partition=1.0, rim_cooling=0.0)

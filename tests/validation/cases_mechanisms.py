@@ -2,14 +2,10 @@
 wear laws."""
 
 import math
-from typing import Any
 
 import numpy as np
 from case_tools import (
     FORM,
-    Case,
-    Reader,
-    Row,
     Slope,
     cases_with_slopes,
     differentiated,
@@ -52,7 +48,7 @@ from simbrake.thermal import (
 )
 
 
-def pressed_stage_cases() -> list[Case]:
+def pressed_stage_cases():
     """All stages of a staged brake of one lining whose inner friction falls with the
     pressure, and the pull that holds.
 
@@ -74,20 +70,20 @@ def pressed_stage_cases() -> list[Case]:
     exponent = 0.35
     ratio = (1 + 0.4 * math.tan(half)) / (1 - 0.4 * math.tan(half))
 
-    def load(T_1: float) -> float:
+    def load(T_1):
         return (T_1 + T_0) * math.sin(half) + pre
 
-    def friction(T_1: float, exponent: float = exponent) -> float:
+    def friction(T_1, exponent=exponent):
         return f * (1 + load(T_1) / area / reference) ** -exponent
 
-    def torque(T_1: float, exponent: float = exponent) -> float:
+    def torque(T_1, exponent=exponent):
         return R * friction(T_1, exponent) * load(T_1)
 
-    def stages(exponent: float = exponent) -> tuple[float, float, float]:
+    def stages(exponent=exponent):
         """Times of the lock and of the stop, and the tension that holds the bandage."""
         inner = torque(ratio * T_0, exponent)
         lock = J_b * w0 / (R_b * T_0 * (ratio - 1) - inner)
-        holds: Any = brentq(
+        holds = brentq(
             lambda T: R_b * (T - T_0) - torque(T, exponent),
             T_0,
             ratio * T_0,
@@ -103,12 +99,12 @@ def pressed_stage_cases() -> list[Case]:
     )
     source = f"{FORM}R_b (T_1 − T_0) = R f(p) N in stage 3"
 
-    def at_one_second(name: str) -> Any:
+    def at_one_second(name):
         return lambda result: getattr(result.series([1.0]).pairs["internal"], name)[
             0, 0
         ]
 
-    rows: list[Row] = [
+    rows = [
         (
             "external lock",
             f"{FORM}J_b ω_0/(R_b T_0 (μ − 1) − R f(p) N)",
@@ -150,13 +146,13 @@ def pressed_stage_cases() -> list[Case]:
 # --- chains -------------------------------------------------------------------------
 
 
-def parting_cases() -> list[Case]:
+def parting_cases():
     """A lining that a growing torque takes along on its spring, until it breaks away;
     either way."""
     return [*_parting(1), *_parting(-1)]
 
 
-def _parting(sense: int) -> list[Case]:
+def _parting(sense):
     J = 40.0
     R_b = 0.9
     m = 5.0
@@ -176,30 +172,30 @@ def _parting(sense: int) -> list[Case]:
     )
     stuck[3] = stuck[2] / R_b
 
-    def force(f: Any) -> Any:
+    def force(f):
         """Of friction on a lining that slides: `± f (T + T_0) tan(β/2)`."""
         return sense * f * z * (spring + np.array([0.0, 0.0, 0.0, 0.0, 2 * T_0]))
 
-    def moved(t: Any, taken: Any, f: Any) -> Any:
+    def moved(t, taken, f):
         slid = along + 0j * f
         slid[2] = (force(f) - spring) / m
         slid[3] = (np.array([growth, 0.0, 0.0, 0.0, 0.0]) - R_b * force(f)) / J
         return expm(slid * (t - taken)) @ stuck_at(taken)
 
-    def stuck_at(t: Any) -> Any:
+    def stuck_at(t):
         return expm(stuck * t) @ np.array([0.0, 0.0, 0.0, 0.0, 1.0])
 
-    def excess(t: Any, f: Any) -> Any:
+    def excess(t, f):
         """Of the force that holds the lining over what friction can."""
         return sense * (m * stuck[2] + spring - force(f)) @ stuck_at(t)
 
-    taken: Any = brentq(lambda t: excess(t, f), 0.0, end, xtol=1e-16)
+    taken = brentq(lambda t: excess(t, f), 0.0, end, xtol=1e-16)
     slope = sense * (m * stuck[2] + spring - force(f)) @ stuck @ stuck_at(taken)
 
-    def last(f: Any) -> Any:
+    def last(f):
         return moved(end, taken - excess(taken, f) / slope, f)
 
-    def power(t: float) -> float:
+    def power(t):
         y = moved(t, taken, f).real
         return force(f) @ y * (R_b * y[3] - y[2])
 
@@ -209,7 +205,7 @@ def _parting(sense: int) -> list[Case]:
         f"{FORM}matrix exponential of the linear rates, root of |G| = f_s N/cos(β/2)"
     )
     heat = quad(power, taken, end, epsabs=0.0, epsrel=1e-13)[0]
-    rows: list[Row] = [
+    rows = [
         ("breaks away", source, taken, time_of("restart")),
         ("speed", source, w, "record.y_end.omega"),
         ("speed of the lining", source, v, "record.y_end.own.v.0", 1e-9),
@@ -245,7 +241,7 @@ def _parting(sense: int) -> list[Case]:
     )
 
 
-def staged_heat_cases() -> list[Case]:
+def staged_heat_cases():
     """Heat of both pairs of a staged brake into rim, linings and band; linings on a
     ring that turns are cooled.
 
@@ -279,7 +275,7 @@ def staged_heat_cases() -> list[Case]:
     external = (J_1 + J_2) * w0**2 / 2 - internal
     turned = (first**2).integ()(t_0) + (both**2).integ()(lock - t_0)
 
-    def cooled(area: complex) -> complex:
+    def cooled(area):
         return cold + (start - cold) * np.exp(
             -h_0 * area * (end + turned / v_0**2) / C[1]
         )
@@ -342,7 +338,7 @@ def staged_heat_cases() -> list[Case]:
     )
 
 
-def staged_cases() -> list[Case]:
+def staged_cases():
     """T_on, the lock and the stop in stage 3 of an elastic staged brake under a rising
     lever."""
     linings = Lining(ConstantFriction(0.40), np.full(8, math.radians(33.0)), 0.03)
@@ -350,7 +346,7 @@ def staged_cases() -> list[Case]:
     brake = Brake(Pulley(0.59, 900.0), Band(0.64, 3e5), linings, bandage)
     lever = PiecewiseLinear([0.0, 7.5], [200.0, 30200.0])
     scene = Scene(brake, Duty(lever, TorqueLoad(Constant(300.0))), Initial(20.0), 4.0)
-    reads: dict[str, Reader] = {
+    reads = {
         "internal slip": "internal_slip_time",
         "external lock": "external_lock_time",
         "stopping time": "stopping_time",
@@ -362,7 +358,7 @@ def staged_cases() -> list[Case]:
     )
 
 
-def spring_cases() -> list[Case]:
+def spring_cases():
     """Two linings with a spring between: events of their stop, derivatives, energies of
     its first instants."""
     J = 200.0
@@ -396,7 +392,7 @@ def spring_cases() -> list[Case]:
         w0 - R_b * (mu**2 - 1) * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
     )
     source = f"{FORM}(J + Σ J_i) ω̇ = −R_b T_0(t) (μ² − 1)"
-    rows: list[Row] = [
+    rows = [
         (
             "kinetic energy",
             f"{FORM}−(J + Σ J_i) ω_0²/2",
@@ -405,7 +401,7 @@ def spring_cases() -> list[Case]:
         ),
         ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-11),
     ]
-    riding: list[Row] = [
+    riding = [
         (
             "kinetic energy of the ride",
             source,
@@ -422,7 +418,7 @@ def spring_cases() -> list[Case]:
             lambda result: result.series([early]).friction_force[0, 1],
         ),
     ]
-    events: dict[str, Reader] = {
+    events = {
         "lining 1 slips": time_of("lining_internal_slip", 1),
         "lining 2 slips": time_of("lining_internal_slip", 2),
         "lining 1 rests on the band": time_of("lining_external_stick", 1),
@@ -430,7 +426,7 @@ def spring_cases() -> list[Case]:
         "stopping time": "stopping_time",
         "elongation at rest": "record.y_end.own.stretch.0",
     }
-    slopes: dict[str, Reader] = {
+    slopes = {
         "∂(stopping time)/∂K": Slope("brake.bandage.spring.0"),
         "∂(stopping time)/∂N_pre": Slope("brake.bandage.preload.1"),
     }
@@ -444,13 +440,13 @@ def spring_cases() -> list[Case]:
     ]
 
 
-def chain_cases() -> list[Case]:
+def chain_cases():
     """One lining with a mass between the pulley and a band with a spring and a
     damper."""
     lining = Lining(ConstantFriction(0.3), np.full(1, math.radians(27.0)), mass=0.05)
     brake = Brake(Pulley(0.9, 0.5), Band(0.9, 5.0, Segments(1e3, 0.05, 0.03)), lining)
     scene = Scene(brake, Duty(Constant(1.0), TorqueLoad()), Initial(0.6, 0.2), 2.0)
-    reads: dict[str, Reader] = {
+    reads = {
         "first slip": time_of("lining_slip", 1),
         "first stick": time_of("lining_stick", 1),
         "speed at the end": "record.y_end.omega",

@@ -3,10 +3,9 @@ flows meet."""
 
 import functools
 import math
-from typing import Any
 
 import numpy as np
-from case_tools import AIR, FORM, SIGMA, Case, Row, cases_of
+from case_tools import AIR, FORM, SIGMA, cases_of
 from scipy.optimize import brentq
 
 from simbrake import Heat, Material, ramp, simulate_heat, steady_state
@@ -46,7 +45,7 @@ _INTO = (12.0, 4.0)
 _AWAY = (2.0, 1.0)
 
 
-def _network() -> Heat:
+def _network():
     """One network of three that do not touch: of each some temperatures are
     compared."""
     plain = [Material(k, 7800.0, 480.0) for _, k in _THICK]
@@ -88,31 +87,31 @@ def _network() -> Heat:
     )
 
 
-def steady_network_cases() -> list[Case]:
+def steady_network_cases():
     """Steady temperatures of walls, faces and junctions at which several flows meet."""
     run = functools.cache(lambda: steady_state(_network(), power=np.asarray(_POWERS)))
 
-    def faces(Q: float) -> tuple[float, float, float]:
+    def faces(Q):
         """Temperatures of the wall's two faces and of the screen's front for a heat
         flow through them."""
         front = _COLD + Q * _THICK[1][0] / _THICK[1][1]
         back = (front**4 + Q / (_BEHIND * SIGMA)) ** 0.25
         return back + Q * _THICK[0][0] / _THICK[0][1], back, front
 
-    def rejected(Q: float) -> float:
+    def rejected(Q):
         T = faces(Q)[0]
         return _GLOW * SIGMA * (T**4 - AIR**4) + _H * (T - AIR) + Q - _FLUX
 
-    Q: Any = brentq(rejected, 1.0, _FLUX, xtol=1e-12)
+    Q = brentq(rejected, 1.0, _FLUX, xtol=1e-12)
     half = [d / (8 * k) for d, k in _THICK]
     face, back, front = faces(Q)
 
-    def second(first: float) -> float:
+    def second(first):
         """Temperature of the second junction, from the balance of the first."""
         left = _G[0] * (_HOT - first) - 0.5 * 0.9 * SIGMA * (first**4 - AIR**4)
         return first - left / _G[1]
 
-    def excess(first: float) -> float:
+    def excess(first):
         T = second(first)
         return (
             _G[1] * (first - T)
@@ -120,7 +119,7 @@ def steady_network_cases() -> list[Case]:
             - 0.2 * 0.6 * SIGMA * (T**4 - AIR**4)
         )
 
-    first: Any = brentq(excess, AIR, _HOT, xtol=1e-12)
+    first = brentq(excess, AIR, _HOT, xtol=1e-12)
 
     # of the interface: conductance to the air by each way, and heat that arrives from
     # 20 W in each lining
@@ -134,16 +133,16 @@ def steady_network_cases() -> list[Case]:
         "T_s⁴) = λ_s ΔT_s/δ_s"
     )
     of_rim = f"{FORM}Σ P/Σ 1/R over rim and linings"
-    faced: list[Row] = [
+    faced = [
         ("wall at its front", glow, face - Q * half[0], "wall[1]"),
         ("wall at its back", glow, back + Q * half[0], "wall[4]"),
         ("screen", glow, front - Q * half[1], "screen[1]"),
     ]
-    joined: list[Row] = [
+    joined = [
         ("first", "root: balances of two junctions", first, "first"),
         ("second", "root: balances of two junctions", second(first), "second"),
     ]
-    entered: list[Row] = [
+    entered = [
         (
             "rim",
             of_rim,
@@ -162,7 +161,7 @@ def steady_network_cases() -> list[Case]:
 # --- networks over time -------------------------------------------------------------
 
 
-def transient_cases() -> list[Case]:
+def transient_cases():
     """A lump that radiates through a junction without capacity, and a wall whose
     specific heat grows as it warms."""
     C = 500.0
@@ -189,30 +188,28 @@ def transient_cases() -> list[Case]:
     run = functools.cache(lambda: simulate_heat(heat, [0.0, end], rtol=1e-12))
     k = glow * SIGMA / G
 
-    def of_skin(T: float) -> float:
+    def of_skin(T):
         """Temperature of the lump: `G (T − T_s) = ε σ A T_s⁴`."""
         return T + k * T**4
 
-    def elapsed(T: float) -> float:
+    def elapsed(T):
         return C / G * ((T**-3) / (3 * k) - 4 * math.log(T))
 
-    first: Any = brentq(lambda T: of_skin(T) - start, 1.0, start, xtol=1e-12)
-    last: Any = brentq(
-        lambda T: elapsed(T) - elapsed(first) - end, 1.0, first, xtol=1e-12
-    )
+    first = brentq(lambda T: of_skin(T) - start, 1.0, start, xtol=1e-12)
+    last = brentq(lambda T: elapsed(T) - elapsed(first) - end, 1.0, first, xtol=1e-12)
     content = (
         (AIR - met)
         + b * (AIR - met) ** 2 / 2
         + flux * 200.0 / 2 / (7800.0 * 480.0 * thickness)
     )
     warmed = met + (math.sqrt(1 + 2 * b * content) - 1) / b
-    skin: Row = (
+    skin = (
         "temperature",
         f"{FORM}1/(3 k T_s³) − 4 ln T_s rises by G t/C, T = T_s + k T_s⁴, k = ε σ A/G",
         of_skin(last),
         lambda found: found.temperature[-1, 0],
     )
-    even: Row = (
+    even = (
         "temperature",
         f"{FORM}∫ q dt = ρ c d [(T − T_r) + b (T − T_r)²/2]",
         warmed,

@@ -2,13 +2,11 @@
 by linear equations."""
 
 import math
-from collections.abc import Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from case_tools import Case, Row, cases_of, differentiated
+from case_tools import cases_of, differentiated
 
 from simbrake.brakes import (
     chord_tensions,
@@ -19,7 +17,7 @@ _T0 = 8e3
 _F = np.array([0.30, 0.42, 0.35])
 
 
-def _solved(equations: Sequence[tuple[dict[str, Any], Any]]) -> dict[str, Any]:
+def _solved(equations):
     """Unknowns of linear equations, each `{name: coefficient}` and its right side."""
     names = sorted({name for left, _ in equations for name in left})
     matrix = np.array(
@@ -34,16 +32,16 @@ def _solved(equations: Sequence[tuple[dict[str, Any], Any]]) -> dict[str, Any]:
     )
 
 
-def chord_cases() -> list[Case]:
+def chord_cases():
     """Three point linings between chords of unequal angles: forces along and across the
     rim at each."""
     beta = np.radians([12.0, 31.0, 18.0, 25.0])
 
-    def along(angles: Any, k: int = 3) -> dict[str, Any]:
+    def along(angles, k=3):
         c = np.cos(angles / 2)
         s = np.sin(angles / 2)
         T = {"T0": 1.0}
-        equations: list[Any] = [(T, _T0)]
+        equations = [(T, _T0)]
         for i in range(1, k + 1):
             before = f"T{i - 1}"
             after = f"T{i}"
@@ -52,10 +50,10 @@ def chord_cases() -> list[Case]:
             equations.append(({after: s[i], before: s[i - 1], N: -1.0}, 0.0))
         return _solved(equations)
 
-    def of_third(angle: complex) -> complex:
+    def of_third(angle):
         return along(np.array([*beta[:2], angle, beta[3]]))["T3"]
 
-    def run() -> tuple[Any, Any]:
+    def run():
         T_0 = jnp.asarray(_T0)
         forces = chord_tensions(T_0, _F, beta)
         return forces, jax.grad(lambda b: chord_tensions(T_0, _F, b).tension[2])(
@@ -64,7 +62,7 @@ def chord_cases() -> list[Case]:
 
     truth = along(beta)
     source = "linear equations: T_i c_i − T_(i−1) c_(i−1) = f N_i, N_i = T_i s_i + T_(i−1) s_(i−1)"
-    rows: list[Row] = [
+    rows = [
         (f"tension {i}", f"{source} [Z-1…4]", truth[f"T{i}"], f"0.tension.{i - 1}")
         for i in (1, 2, 3)
     ]
@@ -83,7 +81,7 @@ def chord_cases() -> list[Case]:
     return cases_of("chords", jax.jit(run), 1e-13, rows)
 
 
-def sliding_cases() -> list[Case]:
+def sliding_cases():
     """Three unequal linings that all slide: at rest on the band, and with masses, of
     which one lifts off."""
     beta = np.radians([28.0, 51.0, 36.0])
@@ -93,10 +91,8 @@ def sliding_cases() -> list[Case]:
     c = np.cos(beta / 2)
     s = np.sin(beta / 2)
 
-    def along(
-        ma: Any, mrw: Any, f: Any = _F, lifted: int | None = None
-    ) -> dict[str, Any]:
-        equations: list[Any] = [({"T0": 1.0}, _T0)]
+    def along(ma, mrw, f=_F, lifted=None):
+        equations = [({"T0": 1.0}, _T0)]
         for i in range(3):
             before = f"T{i}"
             after = f"T{i + 1}"
@@ -107,15 +103,15 @@ def sliding_cases() -> list[Case]:
             equations.append((off, 0.0 if i == lifted else mrw[i]))
         return _solved(equations)
 
-    def tight(f: complex) -> complex:
+    def tight(f):
         return along(pushed, thrown, np.array([_F[0], f, _F[2]]))["T3"]
 
-    def last(f: Any) -> Any:
+    def last(f):
         return sliding_tensions(
             jnp.asarray(_T0), f, beta, inertia_force=pushed, centrifugal_force=thrown
         ).tension[2]
 
-    def unbalanced(found: Any) -> float:
+    def unbalanced(found):
         """All forces on the band by components, over the tight tension; each lining is
         on the angle of its middle."""
         T, N, F = (np.asarray(x) for x in (found.tension, found.normal, found.friction))
@@ -126,7 +122,7 @@ def sliding_cases() -> list[Case]:
         )
         return float(abs(pull + np.sum((N - 1j * F) * np.exp(1j * middle))) / T[-1])
 
-    def run() -> tuple[Any, ...]:
+    def run():
         massive = {"inertia_force": pushed, "centrifugal_force": thrown}
         return (
             sliding_tensions(jnp.asarray(_T0), _F, beta),
@@ -144,7 +140,7 @@ def sliding_cases() -> list[Case]:
     still = along(np.zeros(3), np.zeros(3))
     moved = along(pushed, thrown)
     off = along(pushed, far, lifted=1)
-    rows: list[Row] = [
+    rows = [
         ("tension 3", f"{source} [Z-12…14]", still["T3"], "0.tension.2"),
         (
             "forces on the band",

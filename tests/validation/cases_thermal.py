@@ -4,8 +4,6 @@ maximum temperatures."""
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from case_tools import (
@@ -13,8 +11,6 @@ from case_tools import (
     EXPLICIT,
     FORM,
     STIFF,
-    Case,
-    Row,
     Slope,
     cases_of,
     cases_with_slopes,
@@ -26,8 +22,6 @@ from simbrake import (
     Heat,
     PiecewiseLinear,
     PowerShares,
-    Result,
-    Scene,
     cyclic_steady_state,
     simulate,
     with_values,
@@ -60,7 +54,7 @@ _RELEASE = 6.0
 _END = 10.0
 
 
-def _mu(f: complex = _F) -> Any:
+def _mu(f=_F):
     """Ratio of the tensions at either side of a lining that slides."""
     return (1 + f * math.tan(_BETA / 2)) / (1 - f * math.tan(_BETA / 2))
 
@@ -72,7 +66,7 @@ _WORK = 0.5 * _J * _W0**2
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 
-def _over(function: Callable[[Any], Any], a: complex, b: complex) -> complex:
+def _over(function, a, b):
     """The integral of a smooth function, its numbers and ends also complex."""
     return (
         complex(np.sum(_WEIGHTS * function(a + 0.5 * (b - a) * (_NODES + 1))))
@@ -81,9 +75,7 @@ def _over(function: Callable[[Any], Any], a: complex, b: complex) -> complex:
     )
 
 
-def _root(
-    function: Callable[[Any], Any], slope: Callable[[Any], Any], x: complex
-) -> complex:
+def _root(function, slope, x):
     """The root of a smooth function near `x` by Newton's method, its numbers also
     complex."""
     for _ in range(60):
@@ -99,12 +91,12 @@ _AT = {
 }
 
 
-def _ends(result: Result) -> Any:
+def _ends(result):
     return result.end_temperatures
 
 
 @functools.cache
-def _stop_with_bodies() -> Scene:
+def _stop_with_bodies():
     """A stop of a rigid band, held and then released, with bodies of which each shows
     one law of the network."""
     table = TransmissionPartition(
@@ -139,9 +131,7 @@ def _stop_with_bodies() -> Scene:
     return dataclasses.replace(scene, heat=heat, power_shares=PowerShares(0.02, 0.1))
 
 
-def _of_the_stop(
-    subject: str, rows: Sequence[Row], tolerance: float = 1e-12
-) -> list[Case]:
+def _of_the_stop(subject, rows, tolerance=1e-12):
     explicit = EXPLICIT
     return cases_with_slopes(
         subject,
@@ -154,21 +144,19 @@ def _of_the_stop(
     )
 
 
-def _by(path: str, body: str) -> Slope:
+def _by(path, body):
     return Slope(f"heat.{path}", _AT[body])
 
 
-def _end(body: str) -> str:
+def _end(body):
     return f"end_temperatures.{_AT[body]}"
 
 
-def speed_cooling_cases() -> list[Case]:
+def speed_cooling_cases():
     """A lump that the air cools as fast as the pulley turns, which slows down at a
     constant rate."""
 
-    def cooled(
-        at_rest: complex = 8.0, speed: complex = 2.0, exponent: complex = 0.8
-    ) -> Any:
+    def cooled(at_rest=8.0, speed=2.0, exponent=0.8):
         fast = (
             _over(lambda v: (1 + (v / speed) ** 2) ** (exponent / 2), 0.0, _R * _W0)
             * _STOP
@@ -179,7 +167,7 @@ def speed_cooling_cases() -> list[Case]:
         )
 
     source = f"{FORM}θ_0 e^(−(A/C) ∫ h dt), h = h_0 [1 + (v/v_0)²]^(m/2), v in a straight line to 0"
-    rows: list[Row] = [("temperature", source, cooled().real, _end("by speed"))]
+    rows = [("temperature", source, cooled().real, _end("by speed"))]
     for name, field, slope in (
         ("h_0", "at_rest", differentiated(lambda x: cooled(at_rest=x), 8.0)),
         ("v_0", "speed", differentiated(lambda x: cooled(speed=x), 2.0)),
@@ -190,15 +178,15 @@ def speed_cooling_cases() -> list[Case]:
     return _of_the_stop("convection by speed", rows)
 
 
-def free_convection_cases() -> list[Case]:
+def free_convection_cases():
     """A lump that cools by free convection with the square root of its excess
     temperature."""
 
-    def rise(h: complex) -> complex:
+    def rise(h):
         """Root of `½ ln((s − 1)/(s + 1)) + arctan s = that at the start − (h_1 A/C)
         t`, `s⁴ = θ² + 1`."""
 
-        def course(s: complex) -> Any:
+        def course(s):
             return 0.5 * np.log((s - 1) / (s + 1)) + np.arctan(s)
 
         start = ((390.0 - AIR) ** 2 + 1) ** 0.25
@@ -211,7 +199,7 @@ def free_convection_cases() -> list[Case]:
         return (s**4 - 1) ** 0.5
 
     source = f"{FORM}½ ln((s − 1)/(s + 1)) + arctan s falls by (h_1 A/C) t, s⁴ = θ² + 1"
-    rows: list[Row] = [
+    rows = [
         ("temperature", source, AIR + rise(3.0).real, _end("free")),
         (
             "∂T/∂h_1",
@@ -224,16 +212,16 @@ def free_convection_cases() -> list[Case]:
     return _of_the_stop("free convection", rows)
 
 
-def capacity_cases() -> list[Case]:
+def capacity_cases():
     """A heated lump whose capacity grows with its temperature: the balance of its heat
     is a quadratic."""
 
-    def warmed(b: complex = 1.5e-3) -> complex:
+    def warmed(b=1.5e-3):
         content = 10.0 + b * 10.0**2 / 2 + 2e3 * _END / 400.0
         return 300.0 + ((1 + 2 * b * content) ** 0.5 - 1) / b
 
     source = f"{FORM}P t = C [(T − T_r) + b (T − T_r)²/2] from T_0"
-    rows: list[Row] = [
+    rows = [
         ("temperature", source, warmed().real, _end("varying")),
         (
             "∂T/∂b",
@@ -246,11 +234,11 @@ def capacity_cases() -> list[Case]:
     return _of_the_stop("capacity by temperature", rows)
 
 
-def partition_cases() -> list[Case]:
+def partition_cases():
     """Heat of a stop divided by the transmissions to both sides of the contact, which
     change with the temperature."""
 
-    def share(T: Any, alpha: complex = 6.0) -> Any:
+    def share(T, alpha=6.0):
         """Of the metal, from the resistances in series on either side, between 280 and
         420 K."""
         x = (T - 280.0) / 140.0
@@ -263,19 +251,17 @@ def partition_cases() -> list[Case]:
         )
         return to_lining / (to_metal + to_lining)
 
-    def rim(
-        electrical: complex = 0.02, mechanical: complex = 0.1, alpha: complex = 6.0
-    ) -> complex:
+    def rim(electrical=0.02, mechanical=0.1, alpha=6.0):
         heat = (1 - electrical - mechanical) * _WORK / 1.2e3
 
-        def taken(T: complex) -> complex:
+        def taken(T):
             return _over(lambda x: 1 / share(x, alpha), AIR, T) - heat
 
         return _root(taken, lambda T: 1 / share(T, alpha), AIR + 0.5 * heat)
 
     source = "quadrature: ∫ C dT/a(T) = heat, a = K_1/(K_1 + K_2) by hand"
     lining = 330.0 + (0.88 * _WORK - 1.2e3 * (rim().real - AIR)) / 900.0
-    rows: list[Row] = [
+    rows = [
         ("rim", source, rim().real, _end("rim")),
         ("lining", f"{source}; the rest", lining, _end("lining")),
         (
@@ -301,7 +287,7 @@ _BLOCKS = np.linspace(300.0, 600.0, 20)  # J/K, each cooled through 50 W/K
 
 
 @functools.cache
-def _repeated() -> Scene:
+def _repeated():
     """A stop whose heat goes into a cooled rim, beside blocks that a source heats at
     the begin of each cycle."""
     bodies = (
@@ -317,7 +303,7 @@ def _repeated() -> Scene:
     return stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_CYCLE, heat=heat)
 
 
-def _rise(t: float, start: float = 0.0, cooling: complex = _COOLING) -> Any:
+def _rise(t, start=0.0, cooling=_COOLING):
     """Rise of the rim in a stop, from that at its start: the heat of friction falls in
     a straight line to 0."""
     b = cooling / _COOLED
@@ -327,7 +313,7 @@ def _rise(t: float, start: float = 0.0, cooling: complex = _COOLING) -> Any:
     )
 
 
-def _greatest(cooling: complex = _COOLING, start: float = 0.0) -> tuple[Any, Any]:
+def _greatest(cooling=_COOLING, start=0.0):
     """Time at which the rim is hottest in a stop, and its rise then."""
     b = cooling / _COOLED
     most = _TORQUE * _W0 / cooling
@@ -335,11 +321,11 @@ def _greatest(cooling: complex = _COOLING, start: float = 0.0) -> tuple[Any, Any
     return t, most * (1 - t / _STOP)
 
 
-def _hottest(result: Result) -> Any:
+def _hottest(result):
     return result.peak_rim_temperature.value
 
 
-def repeated_stop_cases() -> list[Case]:
+def repeated_stop_cases():
     """Maximum of the temperature in a stop, and the temperatures with which a cycle of
     stops ends as it began."""
     t, most = _greatest()
@@ -367,7 +353,7 @@ def repeated_stop_cases() -> list[Case]:
     linear = f"{FORM}C θ' = P_0 (1 − t/t_s) − G θ"
     series = "geometric series of the cycles: θ(t_c)/(1 − e^(−G t_c/C))"
     slope = differentiated(lambda G: _greatest(G)[1], _COOLING)
-    rows: list[Row] = [
+    rows = [
         (
             "rise",
             f"{linear}: (P_0/G)(1 − t/t_s)",
@@ -382,7 +368,7 @@ def repeated_stop_cases() -> list[Case]:
             1e-6,
         ),
     ]
-    cycles: list[Row] = [
+    cycles = [
         (
             "rim",
             f"{linear}; {series}",
@@ -414,7 +400,7 @@ def repeated_stop_cases() -> list[Case]:
             lambda found: found.result["peak_rim_temperature"] - AIR,
         ),
     ]
-    slopes: list[Row] = [
+    slopes = [
         ("∂(rise)/∂G", f"{linear}, differentiated", slope, Slope("heat.links.0.value"))
     ]
     return [

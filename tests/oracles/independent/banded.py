@@ -1,7 +1,7 @@
 """Brakes under a band as a whole: rigid or elastic, on the pulley or on a bandage that
 rides on it."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from oracles.independent.base import (
@@ -46,7 +46,7 @@ class Banded(Brake):
     rims, the rest is of one.
     """
 
-    def __init__(self, p: dict[str, Any]):
+    def __init__(self, p):
         self.C = p["C"]
         self.bandage = p["bandage"]
         self.rims = p.get("rims", 1)
@@ -72,7 +72,7 @@ class Banded(Brake):
     def label(self):
         return (self.mode,) if self.bandage is None else (self.mode, self.inner)
 
-    def carrier(self, y: np.ndarray) -> float:
+    def carrier(self, y):
         """Speed of what carries the band (rad/s)."""
         stuck = self.bandage is None or self.inner == 0
         return float(y[1]) if stuck else float(y[self.OWN.start])
@@ -80,16 +80,16 @@ class Banded(Brake):
     def bandage_speeds(self, y):
         return 0.0 if self.bandage is None else self.carrier(y)
 
-    def stretch(self, y: np.ndarray) -> float:
+    def stretch(self, y):
         return 0.0 if self.C is None else float(y[self.OWN.stop - 1])
 
     # --- tensions --------------------------------------------------------------------
 
-    def static_ratios(self, y: np.ndarray) -> np.ndarray:
+    def static_ratios(self, y):
         fz = self.law.static(self.lining_temperatures(y)) * self.z
         return (1 + fz) / (1 - fz)
 
-    def mobilised(self, T_0: float, T_n: float, mu: np.ndarray) -> np.ndarray:
+    def mobilised(self, T_0, T_n, mu):
         """`T_0…T_n`: one lining after the other comes to its limit, from the slack
         end."""
         if T_n >= T_0:
@@ -98,9 +98,7 @@ class Banded(Brake):
             T_n * np.concatenate([np.cumprod(mu[::-1])[::-1], [1.0]]), T_0
         )
 
-    def sliding(
-        self, t: float, y: np.ndarray, back: bool
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    def sliding(self, t, y, back):
         """`T_0…T_n` while all linings slide; slopes of `T_n` by each coefficient; `v`;
         and `f` by `v`."""
         # the law sees the speed of what carries the band, which can turn while the band
@@ -111,7 +109,7 @@ class Banded(Brake):
         along = self.lever(t) * np.concatenate([[1.0], np.cumprod((1 + fz) / (1 - fz))])
         return along, along[-1] * sign * 2 * self.z / (1 - fz**2), v, sign
 
-    def rim_friction(self, y: np.ndarray, along: np.ndarray, slides: int) -> np.ndarray:
+    def rim_friction(self, y, along, slides):
         """Largest forces (N) between linings and rim."""
         T = self.lining_temperatures(y)
         rim = self.bandage
@@ -122,22 +120,22 @@ class Banded(Brake):
             f = self.inner_law.kinetic(v, T)
         return f * self.rim_load(y, along) + 0 * rim["preload"]
 
-    def rim_load(self, y: np.ndarray, along: np.ndarray) -> np.ndarray:
+    def rim_load(self, y, along):
         return np.where(self.off, 0.0, self.rim_balance(y, along))
 
-    def rim_balance(self, y: np.ndarray, along: np.ndarray) -> np.ndarray:
+    def rim_balance(self, y, along):
         """Load of the band and preload less the centrifugal force (N)."""
         rim = self.bandage
         omega_b = 0.0 if self.mode == HELD else self.carrier(y)
         thrust = rim["mass"] * rim["mass_radius"] * omega_b**2 if "mass" in rim else 0.0
         return (along[1:] + along[:-1]) * self.sine + rim["preload"] - thrust
 
-    def rim_torque(self, y: np.ndarray, along: np.ndarray, slides: int) -> float:
+    def rim_torque(self, y, along, slides):
         return (
             self.rims * self.p["R"] * float(np.sum(self.rim_friction(y, along, slides)))
         )
 
-    def holding(self, t: float, y: np.ndarray, slides: int) -> float:
+    def holding(self, t, y, slides):
         """`T_n` with `R_b (T_n − T_0) = ± M_int(T_n)`: the root on the straight piece
         on which it lies."""
         T_0 = self.lever(t)
@@ -146,7 +144,7 @@ class Banded(Brake):
         down = T_0 / np.cumprod(mu[::-1])
         at = np.concatenate([down[::-1], [T_0], up])
 
-        def excess(T_n: float) -> float:
+        def excess(T_n):
             drive = slides * self.rim_torque(y, self.mobilised(T_0, T_n, mu), slides)
             return self.rims * self.R_b * (T_n - T_0) - drive
 
@@ -159,7 +157,7 @@ class Banded(Brake):
 
     # --- all of it at one instant ----------------------------------------------------
 
-    def now(self, t: float, y: np.ndarray) -> Now:
+    def now(self, t, y):
         mode = self.mode
         T_0 = self.lever(t)
         omega = float(y[1])
@@ -232,14 +230,14 @@ class Banded(Brake):
 
     def _slip(
         self,
-        t: float,
-        y: np.ndarray,
-        omega_b: float,
-        alpha_b: float,
-        along: np.ndarray,
-        slopes: Any,
-        rim: Any,
-    ) -> tuple[float, float, float]:
+        t,
+        y,
+        omega_b,
+        alpha_b,
+        along,
+        slopes,
+        rim,
+    ):
         """`R_b ω_b − ẋ_0`, the slip speed, and the speed of the band."""
         speed = self.R_b * omega_b
         if self.mode not in SLIDES:
@@ -279,7 +277,7 @@ class Banded(Brake):
         slip = lead / (1 + gamma)
         return lead, slip, speed - slip
 
-    def _first_ratio(self, y: np.ndarray, sign: float) -> float:
+    def _first_ratio(self, y, sign):
         """`Ṫ_0 Π^{±1}` of a lever that pulls from nothing."""
         v = np.full(self.n, self.sense * self.carrier(y) * self.R_b)
         fz = sign * self.law.kinetic(v, self.lining_temperatures(y)) * self.z
@@ -300,7 +298,7 @@ class Banded(Brake):
             omega=0.0 if rests else None,
         )
 
-    def bounds(self, t: float, y: np.ndarray) -> tuple[float, float, float, float]:
+    def bounds(self, t, y):
         """Of a band at rest: least torque and what drives it there, largest torque and
         what drives it there (N·m)."""
         T_0 = self.lever(t)
@@ -422,7 +420,7 @@ class Banded(Brake):
         leaves = self._leaves(t, y) if self.clipped else ""
         return self.change(t, y, [leaves]) if leaves else y
 
-    def _lift(self, t: float, linings: Any) -> None:
+    def _lift(self, t, linings):
         """Linings leave the rim, or touch it again."""
         for i in linings:
             self.off[i] = not self.off[i]
@@ -430,7 +428,7 @@ class Banded(Brake):
                 t, "lining_lift_off" if self.off[i] else "lining_touchdown", int(i) + 1
             )
 
-    def _settle_band(self, t: float, y: np.ndarray, old: str, fired: list[str]) -> None:
+    def _settle_band(self, t, y, old, fired):
         omega_b = self.carrier(y)
         if not self.pulls:
             self.mode = OPEN
@@ -453,9 +451,7 @@ class Banded(Brake):
             else self._taut(t, y, old, fired, direction)
         )
 
-    def _taut(
-        self, t: float, y: np.ndarray, old: str, fired: list[str], direction: int
-    ) -> str:
+    def _taut(self, t, y, old, fired, direction):
         """Mode of an elastic band on what moves, or starts to."""
         T_0 = self.lever(t)
         pull = self.lever.rate(t)
@@ -494,7 +490,7 @@ class Banded(Brake):
                 return mode
         return ELASTIC
 
-    def _leaves(self, t: float, y: np.ndarray) -> str:
+    def _leaves(self, t, y):
         """Which limit an elastic band that has come to lie on one leaves at once, if
         any."""
         if self.mode != ELASTIC:
@@ -513,7 +509,7 @@ class Banded(Brake):
             else ""
         )
 
-    def _jump(self, t: float, y: np.ndarray, old: str) -> np.ndarray:
+    def _jump(self, t, y, old):
         """Elongation, lever work and heat where the tension changes at an instant."""
         self.clipped = False
         if self.C is None:
@@ -570,7 +566,7 @@ class Banded(Brake):
 
     # --- the log ---------------------------------------------------------------------
 
-    def limits_passed(self, t: float, y: np.ndarray) -> set[int]:
+    def limits_passed(self, t, y):
         """Linings past their limit: positive counted from the slack end, negative from
         the anchor."""
         if self.mode in SLIDES:
@@ -587,9 +583,7 @@ class Banded(Brake):
             -i - 1 for i in range(self.n) if tension * behind[i] < T_0 - spare
         }
 
-    def _log(
-        self, t: float, y: np.ndarray, old: str, old_inner: int, old_limits: set[int]
-    ) -> None:
+    def _log(self, t, y, old, old_inner, old_limits):
         names = names_of_change(old, self.mode, self.first)
         if self.bandage is not None:
             names = names_with_a_bandage(

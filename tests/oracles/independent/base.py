@@ -4,7 +4,6 @@ ledger."""
 import abc
 import copy
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from oracles.independent.stepping import AbstractModel, Law, Lines, Logged, Lumps
@@ -23,7 +22,7 @@ class Pair:
     """A friction pair at one instant: friction power (W) and load (N) of each lining,
     slip speed (m/s)."""
 
-    def __init__(self, power: np.ndarray, normal: np.ndarray, slip: Any):
+    def __init__(self, power, normal, slip):
         self.power = power
         self.normal = normal
         self.slip = np.abs(slip) + 0 * normal
@@ -37,7 +36,7 @@ class Brake(AbstractModel):
     of the states of its own
     """
 
-    def __init__(self, p: dict[str, Any], pairs: int, own: list[float]):
+    def __init__(self, p, pairs, own):
         self.p = p
         self.n = p["n"]
         self.log = []
@@ -97,7 +96,7 @@ class Brake(AbstractModel):
         self.begin, self.pulls = begin, self.lever.positive()
 
     @abc.abstractmethod
-    def change(self, t: float, y: np.ndarray, fired: list[str]) -> np.ndarray:
+    def change(self, t, y, fired):
         """Find the mode at this instant, log it, and return the states after it."""
 
     def settle(self, t, y, fired):
@@ -109,21 +108,21 @@ class Brake(AbstractModel):
         self.modes.append((t, self.label()))
         return y
 
-    def label(self) -> tuple[Any, ...]:
+    def label(self):
         """The mode, as it is compared."""
         return (self.mode,)
 
-    def lining_temperatures(self, y: np.ndarray) -> Any:
+    def lining_temperatures(self, y):
         return None if self.heat is None else y[self.T][1:-1]
 
-    def driving(self, t: float, omega: float) -> float:
+    def driving(self, t, omega):
         """`M_load` (N·m)."""
         return self.load(t) + self.p["hook_torque"] - self.drag * omega
 
-    def note(self, t: float, name: str, lining: int | None = None) -> None:
+    def note(self, t, name, lining=None):
         self.log.append(Logged(t, name, lining))
 
-    def friction_heat(self, pairs: list[Pair]) -> np.ndarray:
+    def friction_heat(self, pairs):
         """Heat flows (W) into the nodes."""
         assert self.heat is not None
         if len(pairs) == 1:
@@ -132,7 +131,7 @@ class Brake(AbstractModel):
             pairs[0].power, self.p["heat"]["metal_out"], -1
         ) + self.heat.into(pairs[1].power, self.p["heat"]["metal"], 0)
 
-    def warming(self, y: np.ndarray, omega: float, flows: np.ndarray) -> np.ndarray:
+    def warming(self, y, omega, flows):
         """Rates (K/s) of the nodes under the heat flows."""
         assert self.heat is not None
         speeds = (
@@ -146,22 +145,22 @@ class Brake(AbstractModel):
             y[self.T], speeds, on_rim, closed if staged else True, flows
         )
 
-    def bandage_speeds(self, y: np.ndarray) -> Any:
+    def bandage_speeds(self, y):
         """Speeds (rad/s) of the linings, each or all of them: 0 where these do not
         turn."""
         return 0.0
 
     def assembled(
         self,
-        t: float,
-        y: np.ndarray,
-        alpha: float,
-        own: Any,
-        pairs: list[Pair],
-        lever_power: float = 0.0,
-        damping: float = 0.0,
-        omega: float | None = None,
-    ) -> np.ndarray:
+        t,
+        y,
+        alpha,
+        own,
+        pairs,
+        lever_power=0.0,
+        damping=0.0,
+        omega=None,
+    ):
         """Rates of all states; `omega`: the speed where it is known better than by the
         state."""
         omega = float(y[1]) if omega is None else omega
@@ -189,16 +188,14 @@ class Brake(AbstractModel):
             rates[self.WORN] = np.concatenate(worn)
         return rates
 
-    def kinetic_energy(self, y: np.ndarray) -> float:
+    def kinetic_energy(self, y):
         return 0.5 * self.J * float(y[1]) ** 2
 
-    def stored(self, y: np.ndarray) -> float:
+    def stored(self, y):
         """Elastic energy (J)."""
         return 0.0
 
-    def stands_or_goes(
-        self, low: float, torque: float, high: float, fired: list[str]
-    ) -> int:
+    def stands_or_goes(self, low, torque, high, fired):
         """Which way a brake at rest starts under the torque, 0: it is held between the
         limits."""
         if self.mode == HELD and "above" in fired:
@@ -209,16 +206,16 @@ class Brake(AbstractModel):
         return 1 if torque > high + spare else -1 if torque < low - spare else 0
 
 
-def law_of(p: dict[str, Any], fade: dict[str, float] | None) -> Law:
+def law_of(p, fade):
     """The friction law of a pair from its numbers."""
     return Law(p["kinetic"], p["static"], p.get("speed"), fade)
 
 
-def answers(model: Brake, y: np.ndarray) -> dict[str, Any]:
+def answers(model, y):
     """What is compared at the end of a run."""
     first = model.y
     work = y[model.WORK]
-    found: dict[str, Any] = {
+    found = {
         "angle": float(y[0]),
         "speed": float(y[1]),
         "load work": float(work[0]),
@@ -237,7 +234,7 @@ def answers(model: Brake, y: np.ndarray) -> dict[str, Any]:
     return found
 
 
-def names_of_change(before: str, after: str, first: bool) -> list[str]:
+def names_of_change(before, after, first):
     """Names of the events in a change of mode of what a lever acts on, as
     docs/events_and_modes.md has them."""
     if before == after:
@@ -259,9 +256,7 @@ def names_of_change(before: str, after: str, first: bool) -> list[str]:
     return found
 
 
-def names_with_a_bandage(
-    names: list[str], before: tuple[str, int], after: tuple[str, int]
-) -> list[str]:
+def names_with_a_bandage(names, before, after):
     """Names of the events of a staged brake: those of its band (`names_of_change`) and
     those of the rim.
 

@@ -1,7 +1,7 @@
 """The resolved chain: linings that stick and slide one by one on segments of the
 band."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from oracles.independent.base import (
@@ -35,7 +35,7 @@ class Chain(Brake):
     """`m_i ü_i = G_i + T_{i−1} − T_i`, `J ω̇ = M_load − R_b Σ G_i`; states `u_i`,
     `u̇_i`."""
 
-    def __init__(self, p: dict[str, Any]):
+    def __init__(self, p):
         q = p["segments"]
         n = p["n"]
         self.K = np.append(q["stiffness"], p["C"])
@@ -61,7 +61,7 @@ class Chain(Brake):
     def label(self):
         return (self.mode, *map(int, self.linings))
 
-    def now(self, t: float, y: np.ndarray) -> Now:
+    def now(self, t, y):
         u, v = np.split(y[self.OWN], 2)
         T_0 = self.lever(t)
         omega = float(y[1])
@@ -151,7 +151,7 @@ class Chain(Brake):
         self._label(t, y, old, before, "motion" in fired)
         return y
 
-    def _stick_at_once(self, t: float, y: np.ndarray, was: np.ndarray) -> None:
+    def _stick_at_once(self, t, y, was):
         """A lining that lets go together with others sticks again where it would slide
         the other way."""
         now = self.now(t, y)
@@ -165,9 +165,7 @@ class Chain(Brake):
                 self.linings[i] = 0
                 self.note(t, "lining_stick", i + 1)
 
-    def _label(
-        self, t: float, y: np.ndarray, old: str, before: np.ndarray, stops: bool
-    ) -> None:
+    def _label(self, t, y, old, before, stops):
         ahead = bool(np.all(self.linings > 0))
         back = bool(np.all(self.linings < 0))
         restarts = (

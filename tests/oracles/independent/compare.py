@@ -72,11 +72,11 @@ class Comparison(NamedTuple):
     events: int
 
 
-def _lasting(changes: Modes, end: float) -> tuple[Modes, list[float]]:
+def _lasting(changes, end):
     """Modes that last, and the instants of others: those that are neither the mode
     before nor that after."""
-    found: Modes = []
-    brief: list[tuple[float, Any, int]] = []
+    found = []
+    brief = []
     for (t, mode), (after, _) in zip(changes, [*changes[1:], (end, ())], strict=True):
         if after <= t + _BRIEF:
             brief.append((t, mode, len(found)))
@@ -86,7 +86,7 @@ def _lasting(changes: Modes, end: float) -> tuple[Modes, list[float]]:
     return found, [t for t, mode, i in brief if mode not in around[i : i + 2]]
 
 
-def ours(p: dict[str, Any]) -> Course:
+def ours(p):
     """simbrake's run."""
     result = sb.simulate(draws.scene(p), rtol=RTOL, max_steps=16384)
     record = result.record
@@ -116,7 +116,7 @@ def ours(p: dict[str, Any]) -> Course:
         1 if changes[0][1][0] == base.OPEN and changes[1][0] == changes[0][0] else 0
     )
     lasting, passing = _lasting(changes[begins:-1], float(times[-1]))
-    end: dict[str, Any] = {
+    end = {
         "angle": float(y.phi),
         "speed": float(y.omega),
         "load work": energy["load_work"],
@@ -140,7 +140,7 @@ def ours(p: dict[str, Any]) -> Course:
     return Course(lasting, events, end, passing, {})
 
 
-def theirs(p: dict[str, Any]) -> Course:
+def theirs(p):
     """The independent model's run."""
     kinds = {
         "disc": Pressed,
@@ -157,7 +157,7 @@ def theirs(p: dict[str, Any]) -> Course:
     )
 
 
-def _ordered(events: list[Logged], passing: list[float]) -> list[Logged]:
+def _ordered(events, passing):
     """Events in order, those at one instant by name; without those of an instant at
     which a mode lasted no time.
 
@@ -166,7 +166,7 @@ def _ordered(events: list[Logged], passing: list[float]) -> list[Logged]:
     """
     kept = [e for e in events if all(abs(e.time - t) > _INSTANT for t in passing)]
     kept = sorted(kept, key=lambda e: e.time)
-    groups: list[list[Logged]] = []
+    groups = []
     for event in kept:
         if groups and event.time - groups[-1][0].time < _INSTANT:
             groups[-1].append(event)
@@ -179,7 +179,7 @@ def _ordered(events: list[Logged], passing: list[float]) -> list[Logged]:
     ]
 
 
-def compare(kind: str, flavour: str, seed: int) -> Comparison:
+def compare(kind, flavour, seed):
     """Run one scene both ways."""
     name = f"{kind}, {flavour}, seed {seed}"
     p = draws.draw(kind, flavour, seed)

@@ -1,8 +1,6 @@
 """Random scenes: numbers drawn by a seed, from which simbrake's scene and the
 independent model are both made."""
 
-from typing import Any
-
 import numpy as np
 from oracles.independent.stepping import Filling, Lines
 
@@ -28,11 +26,11 @@ FADE_FROM = 305.0
 BLEND = 4.0
 
 
-def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
+def draw(kind, flavour, seed):
     """The numbers of a scene."""
     rng = np.random.default_rng([KINDS.index(kind), FLAVOURS.index(flavour), seed])
     n = 2 if kind == "shoe" else _RESOLVED[flavour] if kind == "resolved bandage" else 3
-    p: dict[str, Any] = {
+    p = {
         "kind": kind,
         "flavour": flavour,
         "seed": seed,
@@ -88,7 +86,7 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     return p
 
 
-def _friction(p: dict[str, Any], rng: Any, kind: str, flavour: str, n: int) -> None:
+def _friction(p, rng, kind, flavour, n):
     kinetic = rng.uniform(0.2, 0.4, n)
     ratio = float(rng.choice([1.0, rng.uniform(1.02, 1.3)]))
     p["law"] = {"kinetic": kinetic, "static": ratio * kinetic}
@@ -110,7 +108,7 @@ def _friction(p: dict[str, Any], rng: Any, kind: str, flavour: str, n: int) -> N
             }
 
 
-def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
+def _mechanism(p, rng, kind, n):
     if kind in ("elastic band", "staged, elastic band", "chain"):
         p["C"] = 10 ** rng.uniform(4.3, 5.6)
         taut = p["lever_points"][1][0] / p["C"] * rng.uniform(0.3, 1.0)
@@ -164,7 +162,7 @@ def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
         p["track"] = p["radius"]
 
 
-def _heat(p: dict[str, Any], rng: Any, flavour: str, n: int) -> None:
+def _heat(p, rng, flavour, n):
     p["heat"] = p["wear"] = None
     if flavour != "hot":
         return
@@ -196,11 +194,9 @@ def _heat(p: dict[str, Any], rng: Any, flavour: str, n: int) -> None:
 # --- simbrake's scene of the same numbers -------------------------------------------
 
 
-def _law(
-    p: dict[str, Any], law: dict[str, Any], ratio: float
-) -> sb.friction.AbstractFriction:
+def _law(p, law, ratio):
     if "speed" in law:
-        base: Any = sb.StribeckFriction(law["static"], law["kinetic"], law["speed"])
+        base = sb.StribeckFriction(law["static"], law["kinetic"], law["speed"])
     else:
         base = sb.ConstantFriction(law["kinetic"], ratio)
     if p.get("fade") is None:
@@ -211,7 +207,7 @@ def _law(
     )
 
 
-def _brake(p: dict[str, Any]) -> Any:
+def _brake(p):
     law = _law(p, p["law"], p["ratios"][0])
     kind = p["kind"]
     n = p["n"]
@@ -256,7 +252,7 @@ def _brake(p: dict[str, Any]) -> Any:
     )
 
 
-def _bands(p: dict[str, Any]) -> sb.brakes.MultiBandBrake:
+def _bands(p):
     made = []
     for (first, last), C, share in zip(BANDS, p["stiffness"], p["given"], strict=True):
         numbers = {
@@ -276,7 +272,7 @@ def _bands(p: dict[str, Any]) -> sb.brakes.MultiBandBrake:
     return sb.brakes.MultiBandBrake(sb.Pulley(p["R"], p["J"]), p["R_b"], tuple(made))
 
 
-def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
+def _thermal(p):
     q = p["heat"]
     n = p["n"]
     if q is None:
@@ -321,11 +317,11 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
     )
 
 
-def scene(p: dict[str, Any]) -> sb.Scene:
+def scene(p):
     """simbrake's scene of the numbers."""
     if p["filling"] is None:
-        lever: Any = sb.PiecewiseLinear(*p["lever_points"])
-        load: Any = sb.TorqueLoad(sb.PiecewiseLinear(*p["load_points"]), p["drag"])
+        lever = sb.PiecewiseLinear(*p["lever_points"])
+        load = sb.TorqueLoad(sb.PiecewiseLinear(*p["load_points"]), p["drag"])
     else:
         lever = sb.profiles.ExponentialRise(*p["filling"])
         load = sb.HookLoad(p["mass"], HOOK_ARM, 1.0, drag=p["drag"])

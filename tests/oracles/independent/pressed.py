@@ -4,8 +4,6 @@ force.
 Moments of the shoes by quadrature.
 """
 
-from typing import Any
-
 import numpy as np
 from oracles.independent.base import (
     BACK,
@@ -20,7 +18,7 @@ from oracles.independent.draws import BANDS
 from scipy.integrate import quad
 
 
-def effective_radius(p: dict[str, Any]) -> float:
+def effective_radius(p):
     """`r_e` (m) of a pad: `∫ p r² dr/∫ p r dr` over its face."""
     pressure = (lambda r: 1 / r) if p["worn_in"] else (lambda r: 1.0)
     (a, b) = p["radii"]
@@ -30,7 +28,7 @@ def effective_radius(p: dict[str, Any]) -> float:
     )
 
 
-def shoe_arms(p: dict[str, Any]) -> tuple[float, float]:
+def shoe_arms(p):
     """`M_N/N` and `M_F/(f N)` (m) of a shoe about its pin."""
     (begin, end) = p["angles"]
     a = p["pin"]
@@ -45,7 +43,7 @@ class Pressed(Brake):
     """`J ω̇ = M_load − M`, `M = ± r Σ f_i N_i`, up to the static limits while at
     rest."""
 
-    def __init__(self, p: dict[str, Any]):
+    def __init__(self, p):
         super().__init__(p, 1, [])
         self.shoes = p["kind"] == "shoe"
         if self.shoes:
@@ -54,18 +52,18 @@ class Pressed(Brake):
         elif p["kind"] == "disc":
             self.radius = effective_radius(p)
 
-    def loads(self, force: float, f: np.ndarray, back: bool) -> np.ndarray:
+    def loads(self, force, f, back):
         """Normal forces (N) on linings that slide."""
         if not self.shoes:
             return np.full(self.n, force)
         leads = np.array([-1.0, 1.0]) if back else np.array([1.0, -1.0])
         return force * self.p["arm"] / (self.arms[0] - leads * f * self.arms[1])
 
-    def friction(self, force: float, f: np.ndarray, back: bool) -> np.ndarray:
+    def friction(self, force, f, back):
         """Friction (N) at the radius of linings that slide."""
         return f * self.loads(force, f, back)
 
-    def limits(self, t: float, y: np.ndarray) -> tuple[float, float]:
+    def limits(self, t, y):
         """Least and largest torque (N·m) of a brake at rest."""
         f = np.broadcast_to(self.law.static(self.lining_temperatures(y)), (self.n,))
         F = self.lever(t)
@@ -90,7 +88,7 @@ class Pressed(Brake):
         self.first = False
         return y
 
-    def _sliding(self, t: float, y: np.ndarray) -> tuple[Pair, float]:
+    def _sliding(self, t, y):
         """The pair while it slides, and the brake torque (N·m)."""
         back = self.mode == BACK
         v = (-1 if back else 1) * float(y[1]) * self.radius
@@ -125,7 +123,7 @@ class Bands(Pressed):
     """Rigid bands under one lever: `T_i = T_{i−1} μ_i^{±1}` along each, from its share
     of the tension."""
 
-    def __init__(self, p: dict[str, Any]):
+    def __init__(self, p):
         super().__init__(p)
         self.radius = p["R_b"]
         self.shares = p["given"] / np.sum(p["given"])
@@ -135,9 +133,7 @@ class Bands(Pressed):
             rise = [np.exp(np.sum((f * p["beta"])[a:b])) for a, b in BANDS]
             self.shares = p["stiffness"] / rise / np.sum(p["stiffness"] / rise)
 
-    def tensions(
-        self, force: float, f: np.ndarray, back: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def tensions(self, force, f, back):
         """Tensions (N) ahead of every lining and behind it."""
         ahead = np.zeros(self.n)
         behind = np.zeros(self.n)

@@ -1,7 +1,7 @@
 """The resolved bandage: linings on springs, each held or sliding on the band and on the
 rim."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from oracles.independent.base import (
@@ -53,7 +53,7 @@ class Sprung(Brake):
     is fixed, and so is the pulley then.
     """
 
-    def __init__(self, p: dict[str, Any]):
+    def __init__(self, p):
         q = p["bandage"]
         n = p["n"]
         speed = max(abs(p["omega"]), 1.0)
@@ -84,21 +84,21 @@ class Sprung(Brake):
         )
 
     @property
-    def held(self) -> np.ndarray:
+    def held(self):
         return (self.outer == 0) & (self.mode != OPEN)
 
     @property
-    def fixed(self) -> np.ndarray:
+    def fixed(self):
         return self.held & (self.inner == 0)
 
-    def own(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def own(self, y):
         """Elongations (m), and speeds of the linings (rad/s) as the mode has them."""
         e, w = np.split(y[self.OWN], [self.n - 1])
         return e, np.where(self.held, 0.0, np.where(self.inner == 0, y[1], w))
 
     # --- all of it at one instant ----------------------------------------------------
 
-    def _coefficients(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _coefficients(self, y):
         """`f tan(β/2)` on the band, sticking and sliding, and the coefficients on the
         rim that count."""
         T = self.lining_temperatures(y)
@@ -115,13 +115,11 @@ class Sprung(Brake):
             np.where(self.off, 0.0, on_rim),
         )
 
-    def _seat(self, y: np.ndarray) -> np.ndarray:
+    def _seat(self, y):
         """Preload less the centrifugal force (N)."""
         return self.preload - self.thrust * self.own(y)[1] ** 2
 
-    def _along(
-        self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _along(self, T_0, y, springs, share):
         """Tensions `T_0…T_n` for shares of the grip that fixed linings use; which
         linings the band bounds then."""
         (still, moving, on_rim) = self._coefficients(y)
@@ -151,9 +149,7 @@ class Sprung(Brake):
             before = after
         return np.array(tensions), np.array(bounded)
 
-    def _taken(
-        self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any
-    ) -> np.ndarray:
+    def _taken(self, T_0, y, springs, share):
         """Torque (N·m) that the linings take from a pulley at rest."""
         tension, _ = self._along(T_0, y, springs, share)
         on_rim = self._coefficients(y)[2]
@@ -166,9 +162,7 @@ class Sprung(Brake):
                 total = total + self.inner[i] * self.R * on_rim[i] * load
         return total
 
-    def _share(
-        self, T_0: float, y: np.ndarray, springs: np.ndarray, M: float
-    ) -> tuple[float, float, float]:
+    def _share(self, T_0, y, springs, M):
         """The share of their grip with which fixed linings carry the load `M`, and the
         loads at shares −1 and 1.
 
@@ -190,7 +184,7 @@ class Sprung(Brake):
             return float(root), taken[0], taken[-1]
         return (1.0 if taken[-1] < M else -1.0), taken[0], taken[-1]
 
-    def forces_of_springs(self, y: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    def forces_of_springs(self, y):
         """Torques on the linings (N·m), power of the dampers (W), rates of the
         elongations (m/s)."""
         e, w = self.own(y)
@@ -202,7 +196,7 @@ class Sprung(Brake):
             rate,
         )
 
-    def now(self, t: float, y: np.ndarray) -> Now:
+    def now(self, t, y):
         T_0 = 0.0 if self.mode == OPEN else self.lever(t)
         springs = self.forces_of_springs(y)[0]
         rests = bool(np.any(self.fixed))
@@ -345,7 +339,7 @@ class Sprung(Brake):
         self.first = False
         return y
 
-    def _lift(self, t: float, y: np.ndarray, linings: Any) -> None:
+    def _lift(self, t, y, linings):
         """Linings leave the rim, or touch it again and slide there by their speed."""
         for i in linings:
             self.off[i] = not self.off[i]
@@ -358,7 +352,7 @@ class Sprung(Brake):
             elif not self.off[i] and way and self.inner[i]:
                 self.inner[i] = int(way)
 
-    def _let_go_or_catch(self, t: float, y: np.ndarray, fired: list[str]) -> None:
+    def _let_go_or_catch(self, t, y, fired):
         """What guards of single linings have told: what slid has caught on, what stuck
         lets go."""
         now = self.now(t, y)
@@ -384,11 +378,11 @@ class Sprung(Brake):
                 self.outer[i] = 0
                 self.inner[i] = 0 if rests else (ahead or self.sense)
 
-    def _tear(self, i: int, now: Now) -> None:
+    def _tear(self, i, now):
         self.outer[i] = 1 if now.springs[i] > 0 else -1
         self.inner[i] = -self.outer[i]
 
-    def _lever(self, y: np.ndarray) -> None:
+    def _lever(self, y):
         """The lever begins to pull, or lets go."""
         if self.pulls and self.mode == OPEN:
             _, w = self.own(y)
@@ -398,7 +392,7 @@ class Sprung(Brake):
         elif not self.pulls:
             self.mode = OPEN
 
-    def _yields(self, t: float, y: np.ndarray, way: int) -> bool:
+    def _yields(self, t, y, way):
         """Let go of what is held by too great a force, and hold what would go the other
         way; whether anything was."""
         now = self.now(t, y)
@@ -428,7 +422,7 @@ class Sprung(Brake):
             return True
         return self._catches(y, now)
 
-    def _catches(self, y: np.ndarray, now: Now) -> bool:
+    def _catches(self, y, now):
         """Linings without speed on one of their faces that would slide there against
         their sense stay."""
         _, w = self.own(y)
@@ -450,7 +444,7 @@ class Sprung(Brake):
             self.outer[wrong] = 0
         return bool(np.any(wrong))
 
-    def _start(self, t: float, y: np.ndarray, way: int) -> None:
+    def _start(self, t, y, way):
         """The pulley starts, and every fixed lining lets go where it is held less."""
         springs = self.forces_of_springs(y)[0]
         _, bounded = self._along(self.lever(t), y, springs, np.float64(way))
@@ -459,7 +453,7 @@ class Sprung(Brake):
         self.outer = np.where(fixed, np.where(bounded, way, 0), self.outer)
         self.inner = np.where(fixed, np.where(bounded, 0, way), self.inner)
 
-    def _sets_off(self, t: float, y: np.ndarray) -> int:
+    def _sets_off(self, t, y):
         """The sense in which a pulley without speed begins to turn."""
         torque = self.J * self.now(t, y).alpha
         return self.sense if abs(torque) < 1e-9 * self.torque else int(np.sign(torque))
@@ -477,9 +471,7 @@ class Sprung(Brake):
 
     # --- the log ---------------------------------------------------------------------
 
-    def _log(
-        self, t: float, mode: str, sense: int, outer: np.ndarray, inner: np.ndarray
-    ) -> None:
+    def _log(self, t, mode, sense, outer, inner):
         slid, slides = (
             0 if np.all(one == 0) else way
             for one, way in ((inner, sense), (self.inner, self.sense))
@@ -499,6 +491,6 @@ class Sprung(Brake):
                     int(i) + 1,
                 )
 
-    def _on_band(self) -> np.ndarray:
+    def _on_band(self):
         """`outer`, 2 where an open band touches no lining."""
         return np.where(self.mode == OPEN, 2, self.outer)

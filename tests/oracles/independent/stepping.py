@@ -2,8 +2,7 @@
 mode are the model's own."""
 
 import abc
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853, solve_ivp
@@ -47,27 +46,27 @@ class AbstractModel(abc.ABC):
     slopes: list[tuple[float, float]]
 
     @abc.abstractmethod
-    def knots(self) -> list[float]:
+    def knots(self):
         """Known times of the given functions."""
 
     @abc.abstractmethod
-    def enter(self, begin: float, end: float) -> None:
+    def enter(self, begin, end):
         """A stretch of time begins on which all given functions are smooth."""
 
-    def leave(self, t: float, y: np.ndarray) -> None:  # noqa: B027 (most have nothing to do)
+    def leave(self, t, y):  # noqa: B027 (most have nothing to do)
         """Such a stretch ends."""
 
     @abc.abstractmethod
-    def settle(self, t: float, y: np.ndarray, fired: list[str]) -> np.ndarray:
+    def settle(self, t, y, fired):
         """Find the mode at this instant, log what happened, and return the states after
         it."""
 
     @abc.abstractmethod
-    def rates(self, t: float, y: np.ndarray) -> np.ndarray:
+    def rates(self, t, y):
         """Rates of the states in the mode."""
 
     @abc.abstractmethod
-    def guards(self, t: float, y: np.ndarray) -> dict[str, float]:
+    def guards(self, t, y):
         """Margins by name, positive while the mode holds (the same names while the mode
         is the same)."""
 
@@ -79,7 +78,7 @@ class _Found(NamedTuple):
     slope: float = -np.inf
 
 
-def _exactly(model: AbstractModel, t: float, y: np.ndarray, until: float) -> np.ndarray:
+def _exactly(model, t, y, until):
     if until <= t:
         return y
     out = solve_ivp(
@@ -94,18 +93,18 @@ def _exactly(model: AbstractModel, t: float, y: np.ndarray, until: float) -> np.
 
 
 def _land(
-    model: AbstractModel,
-    t: float,
-    y: np.ndarray,
-    dense: Callable[[float], np.ndarray],
-    name: str,
-    low: float,
-    high: float,
-) -> tuple[float, np.ndarray, float]:
+    model,
+    t,
+    y,
+    dense,
+    name,
+    low,
+    high,
+):
     """Time and states where a guard is 0, and its rate: from the interpolant, then by
     steps that end there."""
 
-    def value(s: float) -> float:
+    def value(s):
         return model.guards(s, dense(s))[name]
 
     root = (
@@ -128,10 +127,10 @@ def _land(
     return root, at, slope
 
 
-def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Found:
+def _advance(model, t, y, until):
     """Integrate to the first guard or to `until`."""
     longest = (model.end - model.start) / _STEPS
-    atol: Any = RTOL * model.sizes
+    atol = RTOL * model.sizes
     solver = DOP853(model.rates, t, y, until, rtol=RTOL, atol=atol, max_step=longest)
     names = list(model.guards(t, y))
     last = np.array(list(model.guards(t, y).values()))
@@ -187,16 +186,16 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
 
 
 def _dip(
-    model: AbstractModel,
-    dense: Callable[[float], np.ndarray],
-    name: str,
-    low: float,
-    high: float,
-) -> float | None:
+    model,
+    dense,
+    name,
+    low,
+    high,
+):
     """A time between two at which a guard is positive and at which it is not, if there
     is one."""
 
-    def value(s: float) -> float:
+    def value(s):
         return model.guards(s, dense(s))[name]
 
     reach = 1e-3 * (high - low)
@@ -215,7 +214,7 @@ def _dip(
     return float(least.x) if least.fun < 0 else None
 
 
-def integrate(model: AbstractModel) -> np.ndarray:
+def integrate(model):
     """Run a model to its end; its events are in `model.log`. Returns the states at the
     end."""
     t = model.start
@@ -252,17 +251,17 @@ class Lines:
     """Straight lines between points, constant outside of them; two points at one time
     are a jump."""
 
-    def __init__(self, times: Sequence[float], values: Sequence[float]):
+    def __init__(self, times, values):
         self.times = [float(t) for t in times]
         self.values = [float(v) for v in values]
         self.at = 0.0
         self.level = 0.0
         self.slope = 0.0
 
-    def knots(self) -> list[float]:
+    def knots(self):
         return self.times
 
-    def enter(self, begin: float, end: float) -> None:
+    def enter(self, begin, end):
         middle = 0.5 * (begin + end)
         k = int(np.searchsorted(self.times, middle))
         if k == 0 or k == len(self.times):
@@ -278,48 +277,48 @@ class Lines:
         self.level = v_0
         self.slope = (v_1 - v_0) / (t_1 - t_0)
 
-    def __call__(self, t: float) -> float:
+    def __call__(self, t):
         return self.level + self.slope * (t - self.at)
 
-    def rate(self, t: float) -> float:
+    def rate(self, t):
         return self.slope
 
-    def positive(self) -> bool:
+    def positive(self):
         """Whether it is above 0 on the stretch (its values are never below)."""
         return self.level > 0 or self.slope > 0
 
-    def largest(self) -> float:
+    def largest(self):
         return max(abs(v) for v in self.values)
 
 
 class Filling(Lines):
     """`p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on."""
 
-    def __init__(self, level: float, time_constant: float, begin: float):
+    def __init__(self, level, time_constant, begin):
         super().__init__([begin], [level])
         self.full = level
         self.tau = time_constant
         self.begin = begin
         self.on = False
 
-    def enter(self, begin: float, end: float) -> None:
+    def enter(self, begin, end):
         self.on = 0.5 * (begin + end) > self.begin
 
-    def __call__(self, t: float) -> float:
+    def __call__(self, t):
         return (
             -self.full * float(np.expm1(-(t - self.begin) / self.tau))
             if self.on
             else 0.0
         )
 
-    def rate(self, t: float) -> float:
+    def rate(self, t):
         return (
             self.full / self.tau * float(np.exp(-(t - self.begin) / self.tau))
             if self.on
             else 0.0
         )
 
-    def positive(self) -> bool:
+    def positive(self):
         return self.on
 
 
@@ -332,17 +331,17 @@ class Law:
 
     def __init__(
         self,
-        kinetic: Any,
-        static: Any,
-        speed: float | None = None,
-        fade: dict[str, float] | None = None,
+        kinetic,
+        static,
+        speed=None,
+        fade=None,
     ):
         self.k = np.asarray(kinetic, float)
         self.s = np.asarray(static, float)
         self.speed = speed
         self.fade_of = fade
 
-    def _base(self, v: np.ndarray) -> np.ndarray:
+    def _base(self, v):
         if self.speed is None:
             return self.k + 0 * v
         # past the end of a slide the curve goes on with its slope, which is 0 there
@@ -353,14 +352,14 @@ class Law:
             2 * self.s - self.k - (self.s - self.k) * decay,
         )
 
-    def _base_slope(self, v: np.ndarray) -> np.ndarray:
+    def _base_slope(self, v):
         if self.speed is None:
             return 0 * v
         bend = -2 * np.abs(v) / self.speed**2 * np.exp(-((v / self.speed) ** 2))
         return (self.s - self.k) * bend
 
     @staticmethod
-    def _rounded(x: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
+    def _rounded(x, w):
         u = (x + w) / (2 * w)
         inside = (
             w * u**5 * (14 - 28 * u + 20 * u**2 - 5 * u**3),
@@ -371,7 +370,7 @@ class Law:
             np.where(x >= w, 1.0, np.where(x <= -w, 0.0, inside[1])),
         )
 
-    def fade(self, T: Any) -> tuple[Any, Any]:
+    def fade(self, T):
         """The factor at the temperatures `T` (K), and its slope."""
         if self.fade_of is None:
             return 1.0, 0.0
@@ -382,16 +381,16 @@ class Law:
         )
         return p["floor"] + left, -slope * p["slope"] * bend
 
-    def kinetic(self, v: np.ndarray, T: Any) -> np.ndarray:
+    def kinetic(self, v, T):
         return self._base(v) * self.fade(T)[0]
 
-    def by_speed(self, v: np.ndarray, T: Any) -> np.ndarray:
+    def by_speed(self, v, T):
         return self._base_slope(v) * self.fade(T)[0]
 
-    def by_temperature(self, v: np.ndarray, T: Any) -> np.ndarray:
+    def by_temperature(self, v, T):
         return self._base(v) * self.fade(T)[1]
 
-    def static(self, T: Any) -> np.ndarray:
+    def static(self, T):
         return self.s * self.fade(T)[0]
 
 
@@ -404,7 +403,7 @@ class Lumps:
     linings cover of it.
     """
 
-    def __init__(self, p: dict[str, Any], n: int):
+    def __init__(self, p, n):
         self.p = p
         self.n = n
         self.capacity = np.concatenate(
@@ -413,12 +412,12 @@ class Lumps:
 
     def rates(
         self,
-        T: np.ndarray,
-        speeds: tuple[Any, Any],
-        on_rim: np.ndarray,
-        on_band: bool,
-        friction: Any,
-    ) -> Any:
+        T,
+        speeds,
+        on_rim,
+        on_band,
+        friction,
+    ):
         """Rates (K/s) under the heat flows `friction` (W) into the nodes; `speeds`
         (m/s) of rim and linings.
 
@@ -447,7 +446,7 @@ class Lumps:
         flow[-1] += np.sum(across) - p["band_loss"] * (T[-1] - air)
         return flow / self.capacity
 
-    def into(self, power: np.ndarray, share: float, metal: int) -> np.ndarray:
+    def into(self, power, share, metal):
         """Heat flows into the nodes of the friction power of each lining: a share into
         rim (0) or band (−1)."""
         flow = np.zeros(self.n + 2)
