@@ -192,7 +192,7 @@ def _hard_cases() -> list[str]:
         lines += [
             f"### {part}",
             "",
-            *table("case | what makes it hard | simbrake | SciPy", rows),
+            *table("case | what makes it hard | simbrake", rows),
             "",
         ]
     return lines

@@ -94,13 +94,11 @@ class Named:
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """One hard case; `scipy` says in words what SciPy's `solve_ivp` does on it, where
-    that tells something."""
+    """One hard case."""
 
     name: str
     why: str
     run: Callable[[], list[Value | Named]]
-    scipy: Callable[[], str] | None = None
     slow: bool = False
 
 

@@ -6,7 +6,6 @@ import math
 
 import diffrax
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from heat_scenes import (
@@ -28,7 +27,7 @@ from heat_scenes import (
 from heat_scenes import brake as heated_brake
 from oracles.hard_cases import Case, Named, Value
 from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import brentq
 
 import simbrake as sb
 
@@ -98,24 +97,6 @@ def thin_surface():
     ]
 
 
-def scipy_thin_surface():
-    span = 1e-6
-    start = np.append(W0, np.zeros(20))
-    done = {
-        method: solve_ivp(
-            rigid_rhs(),
-            (0, span if method == "RK45" else 0.6),
-            start,
-            method,
-            rtol=1e-8,
-            atol=1e-8,
-        )
-        for method in ("RK45", "Radau")
-    }
-    each = 0.6 / span * done["RK45"].nfev
-    return f"Radau {done['Radau'].nfev} evaluations; RK45 would need {each:.0e} (counted over 1 µs)"
-
-
 #: `−γ = |dT_n/dT_s| a (T_n − T_0)/(C c_s)` at full slip, where the surface is still
 #: cold
 STEEP_FADE = 3e-3
@@ -152,61 +133,7 @@ def snaps():
     ]
 
 
-def scipy_snaps():
-    gamma = -SLOPE * 3e-4 * 0.95 * T0 * (PI - 1) / (C * layers(THIN)[1])
-    return (
-        f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip "
-        "backwards, without a message"
-    )
-
-
 # --- radiation, runaway -------------------------------------------------------------
-
-SIGMA = 5.670374419e-8
-
-
-def glowing(capacity=1e5, T=1500.0):
-    return sb.Heat(
-        (sb.thermal.Lump("body", capacity, T), sb.thermal.Reservoir("air", 300.0)),
-        (sb.thermal.Radiation("body", 1.0, 0.8),),
-    )
-
-
-def time_to_cool(T, capacity=1e5, start=1500.0, air=300.0):
-    """`t = m c/(4 ε σ A T_a³) [ln((T + T_a)(T_0 − T_a)/((T − T_a)(T_0 + T_a))) + 2
-    atan(T/T_a) − 2 atan(T_0/T_a)]`."""
-    logarithm = math.log((T + air) * (start - air) / ((T - air) * (start + air)))
-    angles = 2 * math.atan(T / air) - 2 * math.atan(start / air)
-    return capacity / (4 * 0.8 * SIGMA * air**3) * (logarithm + angles)
-
-
-def glows():
-    ts = np.array([0.0, 60.0, 3600.0, 86400.0])
-    truth = [
-        brentq(lambda T, t=t: time_to_cool(T) - t, 300.0 + 1e-9, 1500.0, xtol=1e-12)
-        for t in ts[1:]
-    ]
-    found = sb.simulate_heat(glowing(), ts, solver=sb.hybrid.Rodas5P())
-    light = sb.simulate_heat(glowing(1e3), ts, solver=sb.hybrid.Rodas5P())
-
-    def end(capacity):
-        return sb.simulate_heat(glowing(capacity), jnp.asarray(ts)).temperature[-1, 0]
-
-    # implicit: t(T, m c) stays, and t is proportional to m c
-    rate = 0.8 * SIGMA * (truth[-1] ** 4 - 300.0**4) / 1e5
-    return [
-        Value(
-            "temperatures after 1 min, 1 h, 24 h", found.temperature[1:, 0], truth, 1e-9
-        ),
-        Value("a light body after 24 h", light.temperature[-1, 0], 300.0, 1e-9),
-        Value(
-            "∂T/∂(m c)",
-            jax.jit(jax.grad(end))(jnp.asarray(1e5)),
-            rate * 86400.0 / 1e5,
-            1e-7,
-        ),
-        Value("heat-balance residual", found.closure, 0.0, 1e-12, True),
-    ]
 
 
 FADE = {"slope": 2.5e-3, "floor": 0.2, "capacity": 800.0, "load": 1.0e4}
@@ -330,14 +257,6 @@ def two_solutions():
     ]
 
 
-def scipy_two_solutions():
-    found = [
-        float(fsolve(lambda x: excess(300.0, 14.0, float(x[0])), [guess])[0])
-        for guess in (0.3, 0.5, 0.7)
-    ]
-    return f"`fsolve` from f = 0.3, 0.5, 0.7: {', '.join(f'{x:.3f}' for x in found)}"
-
-
 def no_solution():
     """Warm already at the start: the branch without flash does not exist there; and
     friction beyond locking."""
@@ -353,17 +272,30 @@ def no_solution():
 
 
 CASES = [
-    Case("surface node of 0.1 µm, rigid band", "rates of 1e9 1/s beside a stop of 0.7 s",
-         thin_surface, scipy_thin_surface),
-    Case("surface node of 0.1 µm, fade, compliant "
-    "band", "fade outruns the band: there is no answer",
-         snaps, scipy_snaps),
-    Case("radiation from 1500 K, cooling for 24 h", "rates fall by three orders, then nothing "
-    "happens", glows),
-    Case("thermal runaway by fade", "the brake slows the load, fades, and loses it", runs_away),
-    Case("flash temperature with several "
-    "solutions", "three roots, and a fold that removes two", two_solutions,
-         scipy_two_solutions),
-    Case("flash temperature without a solution at the "
-    "start", "no branch to begin on", no_solution, slow=True),
-]  # fmt: skip
+    Case(
+        "surface node of 0.1 µm, rigid band",
+        "rates of 1e9 1/s beside a stop of 0.7 s",
+        thin_surface,
+    ),
+    Case(
+        "surface node of 0.1 µm, fade, compliant band",
+        "fade outruns the band: there is no answer",
+        snaps,
+    ),
+    Case(
+        "thermal runaway by fade",
+        "the brake slows the load, fades, and loses it",
+        runs_away,
+    ),
+    Case(
+        "flash temperature with several solutions",
+        "three roots, and a fold that removes two",
+        two_solutions,
+    ),
+    Case(
+        "flash temperature without a solution at the start",
+        "no branch to begin on",
+        no_solution,
+        slow=True,
+    ),
+]

@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from heat_scenes import fading, lump, rigid_stop
 from oracles.hard_cases import C, Case, Named, run, scene
-from scipy.integrate import solve_ivp
 from shipped import NAMES, load
 
 import simbrake as sb
@@ -109,36 +108,6 @@ def own_profile():
     return [Named("NaN, ∞", found, ["duty.slack_tension", "duty.slack_tension"])]
 
 
-def scipy_nan():
-    words = []
-    for method in ("RK45", "DOP853", "Radau", "LSODA"):
-        count = 0
-
-        class Enough(Exception):
-            pass
-
-        def rhs(t, y, limit=Enough):
-            nonlocal count
-            count += 1
-            if count > 20_000:
-                raise limit
-            return [np.nan]
-
-        try:
-            with np.errstate(all="ignore"):
-                out = solve_ivp(rhs, (0, 1), [1.0], method)
-            words.append(
-                f"{method} reports success with {out.y[0, -1]}"
-                if out.success
-                else f"{method} fails"
-            )
-        except Enough:
-            words.append(f"{method} does not end (20,000 evaluations without a step)")
-        except ValueError as error:
-            words.append(f"{method}: ValueError ({error})")
-    return "; ".join(words)
-
-
 def options():
     """Tolerances and limits that cannot be meant."""
     given = scene()
@@ -193,15 +162,32 @@ def single_precision():
 
 
 CASES = [
-    Case("NaN and ±∞ in every number of every shipped "
-    "scene", "one of them corrupts all the others", every_number),
-    Case("the same in traced numbers, elastic "
-    "band", "values are unknown before the run", traced_elastic,
-         scipy_nan),
-    Case("the same, rigid band, and heat with fade", "as above", traced_others, slow=True),
-    Case("NaN and ∞ in the parameters of a user-defined "
-    "profile", "their meaning is undefined", own_profile),
-    Case("tolerances and limits that are none", "a tolerance of ∞ accepts every step", options),
-    Case("a float32 number in a scene", "it would pull others down to 7 digits, or fail deep "
-    "inside", single_precision),
-]  # fmt: skip
+    Case(
+        "NaN and ±∞ in every number of every shipped scene",
+        "one of them corrupts all the others",
+        every_number,
+    ),
+    Case(
+        "the same in traced numbers, elastic band",
+        "values are unknown before the run",
+        traced_elastic,
+    ),
+    Case(
+        "the same, rigid band, and heat with fade", "as above", traced_others, slow=True
+    ),
+    Case(
+        "NaN and ∞ in the parameters of a user-defined profile",
+        "their meaning is undefined",
+        own_profile,
+    ),
+    Case(
+        "tolerances and limits that are none",
+        "a tolerance of ∞ accepts every step",
+        options,
+    ),
+    Case(
+        "a float32 number in a scene",
+        "it would pull others down to 7 digits, or fail deep inside",
+        single_precision,
+    ),
+]
