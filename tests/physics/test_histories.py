@@ -2,6 +2,7 @@
 what a step costs."""
 
 import dataclasses
+import time
 
 import jax
 import numpy as np
