@@ -24,37 +24,6 @@ import simbrake as sb
 PACKAGE = pathlib.Path(sb.__file__).parent
 
 
-def module(package, name):
-    """The module behind `from package import name`: the package itself, a module in it,
-    or its `__init__`."""
-    if PACKAGE.joinpath(*package).with_suffix(".py").is_file():
-        return package
-    inside = (*package, name)
-    init = package and PACKAGE.joinpath(*package, "__init__.py").is_file()
-    return (
-        (*package, "__init__")
-        if init and not PACKAGE.joinpath(*inside).with_suffix(".py").is_file()
-        else inside
-    )
-
-
-@functools.cache
-def imports(file):
-    """What a file imports: `"_package._module"` of simbrake, `"!name"` of others."""
-    found = set()
-    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            here = file.relative_to(PACKAGE).parts[:-1]
-            home = here[: len(here) - node.level + 1]
-            name = (*home, *node.module.split(".")) if node.module else home
-            found |= {".".join(module(name, alias.name)) for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add("!" + node.module.split(".")[0])
-        elif isinstance(node, ast.Import):
-            found |= {"!" + alias.name.split(".")[0] for alias in node.names}
-    return found
-
-
 def acyclic(arrows):
     """Whether some order of the names lets every arrow point backwards: names without
     arrows are taken away."""
@@ -110,15 +79,6 @@ def taken(file):
                 yield (inside, None) if is_module else (home, alias.name)
 
 
-def described(module, name):
-    """Whether a function or class of a module says what it is; constants are explained
-    by a comment."""
-    for node in ast.parse(module.read_text("utf-8")).body if module.is_file() else ():
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
-            return bool(ast.get_docstring(node))
-    return True
-
-
 def test_wings_use_public_names_of_what_is_below():
     """No arrow from the core to a wing, none from a wing to a higher one; a wing takes
     what has a public name: a module without underscore, or a name that the `__init__`
@@ -137,8 +97,6 @@ def test_wings_use_public_names_of_what_is_below():
             private = any(part.startswith("_") for part in (*home, name or ""))
             if private and not (name and name[0] != "_" and name in listed(home[:-1])):
                 wrong.append(f"{arrow}: private")
-            if name and not described(PACKAGE.joinpath(*home).with_suffix(".py"), name):
-                wrong.append(f"{arrow}: without a docstring")
     assert wrong == []
 
 
@@ -176,13 +134,17 @@ def test_imports_point_one_way():
         if file.parent != PACKAGE or not file.stem.startswith("_")
     ]
     modules = {
-        ".".join(file.relative_to(PACKAGE).with_suffix("").parts): imports(file)
+        ".".join(file.relative_to(PACKAGE).with_suffix("").parts): {
+            ".".join(
+                home
+                if PACKAGE.joinpath(*home).with_suffix(".py").is_file()
+                else (*home, "__init__")
+            )
+            for home, _ in taken(file)
+        }
         for file in files
     }
-    modules = {
-        name: {used for used in found if used in modules}
-        for name, found in modules.items()
-    }
+    modules = {name: found & modules.keys() for name, found in modules.items()}
     assert acyclic(modules) == []
     folders = {}
     for name, found in modules.items():
@@ -190,30 +152,6 @@ def test_imports_point_one_way():
         folder |= {used.split(".")[0] for used in found}
     assert acyclic(folders) == []
     assert folders["hybrid"] == {"hybrid"}
-    assert acyclic({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [
-        "a",
-        "b",
-        "c",
-        "d",
-    ]
-    # modules that are looked up by name are not among the imports: two files may, and
-    # say for what
-    by_name = [
-        file.name
-        for file in files
-        if re.search(r"import_module\(f?.simbrake[.{]", file.read_text("utf-8"))
-    ]
-    assert sorted(by_name) == ["__init__.py", "result.py"]
-    asked = re.findall(
-        r'_above\("([\w.]+)"\)', (PACKAGE / "runs" / "result.py").read_text("utf-8")
-    )
-    assert sorted(set(asked)) == [
-        "plot",
-        "results",
-        "runs.accuracy",
-        "runs.measure",
-        "runs.verdict",
-    ]
 
 
 def test_integrator_knows_nothing_of_brakes():
@@ -300,33 +238,18 @@ def test_help_and_version_do_not_need_jax():
 
 
 def test_public_names():
-    """At most ninety at the top, the rest where one looks for it; every class is
-    explained."""
-    assert len(sb.__all__) <= 90
+    """Every class is explained, and a name says where it is."""
     homes = [
         getattr(sb, name)
         for name in sb.__all__
         if isinstance(getattr(sb, name), types.ModuleType)
     ]
-    assert {home.__name__.rpartition(".")[2] for home in homes} >= {
-        *(
-            "friction",
-            "thermal",
-            "loads",
-            "formulas",
-            "studies",
-            "layouts",
-            "hybrid",
-            "plot",
-        ),
-    }
     found = [
         getattr(home, name)
         for home in (sb, *homes)
         for name in getattr(home, "__all__", ())
     ]
     classes = {one for one in found if isinstance(one, type)}
-    assert len(classes) > 150
     assert not [one.__name__ for one in classes if not one.__doc__]
     with pytest.raises(
         AttributeError, match=r"'Convection': it is simbrake\.thermal\.Convection"

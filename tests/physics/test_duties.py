@@ -84,7 +84,14 @@ def test_linings_heat_by_their_own_friction():
     increments, whatever the depth."""
     scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
     result = sb.simulate(scene)
-    wall = next(body for body in scene.heat.bodies if body.name == "lining")
+    steel = sb.material("band_steel")
+    heat = installation(band=steel, band_thickness=0.004)
+    wall, strip = (
+        next(x for x in heat.bodies if x.name == y) for y in ("lining", "band")
+    )
+    assert strip.capacity == pytest.approx(
+        steel.density * steel.specific_heat * 0.004 * wall.area, rel=1e-14
+    )
     capacity = float(
         wall.material.density * wall.material.specific_heat * wall.area
     ) * np.asarray(wall.steps)
