@@ -8,10 +8,30 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import simbrake as sb
 from simbrake.__main__ import main as main
 from simbrake.hybrid import LANDED, STOPPED
+
+all_near = np.testing.assert_allclose
+
+
+def near(found, wanted, rel=None, abs=None):
+    """`pytest.approx`, of what NumPy and JAX give as well."""
+    __tracebackhide__ = True
+    found, wanted = (
+        np.asarray(x)[()] if hasattr(x, "__array__") else x for x in (found, wanted)
+    )
+    wanted = pytest.approx(wanted, rel=rel, abs=abs)
+    assert found == wanted, f"{found} is not {wanted}"
+
+
+def closes(result, within):
+    """The energy balance of a run closes."""
+    __tracebackhide__ = True
+    assert float(result.energy["closure"]) <= within
+
 
 DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())
 TSIT5 = sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5())

@@ -3,6 +3,7 @@ that fail."""
 
 import numpy as np
 import pytest
+from helpers import all_near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -43,7 +44,7 @@ def test_lining_limits_are_at_their_tension(swinging):
     )
     ahead = mu**i
     back = mu ** (i - 1.0 - LININGS)
-    np.testing.assert_allclose(tension, np.where(tension > 1, ahead, back), rtol=1e-9)
+    all_near(tension, np.where(tension > 1, ahead, back), 1e-9)
 
 
 def test_full_slip_follows_all_lining_limits(swinging):
@@ -65,9 +66,7 @@ def test_log_of_a_run_that_fails():
         end = float(failed.record.rows.t[steps])
         wanted = [event for event in whole.events if event.time <= end]
         assert [event[1:] for event in failed.events] == [event[1:] for event in wanted]
-        np.testing.assert_allclose(
-            failed.events.times, [event.time for event in wanted], rtol=1e-10
-        )
+        all_near(failed.events.times, [event.time for event in wanted], 1e-10)
     assert [
         event.name
         for event in sb.simulate(stop_scene(end=float(whole.stopping_time))).events

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 from commands import python
+from helpers import near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -121,7 +122,7 @@ def test_gradients_outside_jit_are_kept(folder, scenarios):
     )
     again = json.loads(python(SLOPE, scene, **off).stdout)
     assert first[0] == again[0]
-    assert first[0] == pytest.approx(inside * 3, rel=1e-12)
+    near(first[0], inside * 3, 1e-12)
     assert "jit(slopes)" in first[1]
     assert not {"jit(slopes)", "jit(run)"}.intersection(again[1])
 

@@ -11,6 +11,7 @@ import jax
 import numpy as np
 import pytest
 from commands import python
+from helpers import all_near, near
 from scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -31,8 +32,8 @@ def test_a_run_inside_a_program_of_the_user(room, monkeypatch):
 
     value, slope = jax.jit(jax.value_and_grad(stopping_time))(20.0)
     truth, central = (closed_form(w0=w, xp=np)["stop"] for w in (20.0, 20.0 + 1e-200j))
-    assert float(value) == pytest.approx(truth, rel=1e-10)
-    assert float(slope) == pytest.approx(central.imag / 1e-200, rel=1e-9)
+    near(value, truth, 1e-10)
+    near(slope, central.imag / 1e-200, 1e-9)
 
 
 def test_scenes_of_numpy_side_by_side_inside_a_program():
@@ -53,7 +54,7 @@ def test_scenes_of_numpy_side_by_side_inside_a_program():
         return found(both)
 
     alone = sb.simulate(sb.with_values(scene, {"initial.omega": 18.0})).stopping_time
-    np.testing.assert_allclose(jax.jit(times)(18.0), [alone, alone], rtol=1e-12)
+    all_near(jax.jit(times)(18.0), [alone, alone], 1e-12)
 
 
 @pytest.mark.slow
@@ -104,4 +105,4 @@ def test_process_is_left_as_it_was_and_other_devices_serve():
     here, there = map(
         float, python(PROGRAM, XLA_FLAGS=flags, JAX_PLATFORMS="cpu").stdout.split()
     )
-    assert here == pytest.approx(there, rel=1e-10)
+    near(here, there, 1e-10)

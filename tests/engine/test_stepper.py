@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from helpers import nothing_compiled
+from helpers import all_near, nothing_compiled
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -55,18 +55,16 @@ def test_commands_are_jumps_of_a_profile():
     assert {"slip_onset", "restick", "stop", "restart", "release"} <= {
         event.name for event in events
     }
-    np.testing.assert_allclose(
-        [event.time for event in events], [event.time for event in names], rtol=1e-9
-    )
+    all_near([event.time for event in events], [event.time for event in names], 1e-9)
     end = whole.record.y_end
     kept = stepper.series()
-    np.testing.assert_allclose(kept.phi[0], end.phi, rtol=1e-9)
-    np.testing.assert_allclose(kept.elongation[0], end.own.x, rtol=1e-9)
+    all_near(kept.phi[0], end.phi, 1e-9)
+    all_near(kept.elongation[0], end.own.x, 1e-9)
     for name in ("load_work", "lever_work", "friction_heat"):
-        np.testing.assert_allclose(
+        all_near(
             getattr(kept, name)[0],
             getattr(whole.series([whole.record.t_end]), name)[0],
-            rtol=1e-9,
+            1e-9,
         )
 
 
@@ -82,12 +80,10 @@ def test_held_inputs_match_closed_form():
     for F, M in ((3e3, 2e3), (6e3, 8e3), (0.0, 3e3)):
         stepper.advance("0.4 s", lever=F, load=M)
         omega += (M - F * arm) / inertia * 0.4
-        np.testing.assert_allclose(stepper.omega, omega, rtol=1e-12)
+        all_near(stepper.omega, omega, 1e-12)
     stop = stepper.advance(2.0, lever="9 kN", load=0.0).events[-1]
     assert np.isnan(stepper["holding_reserve"])  # (it holds no load)
-    np.testing.assert_allclose(
-        stop.time, 1.2 + omega * inertia / (9e3 * arm), rtol=1e-12
-    )
+    all_near(stop.time, 1.2 + omega * inertia / (9e3 * arm), 1e-12)
     assert (stop.name, stepper.omega) == ("stop", 0.0)
     assert repr(stepper).endswith("0 rad/s, held; inputs: lever 9 kN, load 0 N·m)")
     assert stepper.advance(10.0, load=0.999 * 9e3 * arm).events == []
@@ -97,9 +93,7 @@ def test_held_inputs_match_closed_form():
         ("restart", 13.2),
         ("full_slip", 13.2),
     ]
-    np.testing.assert_allclose(
-        stepper.omega, 0.2 * 9e3 * arm / inertia * 0.5, rtol=1e-9
-    )
+    all_near(stepper.omega, 0.2 * 9e3 * arm / inertia * 0.5, 1e-9)
 
 
 @pytest.mark.slow
@@ -140,9 +134,9 @@ def test_an_actuator_follows_its_commands():
             )
             tension = run.y[0, -1]
         wanted.append(tension)
-    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    all_near(found, wanted, 1e-9)
     whole = sb.simulate(stepper.history())
-    np.testing.assert_allclose(stepper["phi"], whole.record.y_end.phi, rtol=1e-9)
+    all_near(stepper["phi"], whole.record.y_end.phi, 1e-9)
 
 
 @pytest.mark.slow
@@ -188,15 +182,13 @@ def test_lever_and_driller_are_commanded():
     lever = sb.Lever("400 N", arm="1.5 m", slack_arm="0.1 m")
     stepper = sb.Stepper(rigid(lever), inputs=["lever"])
     stepper.advance(0.1, lever="200 N")
-    np.testing.assert_allclose(stepper["slack_tension"], 3000.0, rtol=1e-14)
+    all_near(stepper["slack_tension"], 3000.0, 1e-14)
     driller = sb.Stepper(
         rigid(sb.Driller(sb.PiecewiseLinear([0.0], [24.0]), "60 kN")), inputs=["lever"]
     )
     driller.advance(4.0, lever="120 rpm")
     # ω − ω_r falls by e^{−g t} with g = 2/s
-    np.testing.assert_allclose(
-        driller.omega - 4 * np.pi, (24 - 4 * np.pi) * np.exp(-8.0), rtol=1e-7
-    )
+    all_near(driller.omega - 4 * np.pi, (24 - 4 * np.pi) * np.exp(-8.0), 1e-7)
 
 
 def test_wrong_input_changes_nothing():
@@ -255,9 +247,7 @@ def test_a_step_that_fails_changes_nothing():
     stepper = sb.Stepper(warmed(), inputs=["lever"])
     for k in range(5):
         stepper.advance(10.0, lever=8e3 + k)
-        np.testing.assert_allclose(
-            stepper["lining_temperature"], 293.15 + 20.0 * (k + 1), rtol=1e-10
-        )
+        all_near(stepper["lining_temperature"], 293.15 + 20.0 * (k + 1), 1e-10)
     before = stepper.state()
     with pytest.raises(sb.SimulationError, match="outside_table"):
         stepper.advance(10.0, lever=7e3)
@@ -265,9 +255,7 @@ def test_a_step_that_fails_changes_nothing():
         np.array_equal(before[name], value) for name, value in stepper.state().items()
     )
     stepper.advance(3.0, lever=6e3)
-    np.testing.assert_allclose(
-        stepper["lining_temperature"], 293.15 + 106.0, rtol=1e-10
-    )
+    all_near(stepper["lining_temperature"], 293.15 + 106.0, 1e-10)
     said = np.asarray(stepper.history().duty.slack_tension.values)
     # not what failed
     np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])

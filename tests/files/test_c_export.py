@@ -11,6 +11,7 @@ import jax
 import numpy as np
 import pytest
 import shipped
+from helpers import all_near
 
 import simbrake as sb
 
@@ -179,9 +180,7 @@ def changes(result):
 
 def same_events(events, expected, rtol):
     assert [name for name, _ in events] == [name for name, _ in expected]
-    np.testing.assert_allclose(
-        [time for _, time in events], [time for _, time in expected], rtol=rtol
-    )
+    all_near([time for _, time in events], [time for _, time in expected], rtol)
 
 
 def test_run_is_the_prepared_one(stop, compiled):
@@ -189,7 +188,7 @@ def test_run_is_the_prepared_one(stop, compiled):
     prepared = sb.prepare(stop, METRICS)()
     result = sb.simulate(stop)
     assert (code, counts) == (0, [*prepared[2:]])
-    np.testing.assert_allclose(metrics, [*prepared.metrics.values()], rtol=1e-12)
+    all_near(metrics, [*prepared.metrics.values()], 1e-12)
     same_events(events, changes(result), 1e-12)
     assert compiled.status == result.status
     record = result.record.compact()
@@ -198,11 +197,11 @@ def test_run_is_the_prepared_one(stop, compiled):
     )  # the last ones at each time
     series = result.series(columns[rows, compiled.at["COLUMN_T"]])
     for name in ("omega", "phi", "brake_torque", "tight_tension", "slip_speed"):
-        np.testing.assert_allclose(
+        all_near(
             columns[rows, compiled.at[f"COLUMN_{name.upper()}"]],
             getattr(series, name),
-            rtol=1e-11,
-            atol=1e-9,
+            1e-11,
+            1e-9,
         )
 
 
@@ -222,7 +221,7 @@ def test_anchor_that_comes_to_the_ground(stop, tmp_path):
     ]
     assert "anchor_grounded" in [name for name, _ in events]
     same_events(events, expected, 1e-11)
-    np.testing.assert_allclose(metrics, [float(result[x]) for x in outputs], rtol=1e-10)
+    all_near(metrics, [float(result[x]) for x in outputs], 1e-10)
 
 
 def test_staged_run_with_heat(tmp_path):
@@ -273,7 +272,7 @@ def test_numbers_are_those_of_the_call(stop, compiled):
     _, metrics, _, events, _ = compiled.run(**given)
     result = sb.simulate(sb.with_values(stop, values))
     wanted = [float(result[name]) for name in METRICS]
-    np.testing.assert_allclose(metrics, wanted, rtol=1e-12)
+    all_near(metrics, wanted, 1e-12)
     same_events(events, changes(result), 1e-12)
     for path, value in {"initial.omega": 0.0, "end_time": 0.5}.items():
         assert compiled.run(**{path.replace(".", "_"): value})[0] == 0
@@ -321,7 +320,7 @@ def test_steps_are_those_of_the_stepper(stop, compiled):
         )
         for name in ("t", "omega", "phi", "brake_torque", "slack_tension"):
             found = compiled.columns[compiled.at[f"COLUMN_{name.upper()}"]]
-            np.testing.assert_allclose(found, stepper[name], rtol=1e-10, atol=1e-10)
+            all_near(found, stepper[name], 1e-10, 1e-10)
     before = compiled.stepper.raw
     assert (
         compiled.step(0.1, -1.0)[0]

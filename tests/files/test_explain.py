@@ -10,6 +10,7 @@ from commands import call
 from disc_scenes import FRICTION, RATIO, F, N, disc_scene
 from disc_scenes import LOAD as DISC_LOAD
 from disc_scenes import TORQUE as DISC_TORQUE
+from helpers import near
 from scenes import stop_scene
 from shoe_scenes import shoe_scene
 from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, Z, rigid, two_stops
@@ -32,10 +33,10 @@ def told(stop):
 def test_torque_budget_of_a_stop(told):
     """`M_b = M_load + J α` with constant torques."""
     found = told["balance"].numbers
-    assert found["angle"] == pytest.approx(ANGLE, rel=1e-9)
+    near(found["angle"], ANGLE, 1e-9)
     for name, torque in (("brake", TORQUE), ("load", LOAD), ("inertia", TORQUE - LOAD)):
-        assert found[f"{name}_torque"] == pytest.approx(torque, rel=1e-9)
-    assert found["others_torque"] == pytest.approx(0.0, abs=1e-6)
+        near(found[f"{name}_torque"], torque, 1e-9)
+    near(found["others_torque"], 0.0, abs=1e-6)
     assert found["governs"] == ("load" if LOAD > TORQUE - LOAD else "inertia")
 
 
@@ -47,7 +48,7 @@ def test_loads_and_stability_of_a_stop(told):
         "exceeded": 0,
         **judged,
     }
-    assert told["course"].numbers["stopping_time"] == pytest.approx(STOP, rel=1e-9)
+    near(told["course"].numbers["stopping_time"], STOP, 1e-9)
     most = told["linings"].numbers["max_normal_load"]
     mu = PI ** (1 / 20)
     loads = [
@@ -58,9 +59,9 @@ def test_loads_and_stability_of_a_stop(told):
         pytest.approx(20 * loads[-1] / sum(loads), rel=1e-9),
     )
     stability = told["stability"].numbers
-    assert stability["self_locking"]["margin"] == pytest.approx(1 - 0.35 * Z, rel=1e-12)
-    assert stability["runaway"]["margin"] == pytest.approx(TORQUE / LOAD - 1, rel=1e-9)
-    assert stability["holding_reserve"] == pytest.approx(TORQUE / LOAD, rel=1e-9)
+    near(stability["self_locking"]["margin"], 1 - 0.35 * Z, 1e-12)
+    near(stability["runaway"]["margin"], TORQUE / LOAD - 1, 1e-9)
+    near(stability["holding_reserve"], TORQUE / LOAD, 1e-9)
 
 
 def test_hottest_lining_over_the_mean():
@@ -73,9 +74,7 @@ def test_hottest_lining_over_the_mean():
     hottest = found.numbers["peak_lining_temperature"]
     mu = PI ** (1 / 20)
     assert hottest["lining"] == 20
-    assert hottest["over_mean"] == pytest.approx(
-        20 * mu**19 * (mu - 1) / (PI - 1), rel=1e-8
-    )
+    near(hottest["over_mean"], 20 * mu**19 * (mu - 1) / (PI - 1), 1e-8)
 
 
 def test_elasticities_of_a_stop(told):
@@ -88,17 +87,15 @@ def test_elasticities_of_a_stop(told):
     names = list(found["parameters"])
     assert len(names) == 3
     elasticity = {name: row["elasticity"] for name, row in found["parameters"].items()}
-    assert elasticity["brake.linings.friction.coefficient"] == pytest.approx(
-        by_friction, rel=1e-7
-    )
+    near(elasticity["brake.linings.friction.coefficient"], by_friction, 1e-7)
     half = math.radians(13.5) / 2
     h = 0.35 * Z
     by_angle = (
         -g * (2 * 20 * h / (1 - h**2)) * PI / (PI - 1) * 2 * half / math.sin(2 * half)
     )
-    assert elasticity["brake.linings.angle[:]"] == pytest.approx(by_angle, rel=1e-7)
+    near(elasticity["brake.linings.angle[:]"], by_angle, 1e-7)
     third = {"brake.band.radius": -g, "duty.slack_tension.values[:]": -g}
-    assert elasticity[names[2]] == pytest.approx(third[names[2]], rel=1e-7)
+    near(elasticity[names[2]], third[names[2]], 1e-7)
 
 
 @pytest.mark.parametrize(("released", "longest"), [(0.5, 1), (3.0, 2)])
@@ -109,21 +106,19 @@ def test_many_stops(released, longest):
     found = explain(two_stops(again, 20.0), influence=False)
     second = released * LOAD / (TORQUE - LOAD)
     assert (second > STOP) == (longest == 2)
-    assert found["course"].numbers["braking_time"] == pytest.approx(
-        STOP + second, rel=1e-9
-    )
+    near(found["course"].numbers["braking_time"], STOP + second, 1e-9)
     assert found["course"].numbers["longest"]["stop"] == longest
     assert "influence" not in found
     balance = found["balance"].numbers
     assert balance["stop"] == longest
-    assert balance["brake_torque"] == pytest.approx(TORQUE, rel=1e-9)
-    assert balance["load_torque"] == pytest.approx(LOAD, rel=1e-9)
-    assert balance["inertia_torque"] == pytest.approx(TORQUE - LOAD, rel=1e-9)
+    near(balance["brake_torque"], TORQUE, 1e-9)
+    near(balance["load_torque"], LOAD, 1e-9)
+    near(balance["inertia_torque"], TORQUE - LOAD, 1e-9)
 
 
 def test_held_load():
     found = explain(rigid(w0=0.0), influence=False)
-    assert found["balance"].numbers["capacity"] == pytest.approx(TORQUE, rel=1e-9)
+    near(found["balance"].numbers["capacity"], TORQUE, 1e-9)
     assert "runaway" not in found["stability"].numbers
     free = explain(rigid(0.0, w0=0.0), influence=False)["balance"]
     assert free.numbers == {}
@@ -133,22 +128,20 @@ def test_lowering_and_terminal_speed():
     drag = explain(
         stop_scene(C=None, lever=sb.SpeedHold(T0), load=LOAD, end=3.0), influence=False
     )
-    assert drag["balance"].numbers["load_power"] == pytest.approx(LOAD * W0, rel=1e-9)
-    assert drag["balance"].numbers["friction"] == pytest.approx(LOAD * W0, rel=1e-9)
+    near(drag["balance"].numbers["load_power"], LOAD * W0, 1e-9)
+    near(drag["balance"].numbers["friction"], LOAD * W0, 1e-9)
     c = 600.0
     shaft = (sb.loads.ViscousDrag(c),)
     parts = {"load": LOAD, "w0": LOAD / c, "end": 30.0, "shaft": shaft}
     steady = explain(stop_scene(C=None, T0=0.0, **parts), influence=False)
-    assert steady["balance"].numbers["other"] == pytest.approx(LOAD**2 / c, rel=1e-9)
+    near(steady["balance"].numbers["other"], LOAD**2 / c, 1e-9)
 
 
 def test_runaway_and_failure_have_a_remedy():
     away = explain(rigid(1.25 * TORQUE, end=0.5), influence=False)
     assert away["outcome"].numbers["colour"] == "red"
-    assert away["remedy"].numbers["factor"] == pytest.approx(1.25, rel=1e-9)
-    assert away["stability"].numbers["runaway"]["margin"] == pytest.approx(
-        -0.2, rel=1e-9
-    )
+    near(away["remedy"].numbers["factor"], 1.25, 1e-9)
+    near(away["stability"].numbers["runaway"]["margin"], -0.2, 1e-9)
     turning = explain(rigid(end=0.2), influence=False)
     assert "remedy" not in turning
     failed = explain(sb.simulate(rigid(), max_steps=2, throw=False))
@@ -161,21 +154,19 @@ def test_remedy_of_a_phase_that_never_comes_to_rest():
     duty = sb.Duty(sb.loads.Phases((sb.loads.Phase(pull, "rest"),)), rigid().duty.load)
     failed = sb.simulate(dataclasses.replace(rigid(), duty=duty), throw=False)
     assert failed.message.endswith(": pull harder, or take a lighter load")
-    assert explain(failed, influence=False)["remedy"].numbers[
-        "factor"
-    ] == pytest.approx(2.0, rel=1e-9)
+    near(explain(failed, influence=False)["remedy"].numbers["factor"], 2.0, 1e-9)
 
 
 def test_disc_shoe_and_staged_brakes():
     disc = explain(disc_scene(), influence=False)
-    assert disc["balance"].numbers["brake_torque"] == pytest.approx(
-        DISC_TORQUE, rel=1e-9
-    )
-    assert disc["stability"].numbers["holding_reserve"] == pytest.approx(
-        RATIO * DISC_TORQUE / DISC_LOAD, rel=1e-9
+    near(disc["balance"].numbers["brake_torque"], DISC_TORQUE, 1e-9)
+    near(
+        disc["stability"].numbers["holding_reserve"],
+        RATIO * DISC_TORQUE / DISC_LOAD,
+        1e-9,
     )
     assert "self_locking" not in disc["stability"].numbers
-    assert pytest.approx(N * FRICTION * F * 0.4) == DISC_TORQUE
+    near(DISC_TORQUE, N * FRICTION * F * 0.4)
     shoe = explain(shoe_scene(), influence=False)
     assert 0 < shoe["stability"].numbers["self_locking"]["margin"] < 1
 

@@ -11,6 +11,7 @@ import fmpy.validation
 import numpy as np
 import pytest
 from commands import call
+from helpers import all_near
 
 import simbrake as sb
 
@@ -114,7 +115,7 @@ def of_stepper(scene):
 def test_fmu_is_the_stepper(scene, file):
     stepper, wanted, _ = of_stepper(scene)
     run = Run(file, start=7.0)  # the clock of the scene begins with the simulation
-    np.testing.assert_allclose(run.steps(COMMANDS, 7.0), wanted, rtol=1e-12, atol=0)
+    all_near(run.steps(COMMANDS, 7.0), wanted, 1e-12, 0)
     assert run.fmu.getBoolean([run.vr["holding"]]) == [stepper.holding]
     assert run.fmu.getInteger([run.vr["band_mode"]]) == [stepper["band_mode"]]
     assert len({tuple(row) for row in wanted}) == len(COMMANDS)
@@ -147,7 +148,7 @@ def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
         stepper.advance(0.13, lever=lever, load=load)
         wanted.append([stepper[name] for name in OUTPUTS])
     run = Run(sb.export.export_fmu(late, tmp_path / "late.fmu"), start=7.0)
-    np.testing.assert_allclose(run.steps(COMMANDS[:2], 7.0), wanted, rtol=1e-12)
+    all_near(run.steps(COMMANDS[:2], 7.0), wanted, 1e-12)
 
 
 def test_parameters_and_failed_steps(file):
@@ -209,10 +210,8 @@ def test_numbers_of_lists_and_bad_ones(scene, file):
     its name."""
     shorter = {"brake.linings.angle[3]": 0.3, "brake.linings.angle[7]": 0.35}
     run = Run(file, **shorter)
-    np.testing.assert_allclose(
-        run.steps(COMMANDS, 0.0),
-        of_stepper(sb.with_values(scene, shorter))[1],
-        rtol=1e-12,
+    all_near(
+        run.steps(COMMANDS, 0.0), of_stepper(sb.with_values(scene, shorter))[1], 1e-12
     )
     run.fmu.reset()
     run.fmu.setupExperiment(startTime=0.0)
@@ -250,16 +249,16 @@ def test_fmi_3(scene, tmp_path):
         return found
 
     stepper, wanted, events = of_stepper(scene)
-    np.testing.assert_allclose(steps(COMMANDS[:3], 7.0), wanted[:3], rtol=1e-12)
+    all_near(steps(COMMANDS[:3], 7.0), wanted[:3], 1e-12)
     kept = fmu.serializeFMUState(fmu.getFMUState())
-    np.testing.assert_allclose(steps(COMMANDS[3:], 7.39), wanted[3:], rtol=1e-12)
+    all_near(steps(COMMANDS[3:], 7.39), wanted[3:], 1e-12)
     assert fmu.getInt32([vr["event_count"], vr["band_mode"]]) == [
         len(events),
         stepper["band_mode"],
     ]
     assert fmu.getBoolean([vr["holding"]]) == [stepper.holding]
     fmu.setFMUState(fmu.deserializeFMUState(kept))
-    np.testing.assert_allclose(steps(COMMANDS[3:], 7.39), wanted[3:], rtol=1e-12)
+    all_near(steps(COMMANDS[3:], 7.39), wanted[3:], 1e-12)
 
 
 def test_without_a_compiler(scene, tmp_path, monkeypatch):

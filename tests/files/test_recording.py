@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from commands import call
+from helpers import all_near, near
 
 import simbrake as sb
 
@@ -60,9 +61,9 @@ def test_hook_of_a_run_and_of_the_recording(recording):
     series = sb.simulate(scene()).series(TIMES)
     data = {part.name: part for part in sb.read_measured(recording).points}
     for name, truth in TRUTH.items():
-        np.testing.assert_allclose(getattr(series, name), truth, rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(data[name].value, truth, rtol=1e-13, atol=1e-15)
-        np.testing.assert_allclose(data[name].t, TIMES, rtol=1e-14)
+        all_near(getattr(series, name), truth, 1e-9, 1e-12)
+        all_near(data[name].value, truth, 1e-13, 1e-15)
+        all_near(data[name].t, TIMES, 1e-14)
 
 
 def test_friction_is_fitted_to_the_hook(recording):
@@ -70,7 +71,7 @@ def test_friction_is_fitted_to_the_hook(recording):
     data = sb.read_measured(recording, columns=[*sigma], sigma=sigma)
     path = "brake.linings.friction.coefficient"
     fit = sb.calibrate(scene(0.27), {path: (0.2, 0.4)}, data)
-    assert fit.parameters[0].value == pytest.approx(F, rel=1e-7)
+    near(fit.parameters[0].value, F, 1e-7)
 
 
 def test_run_writes_the_overlay(recording, tmp_path, capsys, drawn):
@@ -79,5 +80,5 @@ def test_run_writes_the_overlay(recording, tmp_path, capsys, drawn):
     asked = ("run", file, "--measured", str(recording), "--units", "rig")
     assert call(capsys, *asked, "--out", str(tmp_path / "out"))[0] == 0
     dots = drawn["overlay.png"].axes[1].lines[0].get_ydata()
-    np.testing.assert_allclose(dots, TRUTH["hook_speed"] / 0.3048 * 60, rtol=1e-12)
+    all_near(dots, TRUTH["hook_speed"] / 0.3048 * 60, 1e-12)
     assert call(capsys, *asked)[0] == 2

@@ -10,6 +10,7 @@ import warnings
 
 import numpy as np
 import pytest
+from helpers import all_near, near
 from rig_recordings import SMALL, TIMES, las, stamp, table, values, witsml, written
 
 import simbrake as sb
@@ -79,13 +80,13 @@ FILES = {
 @pytest.mark.parametrize("name", FILES)
 def test_every_format_gives_the_same_log(tmp_path, name):
     log = sb.rig.read(written(tmp_path, *FILES[name]))
-    np.testing.assert_allclose(log.t, TIMES)
+    all_near(log.t, TIMES)
     for role, column in (
         ("block_position", "BPOS"),
         ("hook_load", "HKLD"),
         ("bit_depth", "DBTM"),
     ):
-        np.testing.assert_allclose(log[role].value, values(SMALL, column), rtol=1e-9)
+        all_near(log[role].value, values(SMALL, column), 1e-9)
     assert log["hook_load"].nulls == 1
     dated = name not in ("las", "wrapped las", "german", "seconds")
     assert (log.start or "none").startswith("2026-03-01T23:50:00" if dated else "none")
@@ -94,7 +95,7 @@ def test_every_format_gives_the_same_log(tmp_path, name):
 def test_clock_passes_midnight_and_time_zones(tmp_path):
     times = [0.0, 400.0, 800.0, 1200.0, 1600.0]
     log = sb.rig.read(written(tmp_path, "a.csv", table(times, SMALL, time="clock")))
-    np.testing.assert_allclose(log.t, times)
+    all_near(log.t, times)
     zoned = table(TIMES, SMALL).replace("T23:50:0", "T23:50:0").replace("Z,", "+02:00,")
     assert (
         sb.rig.read(written(tmp_path, "b.csv", zoned)).start == "2026-03-01T21:50:00Z"
@@ -111,13 +112,13 @@ def test_held_values_are_updates(tmp_path):
     log = sb.rig.read(written(tmp_path, "a.xml", witsml(t, columns)))
     position = log.position
     assert position.held
-    assert position.interval == pytest.approx(6.0)
+    near(position.interval, 6.0)
     falls = np.diff(position.value[position.updates]) / np.diff(
         position.t[position.updates]
     )
-    np.testing.assert_allclose(falls[1:], -1.0)
+    all_near(falls[1:], -1.0)
     assert not log["hook_load"].held
-    assert log["hook_load"].interval == pytest.approx(2.0)
+    near(log["hook_load"].interval, 2.0)
 
 
 def test_repeated_times_gaps_and_reversed_rows(tmp_path):
@@ -125,16 +126,16 @@ def test_repeated_times_gaps_and_reversed_rows(tmp_path):
     t[5] = t[4]
     columns = {"BPOS": ("m", 30.0 - 0.1 * t), "HKLD": ("kN", 9e5 + t)}
     log = sb.rig.read(written(tmp_path, "a.xml", witsml(t, columns)))
-    np.testing.assert_allclose(log.gaps, [[58.0, 200.0]])
+    all_near(log.gaps, [[58.0, 200.0]])
     assert log.repeated == 1
-    assert log["HKLD"].value[4] == pytest.approx(9e5 + t[5])
+    near(log["HKLD"].value[4], 9e5 + t[5])
     turned = {name: (unit, x[::-1]) for name, (unit, x) in columns.items()}
     back = sb.rig.read(written(tmp_path, "b.xml", witsml(t[::-1], turned)))
     assert np.all(np.diff(back["BPOS"].value) < 0)
     whole = {"BPOS": ("m", np.arange(40.0, 0.0, -1)), "HKLD": ("kN", 9e5 * np.ones(40))}
     text = table(np.arange(40) // 4 * 1.0, whole, time="clock")
     coarse = sb.rig.read(written(tmp_path, "c.csv", text))
-    np.testing.assert_allclose(coarse.t, 0.25 * np.arange(40))
+    all_near(coarse.t, 0.25 * np.arange(40))
 
 
 def test_other_words_for_columns(tmp_path):
@@ -153,9 +154,9 @@ def test_other_words_for_columns(tmp_path):
         null=-1,
         offset=1.5,
     )
-    np.testing.assert_allclose(log["hook_load"].value, [1e6, 9e5, np.nan, 9.5e5, 9.6e5])
-    np.testing.assert_allclose(log["hook_load"].t, np.array(TIMES) - 1.5)
-    np.testing.assert_allclose(log["block_position"].t, TIMES)
+    all_near(log["hook_load"].value, [1e6, 9e5, np.nan, 9.5e5, 9.6e5])
+    all_near(log["hook_load"].t, np.array(TIMES) - 1.5)
+    all_near(log["block_position"].t, TIMES)
     assert "(offset)" in log.guesses[-1]
 
 
@@ -532,8 +533,8 @@ def test_a_long_recording_is_read_in_pieces_with_progress(tmp_path):
     file = written(tmp_path, "a.csv", table(t, columns))
     seen = []
     log = sb.rig.read(file, progress=lambda *done: seen.append(done))
-    np.testing.assert_allclose(log["HKLD"].value, columns["HKLD"][1], rtol=1e-9)
-    np.testing.assert_allclose(log["C17"].value, t)
+    all_near(log["HKLD"].value, columns["HKLD"][1], 1e-9)
+    all_near(log["C17"].value, t)
     assert len(seen) >= 3
     assert seen == sorted(seen)
     assert seen[-1] == (file.stat().st_size,) * 2

@@ -6,6 +6,7 @@ import re
 
 import pytest
 from commands import call
+from helpers import near
 from scenes import stop_scene
 from shipped import FOLDER, NAMES, load
 
@@ -18,11 +19,9 @@ FOOT = 0.3048
 
 def test_a_scene_in_units_of_a_rig():
     hook = sb.HookLoad("220 klbf", "15.75 in", 8)
-    assert float(hook.mass) == pytest.approx(220e3 * POUND, rel=1e-15)
-    assert float(hook.drum_radius) == pytest.approx(0.40005, rel=1e-15)
-    assert float(sb.Lever("100 lbf", "4 ft", "3 in").gain) == pytest.approx(
-        16.0, rel=1e-15
-    )
+    near(hook.mass, 220e3 * POUND, 1e-15)
+    near(hook.drum_radius, 0.40005, 1e-15)
+    near(sb.Lever("100 lbf", "4 ft", "3 in").gain, 16.0, 1e-15)
 
 
 def test_other_spellings_of_a_rig():
@@ -30,9 +29,7 @@ def test_other_spellings_of_a_rig():
         assert float(sb.HookLoad(text, 0.4, 8).mass) == pytest.approx(
             264e3 * POUND, rel=1e-15
         ), text
-    assert float(
-        sb.friction.StribeckFriction(0.4, 0.3, "60 fpm").stribeck_speed
-    ) == pytest.approx(FOOT, rel=1e-15)
+    near(sb.friction.StribeckFriction(0.4, 0.3, "60 fpm").stribeck_speed, FOOT, 1e-15)
 
 
 def test_inertia_of_data_sheets():

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import staged_scenes
 from heat_scenes import fading, layered_stop, lump, rigid_stop
+from helpers import all_near, near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -30,9 +31,7 @@ import simbrake as sb
 def test_a_number_in_any_form(value):
     radius = sb.Pulley(value, 1200).radius
     assert radius.dtype == np.float64
-    assert float(radius) == pytest.approx(
-        0.59, rel=1e-15 if np.asarray(value).dtype != np.float32 else 1e-7
-    )
+    near(radius, 0.59, 1e-15 if np.asarray(value).dtype != np.float32 else 1e-7)
 
 
 @pytest.mark.parametrize(
@@ -102,8 +101,10 @@ def test_numbers_put_in_later_are_checked():
         for J in (2400.0, 2400, np.asarray(2400.0))
     ]
     assert times[0] == times[1] == times[2]
-    assert times[0] == pytest.approx(
-        2400.0 / 800.0 * float(sb.simulate(stop_scene(C=None)).stopping_time), rel=1e-9
+    near(
+        times[0],
+        2400.0 / 800.0 * float(sb.simulate(stop_scene(C=None)).stopping_time),
+        1e-9,
     )
     for bad in (-1.0, "1200", float("inf")):
         with pytest.raises(sb.InputError, match=r"brake\.pulley\.inertia"):
@@ -242,9 +243,7 @@ def test_count_of_linings_keeps_the_wrap():
     path = "brake.linings.count"
     for count in (15, 15.0, np.asarray(15.0)):
         fewer = sb.with_values(scene, {path: count, "initial.omega": 3.0})
-        np.testing.assert_allclose(
-            fewer.brake.linings.angle, np.full(15, np.radians(270.0) / 15), rtol=1e-15
-        )
+        all_near(fewer.brake.linings.angle, np.full(15, np.radians(270.0) / 15), 1e-15)
         assert float(fewer.initial.omega) == 3.0
     each = sb.with_values(scene, {"brake.linings.area": np.full(20, 0.02)})
     np.testing.assert_array_equal(

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from commands import call
+from helpers import near
 from scenes import stop_scene
 from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, R, rigid
 
@@ -47,7 +48,7 @@ def test_margin_sets_the_colour(stop, factor, colour, state):
         for c in limit_checks(stop, {"stopping_time": factor * STOP})
         if c.name == "stopping_time"
     ]
-    assert check.margin_percent == pytest.approx(100 * (1 - 1 / factor), rel=1e-9)
+    near(check.margin_percent, 100 * (1 - 1 / factor), 1e-9)
 
 
 def test_notebook_shows_a_run_with_heat():
@@ -80,7 +81,7 @@ def test_lever_near_its_maximum_is_amber(part, colour, state):
     ).verdict(AMPLE)
     (row,) = [row for row in said.rows if row.name.startswith("Slack tension")]
     assert (said.colour, row.state, said.reason) == (colour, state, "L1")
-    assert said.numbers["reserve"] == pytest.approx(1 / part, rel=1e-9)
+    near(said.numbers["reserve"], 1 / part, 1e-9)
     assert row.limit == f"< {most / 1e3:.6g} kN"
     assert row.margin.endswith(f" ({100 * (1 - part):.3g} %)")
 
@@ -114,13 +115,13 @@ def test_small_holding_reserve_is_amber(reserve, colour):
 
 def test_breaking_away_is_red_and_letting_go_amber():
     let_go = sb.simulate(rigid(lever=(T0, T0, T0, 0.0), w0=1.0, end=9.5))
-    assert let_go.metrics["min_holding_reserve"] == pytest.approx(TORQUE / LOAD)
+    near(let_go.metrics["min_holding_reserve"], TORQUE / LOAD)
     said = let_go.verdict()
     assert (said.colour, said.reason) == ("amber", "H5")
-    assert said.numbers["reserve"] == pytest.approx(TORQUE / LOAD)
+    near(said.numbers["reserve"], TORQUE / LOAD)
     eased = sb.simulate(rigid(lever=(T0, T0, T0, 0.0), w0=1.0, end=8.9)).verdict()
     assert (eased.colour, eased.reason) == ("red", "H1")
-    assert eased.numbers["reserve"] == pytest.approx(1.0, abs=1e-9)
+    near(eased.numbers["reserve"], 1.0, abs=1e-9)
     torn = sb.simulate(
         rigid((LOAD, LOAD, 1.01 * TORQUE, 1.01 * TORQUE), w0=1.0, end=2.5)
     )
@@ -149,10 +150,8 @@ def test_runs_that_end_turning():
     # `T_0 (1 − 1/Π)`
     helped = sb.simulate(rigid(-LOAD, end=0.2)).verdict()
     assert (helped.colour, helped.reason) == ("red", "S1")
-    assert helped.numbers["load_torque"] == pytest.approx(-LOAD)
-    assert helped.numbers["sliding_over_load"] == pytest.approx(
-        R * T0 * (1 - 1 / PI) / LOAD, rel=1e-9
-    )
+    near(helped.numbers["load_torque"], -LOAD)
+    near(helped.numbers["sliding_over_load"], R * T0 * (1 - 1 / PI) / LOAD, 1e-9)
     failed = sb.simulate(rigid(), max_steps=2, throw=False)
     assert (failed.verdict().colour, failed.summary()["duty"]) == ("red", "failed")
     assert "step_limit" in failed.verdict().headline
@@ -172,7 +171,7 @@ def test_limits_of_the_scene_are_evaluated(tmp_path, capsys):
     (check,) = [
         check for check in limit_checks(result, {}) if check.name == "max_band_stress"
     ]
-    assert check.value == pytest.approx(stress, rel=1e-9)
+    near(check.value, stress, 1e-9)
     assert check.verdict == "exceeded"
     assert result.verdict().colour == "red"
     sb.write_scene(scene, tmp_path / "scene.toml")
@@ -180,9 +179,7 @@ def test_limits_of_the_scene_are_evaluated(tmp_path, capsys):
     assert found["verdict"]["colour"] == "red"
     texts = [one["text"] for one in found["findings"] if one["topic"] == "warning"]
     assert texts == found["warnings"] != []
-    assert found["limits"][0]["margin_percent"] == pytest.approx(
-        100 * (1 - stress / 150e6), rel=1e-9
-    )
+    near(found["limits"][0]["margin_percent"], 100 * (1 - stress / 150e6), 1e-9)
 
 
 def hot_stop(**permissible):
@@ -198,7 +195,7 @@ def test_hottest_body_and_missing_limits():
     """Linings stay cold below their limit; the rim glows, and has none."""
     hot = 293.15 + TORQUE * ANGLE / 500.0
     result = sb.simulate(hot_stop(permissible=400.0))
-    assert result.metrics["peak_rim_temperature"] == pytest.approx(hot, rel=1e-9)
+    near(result.metrics["peak_rim_temperature"], hot, 1e-9)
     said = result.verdict()
     assert said.colour == "amber"
     assert json.loads(json.dumps(said.as_dict()))["judged"] == {
@@ -232,7 +229,7 @@ def test_permissible_rim_temperature():
     limit = 293.15 + 0.5 * TORQUE * ANGLE / 500.0
     result = sb.simulate(hot_stop(permissible_rim=limit))
     (event,) = result.events["permissible_rim_temperature"]
-    assert event.time == pytest.approx(STOP * (1 - math.sqrt(0.5)), rel=1e-9)
+    near(event.time, STOP * (1 - math.sqrt(0.5)), 1e-9)
     said = result.verdict(AMPLE)
     assert said.colour == "red"
     row = next(row for row in said.rows if row.name == "Hottest rim surface")
@@ -259,9 +256,7 @@ def test_permissible_pressure_is_a_limit():
     (check,) = [
         check for check in limit_checks(result, {}) if check.name == "max_pressure"
     ]
-    assert check.value == pytest.approx(
-        result.metrics["max_normal_load"] / 0.02, rel=1e-9
-    )
+    near(check.value, result.metrics["max_normal_load"] / 0.02, 1e-9)
     assert (check.limit, check.note) == (1e6, "lining 20")
     assert result.verdict({"max_tension": 1e9}).judged.missing == {}
     without = dataclasses.replace(

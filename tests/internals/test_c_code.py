@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from commands import python
+from helpers import all_near
 
 from simbrake.export._c_code import HELPERS, Program
 
@@ -143,7 +144,7 @@ def test_operations_are_those_of_jax(tmp_path):
     ctypes.CDLL(str(file.with_suffix(".so"))).ops(
         *(a.ctypes.data_as(ctypes.c_void_p) for a in (x, found))
     )
-    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-15)
+    all_near(found, expected, 1e-13, 1e-15)
 
 
 def test_what_was_read_outlives_what_it_was_read_from():

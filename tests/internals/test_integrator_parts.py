@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 
 from simbrake.hybrid import CORE, LINEAR, _bordered
 from simbrake.hybrid._search import first_root
@@ -41,7 +42,7 @@ def test_bordered_systems_against_dense_ones(m, n):
         assert (
             np.max(np.abs(whole @ x - b) / size) < 1e-12
         )  # backward error, row by row
-        np.testing.assert_allclose(x, np.linalg.solve(whole, b), rtol=1e-8, atol=1e-12)
+        all_near(x, np.linalg.solve(whole, b), 1e-8, 1e-12)
 
 
 def bordered_rates(m, n, constant, seed=3):
@@ -72,16 +73,16 @@ def test_rows_formed_once_are_the_dense_ones(constant):
     known = _bordered.linear_rows(jax.linearize(f, 0.0, there)[1], places)
     found, drift = _bordered.jacobian(jax.linearize(f, 0.3, here)[1], places, known)
     by_time, dense = (np.asarray(x) for x in jax.jacfwd(f, argnums=(0, 1))(0.3, here))
-    np.testing.assert_allclose(drift, by_time, rtol=1e-14)
-    np.testing.assert_allclose(found.core, dense[:m, :m], rtol=1e-14)
-    np.testing.assert_allclose(found.right, dense[:m, m:], rtol=1e-14)
-    np.testing.assert_allclose(found.below, dense[m:, :m], rtol=1e-14)
+    all_near(drift, by_time, 1e-14)
+    all_near(found.core, dense[:m, :m], 1e-14)
+    all_near(found.right, dense[:m, m:], 1e-14)
+    all_near(found.below, dense[m:, :m], 1e-14)
     chain = (
         np.diag(found.diagonal)
         + np.diag(found.lower[1:], -1)
         + np.diag(found.upper[:-1], 1)
     )
-    np.testing.assert_allclose(chain, dense[m:, m:], rtol=1e-14)
+    all_near(chain, dense[m:, m:], 1e-14)
 
 
 def test_first_root_of_a_cubic_to_rounding():
@@ -100,8 +101,6 @@ def test_first_root_of_a_cubic_to_rounding():
             continue
         ends = (c[3], c[2], np.sum(c), 3 * c[0] + 2 * c[1] + c[2])
         found = root(*(np.asarray([x]) for x in ends))
-        assert float(found[0]) == pytest.approx(
-            inside[0], abs=1e-12 / abs(np.polyval(np.polyder(c), inside[0]))
-        )
+        near(found[0], inside[0], abs=1e-12 / abs(np.polyval(np.polyder(c), inside[0])))
         checked += 1
     assert checked > 30

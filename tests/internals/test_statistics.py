@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from fit_scenes import ELASTIC, elastic_data
+from helpers import all_near, near
 from scenes import stop_scene
 from scipy import stats
 from scipy.optimize import least_squares
@@ -20,9 +21,7 @@ def test_robust_errors_match_the_sandwich():
     r = rng.standard_normal(40)
     got = identify(X, r, absolute=True, loss="huber", loss_scale=1e9, noise=1e-9)
     H = np.linalg.inv(X.T @ X)
-    np.testing.assert_allclose(
-        got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, rtol=1e-10
-    )
+    all_near(got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, 1e-10)
     # beyond the threshold, by `H = Jᵀ diag(C'') J` and `diag(C'²)` of the objective
     # `C(r)`, differentiated numerically
     c = 0.8
@@ -39,14 +38,14 @@ def test_robust_errors_match_the_sandwich():
         G = np.linalg.inv((X.T * curved) @ X)
         sandwich = G @ (X.T * force**2) @ X @ G * 40 / 37
         got = identify(X, r, absolute=True, loss=loss, loss_scale=c, noise=1e-9)
-        np.testing.assert_allclose(
-            got.covariance, sandwich, rtol=1e-5, atol=1e-5 * np.abs(sandwich).max()
-        )
-        assert cost(r, loss, c) == pytest.approx(
-            least_squares(lambda x, r=r: r, [0.0], loss=loss, f_scale=c).cost, rel=1e-12
+        all_near(got.covariance, sandwich, 1e-5, 1e-5 * np.abs(sandwich).max())
+        near(
+            cost(r, loss, c),
+            least_squares(lambda x, r=r: r, [0.0], loss=loss, f_scale=c).cost,
+            1e-12,
         )
     plain = identify(X, r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)
-    np.testing.assert_allclose(plain.covariance, H, rtol=1e-10)
+    all_near(plain.covariance, H, 1e-10)
 
 
 def test_jacobian_matches_differences():
@@ -59,7 +58,7 @@ def test_jacobian_matches_differences():
     theta = np.array([0.31, 1.5e5, 900.0])
     J = model(theta).jacobian * theta
     D = central(model, theta) * theta
-    np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
+    all_near(J, D, 1e-6, 1e-8 * np.abs(D).max())
 
 
 def central(model, theta, relative=1e-5):
@@ -109,7 +108,7 @@ def test_intervals_cover_the_truth_as_stated(method, n):
 def test_few_runs_bound_what_they_can():
     group = np.arange(20)
     never = _uncertainty.probability(np.zeros(20, bool), group, 0.95)
-    assert never.high == pytest.approx(1 - 0.025 ** (1 / 20), rel=1e-9)
+    near(never.high, 1 - 0.025 ** (1 / 20), 1e-9)
     assert _uncertainty.quantile(np.arange(20.0), group, 0.99, 0.95).high == np.inf
     # order statistics of 20: the 6th and the 15th hold the median with 95.9 %
     middle = _uncertainty.quantile(np.arange(1.0, 21.0), group, 0.5, 0.95)

@@ -6,7 +6,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
+from helpers import all_near, closes, jacobians, near
 from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
@@ -74,9 +74,7 @@ def test_lagged_course_solves_its_equation(command):
             truth = solve_ivp(
                 rhs, (start, end), [force], "DOP853", rtol=1e-12, atol=1e-9, t_eval=t
             ).y[0]
-            np.testing.assert_allclose(
-                [float(actuator.value(x, i)) for x in t], truth, rtol=1e-10, atol=1e-6
-            )
+            all_near([float(actuator.value(x, i)) for x in t], truth, 1e-10, 1e-6)
             force = truth[-1]
         i = i + 1
         start = end
@@ -101,22 +99,23 @@ def test_release_frees_load_and_opens_band():
     result = released(SPRING)
     times = {event.name: event.time for event in result.events}
     begin = RELEASED + DEAD
-    assert times["restart"] == pytest.approx(
+    near(
+        times["restart"],
         begin + LAG * math.log(FORCE / (LOAD / gain(STATIC * FRICTION) + SPRING)),
-        rel=1e-10,
+        1e-10,
     )
-    assert times["release"] == pytest.approx(
-        begin + LAG * math.log(FORCE / SPRING), rel=1e-10
-    )
+    near(times["release"], begin + LAG * math.log(FORCE / SPRING), 1e-10)
     assert result.series([4.9]).slack_tension[0] == 0.0
     # without a return spring the band never opens: its tension fades away
     faded = released(0.0)
     assert "release" not in {event.name for event in faded.events}
-    assert faded.series([4.9]).slack_tension[0] == pytest.approx(
-        FORCE * math.exp(-(4.9 - begin) / LAG), rel=1e-9
+    near(
+        faded.series([4.9]).slack_tension[0],
+        FORCE * math.exp(-(4.9 - begin) / LAG),
+        1e-9,
     )
     for run in (result, faded):
-        assert float(run.energy["closure"]) <= 1e-12
+        closes(run, 1e-12)
 
 
 # --- a cylinder of air or oil -------------------------------------------------------
@@ -152,7 +151,7 @@ def test_stop_under_a_cylinder():
     stop = stop_time(force(x))
     # it rises up to the end of the run
     pressure = PRESSURE * -math.expm1(-(5.0 - DEAD) / LAG)
-    np.testing.assert_allclose(value, [stop, pressure], rtol=1e-9)
+    all_near(value, [stop, pressure], 1e-9)
     F, lag, dead = force(x)
     c = J * W0 / (gain(FRICTION) * F) + lag
     decayed = math.exp(-(stop - dead) / lag)
@@ -167,7 +166,7 @@ def test_stop_under_a_cylinder():
         by_force * F / ETA,
     ]
     for jacobian in (forwards, backwards):
-        np.testing.assert_allclose(jacobian[0], truth, rtol=1e-7)
+        all_near(jacobian[0], truth, 1e-7)
 
 
 def test_pressure_against_a_return_spring():
@@ -182,28 +181,24 @@ def test_pressure_against_a_return_spring():
         lever, f"{AREA!r} m^2", None, RATIO, ETA, spring, LAG, DEAD, "5.5 bar"
     )
     result = sb.simulate(scene(cylinder, LOAD))
-    assert float(result.slip_onset_time) == pytest.approx(
-        begin + DEAD - LAG * math.log(1 - spring / (PRESSURE * AREA)), rel=1e-10
+    near(
+        result.slip_onset_time,
+        begin + DEAD - LAG * math.log(1 - spring / (PRESSURE * AREA)),
+        1e-10,
     )
     full = PRESSURE * -math.expm1(-(RELEASED - begin) / LAG)
     opened = next(event.time for event in result.events if event.name == "release")
-    assert opened == pytest.approx(
-        RELEASED + DEAD + LAG * math.log(full * AREA / spring), rel=1e-10
-    )
+    near(opened, RELEASED + DEAD + LAG * math.log(full * AREA / spring), 1e-10)
     t = np.array([0.3, 1.0, 2.5, 3.4])
     late = t - DEAD
     p = np.where(late < begin, 0.0, PRESSURE * -np.expm1(-(late - begin) / LAG))
     p = np.where(late > RELEASED, full * np.exp(-(late - RELEASED) / LAG), p)
     series = result.series(t)
-    np.testing.assert_allclose(series.actuator_pressure, p, rtol=1e-12)
-    np.testing.assert_allclose(
-        series.slack_tension,
-        np.maximum(ETA * RATIO * (p * AREA - spring), 0.0),
-        rtol=1e-10,
+    all_near(series.actuator_pressure, p, 1e-12)
+    all_near(
+        series.slack_tension, np.maximum(ETA * RATIO * (p * AREA - spring), 0.0), 1e-10
     )
-    assert float(result.metrics["max_actuator_pressure"]) == pytest.approx(
-        full, rel=1e-12
-    )
+    near(result.metrics["max_actuator_pressure"], full, 1e-12)
     assert result.verdict().colour.value == "red"
 
 
@@ -212,12 +207,8 @@ def test_cylinder_behind_a_lever_and_in_phases():
     """On a hand lever it is its force; in a phase its time is that of the phase."""
     bare = Cylinder("4 bar", diameter="200 mm")
     on_lever = sb.simulate(scene(sb.Lever(bare, "1.2 m", "0.4 m")))
-    assert float(on_lever.stopping_time) == pytest.approx(
-        J * W0 / (gain(FRICTION) * 3 * 4e5 * AREA), rel=1e-10
-    )
-    assert float(on_lever.metrics["max_lever_force"]) == pytest.approx(
-        4e5 * AREA, rel=1e-12
-    )
+    near(on_lever.stopping_time, J * W0 / (gain(FRICTION) * 3 * 4e5 * AREA), 1e-10)
+    near(on_lever.metrics["max_lever_force"], 4e5 * AREA, 1e-12)
     # (a custom course, without a lag of the actuator)
     rise = sb.profiles.ExponentialRise(4e5, LAG)
     phases = [
@@ -228,12 +219,7 @@ def test_cylinder_behind_a_lever_and_in_phases():
     ]
     result = sb.simulate(scene(sb.loads.Phases(tuple(phases))))
     expected = [0.0, 0.0, 4e5 * -math.expm1(-(1.0 - 0.4 - DEAD) / LAG)]
-    np.testing.assert_allclose(
-        result.series([0.2, 0.45, 1.0]).actuator_pressure,
-        expected,
-        rtol=1e-12,
-        atol=1e-9,
-    )
+    all_near(result.series([0.2, 0.45, 1.0]).actuator_pressure, expected, 1e-12, 1e-9)
     assert sb.simulate(scene(1e3)).series([0.0]).actuator_pressure is None
 
 
@@ -244,4 +230,4 @@ def test_stepper_sets_the_pressure():
     assert stepper.units == {"lever": "Pa"}
     stepper.advance("0.2 s", lever=2e5)
     slowed = gain(FRICTION) * AREA / J * (4e5 * DEAD + 2e5 * (0.2 - DEAD))
-    assert stepper.omega == pytest.approx(W0 - slowed, rel=1e-9)
+    near(stepper.omega, W0 - slowed, 1e-9)

@@ -6,6 +6,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -24,28 +25,26 @@ def test_band_and_block_of_the_textbook():
     """Khurmi & Gupta, brakes chapter: 14 blocks of 15°, μ 0.25, ends at 30/120 mm, 200
     N at 750 mm."""
     Pi = ratio(0.25, np.full(14, math.radians(15)))
-    assert pytest.approx(2.51406375423075, rel=1e-13) == Pi
+    near(Pi, 2.51406375423075, 1e-13)
     # moments about the fulcrum: 200·750 = T_n·30 − T_0·… with the tight end on the
     # short arm
     T_0 = 200 * 0.750 / (0.120 - 0.030 * Pi)
-    assert pytest.approx(3364.88191484, rel=1e-11) == T_0
+    near(T_0, 3364.88191484, 1e-11)
     forces = sb.brakes.sliding_tensions(
         jnp.asarray(T_0), jnp.full(14, 0.25), jnp.full(14, math.radians(15))
     )
-    assert float(forces.tension[-1]) == pytest.approx(8459.52765938, rel=1e-11)
-    assert 0.5 * float(forces.tension[-1] - T_0) == pytest.approx(
-        2547.32287226585, rel=1e-11
-    )
+    near(forces.tension[-1], 8459.52765938, 1e-11)
+    near(0.5 * float(forces.tension[-1] - T_0), 2547.32287226585, 1e-11)
 
 
 def test_capstan_limit_is_of_second_order():
     wrap = math.radians(270)
     mu = 0.4
     truth = float(sb.brakes.capstan_ratio(jnp.asarray(mu), jnp.asarray(wrap)))
-    assert truth == pytest.approx(6.58606196269473, rel=1e-14)
+    near(truth, 6.58606196269473, 1e-14)
     errors = [ratio(mu, np.full(n, wrap / n)) / truth - 1 for n in (16, 64, 128)]
-    np.testing.assert_allclose(errors, [1.6106e-2, 9.8902e-4, 2.47040e-4], rtol=1e-4)
-    assert math.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.01)
+    all_near(errors, [1.6106e-2, 9.8902e-4, 2.47040e-4], 1e-4)
+    near(math.log2(errors[1] / errors[2]), 2.0, abs=0.01)
 
 
 def test_self_locking_lining_is_marked():
@@ -70,11 +69,11 @@ def test_mobilised_forces_balance_in_limits(f, T_0, share, angles):
             jnp.asarray(T_0), jnp.asarray(T_n), mu, jnp.asarray(beta)
         )
         total = float(np.sum(forces.friction / np.cos(beta / 2)))
-        assert total == pytest.approx(T_n - T_0, abs=1e-9 * T_0)
+        near(total, T_n - T_0, abs=1e-9 * T_0)
         assert np.all(
             np.abs(forces.friction) <= f * np.asarray(forces.normal) * (1 + 1e-9) + 1e-9
         )
-        assert float(forces.tension[-1]) == pytest.approx(T_n, rel=1e-12)
+        near(forces.tension[-1], T_n, 1e-12)
 
 
 def test_mass_terms_of_a_carried_lining():
@@ -96,29 +95,29 @@ def test_mass_terms_of_a_carried_lining():
     T_1 = float(forces.tension[0])
     N = float(forces.normal[0])
     F = float(forces.friction[0])
-    assert pytest.approx((T_1 - T_0) * c + 2.0, rel=1e-13) == F
-    assert pytest.approx((T_1 + T_0) * s - 5.0, rel=1e-13) == N
-    assert pytest.approx(f * N, rel=1e-13) == F
+    near(F, (T_1 - T_0) * c + 2.0, 1e-13)
+    near(N, (T_1 + T_0) * s - 5.0, 1e-13)
+    near(F, f * N, 1e-13)
     lifted = sb.brakes.sliding_tensions(
         jnp.asarray(T_0), jnp.asarray([f]), one, centrifugal_force=1e3
     )
     assert float(lifted.normal[0]) == float(lifted.friction[0]) == 0.0
-    assert float(lifted.tension[0]) == pytest.approx(T_0)
+    near(lifted.tension[0], T_0)
 
 
 @pytest.mark.parametrize(("f", "k"), [(0.5, 9), (0.3, 6), (0.1, 10), (0.3, 1)])
 def test_equal_increment_layout(f, k):
     layout = sb.layouts.equal_increment_angles(f, 10, k, math.radians(270))
-    assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-12)
+    near(np.sum(layout.angle), math.radians(270), 1e-12)
     forces = sb.brakes.sliding_tensions(
         jnp.asarray(1.0), jnp.full(k, f), jnp.asarray(layout.angle[:k])
     )
     increments = np.diff(np.append(1.0, forces.tension))
-    np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
-    assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
+    all_near(increments, increments[0], 1e-10)
+    near(forces.tension[-1], layout.ratio, 1e-11)
     z = np.tan(layout.angle / 2)
     # telescoped, equal f
-    assert (1 / z[k - 1] + f) / (1 / z[0] - f) == pytest.approx(layout.ratio, rel=1e-11)
+    near((1 / z[k - 1] + f) / (1 / z[0] - f), layout.ratio, 1e-11)
 
 
 def test_equal_increments_unequal_friction():
@@ -128,19 +127,19 @@ def test_equal_increments_unequal_friction():
         jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle)
     )
     increments = np.diff(np.append(1.0, forces.tension))
-    np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
-    assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
+    all_near(increments, increments[0], 1e-10)
+    near(forces.tension[-1], layout.ratio, 1e-11)
 
 
 @pytest.mark.parametrize("area", [1.0, np.linspace(1.0, 1.5, 10)])
 def test_equal_load_layout(area):
     layout = sb.layouts.equal_load_angles(0.3, 10, math.radians(270), area=area)
-    assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-10)
+    near(np.sum(layout.angle), math.radians(270), 1e-10)
     forces = sb.brakes.sliding_tensions(
         jnp.asarray(1.0), jnp.full(10, 0.3), jnp.asarray(layout.angle)
     )
     pressure = np.asarray(forces.normal) / area
-    np.testing.assert_allclose(pressure, pressure[0], rtol=1e-9)
+    all_near(pressure, pressure[0], 1e-9)
 
 
 def test_chord_layout_and_infeasible_case():
@@ -149,7 +148,7 @@ def test_chord_layout_and_infeasible_case():
     forces = sb.brakes.chord_tensions(
         jnp.asarray(1.0), jnp.asarray(0.2), jnp.append(0.0, jnp.asarray(beta))
     )
-    np.testing.assert_allclose(forces.normal[1:], forces.normal[1], rtol=1e-12)
+    all_near(forces.normal[1:], forces.normal[1], 1e-12)
     with pytest.raises(
         sb.layouts.InfeasibleLayout, match=r"chord 1: 1 − f·tan\(β_1/2\)"
     ):
@@ -177,7 +176,7 @@ def test_reach_of_equal_increments():
     n = 4
     most = sum(2 * math.atan(1 / (f * (2 * i - 1))) for i in range(1, n + 1))
     layout = sb.layouts.equal_increment_angles(f, n, n, 0.999 * most)
-    assert np.sum(layout.angle) == pytest.approx(0.999 * most, rel=1e-12)
+    near(np.sum(layout.angle), 0.999 * most, 1e-12)
     assert f * math.tan(np.max(layout.angle) / 2) < 1
     with pytest.raises(
         sb.layouts.InfeasibleLayout,

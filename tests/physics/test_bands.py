@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers import all_near, closes, near
 from oracles.stops import at_rest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
@@ -84,31 +85,23 @@ def test_a_stop_has_the_torque_of_both_bands(stopped):
     ]
     torque = R_B * sum(T[-1] - T[0] for T in along)
     time = J * W0 / (torque - LOAD)
-    assert float(stopped.stopping_time) == pytest.approx(time, rel=1e-12)
-    np.testing.assert_allclose(
-        sb.brakes.tension_shares(stopped.scene.brake), share, rtol=1e-14
-    )
+    near(stopped.stopping_time, time, 1e-12)
+    all_near(sb.brakes.tension_shares(stopped.scene.brake), share, 1e-14)
     s = stopped.series([0.5 * time])
-    np.testing.assert_allclose(
-        s.tension[0], np.concatenate([T[1:] for T in along]), rtol=1e-13
-    )
-    assert float(s.tight_tension[0]) == pytest.approx(
-        sum(T[-1] for T in along), rel=1e-13
-    )
+    all_near(s.tension[0], np.concatenate([T[1:] for T in along]), 1e-13)
+    near(s.tight_tension[0], sum(T[-1] for T in along), 1e-13)
     loads = [
         (T[1:] + T[:-1]) * np.sin(a / 2) for T, a in zip(along, ANGLES, strict=True)
     ]
-    np.testing.assert_allclose(s.normal_load[0], np.concatenate(loads), rtol=1e-13)
+    all_near(s.normal_load[0], np.concatenate(loads), 1e-13)
     work = np.asarray(sb.results.friction_work(stopped))
-    np.testing.assert_allclose(
-        work,
-        np.concatenate([np.diff(T) for T in along]) * R_B * W0 * time / 2,
-        rtol=1e-11,
+    all_near(
+        work, np.concatenate([np.diff(T) for T in along]) * R_B * W0 * time / 2, 1e-11
     )
-    assert float(stopped.energy["closure"]) <= 1e-12
+    closes(stopped, 1e-12)
     greatest = stopped.max_tension
     T_max = np.array([T[-1] for T in along])
-    assert float(greatest.value) == pytest.approx(T_max.max(), rel=1e-13)
+    near(greatest.value, T_max.max(), 1e-13)
     assert int(greatest.lining) == (4, 10)[int(T_max.argmax())]
 
 
@@ -121,9 +114,7 @@ def test_given_shares_are_relative():
             w * R_B * T0 * (ratios(f, a).prod() - 1)
             for w, f, a in zip((1 / 3, 2 / 3), FRICTION, ANGLES, strict=True)
         )
-        assert float(result.stopping_time) == pytest.approx(
-            J * W0 / (torque - LOAD), rel=1e-12
-        )
+        near(result.stopping_time, J * W0 / (torque - LOAD), 1e-12)
 
 
 def test_geometries_stretch_alike():
@@ -175,8 +166,8 @@ def test_geometries_stretch_alike():
                 else S * ends[j][1] / EA
             )
         stretch.append(total)
-    assert found.sum() == pytest.approx(1.0, rel=1e-15)
-    assert stretch[0] == pytest.approx(stretch[1], rel=1e-12)
+    near(found.sum(), 1.0, 1e-15)
+    near(stretch[0], stretch[1], 1e-12)
 
 
 def test_sharing_of_a_load_at_rest(stopped):
@@ -192,27 +183,23 @@ def test_sharing_of_a_load_at_rest(stopped):
     assert float(s.omega[0]) == 0.0
     assert float(s.brake_torque[0]) == LOAD
     held = stopped.scene.brake.of_bands(np.asarray(s.tension)[0])
-    np.testing.assert_allclose(
-        [T[-1] for T in held] - slack, LOAD / R_B * most / most.sum(), rtol=1e-12
-    )
+    all_near([T[-1] for T in held] - slack, LOAD / R_B * most / most.sum(), 1e-12)
     for j, T in enumerate(held):  # no lining beyond its limit
         assert np.all(np.diff(np.append(slack[j], T)) >= -1e-9)
         assert np.all(
             T / np.append(slack[j], T[:-1])
             <= ratios(static[j], ANGLES[j]) * (1 + 1e-12)
         )
-    assert stopped.metrics["min_holding_reserve"] == pytest.approx(
-        R_B * most.sum() / LOAD, rel=1e-12
-    )
+    near(stopped.metrics["min_holding_reserve"], R_B * most.sum() / LOAD, 1e-12)
     rising = sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * R_B * most.sum()])
     result = sb.simulate(scene(omega=0.0, load=rising, end=5.0))
     restart = next(event.time for event in result.events if event.name == "restart")
-    assert restart == pytest.approx(3.0, rel=1e-12)
+    near(restart, 3.0, 1e-12)
     kinetic = sum(
         T * (ratios(f, a).prod() - 1)
         for T, f, a in zip(slack, FRICTION, ANGLES, strict=True)
     )
-    assert float(result.end_capacity.torque) == pytest.approx(R_B * kinetic, rel=1e-12)
+    near(result.end_capacity.torque, R_B * kinetic, 1e-12)
 
 
 # --- heat, fade, memory, wear -------------------------------------------------------
@@ -254,8 +241,10 @@ def test_laws_see_the_rim_of_their_own_band():
         ]
 
     slack = shares(friction=friction(start)) * T0
-    assert slack[0] == pytest.approx(
-        T0 * float(sb.brakes.tension_shares(result.scene.brake, np.repeat(start, N))[0])
+    near(
+        slack[0],
+        T0
+        * float(sb.brakes.tension_shares(result.scene.brake, np.repeat(start, N))[0]),
     )
 
     def rates(t, y):
@@ -274,10 +263,8 @@ def test_laws_see_the_rim_of_their_own_band():
     truth = solve_ivp(
         rates, (0, 9), [W0, *start], "DOP853", events=at_rest, rtol=1e-13, atol=1e-12
     )
-    assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
-    np.testing.assert_allclose(
-        result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], rtol=1e-10
-    )
+    near(result.stopping_time, truth.t[-1], 1e-10)
+    all_near(result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], 1e-10)
 
 
 @pytest.mark.slow
@@ -298,9 +285,7 @@ def test_pressure_on_one_band():
 
         T *= ratios(brentq(excess, 0.0, f_0, xtol=1e-15), a)
     torque = R_B * (T - slack + slack * (ratios(FRICTION[1], ANGLES[1]).prod() - 1))
-    assert float(result.stopping_time) == pytest.approx(
-        J * W0 / (torque - LOAD), rel=1e-12
-    )
+    near(result.stopping_time, J * W0 / (torque - LOAD), 1e-12)
 
 
 # --- input, files, figures ----------------------------------------------------------
@@ -312,16 +297,14 @@ def test_estimates_and_synthesis_of_several_bands(stopped):
         for s, f, a in zip(shares(), FRICTION, ANGLES, strict=True)
     )
     for table in (sb.estimates(stopped), sb.synthesize(stopped)):
-        assert table["tension ratio"].value == pytest.approx(Pi, rel=1e-13)
-        assert table["brake torque"].value == pytest.approx(
-            R_B * T0 * (Pi - 1), rel=1e-13
-        )
+        near(table["tension ratio"].value, Pi, 1e-13)
+        near(table["brake torque"].value, R_B * T0 * (Pi - 1), 1e-13)
         for name in (
             "brake torque",
             "stopping time",
             "stopping angle",
             "friction work",
         ):
-            assert table[name].value == pytest.approx(table[name].simulated, rel=1e-9)
+            near(table[name].value, table[name].simulated, 1e-9)
     inputs = {entry.name: entry.value for entry in table.inputs}
-    assert inputs["lining_area"] == pytest.approx(4 * 0.03 + 0.13, rel=1e-14)
+    near(inputs["lining_area"], 4 * 0.03 + 0.13, 1e-14)

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from scenes import closed_form, stop_scene
 from scipy.integrate import quad
 
@@ -101,10 +102,12 @@ def test_separate_linings_match_quadrature(make, k, halved):
         truth = elongation_by_quadrature(
             5e3, laid(f, angles, gaps, k), end_factor=0.5 if halved else 1.0
         )
-        assert float(got) == pytest.approx(truth, rel=1e-13)
+        near(got, truth, 1e-13)
     one = make(gap=equal[2]).compliance(0.35, equal[1], R0)
-    assert float(one) == pytest.approx(
-        float(make(gap=math.radians(1.5)).compliance(equal[0], equal[1], R0)), rel=1e-14
+    near(
+        one,
+        make(gap=math.radians(1.5)).compliance(equal[0], equal[1], R0),
+        1e-14,
     )
 
 
@@ -118,12 +121,8 @@ def test_more_than_a_turn_matches_quadrature(split):
     ends = ((L_C, E1 * A1), (L_H, 0.6 * E1 * A1))
     angle = np.full(50, wrap / 50)
     got = slotted(split=split).elongation(5e3, f, angle, R0)
-    assert float(got) == pytest.approx(
-        elongation_by_quadrature(5e3, pieces, ends), rel=1e-13
-    )
-    assert float(sb.brakes.tension_rise(f, angle)) == pytest.approx(
-        math.exp(f * wrap), rel=1e-13
-    )
+    near(got, elongation_by_quadrature(5e3, pieces, ends), 1e-13)
+    near(sb.brakes.tension_rise(f, angle), math.exp(f * wrap), 1e-13)
 
 
 @pytest.mark.parametrize("make", [bonded, plates, slotted])
@@ -147,14 +146,14 @@ def test_elongation_is_exact_at_no_friction(make):
         k = BOND if make is bonded else BARE
         truth = wrap / k + (L_C + L_H) / (E1 * A1)
         rise = wrap**2 / 2 / k + wrap * L_H / (E1 * A1)
-    assert float(value) == pytest.approx(truth, rel=1e-13)
-    assert float(slope) == pytest.approx(rise, rel=1e-12)
+    near(value, truth, 1e-13)
+    near(slope, rise, 1e-12)
     # no seam where the series hands over to the closed form, f α = 0.02
-    near = [
+    close = [
         float(jax.jit(jax.grad(compliance))(0.02 / BETA * s))
         for s in (1 - 1e-9, 1 + 1e-9)
     ]
-    assert near[0] == pytest.approx(near[1], rel=1e-8)
+    near(close[0], close[1], 1e-8)
 
 
 def test_anchor_and_linkage_are_in_series():
@@ -162,32 +161,28 @@ def test_anchor_and_linkage_are_in_series():
     alone, soft = (
         float(bonded(linkage=c).stiffness(0.35, angle, R0)) for c in (None, 1e5)
     )
-    assert 1 / soft == pytest.approx(1 / alone + 1 / 1e5, rel=1e-14)
+    near(1 / soft, 1 / alone + 1 / 1e5, 1e-14)
     rise = math.exp(0.35 * 20 * BETA)
-    assert alone == pytest.approx(
-        5e3 * rise / float(bonded().elongation(5e3, 0.35, angle, R0)), rel=1e-13
-    )
+    near(alone, 5e3 * rise / float(bonded().elongation(5e3, 0.35, angle, R0)), 1e-13)
 
 
 def test_parallel_bands_stretch_alike():
     c = np.asarray([2e-8, 5e-8, 3e-8])
     split = np.asarray(sb.brakes.lever_split(c, 1e4))
-    assert split.sum() == pytest.approx(1e4, rel=1e-15)
-    np.testing.assert_allclose(split * c, split[0] * c[0], rtol=1e-15)
+    near(split.sum(), 1e4, 1e-15)
+    all_near(split * c, split[0] * c[0], 1e-15)
     # geometries and numbers, with linings of their own friction
     angle = np.full(4, 0.6)
     bands = sb.brakes.ParallelBands((bonded(), plates(tight_end=2.0), 4e8))
     shares = bands.shares(EACH, angle, R0)
     each = np.asarray([band.stiffness(EACH, angle, R0) for band in bands.bands])
-    np.testing.assert_allclose(np.asarray(shares), each / each.sum(), rtol=1e-14)
+    all_near(shares, each / each.sum(), 1e-14)
     stretched = [
         float(b.elongation(8e3 * s, EACH, angle, R0))
         for b, s in zip(bands.bands, shares, strict=True)
     ]
-    np.testing.assert_allclose(stretched, stretched[0], rtol=1e-14)
-    assert float(bands.elongation(8e3, EACH, angle, R0)) == pytest.approx(
-        stretched[0], rel=1e-14
-    )
+    all_near(stretched, stretched[0], 1e-14)
+    near(bands.elongation(8e3, EACH, angle, R0), stretched[0], 1e-14)
 
 
 def soft_scene(modulus=5e8, **rest):
@@ -200,16 +195,12 @@ def test_geometry_equals_its_stiffness_value():
     C = float(sb.brakes.stiffness_of(scene.brake))
     assert 1e5 < C < 1e6
     geometry = sb.simulate(scene)
-    assert float(geometry.stopping_time) == pytest.approx(
-        closed_form(C=C)["stop"], rel=1e-10
-    )
+    near(geometry.stopping_time, closed_form(C=C)["stop"], 1e-10)
     # two equal bands are one of twice the stiffness, half the tension in each
     pair = stop_scene(C=sb.brakes.ParallelBands((plates(modulus=5e8),) * 2))
-    np.testing.assert_allclose(
-        np.asarray(sb.brakes.tension_shares(pair.brake)), [0.5, 0.5], rtol=4e-16
-    )  # two roundings
+    all_near(sb.brakes.tension_shares(pair.brake), [0.5, 0.5], 4e-16)  # two roundings
     twice = float(sb.simulate(stop_scene(C=2 * C)).stopping_time)
-    assert float(sb.simulate(pair).stopping_time) == pytest.approx(twice, rel=1e-14)
+    near(sb.simulate(pair).stopping_time, twice, 1e-14)
     assert sb.brakes.stiffness_of(stop_scene(C=None).brake) is None
 
 
@@ -219,9 +210,7 @@ def test_stiffness_under_a_temperature_law():
     )
     brake = stop_scene(C=plates(), law=law).brake
     hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake
-    assert float(sb.brakes.stiffness_of(brake, 400.0)) == pytest.approx(
-        float(sb.brakes.stiffness_of(hot)), rel=1e-14
-    )
+    near(sb.brakes.stiffness_of(brake, 400.0), sb.brakes.stiffness_of(hot), 1e-14)
     with pytest.raises(ValueError, match="depends on the temperature"):
         sb.brakes.stiffness_of(brake)
 
@@ -242,16 +231,12 @@ def test_gradient_of_the_stop_by_the_band():
 
     at = (5e8, 0.9, 0.35)
     got = jax.jit(jax.grad(stop, argnums=(0, 1, 2)))(*at)
-    np.testing.assert_allclose(
-        got, jax.jit(jax.grad(truth, argnums=(0, 1, 2)))(*at), rtol=1e-9
-    )
+    all_near(got, jax.jit(jax.grad(truth, argnums=(0, 1, 2)))(*at), 1e-9)
 
 
 def test_lever_of_the_textbook():
     lever = sb.Lever(sb.Constant(200.0), arm=0.75, slack_arm=0.12, efficiency=0.9)
-    assert float(lever.value(0.0, 0)) == pytest.approx(
-        0.9 * 200.0 * 0.75 / 0.12, rel=1e-15
-    )
+    near(lever.value(0.0, 0), 0.9 * 200.0 * 0.75 / 0.12, 1e-15)
 
 
 @pytest.mark.slow
@@ -264,7 +249,7 @@ def test_lever_in_a_scene():
     truth = jax.jit(jax.grad(lambda arm: closed_form(T0=1e4 * arm, xp=jnp)["stop"]))(
         0.8
     )
-    assert float(jax.jit(jax.grad(stop))(0.8)) == pytest.approx(float(truth), rel=1e-9)
+    near(jax.jit(jax.grad(stop))(0.8), truth, 1e-9)
 
 
 def test_a_differential_lever_locks_itself():
@@ -275,4 +260,4 @@ def test_a_differential_lever_locks_itself():
     slope = jax.grad(
         lambda b: sb.loads.differential_lever_tension(200.0, 0.75, 0.12, b, 4.0)
     )(0.02)
-    assert float(slope) == pytest.approx(150.0 * 4.0 / 0.04**2, rel=1e-12)
+    near(slope, 150.0 * 4.0 / 0.04**2, 1e-12)

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from scipy.linalg import expm
 
 import simbrake as sb
@@ -103,11 +104,9 @@ def test_a_contact_is_opened_by_the_lever(staged):
         expm(exchange(*left) * max(x - OPENS_AT, 0.0)) @ T
         for x, T in zip(t, closed, strict=True)
     ]
-    np.testing.assert_allclose(result.series(t).temperature, exact, rtol=1e-10)
+    all_near(result.series(t).temperature, exact, 1e-10)
     capacities = np.array([RIM, LININGS, BAND])
-    assert float(result.end_temperatures @ capacities) == pytest.approx(
-        float(START @ capacities), rel=1e-13
-    )
+    near(result.end_temperatures @ capacities, START @ capacities, 1e-13)
 
 
 @pytest.mark.slow
@@ -132,17 +131,15 @@ def test_derivatives_of_a_contact_that_opens():
     )
     before = expm(closed * OPENS_AT) @ START
     after = expm(left * (END - OPENS_AT))
-    np.testing.assert_allclose(value, after @ before, rtol=1e-10)
-    np.testing.assert_allclose(
-        forward[:, 1], after @ (closed - left) @ before, rtol=1e-7
-    )
+    all_near(value, after @ before, 1e-10)
+    all_near(forward[:, 1], after @ (closed - left) @ before, 1e-7)
     # of exp(A t) in the direction B = ∂A/∂R_c: the upper right block of exp([[A, B],
     # [0, A]] t)
     slope = exchange((0, 1, -(CONTACT**2) / 0.1))
     block = expm(np.block([[closed, slope], [np.zeros((3, 3)), closed]]) * OPENS_AT)[
         :3, 3:
     ]
-    np.testing.assert_allclose(forward[:, 0], after @ block @ START, rtol=1e-7)
+    all_near(forward[:, 0], after @ block @ START, 1e-7)
 
 
 def yovanovich(p):
@@ -177,16 +174,12 @@ def test_conductance_of_metals_by_pressure():
             1 / (yovanovich(p) * smooth) + 0.01 / sb.material("steel_20L").conductivity
         )
         half = 0.0025 / (sb.material("steel_20L").conductivity * 2.0)
-        assert float(T["w[1]"]) == pytest.approx(
-            500.0 - flow * (1 / (2 * yovanovich(p) * smooth) + half), rel=1e-10
-        )
+        near(T["w[1]"], 500.0 - flow * (1 / (2 * yovanovich(p) * smooth) + half), 1e-10)
     slope = jax.grad(METALS.conductance)(jnp.asarray(0.0))
     k = 2 * 45.0 * 60.0 / 105.0
     m = math.hypot(0.12, 0.2)
     sigma = math.hypot(1.1e-6, 2.3e-6)
-    assert float(slope) == pytest.approx(
-        1.25 * k * m / sigma / 1.4e9 * 1e-6**-0.05, rel=1e-12
-    )
+    near(slope, 1.25 * k * m / sigma / 1.4e9 * 1e-6**-0.05, 1e-12)
 
 
 @pytest.mark.slow
@@ -211,7 +204,5 @@ def test_linings_conduct_by_their_pressure(staged):
         A[1:, 0] = g / LININGS
         A[1:, 1:] = -np.diag(g) / LININGS
         exact = expm(A * END) @ np.array([START[0], *np.full(N, START[1])])
-        np.testing.assert_allclose(
-            result.series([END]).temperature[0, : N + 1], exact, rtol=1e-10
-        )
+        all_near(result.series([END]).temperature[0, : N + 1], exact, 1e-10)
         assert abs(exact[1] - START[1]) > 1.0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from disc_scenes import TORQUE, F, disc_scene
 from disc_scenes import J as DISC
+from helpers import all_near, near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -30,11 +31,11 @@ def test_maximum_inside_a_motion(way):
     limit = 0.8 * 9e3 / J
     result = sb.simulate(coasting(20.0 * way, limits=sb.Limits(max_deceleration=limit)))
     peak = result.max_deceleration
-    assert float(peak.value) == pytest.approx(9e3 / J, rel=1e-12)
-    assert abs(result.series([float(peak.time)]).omega[0]) == pytest.approx(6.0)
+    near(peak.value, 9e3 / J, 1e-12)
+    near(abs(result.series([float(peak.time)]).omega[0]), 6.0)
     (event,) = [each for each in result.events if each.name == "hard_braking"]
     speed = abs(result.series([event.time]).omega[0])
-    assert speed == pytest.approx(6.0 * (1 + 0.6) / 0.8, rel=1e-9)
+    near(speed, 6.0 * (1 + 0.6) / 0.8, 1e-9)
     assert result.verdict().colour == "red"
 
 
@@ -47,7 +48,7 @@ def test_derivatives_and_runs_side_by_side():
             ).max_deceleration.value
         )
     )(9e3)
-    assert slope == pytest.approx(1 / J, rel=1e-9)
+    near(slope, 1 / J, 1e-9)
     # its time is in proportion to 1/M_m
     time, slope = jax.value_and_grad(
         lambda most: (
@@ -56,12 +57,12 @@ def test_derivatives_and_runs_side_by_side():
             ).max_deceleration.time
         )
     )(9e3)
-    assert slope == pytest.approx(-float(time) / 9e3, rel=1e-8)
+    near(slope, -float(time) / 9e3, 1e-8)
     speeds = {"initial.omega": [4.0, 12.0, 20.0]}
     data = sb.ensemble(scene, speeds, ["max_deceleration"], progress=False)
     slower = 2 * 9e3 * 4.0 * 6.0 / (4.0**2 + 6.0**2) / J
     expected = [slower, 9e3 / J, 9e3 / J]
-    np.testing.assert_allclose(data.max_deceleration, expected, rtol=1e-12)
+    all_near(data.max_deceleration, expected, 1e-12)
 
 
 def test_left_limit_at_rest_and_load_on_a_hook():
@@ -75,12 +76,10 @@ def test_left_limit_at_rest_and_load_on_a_hook():
     last = result.series([stop], left=True)
     inertia = float(scene.brake.pulley.inertia) + 20e3 * (0.4 / 8) ** 2
     torque = last.brake_torque[0] - 20e3 * sb.loads.GRAVITY * 0.4 / 8
-    assert last.deceleration[0] == pytest.approx(torque / inertia, rel=1e-9)
+    near(last.deceleration[0], torque / inertia, 1e-9)
     assert float(result.max_deceleration.time) == stop
-    assert result["max_deceleration"] == pytest.approx(last.deceleration[0], rel=1e-9)
-    assert result["max_hook_deceleration"] == pytest.approx(
-        0.4 / 8 * last.deceleration[0], rel=1e-9
-    )
+    near(result["max_deceleration"], last.deceleration[0], 1e-9)
+    near(result["max_hook_deceleration"], 0.4 / 8 * last.deceleration[0], 1e-9)
     assert result.series([stop, 6.0]).hook_deceleration.tolist() == [0.0, 0.0]
     # at first the load speeds up
     assert result.series([0.0]).deceleration[0] < 0
@@ -121,7 +120,7 @@ def test_means_of_a_constant_deceleration_behind_dead_time():
         found = [run[name] for name in MEANS[:3]]
         w = run.series([1.1]).omega[0] if run is not result else 10.0
         expected = [alpha, alpha, w / (0.3 + w / alpha)]
-        assert found == pytest.approx(expected, rel=1e-9)
+        near(found, expected, 1e-9)
     limits = {"mean_deceleration_by_time": 0.99 * alpha}
     assert result.verdict(limits).colour == "red"
     with pytest.raises(KeyError, match="mean_hook"):
@@ -163,13 +162,13 @@ def test_means_of_a_ramp_and_their_derivatives():
 
     result = sb.simulate(scene(rate))
     single = [result[name] for name in MEANS]
-    np.testing.assert_allclose(single, means_of_ramp(rate), rtol=1e-9)
+    all_near(single, means_of_ramp(rate), 1e-9)
     expected = jax.jacfwd(means_of_ramp)(rate)[np.asarray(some)]
-    np.testing.assert_allclose(jax.jacfwd(means)(rate), expected, rtol=1e-7)
+    all_near(jax.jacfwd(means)(rate), expected, 1e-7)
     paths = {"duty.force.values[2]": [20 * rate, 40 * rate]}
     data = sb.ensemble(scene(rate), paths, MEANS[:1], progress=False)
     expected = [means_of_ramp(x)[0] for x in (rate, 2 * rate)]
-    np.testing.assert_allclose(data[MEANS[0]], expected, rtol=1e-9)
+    all_near(data[MEANS[0]], expected, 1e-9)
 
 
 def test_no_mean_without_a_stop():

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, closes, near
 from scipy.integrate import solve_ivp
 from shoe_scenes import (
     END,
@@ -42,13 +43,11 @@ def test_stop_has_the_torques_of_both_shoes(stopped):
     N = normals(FRICTION)
     torque = FRICTION * R * N.sum()
     assert N[0] > 2 * N[1]
-    assert float(stopped.stopping_time) == pytest.approx(
-        J * W0 / (torque - 60.0), rel=1e-12
-    )
+    near(stopped.stopping_time, J * W0 / (torque - 60.0), 1e-12)
     s = stopped.series([0.1])
-    np.testing.assert_allclose(s.normal_load[0], N, rtol=1e-12)
-    np.testing.assert_allclose(s.friction_force[0], FRICTION * N, rtol=1e-12)
-    assert float(stopped.energy["closure"]) <= 1e-12
+    all_near(s.normal_load[0], N, 1e-12)
+    all_near(s.friction_force[0], FRICTION * N, 1e-12)
+    closes(stopped, 1e-12)
     assert [event.name for event in stopped.events] == [
         "slip_onset",
         "full_slip",
@@ -67,11 +66,11 @@ def test_worked_example_of_the_book():
     f = np.full(2, FRICTION)
     per_newton = np.asarray(brake.normal(1.0, f, False))
     force = 1e6 / float(brake.greatest_pressure(per_newton[0]))
-    assert force == pytest.approx(2.28e3, rel=5e-3)
+    near(force, 2.28e3, 5e-3)
     torques = FRICTION * R * force * per_newton
-    np.testing.assert_allclose(torques, [366.0, 162.0], rtol=5e-3)
+    all_near(torques, [366.0, 162.0], 5e-3)
     trailing = float(brake.greatest_pressure(force * per_newton[1]))
-    assert trailing == pytest.approx(443e3, rel=5e-3)
+    near(trailing, 443e3, 5e-3)
 
 
 def test_greatest_pressure_of_a_short_lining():
@@ -80,9 +79,7 @@ def test_greatest_pressure_of_a_short_lining():
     for end, highest in ((END, 1.0), (1.0, math.sin(1.0))):
         shoes = sb.Shoes(sb.ConstantFriction(0.3), R, B, START, end)
         mean = N_1 if end == END else moments(end)[2]
-        assert float(shoes.peak) == pytest.approx(
-            highest * float(shoes.area) / mean, rel=1e-12
-        )
+        near(shoes.peak, highest * float(shoes.area) / mean, 1e-12)
 
 
 def test_directions_swap_the_shoes():
@@ -93,7 +90,7 @@ def test_directions_swap_the_shoes():
             shoe_scene(omega=sign * W0, friction=sb.ConstantFriction(own, 1.1))
         )
         torque = R * float(own @ normals(own, back=sign < 0))
-        assert float(result.stopping_time) == pytest.approx(J * W0 / torque, rel=1e-12)
+        near(result.stopping_time, J * W0 / torque, 1e-12)
 
 
 def test_held_shoes_balance_about_their_pins(stopped):
@@ -101,9 +98,9 @@ def test_held_shoes_balance_about_their_pins(stopped):
     friction = np.asarray(s.friction_force)[0]
     normal = np.asarray(s.normal_load)[0]
     assert float(s.omega[0]) == 0.0
-    assert R * friction.sum() == pytest.approx(60.0, rel=1e-12)
-    np.testing.assert_allclose(
-        normal * M_N / N_1 - np.array([1, -1]) * friction * M_F / N_1, F * C, rtol=1e-12
+    near(R * friction.sum(), 60.0, 1e-12)
+    all_near(
+        normal * M_N / N_1 - np.array([1, -1]) * friction * M_F / N_1, F * C, 1e-12
     )
     assert np.all(np.abs(friction) < 1.1 * FRICTION * normal)
 
@@ -115,17 +112,15 @@ def test_restart_where_load_exceeds_capacity():
         shoe_scene(omega=0.0, load=sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * hold]))
     )
     restart = next(event.time for event in result.events if event.name == "restart")
-    assert restart == pytest.approx(3.0, rel=1e-12)
+    near(restart, 3.0, 1e-12)
     kinetic = FRICTION * R * normals(FRICTION).sum()
-    assert float(result.end_capacity.torque) == pytest.approx(kinetic, rel=1e-12)
+    near(result.end_capacity.torque, kinetic, 1e-12)
 
 
 def test_self_locking_is_named():
     f = 1.02 * LOCKS
     scene = shoe_scene(friction=sb.ConstantFriction([f, 0.3], 1.0))
-    assert float(scene.brake.self_locking(np.array([LOCKS, 0.0]))[0]) == pytest.approx(
-        1.0, rel=1e-12
-    )
+    near(scene.brake.self_locking(np.array([LOCKS, 0.0]))[0], 1.0, 1e-12)
     sb.check_scene(scene)
     with pytest.raises(
         sb.SimulationError, match=r"singular_geometry: M_F ≥ M_N.*shorten its lining"
@@ -134,9 +129,7 @@ def test_self_locking_is_named():
     # just below, the torque is finite and large
     nearly = np.array([0.98 * LOCKS, 0.3])
     result = sb.simulate(shoe_scene(friction=sb.ConstantFriction(nearly, 1.0)))
-    assert float(result.stopping_time) == pytest.approx(
-        J * W0 / (R * float(nearly @ normals(nearly))), rel=1e-11
-    )
+    near(result.stopping_time, J * W0 / (R * float(nearly @ normals(nearly))), 1e-11)
 
 
 def test_shoe_that_locks_itself_ends_the_run():
@@ -181,4 +174,4 @@ def test_shoe_that_locks_itself_ends_the_run():
         rtol=1e-10,
         atol=1e-10,
     )
-    assert float(result.record.t_end) == pytest.approx(truth.t[-1], rel=1e-5)
+    near(result.record.t_end, truth.t[-1], 1e-5)

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 from heat_scenes import BETA, W0, J, N, fading, rigid_stop
+from helpers import all_near, closes, near
 
 import simbrake as sb
 
@@ -33,11 +34,9 @@ def test_string_taken_in_motion_adds_energy():
     M = 68e3 * 9.80665 * r
     work = work + 0.5 * 60e3 * r**2 * omega**2
     work += M * (omega * 0.8 + 0.5 * M / J * 0.8**2)
-    assert float(result.record.y_end.omega) == pytest.approx(
-        omega + M / J * 0.8, rel=1e-12
-    )
-    assert float(result.energy["load_work"]) == pytest.approx(work, rel=1e-12)
-    assert float(result.energy["closure"]) < 1e-12
+    near(result.record.y_end.omega, omega + M / J * 0.8, 1e-12)
+    near(result.energy["load_work"], work, 1e-12)
+    closes(result, 1e-12)
 
 
 def test_cyclic_state_is_where_cycling_ends():
@@ -59,12 +58,10 @@ def test_cyclic_state_is_where_cycling_ends():
             eqx.tree_at(lambda s: s.heat, scene, sb.results.with_temperatures(heat, T))
         )
         T = np.asarray(run.end_temperatures)
-    np.testing.assert_allclose(T, np.asarray(found.result.end_temperatures), atol=1e-6)
+    all_near(T, found.result.end_temperatures, atol=1e-6)
     assert found.cycles < 40
     # over a cycle all friction heat leaves: half the kinetic energy's worth at 60 s
-    assert float(found.result.energy["heat_lost"]) == pytest.approx(
-        0.5 * J * W0**2, rel=1e-7
-    )
+    near(found.result.energy["heat_lost"], 0.5 * J * W0**2, 1e-7)
 
 
 # --- ready networks -----------------------------------------------------------------
@@ -89,9 +86,7 @@ def test_linings_heat_by_their_own_friction():
     wall, strip = (
         next(x for x in heat.bodies if x.name == y) for y in ("lining", "band")
     )
-    assert strip.capacity == pytest.approx(
-        steel.density * steel.specific_heat * 0.004 * wall.area, rel=1e-14
-    )
+    near(strip.capacity, steel.density * steel.specific_heat * 0.004 * wall.area, 1e-14)
     capacity = float(
         wall.material.density * wall.material.specific_heat * wall.area
     ) * np.asarray(wall.steps)
@@ -99,19 +94,19 @@ def test_linings_heat_by_their_own_friction():
     linings = rise @ capacity
     fz = 0.35 * math.tan(BETA / 2)
     tensions = ((1 + fz) / (1 - fz)) ** np.arange(N + 1)
-    np.testing.assert_allclose(
-        linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), rtol=1e-9
-    )
-    assert linings.sum() == pytest.approx(0.1 * 0.5 * J * W0**2, rel=1e-9)
+    all_near(linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), 1e-9)
+    near(linings.sum(), 0.1 * 0.5 * J * W0**2, 1e-9)
     assert int(result.peak_lining_temperature.lining) == N
     assert result.nodes[6] == "lining[1,1]"
 
 
 def test_radiation_governs_when_hot():
     T = sb.thermal.radiation_governs_above(25.0, 0.8)
-    assert pytest.approx(
-        25.0 * (T - sb.thermal.ROOM), rel=1e-10
-    ) == 0.8 * sb.thermal.STEFAN_BOLTZMANN * (T**4 - sb.thermal.ROOM**4)
+    near(
+        0.8 * sb.thermal.STEFAN_BOLTZMANN * (T**4 - sb.thermal.ROOM**4),
+        25.0 * (T - sb.thermal.ROOM),
+        1e-10,
+    )
 
 
 @pytest.mark.slow

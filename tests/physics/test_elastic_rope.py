@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers import all_near, closes, near
 from scenes import stop_scene
 from scipy.integrate import solve_ivp
 
@@ -68,34 +69,26 @@ def test_hook_swings_over_a_drum_at_rest():
         phase = omega * t
         e = W / K + fade * (np.cos(phase) + delta / omega * np.sin(phase))
         v = -fade * (omega + delta**2 / omega) * np.sin(phase)
-        np.testing.assert_allclose(s.rope_stretch, e, rtol=1e-9)
-        np.testing.assert_allclose(s.hook_load, K * e + c * v, rtol=1e-9)
-        np.testing.assert_allclose(s.hook_speed, v, rtol=1e-9, atol=1e-10)
-        np.testing.assert_allclose(
-            s.hook_position, e - 1.6 * W / K, rtol=1e-9, atol=1e-11
-        )
-        np.testing.assert_allclose(s.load_torque, RHO * s.hook_load, rtol=1e-12)
+        all_near(s.rope_stretch, e, 1e-9)
+        all_near(s.hook_load, K * e + c * v, 1e-9)
+        all_near(s.hook_speed, v, 1e-9, 1e-10)
+        all_near(s.hook_position, e - 1.6 * W / K, 1e-9, 1e-11)
+        all_near(s.load_torque, RHO * s.hook_load, 1e-12)
         np.testing.assert_array_equal(s.brake_torque, s.load_torque)
         assert not np.any(s.omega)
         assert not np.any(s.phi)
         most = float(result.max_hook_load.value)
         # at once, or after whole swings
-        assert most == pytest.approx(1.6 * W, rel=1e-9)
-        assert result.metrics["max_hook_load_over_weight"] == pytest.approx(
-            1.6, rel=1e-9
-        )
-        assert result.metrics["min_holding_reserve"] == pytest.approx(
-            30e3 * GAIN / (RHO * 1.6 * W), rel=1e-9
-        )
+        near(most, 1.6 * W, 1e-9)
+        near(result.metrics["max_hook_load_over_weight"], 1.6, 1e-9)
+        near(result.metrics["min_holding_reserve"], 30e3 * GAIN / (RHO * 1.6 * W), 1e-9)
         gone = (
             0.5 * M * (-(v[-1] ** 2))
             + 0.5 * K * (e[0] ** 2 - e[-1] ** 2)
             + W * (e[-1] - e[0])
         )
-        assert float(result.energy["damper_heat"]) == pytest.approx(
-            gone, rel=1e-8, abs=1e-6
-        )
-        assert float(result.energy["closure"]) < 1e-9
+        near(result.energy["damper_heat"], gone, 1e-8, 1e-6)
+        closes(result, 1e-9)
     # a weight that hangs still does so exactly, at any stiffness
     still = sb.simulate(scene(193461.33280156262, m=41591.71271006674, w0=0.0))
     assert float(still.energy["closure"]) == 0.0
@@ -109,10 +102,8 @@ def test_overshoot_of_a_hard_stop():
     most = W + v * math.sqrt(K * M)
     assert most * RHO < 60e3 * GAIN
     assert float(result.stopping_time) < 1e-10
-    assert float(result.max_hook_load.value) == pytest.approx(most, rel=1e-8)
-    assert float(result.max_hook_load.time) == pytest.approx(
-        math.pi / 2 / math.sqrt(K / M), rel=1e-6
-    )
+    near(result.max_hook_load.value, most, 1e-8)
+    near(result.max_hook_load.time, math.pi / 2 / math.sqrt(K / M), 1e-6)
 
 
 def test_slack_rope_falls_and_is_taut_again():
@@ -126,25 +117,19 @@ def test_slack_rope_falls_and_is_taut_again():
     swing = 4 * math.pi / 3 / omega
     times = [event.time for event in result.events if event.name.startswith("rope")]
     assert names(result)[:4] == ["rope_slack", "rope_taut", "rope_slack", "rope_taut"]
-    np.testing.assert_allclose(
-        times[:4], np.cumsum([slack, flight, swing, flight]), rtol=1e-9
-    )
+    all_near(times[:4], np.cumsum([slack, flight, swing, flight]), 1e-9)
     t = slack + np.linspace(0.05, 0.95, 7) * flight
     s = result.series(t)
-    np.testing.assert_allclose(
-        s.rope_stretch, -v * (t - slack) + 0.5 * G * (t - slack) ** 2, rtol=1e-9
-    )
+    all_near(s.rope_stretch, -v * (t - slack) + 0.5 * G * (t - slack) ** 2, 1e-9)
     assert not np.any(s.hook_load)
-    np.testing.assert_allclose(s.brake_torque, 0.0, atol=1e-9)
-    assert float(result.energy["closure"]) < 1e-10
+    all_near(s.brake_torque, 0.0, atol=1e-9)
+    closes(result, 1e-10)
     # slack from the start by 0.2 m, and a blow of the damper as it becomes taut
     fallen = sb.simulate(scene(c=2e4, w0=0.0, stretch=-0.2, end=0.5))
     (taut,) = (event.time for event in fallen.events if event.name == "rope_taut")
-    assert taut == pytest.approx(math.sqrt(0.4 / G), rel=1e-9)
-    assert float(fallen.series([taut]).hook_load[0]) == pytest.approx(
-        2e4 * math.sqrt(0.4 * G), rel=1e-9
-    )
-    assert float(fallen.energy["closure"]) < 1e-10
+    near(taut, math.sqrt(0.4 / G), 1e-9)
+    near(fallen.series([taut]).hook_load[0], 2e4 * math.sqrt(0.4 * G), 1e-9)
+    closes(fallen, 1e-10)
 
 
 # --- stops against SciPy ------------------------------------------------------------
@@ -238,18 +223,16 @@ def test_stop_against_scipy(kind):
         for event in result.events
         if event.name in ("stop", "restart", "rope_slack", "rope_taut")
     ]
-    np.testing.assert_allclose(ours, times, rtol=1e-9)
+    all_near(ours, times, 1e-9)
     s = result.series([*times, end], left=True)
     found = np.stack([s.phi, s.omega, s.hook_speed, s.rope_stretch], axis=1)
     truth = np.array([*(state for *_, state in events), last])
     size = np.array([1.0, w0, w0 * RHO, W / k])
-    np.testing.assert_allclose(found / size, truth / size, rtol=1e-9, atol=1e-9)
-    assert float(result.energy["closure"]) < 1e-10
+    all_near(found / size, truth / size, 1e-9, 1e-9)
+    closes(result, 1e-10)
     implicit = sb.simulate(what, solver=sb.hybrid.Rodas5P())
     assert names(implicit) == names(result)
-    assert implicit.series([end]).rope_stretch[0] == pytest.approx(
-        float(last[3]), rel=1e-6
-    )
+    near(implicit.series([end]).rope_stretch[0], last[3], 1e-6)
 
 
 # --- together with everything else --------------------------------------------------
@@ -269,13 +252,15 @@ def test_balances_with_everything_coupled():
     result = sb.simulate(dataclasses.replace(plain, heat=heat, shaft=shaft))
     assert result.status == "stopped"
     assert {"layer_change", "stop"} <= set(names(result))
-    assert float(result.energy["closure"]) < 1e-9
+    closes(result, 1e-9)
     assert float(result.energy["heat_closure"]) < 1e-12
     # a layer less: the speed of the drum stays, and with it the stretch
     (change,) = (event.time for event in result.events if event.name == "layer_change")
     before = result.series([change], left=True)
     after = result.series([change])
-    np.testing.assert_allclose(after.omega, before.omega, rtol=1e-12)
-    assert float(after.hook_load[0] - before.hook_load[0]) == pytest.approx(
-        2e4 * float(after.omega[0]) * 0.04 * math.sqrt(3) / 2 / 8, rel=1e-9
+    all_near(after.omega, before.omega, 1e-12)
+    near(
+        after.hook_load[0] - before.hook_load[0],
+        2e4 * float(after.omega[0]) * 0.04 * math.sqrt(3) / 2 / 8,
+        1e-9,
     )

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 
 import simbrake as sb
 from simbrake.friction import (
@@ -311,12 +312,10 @@ def test_memory_and_changes_act_on_friction(kind):
                     }
                 )
             for way in ways:
-                np.testing.assert_allclose(run(way), truth, rtol=1e-9, err_msg=str(way))
+                all_near(run(way), truth, 1e-9, err_msg=str(way))
         falling = run({f"{memory}.processes[0].end": np.full(n, LESS)})
         assert np.max(np.abs(falling - dry)) > 1e-3
-        np.testing.assert_allclose(
-            run({f"{path}.changes[0].factor.end": LESS}), falling, rtol=1e-8
-        )
+        all_near(run({f"{path}.changes[0].factor.end": LESS}), falling, 1e-8)
 
 
 class Even(sb.friction.AbstractFactor):
@@ -361,7 +360,7 @@ def test_factors_act_as_another_coefficient(kind):
             {f"{one.path}.factors[0].slope": (1 - LESS) / 100.0},
             {f"{one.path}.factors[1].values": [1.0, LESS, 0.1]},
         ):
-            np.testing.assert_allclose(run(way), truth, rtol=1e-8, err_msg=str(way))
+            all_near(run(way), truth, 1e-8, err_msg=str(way))
 
 
 PRESSED = functools.partial(graded, pressed=True)
@@ -385,7 +384,7 @@ def test_pressure_factor_acts(kind):
                 {f"{one.path}.factors[2].value": LESS},
             )
         )
-        np.testing.assert_allclose(other, truth, rtol=1e-9)
+        all_near(other, truth, 1e-9)
 
 
 @runs_of("torques")
@@ -411,18 +410,14 @@ def test_torques_phases_and_shares_act(kind):
         for each in (start, dragged, phased)
     )
     assert float(one.stopping_time) < 0.995 * float(free.stopping_time)
-    assert float(other.stopping_time) == pytest.approx(
-        float(one.stopping_time), rel=1e-9
-    )
+    near(other.stopping_time, one.stopping_time, 1e-9)
     energy = {name: float(value) for name, value in other.energy.items()}
     into = (
         energy["heat_to_metal"]
         + energy["heat_to_linings"]
         + energy.get("heat_to_band", 0.0)
     )
-    assert into == pytest.approx(
-        0.7 * float(one.series([7.0]).friction_work[0]), rel=1e-8
-    )
+    near(into, 0.7 * float(one.series([7.0]).friction_work[0]), 1e-8)
 
 
 def holding(kind):
@@ -437,9 +432,7 @@ def holding(kind):
 
 @runs_of("speed hold")
 def test_lever_holds_the_speed(kind):
-    assert float(
-        sb.simulate(holding(kind), rtol=1e-11).record.y_end.omega
-    ) == pytest.approx(20.0, rel=1e-9)
+    near(sb.simulate(holding(kind), rtol=1e-11).record.y_end.omega, 20.0, 1e-9)
 
 
 RUN_IN = 1.2
@@ -476,7 +469,7 @@ def test_running_in_and_wear_share_pressure(kind):
         rise = np.log(c / (RUN_IN - c)) - np.log(c_0 / (RUN_IN - c_0))
         truth = RUN_IN * one.f * h / (WEAR * 2e6)
         assert np.max(truth) > 0.02, one.path
-        np.testing.assert_allclose(rise, truth, rtol=1e-7, atol=1e-12, err_msg=one.path)
+        all_near(rise, truth, 1e-7, 1e-12, err_msg=one.path)
 
 
 def flashing(kind):
@@ -494,7 +487,7 @@ def test_flash_keeps_the_work(kind):
     f = seen.friction_coefficient[0]
     v = float(seen.omega[0]) * R_B
     rise = 2 * f * (seen.normal_load[0] / AREA) * v * np.sqrt(1e-6 * 1e-3 / (np.pi * v))
-    np.testing.assert_allclose(f, F * (1 - 5e-3 * rise), rtol=1e-8)
+    all_near(f, F * (1 - 5e-3 * rise), 1e-8)
     assert np.min(rise) > 1.0
 
 
@@ -573,7 +566,7 @@ def test_custom_law_takes_memory_and_changes(kind):
             for x in (low, memory, change)
         )
         for other in others:
-            np.testing.assert_allclose(other, truth, rtol=1e-9)
+            all_near(other, truth, 1e-9)
 
 
 def oiled(f=F, chosen=None):
@@ -604,9 +597,7 @@ def test_oil_that_comes_later(kind):
             rtol=1e-11,
         )
         dry = sb.simulate(sb.with_values(start, never), rtol=1e-11)
-        assert float(whole.stopping_time) == pytest.approx(
-            float(rest.stopping_time), rel=1e-10
-        )
+        near(whole.stopping_time, rest.stopping_time, 1e-10)
         assert float(whole.stopping_time) > 1.01 * float(dry.stopping_time)
 
 

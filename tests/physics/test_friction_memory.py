@@ -6,7 +6,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
+from helpers import all_near, closes, jacobians, near
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -75,18 +75,14 @@ def test_isothermal_memory_is_exponential():
 
     t = brentq(left, 0.0, 20.0, xtol=1e-14, rtol=1e-14)
     value, forwards, backwards = jacobians(stop)(jnp.asarray([A, E, start]))
-    assert float(value[0]) == pytest.approx(t, rel=1e-9)
-    assert float(value[1]) == pytest.approx(
-        goal + (start - goal) * math.exp(-k * 10.0), rel=1e-9
-    )
+    near(value[0], t, 1e-9)
+    near(value[1], goal + (start - goal) * math.exp(-k * 10.0), 1e-9)
     gone = math.exp(-k * t)
     c = goal + (start - goal) * gone
     by_k = (start - goal) * ((1 - gone) / k - t * gone) / k / c
     by_start = -(1 - gone) / k / c
-    np.testing.assert_allclose(
-        forwards[0], [by_k * k / A, -by_k * k / (GAS * KELVIN), by_start], rtol=1e-7
-    )
-    np.testing.assert_allclose(backwards, forwards, rtol=1e-9, atol=1e-12)
+    all_near(forwards[0], [by_k * k / A, -by_k * k / (GAS * KELVIN), by_start], 1e-7)
+    all_near(backwards, forwards, 1e-9, 1e-12)
 
 
 def test_stop_with_all_processes_by_scipy():
@@ -140,13 +136,13 @@ def test_stop_with_all_processes_by_scipy():
     run = solve_ivp(
         rhs, (0.0, 9.0), [OMEGA, *(n * [room]), *(n * [0.9])], events=at_rest, **how
     )
-    assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
+    near(result.stopping_time, run.t_events[0][0], 1e-9)
     rested = solve_ivp(
         lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]],
         (run.t[-1], 4.0),
         run.y[:, -1],
         **how,
     )
-    np.testing.assert_allclose(final(result), rested.y[1 + n :, -1], rtol=1e-9)
+    all_near(final(result), rested.y[1 + n :, -1], 1e-9)
     assert np.ptp(final(result)) > 1e-3
-    assert float(result.energy["closure"]) < 1e-9
+    closes(result, 1e-9)

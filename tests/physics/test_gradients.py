@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
+from helpers import all_near, jacobians, near
 from jax.flatten_util import ravel_pytree
 from scenes import closed_form, stop_scene
 
@@ -32,11 +32,11 @@ def test_every_number_has_exact_derivatives():
         for leaf in sb.files.leaves(scene)
     }
     for (path, a), leaf in zip(numbers, sb.files.leaves(forward), strict=True):
-        np.testing.assert_allclose(
+        all_near(
             np.asarray(a) * scale[path],
             np.asarray(leaf.value) * scale[path],
-            rtol=1e-10,
-            atol=1e-12,
+            1e-10,
+            1e-12,
             err_msg=path,
         )
 
@@ -61,7 +61,7 @@ def test_every_number_has_exact_derivatives():
         assert float(a) == pytest.approx(float(b), rel=1e-9), name
     # numbers that cannot matter, and the start of the clock
     assert float(got.end_time) == 0.0
-    assert float(got.initial.time) == pytest.approx(1.0, rel=1e-10)
+    near(got.initial.time, 1.0, 1e-10)
 
 
 @pytest.mark.slow
@@ -77,13 +77,9 @@ def test_derivatives_by_start_and_end_time():
     value, forward, reverse = jacobians(end)(jnp.array([0.1, 0.4, 20.0]))
     a = 0.725 * 8e3 * (closed_form()["Pi"] - 1) / 800.0
     omega = 20.0 - a * 0.3
-    np.testing.assert_allclose(
-        value, [omega, 20.0 * 0.3 - 0.5 * a * 0.3**2], rtol=1e-12
-    )
+    all_near(value, [omega, 20.0 * 0.3 - 0.5 * a * 0.3**2], 1e-12)
     for found in (forward, reverse):
-        np.testing.assert_allclose(
-            found, [[a, -a, 1.0], [-omega, omega, 0.3]], rtol=1e-11
-        )
+        all_near(found, [[a, -a, 1.0], [-omega, omega, 0.3]], 1e-11)
 
 
 def events_of(scene):
@@ -126,19 +122,13 @@ def test_scenario_gradients_by_differences(scenarios):
             difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (2 * h)
         else:
             far = (shifted(2 * h) - shifted(-2 * h)) / 4
-            near = (shifted(h) - shifted(-h)) / 2
-            difference = (4 * near - far) / 3 / h
+            close = (shifted(h) - shifted(-h)) / 2
+            difference = (4 * close - far) / 3 / h
         size = np.maximum(np.abs(np.asarray(run(scene))), 1e-6) / max(
             abs(float(value[index])), 1.0
         )
         got = jacobian[leaf.path][(slice(None), *index)]
-        np.testing.assert_allclose(
-            got,
-            difference,
-            rtol=2e-6,
-            atol=float(np.max(size)) * 1e-7,
-            err_msg=leaf.path,
-        )
+        all_near(got, difference, 2e-6, float(np.max(size)) * 1e-7, err_msg=leaf.path)
 
 
 @pytest.mark.slow
@@ -162,8 +152,8 @@ def test_metrics_differentiable_outside_jit():
     for slope, truth in zip(
         slopes, (t / 20, 2 * phi / 20, 0.0, 2 * heat / 20), strict=True
     ):
-        assert float(slope) == pytest.approx(truth, rel=1e-9, abs=1e-9 * T)
-    assert heat == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-9)
+        near(slope, truth, 1e-9, 1e-9 * T)
+    near(heat, 0.5 * 800.0 * 20.0**2, 1e-9)
 
 
 #: room for so many step attempts makes derivatives be compiled as long runs have them
@@ -180,15 +170,15 @@ def test_gradients_with_room_for_a_long_run():
 
     x = jnp.array([0.35, 20.0])
     truth = jax.jit(jax.grad(lambda x: closed_form(f=x[0], w0=x[1], xp=jnp)["stop"]))(x)
-    np.testing.assert_allclose(jax.jit(jax.grad(stop))(x), truth, rtol=1e-9)
+    all_near(jax.jit(jax.grad(stop))(x), truth, 1e-9)
     direction = jnp.array([0.1, 2.0])
     slope = jax.jit(lambda x: jax.jvp(stop, (x,), (direction,))[1])(x)
-    np.testing.assert_allclose(slope, truth @ direction, rtol=1e-9)
+    all_near(slope, truth @ direction, 1e-9)
     # outside of jit, with too many rows for a matrix of all derivatives
     _, slope = jax.jvp(
         lambda w: stopping_time(stop_scene(w0=w), 400_000), (20.0,), (2.0,)
     )
-    assert float(slope) == pytest.approx(2.0 * float(truth[1]), rel=1e-9)
+    near(slope, 2.0 * float(truth[1]), 1e-9)
     with pytest.raises(NotImplementedError, match="first derivatives only"):
         jax.jit(jax.hessian(stop))(x)
 
@@ -215,7 +205,7 @@ def test_what_never_comes_has_no_derivative():
     ):
         found = slope(jnp.asarray(20.0))
         assert np.isnan(found[0])
-        assert found[1] == pytest.approx(work, rel=1e-9)
+        near(found[1], work, 1e-9)
     assert np.isnan(jax.grad(lambda x: both(x)[0])(20.0))
     assert jax.jit(jax.grad(bounded))(20.0) == 0.0
     (note,) = [x for x in sb.simulate(never).derivative_notes() if "stopping_time" in x]

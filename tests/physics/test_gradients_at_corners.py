@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from chain_scenes import chain, first_and_stop
 from heat_scenes import BETA, T0, J, N, R
-from helpers import jacobians
+from helpers import all_near, jacobians, near
 from scenes import stop_scene
 from scipy.integrate import quad
 from staged_scenes import stop as staged_stop
@@ -84,9 +84,9 @@ def test_a_law_with_a_slope_at_rest():
         quad(of_speed, 0.0, 20.0, args=(part,), epsabs=0.0, epsrel=1e-13)[0]
         for part in range(4)
     ]
-    assert float(value) == pytest.approx(exact[0], rel=1e-9)
-    np.testing.assert_allclose(reverse, exact[1:], rtol=1e-8)
-    np.testing.assert_allclose(forward, exact[1:], rtol=1e-8)
+    near(value, exact[0], 1e-9)
+    all_near(reverse, exact[1:], 1e-8)
+    all_near(forward, exact[1:], 1e-8)
 
 
 def test_laws_keep_their_slope_past_rest():
@@ -101,8 +101,8 @@ def test_laws_keep_their_slope_past_rest():
 
         v = np.array([-1e-7, 1e-7])
         value, slope = jax.jvp(f, (jnp.asarray(v),), (jnp.ones(2),))
-        np.testing.assert_allclose(value, 0.4 - 0.2 * v, atol=1e-12)
-        np.testing.assert_allclose(slope, -0.2, rtol=1e-6)
+        all_near(value, 0.4 - 0.2 * v, atol=1e-12)
+        all_near(slope, -0.2, 1e-6)
         assert float(f(jnp.asarray(0.0))) == 0.4
 
 
@@ -133,7 +133,7 @@ def test_time_scales_with_staged_brake_force():
     t, slope = derivative_by_scale(
         scene, powers, lambda s: sb.simulate(s, max_steps=256).stopping_time
     )
-    assert float(slope) == pytest.approx(-float(t), rel=1e-8)
+    near(slope, -float(t), 1e-8)
 
 
 @pytest.mark.slow
@@ -150,8 +150,8 @@ def test_time_scales_with_forces_of_a_chain():
         scene, powers, lambda s: first_and_stop(s, rtol=1e-11)[1]
     )
     # at rest, after each lining has slid
-    assert float(t) == pytest.approx(6.52416, rel=1e-5)
-    assert float(slope) == pytest.approx(-float(t), rel=1e-8)
+    near(t, 6.52416, 1e-5)
+    near(slope, -float(t), 1e-8)
 
 
 # --- breakpoints at one instant -----------------------------------------------------
@@ -181,7 +181,7 @@ def test_tied_breakpoints_keep_derivatives():
     both = jacobians(run)
     for at, row, exact in cases:
         for jacobian in map(np.asarray, both(np.asarray(at))[1:]):
-            np.testing.assert_allclose(jacobian[row], exact, rtol=1e-10, atol=1e-12)
+            all_near(jacobian[row], exact, 1e-10, 1e-12)
 
 
 @pytest.mark.slow
@@ -198,7 +198,7 @@ def test_two_tied_breakpoints_at_rest(C):
     assert ratio_and_slope(0.35)[0] * 4e3 * R < 20e3
     result = sb.simulate(stop_scene(C=C, w0=0.0, lever=lever, load=load, end=3.1))
     assert [(e.name, e.time) for e in result.events] == [("release", 3.0)]
-    assert float(result.record.y_end.omega) == pytest.approx(20e3 * 0.1 / J, rel=1e-12)
+    near(result.record.y_end.omega, 20e3 * 0.1 / J, 1e-12)
 
 
 # --- the blend of a fade ------------------------------------------------------------

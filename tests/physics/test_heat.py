@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import BETA, T0, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
-from helpers import jacobians
+from helpers import all_near, jacobians, near
 from oracles.hard_heat import layers
 from scipy.integrate import quad, solve_ivp
 
@@ -77,15 +77,13 @@ def test_layered_rim_with_fade_against_scipy():
     slip, stick, stop, T = scipy_stop(1.0, "DOP853", 1e-12)
     events = {event.name: event.time for event in result.events}
     assert result.method_name == "Dopri8"
-    assert events["full_slip"] == pytest.approx(slip, rel=1e-9)
-    assert events["restick"] == pytest.approx(stick, rel=1e-9)
-    assert events["stop"] == pytest.approx(stop, rel=1e-9)
-    assert stop == pytest.approx(0.65866, abs=1e-5)
+    near(events["full_slip"], slip, 1e-9)
+    near(events["restick"], stick, 1e-9)
+    near(events["stop"], stop, 1e-9)
+    near(stop, 0.65866, abs=1e-5)
     series = result.series([stop], left=True)
-    np.testing.assert_allclose(
-        series.temperature[0] - sb.thermal.ROOM, T, rtol=1e-7, atol=1e-9
-    )
-    assert T[0] + 20.0 == pytest.approx(29.29, abs=0.005)
+    all_near(series.temperature[0] - sb.thermal.ROOM, T, 1e-7, 1e-9)
+    near(T[0] + 20.0, 29.29, abs=0.005)
 
 
 @pytest.mark.parametrize(
@@ -102,10 +100,10 @@ def test_every_watt_is_accounted_for(growth):
     given = float(
         energy["heat_to_metal"] + energy["heat_to_linings"] + energy["heat_to_band"]
     )
-    assert given == pytest.approx(float(energy["friction_heat"]), rel=1e-13)
-    assert float(energy["heat_to_metal"]) == pytest.approx(0.95 * given, rel=1e-12)
+    near(given, energy["friction_heat"], 1e-13)
+    near(energy["heat_to_metal"], 0.95 * given, 1e-12)
     kept = float(energy["heat_stored"] + energy["heat_lost"])
-    assert kept == pytest.approx(given, rel=1e-12)
+    near(kept, given, 1e-12)
 
 
 # --- closed forms -------------------------------------------------------------------
@@ -141,8 +139,8 @@ def test_shares_of_heat_of_single_linings():
     along = np.diff(mu ** np.arange(N + 1.0))
     work = 0.5 * J * W0**2
     to_metal = work * float(shares @ along) / along.sum()
-    assert float(energy["heat_to_metal"]) == pytest.approx(to_metal, rel=1e-9)
-    assert float(energy["heat_to_linings"]) == pytest.approx(work - to_metal, rel=1e-9)
+    near(energy["heat_to_metal"], to_metal, 1e-9)
+    near(energy["heat_to_linings"], work - to_metal, 1e-9)
     assert float(energy["heat_closure"]) < 1e-12
 
 
@@ -153,11 +151,9 @@ def test_shares_of_heat_of_single_linings():
 def test_adiabatic_lump_against_quadrature(solver):
     for slope in (2e-3, 0.0):
         result = fade_stop(slope=slope, solver=solver)
-        assert result.metrics["stopping_time"] == pytest.approx(
-            stopping_time(0.35, slope, 2e4), rel=1e-10
-        )
+        near(result.metrics["stopping_time"], stopping_time(0.35, slope, 2e4), 1e-10)
         hot = sb.thermal.ROOM + 0.5 * J * W0**2 / 2e4
-        assert result.metrics["peak_rim_temperature"] == pytest.approx(hot, rel=1e-12)
+        near(result.metrics["peak_rim_temperature"], hot, 1e-12)
 
 
 @pytest.mark.slow
@@ -172,7 +168,7 @@ def test_gradients_with_fade_by_quadrature(solver):
 
     at = (0.35, 2e-3, 2e4)
     _, forward, backward = map(np.asarray, jacobians(metrics)(np.asarray(at)))
-    np.testing.assert_allclose(backward, forward, rtol=1e-9, atol=1e-12)
+    all_near(backward, forward, 1e-9, 1e-12)
     for i, size in enumerate((1e-3, 1e-5, 1e2)):
 
         def shifted(h, i=i):
@@ -183,8 +179,8 @@ def test_gradients_with_fade_by_quadrature(solver):
             8 * (shifted(size) - shifted(-size))
             - (shifted(2 * size) - shifted(-2 * size))
         ) / (12 * size)
-        assert backward[0, i] == pytest.approx(exact, rel=1e-8)
-    assert backward[1, 2] == pytest.approx(-0.5 * J * W0**2 / 2e4**2, rel=1e-9)
+        near(backward[0, i], exact, 1e-8)
+    near(backward[1, 2], -0.5 * J * W0**2 / 2e4**2, 1e-9)
 
 
 @pytest.mark.slow
@@ -194,21 +190,17 @@ def test_lever_follows_fade_to_hold_speed():
         fading(slope=1e-3), heat, 60.0, sb.SpeedHold(limit=50e3), load=2e4, w0=5.0
     )
     result = sb.simulate(scene)
-    assert float(result.record.y_end.omega) == pytest.approx(5.0, rel=1e-13)
+    near(result.record.y_end.omega, 5.0, 1e-13)
     power = 2e4 * 5.0
-    assert float(result.energy["friction_heat"]) == pytest.approx(
-        power * 60.0, rel=1e-12
-    )
+    near(result.energy["friction_heat"], power * 60.0, 1e-12)
     t = np.asarray([0.0, 20.0, 60.0])
     series = result.series(t)
     rim = sb.thermal.ROOM + 0.9 * power / 300.0 * (1 - np.exp(-300.0 / 5e4 * t))
     linings = sb.thermal.ROOM + 0.1 * power / 1e4 * t
-    np.testing.assert_allclose(
-        series.temperature, np.stack([rim, linings], axis=1), rtol=1e-10
-    )
+    all_near(series.temperature, np.stack([rim, linings], axis=1), 1e-10)
     fz = 0.35 * (1 - 1e-3 * (linings - sb.thermal.ROOM)) * math.tan(BETA / 2)
     Pi = ((1 + fz) / (1 - fz)) ** N
-    np.testing.assert_allclose(series.slack_tension, 2e4 / (R * (Pi - 1)), rtol=1e-9)
+    all_near(series.slack_tension, 2e4 / (R * (Pi - 1)), 1e-9)
     assert "grip_lost" not in [event.name for event in result.events]
     runaway = sb.simulate(
         eqx.tree_at(lambda s: s.duty.slack_tension.limit, scene, np.asarray(7e3))
@@ -217,7 +209,7 @@ def test_lever_follows_fade_to_hold_speed():
     f_end = (needed ** (1 / N) - 1) / (needed ** (1 / N) + 1) / math.tan(BETA / 2)
     t_end = (1 - f_end / 0.35) / 1e-3 / (0.1 * power / 1e4)
     lost = [event.time for event in runaway.events if event.name == "grip_lost"]
-    assert lost[0] == pytest.approx(t_end, rel=1e-6)
+    near(lost[0], t_end, 1e-6)
 
 
 # --- faults -------------------------------------------------------------------------
@@ -241,23 +233,17 @@ def test_two_pulleys_are_twice_a_structure():
         }.items():
             through = 2 * np.pi * lam * L / np.log(outer / r)
             away = 20.0 * 2 * np.pi * (outer**2 - r**2)
-            assert float(T[name]) == pytest.approx(
-                300 + 200 * through / (through + away), rel=1e-12
-            )
+            near(T[name], 300 + 200 * through / (through + away), 1e-12)
             flow = pulleys * through * (500 - float(T[name]))
             link = next(
                 link for link in heat.links if link.a == "rim" and link.b == name
             )
-            assert float(link.value) * (500 - float(T[name])) == pytest.approx(
-                flow, rel=1e-12
-            )
+            near(float(link.value) * (500 - float(T[name])), flow, 1e-12)
         volumes = {
             b.name: float(b.capacity) / float(steel.density * steel.specific_heat)
             for b in heat.bodies[2:]
         }
-        assert volumes["disc"] == pytest.approx(
-            pulleys * np.pi * (0.590**2 - 0.575**2) * 0.025, rel=1e-12
-        )
+        near(volumes["disc"], pulleys * np.pi * (0.590**2 - 0.575**2) * 0.025, 1e-12)
 
 
 @pytest.mark.slow
@@ -293,7 +279,7 @@ def test_surface_layer_in_series_with_wall():
             -300 * (at_0 + half) - 900 * rest,
         ]
     ).max()
-    assert float(next(iter(T.values()))) == pytest.approx(T_1, rel=1e-11)
+    near(next(iter(T.values())), T_1, 1e-11)
 
     # friction heat enters at its face: the surface is warmer by all of it through the
     # layer
@@ -307,4 +293,4 @@ def test_surface_layer_in_series_with_wall():
     start = result.series(np.zeros(1))
     q = float(start.brake_torque[0]) * W0 / A
     surface = 293.15 + q * (half + 5.6e-6 / 1.02)
-    assert float(start.rim_temperature[0, 0]) == pytest.approx(surface, rel=1e-12)
+    near(start.rim_temperature[0, 0], surface, 1e-12)

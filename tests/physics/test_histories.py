@@ -7,6 +7,7 @@ import time
 import jax
 import numpy as np
 import pytest
+from helpers import all_near, near
 from test_actuator import W0, J, scene
 
 import simbrake as sb
@@ -42,9 +43,9 @@ def test_samples_of_straight_lines_are_these_lines(course):
         )
         stops.append(run().metrics["stopping_time"])
         slopes.append(run.gradient()[0, values] @ run.numbers[values])
-    assert stops[1] == pytest.approx(stops[0], rel=1e-11)
+    near(stops[1], stops[0], 1e-11)
     assert slopes[0] < 0
-    assert slopes[1] == pytest.approx(slopes[0], rel=1e-8)
+    near(slopes[1], slopes[0], 1e-8)
 
 
 def end_speed(result):
@@ -62,19 +63,15 @@ def test_held_samples_of_a_torque_add_up():
         free, duty=sb.Duty(0.0, sb.TorqueLoad(sb.profiles.held(t, M)))
     )
     run = sb.prepare(free, [end_speed], rtol=1e-12)
-    assert run().metrics["end_speed"] == pytest.approx(
-        W0 + M.sum() * 0.1 / J, rel=1e-13
-    )
+    near(run().metrics["end_speed"], W0 + M.sum() * 0.1 / J, 1e-13)
     slope = run.gradient()[0]
     by_value = slope[run.places["duty.load.profile.values"]]
-    np.testing.assert_allclose(
+    all_near(
         by_value[::2][[0, 20, 39]] + np.append(by_value[1::2], 0.0)[[0, 20, 39]],
         0.1 / J,
     )
     by_time = slope[run.places["duty.load.profile.times"]]
-    np.testing.assert_allclose(
-        by_time[1::2] + by_time[2::2], (M[:-1] - M[1:]) / J, atol=1e-13
-    )
+    all_near(by_time[1::2] + by_time[2::2], (M[:-1] - M[1:]) / J, atol=1e-13)
 
 
 def test_thousands_of_samples_in_each_kind_of_program():
@@ -133,6 +130,6 @@ def test_each_sample_of_the_air_acts_on_a_network():
         return sb.simulate_heat(heat, [0.0, t[-1]], rtol=1e-11).temperature[-1, 0]
 
     slope = jax.grad(end_temperature)(300 + 10 * np.sin(t))
-    assert slope.sum() == pytest.approx(1 - np.exp(-5.0 * rate), rel=1e-10)
+    near(slope.sum(), 1 - np.exp(-5.0 * rate), 1e-10)
     hat = np.exp((t[1:-1] - 5.0) * rate) * 2 * (np.cosh(rate * step) - 1)
-    np.testing.assert_allclose(slope[1:-1], hat / (rate * step), rtol=1e-8)
+    all_near(slope[1:-1], hat / (rate * step), 1e-8)

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers import all_near, closes, near
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -91,21 +92,15 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     hoist = 25.0 / UP + UP / FASTER
     lower = 20.0 / DOWN + DOWN / FASTER
     cycle = np.cumsum([25.0 / UP, UP / FASTER, 10.0, 20.0 / DOWN, DOWN / FASTER, 10.0])
-    np.testing.assert_allclose(
-        ends(result), [*cycle, *(cycle + hoist + lower + 20.0)], rtol=1e-10
-    )
+    all_near(ends(result), [*cycle, *(cycle + hoist + lower + 20.0)], 1e-10)
     energy = result.energy
-    assert float(energy["motor_work"]) == pytest.approx(
-        2 * MASS * 9.80665 * 25.0, rel=1e-10
-    )
-    assert float(energy["friction_heat"]) == pytest.approx(
-        2 * MASS * 9.80665 * 20.0, rel=1e-10
-    )
+    near(energy["motor_work"], 2 * MASS * 9.80665 * 25.0, 1e-10)
+    near(energy["friction_heat"], 2 * MASS * 9.80665 * 20.0, 1e-10)
     assert float(energy["closure"]) < 1e-12
     at = result.series([20.0])  # steady: the motor bears the load
-    assert float(at.motor_torque[0]) == pytest.approx(WEIGHT, rel=1e-10)
-    assert float(at.motor_power[0]) == pytest.approx(MASS * 9.80665 * UP, rel=1e-10)
-    assert float(at.hook_speed[0]) == pytest.approx(-UP, rel=1e-10)
+    near(at.motor_torque[0], WEIGHT, 1e-10)
+    near(at.motor_power[0], MASS * 9.80665 * UP, 1e-10)
+    near(at.hook_speed[0], -UP, 1e-10)
 
 
 @pytest.mark.parametrize(
@@ -141,16 +136,14 @@ def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(
     )
     result = sb.simulate(scene)
     first = 25.0 / UP + UP / FASTER
-    np.testing.assert_allclose(
-        result.stops["time"], first + np.arange(3) * (first + 10.0), rtol=1e-10
-    )
-    np.testing.assert_allclose(result.stops["travel"], -25.0, rtol=1e-10)
-    np.testing.assert_allclose(result.stops["braking_time"], 0.0, atol=1e-6)
+    all_near(result.stops["time"], first + np.arange(3) * (first + 10.0), 1e-10)
+    all_near(result.stops["travel"], -25.0, 1e-10)
+    all_near(result.stops["braking_time"], 0.0, atol=1e-6)
     np.testing.assert_array_equal(result.events["stop"].times, result.stops["time"])
     assert float(result.stopping_time) == result.stops["time"][0]
     if stiffness is None:  # (that of an elastic band is what it lets go)
-        assert float(result.energy["friction_heat"]) == pytest.approx(0.0, abs=1e-3)
-    assert float(result.total_hook_travel) == pytest.approx(-75.0, rel=1e-10)
+        near(result.energy["friction_heat"], 0.0, abs=1e-3)
+    near(result.total_hook_travel, -75.0, 1e-10)
 
 
 def test_errors_of_a_start_are_not_those_of_another_one():
@@ -196,16 +189,12 @@ def test_the_rope_of_a_tackle_is_judged_by_its_tightest_line():
     result = sb.simulate(dataclasses.replace(scene, limits=limits))
     fast = pull * K**n * (K - 1) / (K**n - 1)
     for name in ("max_rope_tension", "max_fast_line_tension"):
-        assert result.metrics[name] == pytest.approx(fast, rel=1e-9)
-    assert result.metrics["max_dead_line_tension"] == pytest.approx(
-        fast / K**n, rel=1e-9
-    )
-    assert float(result.series([1.0]).motor_torque[0]) == pytest.approx(
-        fast * RADIUS, rel=1e-9
-    )
+        near(result.metrics[name], fast, 1e-9)
+    near(result.metrics["max_dead_line_tension"], fast / K**n, 1e-9)
+    near(result.series([1.0]).motor_torque[0], fast * RADIUS, 1e-9)
     assert result.verdict().colour == "red"
     plain = sb.simulate(dataclasses.replace(scene, shaft=()))
-    assert plain.metrics["max_rope_tension"] == pytest.approx(pull / n, rel=1e-9)
+    near(plain.metrics["max_rope_tension"], pull / n, 1e-9)
     assert plain.series([1.0]).fast_line_tension is None
 
 
@@ -229,7 +218,7 @@ def test_a_tackle_rests_between_its_two_branches(side, edge):
     )
     moves = (edge == "lowering") == (side == "below")
     omega = float(sb.simulate(scene).record.y_end.omega)
-    assert omega == pytest.approx(-away * 2.0 / J if moves else 0.0, rel=1e-9, abs=0.0)
+    near(omega, -away * 2.0 / J if moves else 0.0, 1e-9, 0.0)
 
 
 def test_a_programme_asks_a_motor_for_what_the_tackle_takes_in_hoisting():
@@ -258,12 +247,8 @@ def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
     brake = Phase(Driller(course(DOWN, 0.0, -DOWN), 60e3), "rest", "brake")
     energy = run(Phases((lower, brake)), motor=weak).energy
     hook_work = MASS * 9.80665 * (20.0 + DOWN**2 / (2 * FASTER))
-    assert float(energy["motor_work"]) == pytest.approx(
-        -0.5 * MASS * 9.80665 * 20.0, rel=1e-9
-    )
-    assert float(energy["friction_heat"]) == pytest.approx(
-        hook_work - 0.5 * MASS * 9.80665 * 20.0, rel=1e-9
-    )
+    near(energy["motor_work"], -0.5 * MASS * 9.80665 * 20.0, 1e-9)
+    near(energy["friction_heat"], hook_work - 0.5 * MASS * 9.80665 * 20.0, 1e-9)
 
 
 @pytest.mark.slow
@@ -312,9 +297,9 @@ def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
         rates, (0.0, knot), [0.0, 0.0, 0.0, MASS * 9.80665 / k, 0.0], **options
     )
     truth = solve_ivp(rates, (knot, 60.0), first.y[:, -1], events=arrived, **options)
-    assert float(result.record.t_end) == pytest.approx(truth.t[-1], rel=1e-9)
-    assert float(result.energy["motor_work"]) == pytest.approx(truth.y[4, -1], rel=1e-9)
-    assert float(result.energy["closure"]) < 1e-12
+    near(result.record.t_end, truth.t[-1], 1e-9)
+    near(result.energy["motor_work"], truth.y[4, -1], 1e-9)
+    closes(result, 1e-12)
 
 
 @pytest.mark.slow
@@ -351,24 +336,16 @@ def test_thirty_stands_in_and_out_have_their_masses():
     g = 9.80665
     strings = string + stand * np.arange(count)
     # up and down over the same 27 m: the string goes down, then up, and the block both
-    assert float(result.energy["friction_heat"]) == pytest.approx(
-        g * 27 * np.sum(2 * empty + strings), rel=1e-9
-    )
-    assert float(result.energy["motor_work"]) == pytest.approx(
-        g * 27 * np.sum(2 * empty + strings), rel=1e-9
-    )
-    assert float(result.energy["closure"]) < 1e-9
+    near(result.energy["friction_heat"], g * 27 * np.sum(2 * empty + strings), 1e-9)
+    near(result.energy["motor_work"], g * 27 * np.sum(2 * empty + strings), 1e-9)
+    closes(result, 1e-9)
     assert len(result.events["phase_end"]) == 2 * count * 6
     assert result.events["phase_end"][-1].phase.cycle == 2 * count
     # in the last second of every phase
     load = result.series(ends(result) - 0.5).load_torque
     begun = np.asarray(load).reshape(2, count, 6)
-    np.testing.assert_allclose(
-        begun[0, :, 3], (empty + strings) * g * TRAVEL, rtol=1e-12
-    )
-    np.testing.assert_allclose(
-        begun[1, :, 0], (empty + strings[::-1]) * g * TRAVEL, rtol=1e-12
-    )
+    all_near(begun[0, :, 3], (empty + strings) * g * TRAVEL, 1e-12)
+    all_near(begun[1, :, 0], (empty + strings[::-1]) * g * TRAVEL, 1e-12)
 
 
 @pytest.mark.slow
@@ -381,7 +358,7 @@ def test_position_is_corrected_as_a_damped_oscillator():
     t = np.linspace(0.0, 5.0, 6)
     away = np.asarray(sb.simulate(scene).series(t).phi) - speed * t
     # g²/4 = h: aperiodic
-    np.testing.assert_allclose(away, 0.05 * speed * t * np.exp(-t), atol=1e-9)
+    all_near(away, 0.05 * speed * t * np.exp(-t), atol=1e-9)
 
 
 @pytest.mark.slow
@@ -401,7 +378,7 @@ def test_phases_end_at_a_height_of_the_block():
     lowering = (20.0 + rise) / DOWN + 0.5 * DOWN / FASTER
     result = sb.simulate(scene)
     times = np.cumsum([expected, UP / FASTER, 10.0, lowering])
-    np.testing.assert_allclose(ends(result), times, rtol=1e-10)
+    all_near(ends(result), times, 1e-10)
 
 
 def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
@@ -410,10 +387,8 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
         BRAKE, sb.Duty(driller, LOAD), sb.Initial(hook_speed="1.2 m/s"), 5.0
     )
     result = sb.simulate(scene)
-    assert result.metrics["max_hook_speed"] == pytest.approx(1.2, rel=1e-12)
-    assert result.metrics["max_rope_tension"] == pytest.approx(
-        MASS * 9.80665 / LINES, rel=1e-12
-    )
+    near(result.metrics["max_hook_speed"], 1.2, 1e-12)
+    near(result.metrics["max_rope_tension"], MASS * 9.80665 / LINES, 1e-12)
     slower = sb.with_values(scene, {"initial.hook_speed": 1.0})
     limited = dataclasses.replace(
         slower, limits=sb.Limits(max_hook_speed="1.1 m/s", max_rope_tension="80 kN")
@@ -421,7 +396,7 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     (event,) = sb.simulate(limited).events["hook_overspeed"]
     # the load runs free until the lever follows it: 1 m/s at first, 1.2 m/s later
     # the deviation halves at the gain of 2/s
-    assert event.time == pytest.approx(np.log(2.0) / 2.0, rel=1e-9)
+    near(event.time, np.log(2.0) / 2.0, 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -444,7 +419,7 @@ def test_a_run_that_ends_under_the_motor_is_driven(speed, travel, reason):
     )
     assert result.status == result.summary()["duty"] == "driven"
     assert (result.verdict().colour, result.verdict().reason) == ("amber", reason)
-    assert float(result.total_hook_travel) == pytest.approx(travel, abs=1e-9)
+    near(result.total_hook_travel, travel, abs=1e-9)
 
 
 def test_a_speed_that_is_never_followed_has_a_name():
@@ -469,9 +444,7 @@ def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
     a = WEIGHT / J
     v = 10.0
     t = (v - np.sqrt(v**2 - 2 * a * 0.1 / TRAVEL)) / a
-    assert sb.simulate(scene, throw=False).events["phase_end"].times == pytest.approx(
-        [t], rel=1e-10
-    )
+    near(sb.simulate(scene, throw=False).events["phase_end"].times, [t], 1e-10)
     failed = sb.simulate(
         dataclasses.replace(scene, initial=sb.Initial(0.0)), throw=False
     )

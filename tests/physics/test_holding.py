@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from disc_scenes import LOAD, RATIO, TORQUE, disc_scene
+from helpers import all_near, near
 from scipy.optimize import brentq
 from shoe_scenes import FRICTION, normals, shoe_scene
 
@@ -52,13 +53,9 @@ def test_reserve_of_a_band_brake_either_way():
     ):
         result = sb.simulate(held(load))
         reserve = R * tension * grip / abs(load)
-        np.testing.assert_allclose(
-            result.series(TIMES).holding_reserve, reserve, rtol=1e-12
-        )
-        assert result.metrics["min_holding_reserve"] == pytest.approx(
-            reserve[-1], rel=1e-9
-        )
-        assert float(result.min_holding_reserve.time) == pytest.approx(4.0, rel=1e-9)
+        all_near(result.series(TIMES).holding_reserve, reserve, 1e-12)
+        near(result.metrics["min_holding_reserve"], reserve[-1], 1e-9)
+        near(result.min_holding_reserve.time, 4.0, 1e-9)
     text = f"holding  static capacity at least {reserve[-1]:.5g} times the load, at 4 s"
     assert text in str(result)
 
@@ -113,7 +110,7 @@ def test_a_lever_that_follows_the_speed_has_its_limit():
     result = sb.simulate(sb.with_values(held(0.5 * M, stop), {"initial.omega": 10.0}))
     reserve = R * T0 * (capstan(STATIC * F) - 1) / (0.5 * M)
     assert result.series([3.0]).omega[0] == 0.0
-    assert result.metrics["min_holding_reserve"] == pytest.approx(reserve, rel=1e-12)
+    near(result.metrics["min_holding_reserve"], reserve, 1e-12)
 
 
 @pytest.mark.slow
@@ -142,30 +139,24 @@ def test_reserve_falls_with_fade():
 
     x = jnp.asarray([M, F, 1e5 / 4])
     result = sb.simulate(scene(np.asarray(x)))
-    np.testing.assert_allclose(
-        result.series(TIMES).holding_reserve, reserve(np.asarray(x), TIMES), rtol=1e-9
-    )
+    all_near(result.series(TIMES).holding_reserve, reserve(np.asarray(x), TIMES), 1e-9)
     value, slopes = jax.value_and_grad(
         lambda x: sb.simulate(scene(x), max_steps=256).min_holding_reserve.value
     )(x)
     expected, truth = jax.value_and_grad(lambda x: reserve(x, 4.0))(x)
-    np.testing.assert_allclose(value, expected, rtol=1e-9)
-    np.testing.assert_allclose(slopes, truth, rtol=1e-7)
+    all_near(value, expected, 1e-9)
+    all_near(slopes, truth, 1e-7)
 
 
 @pytest.mark.slow
 def test_reserve_of_disc_and_shoes():
     disc = sb.simulate(disc_scene())
-    assert disc.metrics["min_holding_reserve"] == pytest.approx(
-        RATIO * TORQUE / LOAD, rel=1e-12
-    )
+    near(disc.metrics["min_holding_reserve"], RATIO * TORQUE / LOAD, 1e-12)
     for load in (60.0, -60.0):
         shoes = sb.simulate(shoe_scene(omega=0.0, load=load, end=1.0))
         f = 1.1 * FRICTION
         capacity = 0.150 * f * np.sum(normals(f, back=load < 0))
-        assert shoes.metrics["min_holding_reserve"] == pytest.approx(
-            capacity / 60.0, rel=1e-9
-        )
+        near(shoes.metrics["min_holding_reserve"], capacity / 60.0, 1e-9)
 
 
 @pytest.mark.slow
@@ -213,7 +204,7 @@ def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
             )
         )
     found = sb.simulate(scene).metrics["min_holding_reserve"]
-    assert found == pytest.approx(min(outer, inner) / load, rel=1e-9)
+    near(found, min(outer, inner) / load, 1e-9)
 
 
 # --- the lever that is let go, and the load that breaks away ------------------------
@@ -292,5 +283,5 @@ def test_reserve_of_a_brake_that_is_to_hold(case):
     truth = full * share if share else R * T0 * (capstan(STATIC * F * factor) - 1) / M
     least = sb.simulate(one_case(lever, factor, load)).min_holding_reserve
     assert full > 1.5
-    assert float(least.value) == pytest.approx(truth, rel=1e-9)
-    assert float(least.time) == pytest.approx(when, abs=1e-9)
+    near(least.value, truth, 1e-9)
+    near(least.time, when, abs=1e-9)

@@ -8,6 +8,7 @@ import bandage_scenes
 import numpy as np
 import pytest
 import staged_scenes as staged
+from helpers import all_near, closes, near
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -78,9 +79,7 @@ def test_linings_lift_off_at_own_speeds(T_0):
     ]
     found = lifts(result)
     assert [event[:2] for event in found] == [event[:2] for event in truth]
-    np.testing.assert_allclose(
-        [event[2] for event in found], [event[2] for event in truth], rtol=1e-12
-    )
+    all_near([event[2] for event in found], [event[2] for event in truth], 1e-12)
     # loads and capacity in between
     t = 0.5 * (leaving[-1][0] + 4)
     s = result.series([t])
@@ -88,11 +87,9 @@ def test_linings_lift_off_at_own_speeds(T_0):
     load = np.maximum(
         0, T_0 * (PI[1:] + PI[:-1]) * S + PRELOAD - MASS * RADIUS * omega**2
     )
-    np.testing.assert_allclose(s.pairs["internal"].normal_load[0], load, rtol=1e-12)
-    assert float(s.pairs["internal"].capacity[0]) == pytest.approx(
-        staged.R * staged.F_INT * load.sum(), rel=1e-12
-    )
-    assert float(result.energy["closure"]) <= 1e-9
+    all_near(s.pairs["internal"].normal_load[0], load, 1e-12)
+    near(s.pairs["internal"].capacity[0], staged.R * staged.F_INT * load.sum(), 1e-12)
+    closes(result, 1e-9)
 
 
 # --- onset of internal slip ---------------------------------------------------------
@@ -123,7 +120,7 @@ def test_onset_with_lifted_linings():
             onset = float(
                 sb.results.internal_slip_tension(scene.brake, J, load, omega=omega)
             )
-            assert onset == pytest.approx(truth, rel=1e-12)
+            near(onset, truth, 1e-12)
 
 
 # --- the bandage on springs ---------------------------------------------------------
@@ -152,10 +149,8 @@ def test_sprung_linings_lift_off_one_by_one():
     speeds = np.asarray(result.series([t for *_, t in found]).lining_speed)
     own = [speeds[k, lining - 1] for k, (_, lining, _) in enumerate(found)]
     limit = np.sqrt(preload / (mass * RADIUS))
-    np.testing.assert_allclose(
-        own, [limit[lining - 1] for _, lining, _ in found], rtol=1e-10
-    )
-    assert float(result.energy["closure"]) <= 1e-9
+    all_near(own, [limit[lining - 1] for _, lining, _ in found], 1e-10)
+    closes(result, 1e-9)
 
 
 @pytest.mark.slow
@@ -182,6 +177,4 @@ def test_one_sprung_lining_is_rigid_bandage():
     ]
     assert [name for name, _ in logs[0]] == [name for name, _ in logs[1]]
     assert len(logs[0]) >= 3
-    np.testing.assert_allclose(
-        [t for _, t in logs[0]], [t for _, t in logs[1]], rtol=1e-10, atol=1e-12
-    )
+    all_near([t for _, t in logs[0]], [t for _, t in logs[1]], 1e-10, 1e-12)

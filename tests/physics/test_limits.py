@@ -7,6 +7,7 @@ import heat_scenes as hs
 import jax
 import numpy as np
 import pytest
+from helpers import near
 
 import simbrake as sb
 
@@ -39,12 +40,12 @@ def test_overspeed_of_free_fall():
     arm = DRUM / LINES
     rate = MASS * 9.81 * arm / (INERTIA + MASS * arm**2)
     result = sb.simulate(falling(max_drum_speed=14.0))
-    assert result.events["overspeed"].times == pytest.approx([4.0 / rate], rel=1e-12)
+    near(result.events["overspeed"].times, [4.0 / rate], 1e-12)
     assert result["max_drum_speed"] > 14.0
     (row,) = [row for row in result.verdict().rows if "speed" in row.name]
     assert row.state == "exceeded"
     turning = result.series([0.3]).omega
-    assert turning == pytest.approx([10.0 + 0.3 * rate], rel=1e-12)
+    near(turning, [10.0 + 0.3 * rate], 1e-12)
 
 
 def test_limits_change_no_run():
@@ -102,4 +103,4 @@ def test_drum_speed_derivative():
             sb.with_values(falling(), {"initial.omega": omega})
         ).max_drum_speed.value
 
-    assert float(jax.grad(top)(10.0)) == pytest.approx(1.0, rel=1e-9)
+    near(jax.grad(top)(10.0), 1.0, 1e-9)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
+from helpers import all_near, near
 
 import simbrake as sb
 
@@ -38,15 +39,15 @@ def test_life_is_that_of_the_tight_lining(braking):
     w = np.asarray(braking.worn_thickness)
     life = sb.lining_life(braking)
     assert life.first == 4
-    assert life.brakings == pytest.approx(LIMIT / w.max(), rel=1e-12)
-    np.testing.assert_allclose(life.each, LIMIT / w, rtol=1e-12)
-    np.testing.assert_allclose(life.worn, LIMIT * w / w.max(), rtol=1e-12)
-    assert life.used == pytest.approx(w.mean() / w.max(), rel=1e-12)
+    near(life.brakings, LIMIT / w.max(), 1e-12)
+    all_near(life.each, LIMIT / w, 1e-12)
+    all_near(life.worn, LIMIT * w / w.max(), 1e-12)
+    near(life.used, w.mean() / w.max(), 1e-12)
     # what is worn before, and a permissible wear of one's own, per lining and with a
     # unit
     worn = np.array([0.0, 1e-3, 0.0, 2e-3])
     early = sb.lining_life(sb.with_values(braking.scene, {"wear.worn": worn}), "6 mm")
-    np.testing.assert_allclose(early.each, (6e-3 - worn) / w, rtol=1e-12)
+    all_near(early.each, (6e-3 - worn) / w, 1e-12)
     each = np.array([1e-3, 8e-3, 8e-3, 8e-3])
     assert sb.lining_life(braking.scene, each).first == int(np.argmin(each / w)) + 1
 
@@ -55,26 +56,24 @@ def test_life_is_that_of_the_tight_lining(braking):
 def test_best_turn_is_at_half_of_the_life(braking):
     w = np.asarray(braking.worn_thickness)
     life = sb.lining_life(braking, turn_at="best")
-    assert life.brakings == pytest.approx(2 * LIMIT / (w[0] + w[-1]), rel=1e-6)
-    assert life.turned_at[0] == pytest.approx(LIMIT / (w[0] + w[-1]), rel=1e-6)
-    assert life.unturned == pytest.approx(LIMIT / w.max(), rel=1e-12)
-    assert life.gain == pytest.approx(2 * w[-1] / (w[0] + w[-1]), rel=1e-6)
+    near(life.brakings, 2 * LIMIT / (w[0] + w[-1]), 1e-6)
+    near(life.turned_at[0], LIMIT / (w[0] + w[-1]), 1e-6)
+    near(life.unturned, LIMIT / w.max(), 1e-12)
+    near(life.gain, 2 * w[-1] / (w[0] + w[-1]), 1e-6)
     third = life.unturned / 3
     early = sb.lining_life(braking, turn_at=third)
     assert early.first == 1
-    assert early.brakings == pytest.approx(
-        third + (LIMIT - third * w[0]) / w[-1], rel=1e-12
-    )
+    near(early.brakings, third + (LIMIT - third * w[0]) / w[-1], 1e-12)
     there_and_back = sb.lining_life(braking, turn_at=[third, 2 * third])
     assert there_and_back.first == 4
-    np.testing.assert_allclose(
+    all_near(
         there_and_back.worn[0],
         third * w[3] + (there_and_back.brakings - third) * w[0],
-        rtol=1e-9,
+        1e-9,
     )
     never = sb.lining_life(braking, turn_at=10 * third)
     assert never.turned_at == ()
-    assert never.brakings == pytest.approx(life.unturned, rel=1e-12)
+    near(never.brakings, life.unturned, 1e-12)
 
 
 def test_what_goes_with_a_turned_band():
@@ -89,17 +88,11 @@ def test_what_goes_with_a_turned_band():
     wear = sb.Wear(np.arange(1.0, 5.0) * 1e-14, worn=[1e-3, 2e-3, 3e-3, 4e-3])
     scene = ws.stop(wear, ws.lumps(), np.radians([40.0, 50.0, 60.0, 70.0]), law=law)
     turned = sb.studies.turned_scene(scene)
-    np.testing.assert_allclose(
-        np.degrees(turned.brake.linings.angle), [70.0, 60.0, 50.0, 40.0]
-    )
-    np.testing.assert_allclose(
-        turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3]
-    )
+    all_near(np.degrees(turned.brake.linings.angle), [70.0, 60.0, 50.0, 40.0])
+    all_near(turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3])
     # a table
-    np.testing.assert_allclose(
-        turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7]
-    )
-    np.testing.assert_allclose(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
+    all_near(turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7])
+    all_near(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
     again = sb.studies.turned_scene(turned)
     assert sb.files.scene_text(again) == sb.files.scene_text(scene)
     with pytest.raises(sb.InputError, match="ride on the pulley"):
@@ -119,14 +112,14 @@ def test_equal_loads_of_z_level_the_wear(braking):
             sb.with_values(braking.scene, {"brake.linings.angle": angle}),
         )
     )
-    np.testing.assert_allclose(uniform.over_least / level.over_least, factor, rtol=1e-9)
-    np.testing.assert_allclose(level.over_least, 1.0, rtol=1e-9)
-    assert level.used == pytest.approx(1.0, rel=1e-9)
+    all_near(uniform.over_least / level.over_least, factor, 1e-9)
+    all_near(level.over_least, 1.0, 1e-9)
+    near(level.used, 1.0, 1e-9)
     # wear ∝ N_i/(Π − 1): the layout also changes the distance of the stop
     (T, even) = ws.statics()
     (T_level, normal) = ws.statics(angle)
     gain = (even[-1] / (T[-1] - 1)) / (normal[-1] / (T_level[-1] - 1))
-    assert level.brakings / uniform.brakings == pytest.approx(gain, rel=1e-9)
+    near(level.brakings / uniform.brakings, gain, 1e-9)
 
 
 # --- with feedback ------------------------------------------------------------------
@@ -141,18 +134,14 @@ def test_worn_brake_has_a_smaller_circle(braking):
     fresh = sb.simulate(
         eqx.tree_at(lambda s: s.wear, scene, sb.Wear(ws.K, worn=h, geometry=True))
     )
-    assert float(fresh.record.system.mechanism.radius) == pytest.approx(
-        0.65 - h.mean(), rel=1e-14
-    )
+    near(fresh.record.system.mechanism.radius, 0.65 - h.mean(), 1e-14)
     alpha = ws.T0 * (ws.statics()[0][-1] - 1) / ws.J
-    assert float(fresh.stopping_time) == pytest.approx(
-        ws.W0 / (alpha * (0.65 - h.mean())), rel=1e-10
-    )
-    np.testing.assert_allclose(fresh.worn_thickness, braking.worn_thickness, rtol=1e-9)
+    near(fresh.stopping_time, ws.W0 / (alpha * (0.65 - h.mean())), 1e-10)
+    all_near(fresh.worn_thickness, braking.worn_thickness, 1e-9)
     slow = dragged(0.05, worn=h)
     late = float(np.sum(h) * ws.BETA / 0.05)
     lever = sb.studies.worn_scene(slow).duty.slack_tension
-    assert float(lever.delay) == pytest.approx(late, rel=1e-14)
+    near(lever.delay, late, 1e-14)
     prompt = dataclasses.replace(dragged(), initial=sb.Initial(ws.W0, time=0.0))
     moved = sb.simulate(slow)
     by_hand = dataclasses.replace(
@@ -160,12 +149,8 @@ def test_worn_brake_has_a_smaller_circle(braking):
         slack_tension=sb.PiecewiseLinear([0.2 + late, 0.6 + late], [200.0, ws.T0]),
     )
     expected = sb.simulate(dataclasses.replace(prompt, duty=by_hand))
-    assert float(moved.stopping_time) == pytest.approx(
-        float(expected.stopping_time), rel=1e-12
-    )
-    np.testing.assert_allclose(
-        moved.worn_thickness, expected.worn_thickness, rtol=1e-10
-    )
+    near(moved.stopping_time, expected.stopping_time, 1e-12)
+    all_near(moved.worn_thickness, expected.worn_thickness, 1e-10)
 
 
 def test_worn_linings_in_the_heat_part():
@@ -181,10 +166,8 @@ def test_worn_linings_in_the_heat_part():
         ),
     )
     worn = sb.studies.worn_scene(ws.stop(wear, heat)).heat
-    np.testing.assert_allclose(
-        worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14
-    )
-    np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
+    all_near(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), 1e-14)
+    all_near(worn.links[0].value, 3.0 / (1 - h / 0.03), 1e-14)
     # insulated walls: they store a tenth of the friction's heat in what is left of them
     steel = sb.material("steel_20L")
     lining = sb.material("FK-24A")
@@ -209,9 +192,7 @@ def test_worn_linings_in_the_heat_part():
         ) @ np.asarray(wall.steps)
         depth = np.sum(rise / 0.03 * left) * float(wall.area)
         stored = float(lining.density * lining.specific_heat) * depth
-        assert stored == pytest.approx(
-            0.1 * float(result.energy["friction_heat"]), rel=1e-8
-        )
+        near(stored, 0.1 * float(result.energy["friction_heat"]), 1e-8)
 
 
 def test_a_step_of_many_stops_by_its_formula():
@@ -229,9 +210,9 @@ def test_a_step_of_many_stops_by_its_formula():
     life = sb.lining_life(scene, step=step)
     expected = 0.5 * ((step + 1) * first + (step - 1) * wear(step * first))
     assert life.history.brakings[1] == step
-    np.testing.assert_allclose(life.history.worn[1], expected, rtol=1e-9)
+    all_near(life.history.worn[1], expected, 1e-9)
     assert life.brakings % step > 1
-    assert life.worn[life.first - 1] == pytest.approx(LIMIT, rel=1e-9)
+    near(life.worn[life.first - 1], LIMIT, 1e-9)
 
 
 @pytest.mark.slow
@@ -245,19 +226,19 @@ def test_large_steps_match_single_brakings():
         > 1.1 * one_by_one.history.per_braking[0, 3]
     )
     assert life.runs < one_by_one.runs / 2
-    assert life.brakings == pytest.approx(one_by_one.brakings, rel=2e-4)
+    near(life.brakings, one_by_one.brakings, 2e-4)
     sharp = sb.lining_life(scene, tolerance=1e-4)
     assert abs(sharp.brakings - one_by_one.brakings) < abs(
         life.brakings - one_by_one.brakings
     )
-    np.testing.assert_allclose(sharp.worn, one_by_one.worn, rtol=1e-4)
+    all_near(sharp.worn, one_by_one.worn, 1e-4)
     # one after the other is the recursion itself
     h = np.zeros(4)
     for _ in range(3):
         h = h + np.asarray(
             sb.simulate(sb.with_values(scene, {"wear.worn": h})).worn_thickness
         )
-    np.testing.assert_allclose(one_by_one.history.worn[3], h, rtol=1e-9)
+    all_near(one_by_one.history.worn[3], h, 1e-9)
     turned = sb.lining_life(scene, turn_at="best")
     around = [
         sb.lining_life(scene, turn_at=turned.turned_at[0] * x).brakings

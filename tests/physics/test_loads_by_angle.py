@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import lump
-from helpers import jacobians
+from helpers import all_near, closes, jacobians, near
 from scenes import stop_scene, tension_for
 from scipy.integrate import solve_ivp
 
@@ -57,19 +57,17 @@ def test_free_fall_with_a_rope():
     """φ and ω grow as cosh and sinh of k t, k² = q g r²/J."""
     result = run(hook(), 0.0, 0.0, 5.0)
     end = result.record.y_end
-    assert float(end.phi) == pytest.approx(55.725295104107, rel=1e-12)
-    assert float(end.omega) == pytest.approx(22.955832043896, rel=1e-12)
+    near(end.phi, 55.725295104107, 1e-12)
+    near(end.omega, 22.955832043896, 1e-12)
     energy = result.energy
-    assert float(energy["kinetic_change"]) == pytest.approx(447924.6911, rel=1e-10)
-    assert float(energy["load_work"]) == pytest.approx(M * G * R * float(end.phi))
+    near(energy["kinetic_change"], 447924.6911, 1e-10)
+    near(energy["load_work"], M * G * R * float(end.phi))
     deepest = L_0 + R * end.phi
-    assert float(energy["rope_work"]) == pytest.approx(
-        G * Q * (deepest**2 - L_0**2) / 2, rel=1e-12
-    )
+    near(energy["rope_work"], G * Q * (deepest**2 - L_0**2) / 2, 1e-12)
     assert float(energy["closure"]) < 1e-13
     pull = float(result.series([5.0]).rope_tension[0])
     alpha = G * R * (M + Q * deepest) / (200.0 + R**2 * (M + Q * L))
-    assert pull == pytest.approx((M + Q * deepest) * (G - R * alpha), rel=1e-11)
+    near(pull, (M + Q * deepest) * (G - R * alpha), 1e-11)
 
 
 def stop_by_hand(x):
@@ -92,10 +90,10 @@ def test_stop_with_a_rope_and_its_derivatives():
 
     value, forwards, backwards = jacobians(stop)(STOP)
     truth, slopes, _ = jacobians(stop_by_hand)(STOP)
-    np.testing.assert_allclose(value, [2.2490405217143, 6.70640348014], rtol=1e-12)
-    np.testing.assert_allclose(value, truth, rtol=1e-12)
-    np.testing.assert_allclose(forwards, slopes, rtol=1e-9)
-    np.testing.assert_allclose(backwards, slopes, rtol=1e-9)
+    all_near(value, [2.2490405217143, 6.70640348014], 1e-12)
+    all_near(value, truth, 1e-12)
+    all_near(forwards, slopes, 1e-9)
+    all_near(backwards, slopes, 1e-9)
 
 
 def test_stop_with_heat_is_the_same():
@@ -103,7 +101,7 @@ def test_stop_with_heat_is_the_same():
     made = scene(hook(), *map(float, STOP[:2]), 5.0, heat=lump(1e15))
     result = sb.simulate(made, solver=sb.hybrid.Rodas5P())
     found = [float(result.stopping_time), float(result.stopping_angle)]
-    np.testing.assert_allclose(found, stop_by_hand(STOP), rtol=1e-9)
+    all_near(found, stop_by_hand(STOP), 1e-9)
 
 
 def test_on_either_side_of_the_balance():
@@ -111,8 +109,8 @@ def test_on_either_side_of_the_balance():
     assert run(hook(), 12e3, 22.7526551, 400.0).status == "stopped"
     result = run(hook(), 12e3, 22.7526552, 400.0)
     assert result.status == "rope_end"
-    assert float(result.record.y_end.phi) == pytest.approx((L - L_0) / R, rel=1e-12)
-    assert float(result.energy["closure"]) < 1e-12
+    near(result.record.y_end.phi, (L - L_0) / R, 1e-12)
+    closes(result, 1e-12)
 
 
 def test_holding_is_judged_at_every_depth():
@@ -128,13 +126,13 @@ def test_holding_is_judged_at_every_depth():
     duty = sb.Duty(sb.loads.Phases((hoist, hold)), load)
     result = sb.simulate(dataclasses.replace(made, duty=duty))
     travel = float(result.total_hook_travel)
-    assert travel == pytest.approx(-40.0, rel=1e-6)
+    near(travel, -40.0, 1e-6)
     here = 9e3 / (G * R * (M + Q * (90.0 + travel)))
     deepest = 9e3 / (G * R * (M + Q * 90.0))
     assert deepest < 1 < here
-    assert float(result.metrics["min_holding_reserve"]) == pytest.approx(here, rel=1e-6)
+    near(result.metrics["min_holding_reserve"], here, 1e-6)
     verdict = result.verdict()
-    assert verdict.numbers["reserve"] == pytest.approx(deepest, rel=1e-9)
+    near(verdict.numbers["reserve"], deepest, 1e-9)
     assert verdict.colour == "red"
     assert "worst angle" in str(verdict)
 
@@ -169,7 +167,7 @@ def test_programme_comes_back(load):
     assert abs(float(result.total_hook_travel)) < 1e-9
     # all that ropes and masses gave came back
     assert abs(float(result.energy["rope_work"])) < 1e-6
-    assert float(result.energy["closure"]) < 1e-12
+    closes(result, 1e-12)
 
 
 # --- a tackle ------------------------------------------------------------------------
@@ -180,11 +178,11 @@ def test_lines_of_a_tackle():
     load = hook(6.0, 600.0, 30.0, 12e3, 10.0, below=45.0)
     load = dataclasses.replace(load, drum_radius=np.asarray(0.4))
     ropes = load.ropes(0.0, 0)
-    assert float(ropes.torque) == pytest.approx(G * 6.0 * 0.4 * (30.0 - 45.0))
+    near(ropes.torque, G * 6.0 * 0.4 * (30.0 - 45.0))
     speeds = np.array([10, 8, 8, 6, 6, 4, 4, 2, 2, 0]) / 10
     lines = 30.0 * np.sum(speeds**2)
     moving = 6.0 * 0.4**2 * (600.0 - 10 * 30.0 + lines)
-    assert float(ropes.inertia) == pytest.approx(moving, rel=1e-12)
+    near(ropes.inertia, moving, 1e-12)
     result = run(load, 0.0, 5.0, 4.0)
     end = result.record.y_end
     change = float(result.energy["kinetic_change"])
@@ -192,8 +190,8 @@ def test_lines_of_a_tackle():
     bare = 200.0 + 12e3 * 0.04**2
     kinetic = 0.5 * (bare + there.inertia) * end.omega**2
     kinetic -= 0.5 * (bare + ropes.inertia) * 25.0
-    assert change == pytest.approx(float(kinetic), rel=1e-11)
-    assert float(result.energy["closure"]) < 1e-12
+    near(change, kinetic, 1e-11)
+    closes(result, 1e-12)
 
 
 def test_layers_of_a_heavy_rope():
@@ -206,10 +204,10 @@ def test_layers_of_a_heavy_rope():
     turned = float(result.stopping_angle) / (2 * math.pi)
     rise = math.sqrt(3) / 2 * 0.03
     paid_out = 2 * math.pi * (5.0 * (0.4 + 2 * rise) + (turned - 5.0) * (0.4 + rise))
-    assert travel == pytest.approx(paid_out / 2, rel=1e-11)
+    near(travel, paid_out / 2, 1e-11)
     work = G * 5.0 * 2 * (travel * (10.0 - 2.0) + travel**2 / 2)
-    assert float(result.energy["rope_work"]) == pytest.approx(work, rel=1e-10)
-    assert float(result.energy["closure"]) < 1e-11
+    near(result.energy["rope_work"], work, 1e-10)
+    closes(result, 1e-11)
 
 
 # --- two sides -----------------------------------------------------------------------
@@ -240,9 +238,9 @@ def test_winder_with_tail_rope(tail, roping):
     result = run(load, 0.0, 0.0, 6.0, J=500.0)
     phi, omega = by_cosh(3.0, tail, roping, 6.0)
     end = result.record.y_end
-    assert float(end.phi) == pytest.approx(phi, rel=1e-11)
-    assert float(end.omega) == pytest.approx(omega, rel=1e-11)
-    assert float(result.energy["closure"]) < 1e-12
+    near(end.phi, phi, 1e-11)
+    near(end.omega, omega, 1e-11)
+    closes(result, 1e-12)
 
 
 @pytest.mark.parametrize(
@@ -260,14 +258,12 @@ def test_lift_stops_in_both_senses(car, other, way):
     ratio = ((1 + 0.35 * z) / (1 - 0.35 * z)) ** 20
     brake = 9e3 if way > 0 else 60e3 / ratio
     assert result.status == "stopped"
-    assert float(result.stopping_time) == pytest.approx(
-        J * 4.0 / (brake - driving), rel=1e-11
-    )
+    near(result.stopping_time, J * 4.0 / (brake - driving), 1e-11)
     reserve = float(result.metrics["min_holding_reserve"] or np.inf)
     capacity = 60e3 / ratio if way < 0 else 9e3 / ratio
     capacity = capacity if car < other else capacity * ratio
     expected = capacity / (G * abs(car - other) * R / 2) if car != other else np.inf
-    assert reserve == pytest.approx(expected, rel=1e-9)
+    near(reserve, expected, 1e-9)
 
 
 def test_counterweight_pulls_the_car_up():
@@ -312,13 +308,13 @@ def test_chain_that_runs_out_has_a_terminal_speed():
     M_e = 2000.0 / R**2 + 100.0 * 57.0
     fast = math.sqrt(G * 45.0)
     x = 100.0 * fast * 10.0 / M_e
-    assert float(end.omega) * R == pytest.approx(fast * math.tanh(x), rel=1e-11)
-    assert fast * math.tanh(x) == pytest.approx(19.1374680256, rel=1e-11)
+    near(float(end.omega) * R, fast * math.tanh(x), 1e-11)
+    near(fast * math.tanh(x), 19.1374680256, 1e-11)
     run_out = M_e / 100.0 * math.log(math.cosh(x))
-    assert float(end.phi) * R == pytest.approx(run_out, rel=1e-11)
-    assert run_out == pytest.approx(121.346458997, rel=1e-11)
-    assert float(result.energy["closure"]) < 1e-12
-    assert float(result.terminal_speed) == pytest.approx(fast / R, rel=1e-9)
+    near(float(end.phi) * R, run_out, 1e-11)
+    near(run_out, 121.346458997, 1e-11)
+    closes(result, 1e-12)
+    near(result.terminal_speed, fast / R, 1e-9)
 
 
 def test_anchor_comes_to_the_ground():
@@ -330,7 +326,7 @@ def test_anchor_comes_to_the_ground():
     after = result.series([t])
     assert float(after.omega[0]) == float(before.omega[0])
     v = float(after.omega[0]) * R
-    assert float(result.energy["closure"]) < 1e-12
+    closes(result, 1e-12)
 
     def hanging(t, y):
         x, v = y
@@ -347,8 +343,8 @@ def test_anchor_comes_to_the_ground():
         atol=1e-12,
         events=lambda t, y: y[0] - 20.0,
     )
-    assert t == pytest.approx(ground.t_events[0][0], rel=1e-10)
-    assert v == pytest.approx(ground.y_events[0][0][1], rel=1e-10)
+    near(t, ground.t_events[0][0], 1e-10)
+    near(v, ground.y_events[0][0][1], 1e-10)
 
 
 def test_anchor_is_lifted_with_the_momentum():
@@ -359,8 +355,8 @@ def test_anchor_is_lifted_with_the_momentum():
     before = float(result.series([t], left=True).omega[0])
     after = float(result.series([t]).omega[0])
     J = 2000.0 + R**2 * 100.0 * 57.0
-    assert after / before == pytest.approx(J / (J + R**2 * 5000.0), rel=1e-12)
-    assert float(result.energy["closure"]) < 1e-12
+    near(after / before, J / (J + R**2 * 5000.0), 1e-12)
+    closes(result, 1e-12)
 
 
 def test_derivatives_through_the_ground():
@@ -377,7 +373,7 @@ def test_derivatives_through_the_ground():
         h = 1e-4 * float(value)
         one = [float(stop(x.at[i].add(k * h))) for k in (-2, -1, 1, 2)]
         slope = (one[0] - 8 * one[1] + 8 * one[2] - one[3]) / (12 * h)
-        assert float(slopes[i]) == pytest.approx(slope, rel=1e-7)
+        near(slopes[i], slope, 1e-7)
 
 
 # --- a load of one's own -------------------------------------------------------------
@@ -401,9 +397,9 @@ def test_own_load_by_the_angle():
     result = run(Spring(), 0.0, 3.0, 4.0, J=800.0)
     k = math.sqrt(500.0 / 800.0)
     end = result.record.y_end
-    assert float(end.phi) == pytest.approx(3.0 / k * math.sin(4 * k), rel=1e-11)
-    assert float(end.omega) == pytest.approx(3.0 * math.cos(4 * k), rel=1e-11)
-    assert float(result.energy["closure"]) < 1e-9
+    near(end.phi, 3.0 / k * math.sin(4 * k), 1e-11)
+    near(end.omega, 3.0 * math.cos(4 * k), 1e-11)
+    closes(result, 1e-9)
     with pytest.raises(NotImplementedError, match="neither `torque` nor"):
         run(Neither(), 0.0, 3.0, 4.0)
 

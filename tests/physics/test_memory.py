@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
+from helpers import all_near, closes, jacobians, near
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -124,9 +124,9 @@ def test_friction_that_falls_with_the_way():
         )
 
     s = brentq(left, 0.0, 100.0, xtol=1e-14, rtol=1e-14)
-    assert float(result.stopping_angle) == pytest.approx(s / ARM, rel=1e-10)
+    near(result.stopping_angle, s / ARM, 1e-10)
     # and at rest nothing changes
-    np.testing.assert_allclose(final(result), towards(end, s / length), rtol=1e-10)
+    all_near(final(result), towards(end, s / length), 1e-10)
 
 
 def test_friction_that_runs_in_with_the_work():
@@ -135,7 +135,7 @@ def test_friction_that_runs_in_with_the_work():
     work = 4e5
     result = sb.simulate(disc(RunningIn(F, end, work)), rtol=1e-12)
     each = 0.5 * J * OMEGA**2 / PADS / PAD
-    np.testing.assert_allclose(final(result), towards(end, each / work), rtol=1e-10)
+    all_near(final(result), towards(end, each / work), 1e-10)
     with pytest.raises(sb.InputError, match=r"linings\.area"):
         sb.simulate(
             eqx.tree_at(lambda s: s.brake.linings.area, band(RunningIn()), None)
@@ -180,7 +180,7 @@ def test_held_brake_slips_as_friction_decays(stiffness):
     result = run([tau, load])
     event = next(event for event in result.events if event.name == "restart")
     t = tau * math.log(F / needed)
-    assert event.time == pytest.approx(t, rel=1e-11)
+    near(event.time, t, 1e-11)
     assert result.status in ("runaway", "not_stopped")
 
     def instant(x):  # the row of the event: a differentiated run has rows of its own
@@ -188,8 +188,8 @@ def test_held_brake_slips_as_friction_decays(stiffness):
         return times[jnp.argmin(jnp.abs(times - t))][None]
 
     _, forwards, backwards = jacobians(instant)(jnp.asarray([tau, load]))
-    np.testing.assert_allclose(forwards[0], [t / tau, -tau * slope / load], rtol=1e-9)
-    np.testing.assert_allclose(backwards, forwards, rtol=1e-10)
+    all_near(forwards[0], [t / tau, -tau * slope / load], 1e-9)
+    all_near(backwards, forwards, 1e-10)
 
 
 @pytest.mark.slow
@@ -205,9 +205,7 @@ def test_pressure_at_rest_follows_tensions():
     tight = T_0 + load / R_B
     normal = np.asarray([T_0 + tight, *(3 * [2 * tight])]) * math.sin(BETA / 2)
     assert result.status == "held"
-    np.testing.assert_allclose(
-        final(result), towards(end, normal / AREA / 1e6 * 3.0 / tau), rtol=1e-9
-    )
+    all_near(final(result), towards(end, normal / AREA / 1e6 * 3.0 / tau), 1e-9)
 
 
 @pytest.mark.slow
@@ -219,7 +217,7 @@ def test_a_sliding_brake_that_loses_its_grip():
     load = 0.7 * TORQUE
     result = sb.simulate(disc(Timed(F, end, tau), load, end=4.0), rtol=1e-11)
     event = next(event for event in result.events if event.name == "grip_lost")
-    assert event.time == pytest.approx(tau * math.log(0.5 / 0.2), rel=1e-8)
+    near(event.time, tau * math.log(0.5 / 0.2), 1e-8)
     assert result.status == "runaway"
 
 
@@ -237,7 +235,7 @@ def test_elastic_band_in_slip_follows_states():
     reach = T_0 * (ratio(F) - 1) * chi / (C * R_B * OMEGA)
     t_1 = math.asin(reach) / chi
     omega_1 = OMEGA * math.sqrt(1 - reach**2)
-    assert float(result.full_slip_time) == pytest.approx(t_1, rel=1e-10)
+    near(result.full_slip_time, t_1, 1e-10)
 
     def slope(f):
         """`dT_n/df`"""
@@ -251,9 +249,9 @@ def test_elastic_band_in_slip_follows_states():
 
     run = solve_ivp(rhs, (t_1, 1.2), [omega_1, 1.0], "DOP853", rtol=1e-13, atol=1e-13)
     y = result.record.y_end
-    assert float(y.omega) == pytest.approx(run.y[0, -1], rel=1e-9)
-    np.testing.assert_allclose(final(result), run.y[1, -1], rtol=1e-9)
-    assert float(result.energy["closure"]) < 1e-10
+    near(y.omega, run.y[0, -1], 1e-9)
+    all_near(final(result), run.y[1, -1], 1e-9)
+    closes(result, 1e-10)
     # the states matter: 1 + γ is far from 1 at the start of the slip
     assert slope(F) * F * (1 - end) / (length * C) * R_B * omega_1 > 0.1
 
@@ -302,7 +300,7 @@ def test_two_states_and_heat_against_scipy(recovering):
         events=at_rest,
         **how,
     )
-    assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
+    near(result.stopping_time, run.t_events[0][0], 1e-9)
     cooled = solve_ivp(
         lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]],
         (run.t[-1], 4.0),
@@ -311,8 +309,8 @@ def test_two_states_and_heat_against_scipy(recovering):
     )
     end = result.series([4.0])
     states = np.repeat(cooled.y[2:, -1:], PADS, axis=1)
-    np.testing.assert_allclose(end.friction_memory[0], states, rtol=1e-8)
-    np.testing.assert_allclose(end.friction_coefficient[0], F * (1 - states[0]))
+    all_near(end.friction_memory[0], states, 1e-8)
+    all_near(end.friction_coefficient[0], F * (1 - states[0]))
 
 
 @pytest.mark.slow
@@ -324,9 +322,7 @@ def test_fast_state_gets_a_stiff_method():
     assert fast.method_name == "Rodas5P"
     # (s) what the first millisecond brakes more than all others
     drop = 1e-3 * (1 - 0.5) / 0.5
-    assert float(fast.stopping_time) == pytest.approx(
-        OMEGA * J / (0.5 * TORQUE) - drop, rel=1e-7
-    )
+    near(fast.stopping_time, OMEGA * J / (0.5 * TORQUE) - drop, 1e-7)
 
 
 # --- staged brakes ------------------------------------------------------------------

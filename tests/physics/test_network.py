@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from scipy.special import erfc
 from user_parts import Quartic
 
@@ -48,7 +49,7 @@ def test_junctions_in_a_row():
     ts = np.array([0.0, 0.1, 0.5, 2.0])
     run = sb.simulate_heat(heat, ts, rtol=1e-12)
     apart = np.outer(50.0 * np.exp(-2 * ts / (15.0 * 0.35)), [1, -1])
-    np.testing.assert_allclose(run.temperature, 323.15 + apart, rtol=1e-11)
+    all_near(run.temperature, 323.15 + apart, 1e-11)
 
 
 @pytest.mark.parametrize(
@@ -65,7 +66,7 @@ def test_radiation(ambient, truth, method):
         links=(sb.thermal.Radiation("a", 1.0, 0.8),),
     )
     run = sb.simulate_heat(heat, [0.0, 60.0, 600.0, 3600.0], rtol=1e-12, solver=method)
-    np.testing.assert_allclose(run.temperature[1:, 0], truth, rtol=1e-10)
+    all_near(run.temperature[1:, 0], truth, 1e-10)
     assert float(run.closure) < 1e-12
 
 
@@ -79,7 +80,7 @@ def test_source_changes_before_first_result():
     )
     run = sb.simulate_heat(heat, [0.0, 6.0, 9.0], rtol=1e-12)
     warm = 300.0 + (2 * 300.0 + 0.5 * 3 * 900.0) / 15.0
-    np.testing.assert_allclose(run.temperature[:, 0], [300.0, warm, warm], rtol=1e-12)
+    all_near(run.temperature[:, 0], [300.0, warm, warm], 1e-12)
 
 
 @pytest.mark.parametrize(("begin", "after"), [(0.0, 30.0), (40.0, 61.0), (40.0, 80.0)])
@@ -94,9 +95,7 @@ def test_custom_pulse_is_not_stepped_over(begin, after):
         sources=(sb.thermal.Source("a", bell),),
     )
     run = sb.simulate_heat(heat, [begin, begin + 100.0], rtol=1e-10)
-    assert run.temperature[-1, 0] - 300.0 == pytest.approx(
-        900.0 * math.sqrt(math.pi) / 15.0, rel=1e-8
-    )
+    near(run.temperature[-1, 0] - 300.0, 900.0 * math.sqrt(math.pi) / 15.0, 1e-8)
 
 
 @pytest.mark.slow
@@ -136,8 +135,8 @@ def test_graded_wall_is_two_half_spaces():
     lining = sb.Material(k, 2000.0, 1000.0)
     growth = sb.thermal.layer_growth(1e-4, 0.0225, 20)
     body = sb.thermal.Wall("w", lining, 0.045, 1.0, 40, growth, both=True)
-    np.testing.assert_allclose(body.steps, body.steps[::-1], rtol=1e-14)
-    assert float(body.steps[0]) == pytest.approx(1e-4, rel=1e-9)
+    all_near(body.steps, body.steps[::-1], 1e-14)
+    near(body.steps[0], 1e-4, 1e-9)
     heat = sb.Heat(
         (body,),
         sources=(sb.thermal.Source("w.front", 2e4), sb.thermal.Source("w.back", 1e4)),
@@ -156,9 +155,7 @@ def test_graded_wall_is_two_half_spaces():
                 - x * erfc(x / (2 * root))
             )
         )
-        assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(
-            exact, rel=5e-3
-        )
+        near(float(run.temperature[-1, node]) - sb.thermal.ROOM, exact, 5e-3)
 
 
 @pytest.mark.slow
@@ -186,10 +183,8 @@ def test_contact_finds_the_effusivity_split():
         np.asarray(run.temperature)[-1] - sb.thermal.ROOM
     )
     share = stored[:n].sum() / stored.sum()
-    assert share == pytest.approx(0.907538740903391, abs=2e-4)
-    assert float(sb.thermal.effusivity_share(steel, lining)) == pytest.approx(
-        0.907538740903391, rel=1e-12
-    )
+    near(share, 0.907538740903391, abs=2e-4)
+    near(sb.thermal.effusivity_share(steel, lining), 0.907538740903391, 1e-12)
     assert float(run.closure) < 1e-12
 
 
@@ -204,7 +199,7 @@ def test_varying_properties_conserve_heat():
     run = sb.simulate_heat(heat, [0.0, 5.0, 2000.0], rtol=1e-9)
     T = np.asarray(run.temperature)
     content = (T - sb.thermal.ROOM) + 0.5 * 8e-4 * (T - sb.thermal.ROOM) ** 2
-    np.testing.assert_allclose(content.sum(axis=1), content[0].sum(), rtol=1e-12)
+    all_near(content.sum(axis=1), content[0].sum(), 1e-12)
     assert np.ptp(T[-1]) < 1e-6
 
 
@@ -229,7 +224,7 @@ def test_steady_state_ends_long_cooling():
     )
     end = sb.simulate_heat(heat, [0.0, 2e5], rtol=1e-10).temperature[-1]
     steady = sb.steady_state(heat)
-    np.testing.assert_allclose(list(steady.values())[:2], end[:2], rtol=1e-9)
+    all_near(list(steady.values())[:2], end[:2], 1e-9)
 
     def rim(power):
         return sb.steady_state(eqx_source(heat, power))["rim"]
@@ -238,7 +233,7 @@ def test_steady_state_ends_long_cooling():
     rim = jax.jit(rim)
     h = 1.0
     central = (rim(2000.0 + h) - rim(2000.0 - h)) / (2 * h)
-    assert float(flow) == pytest.approx(float(central), rel=1e-6)
+    near(flow, central, 1e-6)
 
 
 def eqx_source(heat, power):
@@ -257,9 +252,7 @@ def test_custom_link_matches_its_closed_form():
     )
     t = np.linspace(0.0, 10.0, 6)
     run = sb.simulate_heat(heat, t, rtol=1e-12)
-    np.testing.assert_allclose(
-        run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10
-    )
+    all_near(run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), 1e-10)
     assert float(run.closure) < 1e-13
     assert [
         leaf.path for leaf in sb.files.leaves(heat, "heat") if "links" in leaf.path
@@ -305,6 +298,6 @@ def test_closed_band_covers_the_surface(kind):
             -1 / 3
         )
 
-    assert end(1.0, covered=0.6) == pytest.approx(truth(0.4 * area), rel=1e-9)
-    assert end(0.0, covered=0.6) == pytest.approx(truth(area), rel=1e-9)
-    assert end(1.0) == pytest.approx(truth(area), rel=1e-9)
+    near(end(1.0, covered=0.6), truth(0.4 * area), 1e-9)
+    near(end(0.0, covered=0.6), truth(area), 1e-9)
+    near(end(1.0), truth(area), 1e-9)

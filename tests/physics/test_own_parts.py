@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
 from user_parts import AT_REST, T_0, Bump, Derived, J, R, falling, of, torque_of
@@ -27,7 +28,7 @@ def test_a_shipped_law_made_to_fall():
     stop = quad(
         lambda w: J / torque_of(falling(R * w)), 0.0, 20.0, epsabs=1e-12, epsrel=1e-12
     )[0]
-    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-10)
+    near(result.stopping_time, stop, 1e-10)
     load = 0.5 * (torque_of(AT_REST) + torque_of(falling(R * 20.0)))
     result = sb.simulate(stop_scene(C=None, law=Derived(AT_REST), load=load))
     run = solve_ivp(
@@ -38,7 +39,7 @@ def test_a_shipped_law_made_to_fall():
         atol=1e-10,
     )
     assert result.status == "runaway"
-    assert float(result.record.y_end.omega) == pytest.approx(run.y[0, -1], rel=1e-9)
+    near(result.record.y_end.omega, run.y[0, -1], 1e-9)
     assert run.y[0, -1] > 20.0
 
 
@@ -79,7 +80,7 @@ def test_optional_temperature_fades_if_given():
         return J / torque_of(0.35 * (1 - 1e-3 * T))
 
     stop = quad(slowness, 0.0, 20.0, epsabs=1e-12, epsrel=1e-12)[0]
-    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
+    near(result.stopping_time, stop, 1e-9)
     assert stop > 1.2 * 20.0 * J / torque_of(0.35)
 
 
@@ -111,8 +112,8 @@ def test_constant_shear_stress_brakes_as_in_closed_form():
     stress = 1.6e6 / n
     stop = 20.0 * J * math.cos(beta / 2) / (R * n * stress * area)
     found, slopes = jax.value_and_grad(stop_of, (0, 1, 2))(stress, 20.0, T_0)
-    assert float(found) == pytest.approx(stop, rel=1e-12)
-    np.testing.assert_allclose(slopes[:2], [-stop / stress, stop / 20.0], rtol=1e-10)
+    near(found, stop, 1e-12)
+    all_near(slopes[:2], [-stop / stress, stop / 20.0], 1e-10)
     assert abs(float(slopes[2])) * T_0 < 1e-10 * stop
 
 
@@ -125,7 +126,7 @@ def test_constant_shear_stress_brakes_as_in_closed_form():
 def test_bump_on_a_profile_is_not_missed():
     result = sb.simulate(stop_scene(C=None, lever=Bump(T_0), end=2.0), rtol=1e-12)
     stop = 20.0 * J / torque_of(0.35) - 4.0 * 0.005 * math.sqrt(math.pi)
-    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
+    near(result.stopping_time, stop, 1e-9)
 
 
 # --- another kind of brake ----------------------------------------------------------
@@ -209,22 +210,20 @@ def test_custom_cone_brake_is_a_full_brake():
     N = F / math.sin(alpha)
     r = 0.5 * (r_i + r_o)
     stop = inertia * omega / (f * N * r - load)
-    assert float(run.stopping_time) == pytest.approx(stop, rel=1e-11)
+    near(run.stopping_time, stop, 1e-11)
     assert [event.name for event in run.events] == ["slip_onset", "full_slip", "stop"]
     assert run.status == "stopped"
     friction = f * N * r * omega * stop / 2
-    assert float(run.energy["friction_heat"]) == pytest.approx(friction, rel=1e-11)
-    assert run.end_temperatures[1] - sb.thermal.ROOM == pytest.approx(
-        0.2 * friction / 500.0, rel=1e-9
-    )
+    near(run.energy["friction_heat"], friction, 1e-11)
+    near(run.end_temperatures[1] - sb.thermal.ROOM, 0.2 * friction / 500.0, 1e-9)
     worn = 1e-14 * N * r * omega * stop / 2 / float(brake.linings.area)
-    np.testing.assert_allclose(run.worn_thickness, worn, rtol=1e-9)
+    all_near(run.worn_thickness, worn, 1e-9)
 
     (table,) = sb.sensitivity(
         scene, ["stopping_time"], ["brake.linings.half_angle"], span=None
     )
     slope = stop**2 * f * r * N / math.tan(alpha) / (inertia * omega)
-    assert table.rows[0].derivative == pytest.approx(slope, rel=1e-9)
+    near(table.rows[0].derivative, slope, 1e-9)
     with pytest.raises(
         sb.InputError, match="is a cone brake: this draws discs and drums"
     ):
@@ -282,7 +281,7 @@ def test_linings_that_press_others_on_are_coupled_by_their_friction_states():
         rhs, (0, 2), [speed, *np.ones(6)], method="DOP853", rtol=1e-12, atol=1e-14
     ).y[:, -1]
     y = result.record.y_end
-    np.testing.assert_allclose([y.omega, *y.memory[0]], truth, rtol=1e-8)
+    all_near([y.omega, *y.memory[0]], truth, 1e-8)
     assert int(result.record.stats.accepted) < 150
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 import test_every_mechanism as every
+from helpers import all_near, closes, near
 
 import simbrake as sb
 
@@ -54,22 +55,20 @@ def test_torques_are_those_of_all_rims_and_forces_those_of_one(stopped):
     torque = 2 * R_B * T0 * (mu(F) ** N - 1)
     along = T0 * mu(F) ** np.arange(N + 1)
     time = J * W0 / (torque - LOAD)
-    assert float(stopped.stopping_time) == pytest.approx(time, rel=1e-12)
+    near(stopped.stopping_time, time, 1e-12)
     s = stopped.series([0.5 * time, 8.0])
-    np.testing.assert_allclose(s.tension[0], along[1:], rtol=1e-13)
+    all_near(s.tension[0], along[1:], 1e-13)
     normal = (along[1:] + along[:-1]) * math.sin(BETA / 2)
-    np.testing.assert_allclose(s.normal_load[0], normal, rtol=1e-13)
-    np.testing.assert_allclose(s.pressure[0], normal / AREA, rtol=1e-13)
-    np.testing.assert_allclose(s.brake_torque, [torque, LOAD], rtol=1e-13)
+    all_near(s.normal_load[0], normal, 1e-13)
+    all_near(s.pressure[0], normal / AREA, 1e-13)
+    all_near(s.brake_torque, [torque, LOAD], 1e-13)
     # at rest each band bears half of the load
-    assert float(s.tight_tension[1]) - T0 == pytest.approx(LOAD / 2 / R_B, rel=1e-12)
-    assert stopped.metrics["max_tension"] == pytest.approx(along[-1], rel=1e-13)
-    assert stopped.metrics["min_holding_reserve"] == pytest.approx(
-        torque / LOAD, rel=1e-12
-    )
+    near(float(s.tight_tension[1]) - T0, LOAD / 2 / R_B, 1e-12)
+    near(stopped.metrics["max_tension"], along[-1], 1e-13)
+    near(stopped.metrics["min_holding_reserve"], torque / LOAD, 1e-12)
     work = torque * W0 * time / 2
-    assert float(stopped.energy["friction_heat"]) == pytest.approx(work, rel=1e-11)
-    assert float(stopped.energy["closure"]) < 1e-12
+    near(stopped.energy["friction_heat"], work, 1e-11)
+    closes(stopped, 1e-12)
 
 
 # --- every mechanism ----------------------------------------------------------------
@@ -132,33 +131,25 @@ def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
     one = sb.simulate(doubled(single))
     rel = 1e-8 if kind == "chain" else 1e-12  # 69 events: rounding grows
     assert [event.name for event in two.events] == [event.name for event in one.events]
-    np.testing.assert_allclose(two.events.times, one.events.times, rtol=rel, atol=1e-12)
+    all_near(two.events.times, one.events.times, rel, 1e-12)
     for name, value in one.energy.items():
-        assert float(two.energy[name]) == pytest.approx(float(value), rel=rel, abs=1e-9)
-    assert float(two.energy["closure"]) < 1e-9
+        near(two.energy[name], value, rel, 1e-9)
+    closes(two, 1e-9)
     for name in ("stopping_time", "min_holding_reserve"):
-        assert two.metrics[name] == pytest.approx(one.metrics[name], rel=rel)
-    assert float(two.end_capacity.torque) == pytest.approx(
-        float(one.end_capacity.torque), rel=rel
-    )
+        near(two.metrics[name], one.metrics[name], rel)
+    near(two.end_capacity.torque, one.end_capacity.torque, rel)
     ts = np.linspace(0.0, 8.0, 17)
     s = two.series(ts)
     wanted = one.series(ts)
-    np.testing.assert_allclose(
-        s.brake_torque, wanted.brake_torque, rtol=1e-6, atol=1e-3
-    )
-    np.testing.assert_allclose(2 * s.tension, wanted.tension, rtol=1e-6, atol=1e-3)
+    all_near(s.brake_torque, wanted.brake_torque, 1e-6, 1e-3)
+    all_near(2 * s.tension, wanted.tension, 1e-6, 1e-3)
     for mine, other in zip(s.pairs.values(), wanted.pairs.values(), strict=True):
-        np.testing.assert_allclose(mine.torque, other.torque, rtol=1e-6, atol=1e-3)
-        np.testing.assert_allclose(
-            mine.friction_work, other.friction_work, rtol=1e-8, atol=1e-3
-        )
+        all_near(mine.torque, other.torque, 1e-6, 1e-3)
+        all_near(mine.friction_work, other.friction_work, 1e-8, 1e-3)
     if two.scene.heated:
         assert float(two.energy["heat_closure"]) < 1e-12
-        np.testing.assert_allclose(
-            two.end_temperatures, one.end_temperatures, rtol=1e-12
-        )
-        np.testing.assert_allclose(two.worn_thickness, one.worn_thickness, rtol=1e-12)
+        all_near(two.end_temperatures, one.end_temperatures, 1e-12)
+        all_near(two.worn_thickness, one.worn_thickness, 1e-12)
 
 
 # --- heat ---------------------------------------------------------------------------
@@ -174,21 +165,15 @@ def test_levers_pull_on_all_bands():
     arms = {"arm": 1.5, "slack_arm": 0.1, "efficiency": 0.9}
     hand = sb.PiecewiseLinear([0.0, 9.0], [600.0, 600.0])
     result = sb.simulate(scene(lever=sb.Lever(hand, **arms)))
-    assert float(result.series([0.1]).slack_tension[0]) == pytest.approx(
-        0.9 * 600.0 * 15 / 2, rel=1e-13
-    )
-    assert result.metrics["max_lever_force"] == pytest.approx(600.0, rel=1e-13)
+    near(result.series([0.1]).slack_tension[0], 0.9 * 600.0 * 15 / 2, 1e-13)
+    near(result.metrics["max_lever_force"], 600.0, 1e-13)
     torque = 2 * R_B * 0.9 * 600.0 * 15 / 2 * (mu(F) ** N - 1)
-    assert float(result.stopping_time) == pytest.approx(
-        J * W0 / (torque - LOAD), rel=1e-12
-    )
+    near(result.stopping_time, J * W0 / (torque - LOAD), 1e-12)
     held = sb.simulate(scene(lever=sb.SpeedHold(T0), end=2.0))
-    assert float(held.series([1.0]).slack_tension[0]) == pytest.approx(
-        LOAD / (2 * R_B * (mu(F) ** N - 1)), rel=1e-12
+    near(
+        held.series([1.0]).slack_tension[0], LOAD / (2 * R_B * (mu(F) ** N - 1)), 1e-12
     )
-    assert float(held.energy["friction_heat"]) == pytest.approx(
-        LOAD * W0 * 2.0, rel=1e-10
-    )
+    near(held.energy["friction_heat"], LOAD * W0 * 2.0, 1e-10)
 
 
 # --- estimates ----------------------------------------------------------------------

@@ -6,7 +6,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
+from helpers import all_near, closes, jacobians, near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -64,9 +64,9 @@ def test_three_layer_stop_and_derivatives():
 
     value, forwards, backwards = jacobians(run)(jnp.asarray(GIVEN))
     truth, slopes, _ = jacobians(by_energy)(jnp.asarray(GIVEN))
-    np.testing.assert_allclose(value, truth, rtol=1e-11)
-    np.testing.assert_allclose(forwards, slopes, rtol=1e-7, atol=1e-12)
-    np.testing.assert_allclose(backwards, slopes, rtol=1e-7, atol=1e-12)
+    all_near(value, truth, 1e-11)
+    all_near(forwards, slopes, 1e-7, 1e-12)
+    all_near(backwards, slopes, 1e-7, 1e-12)
 
 
 @pytest.mark.slow
@@ -75,7 +75,7 @@ def test_three_layer_stop_events_and_balance():
     assert [event.name for event in result.events if event.name != "lining_limit"] == [
         *("slip_onset", "full_slip", "layer_change", "layer_change", "stop"),
     ]
-    assert float(result.energy["closure"]) < 1e-12
+    closes(result, 1e-12)
     change = [event.time for event in result.events if event.name == "layer_change"]
     before = result.series(change, left=True)
     after = result.series(change)
@@ -84,19 +84,11 @@ def test_three_layer_stop_events_and_balance():
     m, d = GIVEN[:2]
     r = R_1 + PITCH * d * np.array([2.0, 1.0, 0.0])
     inertia = J + m * (r / LINES) ** 2
-    np.testing.assert_allclose(
-        after.omega / before.omega, np.sqrt(inertia[:-1] / inertia[1:]), rtol=1e-12
-    )
-    np.testing.assert_allclose(
-        after.load_torque, m * GRAVITY * r[1:] / LINES, rtol=1e-12
-    )
+    all_near(after.omega / before.omega, np.sqrt(inertia[:-1] / inertia[1:]), 1e-12)
+    all_near(after.load_torque, m * GRAVITY * r[1:] / LINES, 1e-12)
     # held in the first layer
-    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(
-        m * GRAVITY * R_1 / LINES, rel=1e-12
-    )
-    assert float(result.energy["load_work"]) == pytest.approx(
-        m * GRAVITY * float(result.hook_travel), rel=1e-12
-    )
+    near(result.series([11.0]).brake_torque[0], m * GRAVITY * R_1 / LINES, 1e-12)
+    near(result.energy["load_work"], m * GRAVITY * float(result.hook_travel), 1e-12)
 
 
 @pytest.mark.slow
@@ -118,14 +110,10 @@ def test_rope_wound_up_again_and_rope_ending():
     first = (-w0 - up) * inertia[0] / torque[0]
     beyond = up * math.sqrt(inertia[0] / inertia[1])
     second = first + 2 * beyond * inertia[1] / torque[1]
-    np.testing.assert_allclose(
-        [event.time for event in result.events], [first, second], rtol=1e-9
-    )
+    all_near([event.time for event in result.events], [first, second], 1e-9)
     down = math.sqrt(up**2 + 2 * torque[0] * 2 * math.pi * per_layer / inertia[0])
-    assert float(result.record.t_end) == pytest.approx(
-        second + (down - up) * inertia[0] / torque[0], rel=1e-9
-    )
-    assert float(result.record.y_end.phi) == pytest.approx(6 * math.pi, rel=1e-10)
+    near(result.record.t_end, second + (down - up) * inertia[0] / torque[0], 1e-9)
+    near(result.record.y_end.phi, 6 * math.pi, 1e-10)
 
 
 def test_tripping_with_layers():
@@ -139,22 +127,21 @@ def test_tripping_with_layers():
     result = sb.simulate(
         stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=7.0)
     )
-    assert float(result.energy["closure"]) < 1e-12
+    closes(result, 1e-12)
     r = R_1 + 2 * 0.04
     first = sb.simulate(stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=0.4))
     inertia = J + 4e3 * (r / LINES) ** 2
     fall = (10.5e3 * GAIN - 4e3 * GRAVITY * r / LINES) * 0.4 / inertia
     assert float(first.record.y_end.phi) < 3 * math.pi
-    assert float(first.record.y_end.omega) == pytest.approx(24.0 - fall, rel=1e-10)
+    near(first.record.y_end.omega, 24.0 - fall, 1e-10)
 
 
 def test_rope_in_a_scene_file_and_in_checks(tmp_path):
     layers = RopeLayers(0.03, 20.0, 50.0)
-    assert float(
-        layers.paid_out(jnp.asarray(R_1), jnp.asarray(100 * math.pi))
-    ) == pytest.approx(
+    near(
+        layers.paid_out(jnp.asarray(R_1), jnp.asarray(100 * math.pi)),
         2
         * math.pi
         * (20 * R_1 + 20 * (R_1 + 0.03 * PITCH) + 10 * (R_1 + 2 * 0.03 * PITCH)),
-        rel=1e-12,
+        1e-12,
     )

@@ -9,6 +9,7 @@ import jax
 import pytest
 from disc_scenes import TORQUE, disc_scene
 from heat_scenes import fading, lump, rigid_stop
+from helpers import near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -44,8 +45,8 @@ def assert_holds_up_to(scene, torque, *, relative=1e-6):
         result = sb.simulate(with_load(scene, sb.Constant(factor * torque)))
         assert result.status == status
         found = result.summary()["capacity"]
-        assert found["brake_torque"] == pytest.approx(abs(torque), rel=1e-9)
-        assert found["load_torque"] == pytest.approx(abs(factor * torque), rel=1e-12)
+        near(found["brake_torque"], abs(torque), 1e-9)
+        near(found["load_torque"], abs(factor * torque), 1e-12)
     return result
 
 
@@ -74,8 +75,8 @@ def test_load_equal_to_brake_is_no_runaway(scene):
     result = sb.simulate(scene)
     found = result.end_capacity
     s = result.series([1.0, 2.0])
-    assert float(found.torque) == pytest.approx(float(found.load), rel=1e-12)
-    assert float(s.omega[1]) == pytest.approx(float(s.omega[0]), rel=1e-9)
+    near(found.torque, found.load, 1e-12)
+    near(s.omega[1], s.omega[0], 1e-9)
     assert result.status == "not_stopped"
 
 
@@ -89,9 +90,7 @@ def test_capacity_at_the_speed_of_the_end():
     f = 0.2 + 0.15 * math.exp(-((v / 30.0) ** 2))
     assert 0.22 < f < 0.33
     assert result.status == "runaway"
-    assert float(result.end_capacity.torque) == pytest.approx(
-        R * T0 * (capstan(f) - 1), rel=1e-9
-    )
+    near(result.end_capacity.torque, R * T0 * (capstan(f) - 1), 1e-9)
     # the load is below what the cold brake gives and above what the faded one does
     hot = sb.simulate(
         rigid_stop(fading(slope=1.5e-3), lump(2e4), 8.0, load=2e4, w0=25.0)
@@ -100,7 +99,7 @@ def test_capacity_at_the_speed_of_the_end():
     faded = R * T0 * (capstan(f) - 1)
     assert faded < 2e4 < AHEAD
     assert hot.status == "runaway"
-    assert float(hot.end_capacity.torque) == pytest.approx(faded, rel=1e-9)
+    near(hot.end_capacity.torque, faded, 1e-9)
 
 
 @pytest.mark.slow
@@ -189,5 +188,5 @@ def test_capacity_is_differentiable():
         ).end_capacity.torque
 
     value, slope = jax.jvp(torque, (T0,), (1.0,))
-    assert float(value) == pytest.approx(AHEAD, rel=1e-12)
-    assert float(slope) == pytest.approx(AHEAD / T0, rel=1e-12)
+    near(value, AHEAD, 1e-12)
+    near(slope, AHEAD / T0, 1e-12)

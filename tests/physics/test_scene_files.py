@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import wear_scenes
 from heat_scenes import lump, rigid_stop
+from helpers import all_near
 from scenes import stop_scene
 from test_water_cooling import drag, wet_lump
 
@@ -111,5 +112,5 @@ def test_scene_is_read_as_written(kind):
     for one, other in zip(
         jax.tree.leaves(again), jax.tree.leaves(written), strict=True
     ):
-        np.testing.assert_allclose(one, other, rtol=1e-15)
+        all_near(one, other, 1e-15)
     assert sb.files.scene_text(again) == text

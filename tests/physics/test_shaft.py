@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from oracles.stops import at_rest
 from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
@@ -69,23 +70,19 @@ def test_stop_on_three_laws_and_derivatives():
             2 * inertia / D * (jnp.arctan((2 * k * omega + c) / D) - jnp.arctan(c / D))
         )
 
-    np.testing.assert_allclose(
-        jax.jit(jax.jacrev(run))(given), jax.grad(closed)(given), rtol=1e-7
-    )
+    all_near(jax.jit(jax.jacrev(run))(given), jax.grad(closed)(given), 1e-7)
     result = sb.simulate(
         scene(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0))
     )
     assert (result.status, names(result)) == ("stopped", ["stop"])
-    assert float(result.stopping_time) == pytest.approx(float(closed(given)), rel=1e-9)
+    near(result.stopping_time, closed(given), 1e-9)
     energy = balanced(result)
-    assert float(energy["shaft_bearing_friction"]) == pytest.approx(
-        1500.0 * float(result.stopping_angle), rel=1e-9
-    )
+    near(energy["shaft_bearing_friction"], 1500.0 * float(result.stopping_angle), 1e-9)
     shares = [
         float(energy[f"shaft_{name}"])
         for name in ("bearing_friction", "viscous_drag", "hydrodynamic_brake")
     ]
-    assert sum(shares) == pytest.approx(0.5 * J * W0**2, rel=1e-12)
+    near(sum(shares), 0.5 * J * W0**2, 1e-12)
     assert float(result.record.y_end.omega) == 0.0
 
 
@@ -109,15 +106,13 @@ def test_eddy_current_brake_after_kloss():
     second = time(1.0, slow, 3.0)
     e = sb.PiecewiseLinear([first, first], [0.5, 1.0])
     result = sb.simulate(scene(EddyCurrentBrake(M_m, w_m, e), end=first + second))
-    assert float(result.record.y_end.omega) == pytest.approx(3.0, rel=1e-9)
+    near(result.record.y_end.omega, 3.0, 1e-9)
     seen = result.series([first], left=True)
-    assert float(seen.omega[0]) == pytest.approx(slow, rel=1e-9)
+    near(seen.omega[0], slow, 1e-9)
     torque = 2 * 0.25 * M_m * slow * w_m / (slow**2 + w_m**2)
-    assert float(seen.shaft_torque[0]) == pytest.approx(torque, rel=1e-9)
+    near(seen.shaft_torque[0], torque, 1e-9)
     assert result.status == "released"
-    assert float(balanced(result)["shaft_eddy_current_brake"]) == pytest.approx(
-        0.5 * J * (W0**2 - 9.0), rel=1e-9
-    )
+    near(balanced(result)["shaft_eddy_current_brake"], 0.5 * J * (W0**2 - 9.0), 1e-9)
 
 
 # --- terminal speeds ----------------------------------------------------------------
@@ -147,13 +142,13 @@ def test_terminal_speed_of_each_law(law, closed):
 
     value, slope = jax.jvp(speed, (jnp.asarray(size),), (jnp.ones(()),))
     truth, exact = jax.jvp(closed, (jnp.asarray(size),), (jnp.ones(()),))
-    assert float(value) == pytest.approx(float(truth), rel=1e-9)
-    assert float(slope) == pytest.approx(float(exact), rel=1e-7)
+    near(value, truth, 1e-9)
+    near(slope, exact, 1e-7)
     result = sb.simulate(scene(law(size), load=LOAD, w0=0.0, end=20.0))
     assert result.status == "lowering"
     assert result.message.endswith(f"{float(truth):.6g} rad/s")
     assert result.summary()["metrics"]["terminal_speed"] == float(value)
-    assert float(result.record.y_end.omega) == pytest.approx(float(truth), rel=1e-2)
+    near(result.record.y_end.omega, truth, 1e-2)
     balanced(result)
 
 
@@ -169,7 +164,7 @@ def test_load_above_the_maximum_torque():
         scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=15.0)
     )
     assert result.status == "lowering"
-    assert float(result.terminal_speed) == pytest.approx(0.4 * LOAD / 500.0, rel=1e-9)
+    near(result.terminal_speed, 0.4 * LOAD / 500.0, 1e-9)
     # the band cannot hold the load, and the eddy-current brake is past its maximum: it
     # runs away
     lost = sb.simulate(
@@ -227,15 +222,13 @@ def test_a_load_that_turns_round():
         motion(-1.0), (2.0, 6.0), [0.0], rtol=1e-12, atol=1e-14, method="DOP853"
     )
     assert names(result) == ["stop", "restart"]
-    assert float(result.stopping_time) == pytest.approx(ahead.t[-1], rel=1e-9)
-    assert result.events[1].time == pytest.approx(2.0, rel=1e-10)
-    assert float(result.record.y_end.omega) == pytest.approx(back.y[0, -1], rel=1e-9)
+    near(result.stopping_time, ahead.t[-1], 1e-9)
+    near(result.events[1].time, 2.0, 1e-10)
+    near(result.record.y_end.omega, back.y[0, -1], 1e-9)
     # without rest between: a jump of the load throws it back at once
     thrown = turned([0.0, 0.0], [-9e3, -9e3], 1.0)
     turn = J * 1.0 / (9e3 + M_c)
-    assert float(thrown.record.y_end.omega) == pytest.approx(
-        -(9e3 - M_c) * (1.0 - turn) / J, rel=1e-9
-    )
+    near(thrown.record.y_end.omega, -(9e3 - M_c) * (1.0 - turn) / J, 1e-9)
     assert math.isinf(thrown.stopping_time)
     balanced(thrown)
 
@@ -258,22 +251,18 @@ def test_bearings_hold_first_then_the_band(C):
     )
     seen = result.series([2.0, 4.0, 7.0])
     np.testing.assert_array_equal(seen.omega, 0.0)
-    np.testing.assert_allclose(seen.brake_torque, [0.0, 6e3 - M_c, 0.0], atol=1e-8)
-    np.testing.assert_allclose(seen.shaft_torque, [M, M_c, M], rtol=1e-12)
+    all_near(seen.brake_torque, [0.0, 6e3 - M_c, 0.0], atol=1e-8)
+    all_near(seen.shaft_torque, [M, M_c, M], 1e-12)
     assert [name for name in names(result) if name != "lining_limit"][-3:] == [
         "stop",
         "release",
         "restart",
     ]
     restart = 8.0 + (M_c - M) / slope
-    assert result.events[-1].time == pytest.approx(restart, rel=1e-11)
-    assert float(result.record.y_end.omega) == pytest.approx(
-        slope * (9.6 - restart) ** 2 / (2 * J), rel=1e-8
-    )
+    near(result.events[-1].time, restart, 1e-11)
+    near(result.record.y_end.omega, slope * (9.6 - restart) ** 2 / (2 * J), 1e-8)
     if C is None:
-        assert float(result.stopping_time) == pytest.approx(
-            J * 4.0 / (T0 * GAIN + M_c - M), rel=1e-11
-        )
+        near(result.stopping_time, J * 4.0 / (T0 * GAIN + M_c - M), 1e-11)
     balanced(result)
 
 
@@ -290,16 +279,10 @@ def test_tackle_loss_helps_to_lower():
         scene(TackleLoss(lowering_efficiency=eta), load=hook, T0=T0, end=12.0)
     )
     inertia = J + m * arm**2
-    assert float(result.stopping_time) == pytest.approx(
-        inertia * W0 / (T0 * GAIN - lowered), rel=1e-10
-    )
-    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(
-        lowered, rel=1e-12
-    )
+    near(result.stopping_time, inertia * W0 / (T0 * GAIN - lowered), 1e-10)
+    near(result.series([11.0]).brake_torque[0], lowered, 1e-12)
     energy = balanced(result)
-    assert float(energy["shaft_tackle_loss"]) == pytest.approx(
-        (1 - eta) * float(energy["load_work"]), rel=1e-10
-    )
+    near(energy["shaft_tackle_loss"], (1 - eta) * float(energy["load_work"]), 1e-10)
 
 
 @pytest.mark.parametrize(
@@ -311,23 +294,17 @@ def test_lines_of_a_tackle(K, n):
     law = TackleLoss(sheave_factor=K).strung(n)
     powers = K ** np.arange(n)
     fast, dead = law.tensions(1.0, n, -1.0)
-    assert [float(dead * powers.sum()), float(fast)] == pytest.approx(
-        [1.0, float(dead) * K**n], rel=1e-14
-    )
-    assert float(law.hoisting_efficiency) == pytest.approx(
-        1 / (n * float(fast)), rel=1e-14
-    )
+    near([float(dead * powers.sum()), float(fast)], [1.0, float(dead) * K**n], 1e-14)
+    near(law.hoisting_efficiency, 1 / (n * float(fast)), 1e-14)
     fast, dead = law.tensions(1.0, n, 1.0)
-    assert [float(fast * K * powers.sum()), float(dead)] == pytest.approx(
-        [1.0, float(fast) * K**n], rel=1e-14
+    near(
+        [float(fast * K * powers.sum()), float(dead)], [1.0, float(fast) * K**n], 1e-14
     )
-    assert float(law.lowering_efficiency) == pytest.approx(n * float(fast), rel=1e-14)
+    near(law.lowering_efficiency, n * float(fast), 1e-14)
     for name in ("hoisting_efficiency", "lowering_efficiency"):
         other = TackleLoss(**{name: getattr(law, name)}).strung(n)
         for number in ("sheave_factor", "hoisting_efficiency", "lowering_efficiency"):
-            assert float(getattr(other, number)) == pytest.approx(
-                float(getattr(law, number)), rel=1e-14
-            )
+            near(getattr(other, number), getattr(law, number), 1e-14)
 
 
 @pytest.mark.parametrize("K", [1.0, 1.04, 1.3])
@@ -341,15 +318,13 @@ def test_derivatives_through_the_sheave_factor(K):
     lowering = -slope / mean**2
     hoisting = -float(np.mean(i * K ** (-i - 1.0)))
     by_K = jax.jacrev(lambda x: TackleLoss(sheave_factor=x).strung(n))(jnp.asarray(K))
-    assert float(by_K.lowering_efficiency) == pytest.approx(lowering, rel=1e-13)
-    assert float(by_K.hoisting_efficiency) == pytest.approx(hoisting, rel=1e-13)
+    near(by_K.lowering_efficiency, lowering, 1e-13)
+    near(by_K.hoisting_efficiency, hoisting, 1e-13)
     by_eta = jax.jacfwd(lambda x: TackleLoss(lowering_efficiency=x).strung(n))(
         jnp.asarray(1 / mean)
     )
-    assert float(by_eta.sheave_factor) == pytest.approx(1 / lowering, rel=1e-12)
-    assert float(by_eta.hoisting_efficiency) == pytest.approx(
-        hoisting / lowering, rel=1e-12
-    )
+    near(by_eta.sheave_factor, 1 / lowering, 1e-12)
+    near(by_eta.hoisting_efficiency, hoisting / lowering, 1e-12)
 
 
 @pytest.mark.slow
@@ -371,8 +346,8 @@ def test_the_dead_line_is_the_tightest_in_lowering():
     slower = (T0 * GAIN - eta * m * 9.80665 * 0.05) / (J + m * 0.05**2) * 0.05
     at = result.series([1.0, 11.0])
     dead = eta * K**n / n * m * np.asarray([9.80665 + slower, 9.80665])
-    np.testing.assert_allclose(at.dead_line_tension, dead, rtol=1e-10)
-    np.testing.assert_allclose(at.rope_tension, [dead[0], K * dead[1]], rtol=1e-10)
+    all_near(at.dead_line_tension, dead, 1e-10)
+    all_near(at.rope_tension, [dead[0], K * dead[1]], 1e-10)
 
 
 # --- heat, levers, input ------------------------------------------------------------
@@ -411,10 +386,10 @@ def test_heat_enters_its_body_or_is_lost():
     truth = solve_ivp(
         rates, (0.0, 20.0), [5.0, 300.0, 0.0], rtol=1e-12, atol=1e-10, method="DOP853"
     ).y[:, -1]
-    assert float(result.record.y_end.omega) == pytest.approx(truth[0], rel=1e-9)
-    assert float(result.end_temperatures[0]) == pytest.approx(truth[1], rel=1e-9)
+    near(result.record.y_end.omega, truth[0], 1e-9)
+    near(result.end_temperatures[0], truth[1], 1e-9)
     energy = balanced(result)
-    assert float(energy["heat_lost"]) == pytest.approx(truth[2], rel=1e-9)
+    near(energy["heat_lost"], truth[2], 1e-9)
     assert result.status == "lowering"
 
 
@@ -432,7 +407,7 @@ def test_a_pulley_that_turns_round_has_an_event(laws, load, T0, torque):
     back = 0.725 * T0 * (1 - 1 / ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20)
     result = sb.simulate(scene(*laws, load=load, T0=T0, w0=-W0))
     time = J * W0 / (torque or load + back)
-    assert result.events["reversal"].times == pytest.approx([time], rel=1e-12)
+    near(result.events["reversal"].times, [time], 1e-12)
     assert not result.events["stop"]
 
 
@@ -447,7 +422,7 @@ def test_a_rest_is_no_reversal():
         sb.profiles.FunctionProfile(lambda t, M: M * jnp.cos(t), 1e3, typical=1e3)
     )
     times = sb.simulate(scene(load=swings, w0=0.0, end=7.0)).events["reversal"].times
-    assert times == pytest.approx([math.pi, 2 * math.pi], rel=1e-12)
+    near(times, [math.pi, 2 * math.pi], 1e-12)
 
 
 # --- friction by direction and over speed, torques as tables --------------------------
@@ -473,7 +448,7 @@ def test_coasting_by_direction(way):
         tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
         told = solve_ivp(slowing, (0, 100), [4.0], events=rests, **tight)
         expected = told.t_events[0][0]
-    assert float(result.stopping_time) == pytest.approx(expected, rel=1e-9)
+    near(result.stopping_time, expected, 1e-9)
     assert names(result) == ["stop"]
     assert result.series([100.0]).omega[0] == 0.0
     balanced(result)
@@ -500,7 +475,7 @@ def test_derivatives_of_friction_over_speed():
     slope = jax.jacfwd(stop)(x)
     for i, step in enumerate([1e-3, 1e-3, 1e-5, 1e-3]):
         moved = [float(stop(x.at[i].add(s))) for s in (-step, step)]
-        assert slope[i] == pytest.approx((moved[1] - moved[0]) / (2 * step), rel=1e-6)
+        near(slope[i], (moved[1] - moved[0]) / (2 * step), 1e-6)
 
 
 def test_tables_of_torque_over_speed():
@@ -511,11 +486,11 @@ def test_tables_of_torque_over_speed():
     fan = TabulatedDrag([0.0, 7.0, 30.0], [0.0, 350.0, 1500.0])
     result = sb.simulate(scene(fan, w0=-W0, end=20.0))
     expected = -W0 * math.exp(-50.0 * 20.0 / J)
-    assert result.series([20.0]).omega[0] == pytest.approx(expected, rel=1e-9)
+    near(result.series([20.0]).omega[0], expected, 1e-9)
     balanced(result)
     rotor = TabulatedLoad([0.0, 4.0, 25.0], [2500.0, 2100.0, 0.0])
     result = sb.simulate(scene(w0=0.0, load=rotor, end=9.0))
     expected = 25.0 * (1 - math.exp(-2500.0 * 9.0 / (J * 25.0)))
-    assert result.series([9.0]).omega[0] == pytest.approx(expected, rel=1e-9)
+    near(result.series([9.0]).omega[0], expected, 1e-9)
     driven = sb.simulate(scene(w0=40.0, load=TabulatedLoad([0.0, 9.0], [1e3, 3e3])))
-    assert driven.series([2.0]).omega[0] == pytest.approx(40.0 + 3e3 * 2.0 / J)
+    near(driven.series([2.0]).omega[0], 40.0 + 3e3 * 2.0 / J)

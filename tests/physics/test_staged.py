@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
-from helpers import jacobians
+from helpers import all_near, closes, jacobians, near
 from scenes import staged_pair
 
 import simbrake as sb
@@ -23,19 +23,13 @@ def names(result):
 @pytest.mark.smoke
 def test_staged_pair_has_its_closed_form():
     result = sb.simulate(staged_pair())
-    assert float(result.internal_slip_time) == pytest.approx(1.32, rel=1e-11)
-    assert float(result.external_lock_time) == pytest.approx(
-        1.61952353926807, rel=1e-11
-    )
-    assert float(result.stopping_time) == pytest.approx(1.99333333333333, rel=1e-11)
+    near(result.internal_slip_time, 1.32, 1e-11)
+    near(result.external_lock_time, 1.61952353926807, 1e-11)
+    near(result.stopping_time, 1.99333333333333, 1e-11)
     s = result.series([1.32, 1.61952353926807])
-    np.testing.assert_allclose(s.omega, [10.1, 5.60714691097909], rtol=1e-11)
-    assert float(result.energy["heat_external"]) == pytest.approx(
-        7835.30357277947, rel=1e-11
-    )
-    assert float(result.energy["heat_internal"]) == pytest.approx(
-        964.696427220533, rel=1e-11
-    )
+    all_near(s.omega, [10.1, 5.60714691097909], 1e-11)
+    near(result.energy["heat_external"], 7835.30357277947, 1e-11)
+    near(result.energy["heat_internal"], 964.696427220533, 1e-11)
     assert names(result) == [
         "slip_onset",
         "full_slip",
@@ -49,9 +43,7 @@ def test_staged_pair_has_its_closed_form():
         "stage_3",
         "held",
     ]
-    assert sum(stage.heat_internal for stage in result.stages) == pytest.approx(
-        964.696427220533, rel=1e-11
-    )
+    near(sum(stage.heat_internal for stage in result.stages), 964.696427220533, 1e-11)
 
 
 @pytest.mark.slow
@@ -62,8 +54,8 @@ def test_staged_pair_has_gradients_both_ways():
 
     truth = [[2.2e-3, -1.12222222222e-3], [-2.64e-3, -1.32e-3]]
     _, forward, backward = jacobians(times)(np.asarray([600.0, 500.0]))
-    np.testing.assert_allclose(forward, np.transpose(truth), rtol=1e-9)
-    np.testing.assert_allclose(backward, np.transpose(truth), rtol=1e-9)
+    all_near(forward, np.transpose(truth), 1e-9)
+    all_near(backward, np.transpose(truth), 1e-9)
 
 
 # --- onset and lock -----------------------------------------------------------------
@@ -73,11 +65,12 @@ def test_staged_pair_has_gradients_both_ways():
 def test_internal_slip_begins_at_one_tension(rate):
     result = sb.simulate(staged.stop(rate=rate, start=500.0, end=100.0))
     tension = 500.0 + rate * float(result.internal_slip_time)
-    assert tension == pytest.approx(
-        float(sb.results.internal_slip_tension(staged.brake(), staged.J, 300.0)),
-        rel=1e-10,
+    near(
+        tension,
+        sb.results.internal_slip_tension(staged.brake(), staged.J, 300.0),
+        1e-10,
     )
-    assert float(result.energy["closure"]) <= 1e-9
+    closes(result, 1e-9)
 
 
 @pytest.mark.slow
@@ -90,7 +83,7 @@ def test_slopes_of_onset_tension_and_lock():
         for J_b in (0.9, 0.09)
     ]
     slope = math.log10(abs(tensions[0] / light - 1) / abs(tensions[1] / light - 1))
-    assert slope == pytest.approx(1.0, abs=0.01)
+    near(slope, 1.0, abs=0.01)
     # under the load that the band balances at the onset: the pulley goes on turning,
     # the bandage lags with the ramp
     z = math.tan(staged.BETA / 2)
@@ -105,7 +98,7 @@ def test_slopes_of_onset_tension_and_lock():
         assert float(s.omega[0]) > 1.0
         excess.append(float(s.slack_tension[0]) / light - 1)
     slopes = np.log10(np.asarray(excess[:-1]) / np.asarray(excess[1:]))
-    assert slopes[1] == pytest.approx(0.5, abs=0.01)
+    near(slopes[1], 0.5, abs=0.01)
     assert abs(slopes[1] - 0.5) < abs(slopes[0] - 0.5) + 1e-3
 
 
@@ -143,7 +136,7 @@ def test_held_staged_brake_does_not_move(stiffness):
         * staged.F_INT
         * np.sum((T[1:] + T[:-1]) * math.sin(staged.BETA / 2) + staged.PRELOAD)
     )
-    assert capacity == pytest.approx(M, rel=1e-10)
+    near(capacity, M, 1e-10)
     assert result.status == "runaway"
 
 
@@ -170,18 +163,14 @@ def test_forces_of_both_pairs_by_statics():
         M_int = staged.R * staged.F_INT * on_rim.sum()
         carried = 300.0 - staged.J * (300.0 - M_ext) / (staged.J + staged.J_B)
         drive = {"stage_1": carried, "held": 300.0}.get(stage.name, M_int)
-        np.testing.assert_allclose(inner.normal_load[i], on_rim, rtol=1e-11)
-        np.testing.assert_allclose(
-            [outer.torque[i], inner.torque[i]], [M_ext, drive], rtol=1e-11
-        )
-        np.testing.assert_allclose(inner.capacity[i], M_int, rtol=1e-11)
-        np.testing.assert_allclose(
+        all_near(inner.normal_load[i], on_rim, 1e-11)
+        all_near([outer.torque[i], inner.torque[i]], [M_ext, drive], 1e-11)
+        all_near(inner.capacity[i], M_int, 1e-11)
+        all_near(
             outer.friction_force[i], np.diff(T) * math.cos(staged.BETA / 2), atol=1e-8
         )
-        np.testing.assert_allclose(
-            inner.friction_force[i],
-            drive / staged.R * on_rim / on_rim.sum(),
-            rtol=1e-11,
+        all_near(
+            inner.friction_force[i], drive / staged.R * on_rim / on_rim.sum(), 1e-11
         )
         slip = (
             staged.R_B * s.bandage_speed[i],
@@ -190,14 +179,10 @@ def test_forces_of_both_pairs_by_statics():
         for pair, v, slides in zip(
             (outer, inner), slip, ("stage_1 stage_2", "stage_2 stage_3"), strict=True
         ):
-            np.testing.assert_allclose(
-                pair.slip_speed[i], v if stage.name in slides else 0.0, rtol=1e-12
-            )
+            all_near(pair.slip_speed[i], v if stage.name in slides else 0.0, 1e-12)
             assert set(pair.sense[i]) == {int(stage.name in slides)}
-    np.testing.assert_allclose(outer.heat + inner.heat, s.friction_heat, rtol=1e-13)
-    assert inner.heat[-1] == pytest.approx(
-        float(result.energy["heat_internal"]), rel=1e-12
-    )
+    all_near(outer.heat + inner.heat, s.friction_heat, 1e-13)
+    near(inner.heat[-1], result.energy["heat_internal"], 1e-12)
 
 
 # --- input --------------------------------------------------------------------------
@@ -207,12 +192,10 @@ def test_overlap_coefficients_follow_stages():
     result = sb.simulate(staged_pair())
     o = sb.results.overlap(result, [0.5, 1.4, 1.8, 2.5])
     share = 4 * (math.pi / 3) / (2 * math.pi)
-    np.testing.assert_allclose(o.external_dynamic, [share, share, 0, 0], rtol=1e-12)
-    np.testing.assert_allclose(o.external_static, [0, 0, share, share], rtol=1e-12)
-    np.testing.assert_allclose(o.internal_dynamic, [0, share, share, 0], rtol=1e-12)
-    np.testing.assert_allclose(o.internal_static, [share, 0, 0, share], rtol=1e-12)
+    all_near(o.external_dynamic, [share, share, 0, 0], 1e-12)
+    all_near(o.external_static, [0, 0, share, share], 1e-12)
+    all_near(o.internal_dynamic, [0, share, share, 0], 1e-12)
+    all_near(o.internal_static, [share, 0, 0, share], 1e-12)
     grown = sb.results.overlap(result, [1.8, 2.5], sb.results.RunningIn(0.4, 1e3))
     worked = np.asarray([7835.30357277947, 7835.30357277947])
-    np.testing.assert_allclose(
-        grown.external_static, share * (1 - 0.6 * np.exp(-worked / 1e3)), rtol=1e-10
-    )
+    all_near(grown.external_static, share * (1 - 0.6 * np.exp(-worked / 1e3)), 1e-10)

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import staged_scenes as staged
+from helpers import closes, near
 
 import simbrake as sb
 
@@ -43,13 +44,9 @@ def test_heat_of_both_pairs_is_accounted_for(stiffness):
     assert energy["closure"] <= 1e-9
     external = energy["heat_external"]
     internal = energy["heat_internal"]
-    assert energy["heat_to_band"] == pytest.approx(0.5 * external, rel=1e-9)
-    assert energy["heat_to_metal"] == pytest.approx(
-        0.1 * external + 0.7 * internal, rel=1e-9
-    )
-    assert energy["heat_to_linings"] == pytest.approx(
-        0.4 * external + 0.3 * internal, rel=1e-9
-    )
+    near(energy["heat_to_band"], 0.5 * external, 1e-9)
+    near(energy["heat_to_metal"], 0.1 * external + 0.7 * internal, 1e-9)
+    near(energy["heat_to_linings"], 0.4 * external + 0.3 * internal, 1e-9)
     cold = sb.simulate(staged.stop(stiffness=stiffness))
     assert float(result.stopping_time) > 1.002 * float(cold.stopping_time)
 
@@ -85,15 +82,12 @@ def test_outer_lining_face_has_its_own_place():
     inner = result.peak_lining_temperature
     lock = float(result.external_lock_time)
     assert float(outer.time) < lock < float(inner.time)
-    assert float(outer.value) == pytest.approx(
-        float(
-            np.max(
-                result.series(
-                    np.linspace(0.9 * onset, lock, 200)
-                ).lining_outer_temperature
-            )
+    near(
+        outer.value,
+        np.max(
+            result.series(np.linspace(0.9 * onset, lock, 200)).lining_outer_temperature
         ),
-        rel=1e-4,
+        1e-4,
     )
 
 
@@ -130,4 +124,4 @@ def test_fade_undoes_a_stage():
     names = [e.name for e in result.events if e.name != "lining_limit"]
     assert names == ["slip_onset", "full_slip", "internal_slip", "internal_restick"]
     assert result.stages[-1].name == "stage_1"
-    assert float(result.energy["closure"]) <= 1e-9
+    closes(result, 1e-9)

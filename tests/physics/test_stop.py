@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, closes, near
 from oracles.stops import at_rest
 from scenes import FallingFriction, closed_form, stop_scene, tension_for
 from scipy.integrate import solve_ivp
@@ -42,12 +43,8 @@ def test_closed_forms_of_every_event(case):
         float(result.full_slip_time),
         float(result.stopping_time),
     ]
-    np.testing.assert_allclose(
-        got, [truth["t0"], *truth["limits"], truth["t1"], truth["stop"]], rtol=1e-11
-    )
-    assert float(result.max_tension.value) == pytest.approx(
-        case.get("T0", 8e3) * truth["Pi"], rel=1e-11
-    )
+    all_near(got, [truth["t0"], *truth["limits"], truth["t1"], truth["stop"]], 1e-11)
+    near(result.max_tension.value, case.get("T0", 8e3) * truth["Pi"], 1e-11)
     assert [e.lining for e in result.events if e.name == "lining_limit"] == list(
         range(1, 21)
     )
@@ -55,7 +52,7 @@ def test_closed_forms_of_every_event(case):
         "full_slip",
         "stop",
     ]
-    assert float(result.energy["closure"]) <= 1e-9
+    closes(result, 1e-9)
     assert result.status == "stopped"
 
 
@@ -65,20 +62,16 @@ def test_stop_before_slip_is_all_elastic():
     onset = 8e3 / (5e3 * 0.725 * 2.0)
     result = sb.simulate(stop_scene(**case, end=10.0))
     chi = math.sqrt(5e3 * 0.725**2 / 800)
-    assert float(result.stopping_time) == pytest.approx(
-        onset + math.pi / (2 * chi), rel=1e-10
-    )
+    near(result.stopping_time, onset + math.pi / (2 * chi), 1e-10)
     assert result.metrics["full_slip_time"] is None
-    assert float(result.energy["friction_heat"]) == pytest.approx(0.0, abs=1e-9)
+    near(result.energy["friction_heat"], 0.0, abs=1e-9)
     assert 0 < names(result).count("lining_limit") < 20
 
 
 def test_rigid_band_has_no_elastic_state():
     result = sb.simulate(stop_scene(C=None))
     Pi = closed_form()["Pi"]
-    assert float(result.stopping_time) == pytest.approx(
-        20 * 800 / (0.725 * 8e3 * (Pi - 1)), rel=1e-12
-    )
+    near(result.stopping_time, 20 * 800 / (0.725 * 8e3 * (Pi - 1)), 1e-12)
     assert result.record.y_end.own is None
     assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
         "full_slip",
@@ -104,7 +97,7 @@ def test_textbook_stop_of_band_and_blocks():
         end=9.0,
     )
     result = sb.simulate(scene)
-    assert float(result.stopping_time) == pytest.approx(7.39975137300599, rel=1e-11)
+    near(result.stopping_time, 7.39975137300599, 1e-11)
 
 
 def test_hook_load_in_closed_form():
@@ -125,15 +118,11 @@ def test_hook_load_in_closed_form():
         end_time=3.0,
     )
     result = sb.simulate(scene)
-    assert float(result.stopping_time) == pytest.approx(1.05986261040236, rel=1e-11)
-    assert float(result.hook_travel) == pytest.approx(0.635917566241413, rel=1e-11)
-    assert float(result.energy["friction_heat"]) == pytest.approx(
-        763101.079489696, rel=1e-11
-    )
+    near(result.stopping_time, 1.05986261040236, 1e-11)
+    near(result.hook_travel, 0.635917566241413, 1e-11)
+    near(result.energy["friction_heat"], 763101.079489696, 1e-11)
     s = result.series([0.5])
-    assert float(s.tight_tension[0] / s.slack_tension[0]) == pytest.approx(
-        1.17482258673933, rel=1e-11
-    )
+    near(s.tight_tension[0] / s.slack_tension[0], 1.17482258673933, 1e-11)
 
 
 def test_brake_on_a_slider():
@@ -146,8 +135,8 @@ def test_brake_on_a_slider():
         n=14, f=0.25, beta=15.0, R=1.0, J=1.0, C=None, w0=1.0, end=2.0, lever=lever
     )
     result = sb.simulate(scene, rtol=1e-12)
-    assert float(result.stopping_time) == pytest.approx(1.1, rel=1e-11)
-    assert float(result.stopping_angle) == pytest.approx(0.6, rel=1e-11)
+    near(result.stopping_time, 1.1, 1e-11)
+    near(result.stopping_angle, 0.6, 1e-11)
 
 
 def test_exponential_rise_of_slack_tension():
@@ -158,9 +147,7 @@ def test_exponential_rise_of_slack_tension():
     ti = 0.5
     T_1 = 800 * 20 / a / (0.725 * (Pi - 1))
     scene = stop_scene(C=None, lever=sb.profiles.ExponentialRise(T_1, ti), end=8.0)
-    assert float(sb.simulate(scene).stopping_time) == pytest.approx(
-        4.49993828748156, rel=1e-11
-    )
+    near(sb.simulate(scene).stopping_time, 4.49993828748156, 1e-11)
 
 
 def test_custom_friction_in_closed_form():
@@ -182,12 +169,8 @@ def test_custom_friction_in_closed_form():
         end=10.0,
     )
     result = sb.simulate(scene, rtol=1e-12)
-    assert float(result.stopping_time) == pytest.approx(
-        J / M0 * (w0 + kappa * w0**2 / 2), rel=1e-10
-    )
-    assert float(result.stopping_angle) == pytest.approx(
-        J / M0 * (w0**2 / 2 + kappa * w0**3 / 3), rel=1e-10
-    )
+    near(result.stopping_time, J / M0 * (w0 + kappa * w0**2 / 2), 1e-10)
+    near(result.stopping_angle, J / M0 * (w0**2 / 2 + kappa * w0**3 / 3), 1e-10)
 
 
 def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
@@ -263,8 +246,8 @@ def test_ramp_and_load_by_speed_match_scipy():
         "restick",
         "stop",
     ]
-    np.testing.assert_allclose(got, list(truth.values()), rtol=2e-10)
-    assert float(result.energy["closure"]) < 1e-11
+    all_near(got, list(truth.values()), 2e-10)
+    closes(result, 1e-11)
 
 
 @pytest.mark.parametrize(
@@ -293,7 +276,7 @@ def test_stribeck_and_tables_match_scipy(table):
     expected = out.t_events[0][0]
     got = float(sb.simulate(scene, rtol=1e-11 if not table else 1e-8).stopping_time)
     # the table's own interpolation error
-    assert got == pytest.approx(expected, rel=2e-5 if table else 1e-10)
+    near(got, expected, 2e-5 if table else 1e-10)
 
 
 @pytest.mark.slow
@@ -332,18 +315,16 @@ def test_elastic_band_heat_with_speed_law():
         s.friction_heat[1] - s.friction_heat[0],
         s.lever_work[1] - s.lever_work[0],
     ]
-    np.testing.assert_allclose(found, truth, rtol=1e-9)
+    all_near(found, truth, 1e-9)
 
 
 def test_other_way_swaps_slack_and_tight():
     """Rigid band, ω < 0: torque R_b T_0 (1 − 1/Π)."""
     Pi = closed_form()["Pi"]
     result = sb.simulate(stop_scene(C=None, w0=-20.0, end=10.0))
-    assert float(result.stopping_time) == pytest.approx(
-        20 * 800 / (0.725 * 8e3 * (1 - 1 / Pi)), rel=1e-11
-    )
+    near(result.stopping_time, 20 * 800 / (0.725 * 8e3 * (1 - 1 / Pi)), 1e-11)
     forces = result.series([0.5])
-    assert float(forces.tight_tension[0]) == pytest.approx(8e3 / Pi, rel=1e-12)
+    near(forces.tight_tension[0], 8e3 / Pi, 1e-12)
     assert float(forces.friction_force.sum()) < 0
     limits = [e.lining for e in result.events if e.name == "lining_limit"]
     assert limits == list(range(20, 0, -1))  # counted from the anchor
@@ -353,9 +334,7 @@ def test_series_has_both_values_at_events(stop):
     t1 = float(stop.stopping_time)
     left = stop.series([t1], left=True)
     right = stop.series([t1])
-    assert float(left.brake_torque[0]) == pytest.approx(
-        0.725 * 8e3 * (closed_form()["Pi"] - 1), rel=1e-9
-    )
+    near(left.brake_torque[0], 0.725 * 8e3 * (closed_form()["Pi"] - 1), 1e-9)
     assert float(right.brake_torque[0]) == 0.0  # held without a load
     assert float(right.omega[0]) == 0.0
 
@@ -367,9 +346,7 @@ def test_values_outside_are_nan_if_asked_for(stop):
     t = 0.5 * (truth["t0"] + truth["t1"])
     s = stop.series([t, 99.0, -1.0, math.nan], fill=True)
     np.testing.assert_array_equal(s.t, [t, 99.0, -1.0, math.nan])
-    assert float(s.omega[0]) == pytest.approx(
-        20.0 * math.cos(chi * (t - truth["t0"])), rel=1e-9
-    )
+    near(s.omega[0], 20.0 * math.cos(chi * (t - truth["t0"])), 1e-9)
     for column in jax.tree.leaves(s[1:]):
         assert column.dtype == np.float64
         assert np.all(np.isfinite(column[0]))
@@ -381,14 +358,16 @@ def test_values_outside_are_nan_if_asked_for(stop):
 def test_peaks(stop):
     m = stop.metrics
     Pi = closed_form()["Pi"]
-    assert m["max_tension"] == pytest.approx(8e3 * Pi, rel=1e-9)
+    near(m["max_tension"], 8e3 * Pi, 1e-9)
     mu = Pi ** (1 / 20)
-    assert m["max_normal_load"] == pytest.approx(
-        8e3 * Pi * (1 + 1 / mu) * math.sin(math.radians(13.5) / 2), rel=1e-9
+    near(
+        m["max_normal_load"],
+        8e3 * Pi * (1 + 1 / mu) * math.sin(math.radians(13.5) / 2),
+        1e-9,
     )
     # first reached where the band begins to slide, behind the last lining
     assert (int(stop.max_tension.lining), int(stop.max_normal_load.lining)) == (20, 20)
-    assert float(stop.max_tension.time) == pytest.approx(closed_form()["t1"], rel=1e-9)
+    near(stop.max_tension.time, closed_form()["t1"], 1e-9)
 
 
 @pytest.mark.parametrize("omega", [1e-155, 1e-300, -1e-200])

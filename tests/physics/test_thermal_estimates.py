@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers import all_near, near
 from scipy.integrate import quad
 
 import simbrake as sb
@@ -17,20 +18,20 @@ E = float(STEEL.effusivity)
 def test_depth_has_fourier_number_one_third():
     depth = sb.formulas.penetration_depth(A, 2.0)
     # 1.73² = 2.9929
-    assert sb.formulas.fourier_number(A, 2.0, depth) == pytest.approx(1 / 3, rel=3e-3)
+    near(sb.formulas.fourier_number(A, 2.0, depth), 1 / 3, 3e-3)
     assert sb.formulas.effective_fourier_number(A, 2.0, 1.01 * depth) == 1 / 3
-    assert sb.formulas.effective_fourier_number(A, 2.0, 0.5 * depth) == pytest.approx(
-        4 / 1.73**2
-    )
-    np.testing.assert_allclose(
+    near(sb.formulas.effective_fourier_number(A, 2.0, 0.5 * depth), 4 / 1.73**2)
+    all_near(
         sb.formulas.effective_volume(2.0, 0.025, np.array([0.01, 0.03])), [0.02, 0.05]
     )
 
 
 def test_bulk_rise_is_mean_for_falling_power():
     mean = quad(lambda s: 2 * s - s**2, 0.0, 1.0)[0]
-    assert sb.formulas.mean_bulk_rise(0.9, 8e5, 534.0, 80.0) == pytest.approx(
-        mean * 0.9 * 8e5 / (534.0 * 80.0), rel=1e-14
+    near(
+        sb.formulas.mean_bulk_rise(0.9, 8e5, 534.0, 80.0),
+        mean * 0.9 * 8e5 / (534.0 * 80.0),
+        1e-14,
     )
 
 
@@ -44,36 +45,32 @@ def test_surface_of_a_stop_by_duhamel():
             0.0,
             math.sqrt(t),
         )[0]
-        assert sb.formulas.stopping_rise(q, t, tau, E) == pytest.approx(
-            truth, rel=1e-12
-        )
+        near(sb.formulas.stopping_rise(q, t, tau, E), truth, 1e-12)
     times = np.linspace(0.0, tau, 1001)
     top = np.max(sb.formulas.stopping_rise(q, times, tau, E))
-    assert top == pytest.approx(
-        2 / 3 * sb.formulas.half_space_rise(q, tau / 2, E), rel=1e-14
-    )
+    near(top, 2 / 3 * sb.formulas.half_space_rise(q, tau / 2, E), 1e-14)
 
 
 def test_slab_at_first_and_in_the_end():
     q = 3e5
     thickness = 0.025
     early = 0.02 * thickness**2 / A
-    assert sb.formulas.slab_rise(q, early, thickness, STEEL) == pytest.approx(
-        sb.formulas.half_space_rise(q, early, E), rel=1e-9
+    near(
+        sb.formulas.slab_rise(q, early, thickness, STEEL),
+        sb.formulas.half_space_rise(q, early, E),
+        1e-9,
     )
     late = 3.0 * thickness**2 / A
     conductivity = float(STEEL.conductivity)
     x = np.linspace(0.0, thickness, 6)
     shape = 3.0 + 0.5 * (1 - x / thickness) ** 2 - 1 / 6
     found = sb.formulas.slab_rise(q, late, thickness, STEEL, x)
-    np.testing.assert_allclose(found, q * thickness / conductivity * shape, rtol=1e-12)
+    all_near(found, q * thickness / conductivity * shape, 1e-12)
     assert sb.formulas.slab_rise(q, 0.0, thickness, STEEL) == 0.0
     times = np.array([0.02 * (1 - 1e-9), 0.02 * (1 + 1e-9)]) * thickness**2 / A
     for depth in (0.0, 0.1 * thickness, thickness):  # images and series meet
         before, after = sb.formulas.slab_rise(q, times, thickness, STEEL, depth)
-        assert before == pytest.approx(
-            after, rel=1e-7, abs=1e-9 * q * thickness / conductivity
-        )
+        near(before, after, 1e-7, 1e-9 * q * thickness / conductivity)
 
 
 def falling_face(q, tau, thickness, times):
@@ -101,7 +98,7 @@ def test_slab_surface_matches_finite_volumes():
     thickness = 0.012
     times = tau * np.array([0.05, 0.3, 0.5, 0.8, 1.0])
     found = sb.formulas.stopping_slab_rise(q, times, tau, thickness, STEEL)
-    np.testing.assert_allclose(found, falling_face(q, tau, thickness, times), rtol=2e-5)
+    all_near(found, falling_face(q, tau, thickness, times), 2e-5)
     # Duhamel's integral over the slab under a constant flux, to rounding; also where
     # images take over
     for Fo, t in ((1e-3, 0.7), (0.05, 0.6), (3.0, 0.9)):
@@ -114,9 +111,7 @@ def test_slab_surface_matches_finite_volumes():
             limit=200,
         )
         truth = sb.formulas.slab_rise(q, t * tau, D, STEEL) - past[0]
-        assert sb.formulas.stopping_slab_rise(
-            q, t * tau, tau, D, STEEL
-        ) == pytest.approx(truth, rel=1e-9)
+        near(sb.formulas.stopping_slab_rise(q, t * tau, tau, D, STEEL), truth, 1e-9)
 
 
 RISES = sb.formulas.stopping_slab_rise, sb.formulas.reconstructed_surface_rise
@@ -142,9 +137,9 @@ def test_s_24_with_the_term_for_a_zero_start():
             q, s * tau, tau, thickness, STEEL
         )
         # the tail of the sum at s = 0
-        assert found == pytest.approx(truth, abs=3e-6 * unit)
+        near(found, truth, abs=3e-6 * unit)
     ends = [rise(q, 10 * tau, 10 * tau, thickness, STEEL) for rise in RISES]
-    assert ends[0] - ends[1] == pytest.approx(unit * 2 / (450 * Fo), rel=1e-5)
+    near(ends[0] - ends[1], unit * 2 / (450 * Fo), 1e-5)
     for rise in RISES:
         with pytest.raises(ValueError, match="after the end"):
             rise(q, 1.1 * tau, tau, thickness, STEEL)
@@ -162,11 +157,9 @@ def test_schmidt_is_a_random_walk_in_depth():
     course = sb.formulas.schmidt(STEEL, 400 * step, 400, m * step**2 / (2 * A), q)
     once = q * step / (2 * float(STEEL.conductivity))
     walks = sum(math.comb(s, (s + 1) // 2) / 2**s for s in range(m))
-    assert course.temperature[m, 1] == pytest.approx(once * walks, rel=1e-12)
-    assert course.temperature[m, 0] == pytest.approx(once * (walks + 1), rel=1e-12)
-    assert course.temperature[m, 0] == pytest.approx(
-        sb.formulas.half_space_rise(q, course.t[m], E), rel=1e-2
-    )
+    near(course.temperature[m, 1], once * walks, 1e-12)
+    near(course.temperature[m, 0], once * (walks + 1), 1e-12)
+    near(course.temperature[m, 0], sb.formulas.half_space_rise(q, course.t[m], E), 1e-2)
 
 
 def test_schmidt_is_of_second_order_on_slab():
@@ -176,11 +169,11 @@ def test_schmidt_is_of_second_order_on_slab():
     errors = []
     for layers in (8, 16, 32, 64):
         course = sb.formulas.schmidt(STEEL, thickness, layers, end, q)
-        assert course.t[-1] == pytest.approx(end, rel=1e-12)
+        near(course.t[-1], end, 1e-12)
         truth = sb.formulas.slab_rise(q, end, thickness, STEEL, course.depth)
         errors.append(float(np.max(np.abs(course.temperature[-1] - truth))))
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
-    np.testing.assert_allclose(orders, 2.0, atol=0.1)
+    all_near(orders, 2.0, atol=0.1)
     assert errors[-1] < 1e-3 * sb.formulas.slab_rise(q, end, thickness, STEEL)
 
 
@@ -190,7 +183,7 @@ def test_schmidt_keeps_every_joule():
     )
     gained = 0.5 * 1e5 * course.t**2
     stored = course.mean * float(STEEL.density * STEEL.specific_heat) * 0.025
-    np.testing.assert_allclose(stored, gained, rtol=1e-12, atol=1e-6)
+    all_near(stored, gained, 1e-12, 1e-6)
 
 
 @pytest.mark.slow
@@ -222,7 +215,7 @@ def test_schmidt_beside_the_layered_rim():
         )
         apart.append(np.max(np.abs(network - course.temperature[-1, 1:-1])))
     assert apart[1] < 1e-3 * np.ptp(network)
-    assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.15)
+    near(apart[0] / apart[1], 4.0, 0.15)
 
 
 # --- thermal stress -----------------------------------------------------------------
@@ -234,18 +227,19 @@ MODULUS = 2.0e11 * 12e-6 / 0.7
 def test_stress_of_a_linear_profile():
     z = np.linspace(0.0, 0.025, 11)
     T = 400.0 - 100.0 * z / 0.025
-    np.testing.assert_allclose(
+    all_near(
         sb.formulas.plate_stress(T, z, ELASTIC, restraint="none"),
         0.0,
         atol=1e-12 * MODULUS * 100,
     )
     held = sb.formulas.plate_stress(T, z, ELASTIC)
-    assert held[0] == pytest.approx(-MODULUS * 50.0)
-    assert held[-1] == pytest.approx(MODULUS * 50.0)
-    assert sb.formulas.surface_stress(400.0, 350.0, ELASTIC) == pytest.approx(held[0])
-    assert sb.formulas.plate_stress(T - 300.0, z, ELASTIC, restraint="all")[
-        0
-    ] == pytest.approx(-MODULUS * 100.0)
+    near(held[0], -MODULUS * 50.0)
+    near(held[-1], MODULUS * 50.0)
+    near(sb.formulas.surface_stress(400.0, 350.0, ELASTIC), held[0])
+    near(
+        sb.formulas.plate_stress(T - 300.0, z, ELASTIC, restraint="all")[0],
+        -MODULUS * 100.0,
+    )
 
 
 def test_stress_of_a_parabolic_profile():
@@ -261,9 +255,9 @@ def test_stress_of_a_parabolic_profile():
             found = sb.formulas.plate_stress(
                 T_0 * (1 - y**2 / c**2), y, ELASTIC, restraint=restraint
             )
-            np.testing.assert_allclose(found, truth, atol=1e-3 * MODULUS * T_0)
+            all_near(found, truth, atol=1e-3 * MODULUS * T_0)
         errors.append(np.max(np.abs(found - truth)))
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
+    near(errors[0] / errors[1], 4.0, 0.01)
 
 
 # --- equivalents, surfaces, balance, shares of the power ----------------------------
@@ -278,24 +272,14 @@ def test_parts_in_a_row_give_the_total_of_v1():
         (0.025, 0.575, 0.590),
     ]
     rings = [sb.thermal.radial_resistance(width, 47.8, r, R) for width, r, R in parts]
-    assert sb.formulas.series_resistance(shell, *rings) == pytest.approx(
-        0.102, abs=1e-3
-    )
-    assert sb.formulas.parallel_resistance(2.0, 2.0, 1.0) == pytest.approx(0.5)
+    near(sb.formulas.series_resistance(shell, *rings), 0.102, abs=1e-3)
+    near(sb.formulas.parallel_resistance(2.0, 2.0, 1.0), 0.5)
     d = np.array([30e-3, 6e-3])
     k = np.array([0.736, 53.94])
-    assert d.sum() / sb.formulas.series_conductivity(d, k) == pytest.approx(
-        np.sum(d / k)
-    )
-    assert sb.formulas.parallel_conductivity([1.0, 3.0], [10.0, 50.0]) == pytest.approx(
-        40.0
-    )
-    assert sb.formulas.equivalent_specific_heat(
-        [1.0, 3.0], [400.0, 800.0]
-    ) == pytest.approx(700.0)
-    assert sb.formulas.equivalent_density([2.0, 3.0], [1e-3, 4e-3]) == pytest.approx(
-        1000.0
-    )
+    near(d.sum() / sb.formulas.series_conductivity(d, k), np.sum(d / k))
+    near(sb.formulas.parallel_conductivity([1.0, 3.0], [10.0, 50.0]), 40.0)
+    near(sb.formulas.equivalent_specific_heat([1.0, 3.0], [400.0, 800.0]), 700.0)
+    near(sb.formulas.equivalent_density([2.0, 3.0], [1e-3, 4e-3]), 1000.0)
 
 
 def test_heat_balance_over_four_revolutions():
@@ -307,11 +291,11 @@ def test_heat_balance_over_four_revolutions():
         "area": 0.8,
     }
     found = sb.formulas.heat_balance(4e4, surface=450.0, **given)
-    assert found.time == pytest.approx(8 * math.pi / 12.0)
-    assert found.mean_flux == pytest.approx(0.75 * 4e4 - 0.25 * 60.0 * (450.0 - 293.15))
-    assert found.net == pytest.approx(found.mean_flux * 0.8 * found.time)
+    near(found.time, 8 * math.pi / 12.0)
+    near(found.mean_flux, 0.75 * 4e4 - 0.25 * 60.0 * (450.0 - 293.15))
+    near(found.net, found.mean_flux * 0.8 * found.time)
     still = sb.formulas.heat_balance(4e4, surface=found.stationary, **given)
-    assert still.net == pytest.approx(0.0, abs=1e-9 * found.gained)
+    near(still.net, 0.0, abs=1e-9 * found.gained)
     assert (
         sb.formulas.heat_balance(
             4e4, surface=450.0, **{**given, "overlap": 1.0}

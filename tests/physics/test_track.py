@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import staged_scenes
 from heat_scenes import layered_stop
+from helpers import all_near, near
 
 import simbrake as sb
 
@@ -39,10 +40,10 @@ def test_square_wave_of_flux_on_a_half_space():
     flux = np.asarray([q, -q])
     ends = sb.formulas.revolution_ripple([0.0, 0.5], edges, flux, period, E)
     top = 4 * q / E * math.sqrt(period / math.pi) * (math.sqrt(0.5) - 2) * ZETA
-    np.testing.assert_allclose(ends, [-top, top], rtol=1e-13)
+    all_near(ends, [-top, top], 1e-13)
     x = np.asarray([0.13, 0.31, 0.77])
     found = sb.formulas.revolution_ripple(x, edges, flux, period, E)
-    np.testing.assert_allclose(found, by_fourier(x, edges, flux, period, E), rtol=1e-7)
+    all_near(found, by_fourier(x, edges, flux, period, E), 1e-7)
 
 
 def test_ripple_of_any_flux_has_no_mean():
@@ -50,7 +51,7 @@ def test_ripple_of_any_flux_has_no_mean():
     flux = np.asarray([3e6, -2e4, 1e6, -2e4])
     x = np.asarray([0.0, 0.1, 0.33, 0.6, 0.9])
     found = sb.formulas.revolution_ripple(x, edges, flux, 0.3, E)
-    np.testing.assert_allclose(
+    all_near(
         found, by_fourier(x, edges, flux, 0.3, E), atol=1e-6 * np.max(np.abs(found))
     )
     nodes, weights = np.polynomial.legendre.leggauss(40)
@@ -93,7 +94,7 @@ def test_a_point_of_the_track_in_a_run(stop):
     ripple = sb.formulas.track_ripple(result, t)
     s = result.series(t)
     omega = np.asarray(s.omega)
-    np.testing.assert_allclose(ripple.period, 2 * math.pi / omega, rtol=1e-12)
+    all_near(ripple.period, 2 * math.pi / omega, 1e-12)
     # linings from the tight end on, each over 0.6 of its section
     before = np.append(np.asarray(s.slack_tension)[0], np.asarray(s.tension)[0, :-1])
     power = (
@@ -102,20 +103,16 @@ def test_a_point_of_the_track_in_a_run(stop):
         * omega[0]
     )
     share = result.energy["heat_to_metal"] / result.energy["friction_heat"]
-    np.testing.assert_allclose(
-        ripple.flux[0][ripple.heated], share * power[::-1] / area, rtol=1e-9
-    )
-    np.testing.assert_allclose(ripple.flux[0][~ripple.heated], 0.0)
+    all_near(ripple.flux[0][ripple.heated], share * power[::-1] / area, 1e-9)
+    all_near(ripple.flux[0][~ripple.heated], 0.0)
     pitch = angle[::-1] / (2 * math.pi)
-    np.testing.assert_allclose(
-        ripple.edges[ripple.heated], np.cumsum(pitch) - 0.8 * pitch, rtol=1e-9
-    )
+    all_near(ripple.edges[ripple.heated], np.cumsum(pitch) - 0.8 * pitch, 1e-9)
     x = np.append(np.linspace(0.0, 1.0, 500), ripple.edges)
     truth = sb.formulas.revolution_ripple(
         x, ripple.edges, ripple.flux[0], ripple.period[0], float(rim.effusivity)
     )
-    assert ripple.amplitude[0] == pytest.approx(np.ptp(truth), rel=1e-5)
-    assert ripple.above[0] == pytest.approx(np.max(truth), rel=1e-5)
+    near(ripple.amplitude[0], np.ptp(truth), 1e-5)
+    near(ripple.above[0], np.max(truth), 1e-5)
 
 
 @pytest.mark.slow
@@ -133,8 +130,6 @@ def test_inner_pair_heats_a_staged_rim():
     ripple = sb.formulas.track_ripple(result, t, material=STEEL, share=0.9)
     s = result.series(np.asarray(t))
     power = np.asarray(s.pairs["internal"].torque) * np.asarray(s.omega)
-    assert 0.9 * power[0] == pytest.approx(
-        0.05 * ripple.flux[0][ripple.heated].sum(), rel=1e-9
-    )
+    near(0.9 * power[0], 0.05 * ripple.flux[0][ripple.heated].sum(), 1e-9)
     assert float(s.bandage_speed[0]) == 0.0
-    assert ripple.period[0] == pytest.approx(2 * math.pi / float(s.omega[0]))
+    near(ripple.period[0], 2 * math.pi / float(s.omega[0]))

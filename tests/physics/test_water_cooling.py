@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
@@ -86,20 +87,16 @@ def test_properties_of_water():
     """Check values of IAPWS R7-97(2012), table 36, and SR6-08(2011), tables 3 and 5;
     those of other texts at 60 °C."""
     for pressure, T in ((0.1e6, 372.755919), (1e6, 453.035632), (10e6, 584.149488)):
-        assert float(sb.thermal.saturation_temperature(pressure)) == pytest.approx(
-            T, abs=5e-7
-        )
+        near(sb.thermal.saturation_temperature(pressure), T, abs=5e-7)
     liquid = water(298.15)
-    assert float(liquid.density) == pytest.approx(997.047013, rel=1e-8)
-    assert float(liquid.specific_heat) == pytest.approx(4181.44618, rel=1e-8)
-    assert float(liquid.viscosity) == pytest.approx(889.996774e-6, rel=1e-8)
-    assert float(liquid.conductivity) == pytest.approx(0.606502308, rel=1e-8)
+    near(liquid.density, 997.047013, 1e-8)
+    near(liquid.specific_heat, 4181.44618, 1e-8)
+    near(liquid.viscosity, 889.996774e-6, 1e-8)
+    near(liquid.conductivity, 0.606502308, 1e-8)
     # VDI Heat Atlas, 60 °C and 1 bar
     warm = water("60 degC")
-    np.testing.assert_allclose(
-        [warm.density, warm.specific_heat], [983.2, 4185.0], rtol=2e-4
-    )
-    assert float(warm.prandtl) == pytest.approx(2.99, rel=5e-3)
+    all_near([warm.density, warm.specific_heat], [983.2, 4185.0], 2e-4)
+    near(warm.prandtl, 2.99, 5e-3)
     with pytest.raises(
         sb.InputError,
         match=r"temperature of the water must be ≥ 273\.15 and ≤ 383\.15 K",
@@ -127,18 +124,16 @@ def test_dittus_boelter_of_a_jacket():
     Re = rho * v * 36e-3 / mu
     Pr = mu * cp / k
     h = 0.023 * Re**0.8 * Pr**0.4 * k / 36e-3
-    assert float(sb.thermal.dittus_boelter(v, 36e-3, LIQUID)) == pytest.approx(
-        h, rel=1e-14
-    )
+    near(sb.thermal.dittus_boelter(v, 36e-3, LIQUID), h, 1e-14)
     by_channel = jacket(coefficient=None, **CHANNEL)
     got = by_channel.conductance(400.0, INLET, sb.thermal.Surroundings())
-    assert float(got) == pytest.approx(float(conductance_of(h=h)), rel=1e-13)
+    near(got, conductance_of(h=h), 1e-13)
     by_law = jacket(
         coefficient=sb.thermal.SpeedCoefficient(500.0, "0.1 m/s"), section="45 cm^2"
     )
     h = 500.0 * (1 + (v / 0.1) ** 2) ** 0.4
     got = by_law.conductance(400.0, INLET, sb.thermal.Surroundings())
-    assert float(got) == pytest.approx(float(conductance_of(h=h)), rel=1e-13)
+    near(got, conductance_of(h=h), 1e-13)
 
 
 # --- the stream ---------------------------------------------------------------------
@@ -171,10 +166,8 @@ def test_steady_state_of_a_rim(layers):
         return x[1] + P * (1 / conductance_of(x[0]) + through)
 
     at = jnp.asarray([FLOW, INLET])
-    assert float(front(at)) == pytest.approx(float(closed(at)), rel=1e-9)
-    np.testing.assert_allclose(
-        jax.jit(jax.grad(front))(at), jax.grad(closed)(at), rtol=1e-7
-    )
+    near(front(at), closed(at), 1e-9)
+    all_near(jax.jit(jax.grad(front))(at), jax.grad(closed)(at), 1e-7)
 
 
 @pytest.mark.slow
@@ -192,8 +185,8 @@ def test_cooling_while_the_pump_stops():
     fast = float(conductance_of())
     flowed = np.minimum(times, stop) * fast + np.maximum(times - start, 0.0) * slow
     T = INLET + 60.0 * np.exp(-flowed / RIM)
-    np.testing.assert_allclose(run.temperature[:, 0], T, rtol=1e-10)
-    np.testing.assert_allclose(run.coolant, RIM * (363.15 - T), rtol=1e-9, atol=1e-6)
+    all_near(run.temperature[:, 0], T, 1e-10)
+    all_near(run.coolant, RIM * (363.15 - T), 1e-9, 1e-6)
     assert float(run.lost[-1]) == 0.0
     assert float(run.closure) < 1e-12
     # the same in a brake, under the friction power of a drag
@@ -207,9 +200,9 @@ def test_cooling_while_the_pump_stops():
             if g
             else T[-1] + P * span / RIM
         )
-    np.testing.assert_allclose(series.wetted_temperature[:, 0], T, rtol=1e-10)
+    all_near(series.wetted_temperature[:, 0], T, 1e-10)
     # standing water is as hot
-    np.testing.assert_allclose(series.coolant_temperature[3, 0], T[3], rtol=1e-10)
+    all_near(series.coolant_temperature[3, 0], T[3], 1e-10)
 
 
 def test_no_flow_has_no_heat_and_a_derivative():
@@ -227,7 +220,7 @@ def test_no_flow_has_no_heat_and_a_derivative():
             0.0
         )
         assert float(value) == 0.0
-        assert float(slope) == pytest.approx(float(rate_of(1.0)), rel=1e-14)
+        near(slope, rate_of(1.0), 1e-14)
 
 
 @pytest.mark.slow
@@ -241,25 +234,15 @@ def test_constant_friction_power():
     t = np.array([0.0, 7.0, 30.0, end])
     rise = P / g * (1 - np.exp(-g * t / RIM))
     series = result.series(t)
-    np.testing.assert_allclose(
-        series.wetted_temperature[:, 0], INLET + rise, rtol=1e-10
-    )
-    np.testing.assert_allclose(
-        series.coolant_heat_flow[:, 0], g * rise, rtol=1e-9, atol=1e-6
-    )
-    np.testing.assert_allclose(
-        series.coolant_temperature[:, 0], INLET + g * rise / rate_of(), rtol=1e-10
-    )
+    all_near(series.wetted_temperature[:, 0], INLET + rise, 1e-10)
+    all_near(series.coolant_heat_flow[:, 0], g * rise, 1e-9, 1e-6)
+    all_near(series.coolant_temperature[:, 0], INLET + g * rise / rate_of(), 1e-10)
     carried = P * end - RIM * rise[-1]
-    np.testing.assert_allclose(series.heat_to_coolant[-1], carried, rtol=1e-9)
+    all_near(series.heat_to_coolant[-1], carried, 1e-9)
     energy = result.energy
     assert float(energy["heat_closure"]) < 1e-12
-    assert float(result["peak_wetted_temperature"]) == pytest.approx(
-        INLET + rise[-1], rel=1e-10
-    )
-    assert float(result["peak_coolant_temperature"]) == pytest.approx(
-        INLET + g * rise[-1] / rate_of(), rel=1e-10
-    )
+    near(result["peak_wetted_temperature"], INLET + rise[-1], 1e-10)
+    near(result["peak_coolant_temperature"], INLET + g * rise[-1] / rate_of(), 1e-10)
 
     def ends(x):
         run = sb.simulate(drag(wet_lump(*x), end), max_steps=128)
@@ -271,9 +254,7 @@ def test_constant_friction_power():
         return jnp.stack([INLET + rise, P * end - RIM * rise])
 
     at = jnp.asarray([FLOW, INLET])
-    np.testing.assert_allclose(
-        jax.jit(jax.jacfwd(ends))(at), jax.jacfwd(closed)(at), rtol=1e-7
-    )
+    all_near(jax.jit(jax.jacfwd(ends))(at), jax.jacfwd(closed)(at), 1e-7)
 
 
 @pytest.mark.slow
@@ -341,17 +322,15 @@ def test_stop_with_a_layered_rim():
         atol=1e-10,
         dense_output=True,
     )
-    assert stop == pytest.approx(truth.t_events[0][0], rel=1e-9)
+    near(stop, truth.t_events[0][0], 1e-9)
     t = np.linspace(0.0, stop, 5)
     course = truth.sol(t)
     series = result.series(t)
-    np.testing.assert_allclose(series.temperature, course[1 : 1 + layers].T, rtol=1e-9)
+    all_near(series.temperature, course[1 : 1 + layers].T, 1e-9)
     wall = face(course[layers])
-    np.testing.assert_allclose(series.wetted_temperature[:, 0], wall, rtol=1e-9)
-    np.testing.assert_allclose(
-        series.coolant_heat_flow[:, 0], g * (wall - INLET), rtol=1e-8
-    )
-    np.testing.assert_allclose(series.heat_to_coolant, course[-1], rtol=1e-8, atol=1e-3)
+    all_near(series.wetted_temperature[:, 0], wall, 1e-9)
+    all_near(series.coolant_heat_flow[:, 0], g * (wall - INLET), 1e-8)
+    all_near(series.heat_to_coolant, course[-1], 1e-8, 1e-3)
     assert float(result.energy["heat_closure"]) < 1e-12
 
 
@@ -376,11 +355,9 @@ def test_two_jackets_and_heat_through_a_junction():
     P = LOAD * SPEED
     T = np.asarray(series.temperature[:, 0])
     contact = (P + 800.0 * T + g * INLET) / (800.0 + g)
-    np.testing.assert_allclose(
-        series.wetted_temperature, np.stack([contact, T], axis=1), rtol=1e-12
-    )
+    all_near(series.wetted_temperature, np.stack([contact, T], axis=1), 1e-12)
     flows = np.stack([g * (contact - INLET), more * (T - INLET)], axis=1)
-    np.testing.assert_allclose(series.coolant_heat_flow, flows, rtol=1e-11, atol=1e-6)
+    all_near(series.coolant_heat_flow, flows, 1e-11, 1e-6)
     assert float(result.energy["heat_closure"]) < 1e-12
     assert sb.dataset(result, [20.0]).coolant_heat_flow.dims == ("time", "jacket")
 
@@ -400,7 +377,7 @@ def test_boiling_is_an_event_and_a_limit():
     scene = drag(wet_lump(weak), 3 * time)
     result = sb.simulate(scene)
     (event,) = result.events["coolant_boils"]
-    assert event.time == pytest.approx(time, rel=1e-9)
+    near(event.time, time, 1e-9)
     said = result.verdict()
     (row,) = [row for row in said.rows if row.name == "Hottest wetted wall"]
     assert (said.colour, row.state, row.limit) == (

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
+from helpers import all_near, near
 from scenes import stop_scene
 from scipy.integrate import quad
 
@@ -30,20 +31,16 @@ def test_laws_at_their_reference():
     ]
     for law in laws:
         for T in (None, jnp.asarray(423.15)):
-            assert float(law(None, None, T)) == pytest.approx(3e-14, rel=1e-15)
+            near(law(None, None, T), 3e-14, 1e-15)
     hot = jnp.asarray([373.15, 573.15])
     grows = np.asarray(laws[2].at(hot))
-    assert grows[1] / grows[0] == pytest.approx(math.exp(200 / 120), rel=1e-14)
+    near(grows[1] / grows[0], math.exp(200 / 120), 1e-14)
     decomposed = np.asarray(laws[3].at(hot))
     over_gas = 4e4 / 8.31446261815324
-    assert math.log(decomposed[1] / decomposed[0]) == pytest.approx(
-        over_gas * (1 / 373.15 - 1 / 573.15)
-    )
+    near(math.log(decomposed[1] / decomposed[0]), over_gas * (1 / 373.15 - 1 / 573.15))
     above = math.exp(over_gas * (1 / 423.15 - 1 / 573.15))
-    np.testing.assert_allclose(laws[4].at(hot), 3e-14 * np.array([1.0, above]))
-    np.testing.assert_allclose(
-        np.asarray(laws[1].at(hot)), 3e-14 * np.array([0.7, 1.9]), rtol=1e-14
-    )
+    all_near(laws[4].at(hot), 3e-14 * np.array([1.0, above]))
+    all_near(laws[1].at(hot), 3e-14 * np.array([0.7, 1.9]), 1e-14)
     assert float(laws[1].at(jnp.asarray(200.0))) == 0.0  # never negative
 
 
@@ -58,19 +55,13 @@ def cold():
 def test_rigid_stop_wears_linings_by_loads(cold):
     normal = ws.statics()[1]
     worn = np.asarray(cold.worn_thickness)
-    np.testing.assert_allclose(worn / worn.sum(), normal / normal.sum(), rtol=1e-12)
-    np.testing.assert_allclose(
-        worn, ws.K * ws.T0 * normal / ws.AREA * ws.distance(), rtol=1e-10
-    )
+    all_near(worn / worn.sum(), normal / normal.sum(), 1e-12)
+    all_near(worn, ws.K * ws.T0 * normal / ws.AREA * ws.distance(), 1e-10)
     # the volume is that of Archard for the friction work: f N = (T_i − T_{i−1})
     # cos(β/2)
     work = float(cold.energy["friction_heat"])
-    assert ws.AREA * worn.sum() == pytest.approx(
-        ws.K * work * math.cos(ws.BETA / 2) / ws.F, rel=1e-12
-    )
-    np.testing.assert_allclose(
-        worn, np.asarray(sb.results.lining_wear(cold, ws.K)), rtol=1e-12
-    )
+    near(ws.AREA * worn.sum(), ws.K * work * math.cos(ws.BETA / 2) / ws.F, 1e-12)
+    all_near(worn, sb.results.lining_wear(cold, ws.K), 1e-12)
 
 
 def test_lining_pressure_integrates_to_load():
@@ -81,18 +72,14 @@ def test_lining_pressure_integrates_to_load():
         mean = quad(
             lambda s, within=within: float(within(s)), 0.0, 1.0, epsabs=0, epsrel=1e-13
         )[0]
-        assert mean == pytest.approx(3.0, rel=1e-12)
-        assert float(within(1.0)) / float(within(0.0)) == pytest.approx(
-            ratio, rel=1e-12
-        )
+        near(mean, 3.0, 1e-12)
+        near(float(within(1.0)) / float(within(0.0)), ratio, 1e-12)
     # p/p̄ = 1 + x (s − ½) + x² (s²/2 − s/2 + 1/12) + …,  x = ln r
     first = jax.grad(lambda r: sb.brakes.pressure_within(1.0, r, 0.8))(1.0)
     second = jax.grad(
         jax.grad(lambda x: sb.brakes.pressure_within(1.0, jnp.exp(x), 0.8))
     )(0.0)
-    np.testing.assert_allclose(
-        [first, second], [0.3, 2 * (0.32 - 0.4 + 1 / 12)], rtol=1e-12
-    )
+    all_near([first, second], [0.3, 2 * (0.32 - 0.4 + 1 / 12)], 1e-12)
 
 
 @pytest.mark.slow
@@ -105,36 +92,24 @@ def test_edges_of_linings_in_a_run(cold):
     for name, place, pressure in zip(
         ("slack_edge", "tight_edge"), (0.0, 1.0), edges, strict=True
     ):
-        np.testing.assert_allclose(
-            sb.results.lining_peak(cold, f"{name}_pressure"), pressure, rtol=1e-12
-        )
-        np.testing.assert_allclose(
-            sb.results.lining_mean(cold, f"{name}_pressure"), pressure, rtol=1e-10
-        )
-        np.testing.assert_allclose(
-            sb.results.lining_peak(cold, "edge_pressure_ratio"), np.exp(x), rtol=1e-12
-        )
+        all_near(sb.results.lining_peak(cold, f"{name}_pressure"), pressure, 1e-12)
+        all_near(sb.results.lining_mean(cold, f"{name}_pressure"), pressure, 1e-10)
+        all_near(sb.results.lining_peak(cold, "edge_pressure_ratio"), np.exp(x), 1e-12)
         worn = sb.results.lining_wear(cold, ws.K, place=place)
-        np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
+        all_near(worn, ws.K * pressure * ws.distance(), 1e-10)
 
 
 @pytest.mark.slow
 def test_wear_metrics_series_and_words(cold):
     _, normal = ws.statics()
     m = cold.metrics
-    assert m["greatest_wear"] == pytest.approx(
-        float(cold.worn_thickness[-1]), rel=1e-15
-    )
-    assert m["wear_over_mean"] == pytest.approx(normal[-1] / normal.mean(), rel=1e-12)
-    assert m["wear_over_least"] == pytest.approx(normal[-1] / normal[0], rel=1e-12)
+    near(m["greatest_wear"], cold.worn_thickness[-1], 1e-15)
+    near(m["wear_over_mean"], normal[-1] / normal.mean(), 1e-12)
+    near(m["wear_over_least"], normal[-1] / normal[0], 1e-12)
     # wear follows the distance: φ R
     series = cold.series([0.0, 0.5, 8.0])
     share = np.asarray(series.phi) / float(series.phi[-1])
-    np.testing.assert_allclose(
-        np.asarray(series.worn_thickness),
-        np.outer(share, cold.worn_thickness),
-        rtol=1e-10,
-    )
+    all_near(series.worn_thickness, np.outer(share, cold.worn_thickness), 1e-10)
     data = sb.dataset(cold, [0.0, 8.0])
     assert data.worn_thickness.dims == ("time", "lining")
 
@@ -167,7 +142,7 @@ def test_hot_wear_is_as_exact_as_the_run(solver):
     hottest = ws.J * ws.W0**2 / 2 / capacity
     mean = rise / hottest * math.expm1(hottest / rise)
     worn = ws.K * ws.T0 * ws.statics()[1] / ws.AREA * ws.distance() * mean
-    np.testing.assert_allclose(result.worn_thickness, worn, rtol=1e-8)
+    all_near(result.worn_thickness, worn, 1e-8)
 
 
 # --- every kind of brake ------------------------------------------------------------
@@ -188,26 +163,20 @@ def test_states_are_integrals_over_the_run(scene):
     inner = None if scene.brake.bandage is None else 3e-14
     result = sb.simulate(ws.wearing(scene, sb.Wear(1e-14, internal=inner)))
     worn = result.record.y_end.worn
-    np.testing.assert_allclose(
-        np.asarray(worn[0]),
-        np.asarray(sb.results.lining_wear(result, 1e-14)),
-        rtol=1e-9,
-    )
+    all_near(worn[0], sb.results.lining_wear(result, 1e-14), 1e-9)
     assert np.min(worn[0]) > 0
     if inner is not None:
-        np.testing.assert_allclose(
-            np.asarray(worn[1]),
-            np.asarray(sb.results.lining_wear(result, inner, pair="internal")),
-            rtol=1e-9,
+        all_near(
+            worn[1],
+            sb.results.lining_wear(result, inner, pair="internal"),
+            1e-9,
         )
-        np.testing.assert_allclose(
-            np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15
-        )
+        all_near(result.worn_thickness, worn[0] + worn[1], 1e-15)
         last = result.series([float(result.record.t_end)])
-        np.testing.assert_allclose(
+        all_near(
             np.asarray(last.pairs["internal"].worn_thickness)[0],
-            np.asarray(worn[1]),
-            rtol=1e-9,
+            worn[1],
+            1e-9,
         )
 
 
@@ -230,10 +199,8 @@ def test_turned_band_wears_from_other_end():
         return np.asarray(result.series([2.9, 9.0]).worn_thickness)
 
     first, both = worn([20.0, 30.0])  # after the end: never
-    np.testing.assert_allclose(
-        worn([3.5, 30.0])[1], first + (both - first)[::-1], rtol=1e-12
-    )
-    np.testing.assert_allclose(worn([3.5, 4.0])[1], both, rtol=1e-12)
+    all_near(worn([3.5, 30.0])[1], first + (both - first)[::-1], 1e-12)
+    all_near(worn([3.5, 4.0])[1], both, 1e-12)
 
 
 # --- files and faults ---------------------------------------------------------------

@@ -23,6 +23,7 @@ from fit_scenes import (
     speeds,
 )
 from heat_scenes import fading, lump, rigid_stop
+from helpers import all_near, near
 from scenes import stop_scene
 from scipy.stats import binom, chi2, norm, t
 
@@ -40,26 +41,20 @@ def test_linear_covariance_is_the_closed_one():
     X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
     cov = SIGMA**2 * np.linalg.inv(X.T @ X)
     best = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0]
-    np.testing.assert_allclose([fit[OMEGA].value, fit[T0].value], best, rtol=1e-9)
-    np.testing.assert_allclose(fit.covariance, cov, rtol=1e-7)
-    np.testing.assert_allclose(
-        fit.correlation[0, 1], cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), rtol=1e-7
-    )
+    all_near([fit[OMEGA].value, fit[T0].value], best, 1e-9)
+    all_near(fit.covariance, cov, 1e-7)
+    all_near(fit.correlation[0, 1], cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), 1e-7)
     half = norm.ppf(0.975) * np.sqrt(np.diag(cov))
-    np.testing.assert_allclose(
-        fit[T0].interval, best[1] + half[1] * np.array([-1, 1]), rtol=1e-7
-    )
+    all_near(fit[T0].interval, best[1] + half[1] * np.array([-1, 1]), 1e-7)
     assert fit.freedom == TS.size - 2
-    assert fit.probability == pytest.approx(chi2.sf(fit.chi2, fit.freedom))
+    near(fit.probability, chi2.sf(fit.chi2, fit.freedom))
     assert fit.converged
     assert fit.outcome == Outcome.CONVERGED
     assert fit.open == ()
     assert float(fit.scene.initial.omega) == fit[OMEGA].value
     spans = np.array([55.0, 28e3])
-    np.testing.assert_allclose(
-        fit.singular_values,
-        np.linalg.svd(X * spans / SIGMA, compute_uv=False),
-        rtol=1e-7,
+    all_near(
+        fit.singular_values, np.linalg.svd(X * spans / SIGMA, compute_uv=False), 1e-7
     )
 
 
@@ -70,18 +65,16 @@ def test_errors_without_standard_deviations():
     X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
     r = values - X @ np.linalg.lstsq(X, values, rcond=None)[0]
     cov = r @ r / (TS.size - 2) * np.linalg.inv(X.T @ X)
-    np.testing.assert_allclose(fit.covariance, cov, rtol=1e-7)
+    all_near(fit.covariance, cov, 1e-7)
     low, high = fit[OMEGA].interval
-    assert (high - low) / 2 == pytest.approx(
-        t.ppf(0.975, TS.size - 2) * np.sqrt(cov[0, 0]), rel=1e-7
-    )
+    near((high - low) / 2, t.ppf(0.975, TS.size - 2) * np.sqrt(cov[0, 0]), 1e-7)
     assert fit.probability is None
     assert not fit.absolute
-    assert np.mean(fit.residuals[0].scaled ** 2) == pytest.approx(1 - 2 / TS.size)
+    near(np.mean(fit.residuals[0].scaled ** 2), 1 - 2 / TS.size)
     weights = sb.calibrate(
         rigid(), LINE, speeds(values, 7.0), start=START, absolute=False
     )
-    np.testing.assert_allclose(weights.covariance, cov, rtol=1e-6)
+    all_near(weights.covariance, cov, 1e-6)
 
 
 @pytest.mark.slow
@@ -128,12 +121,8 @@ def test_undetermined_product_is_named():
     X = np.stack([np.ones_like(TS), TS], axis=1)
     best = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0]
     cov = np.linalg.inv(X.T @ X)
-    assert fit[OMEGA].standard_error == pytest.approx(
-        SIGMA * np.sqrt(cov[0, 0]), rel=1e-6
-    )
-    assert fit[T0].value / fit[J].value == pytest.approx(
-        -best[1] / (rate() * 800.0), rel=1e-9
-    )
+    near(fit[OMEGA].standard_error, SIGMA * np.sqrt(cov[0, 0]), 1e-6)
+    near(fit[T0].value / fit[J].value, -best[1] / (rate() * 800.0), 1e-9)
     assert fit.singular_values[2] < 1e-9 * fit.singular_values[0]
     assert fit.as_dict()["parameters"][1]["standard_error"] is None
 
@@ -159,13 +148,11 @@ def elastic():
 
 def test_planted_parameters_come_back(elastic):
     fit = sb.calibrate(stop_scene(), ELASTIC, elastic, rtol=1e-11)
-    np.testing.assert_allclose(
-        list(fit.values.values()), [0.31, 1.5e5, 900.0], rtol=1e-8
-    )
+    all_near(list(fit.values.values()), [0.31, 1.5e5, 900.0], 1e-8)
     assert [p.logarithmic for p in fit.parameters] == [False, True, False]
     assert fit.chi2 < 1e-8
     low, high = fit["brake.band.stiffness"].interval
-    assert low * high == pytest.approx(1.5e5**2, rel=1e-6)  # symmetric in its logarithm
+    near(low * high, 1.5e5**2, 1e-6)  # symmetric in its logarithm
 
 
 @pytest.mark.slow
@@ -190,7 +177,7 @@ def test_fade_and_heat_capacity_come_back():
     }
     guess = scene(0.35, 3e-4, 2e4)
     fit = sb.calibrate(guess, bounds, data, rtol=1e-11)
-    np.testing.assert_allclose(list(fit.values.values()), planted, rtol=1e-8)
+    all_near(list(fit.values.values()), planted, 1e-8)
     assert "Dopri8" in fit.solver
 
 
@@ -219,7 +206,7 @@ def test_start_that_holds_the_load_determines_nothing():
     bounds = {T0: (100.0, 400.0)}
     fit = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0))
     assert fit.outcome == Outcome.NOT_DETERMINED
-    assert fit.chi2 == pytest.approx(fit.chi2_start, rel=1e-12)
+    near(fit.chi2, fit.chi2_start, 1e-12)
     out = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0), starts=6)
     assert out.outcome == Outcome.CONVERGED
     assert abs(out[T0].value - TRUTH) < 3 * out[T0].standard_error
@@ -241,10 +228,8 @@ def test_a_bound_that_holds_the_fit_is_said():
     assert fit[T0].value == 7e3
     assert np.isnan(fit[T0].standard_error)
     best = np.mean(values + rate(7e3) * TS)  # the other one, given this
-    assert fit[OMEGA].value == pytest.approx(best, rel=1e-8)
-    assert fit[OMEGA].standard_error == pytest.approx(
-        SIGMA / np.sqrt(TS.size), rel=1e-6
-    )
+    near(fit[OMEGA].value, best, 1e-8)
+    near(fit[OMEGA].standard_error, SIGMA / np.sqrt(TS.size), 1e-6)
     assert fit.as_dict()["parameters"][1]["state"] == "at_upper_bound"
 
 
@@ -256,7 +241,7 @@ def test_events_that_the_model_does_not_have():
     with pytest.raises(sb.InputError, match="stopping_time does not occur"):
         sb.calibrate(rigid(end=2.0), bounds, data, start=weak)
     fit = sb.calibrate(rigid(end=2.0), bounds, data, start=weak, starts=3)
-    assert float(sb.simulate(fit.scene).stopping_time) == pytest.approx(0.5, rel=1e-7)
+    near(sb.simulate(fit.scene).stopping_time, 0.5, 1e-7)
     assert fit.failures["stopping_time does not occur in the model"] >= 1
     assert fit.as_dict()["chi2_start"] is None
     late = sb.calibrate(

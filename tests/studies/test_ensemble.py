@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from commands import call, no_cache  # noqa: F401
 from heat_scenes import fading, lump, rigid_stop
-from helpers import nothing_compiled
+from helpers import all_near, near, nothing_compiled
 from scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_scene
 
 import simbrake as sb
@@ -36,9 +36,7 @@ def assert_like_single_runs(scene, values, metrics, runs, **settings):
             if name in metrics:
                 found = single[name]
                 wanted = np.inf if found is None else float(found)
-                np.testing.assert_allclose(
-                    data[name][i], wanted, rtol=1e-12, err_msg=str(name)
-                )
+                all_near(data[name][i], wanted, 1e-12, err_msg=str(name))
         assert float(data["energy.closure"][i]) < 1e-9
         # runs of one sequence have the same events in the same order
         seen = [(event.name, event.lining) for event in single.events]
@@ -133,7 +131,7 @@ def test_many_stops_against_the_closed_form(caplog):
     )
     truth = closed_form(w0=values[SPEED], f=values[FRICTION], T0=values[LEVER], xp=np)
     for name, wanted in zip(TIMES, ("t0", "t1", "stop"), strict=True):
-        np.testing.assert_allclose(data[name], truth[wanted], rtol=1e-10)
+        all_near(data[name], truth[wanted], 1e-10)
     assert np.all(data.code == 0)
     assert done[-1] == (1000, 1000)
     with nothing_compiled(
@@ -159,9 +157,7 @@ def test_many_stops_against_the_closed_form(caplog):
             stop_scene(end=20.0), {path: array[7] for path, array in values.items()}
         )
     )
-    np.testing.assert_allclose(
-        again.stopping_angle[7], one["stopping_angle"], rtol=1e-12
-    )
+    all_near(again.stopping_angle[7], one["stopping_angle"], 1e-12)
 
 
 def own_tolerance(result):
@@ -179,7 +175,7 @@ def test_metric_of_tolerance_is_recomputed(tmp_path):
         )
 
     truth = 800 / (0.725 * 8e3 * (closed_form()["Pi"] - 1)) * np.asarray(values[SPEED])
-    np.testing.assert_allclose(found(1e-8).own_tolerance, 1e-8 * truth, rtol=1e-9)
+    all_near(found(1e-8).own_tolerance, 1e-8 * truth, 1e-9)
     with pytest.raises(sb.InputError, match="rtol: 1e-08 there, 1e-06 here"):
         found(1e-6)
 
@@ -292,10 +288,8 @@ def test_a_changed_global_is_seen_in_the_same_process(monkeypatch, chunk):
             data = sb.ensemble(
                 scene, {SPEED: [10.0, 20.0]}, [metric], chunk=chunk, progress=False
             )
-            np.testing.assert_allclose(
-                data[metric if metric == "stopping_time" else "limited"],
-                truth,
-                rtol=1e-9,
+            all_near(
+                data[metric if metric == "stopping_time" else "limited"], truth, 1e-9
             )
 
 
@@ -309,14 +303,14 @@ def test_fields_with_entries_and_functions():
         progress=False,
     )
     assert data["brake.linings.angle"].shape == (3, 20)
-    np.testing.assert_allclose(data.travel_share, 1.0, rtol=1e-12)
+    all_near(data.travel_share, 1.0, 1e-12)
     same = sb.ensemble(
         stop_scene(),
         {"brake.linings.angle": angles[:, 0]},
         ["stopping_time"],
         progress=False,
     )
-    np.testing.assert_allclose(same.stopping_time, data.stopping_time, rtol=1e-13)
+    all_near(same.stopping_time, data.stopping_time, 1e-13)
 
 
 def test_sweep_is_a_full_grid_of_single_runs(caplog):
@@ -340,9 +334,7 @@ def test_sweep_is_a_full_grid_of_single_runs(caplog):
         single.status,
         int(single.record.stats.accepted),
     )
-    assert float(got.stopping_time) == pytest.approx(
-        closed_form(w0=20.0, T0=1e4)["stop"], rel=1e-10
-    )
+    near(got.stopping_time, closed_form(w0=20.0, T0=1e4)["stop"], 1e-10)
 
 
 def test_grid_needs_distinct_numbers():
@@ -416,7 +408,7 @@ def test_interrupted_and_resumed(tmp_path):
     whole = again(chunk=32, progress=lambda done, total: calls.append(done))
     assert calls[1] >= 300 - missing.sum()  # those that are there are not made again
     fresh = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
-    np.testing.assert_allclose(whole.stopping_time, fresh.stopping_time, rtol=1e-13)
+    all_near(whole.stopping_time, fresh.stopping_time, 1e-13)
     sorted(folder.glob("chunk*"))[0].write_bytes(b"spoilt")
     assert np.all(again(chunk=32).code == 0)
     for place in (tmp_path, folder / "manifest.json"):
@@ -445,7 +437,7 @@ def test_the_command(capsys, tmp_path):
     single = json.loads(call(capsys, "run", "u2_5_5_stop", "--json", *changes)[1])
     assert found[1]["status"] == single["status"] == "stopped"
     metrics = {name: single["metrics"][name] for name in found[1]["metrics"]}
-    assert found[1]["metrics"] == pytest.approx(metrics, rel=1e-12)
+    near(found[1]["metrics"], metrics, 1e-12)
     assert found[-1]["metrics"]["stopping_time"] is None
 
 

@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -85,25 +86,25 @@ def test_work_wear_and_means_in_closed_form():
     T, normal = statics(np.full(N, BETA))
     energy = J * W0**2 / 2
     work = np.asarray(sb.results.friction_work(result))
-    np.testing.assert_allclose(work, energy * np.diff(T) / (T[-1] - 1), rtol=1e-10)
-    assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
+    all_near(work, energy * np.diff(T) / (T[-1] - 1), 1e-10)
+    near(work.sum(), result.energy["friction_heat"], 1e-12)
     distance = energy / (T0 * (T[-1] - 1))
-    np.testing.assert_allclose(
-        np.asarray(sb.results.lining_wear(result, rate())),
+    all_near(
+        sb.results.lining_wear(result, rate()),
         2e-14 * T0 * normal / AREA * distance,
-        rtol=1e-10,
+        1e-10,
     )
     increment = np.asarray(sb.results.lining_mean(result, "tension_increment"))
-    np.testing.assert_allclose(increment, T0 * np.diff(T), rtol=1e-12)
+    all_near(increment, T0 * np.diff(T), 1e-12)
     peaks = np.asarray(sb.results.lining_peak(result, "normal_load"))
-    assert peaks.max() == pytest.approx(result.metrics["max_normal_load"], rel=1e-12)
+    near(peaks.max(), result.metrics["max_normal_load"], 1e-12)
 
 
 @pytest.mark.slow
 def test_work_matches_ledger_at_any_points():
     result = sb.simulate(heated_stop(fade=1e-3))
     work = np.asarray(sb.results.friction_work(result, points=4))
-    assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-9)
+    near(work.sum(), result.energy["friction_heat"], 1e-9)
 
 
 @pytest.mark.slow
@@ -118,12 +119,10 @@ def test_work_matches_ledger_at_any_points():
 def test_lining_work_is_the_heat_in_ledger(scene):
     result = sb.simulate(scene())
     ledger = result.record.y_end.ledger
-    assert float(sb.results.friction_work(result).sum()) == pytest.approx(
-        float(ledger.friction[0]), rel=1e-9
-    )
+    near(sb.results.friction_work(result).sum(), ledger.friction[0], 1e-9)
     if len(ledger.friction) > 1:
         inner = sb.results.friction_work(result, pair="internal")
-        assert float(inner.sum()) == pytest.approx(float(ledger.friction[1]), rel=1e-9)
+        near(inner.sum(), ledger.friction[1], 1e-9)
 
 
 def test_break_away_heat_is_of_no_lining():
@@ -138,7 +137,7 @@ def test_break_away_heat_is_of_no_lining():
     lost = float(result.energy["friction_heat"]) - float(
         sb.results.friction_work(result).sum()
     )
-    assert lost == pytest.approx(jump, rel=1e-8)
+    near(lost, jump, 1e-8)
 
 
 @pytest.mark.slow
@@ -174,9 +173,9 @@ def test_gradients_of_wear_match_differences():
             return 1e6 * float(shares @ sb.results.lining_wear(result, rate(2e-3)))
 
         h = 1e-3 * value
-        near = (at(value + h) - at(value - h)) / (2 * h)
+        close = (at(value + h) - at(value - h)) / (2 * h)
         far = (at(value + 2 * h) - at(value - 2 * h)) / (4 * h)
-        assert float(got) == pytest.approx((4 * near - far) / 3, rel=1e-7), path
+        assert float(got) == pytest.approx((4 * close - far) / 3, rel=1e-7), path
 
 
 # --- layouts ------------------------------------------------------------------------
@@ -196,9 +195,9 @@ def test_static_layouts_are_the_closed_forms(target):
         expected = sb.layouts.equal_load_angles(
             f, 5, wrap, area=area if target == "pressure" else 1.0
         ).angle
-    np.testing.assert_allclose(design.angle, expected, atol=1e-8)
+    all_near(design.angle, expected, atol=1e-8)
     assert design.non_uniformity <= 1 + 1e-8
-    assert design.angle.sum() == pytest.approx(wrap, rel=1e-14)
+    near(design.angle.sum(), wrap, 1e-14)
     assert design.row("given").non_uniformity > 1.3
     T, normal = statics(expected, f)
     level = {
@@ -206,7 +205,7 @@ def test_static_layouts_are_the_closed_forms(target):
         "normal_load": normal,
         "pressure": normal / area,
     }[target]
-    np.testing.assert_allclose(level, level[0], rtol=1e-12)
+    all_near(level, level[0], 1e-12)
 
 
 def test_equal_pressure_areas_follow_loads():
@@ -215,7 +214,7 @@ def test_equal_pressure_areas_follow_loads():
     )
     design = sb.equal_layout(scene, "pressure", free="area", start="given")
     normal = statics(np.full(5, math.radians(44.0)), 0.35)[1]
-    np.testing.assert_allclose(design.area, 0.15 * normal / normal.sum(), rtol=1e-8)
+    all_near(design.area, 0.15 * normal / normal.sum(), 1e-8)
 
 
 @pytest.mark.slow
@@ -231,8 +230,8 @@ def test_angles_and_areas_over_a_braking():
     )
     angle = sb.layouts.equal_increment_angles(F, N, N, N * BETA).angle
     normal = statics(angle)[1]
-    np.testing.assert_allclose(design.angle, angle, atol=1e-8)
-    np.testing.assert_allclose(design.area, N * AREA * normal / normal.sum(), rtol=1e-8)
+    all_near(design.angle, angle, atol=1e-8)
+    all_near(design.area, N * AREA * normal / normal.sum(), 1e-8)
 
 
 @pytest.mark.slow
@@ -241,7 +240,7 @@ def test_fade_and_hot_wear_move_the_layout():
         heated_stop(), "wear", over="braking", rate=rate(), start="given"
     )
     static = sb.layouts.equal_load_angles(F, N, N * BETA).angle
-    np.testing.assert_allclose(cold.angle, static, atol=1e-8)
+    all_near(cold.angle, static, atol=1e-8)
     hot = sb.equal_layout(
         heated_stop(fade=1e-3), "wear", over="braking", rate=rate(2e-3)
     )
@@ -295,24 +294,18 @@ def test_least_tension_is_the_closed_form():
     assert design.success, design.message
     best = statics(np.radians([60.0, 60.0, 40.0, 20.0, 20.0]), 0.3)[0][-1]
     need = J * 20.0 / (R * longest)
-    assert design.value == pytest.approx(need * best / (best - 1), rel=1e-8)
+    near(design.value, need * best / (best - 1), 1e-8)
     time, load_limit = design.limits
     assert time.active
-    assert time.value == pytest.approx(longest, rel=1e-8)
-    assert time.sensitivity == pytest.approx(
-        -need / longest * best / (best - 1), rel=1e-6
-    )
+    near(time.value, longest, 1e-8)
+    near(time.sensitivity, -need / longest * best / (best - 1), 1e-6)
     assert not load_limit.active
     assert load_limit.sensitivity == 0.0
-    assert design.values["brake.linings.friction.coefficient"] == pytest.approx(
-        0.3, rel=1e-9
-    )
-    assert np.sum(np.asarray(design.scene.brake.linings.angle)) == pytest.approx(
-        angle.sum(), rel=1e-12
-    )
+    near(design.values["brake.linings.friction.coefficient"], 0.3, 1e-9)
+    near(np.sum(np.asarray(design.scene.brake.linings.angle)), angle.sum(), 1e-12)
     assert design.stationarity < 1e-6
     again = sb.simulate(design.scene)
-    assert again.metrics["max_tension"] == pytest.approx(design.value, rel=1e-9)
+    near(again.metrics["max_tension"], design.value, 1e-9)
 
 
 def test_all_search_errors_in_one_report():

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from fit_scenes import OMEGA, T0, F, J, rigid
+from helpers import all_near, near
 from scenes import closed_form
 from scipy.stats import norm
 from test_many_recordings import EACH, INERTIAS, TIMES, deceleration, stops
@@ -58,21 +59,17 @@ def test_density_and_its_gradient_are_the_closed_ones(density):
     value = jax.jit(jax.vmap(jax.value_and_grad(density)))
     got, slope = map(np.asarray, value(points))
     want, exact = jax.vmap(jax.value_and_grad(lambda x: closed(x, stops())))(points)
-    np.testing.assert_allclose(got, want, rtol=1e-9)
-    np.testing.assert_allclose(slope, exact, rtol=1e-7, atol=1e-7 * np.abs(exact).max())
+    all_near(got, want, 1e-9)
+    all_near(slope, exact, 1e-7, 1e-7 * np.abs(exact).max())
     # other data by replacing them, and parameters by path for models of one's own
     changed = stops(seed=5)
     rows = [each.points[0].value for each in changed.values()]
     y = np.stack([np.append(row, np.full(30 - row.size, np.nan)) for row in rows])
     other = dataclasses.replace(density, measured=y)
-    assert float(other(points[0])) == pytest.approx(
-        float(closed(points[0], changed)), rel=1e-9
-    )
+    near(other(points[0]), closed(points[0], changed), 1e-9)
     values = density.values(x)
     likelihood = norm.logpdf(y, density.model(values), 0.3)
-    assert float(other.log_likelihood(values)) == pytest.approx(
-        np.nansum(likelihood), rel=1e-9
-    )
+    near(other.log_likelihood(values), np.nansum(likelihood), 1e-9)
     assert density.codes(values).tolist() == [0, 0, 0]
 
 
@@ -86,9 +83,7 @@ def test_event_that_does_not_occur_has_no_density():
     strong = density.unconstrained({T0: 9e3})
     assert density(weak) == -np.inf
     time = 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * 9e3)
-    assert float(density.log_likelihood({T0: 9e3})) == pytest.approx(
-        norm.logpdf(0.6, time, 0.01), rel=1e-7
-    )
+    near(density.log_likelihood({T0: 9e3}), norm.logpdf(0.6, time, 0.01), 1e-7)
     assert np.isfinite(jax.grad(density)(strong)).all()
 
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from fit_scenes import OMEGA, SIGMA, T0, F, J, rate, rigid
 from heat_scenes import fading, lump, rigid_stop
+from helpers import all_near, near
 from scenes import closed_form, stop_scene
 from scipy.stats import norm
 
@@ -66,15 +67,13 @@ def test_shared_and_own_parameters_are_the_joint_least_squares():
     )
     best, covariance = joint(data)
     assert list(fit.values) == [T0, *(f"{OMEGA}@{name}" for name in INERTIAS)]
-    np.testing.assert_allclose(list(fit.values.values()), best, rtol=1e-9)
-    np.testing.assert_allclose(fit.covariance, covariance, rtol=1e-7, atol=1e-12)
+    all_near(list(fit.values.values()), best, 1e-9)
+    all_near(fit.covariance, covariance, 1e-7, 1e-12)
     assert (fit.outcome, fit.freedom) == (Outcome.CONVERGED, 43 - 4)
     assert fit[f"{OMEGA}@third"].start == 30.0
     half = norm.ppf(0.975) * np.sqrt(covariance[0, 0])
-    np.testing.assert_allclose(
-        fit[T0].interval, best[0] + half * np.array([-1, 1]), rtol=1e-7
-    )
-    np.testing.assert_allclose(fit[T0].profile, fit[T0].interval, rtol=1e-7)  # linear
+    all_near(fit[T0].interval, best[0] + half * np.array([-1, 1]), 1e-7)
+    all_near(fit[T0].profile, fit[T0].interval, 1e-7)  # linear
     assert fit[f"{OMEGA}@first"].profile is None
     assert [part.name for part in fit.residuals] == [
         f"omega@{name}" for name in INERTIAS
@@ -132,7 +131,7 @@ def test_fixed_numbers_of_all_recordings_are_named():
     (inertia,) = [one for one in fit.fixed if one.path == J]
     assert inertia.value == 1300.0
     assert inertia.parameter == T0
-    assert inertia.shift == pytest.approx(1.0, rel=1e-5)
+    near(inertia.shift, 1.0, 1e-5)
 
 
 def test_errors_name_the_recording():
@@ -166,20 +165,18 @@ def test_profile_of_a_curved_model():
     scene = sb.with_values(rigid(end=20.0), {OMEGA: 20.0, T0: 7e3})
     fit = sb.calibrate(scene, {T0: (2e3, 3e4)}, data, profile=True)
     exact = [8e3 / (1 + side * 0.2 * quantile) for side in (1, -1)]
-    np.testing.assert_allclose(fit[T0].profile, exact, rtol=1e-6)
+    all_near(fit[T0].profile, exact, 1e-6)
     assert fit[T0].interval[1] - fit[T0].interval[0] < exact[1] - exact[0]
     # a bound nearer than that end
     fit = sb.calibrate(scene, {T0: (2e3, 1.2e4)}, data, profile=True)
-    assert fit[T0].profile[0] == pytest.approx(exact[0], rel=1e-6)
+    near(fit[T0].profile[0], exact[0], 1e-6)
     assert fit[T0].profile[1] == np.inf
     # with a friction that is not known better either, T_0 is open, and f is limited by
     # the bound of T_0
     both = sb.calibrate(scene, {T0: (6e3, 1e4), F: (0.3, 0.5)}, data, profile=True)
     assert both[T0].profile == (-np.inf, np.inf)
     highest = closed_form(f=both[F].profile[1])["Pi"] - 1
-    assert highest * 6e3 == pytest.approx(
-        (closed_form()["Pi"] - 1) * exact[1], rel=1e-6
-    )
+    near(highest * 6e3, (closed_form()["Pi"] - 1) * exact[1], 1e-6)
     with pytest.raises(sb.InputError, match="profile: is not known of the loss huber"):
         sb.calibrate(scene, {T0: (6e3, 1e4)}, data, profile=True, loss="huber")
 

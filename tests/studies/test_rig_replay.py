@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
+from helpers import all_near, closes, jacobians, near
 from rig_recordings import sampled, trip, witsml, written
 from scipy.integrate import solve_ivp
 
@@ -76,13 +76,13 @@ def test_travel_work_and_temperature_of_a_known_trip(tmp_path, kind):
         scene_of(),
     )
     assert replay.result.ok
-    assert float(replay.result.energy["closure"]) < 1e-8
+    closes(replay.result, 1e-8)
     assert len(replay.lowerings) == len(true)
     for one, (_, _, travel, work) in zip(replay.lowerings, true, strict=True):
         assert abs(one.travel_deviation) < 0.01
         assert abs(one.work_deviation) < 0.03
-        assert one.travel == pytest.approx(travel, rel=0.01)
-        assert one.hook_work == pytest.approx(work, rel=0.03)
+        near(one.travel, travel, 0.01)
+        near(one.hook_work, work, 0.03)
     per_radian = RADIUS / LINES
     speed = np.clip(-np.gradient(h, t) / per_radian, 0.0, None)
     power = speed * (
@@ -96,9 +96,7 @@ def test_travel_work_and_temperature_of_a_known_trip(tmp_path, kind):
     each = [
         solve_ivp(rates, (a, b), [AIR], max_step=0.5).y[0, -1] for a, b, *_ in true[:1]
     ]
-    assert replay.lowerings[0].hottest["peak_rim_temperature"] - AIR == pytest.approx(
-        each[0] - AIR, rel=0.03
-    )
+    near(replay.lowerings[0].hottest["peak_rim_temperature"] - AIR, each[0] - AIR, 0.03)
     whole = solve_ivp(rates, (t[0], true[-1][1]), [AIR], max_step=0.5)
     assert (
         replay.hottest
@@ -108,8 +106,10 @@ def test_travel_work_and_temperature_of_a_known_trip(tmp_path, kind):
             )
         ]
     )
-    assert replay.lowerings[-1].hottest["peak_rim_temperature"] - AIR == pytest.approx(
-        whole.y[0].max() - AIR, rel=0.03
+    near(
+        replay.lowerings[-1].hottest["peak_rim_temperature"] - AIR,
+        whole.y[0].max() - AIR,
+        0.03,
     )
 
 
@@ -125,7 +125,7 @@ def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
         scene_of(0.0),
     )
     hung = np.asarray(replay.path.hook.masses)
-    np.testing.assert_allclose(hung, mass, rtol=0.01)
+    all_near(hung, mass, 0.01)
     compared = sb.rig.compare(replay)
     # the simulated load dips and rises as the recorded one the simulated load dips and
     # rises as the recorded one: with the inertia in the masses too it would be off by 9
@@ -139,7 +139,7 @@ def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
     energy = replay.result.energy
     assert float(energy["friction_heat"]) > sum(work for *_, work in true)
     rise = replay.result["peak_rim_temperature"] - AIR
-    assert rise == pytest.approx(float(energy["friction_heat"]) / CAPACITY, rel=1e-6)
+    near(rise, float(energy["friction_heat"]) / CAPACITY, 1e-6)
 
 
 @pytest.mark.parametrize(
@@ -177,16 +177,14 @@ def test_small_movements_at_rest_are_given_back(tmp_path, cycle):
     )
     resting = np.append(height[1:] == height[:-1], True)
     assert np.abs(away[resting]).max() < 0.3
-    np.testing.assert_allclose(
-        [one.travel for one in replay.lowerings], down, rtol=0.01
+    all_near([one.travel for one in replay.lowerings], down, 0.01)
+    all_near(
+        [one.hook_work for one in replay.lowerings], STRING * np.asarray(down), 0.03
     )
-    np.testing.assert_allclose(
-        [one.hook_work for one in replay.lowerings],
-        STRING * np.asarray(down),
-        rtol=0.03,
-    )
-    assert float(replay.result.energy["load_work"]) == pytest.approx(
-        STRING * (height[0] - height[-1]), abs=0.3 * STRING
+    near(
+        replay.result.energy["load_work"],
+        STRING * (height[0] - height[-1]),
+        abs=0.3 * STRING,
     )
 
 
@@ -203,9 +201,7 @@ def test_a_slow_motion_follows_the_log(tmp_path):
         height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t)))
     )
     assert np.abs(away).max() < 0.31
-    assert float(replay.result.energy["load_work"]) == pytest.approx(
-        25.0 * STRING, rel=1e-3
-    )
+    near(replay.result.energy["load_work"], 25.0 * STRING, 1e-3)
 
 
 @pytest.mark.slow
@@ -223,9 +219,7 @@ def test_the_lever_holds_in_a_pause_of_a_lowering(tmp_path):
             "min_holding_reserve"
         ]
     )
-    assert replay.result.metrics["min_holding_reserve"] == pytest.approx(
-        held * 60e3 * G / STRING, rel=1e-6
-    )
+    near(replay.result.metrics["min_holding_reserve"], held * 60e3 * G / STRING, 1e-6)
     np.testing.assert_array_equal(replay.result.series([66.0, 70.0, 74.0]).omega, 0.0)
 
 
@@ -238,12 +232,12 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     replay = sb.rig.replay(book, scene_of())
     heat = float(replay.result.energy["friction_heat"])
     work = sum(one.hook_work for one in replay.lowerings)
-    assert heat == pytest.approx(0.25 * work, rel=0.03)
+    near(heat, 0.25 * work, 0.03)
     # an assumed share takes heat off the brake: what it is at most, without it, stands
     # beside it
-    assert float(replay.bound.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
+    near(replay.bound.energy["friction_heat"], work, 0.03)
     alone = sb.rig.replay(log, scene_of())
-    assert float(alone.result.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
+    near(alone.result.energy["friction_heat"], work, 0.03)
     told = json.loads(json.dumps(replay.as_dict()))["replay"]
     peaks = (part["metrics"]["peak_rim_temperature"] for part in (told, told["bound"]))
     low, high = peaks
@@ -264,9 +258,7 @@ def test_through_gaps_the_block_of_a_replay_moves_evenly(tmp_path):
         scene_of(),
     )
     assert replay.result.ok
-    assert float(replay.result.energy["load_work"]) == pytest.approx(
-        14.0 * STRING, rel=1e-3
-    )
+    near(replay.result.energy["load_work"], 14.0 * STRING, 1e-3)
     away = height[kept] - (
         height[0]
         - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t[kept])))
@@ -300,7 +292,7 @@ def test_a_motor_and_a_rope_of_the_scene(tmp_path):
         for name in ("friction_heat", "shaft_tackle_loss")
     )
     work = sum(one.hook_work for one in replay.lowerings)
-    assert heat == pytest.approx(0.9 * work, rel=0.02)
+    near(heat, 0.9 * work, 0.02)
     assert loss > 0.1 * work
     assert sb.rig.compare(replay).position.total.rmse < 0.02
     rope = sb.loads.RopeLayers("32 mm", turns_per_layer=20, turns=60)
@@ -369,10 +361,10 @@ def test_a_recorded_motion_is_followed_to_the_last_digit():
     load = scene.duty.load
     motor = scene.motor
     result = sb.simulate(scene)
-    np.testing.assert_allclose(result.series(TIMES).phi, motion.angles, atol=1e-6)
+    all_near(result.series(TIMES).phi, motion.angles, atol=1e-6)
     heat, work = heat_and_work([HEAVY, LIGHT], 0.0)
-    assert float(result.energy["motor_work"]) == pytest.approx(work, rel=1e-7)
-    assert float(result.energy["friction_heat"]) == pytest.approx(heat, rel=1e-7)
+    near(result.energy["motor_work"], work, 1e-7)
+    near(result.energy["friction_heat"], heat, 1e-7)
     assert (
         sb.simulate(sb.files.scene_from_text(sb.files.scene_text(scene))).record.t_end
         == 130.0
@@ -447,7 +439,7 @@ def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
         sb.Scene(scene_of().brake, duty, sb.Initial(0.0), 40.0, **parts)
     )
     assert result.ok
-    assert float(result.energy["closure"]) < 1e-7
+    closes(result, 1e-7)
     assert float(result.series([15.9]).omega[0]) < -0.1
 
 
@@ -463,6 +455,6 @@ def test_derivatives_of_a_recorded_motion():
     start = jnp.asarray([HEAVY, LIGHT, 0.25])
     value, forwards, backwards = jacobians(of_the_run)(start)
     truth = jax.jacobian(lambda x: jnp.stack(heat_and_work(x[:2], x[2])))(start)
-    np.testing.assert_allclose(value, heat_and_work([HEAVY, LIGHT], 0.25), rtol=1e-7)
+    all_near(value, heat_and_work([HEAVY, LIGHT], 0.25), 1e-7)
     for jacobian in (forwards, backwards):
-        np.testing.assert_allclose(jacobian, truth, rtol=1e-6)
+        all_near(jacobian, truth, 1e-6)

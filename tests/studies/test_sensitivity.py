@@ -4,6 +4,7 @@ derivative ends to hold."""
 import jax
 import numpy as np
 import pytest
+from helpers import near
 from scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -46,23 +47,21 @@ def test_derivatives_match_the_closed_form(tables):
         "w0": "initial.omega",
     }
     for table in tables[:3]:
-        assert table.value == pytest.approx(exact[table.metric], rel=1e-9)
+        near(table.value, exact[table.metric], 1e-9)
         for name, path in paths.items():
             slope = float(slopes[table.metric][name])
             row = table.at(path)
             scale = abs(exact[table.metric] / values[name])
-            assert row.derivative == pytest.approx(slope, rel=1e-9, abs=1e-11 * scale)
-            assert row.elasticity == pytest.approx(
-                slope / exact[table.metric] * values[name], rel=1e-8, abs=1e-10
+            near(row.derivative, slope, 1e-9, 1e-11 * scale)
+            near(
+                row.elasticity, slope / exact[table.metric] * values[name], 1e-8, 1e-10
             )
         # a list as a whole: one factor for all its entries
         whole = table.at("brake.linings.angle[:]")
         slope = float(slopes[table.metric]["beta"])
-        assert whole.elasticity == pytest.approx(
-            slope * 13.5 / exact[table.metric], rel=1e-8, abs=1e-10
-        )
+        near(whole.elasticity, slope * 13.5 / exact[table.metric], 1e-8, 1e-10)
         entries = [table.at(f"brake.linings.angle[{i}]").derivative for i in range(20)]
-        assert sum(entries) == pytest.approx(whole.derivative, rel=1e-12)
+        near(sum(entries), whole.derivative, 1e-12)
     assert [t.unit for t in tables] == ["s", "s", "N", "J"]
 
 
@@ -70,7 +69,7 @@ def test_derivatives_match_the_closed_form(tables):
 def test_ends_of_the_ranges_are_runs(tables):
     for table in tables[:3]:
         row = table.at("brake.band.stiffness")
-        assert row.half == pytest.approx(2e3)
+        near(row.half, 2e3)
         for end, factor in ((row.low, 0.99), (row.high, 1.01)):
             exact = closed_form(C=2e5 * factor)
             truth = {
@@ -78,8 +77,8 @@ def test_ends_of_the_ranges_are_runs(tables):
                 "slip_onset_time": exact["t0"],
                 "max_tension": 8e3 * exact["Pi"],
             }
-            assert end == pytest.approx(truth[table.metric], rel=1e-9)
-        assert row.tangent == pytest.approx(row.derivative * row.half, rel=1e-12)
+            near(end, truth[table.metric], 1e-9)
+        near(row.tangent, row.derivative * row.half, 1e-12)
 
 
 def test_rows_are_sorted_and_written():
@@ -101,9 +100,7 @@ def test_forward_for_one_is_reverse_for_all(tables):
     for table, full in zip(one, (tables[0], tables[2]), strict=True):
         (row,) = table.rows
         assert row.low is None
-        assert row.derivative == pytest.approx(
-            full.at("brake.band.stiffness").derivative, rel=1e-10, abs=1e-16
-        )
+        near(row.derivative, full.at("brake.band.stiffness").derivative, 1e-10, 1e-16)
 
 
 @pytest.mark.slow
@@ -119,7 +116,7 @@ def test_mode_change_within_range_is_noted():
     assert (
         row.high is None
     )  # with more speed it does not stop before the end of the run
-    assert row.low == pytest.approx(closed_form(w0=19.5)["stop"], rel=1e-9)
+    near(row.low, closed_form(w0=19.5)["stop"], 1e-9)
     assert row.note.startswith("upper bound: other modes (the end instead of held")
     assert table.at("brake.pulley.inertia").note == ""
     assert table.at("brake.pulley.inertia").half is None
@@ -147,13 +144,13 @@ def test_an_event_beside_a_corner_is_noted():
     scene = stop_scene()
     for gap, notes in ((1e-8, 1), (1e-3, 0)):
         lever = sb.PiecewiseLinear([0.0, stop - gap, 10.0], [8e3, 8e3, 8e3])
-        near = sb.Scene(
+        close = sb.Scene(
             scene.brake, sb.Duty(lever, scene.duty.load), scene.initial, scene.end_time
         )
-        table = sb.sensitivity(near, "stopping_time", "initial.omega", span=None)
+        table = sb.sensitivity(close, "stopping_time", "initial.omega", span=None)
         assert table.notes == ()
         table = sb.sensitivity(
-            near, "stopping_time", "initial.omega", span={"initial.omega": 1e-3}
+            close, "stopping_time", "initial.omega", span={"initial.omega": 1e-3}
         )
         assert len([note for note in table.notes if "corner" in note]) == notes
 
@@ -174,7 +171,7 @@ def test_all_faults_in_one_report():
 def test_limits_are_no_parameters():
     scene = stop_scene(C=None, limits=sb.Limits(max_tension="90 kN"))
     table = sb.sensitivity(scene, "stopping_angle", span=None)
-    assert table.at("initial.omega").elasticity == pytest.approx(2.0, rel=1e-9)
+    near(table.at("initial.omega").elasticity, 2.0, 1e-9)
     assert not [row.path for row in table.rows if row.path.startswith("limits")]
     prepared = sb.prepare(scene, ["stopping_angle"])
     changed = prepared.result({"initial.omega": 18.0}).scene

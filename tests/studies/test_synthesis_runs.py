@@ -12,6 +12,7 @@ from commands import (
     no_cache,  # noqa: F401
 )
 from heat_scenes import TRACK, layered_stop
+from helpers import near
 from scenes import stop_scene
 from scipy.integrate import dblquad, quad
 from synthesis_by_hand import by_hand
@@ -77,15 +78,13 @@ def test_formulas_match_a_stop_they_assume(run):
         lambda t: t,
     )[0]
     rise = 0.95 * 0.5 * 800.0 * 20.0**2 / (7800.0 * 500.0 * TRACK * b)
-    assert bulk.value - 293.15 == pytest.approx(2 / 3 * rise, rel=1e-9)
-    assert bulk.simulated - 293.15 == pytest.approx((2 / 3 - beyond) * rise, rel=1e-2)
-    assert found["heat partition coefficient, rim"].simulated == pytest.approx(0.95)
+    near(bulk.value - 293.15, 2 / 3 * rise, 1e-9)
+    near(bulk.simulated - 293.15, (2 / 3 - beyond) * rise, 1e-2)
+    near(found["heat partition coefficient, rim"].simulated, 0.95)
     kept = quad(lambda u: 2 * u / tau**2 * math.erf(b / math.sqrt(4 * a * u)), 0, tau)[
         0
     ]
-    assert found["rim's heat within the depth"].simulated == pytest.approx(
-        kept, abs=5e-3
-    )
+    near(found["rim's heat within the depth"].simulated, kept, abs=5e-3)
     # the scene has no lining wall: nothing simulated is made up for it
     assert found["rational thickness, lining"].simulated is None
 
@@ -96,11 +95,11 @@ def test_what_the_run_keeps(run):
     row = sb.synthesize(run)["heat into the rim"]
     stop = run.metrics["stopping_time"]
     s = run.series(np.array([0.0, float(stop)]))
-    assert row.value == pytest.approx(0.95 * float(s.friction_heat[-1]), rel=1e-9)
+    near(row.value, 0.95 * float(s.friction_heat[-1]), 1e-9)
     lost = float(s.heat_lost[-1]) - 0.05 * float(
         s.friction_heat[-1]
     )  # what enters no body counts as lost
-    assert row.simulated == pytest.approx(row.value - lost, rel=1e-6)
+    near(row.simulated, row.value - lost, 1e-6)
     assert lost > 0
 
 
@@ -146,13 +145,11 @@ def test_the_hardest_of_several_brakings(twice):
     found = sb.synthesize(twice)
     assert "the hardest of" in found.about
     omega = 5e3 / 800.0 * (12.001 - 9.01)
-    assert found["stopping time"].value == pytest.approx(
-        found["stopping time"].simulated, rel=5e-3
-    )
+    near(found["stopping time"].value, found["stopping time"].simulated, 5e-3)
     for name in ("stopping angle", "friction work"):
         assert found[name].value == pytest.approx(found[name].simulated, rel=1e-2), name
     numbers = {number.symbol: number.value for number in found["stopping time"].numbers}
-    assert numbers["ω_0"] == pytest.approx(omega, rel=1e-2)
+    near(numbers["ω_0"], omega, 1e-2)
     duty = {
         number.symbol: number.value
         for number in found["thickness that holds the heat, whole duty"].numbers
@@ -162,9 +159,7 @@ def test_the_hardest_of_several_brakings(twice):
         for number in found["thickness that holds the heat, braking"].numbers
     }
     total = float(twice.energy["friction_heat"])
-    assert duty["Q"] / one["Q"] == pytest.approx(
-        total / found["friction work"].simulated, rel=1e-3
-    )
+    near(duty["Q"] / one["Q"], total / found["friction work"].simulated, 1e-3)
 
 
 @pytest.mark.slow
@@ -176,7 +171,7 @@ def test_no_thickness_for_a_lining_too_hot(run):
     )
     assert found.lining_thickness == found.rim_thickness == math.inf
     row = found["rational thickness, rim"]
-    assert row.simulated == pytest.approx(0.028)
+    near(row.simulated, 0.028)
     assert row.difference is None
     assert row.as_dict()["value"] is row.as_dict()["difference"] is None
 
@@ -233,7 +228,7 @@ def test_command(capsys, tmp_path):
     values = {row["name"]: row["value"] for row in rows}
     assert values["conductivity, rim"] == 50.0
     angle = by_hand()["stopping angle"] * (30 / 24) ** 2
-    assert values["stopping angle"] == pytest.approx(angle)
+    near(values["stopping angle"], angle)
     # (the scene's own steel exceeds its allowable stress)
     stronger = ("--given", "permissible.stress=1 GPa")
     assert call(capsys, *asked, "--fail-on-limit")[0] == 3

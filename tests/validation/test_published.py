@@ -10,6 +10,7 @@ import numpy as np
 import paper_figures
 import printed_tables as figures
 import pytest
+from helpers import all_near, near
 from printed_tables import (
     AGREES,
     DISAGREES,
@@ -121,7 +122,7 @@ def test_chords_of_z_fig_4_carry_equal_loads(f):
                 *map(jnp.asarray, (1.0, f, np.append(0.0, beta)))
             ).normal
         )
-        np.testing.assert_allclose(normal[1:], normal[1], rtol=1e-9)
+        all_near(normal[1:], normal[1], 1e-9)
         assert np.all(np.diff(beta) < 1e-12)  # the angles fall towards the tight end
     step = curves.last[1] - curves.last[0]
     with pytest.raises(sb.layouts.InfeasibleLayout):
@@ -141,17 +142,13 @@ def test_z_fig_5_is_of_closed_forms():
     )
     assert agrees(row["T_max"], uniform.tension[-1])
     assert agrees(row["N_max"], uniform.normal.max())
-    np.testing.assert_allclose(
-        np.diff(increments.tension), (increments.tension[-1] - 1) / 10, rtol=1e-10
-    )
+    all_near(np.diff(increments.tension), (increments.tension[-1] - 1) / 10, 1e-10)
     for d in (increments, uniform):
-        assert np.sum(d.angle) == pytest.approx(1.5 * math.pi)
+        near(np.sum(d.angle), 1.5 * math.pi)
         # balance of each lining: what the tension gains along it is friction
-        np.testing.assert_allclose(
-            np.diff(d.tension) * np.cos(d.angle / 2), 0.3 * d.normal, rtol=1e-10
-        )
-        np.testing.assert_allclose(
-            (d.tension[1:] + d.tension[:-1]) * np.sin(d.angle / 2), d.normal, rtol=1e-10
+        all_near(np.diff(d.tension) * np.cos(d.angle / 2), 0.3 * d.normal, 1e-10)
+        all_near(
+            (d.tension[1:] + d.tension[:-1]) * np.sin(d.angle / 2), d.normal, 1e-10
         )
         assert (
             d.w_0 > figures.Z5_W_0
@@ -173,16 +170,16 @@ def test_energy_levels_balance():
                 ),
             ]
         )
-        np.testing.assert_allclose(worked, levels.work, atol=1e-12)
+        all_near(worked, levels.work, atol=1e-12)
         assert np.all(levels.maximum[:-1] > levels.surface[:-1])
         assert np.all(levels.surface >= levels.bulk - 1e-9)
-    assert stop.maximum[-1] == pytest.approx(stop.surface[-1])  # no flash at rest
+    near(stop.maximum[-1], stop.surface[-1])  # no flash at rest
     steel = sb.material("steel_20L")
     # once the heat is through, the surface leads the mean of the rim by q δ/(3 λ)
     share = float(sb.thermal.effusivity_share(steel, sb.material("FK-24A")))
     q = 0.1 * share * 0.35 * 0.25e6 * 1.22 * 14.2 / figures.S1_TRACK
     lead = q * figures.S1_RIM / (3 * float(steel.conductivity))
-    assert drag.surface[-1] - drag.bulk[-1] == pytest.approx(lead, rel=1e-3)
+    near(drag.surface[-1] - drag.bulk[-1], lead, 1e-3)
 
 
 def beside_its_curve(axes):
