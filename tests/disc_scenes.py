@@ -50,7 +50,7 @@ def disc_heat():
             sb.thermal.Conductance("pads", "air", 5.0),
             sb.thermal.Conductance("disc", "air", 20.0),
         ),
-        sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.7)),
+        sb.thermal.FrictionHeat("disc", "pads", 0.7),
         rim="disc",
         linings="pads",
         permissible=310.0,

@@ -20,9 +20,7 @@ FLASH = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=
 
 
 def fading(f=0.35, slope=3e-4, above=293.15, floor=0.0, blend=0.0):
-    return sb.friction.ProductFriction(
-        sb.ConstantFriction(f), (sb.LinearFade(slope, above, floor, blend),)
-    )
+    return sb.friction.ProductFriction(f, (sb.LinearFade(slope, above, floor, blend),))
 
 
 def brake(law, stiffness=C, n=N, beta=BETA, area=None):
@@ -43,9 +41,7 @@ def layered_stop(growth=1.0, stiffness=C, end=2.0, law=None):
             sb.thermal.Convection("rim.back", TRACK, 60.0),
             sb.thermal.Convection("rim.front", 0.25 * TRACK, 60.0),
         ),
-        friction=sb.thermal.FrictionHeat(
-            "rim.front", None, sb.thermal.ConstantPartition(0.95)
-        ),
+        friction=sb.thermal.FrictionHeat("rim.front", None, 0.95),
         rim="rim.front",
     )
     parts = {"law": law or fading(), "elongation": T0 / stiffness, "heat": heat}
@@ -84,14 +80,12 @@ def warmed(
     heat = sb.Heat(
         (sb.thermal.Lump("linings", capacity),),
         sources=(sb.thermal.Source("linings", power),),
-        friction=sb.thermal.FrictionHeat(
-            None, "linings", sb.thermal.ConstantPartition(1.0)
-        ),
+        friction=sb.thermal.FrictionHeat(None, "linings", 1.0),
         flash=flash,
         linings="linings",
         permissible=293.15 + 50.0,
     )
-    duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad(sb.Constant(load)))
+    duty = sb.Duty(T0, load)
     return sb.Scene(
         brake(law, stiffness, n, beta, area), duty, sb.Initial(w0), end, heat
     )

@@ -79,7 +79,7 @@ def shoe_result():
     friction = sb.ConstantFriction(0.32)
     shoes = sb.Shoes(friction, 0.15, 0.032, 0.15, 2.2)
     brake = sb.ShoeBrake(12.0, shoes, 0.1227, 0.212)
-    duty = sb.ForceDuty(force, sb.TorqueLoad(0.0))
+    duty = sb.ForceDuty(force, 0.0)
     return sb.simulate(sb.Scene(brake, duty, sb.Initial(25.0), 4.0))
 
 

@@ -22,9 +22,7 @@ def heated_stop():
             sb.thermal.Convection("lining.back", 0.05, 20.0),
             sb.thermal.Conductance("shield/cover", "air", 1.0),
         ),
-        friction=sb.thermal.FrictionHeat(
-            "rim.front", "lining.front", sb.thermal.ConstantPartition(0.9)
-        ),
+        friction=sb.thermal.FrictionHeat("rim.front", "lining.front", 0.9),
         rim="rim.front",
         linings="lining.front",
     )

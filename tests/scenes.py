@@ -43,7 +43,7 @@ def stop_scene(
     friction = sb.ConstantFriction(f) if law is None else law
     linings = sb.Lining(friction, np.full(n, math.radians(beta)), area)
     if not isinstance(load, AbstractLoad):
-        load = sb.TorqueLoad(sb.Constant(load))
+        load = sb.TorqueLoad(load)
     return sb.Scene(
         sb.Brake(sb.Pulley(R, J), sb.Band(R, C), linings),
         sb.Duty(sb.Constant(T0) if lever is None else lever, load),
@@ -129,7 +129,7 @@ def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=50
     brake = sb.Brake(
         sb.Pulley(1.0, J_1),
         sb.Band(1.0),
-        sb.Lining(sb.ConstantFriction(f), np.full(n, math.radians(beta))),
+        sb.Lining(f, np.full(n, math.radians(beta))),
         sb.Bandage(J_2, sb.ConstantFriction(small), M_i / (n * small)),
     )
     times, torques = (
@@ -145,7 +145,7 @@ def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=50
     )
     return sb.Scene(
         brake,
-        sb.Duty(sb.PiecewiseLinear(times, tensions), sb.TorqueLoad()),
+        sb.Duty(sb.PiecewiseLinear(times, tensions), 0.0),
         sb.Initial(w0),
         end,
     )

@@ -66,7 +66,7 @@ def shoe_heat():
             sb.thermal.Reservoir("air", 293.15),
         ),
         (sb.thermal.Conductance("shoes", "air", 1.0),),
-        sb.thermal.FrictionHeat("drum", "shoes", sb.thermal.ConstantPartition(0.8)),
+        sb.thermal.FrictionHeat("drum", "shoes", 0.8),
         rim="drum",
         linings="shoes",
     )

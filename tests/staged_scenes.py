@@ -44,7 +44,7 @@ def stop(
     lever = lever or sb.PiecewiseLinear([0.0, 3e4 / rate], [start, start + 3e4])
     return sb.Scene(
         brake(**parts),
-        sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))),
+        sb.Duty(lever, load),
         sb.Initial(w0),
         end,
         heat,

@@ -45,7 +45,7 @@ def stop(wear, heat=None, angle=None, end=8.0, law=None):
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
     return sb.Scene(
         brake,
-        sb.Duty(sb.Constant(T0), sb.TorqueLoad()),
+        sb.Duty(T0, 0.0),
         sb.Initial(W0),
         end,
         heat,
@@ -60,9 +60,7 @@ def lumps():
             sb.thermal.Lump("rim", 1e5),
             sb.thermal.Lump("linings", CAPACITY, count=N),
         ),
-        friction=sb.thermal.FrictionHeat(
-            "rim", "linings", sb.thermal.ConstantPartition(1 - SHARE)
-        ),
+        friction=sb.thermal.FrictionHeat("rim", "linings", 1 - SHARE),
         rim="rim",
         linings="linings",
     )

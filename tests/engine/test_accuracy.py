@@ -25,18 +25,14 @@ SHARP = (100.0, 1e-12)
 def fading_stop(**more):
     """A rigid band on a rim that is one light lump in the air: friction fades with its
     temperature."""
-    law = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, 293.15),)
-    )
+    law = sb.friction.ProductFriction(0.35, (sb.LinearFade(1e-3, 293.15),))
     heat = sb.Heat(
         bodies=(
             sb.thermal.Lump("rim", 400.0, 293.15),
             sb.thermal.Reservoir("air", 293.15),
         ),
         links=(sb.thermal.Convection("rim", 1.0, 300.0),),
-        friction=sb.thermal.FrictionHeat(
-            "rim", None, sb.thermal.ConstantPartition(1.0)
-        ),
+        friction=sb.thermal.FrictionHeat("rim", None, 1.0),
         rim="rim",
     )
     scene = stop_scene(C=None, law=law, end=2.0, **more)
@@ -249,9 +245,7 @@ def layered_stop(material, thickness, time, growth=1.0, layers=10):
         sb.Band(radius),
         sb.uniform_linings(20, "270 deg", 0.35),
     )
-    duty = sb.Duty(
-        sb.Constant(inertia * omega / (time * radius * grip)), sb.TorqueLoad(0.0)
-    )
+    duty = sb.Duty(inertia * omega / (time * radius * grip), 0.0)
     return sb.Scene(brake, duty, sb.Initial(omega=omega), end_time=2 * time, heat=heat)
 
 
@@ -335,9 +329,7 @@ def test_layers_that_a_warning_proposes_are_good():
 def test_fade_carries_the_error_of_layers_into_the_stopping_time(layers, growth):
     """Friction that falls with the mean temperature of the first layer: the estimate
     covers what thin layers change."""
-    law = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.35), (sb.LinearFade(2e-3, _START),)
-    )
+    law = sb.friction.ProductFriction(0.35, (sb.LinearFade(2e-3, _START),))
 
     def stop(layers, growth):
         scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84, growth, layers)

@@ -24,7 +24,7 @@ def swinging():
         sb.Repeated([0.0, 0.25, 0.75, 1.0], [0.0, 1e5, -1e5, 0.0], 1.0, 20)
     )
     return sb.simulate(
-        sb.Scene(brake, sb.Duty(sb.Constant(T0), load), sb.Initial(0.5), 20.0),
+        sb.Scene(brake, sb.Duty(T0, load), sb.Initial(0.5), 20.0),
         max_steps=4096,
     )
 

@@ -327,14 +327,12 @@ def test_grazed_event_has_no_derivative():
     """The load on a held brake exceeds its capacity by 1e-10 at the crest of a wave."""
     z = 0.3 * np.tan(np.radians(10.0))
     capacity = 0.7 * 5e3 * (((1 + z) / (1 - z)) ** 4 - 1)
-    linings = sb.Lining(sb.ConstantFriction(0.3), np.full(4, np.radians(20.0)))
+    linings = sb.Lining(0.3, np.full(4, np.radians(20.0)))
     crest = sb.profiles.FunctionProfile(
         lambda t, size: size * jnp.sin(t), capacity * (1 + 1e-10)
     )
     brake = sb.Brake(sb.Pulley(0.7, 500.0), sb.Band(0.7), linings)
-    scene = sb.Scene(
-        brake, sb.Duty(sb.Constant(5e3), sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0
-    )
+    scene = sb.Scene(brake, sb.Duty(5e3, sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0)
     table = sb.sensitivity(
         scene, first_event, [f"{LEVER}.level", "brake.pulley.inertia"], span=None
     )

@@ -42,7 +42,7 @@ def test_scenes_of_numpy_side_by_side_inside_a_program():
     brake = sb.Brake(
         sb.Pulley(0.5, 800.0), sb.Band(0.5), sb.uniform_linings(2, 4.7, 0.35)
     )
-    scene = sb.Scene(brake, sb.Duty(8e3, sb.TorqueLoad(1e3)), sb.Initial(20.0), 5.0)
+    scene = sb.Scene(brake, sb.Duty(8e3, 1e3), sb.Initial(20.0), 5.0)
     both = jax.tree.map(lambda x: np.stack([x, x]), scene)
 
     def times(speed):

@@ -37,10 +37,8 @@ def stop(law, load=0.0, **more):
     brake = sb.Brake(
         sb.Pulley(0.57, J), sb.Band(R_B), sb.Lining(law, np.full(N, BETA), AREA)
     )
-    load = sb.TorqueLoad(sb.Constant(load)) if isinstance(load, float) else load
-    return sb.Scene(
-        brake, sb.Duty(sb.Constant(T_0), load), sb.Initial(OMEGA), 4.0, **more
-    )
+    load = sb.TorqueLoad(load) if isinstance(load, float) else load
+    return sb.Scene(brake, sb.Duty(T_0, load), sb.Initial(OMEGA), 4.0, **more)
 
 
 def without_effect():
@@ -249,15 +247,11 @@ def hot(links, layers=0, slope=0.0):
     heat = sb.Heat(
         bodies=(rim, thermal.Lump("linings", 1e3), thermal.Reservoir("air")),
         links=links,
-        friction=thermal.FrictionHeat(
-            place, "linings", thermal.ConstantPartition(0.8), sensed=place
-        ),
+        friction=thermal.FrictionHeat(place, "linings", 0.8, sensed=place),
         linings="linings",
     )
     fade = sb.friction.LinearFade(slope, 293.15)
-    return stop(
-        sb.friction.ProductFriction(sb.ConstantFriction(0.4), (fade,)), heat=heat
-    )
+    return stop(sb.friction.ProductFriction(0.4, (fade,)), heat=heat)
 
 
 def compare_with_short_steps(scene, paths, step, tolerance, **options):
@@ -326,9 +320,7 @@ def test_a_run_of_a_hundred_events():
         [0.0, 0.02, 0.1, 0.12], [200.0, 3e3, 3e3, 200.0], 0.2, 60
     )
     brake = stop(sb.friction.StribeckFriction(F, F, V_S)).brake
-    scene = sb.Scene(
-        brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(2500.0))), sb.Initial(2.0), 12.0
-    )
+    scene = sb.Scene(brake, sb.Duty(lever, 2500.0), sb.Initial(2.0), 12.0)
     assert int(sb.simulate(scene).record.stats.events) >= 100
     paths = [
         "brake.linings.friction.static_coefficient",

@@ -36,9 +36,7 @@ def rigid(lever=24e3, load=5e3, **options):
 
 
 def elastic(lever=24e3):
-    return sb.Scene(
-        ELASTIC, sb.Duty(lever, sb.TorqueLoad(5e3)), sb.Initial(24.0), "5 s"
-    )
+    return sb.Scene(ELASTIC, sb.Duty(lever, 5e3), sb.Initial(24.0), "5 s")
 
 
 @pytest.mark.slow
@@ -224,7 +222,7 @@ def warmed():
     """A brake at rest whose linings are warmed from outside by 2 K/s, and whose
     friction is known up to 400 K."""
     fade = sb.friction.TabulatedFade(np.asarray([280.0, 400.0]), np.asarray([1.0, 0.8]))
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (fade,))
+    law = sb.friction.ProductFriction(0.3, (fade,))
     brake = sb.Brake(
         sb.Pulley("590 mm", 1200.0),
         sb.Band("623 mm", 4e5),
@@ -233,14 +231,10 @@ def warmed():
     heat = sb.Heat(
         (sb.thermal.Lump("linings", 1e4),),
         sources=(sb.thermal.Source("linings", 2e4),),
-        friction=sb.thermal.FrictionHeat(
-            None, "linings", sb.thermal.ConstantPartition(1.0)
-        ),
+        friction=sb.thermal.FrictionHeat(None, "linings", 1.0),
         linings="linings",
     )
-    return sb.Scene(
-        brake, sb.Duty(8e3, sb.TorqueLoad(0.0)), sb.Initial(0.0), 100.0, heat
-    )
+    return sb.Scene(brake, sb.Duty(8e3, 0.0), sb.Initial(0.0), 100.0, heat)
 
 
 def test_a_step_that_fails_changes_nothing():

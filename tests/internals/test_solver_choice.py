@@ -52,7 +52,7 @@ def test_1500_steps_of_drag_and_rope(steps, stiff):
     """Rates `(c_load + c_shaft)/J`, and `c (1/m + (r/n)²/J)` of the empty hook, over
     the time of the run."""
     c = 6.0 * steps / 8.0 * 800.0
-    load = sb.TorqueLoad(sb.Constant(0.0), drag=0.75 * c)
+    load = sb.TorqueLoad(0.0, drag=0.75 * c)
     drag = sb.with_values(
         shafted(sb.loads.ViscousDrag(0.25 * c), load=load, end=10.0),
         {"initial.time": 2.0},

@@ -144,7 +144,7 @@ def belt(
             sb.Band(1.0, stiffness, sb.Segments(1.0)),
             sb.Lining(law, np.full(1, BETA), mass=m),
         ),
-        sb.Duty(sb.Constant(1.0), sb.TorqueLoad()),
+        sb.Duty(1.0, 0.0),
         sb.Initial(v, 1.0 / stiffness),
         end,
     )

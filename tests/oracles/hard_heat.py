@@ -114,7 +114,7 @@ def snaps():
     least = SLOPE * STEEP_FADE * T0 * (PI - 1) / C
 
     def stop(capacity):
-        duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
+        duty = sb.Duty(T0, 0.0)
         law = fading(slope=STEEP_FADE, floor=0.4)
         given = sb.Scene(
             heated_brake(law), duty, sb.Initial(W0, T0 / C), 20.0, lump(capacity)
@@ -195,7 +195,7 @@ def runs_away():
 
 #: friction that rises steeply between 400 and 450 K
 STEEP = sb.friction.ProductFriction(
-    sb.ConstantFriction(0.3),
+    0.3,
     (
         sb.friction.TabulatedFade(
             np.array([250.0, 400.0, 450.0, 2000.0]), np.array([0.9, 1.0, 2.2, 2.3])

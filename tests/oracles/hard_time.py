@@ -54,10 +54,10 @@ def light_and_stiff():
 
 def two_linings(m, K, unit):
     """Times of all events in `unit` of a stop of two linings within 12 units."""
-    linings = sb.Lining(sb.ConstantFriction(0.3), np.full(2, BETA), mass=m)
+    linings = sb.Lining(0.3, np.full(2, BETA), mass=m)
     given = sb.Scene(
         sb.Brake(sb.Pulley(1.0, 8 * m), sb.Band(1.0, K, sb.Segments(K)), linings),
-        sb.Duty(sb.Constant(1.0), sb.TorqueLoad()),
+        sb.Duty(1.0, 0.0),
         sb.Initial(1.0 / math.sqrt(m * K), 1.0 / K),
         12 * unit,
     )

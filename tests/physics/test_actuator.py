@@ -40,9 +40,7 @@ def scene(lever, load=0.0, omega=W0, end=5.0):
         sb.Band(R),
         sb.Lining(sb.ConstantFriction(FRICTION, STATIC), np.full(N, BETA)),
     )
-    return sb.Scene(
-        brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(omega), end
-    )
+    return sb.Scene(brake, sb.Duty(lever, load), sb.Initial(omega), end)
 
 
 COMMANDS = {

@@ -227,7 +227,7 @@ def test_laws_see_the_rim_of_their_own_band():
             sb.thermal.Reservoir("air", ROOM),
         ),
         (sb.thermal.Conductance("rims", "air", G_RIM),),
-        sb.thermal.FrictionHeat("rims", None, sb.thermal.ConstantPartition(TO_RIM)),
+        sb.thermal.FrictionHeat("rims", None, TO_RIM),
         rim="rims",
     )
     result = sb.simulate(
@@ -272,9 +272,7 @@ def test_pressure_on_one_band():
     factor = FRICTION[0]
     p_r = 5e5
     m = 0.3
-    law = sb.friction.ProductFriction(
-        sb.ConstantFriction(factor), (sb.friction.PressureFactor(p_r, m),)
-    )
+    law = sb.friction.ProductFriction(factor, (sb.friction.PressureFactor(p_r, m),))
     result = sb.simulate(scene((lined(0, law=law, share=1.0), lined(1, share=1.0))))
     slack = T = T0 / 2
     for f_0, a in zip(factor, ANGLES[0], strict=True):

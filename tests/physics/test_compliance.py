@@ -205,9 +205,7 @@ def test_geometry_equals_its_stiffness_value():
 
 
 def test_stiffness_under_a_temperature_law():
-    law = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),)
-    )
+    law = sb.friction.ProductFriction(0.4, (sb.LinearFade(1e-3, 300.0),))
     brake = stop_scene(C=plates(), law=law).brake
     hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake
     near(sb.brakes.stiffness_of(brake, 400.0), sb.brakes.stiffness_of(hot), 1e-14)
@@ -235,7 +233,7 @@ def test_gradient_of_the_stop_by_the_band():
 
 
 def test_lever_of_the_textbook():
-    lever = sb.Lever(sb.Constant(200.0), arm=0.75, slack_arm=0.12, efficiency=0.9)
+    lever = sb.Lever(200.0, arm=0.75, slack_arm=0.12, efficiency=0.9)
     near(lever.value(0.0, 0), 0.9 * 200.0 * 0.75 / 0.12, 1e-15)
 
 
@@ -243,7 +241,7 @@ def test_lever_of_the_textbook():
 def test_lever_in_a_scene():
 
     def stop(arm):
-        scene = stop_scene(lever=sb.Lever(sb.Constant(1e3), arm, 0.1))
+        scene = stop_scene(lever=sb.Lever(1e3, arm, 0.1))
         return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
 
     truth = jax.jit(jax.grad(lambda arm: closed_form(T0=1e4 * arm, xp=jnp)["stop"]))(

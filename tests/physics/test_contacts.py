@@ -40,7 +40,7 @@ def brake(staged, angles=BETA, area=AREA):
     bandage = (
         sb.Bandage(20.0, sb.ConstantFriction(0.3), 500.0, area) if staged else None
     )
-    linings = sb.Lining(sb.ConstantFriction(0.35), np.broadcast_to(angles, N), area)
+    linings = sb.Lining(0.35, np.broadcast_to(angles, N), area)
     return sb.Brake(sb.Pulley(R, J), sb.Band(R_B), linings, bandage)
 
 
@@ -53,7 +53,7 @@ def network(staged, links, count=1):
         Lump("band", BAND, START[2]),
         Reservoir("air", 290.0),
     )
-    pair = sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.5))
+    pair = sb.thermal.FrictionHeat("rim", "linings", 0.5)
     heat = sb.Heat(bodies, links, pair, rim="rim", linings="linings", band="band")
     return (
         sb.thermal.with_external_pair(heat, sb.thermal.ConstantPartition(0.5))
@@ -63,7 +63,7 @@ def network(staged, links, count=1):
 
 
 def at_rest(staged, heat, lever, end=END, **parts):
-    load = sb.TorqueLoad(sb.Constant(0.0))
+    load = sb.TorqueLoad(0.0)
     return sb.Scene(
         brake(staged, **parts), sb.Duty(lever, load), sb.Initial(0.0), end, heat
     )

@@ -104,7 +104,7 @@ def test_restart_and_release():
 @pytest.mark.slow
 def test_pads_of_different_friction():
     law = sb.friction.ProductFriction(
-        sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])),
+        np.array([0.3, 0.4, 0.4, 0.5]),
         (sb.LinearFade(slope=2e-3, above=273.15),),
     )
     result = sb.simulate(
@@ -123,7 +123,7 @@ def test_pads_of_different_friction():
 
 def test_pressure_counts():
     law = sb.friction.ProductFriction(
-        sb.ConstantFriction(FRICTION),
+        FRICTION,
         (sb.friction.PressureFactor(reference=1e6, exponent=0.3),),
     )
     result = sb.simulate(disc_scene(friction=law))

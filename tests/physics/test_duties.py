@@ -72,7 +72,7 @@ def installation(each=1, **more):
     return sb.layered_heat(
         rim=sb.material("steel_20L"), rim_thickness=0.025, rim_layers=6, rim_first=1e-3, track_area=area,
         lining=sb.material("FK-24A"), lining_area=0.75 * area, lining_layers=5, lining_first=1e-4, each=each,
-        partition=sb.thermal.ConstantPartition(0.9), **more,
+        partition=0.9, **more,
     )  # fmt: skip
 
 

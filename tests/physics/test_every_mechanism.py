@@ -56,25 +56,21 @@ def scene(kind, hot=False):
             sb.thermal.Lump(name, C)
             for name, C in zip(("rim", "linings", "band"), CAPACITY, strict=True)
         )
-        outer = sb.thermal.FrictionHeat(
-            "band", "linings", sb.thermal.ConstantPartition(0.6)
-        )
+        outer = sb.thermal.FrictionHeat("band", "linings", 0.6)
         heat = sb.Heat(
             bodies=(rim, linings, band, sb.thermal.Reservoir("air")),
             links=(
                 sb.thermal.Convection("rim", 2.0, 30.0),
                 sb.thermal.Convection("band", 1.0, 10.0),
             ),
-            friction=sb.thermal.FrictionHeat(
-                "rim", "linings", sb.thermal.ConstantPartition(0.8)
-            ),
+            friction=sb.thermal.FrictionHeat("rim", "linings", 0.8),
             external=None if bandage is None else outer,
             linings="linings",
         )
         inner = None if bandage is None else sb.wear.ConstantWear(2e-14)
-        wear = sb.Wear(sb.wear.ConstantWear(1e-14), internal=inner)
+        wear = sb.Wear(1e-14, internal=inner)
     lever = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3])
-    load = sb.TorqueLoad(sb.Constant(300.0), 2.0)
+    load = sb.TorqueLoad(300.0, 2.0)
     if kind in PRESSED:
         return sb.Scene(
             PRESSED[kind](law),
@@ -259,7 +255,7 @@ def test_breakpoints_on_line_change_nothing(kind):
     for more in ([], np.linspace(0.05, 8.95, 61)):
         t = np.union1d(lines[0], more)
         lever = sb.PiecewiseLinear(t, np.interp(t, *lines))
-        load = sb.TorqueLoad(sb.Constant(900.0), 2.0)
+        load = sb.TorqueLoad(900.0, 2.0)
         duty = dataclasses.replace(
             calm.duty, **{calm.duty.lever_field: lever, "load": load}
         )

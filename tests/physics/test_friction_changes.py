@@ -246,9 +246,7 @@ def heated_from_outside(
     heat = sb.Heat(
         (sb.thermal.Lump("rim", capacity),),
         sources=(sb.thermal.Source("rim", power),),
-        friction=sb.thermal.FrictionHeat(
-            "rim", None, sb.thermal.ConstantPartition(1.0)
-        ),
+        friction=sb.thermal.FrictionHeat("rim", None, 1.0),
         rim="rim",
     )
     when = sb.loads.AtTemperature(level, falling=not rises) if when is None else when

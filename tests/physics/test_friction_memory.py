@@ -40,9 +40,7 @@ def furnace(mass=1e15):
             sb.thermal.Lump("disc", mass),
             sb.thermal.Lump("pads", mass, count=PADS, temperature=KELVIN),
         ),
-        friction=sb.thermal.FrictionHeat(
-            "disc", "pads", sb.thermal.ConstantPartition(0.6)
-        ),
+        friction=sb.thermal.FrictionHeat("disc", "pads", 0.6),
         linings="pads",
     )
 
@@ -93,9 +91,7 @@ def test_stop_with_all_processes_by_scipy():
     room = sb.thermal.ROOM
     heat = sb.Heat(
         (sb.thermal.Lump("rim", 2e5), sb.thermal.Lump("pads", capacity, count=n)),
-        friction=sb.thermal.FrictionHeat(
-            "rim", "pads", sb.thermal.ConstantPartition(share)
-        ),
+        friction=sb.thermal.FrictionHeat("rim", "pads", share),
         linings="pads",
     )
     A = 2e5

@@ -39,7 +39,7 @@ def test_held_brake_lets_go_when_heated(stiffness):
 def test_self_locking_by_heat_is_reported():
     """By an event (elastic band) or a named code (rigid band)."""
     rising = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.9),
+        0.9,
         (
             sb.friction.TabulatedFade(
                 np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])
@@ -65,7 +65,7 @@ def test_self_locking_by_heat_is_reported():
 def test_a_table_that_is_left():
     def law(*T):
         return sb.friction.ProductFriction(
-            sb.ConstantFriction(0.3),
+            0.3,
             (sb.friction.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),),
         )
 
@@ -123,9 +123,7 @@ def test_stop_with_flash_and_derivatives():
         )[0]
 
     def run(x):
-        law = sb.friction.ProductFriction(
-            sb.ConstantFriction(x[0]), (sb.LinearFade(x[1], 293.15, 0.0),)
-        )
+        law = sb.friction.ProductFriction(x[0], (sb.LinearFade(x[1], 293.15, 0.0),))
         flash = sb.thermal.FlashTemperature(x[2], 50.0, a, 1.0, hardness, slow=True)
         partition = sb.thermal.ConstantPartition(1.0)
         heat = dataclasses.replace(
@@ -133,7 +131,7 @@ def test_stop_with_flash_and_derivatives():
             flash=flash,
         )
         brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.Lining(law, np.full(n, beta)))
-        scene = sb.Scene(brake, sb.Duty(T0, sb.TorqueLoad()), sb.Initial(W0), 3.0, heat)
+        scene = sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 3.0, heat)
         return sb.simulate(scene, rtol=1e-12, max_steps=512).stopping_time[None]
 
     value, forwards, backwards = jacobians(run)(jnp.asarray([*at.values()]))

@@ -37,7 +37,7 @@ def held(load=M, lever=None, law=None, **parts):
     lever = lever or sb.PiecewiseLinear([0.0, 1.0, 4.0], [T0, T0, 0.5 * T0])
     return sb.Scene(
         brake,
-        sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))),
+        sb.Duty(lever, load),
         sb.Initial(0.0),
         4.0,
         **parts,

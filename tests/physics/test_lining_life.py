@@ -21,9 +21,7 @@ def dragged(speed=None, k=1.5e-11, **wear):
     braking longer."""
     scene = ws.stop(sb.Wear(k, permissible=LIMIT, take_up_speed=speed, **wear), end=6.0)
     lever = sb.PiecewiseLinear([0.2, 0.6], [200.0, ws.T0])
-    return dataclasses.replace(
-        scene, duty=sb.Duty(lever, sb.TorqueLoad(sb.Constant(2000.0)))
-    )
+    return dataclasses.replace(scene, duty=sb.Duty(lever, 2000.0))
 
 
 # --- without feedback ---------------------------------------------------------------
@@ -78,7 +76,7 @@ def test_best_turn_is_at_half_of_the_life(braking):
 
 def test_what_goes_with_a_turned_band():
     law = sb.friction.ProductFriction(
-        sb.ConstantFriction(np.array([0.3, 0.28, 0.33, 0.25])),
+        np.array([0.3, 0.28, 0.33, 0.25]),
         (
             sb.friction.TabulatedFade(
                 [300.0, 400.0, 500.0, 600.0], [1.0, 0.9, 0.8, 0.7]
@@ -161,9 +159,7 @@ def test_worn_linings_in_the_heat_part():
         heat,
         bodies=(*heat.bodies, sb.thermal.Lump("band", 1e4)),
         links=(sb.thermal.Conductance("linings", "band", 3.0),),
-        friction=sb.thermal.FrictionHeat(
-            "rim", "linings", sb.thermal.ConstantPartition(0.9)
-        ),
+        friction=sb.thermal.FrictionHeat("rim", "linings", 0.9),
     )
     worn = sb.studies.worn_scene(ws.stop(wear, heat)).heat
     all_near(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), 1e-14)
@@ -177,7 +173,7 @@ def test_worn_linings_in_the_heat_part():
             rim_thickness=0.025,
             track_area=0.8,
             rim_layers=4,
-            partition=sb.thermal.ConstantPartition(0.9),
+            partition=0.9,
             lining=lining,
             lining_thickness=0.03,
             lining_area=4 * ws.AREA,

@@ -70,7 +70,7 @@ class Recovering(Timed):
 def disc(law, load=0.0, omega=OMEGA, end=10.0, heat=None):
     """Three pads under a constant force: the pressure is constant."""
     brake = sb.DiscBrake(J, sb.Pads(law, 0.5, 0.6, 1.0, PADS))
-    duty = sb.ForceDuty(sb.Constant(FORCE), sb.TorqueLoad(sb.Constant(load)))
+    duty = sb.ForceDuty(FORCE, load)
     return sb.Scene(brake, duty, sb.Initial(omega), end, heat)
 
 
@@ -90,7 +90,7 @@ def band(
         sb.Lining(law, np.full(n, BETA), AREA),
         bandage,
     )
-    duty = sb.Duty(sb.Constant(T_0), sb.TorqueLoad(sb.Constant(load)))
+    duty = sb.Duty(T_0, load)
     return sb.Scene(brake, duty, sb.Initial(omega, elongation), end)
 
 
@@ -271,9 +271,7 @@ def test_friction_that_outruns_the_band():
 def recovering():
     heat = sb.Heat(
         (sb.thermal.Lump("disc", 2e5), sb.thermal.Lump("pads", CAPACITY, count=PADS)),
-        friction=sb.thermal.FrictionHeat(
-            "disc", "pads", sb.thermal.ConstantPartition(0.6)
-        ),
+        friction=sb.thermal.FrictionHeat("disc", "pads", 0.6),
         linings="pads",
     )
     return disc(Recovering(F, time=0.7), heat=heat, end=4.0)

@@ -63,9 +63,7 @@ def heated(law, capacity):
     """A stop whose friction heat stays in a rim of one node, which the law senses."""
     heat = sb.Heat(
         (sb.thermal.Lump("rim", capacity, sb.thermal.ROOM),),
-        friction=sb.thermal.FrictionHeat(
-            "rim", None, sb.thermal.ConstantPartition(1.0)
-        ),
+        friction=sb.thermal.FrictionHeat("rim", None, 1.0),
     )
     return eqx.tree_at(
         lambda s: s.heat, stop_scene(C=None, law=law), heat, is_leaf=lambda x: x is None
@@ -105,7 +103,7 @@ def test_constant_shear_stress_brakes_as_in_closed_form():
     def stop_of(stress, omega, slack):
         linings = sb.Lining(ConstantShear(stress), np.full(n, beta), area=area)
         brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
-        duty = sb.Duty(sb.Constant(slack), sb.TorqueLoad(0.0))
+        duty = sb.Duty(slack, 0.0)
         scene = sb.Scene(brake, duty, sb.Initial(omega), 9.0)
         return sb.simulate(scene, rtol=1e-11).stopping_time
 
@@ -193,18 +191,18 @@ def test_custom_cone_brake_is_a_full_brake():
     heat = sb.Heat(
         (rim, linings),
         (),
-        sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.8)),
+        sb.thermal.FrictionHeat("rim", "linings", 0.8),
         linings="linings",
     )
     brake = ConeBrake(inertia, ConeLining(sb.ConstantFriction(f, 1.2), r_i, r_o, alpha))
-    duty = sb.ForceDuty(sb.Constant(F), sb.TorqueLoad(sb.Constant(load)))
+    duty = sb.ForceDuty(F, load)
     scene = sb.Scene(
         brake,
         duty,
         sb.Initial(omega),
         12.0,
         heat,
-        wear=sb.Wear(sb.wear.ConstantWear(1e-14)),
+        wear=sb.Wear(1e-14),
     )
     run = sb.simulate(scene)
     N = F / math.sin(alpha)

@@ -23,9 +23,7 @@ N = 20
 WRAP = math.radians(270)
 MU = ((1 + F * math.tan(WRAP / N / 2)) / (1 - F * math.tan(WRAP / N / 2))) ** N
 GAIN = R_B * (MU - 1)  # N·m of brake torque per N of slack tension
-BRAKE = sb.Brake(
-    sb.Pulley(R, J_P), sb.Band(R_B), sb.uniform_linings(N, WRAP, sb.ConstantFriction(F))
-)
+BRAKE = sb.Brake(sb.Pulley(R, J_P), sb.Band(R_B), sb.uniform_linings(N, WRAP, F))
 EMPTY = 5e3
 STRING = 40e3
 STAND = 2e3

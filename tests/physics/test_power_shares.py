@@ -19,7 +19,7 @@ def heated(shares=None):
     heat = sb.Heat(
         (rim,),
         (),
-        sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
+        sb.thermal.FrictionHeat("rim", None, 1.0),
         rim="rim",
     )
     return dataclasses.replace(stop_scene(), heat=heat, power_shares=shares)
@@ -54,9 +54,7 @@ def test_heat_warms_and_the_rest_is_booked(runs):
 def test_flash_temperature_sees_heat_alone():
     """Half of the power as heat is a flash of half the share."""
     flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
-    law = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),)
-    )
+    law = sb.friction.ProductFriction(0.35, (sb.LinearFade(3e-4, 293.15),))
 
     def torque(flash, shares):
         start = dataclasses.replace(

@@ -12,7 +12,7 @@ import simbrake as sb
 BRAKE = sb.Brake(
     pulley=sb.Pulley(radius=0.59, inertia=1200.0),
     band=sb.Band(radius=0.623),
-    linings=sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35)),
+    linings=sb.uniform_linings(20, math.radians(270), 0.35),
 )
 HOOK = sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8)
 TRIP = (

@@ -26,9 +26,7 @@ def heated(fade=4e-4, **parts):
     )
 
     def law(f):
-        return sb.friction.ProductFriction(
-            sb.ConstantFriction(f), (sb.LinearFade(fade, 293.15, 0.0, 0.0),)
-        )
+        return sb.friction.ProductFriction(f, (sb.LinearFade(fade, 293.15, 0.0, 0.0),))
 
     return staged.stop(
         law=law(staged.F_EXT), inner=law(staged.F_INT), heat=heat, **parts
@@ -61,7 +59,7 @@ def test_outer_lining_face_has_its_own_place():
         rim=steel,
         rim_thickness=0.025,
         track_area=1.0,
-        partition=sb.thermal.ConstantPartition(0.7),
+        partition=0.7,
         rim_layers=4,
         lining=lining,
         lining_thickness=0.04,
@@ -104,12 +102,10 @@ def test_fade_undoes_a_stage():
         band_cooling=0.0,
         partition=sb.thermal.ConstantPartition(1.0),
     )
-    pair = sb.thermal.FrictionHeat(
-        "band", "linings", sb.thermal.ConstantPartition(1.0), sensed="band"
-    )
+    pair = sb.thermal.FrictionHeat("band", "linings", 1.0, sensed="band")
     heat = dataclasses.replace(heat, external=pair)
     law = sb.friction.ProductFriction(
-        sb.ConstantFriction(staged.F_EXT), (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),)
+        staged.F_EXT, (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),)
     )
     scene = staged.stop(
         law=law,

@@ -108,10 +108,10 @@ def test_hook_load_in_closed_form():
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.6, inertia=1200.0),
             band=sb.Band(radius=0.6),
-            linings=sb.uniform_linings(1, math.radians(30), sb.ConstantFriction(0.3)),
+            linings=sb.uniform_linings(1, math.radians(30), 0.3),
         ),
         duty=sb.Duty(
-            slack_tension=sb.Constant(60e3 / (0.6 * (Pi - 1))),
+            slack_tension=60e3 / (0.6 * (Pi - 1)),
             load=sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8, gravity=9.81),
         ),
         initial=sb.Initial(omega=24.0),

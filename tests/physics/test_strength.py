@@ -37,9 +37,9 @@ def scene(strength=None, force=FORCE, worn=WORN, **limits):
         CLEARANCE,
         **limits,
     )
-    lining = sb.Lining(sb.ConstantFriction(F), np.full(N, BETA), area=0.02)
+    lining = sb.Lining(F, np.full(N, BETA), area=0.02)
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R, C, strength=strength), lining)
-    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(0.0)))
+    duty = sb.Duty(lever, 0.0)
     return sb.Scene(brake, duty, sb.Initial(20.0), 3.0, wear=sb.Wear(1e-12, worn=worn))
 
 

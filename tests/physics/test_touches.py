@@ -26,7 +26,7 @@ def on_hook(tension, omega, end, **rope):
         sb.Band(0.725),
         sb.uniform_linings(20, "270 deg", 0.35),
     )
-    duty = sb.Duty(sb.Constant(tension), sb.HookLoad(MASS, DRUM, LINES, **rope))
+    duty = sb.Duty(tension, sb.HookLoad(MASS, DRUM, LINES, **rope))
     return sb.Scene(brake, duty, sb.Initial(omega), end)
 
 
@@ -62,7 +62,7 @@ def lifted_lining(over):
     bandage = dataclasses.replace(scene.brake.bandage, mass=masses, mass_radius=radius)
     load = sb.TorqueLoad(sb.PiecewiseLinear([4.0, 4.0], [3e3, -3e3]))
     brake = dataclasses.replace(scene.brake, bandage=bandage)
-    return dataclasses.replace(scene, brake=brake, duty=sb.Duty(sb.Constant(0.0), load))
+    return dataclasses.replace(scene, brake=brake, duty=sb.Duty(0.0, load))
 
 
 def dragged_bandage(over):
@@ -72,7 +72,7 @@ def dragged_bandage(over):
     peak = friction * (staged.J + staged.J_B) / staged.J_B * (1 + over)
     scene = staged.stop(lever=sb.Constant(0.0), w0=5.0, end=3.0)
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0, 2.0], [0.0, peak, 0.0]))
-    return dataclasses.replace(scene, duty=sb.Duty(sb.Constant(0.0), load))
+    return dataclasses.replace(scene, duty=sb.Duty(0.0, load))
 
 
 def chained_lining(over):
@@ -105,7 +105,7 @@ def left_table(over):
     source = sb.thermal.Source("linings", sb.PiecewiseLinear([2.0, 2.0], [2e5, -1e5]))
     rub = sb.thermal.FrictionHeat(None, "linings", 1.0)
     lump = sb.thermal.Lump("linings", 2e4, 300.0)
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (fade,))
+    law = sb.friction.ProductFriction(0.35, (fade,))
     scene = on_hook(60e3, 0.0, 4.0)
     brake = dataclasses.replace(
         scene.brake, linings=sb.uniform_linings(20, "270 deg", law)

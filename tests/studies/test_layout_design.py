@@ -45,9 +45,7 @@ def rate(slope=0.0):
 def heated_stop(fade=0.0, angle=None):
     """Rigid band, constant lever, no load; each lining a lump, whose temperature lowers
     its friction."""
-    law = sb.friction.ProductFriction(
-        sb.ConstantFriction(F), (sb.LinearFade(fade, 293.15, 0.2, 0.05),)
-    )
+    law = sb.friction.ProductFriction(F, (sb.LinearFade(fade, 293.15, 0.2, 0.05),))
     linings = sb.Lining(
         law, np.full(N, BETA) if angle is None else angle, np.full(N, AREA)
     )
@@ -58,16 +56,12 @@ def heated_stop(fade=0.0, angle=None):
             sb.thermal.Reservoir("air"),
         ),
         links=(sb.thermal.Conductance("rim", "air", 5.0),),
-        friction=sb.thermal.FrictionHeat(
-            "rim", "linings", sb.thermal.ConstantPartition(0.9)
-        ),
+        friction=sb.thermal.FrictionHeat("rim", "linings", 0.9),
         rim="rim",
         linings="linings",
     )
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
-    return sb.Scene(
-        brake, sb.Duty(sb.Constant(T0), sb.TorqueLoad()), sb.Initial(W0), 8.0, heat
-    )
+    return sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0, heat)
 
 
 def statics(angle, f=F):
@@ -332,7 +326,7 @@ def test_a_turned_band_is_the_band_from_its_other_end():
     plates = sb.brakes.LiningsOnPlates(2.1e11, 1.3e-3, 0.3, 0.5, gap=[0.05, 0.15])
     linings = sb.Lining([0.3, 0.42, 0.35], np.radians([28.0, 51.0, 36.0]), 0.03)
     brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623, plates), linings)
-    wear = sb.Wear(sb.wear.ConstantWear([3e-14, 6e-14, 9e-14]), worn=[1e-3, 2e-3, 4e-3])
+    wear = sb.Wear([3e-14, 6e-14, 9e-14], worn=[1e-3, 2e-3, 4e-3])
     scene = dataclasses.replace(stop_scene(), brake=brake, wear=wear)
     turned = sb.studies.turned_scene(scene)
     for read in (

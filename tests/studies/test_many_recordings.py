@@ -186,9 +186,7 @@ def test_profile_of_a_curved_model():
 
 def hook():
     """A hook that is lowered onto a rigid brake."""
-    duty = sb.Duty(
-        sb.Constant(12e3), sb.HookLoad(mass=20e3, drum_radius=0.40, line_count=8)
-    )
+    duty = sb.Duty(12e3, sb.HookLoad(mass=20e3, drum_radius=0.40, line_count=8))
     brake = sb.Brake(
         sb.Pulley(0.590, 1200.0),
         sb.Band(0.623),

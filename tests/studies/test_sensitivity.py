@@ -209,9 +209,7 @@ def test_small_corner_at_a_bound():
 def test_errors_of_derivatives_at_loose_tolerances(rtol):
     """Beside the derivatives at 1e-13: at most one in twenty is more than three times
     as wrong as it says."""
-    law = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, 300.0),)
-    )
+    law = sb.friction.ProductFriction(0.35, (sb.LinearFade(1e-3, 300.0),))
     brake = sb.Brake(
         sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(6, "270 deg", law)
     )

@@ -136,7 +136,7 @@ def twice():
         [0.0, 0.01, 1.5, 1.501, 9.0, 9.01, 12.0, 12.001],
         [8e3, 0.0, 0.0, 8e3, 8e3, 0.0, 0.0, 8e3],
     )
-    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(5e3)))
+    duty = sb.Duty(lever, 5e3)
     return sb.simulate(dataclasses.replace(scene, duty=duty, end_time=30.0))
 
 

@@ -17,8 +17,6 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 from simbrake import (
-    Constant,
-    ConstantFriction,
     DiscBrake,
     Driller,
     Duty,
@@ -43,7 +41,6 @@ from simbrake.loads import (
 from simbrake.thermal import (
     ROOM,
     Conductance,
-    ConstantPartition,
     FrictionHeat,
     Lump,
     Reservoir,
@@ -72,11 +69,11 @@ def cooling_cases():
     heat = Heat(
         (Lump("rim", C), Reservoir("air", ROOM)),
         (Conductance("rim", "air", G),),
-        FrictionHeat("rim", None, ConstantPartition(1.0)),
+        FrictionHeat("rim", None, 1.0),
         rim="rim",
     )
     ends = f"temperature of the rim below {level} K"
-    lever = Phases((Phase(Constant(8e3), "rest"), Phase(Constant(8e3), ends)))
+    lever = Phases((Phase(8e3, "rest"), Phase(8e3, ends)))
     scene = stop_scene(n=4, beta=50.0, C=None)
     scene = Scene(scene.brake, Duty(lever, scene.duty.load), scene.initial, 400.0, heat)
     rows = [
@@ -194,7 +191,7 @@ def snub_cases():
     heat = Heat(
         (Lump("disc", C, 293.15), Reservoir("air", 293.15)),
         (Conductance("disc", "air", C * b),),
-        FrictionHeat("disc", None, ConstantPartition(share)),
+        FrictionHeat("disc", None, share),
         rim="disc",
     )
     fall = math.exp(-b * tau)
@@ -220,7 +217,7 @@ def snub_cases():
         )
         for k in (1, 5, 15)
     ]
-    brake = DiscBrake(J, Pads(ConstantFriction(f), r_i, r_o, 0.7, n, UniformWear()))
+    brake = DiscBrake(J, Pads(f, r_i, r_o, 0.7, n, UniformWear()))
     scene = Scene(
         brake,
         ForceDuty(lever, TorqueLoad(load)),
@@ -329,8 +326,8 @@ def moving_string_cases():
     ]
     phases = Phases(
         (
-            Phase(Constant(0.0), f"{at} s", string_on_hook=False),
-            Phase(Constant(T_0), "9 s"),
+            Phase(0.0, f"{at} s", string_on_hook=False),
+            Phase(T_0, "9 s"),
         )
     )
     load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, c))

@@ -15,7 +15,6 @@ from simbrake import (
     PiecewiseLinear,
     Scene,
     StribeckFriction,
-    TorqueLoad,
     Wear,
     lumped_heat,
     with_values,
@@ -88,7 +87,7 @@ def memory_cases():
         "∂(stopping time)/∂k": Slope(f"{_LAW}.processes.0.rate"),
         "∂(stopping time)/∂w_0": Slope(f"{_LAW}.processes.1.work"),
     }
-    scene = Scene(brake, ForceDuty(3e4, TorqueLoad(0.0)), Initial(20.0), 1.5)
+    scene = Scene(brake, ForceDuty(3e4, 0.0), Initial(20.0), 1.5)
     rows = rows_of(laws.friction_with_memory, reads)
     return cases_with_slopes("friction with memory", scene, rows, solver=EXPLICIT)
 

@@ -24,7 +24,6 @@ from simbrake import (
     Band,
     Bandage,
     Brake,
-    Constant,
     ConstantFriction,
     Duty,
     Heat,
@@ -39,7 +38,6 @@ from simbrake import (
 )
 from simbrake.friction import PressureFactor, ProductFriction
 from simbrake.thermal import (
-    ConstantPartition,
     Convection,
     FrictionHeat,
     Lump,
@@ -133,11 +131,11 @@ def pressed_stage_cases():
             1e-9,
         ),
     ]
-    law = ProductFriction(ConstantFriction(f), (PressureFactor(reference, exponent),))
-    linings = Lining(ConstantFriction(0.4), np.array([2 * half]), 0.03)
+    law = ProductFriction(f, (PressureFactor(reference, exponent),))
+    linings = Lining(0.4, np.array([2 * half]), 0.03)
     bandage = Bandage(J_b, law, pre, area)
     brake = Brake(Pulley(R, J), Band(R_b), linings, bandage)
-    scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0), 40.0)
+    scene = Scene(brake, Duty(T_0, 0.0), Initial(w0), 40.0)
     return cases_with_slopes(
         "staged, friction under pressure", scene, rows, tolerance=1e-10
     )
@@ -231,10 +229,10 @@ def _parting(sense):
             1e-9,
         ),
     ]
-    lining = Lining(ConstantFriction(f), np.full(1, math.radians(60.0)), mass=m)
+    lining = Lining(f, np.full(1, math.radians(60.0)), mass=m)
     brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(1e3, D, D)), lining)
     load = TorqueLoad(PiecewiseLinear([0.0, 1.0], [0.0, growth]))
-    scene = Scene(brake, Duty(Constant(T_0), load), Initial(0.0, at_rest), end)
+    scene = Scene(brake, Duty(T_0, load), Initial(0.0, at_rest), end)
     subject = f"a lining that breaks away {'ahead' if sense > 0 else 'back'}"
     return cases_with_slopes(
         subject, scene, rows, lambda r: r.record.y_end.omega, program="parting lining"
@@ -286,10 +284,8 @@ def staged_heat_cases():
         for i, name in enumerate(places)
     )
     air = Convection("linings", area, SpeedCoefficient(h_0, v_0, 2.0))
-    rubs = FrictionHeat("rim", None, ConstantPartition(share), "rim")
-    outer = FrictionHeat(
-        "band", None, ConstantPartition(band), "linings", "rim", beyond
-    )
+    rubs = FrictionHeat("rim", None, share, "rim")
+    outer = FrictionHeat("band", None, band, "linings", "rim", beyond)
     heat = Heat(
         (*lumps, Reservoir("air", cold)),
         (air,),
@@ -341,11 +337,11 @@ def staged_heat_cases():
 def staged_cases():
     """T_on, the lock and the stop in stage 3 of an elastic staged brake under a rising
     lever."""
-    linings = Lining(ConstantFriction(0.40), np.full(8, math.radians(33.0)), 0.03)
+    linings = Lining(0.40, np.full(8, math.radians(33.0)), 0.03)
     bandage = Bandage(45.0, ConstantFriction(0.22), 900.0)
     brake = Brake(Pulley(0.59, 900.0), Band(0.64, 3e5), linings, bandage)
     lever = PiecewiseLinear([0.0, 7.5], [200.0, 30200.0])
-    scene = Scene(brake, Duty(lever, TorqueLoad(Constant(300.0))), Initial(20.0), 4.0)
+    scene = Scene(brake, Duty(lever, 300.0), Initial(20.0), 4.0)
     reads = {
         "internal slip": "internal_slip_time",
         "external lock": "external_lock_time",
@@ -375,12 +371,10 @@ def spring_cases():
         spring=np.array([2e3]),
         spring_damping=0.05,
     )
-    brake = Brake(
-        Pulley(0.59, J), Band(R_b), Lining(ConstantFriction(0.4), wrap), bandage
-    )
+    brake = Brake(Pulley(0.59, J), Band(R_b), Lining(0.4, wrap), bandage)
     stop = Scene(
         brake,
-        Duty(PiecewiseLinear([0.0, 0.3], [100.0, 6e3]), TorqueLoad()),
+        Duty(PiecewiseLinear([0.0, 0.3], [100.0, 6e3]), 0.0),
         Initial(w0),
         8.0,
     )
@@ -443,9 +437,9 @@ def spring_cases():
 def chain_cases():
     """One lining with a mass between the pulley and a band with a spring and a
     damper."""
-    lining = Lining(ConstantFriction(0.3), np.full(1, math.radians(27.0)), mass=0.05)
+    lining = Lining(0.3, np.full(1, math.radians(27.0)), mass=0.05)
     brake = Brake(Pulley(0.9, 0.5), Band(0.9, 5.0, Segments(1e3, 0.05, 0.03)), lining)
-    scene = Scene(brake, Duty(Constant(1.0), TorqueLoad()), Initial(0.6, 0.2), 2.0)
+    scene = Scene(brake, Duty(1.0, 0.0), Initial(0.6, 0.2), 2.0)
     reads = {
         "first slip": time_of("lining_slip", 1),
         "first stick": time_of("lining_stick", 1),

@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 from simbrake import Heat, Material, ramp, simulate_heat, steady_state
 from simbrake.thermal import (
     Conductance,
-    ConstantPartition,
     Convection,
     FrictionHeat,
     Junction,
@@ -81,7 +80,7 @@ def _network():
         ),
         *(Conductance("rim", "air", _AWAY[0]), Conductance("lining", "air", _AWAY[1])),
     )
-    pair = FrictionHeat("interface", "interface", ConstantPartition(0.5), "rim")
+    pair = FrictionHeat("interface", "interface", 0.5, "rim")
     return Heat(
         bodies, links, pair, (Source("wall.front", _FLUX), Source("lining", 60.0))
     )

@@ -28,7 +28,6 @@ from simbrake import (
 )
 from simbrake.thermal import (
     Conductance,
-    ConstantPartition,
     Convection,
     FrictionHeat,
     Lump,
@@ -297,7 +296,7 @@ def _repeated():
     )
     links = Conductance("rim", "air", _COOLING), Conductance("blocks", "air", 50.0)
     power = PiecewiseLinear([0.0, _PULSE, _PULSE, _CYCLE], [_POWER, _POWER, 0.0, 0.0])
-    pair = FrictionHeat("rim", None, ConstantPartition(1.0))
+    pair = FrictionHeat("rim", None, 1.0)
     heat = Heat(bodies, links, pair, (Source("blocks", power),), rim="rim")
     lever = PiecewiseLinear([0.0, _CYCLE], [_T0, _T0])
     return stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_CYCLE, heat=heat)

@@ -298,12 +298,8 @@ def _thermal(p):
             sb.thermal.Convection("linings", q["lining_area"], h),
             sb.thermal.Convection("band", 1.0, q["band_loss"]),
         ),
-        friction=sb.thermal.FrictionHeat(
-            "rim", "linings", sb.thermal.ConstantPartition(q["metal"])
-        ),
-        external=sb.thermal.FrictionHeat(
-            "band", "linings", sb.thermal.ConstantPartition(q["metal_out"])
-        )
+        friction=sb.thermal.FrictionHeat("rim", "linings", q["metal"]),
+        external=sb.thermal.FrictionHeat("band", "linings", q["metal_out"])
         if staged
         else None,
         rim="rim",
