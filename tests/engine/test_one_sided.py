@@ -96,15 +96,6 @@ def lagged(times, count=None):
 #: what is looked at, its numbers, and which of them can only rise (+) or fall (-)
 CASES = {
     "table, plateau": (friction_by_values([0.35] * 5), ""),
-    "table, plateau at its end": (
-        friction_by_values([0.40, 0.38, 0.36, 0.36, 0.36]),
-        "",
-    ),
-    "table, plateau at its start": (
-        friction_by_values([0.36, 0.36, 0.36, 0.30, 0.20]),
-        "",
-    ),
-    "table, two equal": (friction_by_values([0.40, 0.38, 0.38, 0.30, 0.20]), ""),
     "table, extremum beside a plateau": (
         friction_by_values([0.30, 0.36, 0.36, 0.30, 0.36]),
         "",
@@ -132,7 +123,6 @@ CASES = {
     "fade table, at a knot": (table_of_temperature(400.0), ""),
     "fade table, at its last temperature": (table_of_temperature(500.0), ""),
     "fade at its corner": (fade(400.0, 2e-3, 400.0, 0.0), ""),
-    "fade at its corner, blend": (fade(400.0, 2e-3, 400.0, 0.0, 20.0), ""),
     "fade at the end of its blend": (fade(420.0, 2e-3, 400.0, 0.0, 20.0), ""),
     "fade, blend 0": (fade(430.0, 2e-3, 400.0, 0.0, 0.0), "    +"),
     "fade, slope 0": (fade(430.0, 0.0, 400.0, 0.0), " +"),
@@ -213,19 +203,11 @@ CASES = {
     "linings, equal ends": (spread(1.0, [0.3, 0.3, 0.3]), ""),
     "linings without friction": (spread(0.0, [0.0, 0.0, 0.0]), "  +++"),
     "linings, one at its limit": (spread(1.06 / 0.94, [0.3, 0.3, 0.3]), ""),
-    "linings, the last without friction": (spread(0.0, [0.3, 0.3, 0.0]), "    +"),
     "lining split between two elements": (split(2.0), ""),
     "surface layer at a knot": (
         lambda: (
             lambda x: sb.thermal.SurfaceLayer(x[1:4], x[4:], 1.0).resistance(x[0]),
             [400.0, 300.0, 400.0, 500.0, 1.0, 1.0, 2.0],
-        ),
-        "",
-    ),
-    "surface layer at its end": (
-        lambda: (
-            lambda x: sb.thermal.SurfaceLayer(x[1:4], x[4:], 1.0).resistance(x[0]),
-            [500.0, 300.0, 400.0, 500.0, 1.0, 1.0, 2.0],
         ),
         "",
     ),
@@ -261,7 +243,6 @@ CASES = {
         "",
     ),
     "actuator, jump": (lagged([0.5, 1.5, 1.5, 2.5]), " -+"),
-    "actuator, jumps of a cycle": (lagged([0.1, 0.5, 0.5, 0.8], 3), " -+"),
     "actuator, jump between cycles": (lagged([0.5, 1.0, 1.5], 3), "+ -"),
     "magnitude": (lambda: (lambda x: jnp.abs(x), [0.0]), ""),
 }

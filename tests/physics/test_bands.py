@@ -284,25 +284,3 @@ def test_pressure_on_one_band():
         T *= ratios(brentq(excess, 0.0, f_0, xtol=1e-15), a)
     torque = R_B * (T - slack + slack * (ratios(FRICTION[1], ANGLES[1]).prod() - 1))
     near(result.stopping_time, J * W0 / (torque - LOAD), 1e-12)
-
-
-# --- input, files, figures ----------------------------------------------------------
-
-
-def test_estimates_and_synthesis_of_several_bands(stopped):
-    Pi = sum(
-        s * ratios(f, a).prod()
-        for s, f, a in zip(shares(), FRICTION, ANGLES, strict=True)
-    )
-    for table in (sb.estimates(stopped), sb.synthesize(stopped)):
-        near(table["tension ratio"].value, Pi, 1e-13)
-        near(table["brake torque"].value, R_B * T0 * (Pi - 1), 1e-13)
-        for name in (
-            "brake torque",
-            "stopping time",
-            "stopping angle",
-            "friction work",
-        ):
-            near(table[name].value, table[name].simulated, 1e-9)
-    inputs = {entry.name: entry.value for entry in table.inputs}
-    near(inputs["lining_area"], 4 * 0.03 + 0.13, 1e-14)

@@ -242,6 +242,3 @@ def test_large_steps_match_single_brakings():
     ]
     assert turned.brakings > max(around)
     assert turned.gain > 1.3
-
-
-# --- faults, command, picture, programme --------------------------------------------

@@ -402,6 +402,3 @@ def test_own_load_by_the_angle():
     closes(result, 1e-9)
     with pytest.raises(NotImplementedError, match="neither `torque` nor"):
         run(Neither(), 0.0, 3.0, 4.0)
-
-
-# --- files and bad input -------------------------------------------------------------

@@ -14,9 +14,6 @@ from scipy.special import erfc
 
 import simbrake as sb
 
-# --- the materials -------------------------------------------------------------------
-
-
 # --- exchanged in a scene -----------------------------------------------------------
 
 

@@ -309,21 +309,3 @@ def test_two_states_and_heat_against_scipy(recovering):
     states = np.repeat(cooled.y[2:, -1:], PADS, axis=1)
     all_near(end.friction_memory[0], states, 1e-8)
     all_near(end.friction_coefficient[0], F * (1 - states[0]))
-
-
-@pytest.mark.slow
-def test_fast_state_gets_a_stiff_method():
-    slow, fast = (
-        sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3)
-    )
-    assert slow.method_name == "Dopri8"
-    assert fast.method_name == "Rodas5P"
-    # (s) what the first millisecond brakes more than all others
-    drop = 1e-3 * (1 - 0.5) / 0.5
-    near(fast.stopping_time, OMEGA * J / (0.5 * TORQUE) - drop, 1e-7)
-
-
-# --- staged brakes ------------------------------------------------------------------
-
-
-# --- what a law says of itself ------------------------------------------------------

@@ -115,9 +115,6 @@ def test_constant_shear_stress_brakes_as_in_closed_form():
     assert abs(float(slopes[2])) * T_0 < 1e-10 * stop
 
 
-# --- thermal links ------------------------------------------------------------------
-
-
 # --- profiles -----------------------------------------------------------------------
 
 

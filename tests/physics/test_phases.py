@@ -223,14 +223,6 @@ BEARINGS = sb.loads.BearingFriction(500.0)
         pytest.param(
             HOISTED,
             -10.0,
-            0.0,
-            (BEARINGS,),
-            MOVED * 10.0 / (WEIGHT + 500.0),
-            id="it overcomes bearings",
-        ),
-        pytest.param(
-            HOISTED,
-            -10.0,
             100.0,
             (),
             MOVED * 10.0 / (WEIGHT + 100.0 * GAIN / MU),

@@ -174,9 +174,3 @@ def test_levers_pull_on_all_bands():
         held.series([1.0]).slack_tension[0], LOAD / (2 * R_B * (mu(F) ** N - 1)), 1e-12
     )
     near(held.energy["friction_heat"], LOAD * W0 * 2.0, 1e-10)
-
-
-# --- estimates ----------------------------------------------------------------------
-
-
-# --- input, files, words ------------------------------------------------------------

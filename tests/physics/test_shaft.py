@@ -464,20 +464,6 @@ def test_rest_and_breakaway_by_direction(load, moves):
     assert result.status == ("held" if moves == 0 else "released")
 
 
-def test_derivatives_of_friction_over_speed():
-    """Derivatives of the stopping time by the numbers of the law against differences."""
-
-    def stop(x):
-        law = BearingFriction(x[0], x[1], x[2], x[3])
-        return sb.simulate(scene(law, w0=4.0, end=100.0)).stopping_time
-
-    x = jnp.array([100.0, 300.0, 0.5, 50.0])
-    slope = jax.jacfwd(stop)(x)
-    for i, step in enumerate([1e-3, 1e-3, 1e-5, 1e-3]):
-        moved = [float(stop(x.at[i].add(s))) for s in (-step, step)]
-        near(slope[i], (moved[1] - moved[0]) / (2 * step), 1e-6)
-
-
 def test_tables_of_torque_over_speed():
     """A fan on a line through its points, `ω = ω_0 exp(−c t/J)`; a rotor whose torque
     falls along a line to its speed without load, `ω = ω_1 (1 − exp(−M_0 t/(J ω_1)))`;

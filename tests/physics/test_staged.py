@@ -102,9 +102,6 @@ def test_slopes_of_onset_tension_and_lock():
     assert abs(slopes[1] - 0.5) < abs(slopes[0] - 0.5) + 1e-3
 
 
-# --- stages that cannot occur -------------------------------------------------------
-
-
 # --- held, restart, reversal --------------------------------------------------------
 
 

@@ -201,6 +201,3 @@ def test_turned_band_wears_from_other_end():
     first, both = worn([20.0, 30.0])  # after the end: never
     all_near(worn([3.5, 30.0])[1], first + (both - first)[::-1], 1e-12)
     all_near(worn([3.5, 4.0])[1], both, 1e-12)
-
-
-# --- files and faults ---------------------------------------------------------------
