@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import all_near, near
 from scenes import scene_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares, minimize_scalar
@@ -43,7 +44,7 @@ def test_air_that_rises_and_swings():
     after = on_line(t - 400, on_line(400.0, 350.0, 290.0, r), 390.0, 0.0)
     run = sb.simulate_heat(heat, t, air=ramp, rtol=1e-12)
     truth = np.where(t <= 400, rising, after)
-    np.testing.assert_allclose(run.temperature[:, 0], truth, rtol=1e-12)
+    all_near(run.temperature[:, 0], truth, 1e-12)
     assert abs(run.closure) < 1e-13
 
     w, A = 0.02, 15.0
@@ -53,7 +54,7 @@ def test_air_that_rises_and_swings():
     truth = 300 + steady * np.sin(w * t - lag)
     truth += (50 + steady * np.sin(lag)) * np.exp(-t / tau)
     run = sb.simulate_heat(heat, t, air=swing, rtol=1e-12)
-    np.testing.assert_allclose(run.temperature[:, 0], truth, rtol=1e-11)
+    all_near(run.temperature[:, 0], truth, 1e-11)
     assert abs(run.closure) < 1e-13
 
 
@@ -126,9 +127,9 @@ def test_several_links_beside_scipy():
     """Temperatures and heats; the balance closes with boundaries that change."""
     run = sb.simulate_heat(NETWORK, T, **histories(VALUES), rtol=1e-11)
     truth = by_scipy(T)
-    np.testing.assert_allclose(run.temperature, truth[:, :2], rtol=1e-9)
+    all_near(run.temperature, truth[:, :2], 1e-9)
     heats = np.stack([run.lost, run.supplied, run.coolant], axis=1)
-    np.testing.assert_allclose(heats, truth[:, 2:], rtol=1e-9, atol=1e-4)
+    all_near(heats, truth[:, 2:], 1e-9, 1e-4)
     assert abs(run.closure) < 1e-13
 
 
@@ -165,7 +166,7 @@ def test_derivatives_by_every_point():
         for k in (-h, h)
     )
     along = sum(np.vdot(g, d) for g, d in both)
-    assert along == pytest.approx((high - low) / (2 * h), rel=2e-6)
+    near(along, (high - low) / (2 * h), 2e-6)
 
 
 def test_friction_heat_enters_by_its_partition():
@@ -180,9 +181,9 @@ def test_friction_heat_enters_by_its_partition():
     whole, share = (line([0.0, 4.0, 9.0], k * P) for k in (1.0, 0.9))
     friction = sb.simulate_heat(rubbed, [0.0, 9.0], power=whole)
     source = sb.simulate_heat(heat, [0.0, 9.0], power={"disc": share})
-    np.testing.assert_allclose(friction.temperature, source.temperature)
-    assert friction.supplied[-1] == pytest.approx(25e3, rel=1e-12)
-    assert friction.lost[-1] == pytest.approx(source.lost[-1] + 2.5e3, rel=1e-12)
+    all_near(friction.temperature, source.temperature)
+    near(friction.supplied[-1], 25e3, 1e-12)
+    near(friction.lost[-1], source.lost[-1] + 2.5e3, 1e-12)
     assert abs(friction.closure) < 1e-13
 
 
@@ -215,7 +216,7 @@ def test_peak_of_a_scene_under_histories():
 
     top = minimize_scalar(lambda x: -course(x), (0.0, 120.0), bounds=(0.0, 120.0))
     peak = result.metrics["peak_rim_temperature"]
-    assert peak == pytest.approx(-top.fun, rel=1e-9)
+    near(peak, -top.fun, 1e-9)
 
 
 # --- files, errors, a fit, cost -------------------------------------------------------
@@ -234,12 +235,12 @@ def test_a_record_with_units(tmp_path):
     file.write_text(RECORD)
     units = {"v": "m/s", "air": "K", "P": "W"}
     found = sb.files.histories(file, units)
-    np.testing.assert_allclose(found["v"].values, [10.0, 20.0, 30.0])
-    np.testing.assert_allclose(found["air"].times, [0.0, 20.0])
-    np.testing.assert_allclose(found["air"].values, [293.15, 303.15])
+    all_near(found["v"].values, [10.0, 20.0, 30.0])
+    all_near(found["air"].times, [0.0, 20.0])
+    all_near(found["air"].values, [293.15, 303.15])
     held = sb.files.history(file, "P", "W", held=True)
     run = sb.simulate_heat(lump(), [0.0, 20.0], power={"disc": held})
-    assert run.supplied[-1] == pytest.approx(80e3)
+    near(run.supplied[-1], 80e3)
 
 
 def test_all_errors_of_a_record_at_once(tmp_path):
@@ -329,9 +330,9 @@ def test_a_fit_to_part_of_a_record():
         lambda p: np.asarray(by_numbers(p)),
         x_scale=true,
     )
-    np.testing.assert_allclose(fit.x, true, rtol=2e-3)
+    all_near(fit.x, true, 2e-3)
     predicted = disc_of_race(fit.x, record, t[::5])
-    np.testing.assert_allclose(predicted, measured, atol=0.02)
+    all_near(predicted, measured, atol=0.02)
 
 
 @pytest.mark.slow

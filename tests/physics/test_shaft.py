@@ -480,3 +480,4 @@ def test_tables_of_torque_over_speed():
     near(result.series([9.0]).omega[0], expected, 1e-9)
     driven = sb.simulate(scene(w0=40.0, load=TabulatedLoad([0.0, 9.0], [1e3, 3e3])))
     near(driven.series([2.0]).omega[0], 40.0 + 3e3 * 2.0 / J)
+    assert (told(result), told(driven)) == ([], ["beyond_table"])
