@@ -4,6 +4,7 @@ are implicit."""
 import dataclasses
 import math
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -146,3 +147,32 @@ def test_stop_with_flash_and_derivatives():
     ]
     all_near(forwards[0], slopes, 1e-6)
     all_near(backwards[0], slopes, 1e-6)
+
+
+@pytest.mark.slow
+def test_flash_fold_is_named():
+    """Friction that rises with temperature feeds its own flash: warmed far enough, the
+    branch without flash ends."""
+    table = np.asarray([250.0, 400.0, 450.0, 2000.0]), np.asarray([0.9, 1.0, 2.2, 2.3])
+    rising = sb.friction.ProductFriction(0.3, (sb.friction.TabulatedFade(*table),))
+    flash = sb.thermal.FlashTemperature(
+        length=1e-3, conductivity=50.0, diffusivity=1.44e-5, hardness=3.0e7
+    )
+    scene = warmed(
+        rising, 1e5, stiffness=None, end=80.0, flash=flash, capacity=1e5, w0=20.0
+    )
+    scene = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene, np.asarray(1e6))
+    result = sb.simulate(scene, throw=False)
+    assert result.status == "flash_fold", result.message
+    T = float(result.end_temperatures[0])
+    v = R * float(result.record.y_end.omega)
+    per_f = 2 * 3.0e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
+    f = np.linspace(0.28, 0.5, 2001)
+    excess = f - 0.3 * np.asarray(
+        rising.factors[0].factor(
+            sb.friction.Contact(v=None, T=jnp.asarray(T + per_f * f))
+        )
+    )
+    # here the hill of the residual, behind the first root, has just sunk to 0
+    hill = excess[np.argmax(np.diff(excess) < 0)]
+    assert abs(hill) < 1e-4
