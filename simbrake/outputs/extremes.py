@@ -27,7 +27,7 @@ from .probe import (
     Sight,
     SightOfOne,
     in_lanes,
-    probe_at,
+    is_traced_run,
     states_inside,
 )
 
@@ -308,9 +308,25 @@ class Maxima:
 # --- of any quantity ----------------------------------------------------------------
 
 
-def peak_of_each(record: Record, pick: Callable[[Record, Probe], Array]) -> Vector:
-    """Maximum values over a run of each of the entries (n,) that `pick(record, probe)`
-    (m, n) has."""
+def peak_of_each(record: Record, pick: Pick) -> Vector:
+    """Maximum values over a run of each of the entries (n,) that `pick` (m, n) has; of
+    a `SightOfOne`, hashable by what it picks."""
+    if not is_traced_run(record):
+
+        def look(row: Array, share: Array) -> _Looks:
+            [values], [rates] = _looked_at(record, row, share, asked=(pick,))
+            n = values.shape[1]
+            return np.split(values, n, axis=1), np.split(rates, n, axis=1)
+
+        return greatest_of_rows(record, look).value[0]
+
     frozen = jax.lax.stop_gradient(record)
-    found = _places(frozen, [lambda p: pick(frozen, p)], each=True)
-    return jnp.diagonal(pick(record, probe_at(record, *_into(record, found))))
+    found = _places(frozen, [pick], each=True)
+    t, y = record.inside(*_into(record, found))
+    mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[found.row])
+
+    def entries_at(t: Array, y: PyTree, mode: PyTree) -> Array:
+        system: BrakeSystem = record.system  # pyright: ignore
+        return _sighted(system, t, y, mode, [pick])[0]
+
+    return jnp.diagonal(jax.vmap(entries_at)(t, y, mode))

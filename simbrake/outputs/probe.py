@@ -215,6 +215,10 @@ class SightOfOne:
     def __init__(self, sight: Sight) -> None:
         self._sight = sight
 
+    @property
+    def system(self) -> BrakeSystem:
+        return self._sight._system
+
     def __getattr__(self, name: str) -> Any:
         return jax.tree.map(lambda x: jnp.asarray(x)[None], getattr(self._sight, name))
 

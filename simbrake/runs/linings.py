@@ -25,7 +25,6 @@ from ..outputs.probe import (
     POINTS,
     Number,
     Probe,
-    RunJit,
     as_tree,
     integral,
     probe_many,
@@ -305,13 +304,15 @@ def lining_mean(
     return above / below
 
 
-def _peaks(record: Record, pair: str, quantity: str) -> Vector:
-    return peak_of_each(
-        record, lambda record, p: _each(_seen(record, p, pair), quantity)
-    )
+class _OfEachLining(NamedTuple):
+    """A quantity of every lining of a pair, at one instant."""
 
+    pair: str
+    quantity: str
 
-_peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
+    def __call__(self, p: Any) -> Array:
+        i = p.system.pair_names.index(self.pair)
+        return _each(PairSeen(p.system, p, i), self.quantity)
 
 
 @explained
@@ -324,7 +325,7 @@ def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Vector:
         (8,)
     """
     _check(run, pair, quantity)
-    return _peaks_of_record(record_of(run), pair=pair, quantity=quantity)
+    return peak_of_each(record_of(run), _OfEachLining(pair, quantity))
 
 
 # --- contact and load of every lining -----------------------------------------------
