@@ -22,8 +22,8 @@ from . import _thresholds as at
 from ._loop import (
     _RUNNING,
     Attempt,
+    AttemptOutcome,
     Problem,
-    Verdict,
     _after_restart,
     _attempt,
     _judge,
@@ -67,37 +67,39 @@ class Lane(NamedTuple):
     followed: Followed | None
 
 
-def _plain(a: Attempt) -> Verdict:
+def _plain(attempt: Attempt) -> AttemptOutcome:
     """The decision on an attempt without an event."""
-    no = jnp.zeros_like(a.accept)
-    infinity = jnp.full_like(a.h, jnp.inf)
-    return Verdict(
+    no = jnp.zeros_like(attempt.accept)
+    infinity = jnp.full_like(attempt.h, jnp.inf)
+    return AttemptOutcome(
         instant=no,
         land=no,
         retake=no,
-        stop=a.accept & a.reaches,
+        stop=attempt.accept & attempt.reaches,
         late=no,
         step_fraction=infinity,
         crossed_though_rejected=no,
-        guard=jnp.zeros_like(a.accept, jnp.int32),
-        delta=jnp.zeros_like(a.h),
+        guard=jnp.zeros_like(attempt.accept, jnp.int32),
+        delta=jnp.zeros_like(attempt.h),
     )
 
 
-def _may_be_more(p: Problem, a: Attempt) -> Mark:
+def _may_be_more(problem: Problem, attempt: Attempt) -> Mark:
     """Whether an attempt may be more than a plain step: every one with an event or a
     retake, and some others."""
-    if p.settings.guard_samples:
-        return jnp.ones_like(a.accept)
+    if problem.settings.guard_samples:
+        return jnp.ones_like(attempt.accept)
     # (no attempt that lands is missed by rounding)
-    near = at.REACH * p.near(a.h, a.resolution)
-    arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -near * a.rate1)) | (
-        a.h <= at.HIDING * a.resolution
-    )
+    near = at.REACH * problem.near(attempt.h, attempt.resolution)
+    arrives = jnp.any(
+        (attempt.rate1 < 0) & (jnp.abs(attempt.g1) <= -near * attempt.rate1)
+    ) | (attempt.h <= at.HIDING * attempt.resolution)
     return jnp.where(
-        a.accept,
-        a.needs_search | arrives | (a.reaches & (a.target < p.t1)),
-        a.finite & a.crossing,
+        attempt.accept,
+        attempt.needs_search
+        | arrives
+        | (attempt.reaches & (attempt.target < problem.t1)),
+        attempt.finite & attempt.crossing,
     )
 
 
@@ -105,60 +107,78 @@ def _pick(mark: Mark, new: PyTree, old: PyTree) -> PyTree:
     return jax.tree.map(lambda x, y: jnp.where(mark, x, y), new, old)
 
 
-def _row(c: Carry) -> Float[Array, " column"]:
-    return jnp.concatenate([c.t[None], c.y, c.mode.astype(c.y.dtype)])
+def _row(carry: Carry) -> Float[Array, " column"]:
+    return jnp.concatenate([carry.t[None], carry.y, carry.mode.astype(carry.y.dtype)])
 
 
-def _runs(p: Problem, c: Carry, used: Count) -> Mark:
-    return (c.status == _RUNNING) & (used < p.settings.max_steps)
+def _runs(problem: Problem, carry: Carry, used: Count) -> Mark:
+    return (carry.status == _RUNNING) & (used < problem.settings.max_steps)
 
 
-def _advanced(p: Problem, lane: Lane, watched: Watched | None) -> Lane:
+def _advanced(problem: Problem, lane: Lane, watched: Watched | None) -> Lane:
     """One attempt of every lane that can continue, or of all that wait."""
-    running = _runs(p, lane.carry, lane.used)
+    running = _runs(problem, lane.carry, lane.used)
     # lanes at their end join those that only evaluate, so that these are sometimes
     # alone
-    c = lane.carry._replace(
+    carry = lane.carry._replace(
         restart_stage=jnp.where(running, lane.carry.restart_stage, 2)
     )
-    restarts = running & (c.restart_stage > 0)
-    a = _attempt(p, c)
-    waits = running & ~restarts & _may_be_more(p, a)
-    plain = _pick(running & ~waits, _stepped(c, a, _plain(a), p), lane.carry)
-    nothing = jnp.full_like(c.status, SKIPPED)
+    restarts = running & (carry.restart_stage > 0)
+    attempt = _attempt(problem, carry)
+    waits = running & ~restarts & _may_be_more(problem, attempt)
+    plain = _pick(
+        running & ~waits, _stepped(carry, attempt, _plain(attempt), problem), lane.carry
+    )
+    nothing = jnp.full_like(carry.status, SKIPPED)
 
-    plainly = running & ~waits & ~restarts & a.accept
+    plainly = running & ~waits & ~restarts & attempt.accept
 
     def together() -> tuple[Carry, Count, Mark, Array]:
-        v = _judge(p, c, a)
-        event = waits & (v.instant | v.land | (v.stop & (a.target < p.t1)))
-        new = _pick(event, _jumped(p, c, a, v), _stepped(c, a, v, p))
+        outcome = _judge(problem, carry, attempt)
+        event = waits & (
+            outcome.instant
+            | outcome.land
+            | (outcome.stop & (attempt.target < problem.t1))
+        )
+        new = _pick(
+            event,
+            _jumped(problem, carry, attempt, outcome),
+            _stepped(carry, attempt, outcome, problem),
+        )
         kind = jnp.where(
-            v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, STOPPED)
+            outcome.land | outcome.late,
+            LANDED,
+            jnp.where(outcome.instant, INSTANT, STOPPED),
         ).astype(jnp.int32)
-        stepped = waits & a.accept & ~v.retake & ~v.instant
+        stepped = waits & attempt.accept & ~outcome.retake & ~outcome.instant
         return (
             _pick(waits, new, plain),
             jnp.where(event, kind, nothing),
             stepped,
-            jnp.where(event, v.delta, 0.0),
+            jnp.where(event, outcome.delta, 0.0),
         )
 
     def settled() -> Carry:
-        return _pick(restarts, _after_restart(p, c, a), new)
+        return _pick(restarts, _after_restart(problem, carry, attempt), new)
 
     nobody = any_lane(waits) & ~any_lane(running & ~waits)
     new, kind, stepped, delta = jax.lax.cond(
-        nobody, together, lambda: (plain, nothing, plainly, jnp.zeros_like(a.h))
+        nobody, together, lambda: (plain, nothing, plainly, jnp.zeros_like(attempt.h))
     )
     new = jax.lax.cond(any_lane(restarts), settled, lambda: new)
     followed = lane.followed
     if watched is not None and followed is not None:
         # (what an attempt evaluates just after a restart is the start of the next step)
-        begins = restarts & (c.restart_stage == 2)
-        end = watched.watch(a.t1 + delta, a.y1 + delta * a.f1, c.mode, a.f1)
+        begins = restarts & (carry.restart_stage == 2)
+        end = watched.watch(
+            attempt.t1 + delta, attempt.y1 + delta * attempt.f1, carry.mode, attempt.f1
+        )
         row = jnp.concatenate(
-            [jnp.stack([c.t, a.h + delta]), c.y, c.mode.astype(c.y.dtype)]
+            [
+                jnp.stack([carry.t, attempt.h + delta]),
+                carry.y,
+                carry.mode.astype(carry.y.dtype),
+            ]
         )
         followed = follow(followed, watched, end, row, begins, stepped)
     counts = running & ~restarts & (nobody | ~waits)
@@ -178,17 +198,17 @@ def _advanced(p: Problem, lane: Lane, watched: Watched | None) -> Lane:
 
 
 def _run(
-    p: Problem,
+    problem: Problem,
     y0: State,
     mode0: Int[Array, " mode"],
     room: int,
     watched: Watched | None,
 ) -> Lane:
-    start = started(p, y0, mode0)
+    start = started(problem, y0, mode0)
     zero = jnp.asarray(0, jnp.int32)
-    p = p._replace(
-        method=p.method.with_fixed_jacobian(
-            lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y
+    problem = problem._replace(
+        method=problem.method.with_fixed_jacobian(
+            lambda t, y: problem.flat.rhs(t, y, start.mode), start.t, start.y
         )
     )
     row = _row(start)
@@ -201,9 +221,11 @@ def _run(
     )
 
     def going(lane: Lane) -> Mark:
-        return any_lane(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
+        return any_lane(_runs(problem, lane.carry, lane.used)) & (lane.judged < room)
 
-    end = jax.lax.while_loop(going, lambda lane: _advanced(p, lane, watched), begin)
+    end = jax.lax.while_loop(
+        going, lambda lane: _advanced(problem, lane, watched), begin
+    )
     place = (end.judged + 1, jnp.zeros_like(end.judged))
     return end._replace(
         starts=jax.lax.dynamic_update_slice(end.starts, _row(end.carry)[None], place)
@@ -231,12 +253,18 @@ def hybridsolve_lane(
     STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well. Not
     differentiable.
     """
-    p, flat_y0, flat_mode0 = problem_of(system, y0, mode0, t0, t1, method, settings)
-    end = _run(p, flat_y0, flat_mode0, room, watched)
+    problem, flat_y0, flat_mode0 = problem_of(
+        system, y0, mode0, t0, t1, method, settings
+    )
+    end = _run(problem, flat_y0, flat_mode0, room, watched)
     tops = None
     if watched is not None and end.followed is not None:
         tops = greatest_of_steps(
-            end.followed, watched, p.flat, p.method.rolled(), flat_y0.shape[0]
+            end.followed,
+            watched,
+            problem.flat,
+            problem.method.rolled(),
+            flat_y0.shape[0],
         )
     ny = flat_y0.shape[0]
     nothing = jnp.zeros_like(end.starts[:, 0])
@@ -249,16 +277,16 @@ def hybridsolve_lane(
         guard=jnp.zeros_like(end.kinds),
         mode=end.starts[:, 1 + ny :].astype(jnp.int32),
     )
-    c = end.carry
-    code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
+    carry = end.carry
+    code = jnp.where(carry.status == _RUNNING, np.int32(Code.STEP_LIMIT), carry.status)
     record = Record(
         system,
-        p.method,
+        problem.method,
         *templates(y0, mode0),
-        p.t1,
+        problem.t1,
         rows,
         end.judged + 1,
         code,
-        c.stats,
+        carry.stats,
     )
     return record, tops

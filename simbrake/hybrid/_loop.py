@@ -141,7 +141,7 @@ class Attempt(NamedTuple):
     tangents1: tuple[State, ...]
 
 
-class Verdict(NamedTuple):
+class AttemptOutcome(NamedTuple):
     """Decision on an attempt."""
 
     instant: Mark
@@ -155,48 +155,54 @@ class Verdict(NamedTuple):
     delta: Scalar
 
 
-def _attempt(p: Problem, c: Carry) -> Attempt:
-    target = jnp.minimum(p.flat.next_stop(c.mode, c.y), p.t1)
-    room = jnp.maximum(target - c.t, 0.0)
-    wish = jnp.minimum(jnp.minimum(c.h, c.retake_limit), p.settings.max_step)
-    settles = c.restart_stage > 0
+def _attempt(problem: Problem, carry: Carry) -> Attempt:
+    target = jnp.minimum(problem.flat.next_stop(carry.mode, carry.y), problem.t1)
+    room = jnp.maximum(target - carry.t, 0.0)
+    wish = jnp.minimum(
+        jnp.minimum(carry.h, carry.retake_limit), problem.settings.max_step
+    )
+    settles = carry.restart_stage > 0
     reaches = (wish * at.REACH >= room) & ~settles
-    h = jnp.where(settles, c.retake_limit, jnp.where(reaches, room, wish))
-    t1 = jnp.where(reaches, target, c.t + h)
-    y1, error, tangents1, tangent_errors = _moved(p, c, h)
-    f1, g1, rate1, limits = p.flat.rates_and_guards(t1, y1, c.mode)
-    error = error + h * p.method.error_of_rate * f1
-    reach = jnp.maximum(jnp.abs(c.y), jnp.abs(y1))
-    [size] = p.norms(reach, error + 0.0 * f1)
+    h = jnp.where(settles, carry.retake_limit, jnp.where(reaches, room, wish))
+    t1 = jnp.where(reaches, target, carry.t + h)
+    y1, error, tangents1, tangent_errors = _moved(problem, carry, h)
+    f1, g1, rate1, limits = problem.flat.rates_and_guards(t1, y1, carry.mode)
+    error = error + h * problem.method.error_of_rate * f1
+    reach = jnp.maximum(jnp.abs(carry.y), jnp.abs(y1))
+    [size] = problem.norms(reach, error + 0.0 * f1)
     looser = (
-        jnp.maximum(jnp.sqrt(at.OF_TANGENTS / p.settings.rtol), 1.0)
+        jnp.maximum(jnp.sqrt(at.OF_TANGENTS / problem.settings.rtol), 1.0)
         if tangents1
         else 1.0
     )
     for v1, error_of_tangent in zip(tangents1, tangent_errors, strict=True):
         # a tangent that is not finite (an infinite slope) cannot steer; the derivative
         # itself shows it
-        [of_tangent] = p.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
+        [of_tangent] = problem.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
         size = jnp.where(
             jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent / looser), size
         )
-    touched = limits & ~exceeded(c, h, g1, rate1, target - t1)
-    crosses = crossed(c, h, g1, rate1, p.guard_tolerance) & ~touched
-    needs_search = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
+    touched = limits & ~exceeded(carry, h, g1, rate1, target - t1)
+    crosses = crossed(carry, h, g1, rate1, problem.guard_tolerance) & ~touched
+    needs_search = suspicious(carry, h, g1, rate1, problem.guard_tolerance, crosses)
     crossing, needs_search, unsound = any_of_each(
         crosses, needs_search, ~jnp.isfinite(g1)
     )
     # an overflow in an overlong step is a step too long, not an answer
     finite = jnp.isfinite(size) & ~unsound
-    factor = at.SAFETY * jnp.maximum(size, at.LEAST_ERROR) ** (-1.0 / p.method.order)
+    factor = at.SAFETY * jnp.maximum(size, at.LEAST_ERROR) ** (
+        -1.0 / problem.method.order
+    )
     factor = jnp.clip(factor, at.SHRINK, at.GROW)
     factor = jnp.where(finite, factor, at.SHRINK)
-    accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
-    h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
+    accept = finite & (size <= 1.0) & (carry.status == _RUNNING) & ~settles
+    h_next = jnp.where(
+        accept & (h < carry.h), jnp.maximum(carry.h, h * factor), h * factor
+    )
     resolution = (
         at.ROUNDINGS
         * at.EPS
-        * jnp.maximum(jnp.abs(c.t), at.SHARE_OF_TIME * (p.t1 - p.t0))
+        * jnp.maximum(jnp.abs(carry.t), at.SHARE_OF_TIME * (problem.t1 - problem.t0))
     )
     guards = (g1, rate1, touched, crosses, crossing, needs_search, unsound)
     return Attempt(
@@ -218,27 +224,37 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
 Moved = tuple[State, State, tuple[State, ...], tuple[State, ...]]
 
 
-def _moved(p: Problem, c: Carry, h: Array) -> Moved:
+def _moved(problem: Problem, carry: Carry, h: Array) -> Moved:
     """State at the end of an attempt and the error estimate of the method, and both for
     the tangents; just after a restart one move along `f`."""
-    settles = c.restart_stage > 0
-    along = c.y + h * c.f
+    settles = carry.restart_stage > 0
+    along = carry.y + h * carry.f
     nothing = jnp.zeros_like(along)
 
     def attempt(flat: Flat, y: State, f: State) -> tuple[State, State]:
-        return p.method.attempt(lambda t, y: flat.rhs(t, y, c.mode), c.t, y, f, h)
+        return problem.method.attempt(
+            lambda t, y: flat.rhs(t, y, carry.mode), carry.t, y, f, h
+        )
 
     def step() -> Moved:
-        if p.direction is None:
-            y, error = attempt(p.flat, c.y, c.f)
+        if problem.direction is None:
+            y, error = attempt(problem.flat, carry.y, carry.f)
             return jnp.where(settles, along, y), error, (), ()
-        [v] = c.tangents
-        moving = (p.direction, v, _rate_along(p, c.t, c.y, v, c.mode))
-        (y, error), (v1, error_of_tangent) = _jvp(attempt, (p.flat, c.y, c.f), moving)
-        if p.method.error_of_rate:
-            rate = _rate_along(p, c.t + h, y, v1, c.mode)
-            error_of_tangent = error_of_tangent + h * p.method.error_of_rate * rate
-        v1 = jnp.where(jnp.isfinite(v1), v1, v)
+        [tangent] = carry.tangents
+        moving = (
+            problem.direction,
+            tangent,
+            _rate_along(problem, carry.t, carry.y, tangent, carry.mode),
+        )
+        (y, error), (v1, error_of_tangent) = _jvp(
+            attempt, (problem.flat, carry.y, carry.f), moving
+        )
+        if problem.method.error_of_rate:
+            rate = _rate_along(problem, carry.t + h, y, v1, carry.mode)
+            error_of_tangent = (
+                error_of_tangent + h * problem.method.error_of_rate * rate
+            )
+        v1 = jnp.where(jnp.isfinite(v1), v1, tangent)
         return (
             jnp.where(settles, along, y),
             error,
@@ -246,19 +262,23 @@ def _moved(p: Problem, c: Carry, h: Array) -> Moved:
             (jnp.where(settles, 0.0, error_of_tangent),),
         )
 
-    resting = along, nothing, c.tangents, (nothing,) * p.tangents
+    resting = along, nothing, carry.tangents, (nothing,) * problem.tangents
     return jax.lax.cond(any_lane(~settles), step, lambda: resting)
 
 
 def _rate_along(
-    p: Problem, t: Scalar, y: State, v: State, mode: Int[Array, " mode"]
+    problem: Problem, t: Scalar, y: State, tangent: State, mode: Int[Array, " mode"]
 ) -> State:
     """Derivative of the rates along the direction of the numbers and the tangent `v` of
     the state."""
-    return _jvp(lambda flat, y: flat.rhs(t, y, mode), (p.flat, y), (p.direction, v))[1]
+    return _jvp(
+        lambda flat, y: flat.rhs(t, y, mode),
+        (problem.flat, y),
+        (problem.direction, tangent),
+    )[1]
 
 
-def _after_restart(p: Problem, c: Carry, a: Attempt) -> Carry:
+def _after_restart(problem: Problem, carry: Carry, attempt: Attempt) -> Carry:
     """The carry after one of the two looks that follow a restart, at the rates there
     and a little further on.
 
@@ -266,16 +286,16 @@ def _after_restart(p: Problem, c: Carry, a: Attempt) -> Carry:
     Rates and guards are found by the code of the attempts, as another copy of the
     equations would have to be compiled.
     """
-    first = c.restart_stage == 2
+    first = carry.restart_stage == 2
 
     def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(first, new, old)
 
-    f = pick(a.f1, c.f)
-    g = pick(a.g1, c.g)
-    size = jnp.abs(c.y)
-    span = p.t1 - p.t0
-    d0, d1, d2 = p.norms(size, c.y, f, a.f1 - f)
+    f = pick(attempt.f1, carry.f)
+    g = pick(attempt.g1, carry.g)
+    size = jnp.abs(carry.y)
+    span = problem.t1 - problem.t0
+    d0, d1, d2 = problem.norms(size, carry.y, f, attempt.f1 - f)
     # a state or rate of zero gives no time scale: take a small share of the run
     look = at.FIRST_LOOK * d0 / jnp.where(d1 > 0, d1, 1.0)
     h0 = jnp.where(
@@ -287,48 +307,69 @@ def _after_restart(p: Problem, c: Carry, a: Attempt) -> Carry:
     limits = d > at.NO_RATE
     h1 = jnp.where(
         limits,
-        (at.FIRST_LOOK / jnp.where(limits, d, 1.0)) ** (1.0 / p.method.order),
+        (at.FIRST_LOOK / jnp.where(limits, d, 1.0)) ** (1.0 / problem.method.order),
         span,
     )
     h = jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(at.LONGEST_FIRST * h0, h1))
-    sound = jnp.isfinite(d0) & jnp.isfinite(d1) & ~(first & a.unsound)
-    return c._replace(
-        h=pick(c.h, jnp.minimum(c.h, h)),
+    sound = jnp.isfinite(d0) & jnp.isfinite(d1) & ~(first & attempt.unsound)
+    return carry._replace(
+        h=pick(carry.h, jnp.minimum(carry.h, h)),
         retake_limit=pick(h0, jnp.inf),
         f=f,
         g=g,
-        rate=pick(a.rate1, c.rate),
-        armed=pick(g > p.guard_tolerance, c.armed),
-        status=jnp.where(sound, c.status, np.int32(Code.NOT_FINITE)).astype(jnp.int32),
-        restart_stage=c.restart_stage - 1,
+        rate=pick(attempt.rate1, carry.rate),
+        armed=pick(g > problem.guard_tolerance, carry.armed),
+        status=jnp.where(sound, carry.status, np.int32(Code.NOT_FINITE)).astype(
+            jnp.int32
+        ),
+        restart_stage=carry.restart_stage - 1,
     )
 
 
-def _lost_to_rounding(c: Carry, a: Attempt, distance: Guards) -> GuardMarks:
+def _lost_to_rounding(carry: Carry, attempt: Attempt, distance: Guards) -> GuardMarks:
     """Guards at zero that steps towards it no longer move, as rounding of the state
     swallows what such a step adds."""
-    short = (a.h > 0) & (a.h <= at.HIDING * a.resolution)
-    still = (jnp.abs(distance) <= at.STILL_STEPS * a.h) & (
-        c.g - a.g1 < -at.STILL_SHARE * a.rate1 * a.h
+    short = (attempt.h > 0) & (attempt.h <= at.HIDING * attempt.resolution)
+    still = (jnp.abs(distance) <= at.STILL_STEPS * attempt.h) & (
+        carry.g - attempt.g1 < -at.STILL_SHARE * attempt.rate1 * attempt.h
     )
-    return short & c.armed & (a.rate1 < 0) & ((jnp.abs(a.g1) <= at.TINY) | still)
+    return (
+        short
+        & carry.armed
+        & (attempt.rate1 < 0)
+        & ((jnp.abs(attempt.g1) <= at.TINY) | still)
+    )
 
 
-def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
-    tol = p.guard_tolerance
-    crosses = a.crosses
-    look = a.accept if p.settings.guard_samples else a.accept & a.needs_search
+def _judge(problem: Problem, carry: Carry, attempt: Attempt) -> AttemptOutcome:
+    tol = problem.guard_tolerance
+    crosses = attempt.crosses
+    look = (
+        attempt.accept
+        if problem.settings.guard_samples
+        else attempt.accept & attempt.needs_search
+    )
     # what was rejected may have been so for what lies beyond an event: the next attempt
     # goes no further than there
-    crossed_though_rejected = ~a.accept & a.finite & (c.restart_stage == 0) & a.crossing
+    crossed_though_rejected = (
+        ~attempt.accept & attempt.finite & (carry.restart_stage == 0) & attempt.crossing
+    )
 
     def looked() -> Found:
         negative_from: Array | float = jnp.inf
-        if p.settings.guard_samples:
+        if problem.settings.guard_samples:
             negative_from = sampled(
-                p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples
+                problem.flat.guards,
+                carry,
+                attempt.h,
+                attempt.y1,
+                attempt.f1,
+                tol,
+                problem.settings.guard_samples,
             )
-        return search(c, a.h, a.g1, a.rate1, tol, crosses, negative_from)
+        return search(
+            carry, attempt.h, attempt.g1, attempt.rate1, tol, crosses, negative_from
+        )
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
     earliest = jax.lax.cond(
@@ -337,35 +378,44 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
 
     # landing: every guard that crossed lies so near that a move along f is as exact as
     # the step itself
-    distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
+    distance = -attempt.g1 / jnp.where(attempt.rate1 == 0, 1.0, attempt.rate1)
     # (what lies beyond the next time breakpoint comes after it, as the rates may be
     # others there; a guard within its tolerance has arrived)
-    before = (distance <= a.target - a.t1 + at.NEAR_AT_LEAST * a.resolution) | (
-        a.g1 <= tol
+    before = (
+        distance <= attempt.target - attempt.t1 + at.NEAR_AT_LEAST * attempt.resolution
+    ) | (attempt.g1 <= tol)
+    arrives = (
+        jnp.abs(distance) <= problem.near(attempt.h, attempt.resolution)
+    ) & before
+    lands = (
+        (attempt.rate1 < 0)
+        & arrives
+        & (carry.armed | leaving(carry, attempt.h) | crosses)
+        & ~attempt.touched
     )
-    arrives = (jnp.abs(distance) <= p.near(a.h, a.resolution)) & before
-    lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses) & ~a.touched
     # the bracket has shrunk to rounding: fire here
-    lost = crosses & (a.h <= a.resolution)
-    lost = (lost | (_lost_to_rounding(c, a, distance) & ~a.touched)) & ~lands
+    lost = crosses & (attempt.h <= attempt.resolution)
+    lost = (
+        lost | (_lost_to_rounding(carry, attempt, distance) & ~attempt.touched)
+    ) & ~lands
     # (the minimum is infinite where no guard arrives, or one that crossed does not)
     distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
     delta, landing = first_least(jnp.where(lost, 0.0, distance))
     instant = look & earliest.instant
-    land = a.accept & ~instant & jnp.isfinite(delta)
+    land = attempt.accept & ~instant & jnp.isfinite(delta)
     neither = ~(instant | land)
     retake = look & neither & (earliest.step_fraction < jnp.inf)
-    return Verdict(
+    return AttemptOutcome(
         instant=instant,
         land=land,
         retake=retake,
-        stop=a.accept & neither & ~retake & a.reaches,
-        late=instant & entry(c.touched, earliest.guard),
+        stop=attempt.accept & neither & ~retake & attempt.reaches,
+        late=instant & entry(carry.touched, earliest.guard),
         step_fraction=earliest.step_fraction,
         crossed_though_rejected=crossed_though_rejected
         & (earliest.step_fraction < jnp.inf),
         guard=jnp.where(instant, earliest.guard, landing),
-        delta=jnp.where(land, jnp.minimum(delta, a.target - a.t1), 0.0),
+        delta=jnp.where(land, jnp.minimum(delta, attempt.target - attempt.t1), 0.0),
     )
 
 
@@ -373,120 +423,138 @@ def _count(n: Array, happened: Array) -> Array:
     return n + happened.astype(jnp.int32)
 
 
-def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
+def _stepped(
+    carry: Carry, attempt: Attempt, outcome: AttemptOutcome, problem: Problem
+) -> Carry:
     """The carry after an attempt that was no event."""
-    step = a.accept & ~v.retake
+    step = attempt.accept & ~outcome.retake
 
     def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(step, new, old)
 
     crossing = jnp.where(
-        v.retake,
-        jnp.where(a.crossing, a.h, jnp.inf),
-        pick(c.crossing - a.h, c.crossing),
+        outcome.retake,
+        jnp.where(attempt.crossing, attempt.h, jnp.inf),
+        pick(carry.crossing - attempt.h, carry.crossing),
     )
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
-    risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > at.TINY))
+    risen = (
+        carry.armed
+        | (attempt.g1 > problem.guard_tolerance)
+        | (leaving(carry, attempt.h) & (attempt.g1 > at.TINY))
+    )
     # never looked at where the run begins
-    too_small = ~a.accept & (a.h_next <= at.TOO_SHORT * a.resolution)
+    too_small = ~attempt.accept & (attempt.h_next <= at.TOO_SHORT * attempt.resolution)
     status = jnp.where(
         too_small,
-        jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)),
+        jnp.where(
+            attempt.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)
+        ),
         _RUNNING,
     )
-    status = jnp.where(v.stop & (a.target >= p.t1), p.flat.code_at_end(c.mode), status)
-    stats = c.stats._replace(
-        accepted=_count(c.stats.accepted, step),
-        rejected=_count(c.stats.rejected, ~a.accept),
-        retaken=_count(c.stats.retaken, v.retake),
+    status = jnp.where(
+        outcome.stop & (attempt.target >= problem.t1),
+        problem.flat.code_at_end(carry.mode),
+        status,
     )
-    return c._replace(
-        t=pick(a.t1, c.t),
-        h=jnp.where(v.retake, c.h, a.h_next),
+    stats = carry.stats._replace(
+        accepted=_count(carry.stats.accepted, step),
+        rejected=_count(carry.stats.rejected, ~attempt.accept),
+        retaken=_count(carry.stats.retaken, outcome.retake),
+    )
+    return carry._replace(
+        t=pick(attempt.t1, carry.t),
+        h=jnp.where(outcome.retake, carry.h, attempt.h_next),
         retake_limit=jnp.where(
-            v.retake | v.crossed_though_rejected,
-            v.step_fraction * a.h,
-            pick(crossing, c.retake_limit),
+            outcome.retake | outcome.crossed_though_rejected,
+            outcome.step_fraction * attempt.h,
+            pick(crossing, carry.retake_limit),
         ),
         crossing=crossing,
-        y=pick(a.y1, c.y),
-        f=pick(a.f1, c.f),
-        g=pick(a.g1, c.g),
-        rate=pick(a.rate1, c.rate),
-        armed=pick(risen, c.armed),
+        y=pick(attempt.y1, carry.y),
+        f=pick(attempt.f1, carry.f),
+        g=pick(attempt.g1, carry.g),
+        rate=pick(attempt.rate1, carry.rate),
+        armed=pick(risen, carry.armed),
         status=status.astype(jnp.int32),
-        retakes=jnp.where(v.retake, c.retakes + 1, pick(0, c.retakes)),
-        events_at_instant=jnp.where(step & (a.h > 0), 0, c.events_at_instant),
+        retakes=jnp.where(outcome.retake, carry.retakes + 1, pick(0, carry.retakes)),
+        events_at_instant=jnp.where(step & (attempt.h > 0), 0, carry.events_at_instant),
         stats=stats,
-        tangents=tuple(map(pick, a.tangents1, c.tangents)),
+        tangents=tuple(map(pick, attempt.tangents1, carry.tangents)),
     )
 
 
-def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
+def _jumped(
+    problem: Problem, carry: Carry, attempt: Attempt, outcome: AttemptOutcome
+) -> Carry:
     """The carry after an event: a guard fired, or a time breakpoint was reached."""
-    t = jnp.where(v.instant, c.t, a.t1 + v.delta)
-    y = jnp.where(v.instant, c.y, a.y1 + v.delta * a.f1)
-    tol = p.guard_tolerance
-    at_guard = jnp.arange(c.g.shape[0], dtype=jnp.int32) == v.guard
+    t = jnp.where(outcome.instant, carry.t, attempt.t1 + outcome.delta)
+    y = jnp.where(outcome.instant, carry.y, attempt.y1 + outcome.delta * attempt.f1)
+    tol = problem.guard_tolerance
+    at_guard = jnp.arange(carry.g.shape[0], dtype=jnp.int32) == outcome.guard
     # the guards at the landing, one move along their rates from the end of the step
-    reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
-    fired = jnp.where(v.instant, at_guard, (reached & ~a.touched) | (at_guard & v.land))
+    reached = carry.armed & (attempt.g1 + outcome.delta * attempt.rate1 <= tol)
+    fired = jnp.where(
+        outcome.instant,
+        at_guard,
+        (reached & ~attempt.touched) | (at_guard & outcome.land),
+    )
     before = y
-    y, mode, code = p.flat.jump(t, before, c.mode, fired, v.stop)
-    moved = ~v.instant & (a.h > 0)
+    y, mode, code = problem.flat.jump(t, before, carry.mode, fired, outcome.stop)
+    moved = ~outcome.instant & (attempt.h > 0)
 
-    guarded = ~v.stop
-    dt = t - c.t_event
-    apart = guarded & (dt > at.ZENO_INTERVAL * (p.t1 - p.t0))
-    zeno_guards = jnp.where(apart, at_guard, c.zeno_guards | (at_guard & guarded))
-    again = guarded & ~apart & (dt > 0) & entry(c.zeno_guards, v.guard)
-    zeno_count = jnp.where(apart, 0, _count(c.zeno_count, again))
+    guarded = ~outcome.stop
+    dt = t - carry.t_event
+    apart = guarded & (dt > at.ZENO_INTERVAL * (problem.t1 - problem.t0))
+    zeno_guards = jnp.where(apart, at_guard, carry.zeno_guards | (at_guard & guarded))
+    again = guarded & ~apart & (dt > 0) & entry(carry.zeno_guards, outcome.guard)
+    zeno_count = jnp.where(apart, 0, _count(carry.zeno_count, again))
     events_at_instant = jnp.where(
         guarded & (dt == 0),
-        c.events_at_instant + 1,
-        jnp.where(moved, 0, c.events_at_instant),
+        carry.events_at_instant + 1,
+        jnp.where(moved, 0, carry.events_at_instant),
     )
-    stats = c.stats._replace(
-        accepted=_count(c.stats.accepted, ~v.instant),
-        events=_count(c.stats.events, guarded),
-        segments=c.stats.segments + 1,
+    stats = carry.stats._replace(
+        accepted=_count(carry.stats.accepted, ~outcome.instant),
+        events=_count(carry.stats.events, guarded),
+        segments=carry.stats.segments + 1,
     )
     status = jnp.where(
-        stats.events > jnp.asarray(p.settings.max_events, jnp.int32),
+        stats.events > jnp.asarray(problem.settings.max_events, jnp.int32),
         np.int32(Code.EVENT_LIMIT),
         _RUNNING,
     )
     status = jnp.where(zeno_count >= at.ZENO_COUNT, np.int32(Code.ZENO), status)
     status = jnp.where(
-        events_at_instant >= p.settings.max_chain, np.int32(Code.CHATTER), status
+        events_at_instant >= problem.settings.max_chain, np.int32(Code.CHATTER), status
     )
-    status = p.flat.ended(code, status)
-    return c._replace(
+    status = problem.flat.ended(code, status)
+    return carry._replace(
         t=t,
-        h=jnp.where(moved, a.h_next, c.h),
+        h=jnp.where(moved, attempt.h_next, carry.h),
         retake_limit=jnp.zeros_like(t),
         crossing=jnp.full_like(t, jnp.inf),
-        t_event=jnp.where(guarded, t, c.t_event),
+        t_event=jnp.where(guarded, t, carry.t_event),
         y=y,
-        f=jnp.zeros_like(c.f),
-        touched=(reached | c.touched) & a.touched & v.stop,
+        f=jnp.zeros_like(carry.f),
+        touched=(reached | carry.touched) & attempt.touched & outcome.stop,
         zeno_guards=zeno_guards,
         status=status.astype(jnp.int32),
-        retakes=jnp.zeros_like(c.retakes),
+        retakes=jnp.zeros_like(carry.retakes),
         events_at_instant=events_at_instant,
         zeno_count=zeno_count,
-        restart_stage=jnp.full_like(c.restart_stage, 2),
+        restart_stage=jnp.full_like(carry.restart_stage, 2),
         stats=stats,
         mode=mode,
-        tangents=_tangents_after(p, c, a, v, t, before, mode),
+        tangents=_tangents_after(problem, carry, attempt, outcome, t, before, mode),
     )
 
 
 def _tangents_after(
-    p: Problem,
-    c: Carry,
-    a: Attempt,
-    v: Verdict,
+    problem: Problem,
+    carry: Carry,
+    attempt: Attempt,
+    outcome: AttemptOutcome,
     t: Scalar,
     y: State,
     mode: Int[Array, " mode"],
@@ -499,75 +567,87 @@ def _tangents_after(
     """
 
     def after(flat: Flat, y: State) -> State:
-        return flat.reset(t, y, c.mode, mode)
+        return flat.reset(t, y, carry.mode, mode)
 
     tangents = []
-    for old, new in zip(c.tangents, a.tangents1, strict=True):
-        moved = _jvp(after, (p.flat, y), (p.direction, jnp.where(v.instant, old, new)))[
-            1
-        ]
+    for old, new in zip(carry.tangents, attempt.tangents1, strict=True):
+        moved = _jvp(
+            after,
+            (problem.flat, y),
+            (problem.direction, jnp.where(outcome.instant, old, new)),
+        )[1]
         tangents.append(jnp.where(jnp.isfinite(moved), moved, old))
     return tuple(tangents)
 
 
 def _iterate(
-    p: Problem, packed: Packed, like: Carry
+    problem: Problem, packed: Packed, like: Carry
 ) -> tuple[Packed, Float[Array, " column"], Mark]:
     """One attempt: the packed carry after it, the row that records it, and whether it
     was more than an evaluation."""
-    c = unpack(packed, like)
-    settles = c.restart_stage > 0
-    a = _attempt(p, c)
-    v = _judge(p, c, a)
-    event = v.instant | v.land | (v.stop & (a.target < p.t1))
-    plain = pack(_stepped(c, a, v, p))
+    carry = unpack(packed, like)
+    settles = carry.restart_stage > 0
+    attempt = _attempt(problem, carry)
+    outcome = _judge(problem, carry, attempt)
+    event = (
+        outcome.instant | outcome.land | (outcome.stop & (attempt.target < problem.t1))
+    )
+    plain = pack(_stepped(carry, attempt, outcome, problem))
 
     def with_events() -> Packed:
         # lanes of a batch without an event take the plain step
         return jax.tree.map(
-            lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain
+            lambda x, y: jnp.where(event, x, y),
+            pack(_jumped(problem, carry, attempt, outcome)),
+            plain,
         )
 
     def with_restarts() -> Packed:
         return jax.tree.map(
-            lambda x, y: jnp.where(settles, x, y), pack(_after_restart(p, c, a)), new
+            lambda x, y: jnp.where(settles, x, y),
+            pack(_after_restart(problem, carry, attempt)),
+            new,
         )
 
     new = jax.lax.cond(any_lane(event), with_events, lambda: plain)
     new = jax.lax.cond(any_lane(settles), with_restarts, lambda: new)
-    running = c.status == _RUNNING
+    running = carry.status == _RUNNING
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
-    stepped = a.accept & ~v.retake
+    stepped = attempt.accept & ~outcome.retake
     kind = jnp.where(
-        v.stop,
-        jnp.where(a.target < p.t1, STOPPED, FINISHED),
+        outcome.stop,
+        jnp.where(attempt.target < problem.t1, STOPPED, FINISHED),
         jnp.where(stepped, ADVANCED, SKIPPED),
     )
-    kind = jnp.where(v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, kind))
-    h = jnp.where(v.instant, 0.0, a.h)
+    kind = jnp.where(
+        outcome.land | outcome.late, LANDED, jnp.where(outcome.instant, INSTANT, kind)
+    )
+    h = jnp.where(outcome.instant, 0.0, attempt.h)
     return (
         new,
-        pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode),
+        pack_row(carry.t, h, outcome.delta, kind, outcome.guard, carry.y, carry.mode),
         running & ~settles,
     )
 
 
-def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
+def started(problem: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
     """The carry before the first iteration; rates, guards and the first step's length
     are found as after an event."""
-    nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
+    nothing = jnp.zeros(
+        jax.eval_shape(problem.flat.guards, problem.t0, y0, mode0).shape, y0.dtype
+    )
     zero = jnp.asarray(0, jnp.int32)
-    sound = jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
+    sound = jnp.isfinite(problem.t0) & jnp.isfinite(problem.t1)
     status = jnp.where(
         sound,
-        jnp.where(p.t1 > p.t0, _RUNNING, np.int32(Code.COMPLETED)),
+        jnp.where(problem.t1 > problem.t0, _RUNNING, np.int32(Code.COMPLETED)),
         np.int32(Code.NOT_FINITE),
     )
-    infinity = jnp.full_like(p.t0, jnp.inf)
+    infinity = jnp.full_like(problem.t0, jnp.inf)
     return Carry(
-        t=p.t0,
+        t=problem.t0,
         h=infinity,
-        retake_limit=jnp.zeros_like(p.t0),
+        retake_limit=jnp.zeros_like(problem.t0),
         crossing=infinity,
         t_event=-infinity,
         y=y0,
@@ -584,15 +664,17 @@ def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
         restart_stage=zero + 2,
         stats=Stats(zero, zero, zero, zero, zero + 1),
         mode=mode0,
-        tangents=(_first_tangent(p, y0),) * p.tangents,
+        tangents=(_first_tangent(problem, y0),) * problem.tangents,
     )
 
 
-def _first_tangent(p: Problem, y0: State) -> State:
+def _first_tangent(problem: Problem, y0: State) -> State:
     """A change of every state by about its own size and its typical one; ledgers are
     driven by the others."""
     typical = jnp.where(
-        p.weights > 0, 1.0 / jnp.where(p.weights > 0, p.weights, 1.0) + jnp.abs(y0), 0.0
+        problem.weights > 0,
+        1.0 / jnp.where(problem.weights > 0, problem.weights, 1.0) + jnp.abs(y0),
+        0.0,
     )
     return generic(y0.shape[0], seed=0) * typical
 
@@ -604,21 +686,21 @@ def generic(n: int, seed: int) -> np.ndarray:
     return random.uniform(0.5, 1.5, n) * random.choice([-1.0, 1.0], n)
 
 
-def space(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Array:
+def empty_rows(problem: Problem, y0: State, mode0: Int[Array, " mode"]) -> Array:
     return jnp.zeros(
-        (p.settings.max_steps + 1, HEAD + y0.shape[0] + mode0.shape[0]), y0.dtype
+        (problem.settings.max_steps + 1, HEAD + y0.shape[0] + mode0.shape[0]), y0.dtype
     )
 
 
 def advanced(
-    p: Problem, packed: Packed, like: Carry, rows: PackedRows, limit: Count | int
+    problem: Problem, packed: Packed, like: Carry, rows: PackedRows, limit: Count | int
 ) -> tuple[Packed, PackedRows, Count]:
     """The carry after `limit` more attempts or at the end of the run, the rows of
     these, and how many they were."""
     start = unpack(packed, like)
-    p = p._replace(
-        method=p.method.with_fixed_jacobian(
-            lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y
+    problem = problem._replace(
+        method=problem.method.with_fixed_jacobian(
+            lambda t, y: problem.flat.rhs(t, y, start.mode), start.t, start.y
         )
     )
 
@@ -630,7 +712,7 @@ def advanced(
         loop: tuple[Count, Packed, PackedRows],
     ) -> tuple[Count, Packed, PackedRows]:
         i, packed, rows = loop
-        packed, row, counts = _iterate(p, packed, like)
+        packed, row, counts = _iterate(problem, packed, like)
         # (an evaluation alone leaves its row to the next attempt)
         following = i + any_lane(counts).astype(jnp.int32)
         return (
@@ -644,28 +726,38 @@ def advanced(
     return packed, rows, count
 
 
-def closed(c: Carry, rows: PackedRows, count: Count) -> Ended:
+def with_last_row(carry: Carry, rows: PackedRows, count: Count) -> Ended:
     """Rows with the end of the run behind the last attempt, their number, code and
     counts."""
     none = jnp.asarray(SKIPPED, jnp.int32)
     last = pack_row(
-        c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode
+        carry.t,
+        jnp.zeros_like(carry.t),
+        jnp.zeros_like(carry.t),
+        none,
+        none,
+        carry.y,
+        carry.mode,
     )
     rows = jax.lax.dynamic_update_slice(
         rows, last[None], (count, jnp.zeros_like(count))
     )
-    code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
-    return rows, count, code, c.stats
+    code = jnp.where(carry.status == _RUNNING, np.int32(Code.STEP_LIMIT), carry.status)
+    return rows, count, code, carry.stats
 
 
 @traced_once
-def run(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Ended:
+def run(problem: Problem, y0: State, mode0: Int[Array, " mode"]) -> Ended:
     """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts.
 
     Traced once for a run and its derivative.
     """
-    start = started(p, y0, mode0)
+    start = started(problem, y0, mode0)
     packed, rows, count = advanced(
-        p, pack(start), start, space(p, y0, mode0), p.settings.max_steps
+        problem,
+        pack(start),
+        start,
+        empty_rows(problem, y0, mode0),
+        problem.settings.max_steps,
     )
-    return closed(unpack(packed, start), rows, count)
+    return with_last_row(unpack(packed, start), rows, count)

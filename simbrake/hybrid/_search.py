@@ -78,16 +78,18 @@ _COUNTS = 5 + len(Stats._fields)
 Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
 
 
-def pack(c: Carry) -> Packed:
-    return ravel(c[:_WHOLE], jnp.float64), ravel(c[_WHOLE:], jnp.int32)
+def pack(carry: Carry) -> Packed:
+    return ravel(carry[:_WHOLE], jnp.float64), ravel(carry[_WHOLE:], jnp.int32)
 
 
 def unpack(packed: Packed, like: Carry) -> Carry:
     """The carry of the shapes of another one."""
     x, n = packed
-    c = Carry(*unravel(x, like[:_WHOLE]), *unravel(n, like[_WHOLE:]))
-    return c._replace(
-        armed=c.armed > 0, touched=c.touched > 0, zeno_guards=c.zeno_guards > 0
+    carry = Carry(*unravel(x, like[:_WHOLE]), *unravel(n, like[_WHOLE:]))
+    return carry._replace(
+        armed=carry.armed > 0,
+        touched=carry.touched > 0,
+        zeno_guards=carry.zeno_guards > 0,
     )
 
 
@@ -170,20 +172,24 @@ class Found(NamedTuple):
     instant: Mark  # `guard` fires where the step started
 
 
-def leaving(c: Carry, h: Scalar) -> GuardMarks:
+def leaving(carry: Carry, h: Scalar) -> GuardMarks:
     """Guards that rise out of zero over an attempt, not by rounding alone."""
-    return ~c.armed & (c.rate * h > at.RISING * at.TINY)
+    return ~carry.armed & (carry.rate * h > at.RISING * at.TINY)
 
 
-def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> GuardMarks:
+def crossed(
+    carry: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar
+) -> GuardMarks:
     """Whether a guard is negative at the end of an attempt; touching zero within
     rounding is not a crossing."""
-    returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - at.TINY, -tol)
-    return jnp.where(c.armed, (g1 < -at.TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
+    returned = g1 < jnp.where(
+        leaving(carry, h), jnp.minimum(carry.g, 0.0) - at.TINY, -tol
+    )
+    return jnp.where(carry.armed, (g1 < -at.TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
 
 
 def exceeded(
-    c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar
+    carry: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar
 ) -> GuardMarks:
     """Whether a guard is clearly negative at the end of an attempt, or will be before a
     time breakpoint in `room`.
@@ -191,9 +197,9 @@ def exceeded(
     Further on it follows the curvature that its cubic has at the end, as far as that is
     no rounding.
     """
-    d0 = c.rate * h
+    d0 = carry.rate * h
     d1 = rate1 * h
-    bend = jnp.maximum(6 * (c.g - g1) + 2 * d0 + 4 * d1 - at.BENDING * at.TINY, 0.0)
+    bend = jnp.maximum(6 * (carry.g - g1) + 2 * d0 + 4 * d1 - at.BENDING * at.TINY, 0.0)
     turn = jnp.where(
         (bend > 0) & (d1 < 0), -d1 / jnp.where(bend > 0, bend, 1.0), jnp.inf
     )
@@ -201,22 +207,24 @@ def exceeded(
     return (g1 < -at.TOUCH) | (g1 + s * (d1 + 0.5 * s * bend) < -at.TOUCH)
 
 
-def inconsistent(c: Carry, tol: Scalar) -> GuardMarks:
+def inconsistent(carry: Carry, tol: Scalar) -> GuardMarks:
     """Guards that are negative already where the attempt starts (and not on their way
     back up from rounding)."""
-    return (c.g < -tol) & ((c.rate <= 0) | (c.g < -at.DEEP * tol))
+    return (carry.g < -tol) & ((carry.rate <= 0) | (carry.g < -at.DEEP * tol))
 
 
 def suspicious(
-    c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: GuardMarks
+    carry: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: GuardMarks
 ) -> GuardMarks:
     """Guards of which `search` could find anything: the cheap test of every attempt."""
-    dips = (rate1 > 0) & ((c.rate < 0) | (3 * (g1 - c.g) < h * (c.rate + rate1)))
-    return crosses | inconsistent(c, tol) | dips
+    dips = (rate1 > 0) & (
+        (carry.rate < 0) | (3 * (g1 - carry.g) < h * (carry.rate + rate1))
+    )
+    return crosses | inconsistent(carry, tol) | dips
 
 
 def search(
-    c: Carry,
+    carry: Carry,
     h: Scalar,
     g1: Guards,
     rate1: Guards,
@@ -229,23 +237,23 @@ def search(
     `negative_from` is the share of the step from which a guard was seen to be negative,
     `inf` where it was not.
     """
-    d0 = c.rate * h
+    d0 = carry.rate * h
     d1 = rate1 * h
     # from 0 downwards, also after a rise of rounding: at once if the slope at the start
     # explains the drop, else halve until it is clear
-    sinking = ~c.armed & (c.g <= tol) & ~leaving(c, h) & crosses
+    sinking = ~carry.armed & (carry.g <= tol) & ~leaving(carry, h) & crosses
     # (just above -tol the steps that are left would be too short to move a state)
-    at_start = inconsistent(c, tol) | (
-        sinking & ((d0 <= at.EXPLAINED * g1) | (c.g <= -at.SUNK * tol))
+    at_start = inconsistent(carry, tol) | (
+        sinking & ((d0 <= at.EXPLAINED * g1) | (carry.g <= -at.SUNK * tol))
     )
     root = jnp.where(
-        sinking | (c.retakes >= at.AIMED), 0.5, first_root(c.g, d0, g1, d1)
+        sinking | (carry.retakes >= at.AIMED), 0.5, first_root(carry.g, d0, g1, d1)
     )
     step_fraction = jnp.where(crosses, root, jnp.inf)
 
     # the cubic is a guess: a minimum near zero is sampled at its predicted location
-    s, lowest, exists = interior_minimum(c.g, d0, g1, d1)
-    high = jnp.maximum(c.g, g1)
+    s, lowest, exists = interior_minimum(carry.g, d0, g1, d1)
+    high = jnp.maximum(carry.g, g1)
     near = exists & ~crosses & (lowest < at.LOW * high) & (high > at.HIGH * tol)
     step_fraction = jnp.minimum(step_fraction, jnp.where(near, s, jnp.inf))
     step_fraction = jnp.minimum(step_fraction, negative_from)
@@ -255,7 +263,7 @@ def search(
 
 def sampled(
     guards: Callable[[Scalar, State, Int[Array, " mode"]], Guards],
-    c: Carry,
+    carry: Carry,
     h: Scalar,
     y1: State,
     f1: State,
@@ -272,8 +280,12 @@ def sampled(
 
     def guards_at(s: Scalar) -> Guards:
         blend = s * s * (3 - 2 * s)
-        y = (1 - blend) * c.y + blend * y1 + h * s * (1 - s) * ((1 - s) * c.f - s * f1)
-        return guards(c.t + s * h, y, c.mode)
+        y = (
+            (1 - blend) * carry.y
+            + blend * y1
+            + h * s * (1 - s) * ((1 - s) * carry.f - s * f1)
+        )
+        return guards(carry.t + s * h, y, carry.mode)
 
     negative = jax.vmap(guards_at)(points) < -tol
     return jnp.where(

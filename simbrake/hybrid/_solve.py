@@ -23,7 +23,7 @@ from ._derivative import (
     pull_back,
     sweep,
 )
-from ._loop import Problem, advanced, closed, space, started
+from ._loop import Problem, advanced, empty_rows, started, with_last_row
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
 from .arrays import Array, Count, IntScalar, Scalar, templates
@@ -604,9 +604,9 @@ def solve_segment(
     x = jnp.where(fresh, x, carried[: x.size])
     n = jnp.where(fresh, n, carried[x.size :].astype(n.dtype))
     (x, n), rows, count = advanced(
-        p, (x, n), start, space(p, flat_y0, flat_mode0), limit
+        p, (x, n), start, empty_rows(p, flat_y0, flat_mode0), limit
     )
-    packed, count, code, stats = closed(unpack((x, n), start), rows, count)
+    packed, count, code, stats = with_last_row(unpack((x, n), start), rows, count)
     rows = unpack_rows(packed, flat_y0.shape[0])
     record = Record(
         system, p.method, *templates(y0, mode0), p.t1, rows, count, code, stats
