@@ -386,7 +386,7 @@ def _difference(ours: list[Event], theirs: list[Event]) -> tuple[int, str]:
     """Number of changes in the same order in both, and place of the first different
     one."""
 
-    def said(event: Event | None) -> str:
+    def label(event: Event | None) -> str:
         return (
             "nothing more"
             if event is None
@@ -395,7 +395,7 @@ def _difference(ours: list[Event], theirs: list[Event]) -> tuple[int, str]:
 
     for i, (a, b) in enumerate(itertools.zip_longest(ours, theirs)):
         if a is None or b is None or (a.name, a.lining) != (b.name, b.lining):
-            return i, f"at change {i + 1}: simbrake has {said(a)}, SciPy {said(b)}"
+            return i, f"at change {i + 1}: simbrake has {label(a)}, SciPy {label(b)}"
     return len(ours), ""
 
 

@@ -134,17 +134,17 @@ def rig(
                 show_names=names,
                 progress=progress.now,
             )
-            said = book = cli.checked(book, faults)
+            answer = book = cli.checked(book, faults)
             if brake_scene is not None:
-                said = sb.rig.replay(book, brake_scene, progress=progress)  # pyright: ignore
+                answer = sb.rig.replay(book, brake_scene, progress=progress)  # pyright: ignore
         except InputError as error:
             raise InputError([_as_option(fault) for fault in error.faults]) from None
         with sb.results.display_units(units):
-            cli.tell(said, json_)
+            cli.tell(answer, json_)
         if out is not None:
             progress.now("page and figure")
-            cli.print_written(sb.pages.write_ledger(said, out), json_)
-    return cli.exit_code(said is book or said.result.ok)
+            cli.print_written(sb.pages.write_ledger(answer, out), json_)
+    return cli.exit_code(answer is book or answer.result.ok)
 
 
 def _written(text: str) -> str:

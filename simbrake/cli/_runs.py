@@ -154,16 +154,16 @@ def report(
             sb.report(result, out, title=title, files=files, progress=progress, **asked)  # pyright: ignore
         checks = limit_checks(result, limits)  # pyright: ignore
         verdict = result.verdict(checks)
-    said = {
+    about = {
         "status": result.status,
         "message": result.message,
         "written": str(out),
         "limits": limit_dicts(checks),
     }
-    said |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
+    about |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
     lines = head_lines(result, checks)  # pyright: ignore
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
-    cli.tell("\n".join(lines), json_, said, cli.is_good(verdict))
+    cli.tell("\n".join(lines), json_, about, cli.is_good(verdict))
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
 
 
@@ -328,8 +328,8 @@ def animate(
             page.write_text(
                 sb.pages.film_page(result, title, count, duration, start, end), "utf-8"
             )
-    said = {"status": result.status, "message": result.message, "written": str(out)}
-    cli.tell(f"written  {out}", json_, said)
+    about = {"status": result.status, "message": result.message, "written": str(out)}
+    cli.tell(f"written  {out}", json_, about)
     return cli.exit_code(result.ok)
 
 

@@ -187,12 +187,12 @@ def check(
         ]
         cli.tell("", json_, {"faults": faults, "warnings": []})
         return 2
-    said = [*warnings(opened_scene), *plausibility(opened_scene)]
+    found = [*warnings(opened_scene), *plausibility(opened_scene)]
     lines = [
         f"no error: {count_text(opened_scene)}",
-        *(f"warning  {text}" for text in said),
+        *(f"warning  {text}" for text in found),
     ]
-    cli.tell("\n".join(lines), json_, {"faults": [], "warnings": said})
+    cli.tell("\n".join(lines), json_, {"faults": [], "warnings": found})
     return 0
 
 

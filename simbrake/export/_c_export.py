@@ -220,17 +220,17 @@ class Export:
         speeds = jnp.where(
             jnp.arange(rows.t.size, dtype=jnp.int32) <= record.count, rows.y[:, 1], 0.0
         )
-        said = judge_of_many(record)
+        judged = judge_of_many(record)
         if HOLDING in self.outputs:
-            said = held_throughout(said, values[self.outputs.index(HOLDING)])
-        ratios = jnp.stack([said.reserve, said.sliding, said.pull])
+            judged = held_throughout(judged, values[self.outputs.index(HOLDING)])
+        ratios = jnp.stack([judged.reserve, judged.sliding, judged.pull])
         ending = (
             jnp.any(speeds != 0.0),
             ends_driven(record),
-            said.away,
-            said.steady,
-            said.reason,
-            said.colour,
+            judged.away,
+            judged.steady,
+            judged.reason,
+            judged.colour,
         )
         flags = jnp.stack([jnp.asarray(flag).astype(jnp.int32) for flag in ending])
         whole = jnp.stack(values) if values else jnp.zeros(1)

@@ -290,10 +290,10 @@ def _compile(command: list[str], folder: Path, name: str, fmi: int) -> None:
     ]
     done = subprocess.run(call, capture_output=True, text=True)
     if done.returncode:
-        said = (done.stderr or done.stdout).strip().splitlines()
+        output = (done.stderr or done.stdout).strip().splitlines()
         first = next(
-            (line for line in said if "error" in line),
-            said[-1] if said else "without a word",
+            (line for line in output if "error" in line),
+            output[-1] if output else "without a word",
         )
         raise input_error(
             "compiler", f"{command[0]} failed: {first}", "name another C compiler"

@@ -541,12 +541,12 @@ class Accuracy(Tabular):
         """The estimate in one line."""
         if self.problem:
             return f"no estimate of the error: {self.problem}"
-        said = (
+        phrases = (
             []
             if self.event_time is None
             else [f"event times {_size(self.event_time, 's')}"]
         )
-        said += [
+        phrases += [
             f"{_KIND_WORDS[state.name]} {_size(state.error, state.unit)}{self._layers_of(state)}"
             for state in self.states
             if state.error
@@ -557,7 +557,7 @@ class Accuracy(Tabular):
             else ""
         )
         return (
-            f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; "
+            f"estimated errors of at most: {', '.join(phrases) or 'nothing moves'}; "
             f"from {self.how}{without}"
         )
 

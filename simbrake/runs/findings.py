@@ -180,14 +180,14 @@ _WARNED = {
 
 def summary_of(report: Report) -> Entry:
     """What `Result.summary` gives: numbers of a run, its message and its warnings."""
-    said = remarks(report)
+    found = remarks(report)
     facts = report.summary
     return {
         "status": facts["status"],
         "duty": facts["duty"],
         "message": message(report.result),
-        "warnings": [finding.text for finding in said if finding.topic == "warning"],
-        "notes": [finding.text for finding in said if finding.topic == "note"],
+        "warnings": [finding.text for finding in found if finding.topic == "warning"],
+        "notes": [finding.text for finding in found if finding.topic == "note"],
         **facts,
     }
 
@@ -276,17 +276,17 @@ def _waiting(result: Any, until: Any) -> str:
     record = result.record
     y = record.y_end
     phase = record.system.lever.ended(int(record.mode_end.phase))
-    said = [f"{phase} began at {number(y.phase.begun, 's')}"]
-    said.append(at_end(end_of(record, result.scene)))
+    phrases = [f"{phase} began at {number(y.phase.begun, 's')}"]
+    phrases.append(at_end(end_of(record, result.scene)))
     rises = isinstance(until, AtHeight) and until.rising
     if rises or (isinstance(until, AfterTravel) and float(until.distance) < 0):
-        said.append("upwards it needs `motor`, with a speed below 0")
+        phrases.append("upwards it needs `motor`, with a speed below 0")
     if float(y.omega) != 0.0:
         capacity = result.end_capacity
         runs_away = capacity.outweighed and not lowers_steadily(record)
         words = capacity_words(capacity, result.scene)
-        said.append(f"the load runs away: {words}" if runs_away else words)
-    return ", ".join(said)
+        phrases.append(f"the load runs away: {words}" if runs_away else words)
+    return ", ".join(phrases)
 
 
 @functools.partial(RunJit, quick=True)
@@ -459,14 +459,14 @@ def course(report: Report) -> Finding:
     summary = report.summary
     end = summary["end"]
     if summary["duty"] == DutyKind.STOPS:
-        said, numbers = _stops(summary)
+        phrases, numbers = _stops(summary)
     elif summary["status"] == Status.HELD:
         duration = number(end["duration"], "s")
-        said = [f"the load is held from the start, for {duration}: nothing moves"]
+        phrases = [f"the load is held from the start, for {duration}: nothing moves"]
         numbers = {}
     else:
-        said, numbers = _one_stop(report)
-    text = in_words_of(report.result.scene, sentences(said)[:-1])
+        phrases, numbers = _one_stop(report)
+    text = in_words_of(report.result.scene, sentences(phrases)[:-1])
     return Finding("course", text, end | numbers)
 
 
@@ -483,23 +483,23 @@ def _one_stop(report: Report) -> tuple[list[str], Entry]:
     numbers = {"speed_maximum": most, "stopping_time": stop}
     names = ("slip_onset_time", "full_slip_time", "stopping_angle")
     numbers |= {name: m[name] for name in names}
-    said = _onset(scene, m)
+    phrases = _onset(scene, m)
     before = stop is None or summary["at"]["max_drum_speed_time"] <= stop
     if before and (most or 0.0) > _FASTER * start > 0:
         speeds = f"from {number(start, 'rad/s')} to {number(most, 'rad/s')}"
-        said.append(f"the load first speeds the {body} up {speeds}")
+        phrases.append(f"the load first speeds the {body} up {speeds}")
     if stop is not None:
         way = _way(m["stopping_angle"], m["hook_travel"])
-        said.append(f"the {body} comes to rest after {number(stop, 's')} and {way}")
+        phrases.append(f"the {body} comes to rest after {number(stop, 's')} and {way}")
         again = [
             event.time
             for event in report.events
             if event.name in ("restart", "release") and event.time >= stop
         ]
         if not again or end["angle"] == m["stopping_angle"]:
-            return said, numbers
-        said.append(f"it turns again from {number(min(again), 's')} on")
-    return [*said, at_end(end)], numbers
+            return phrases, numbers
+        phrases.append(f"it turns again from {number(min(again), 's')} on")
+    return [*phrases, at_end(end)], numbers
 
 
 def _way(angle: float, travel: float | None) -> str:
@@ -527,8 +527,8 @@ def _onset(scene: Scene, m: Mapping[str, float | None]) -> list[str]:
         "external_lock_time": "the bandage is at rest from {} on",
     }
     times = {name: m[name] for name in each if m.get(name) is not None}
-    said = [each[name].format(number(time, "s")) for name, time in times.items()]
-    return [", ".join(said)] if said else []
+    phrases = [each[name].format(number(time, "s")) for name, time in times.items()]
+    return [", ".join(phrases)] if phrases else []
 
 
 def _stops(summary: Entry) -> tuple[list[str], Entry]:
@@ -540,7 +540,7 @@ def _stops(summary: Entry) -> tuple[list[str], Entry]:
     hottest = total["hottest"]
     angle = total["angle"]
     travel = f", hook travel {_up_and_down(total)}" if "travel" in total else ""
-    said = [
+    phrases = [
         f"{_number_of_stops(rows)} in {number(end['duration'], 's')}: "
         f"{number(total['motion_time'], 's')} in motion, "
         f"{number(total['braking_time'], 's')} braked, {number(angle, 'rad')}{travel}"
@@ -550,17 +550,17 @@ def _stops(summary: Entry) -> tuple[list[str], Entry]:
             number(time, "s") for time in (braked[0], braked[-1], max(braked))
         )
         others = len(rows) - len(braked)
-        said.append(
+        phrases.append(
             f"the longest braking takes {most} (stop {longest['stop']}), the first "
             f"{first}, the last {last}{f'; {others} are without it' if others else ''}"
             f"; the maximum friction heat is {number(hottest['energy'], 'J')} "
             f"(stop {hottest['stop']})"
         )
     if abs(abs(end["angle"]) - angle) > _BALANCED * angle:
-        said.append(at_end(end))
+        phrases.append(at_end(end))
     names = ("motion_time", "braking_time", "angle", "energy")
     sums = {name: total[name] for name in names}
-    return said, {"stops": len(rows), **sums, "longest": longest}
+    return phrases, {"stops": len(rows), **sums, "longest": longest}
 
 
 def _up_and_down(total: Entry) -> str:
@@ -736,14 +736,16 @@ def _maxima(report: Report) -> Finding:
     values = {name: report.metrics[name] for name in report.peaks if name != HOLDING}
     values = {name: value for name, value in values.items() if value is not None}
     rims = report.summary.get("rims")
-    said = []
+    phrases = []
     for name, value in values.items():
         title = title_of(name, report.result.scene).removeprefix("Maximum ")
         if rims is not None and METRICS[name].of_linings:
             title += f" on each of {rims} rims"
         most = number(value, METRICS[name].unit)
-        said.append(f"{lower(title)} at most {most} ({place_and_time(name, report)})")
-    return Finding("maxima", ", ".join(said), values)
+        phrases.append(
+            f"{lower(title)} at most {most} ({place_and_time(name, report)})"
+        )
+    return Finding("maxima", ", ".join(phrases), values)
 
 
 def sum_words(balance: Balance) -> str:

@@ -76,7 +76,7 @@ class HeldInput:
       how many points the run has passed. What a lag still feels of older jumps is in
       the height of the first
     - `delay`, `lag` (s) of an actuator
-    - `said`: all that was commanded, by time: the first `count` of a list that
+    - `commands`: all that was commanded, by time: the first `count` of a list that
       later inputs go on with
     """
 
@@ -87,7 +87,7 @@ class HeldInput:
     piece: int
     delay: float
     lag: float | None
-    said: list[tuple[float, float]]
+    commands: list[tuple[float, float]]
     count: int = 1
 
     @property
@@ -99,11 +99,11 @@ class HeldInput:
         if value == self.level:
             return self
         # it is what the run begins with
-        if t == self.said[0][0] and not (self.delay or self.lag):
+        if t == self.commands[0][0] and not (self.delay or self.lag):
             return dataclasses.replace(
                 self,
                 values=np.full_like(self.values, value),
-                said=[(t, value)],
+                commands=[(t, value)],
                 count=1,
             )
         times = self.times
@@ -129,20 +129,24 @@ class HeldInput:
             values = np.concatenate([np.full(more - 2, values[0]), values])
             piece += more - 2
         # another went on with it
-        said = self.said if len(self.said) == self.count else self.said[: self.count]
-        said.append((t, value))
+        commands = (
+            self.commands
+            if len(self.commands) == self.count
+            else self.commands[: self.count]
+        )
+        commands.append((t, value))
         return dataclasses.replace(
             self,
             times=times,
             values=values,
             piece=piece,
-            said=said,
+            commands=commands,
             count=self.count + 1,
         )
 
     def history(self) -> PiecewiseLinear:
         """All that was commanded, as a profile of a scene."""
-        times, values = np.asarray(self.said[: self.count]).T
+        times, values = np.asarray(self.commands[: self.count]).T
         # jumps
         return PiecewiseLinear(np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1])
 
@@ -626,7 +630,7 @@ class Stepper:
                 f"{name}_points": points,
                 f"{name}_piece": np.asarray(held.piece),
             }
-            arrays |= {f"{name}_history": np.asarray(held.said[: held.count])}
+            arrays |= {f"{name}_history": np.asarray(held.commands[: held.count])}
         return arrays
 
     def restore(self, state: Mapping[str, Any]) -> "Stepper":
@@ -655,15 +659,15 @@ class Stepper:
         self._mode = np.array(kept["mode"], np.int32)
         for name, held in self._held.items():
             times, values = np.array(kept[f"{name}_points"])
-            said = [(t, value) for t, value in kept[f"{name}_history"].tolist()]
+            commands = [(t, value) for t, value in kept[f"{name}_history"].tolist()]
             piece = int(kept[f"{name}_piece"])
             self._held[name] = dataclasses.replace(
                 held,
                 times=times,
                 values=values,
                 piece=piece,
-                said=said,
-                count=len(said),
+                commands=commands,
+                count=len(commands),
             )
         # (columns are read under the inputs of the record)
         self._record = self._integrate(

@@ -55,8 +55,8 @@ class Verdict(NamedTuple):
     part of the brake that was under load has no limit (`judged.missing`).
 
     Example:
-        >>> said = result.verdict({"stopping_time": "1 s"})
-        >>> said.colour, said.reason, said.wants
+        >>> verdict = result.verdict({"stopping_time": "1 s"})
+        >>> verdict.colour, verdict.reason, verdict.wants
         (<Colour.RED: 'red'>, 'H4', 'rest')
     """
 
@@ -160,22 +160,22 @@ def _headline(
 ) -> str:
     """The reason, the hottest body, limits that are exceeded or nearly reached, else
     the smallest margin, and what was evaluated."""
-    said = [sentence]
+    phrases = [sentence]
     heading = {LimitVerdict.EXCEEDED: "Exceeded", LimitVerdict.SMALL: "Small margin"}
     for state, words in heading.items():
         if these := [f"{row.name} {row.terms}" for row in rows if row.state == state]:
-            said.append(f"{words}: {'; '.join(these)}")
+            phrases.append(f"{words}: {'; '.join(these)}")
     within = (LimitVerdict.WITHIN, LimitVerdict.WITHIN_SO_FAR)
     evaluated = [row for row in rows if row.state in within]
     # where the brake did not do its work, the margin of something else says nothing
     silent = result.ok and COLOURS[result.report().judgement.colour] == Colour.RED
-    if len(said) == 1 and evaluated and not silent:
+    if len(phrases) == 1 and evaluated and not silent:
         first = evaluated[0]
         so_far = "" if result.ok else " so far"
         margin = f"smallest margin: {first.name}, {first.margin}"
-        said.append(f"No limit exceeded{so_far}; {margin}")
-    said[1:1] = _hottest(result, checks)
-    return ". ".join([*said, *([str(covered)] if covered.of else [])])
+        phrases.append(f"No limit exceeded{so_far}; {margin}")
+    phrases[1:1] = _hottest(result, checks)
+    return ". ".join([*phrases, *([str(covered)] if covered.of else [])])
 
 
 def _hottest(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
@@ -184,13 +184,13 @@ def _hottest(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
         return []
     # (checks begin with the temperatures of a run, the highest one first)
     hot = [check for check in checks if check.name in HOT and check.value is not None]
-    said = []
+    phrases = []
     for check in hot[:1]:
         row = check.row(result.scene)
         limit = "no limit given" if check.limit is None else f"allowed {row.limit}"
         place = body_of(HOT[check.name], result.scene)
-        said.append(f"Hottest: {place} {row.value}, {limit}")
-    return said
+        phrases.append(f"Hottest: {place} {row.value}, {limit}")
+    return phrases
 
 
 # --- a run with its limits, as text, JSON and in a notebook --------------------------
@@ -213,16 +213,16 @@ def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
     """The summary of a result: about ten lines that can be read without the source."""
     report = result.report()
 
-    def lines(said: Sequence[Finding]) -> list[str]:
-        return [f"{finding.topic:8} {finding.text}" for finding in said]
+    def lines(found: Sequence[Finding]) -> list[str]:
+        return [f"{finding.topic:8} {finding.text}" for finding in found]
 
     tables = []
     if "stages" in report.summary:
         tables += ["stages", *_indented(stage_table(report.summary))]
     if "stops" in report.summary:
         tables += ["stops", *_indented(report.stops)]
-    said = [*head_lines(result, checks), *lines(findings(report)), *tables]
-    return "\n".join([*said, *lines(remarks(report))])
+    blocks = [*head_lines(result, checks), *lines(findings(report)), *tables]
+    return "\n".join([*blocks, *lines(remarks(report))])
 
 
 def _indented(table: Table) -> list[str]:
@@ -249,7 +249,7 @@ def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
 def page_of(result: Result) -> str:
     """A concrete result in a notebook: the verdict as a banner, its metrics with units,
     notes and warnings."""
-    said = result.verdict()
+    verdict = result.verdict()
     values = result.report().metrics
     rows = [
         (name, str(number(values[name], metric.unit)), metric.meaning)
@@ -260,7 +260,7 @@ def page_of(result: Result) -> str:
         f"<p>{finding.topic}: {html.escape(finding.text)}</p>"
         for finding in remarks(result.report())
     )
-    banner = coloured(said.headline, said.colour)
+    banner = coloured(verdict.headline, verdict.colour)
     return banner + rows_table(rows, "")._repr_html_() + notes
 
 

@@ -138,8 +138,8 @@ def explain(
     Raises `InputError` for errors of the scene or the limits.
 
     Example:
-        >>> said = sb.studies.explain(result, influence=False)
-        >>> said["balance"].numbers["governs"]
+        >>> told = sb.studies.explain(result, influence=False)
+        >>> told["balance"].numbers["governs"]
         'inertia'
     """
     with shown_progress(progress, "explain", "compiling the run…") as progress:
@@ -152,26 +152,26 @@ def explain(
         result = dataclasses.replace(
             result, scene=with_limits(result.scene, bounds)
         )  # with their events
-        said = verdict(result, bounds)
+        judgement = verdict(result, bounds)
         progress.now("post-processing")
-        exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in said.rows)
+        exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in judgement.rows)
         outcome = {
-            "colour": str(said.colour),
+            "colour": str(judgement.colour),
             "status": result.status,
             "exceeded": exceeded,
         }
         outcome |= {
-            "reason": said.reason,
-            "wants": said.wants,
-            "shown": said.shown,
-            "fails": said.fails,
+            "reason": judgement.reason,
+            "wants": judgement.wants,
+            "shown": judgement.shown,
+            "fails": judgement.fails,
         }
         findings = [
-            Finding("outcome", f"{said}.", outcome, said.colour),
+            Finding("outcome", f"{judgement}.", outcome, judgement.colour),
             *_topic("course", [course(result.report())]),
             *_balance(result),
             *_linings(result),
-            *_limits(result, said),
+            *_limits(result, judgement),
             *_stability(result),
         ]
         if influence and result.ok:
@@ -327,7 +327,7 @@ def _linings(result: Result) -> list[Finding]:
     summary = result.report().summary
     words = result.scene.brake.words
     at = summary["at"]
-    said = []
+    phrases = []
     numbers = {}
     loaded = ("max_normal_load", "most loaded")
     hottest = ("peak_lining_temperature", "hottest")
@@ -352,32 +352,32 @@ def _linings(result: Result) -> list[Finding]:
             "over_mean": over,
         }
         if over < _ALIKE:
-            said.append(f"All {words.lining}s are alike, {what} with {shown}.")
+            phrases.append(f"All {words.lining}s are alike, {what} with {shown}.")
             continue
         rise = ", counted from 20 °C" if zero else ""
-        said.append(
+        phrases.append(
             f"{words.lining.capitalize()} {lining} is the {what}: {shown}, "
             f"{digits(over, 3)} times the mean{rise}."
         )
     for finding in wear(result.report()):
         if finding.numbers["over_mean"] is not None:
             numbers["greatest_wear"] = finding.numbers
-            said.append(f"{upper(finding.text)}.")
-    if said and result.scene.brake.banded and len(numbers):
+            phrases.append(f"{upper(finding.text)}.")
+    if phrases and result.scene.brake.banded and len(numbers):
         count = result.scene.brake.linings.count
-        said.append(f"Linings count from the slack end, 1 to {count}.")
-    return [Finding("linings", " ".join(said), numbers)] if said else []
+        phrases.append(f"Linings count from the slack end, 1 to {count}.")
+    return [Finding("linings", " ".join(phrases), numbers)] if phrases else []
 
 
-def _limits(result: Result, said: Verdict) -> list[Finding]:
+def _limits(result: Result, judgement: Verdict) -> list[Finding]:
     """The limit that comes first, and when it was first exceeded; how many are
     exceeded, and what has none."""
-    rows = [row for row in said.rows if row.state != LimitVerdict.NOT_EVALUATED]
+    rows = [row for row in judgement.rows if row.state != LimitVerdict.NOT_EVALUATED]
     none = (
         f"{part} (--limit {' or '.join(names)})"
-        for part, names in said.judged.missing.items()
+        for part, names in judgement.judged.missing.items()
     )
-    missing = f" No limit for: {', '.join(none)}." if said.judged.missing else ""
+    missing = f" No limit for: {', '.join(none)}." if judgement.judged.missing else ""
     if not rows:
         text = (
             "No limit was given, and the scene has none: give limits, as in --limit "
@@ -400,7 +400,7 @@ def _stability(result: Result) -> list[Finding]:
     scene = result.scene
     report = result.report()
     values = {}
-    said = []
+    phrases = []
     ratios = self_locking_ratios(
         scene
     )  # of a band that locks at 1, with static friction at the start
@@ -414,7 +414,7 @@ def _stability(result: Result) -> list[Finding]:
             f"{scene.brake.words.lining} {lining}: {words} = {digits(ratio, 4)}, "
             f"margin {digits(margin, 4)}"
         )
-        said.append(
+        phrases.append(
             (
                 "Locks itself: "
                 if margin <= 0
@@ -429,7 +429,7 @@ def _stability(result: Result) -> list[Finding]:
         torque = number(least["torque"], "N*m")
         load = number(least["load"], "N*m")
         verb = "gives too little," if least["margin"] < -_BALANCED else "gives at least"
-        said.append(
+        phrases.append(
             f"Under the maximum force of the lever the sliding brake {verb} {torque} "
             f"against {load} of the load "
             f"(at {number(least['time'], 's')}): runaway margin "
@@ -437,8 +437,8 @@ def _stability(result: Result) -> list[Finding]:
         )
     for finding in holding(report):
         values["holding_reserve"] = finding.numbers["value"]
-        said.append(f"{upper(finding.text)}.")
-    return [Finding("stability", " ".join(said), values)] if said else []
+        phrases.append(f"{upper(finding.text)}.")
+    return [Finding("stability", " ".join(phrases), values)] if phrases else []
 
 
 # --- what would change it -----------------------------------------------------------

@@ -337,7 +337,7 @@ class WaterJacket(AbstractLink):
             return []
         liquid = self.liquid
         D = float(self.diameter)
-        said = list[str]()
+        phrases = list[str]()
         (low, high) = _PRANDTL
         flows = np.atleast_1d(
             np.asarray(getattr(self.flow, "values", self.largest_flow), float)
@@ -352,17 +352,19 @@ class WaterJacket(AbstractLink):
             > 0
         )
         if Re * least < _TURBULENT:
-            said.append(f"Re = {Re * least:.4g} is below 10,000, reached at {enough}")
+            phrases.append(
+                f"Re = {Re * least:.4g} is below 10,000, reached at {enough}"
+            )
         elif np.any(
             lasts
             & (np.minimum(flows[1:], flows[:-1]) == 0)
             & (np.maximum(flows[1:], flows[:-1]) > 0)
         ):
-            said.append(
+            phrases.append(
                 f"Re falls below 10,000 while the flow passes through values under {enough}"
             )
         if not low < (Pr := float(liquid.prandtl)) < high:
-            said.append(f"Pr = {Pr:.4g} is not within {low:g}…{high:g}")
+            phrases.append(f"Pr = {Pr:.4g} is not within {low:g}…{high:g}")
         if (over := float(self.length) / D) < _LONG:
-            said.append(f"length/diameter = {over:.4g} is below {_LONG:g}")
-        return said
+            phrases.append(f"length/diameter = {over:.4g} is below {_LONG:g}")
+        return phrases
