@@ -13,6 +13,7 @@ from bandage_scenes import (
     R,
     changes,
     check_conditions,
+    random_duty,
     run,
     sampled,
     scene,
@@ -141,3 +142,23 @@ def test_torque_at_the_end_of_a_run(T_0):
     assert float(result.record.y_end.omega) > 0
     # springs add 3e-8
     near(result.end_capacity.torque, _limit(T_0, "weaker"), 1e-6)
+
+
+@pytest.mark.slow
+def test_random_duties_end_well():
+    for seed in range(30):
+        made = random_duty(seed)
+        sb.check_scene(made)
+        result = run(made)
+        record = result.record
+        energy = result.energy
+        assert int(record.code) == 0, seed
+        assert float(energy["closure"]) < 1e-8, seed
+        ledger = record.states.ledger
+        n = int(record.count) + 1
+        for heat in (*ledger.friction, ledger.damper_heat):
+            assert np.min(np.diff(np.asarray(heat)[:n])) >= -1e-12 * max(
+                1.0, float(energy["friction_heat"])
+            ), seed
+        if seed % 6 == 0:
+            check_conditions(record)
