@@ -198,6 +198,15 @@ def _hard_cases() -> list[str]:
     return lines
 
 
+def _sticking() -> list[str]:
+    """The benchmark of exact sticking."""
+    from benchmarks import machine, sticking
+
+    found = json.loads((DOCS / "measured" / "sticking.json").read_text("utf-8"))
+    measured = machine.measured_on(found["machine"], ("python", "jax", "scipy"))
+    return [*sticking.markdown(found), "", measured]
+
+
 def _estimates(name: str) -> list[str]:
     """Tables of estimates beside simulations, and remarks on them."""
     lines = []
@@ -225,6 +234,7 @@ def _printed(name: str) -> list[str]:
 LISTS: dict[str, Callable[[], list[str]]] = {
     "notebooks": _notebooks,
     "hard_cases": _hard_cases,
+    "sticking": _sticking,
 }
 BLOCKS: dict[str, Callable[[str], list[str]]] = {
     "table": lambda name: TABLES[name](),

@@ -133,8 +133,9 @@ def markdown(whole: dict[str, Any]) -> list[str]:
                 continue
             parts = [] if one["error"] is None else [f"{one['error']:.0e}"]
             if one["moved"] is not None:
-                parts.append(f"moved {one['moved']:.0e}" if one["moved"] else "moved 0")
+                parts.append(f"moved {one['moved']:.1g}")
             parts += [f"{len(one['missing'])} not given"] * bool(one["missing"])
-            cells.append("; ".join([*parts, f"{one['cpu_s'] * 1e3:,.2g} ms"]))
+            parts.append(f"{float(format(one['cpu_s'] * 1e3, '.2g')):,g} ms")
+            cells.append("; ".join(parts))
         rows.append(cells)
     return ["| " + " | ".join(row) + " |" for row in rows]
