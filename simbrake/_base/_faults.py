@@ -75,11 +75,11 @@ def of_radius(name: str, names: Container[str]) -> str:
             f"give {DRUM_RADIUS}, to the middle of the rope in the first layer: "
             "(diameter of drum + rope)/2"
         )
-    for one, other, share in (
+    for given, other, share in (
         ("diameter", "radius", "half of it"),
         ("radius", "diameter", "twice that"),
     ):
-        if one in name and (known := name.replace(one, other)) in names:
+        if given in name and (known := name.replace(given, other)) in names:
             return f"give {share} as {known}"
     return ""
 

@@ -134,13 +134,13 @@ def title_of(file: Path) -> str:
     text = file.read_text("utf-8", errors="replace")
     if file.suffix == ".py":
         try:
-            said = ast.get_docstring(ast.parse(text)) or ""
+            title = ast.get_docstring(ast.parse(text)) or ""
         except SyntaxError:
-            said = ""
+            title = ""
     else:
-        said = (
+        title = (
             next(iter(text.splitlines()), "").lstrip("# ")
             if text.startswith("#")
             else ""
         )
-    return said.strip().partition("\n")[0].rstrip(".") or file.stem.replace("_", " ")
+    return title.strip().partition("\n")[0].rstrip(".") or file.stem.replace("_", " ")

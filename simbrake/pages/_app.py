@@ -280,7 +280,7 @@ class App:
             self.edited(values), rtol=self.rtol, throw=False, progress=tell
         )
         parts = head(result, limit_checks(result, self.limits), self.title)
-        said: Verdict = parts["verdict"]
+        verdict: Verdict = parts["verdict"]
         rows = [
             [
                 row.heading,
@@ -290,11 +290,11 @@ class App:
                 str(row.state),
                 BADGES[row.state.colour],
             ]
-            for row in said.rows
+            for row in verdict.rows
         ]
         shown = {
-            "colour": str(said.colour),
-            "headline": f"{said.reason}: {said.headline}",
+            "colour": str(verdict.colour),
+            "headline": f"{verdict.reason}: {verdict.headline}",
             "text": parts["outcome"],
             "rows": rows,
         }

@@ -202,11 +202,11 @@ def _compiled(text: str, steps: bool, rows: int) -> bytes:
             text=True,
         )
         if done.returncode:
-            said = next(
+            error = next(
                 (line for line in done.stderr.splitlines() if "error" in line),
                 done.stderr[-200:],
             )
-            raise input_error("ziglang", f"failed: {said}", OTHER_PAGES)
+            raise input_error("ziglang", f"failed: {error}", OTHER_PAGES)
         return (scratch / "live.wasm").read_bytes()
 
 

@@ -153,12 +153,12 @@ def _parts_in(table: Table, i: int) -> tuple[bool, bool]:
     digits alone its name decides."""
     text = _first(table, i)
     name = table.names[i].upper()
-    one = said(text)
-    if one is None:
+    cell = said(text)
+    if cell is None:
         return False, False
     if not says_time(text):
-        return "DATE" in name and bool(one.date), "TIME" in name and bool(one.clock)
-    return bool(one.date), bool(one.clock)
+        return "DATE" in name and bool(cell.date), "TIME" in name and bool(cell.clock)
+    return bool(cell.date), bool(cell.clock)
 
 
 def _places(table: Table) -> list[int]:
@@ -412,20 +412,22 @@ class _Texts:
         """Times by the grammar, of which a format may give that of the dates."""
         every = [said(text, *([".*?"] if form else ())) for text in self.texts]
         clocks = [
-            None if one is None or not one.clock else seconds_of(one.clock)
-            for one in every
+            None if cell is None or not cell.clock else seconds_of(cell.clock)
+            for cell in every
         ]
-        most = _DAY if any(one.date for one in every if one) else np.inf
+        most = _DAY if any(cell.date for cell in every if cell) else np.inf
         bad = [i for i, clock in enumerate(clocks) if clock is None or clock > most]
         if bad:
             text = self.texts[bad[0]]
-            one = every[bad[0]]
-            bare = "has no clock" if one is not None and not one.clock else "is no time"
+            cell = every[bad[0]]
+            bare = (
+                "has no clock" if cell is not None and not cell.clock else "is no time"
+            )
             return self._wrong(
                 bad, f"{text!r} {bare}" if text else "has no time", self._way_out
             )
         whole: list[Said] = every  # pyright: ignore
-        bare = [i for i, one in enumerate(whole) if not one.date]
+        bare = [i for i, cell in enumerate(whole) if not cell.date]
         if bare and len(bare) < len(whole):
             return self._wrong(
                 bare,
@@ -437,14 +439,14 @@ class _Texts:
         if bare and clock.max() >= _DAY + 3600.0:
             remarks.append("hours above 24 count from the start")
         days = (
-            self._days([one.date for one in whole], form, remarks)
+            self._days([cell.date for cell in whole], form, remarks)
             if not bare
             else np.zeros(len(whole))
         )
         if days is None:
             return None
         local = days * _DAY + clock
-        zones = [one.zone for one in whole]
+        zones = [cell.zone for cell in whole]
         east = self._east(zones, local)
         for name in sorted(
             {zone.upper() for zone in zones if zone.isalpha()}
@@ -527,7 +529,7 @@ class _Texts:
             order: days for order, days in read.items() if None not in days
         }
         if not whole:
-            return min(read.items(), key=lambda one: one[1].count(None))
+            return min(read.items(), key=lambda pair: pair[1].count(None))
         told = self._order_of_file
         if told in whole:
             return told, whole[told]

@@ -279,7 +279,7 @@ class _Witsml(ElementTree.TreeBuilder):
     def _begin(self, line: str) -> None:
         """The columns, where the first row of a log comes."""
 
-        def said(name: str) -> str:
+        def text_of(name: str) -> str:
             return next(
                 (
                     element.text.strip()
@@ -294,7 +294,7 @@ class _Witsml(ElementTree.TreeBuilder):
             for curve in self._open[0].iter("logCurveInfo")
         ]
         curves.sort(key=lambda curve: _whole(curve.get("columnIndex")))
-        listed = said("mnemonicList") or said("header")
+        listed = text_of("mnemonicList") or text_of("header")
         names = (
             [name.strip() for name in listed.split(",")]
             if listed
@@ -309,13 +309,13 @@ class _Witsml(ElementTree.TreeBuilder):
             where = f"{self.file.path} <log>"
             raise input_error(where, what, "mnemonicList, or logCurveInfo, names them")
         by_name = {curve.get("mnemonic", ""): curve for curve in curves}
-        units = [unit.strip() for unit in said("unitList").split(",")]
+        units = [unit.strip() for unit in text_of("unitList").split(",")]
         if len(units) != len(names):
             units = [by_name.get(name, {}).get("unit", "") for name in names]
         nulls = [
             _real(element.text or "") for element in self._open[0].iter("nullValue")
         ]
-        index = said("indexCurve") or names[0]
+        index = text_of("indexCurve") or names[0]
         column = next(
             (
                 _whole(x.get("columnIndex")) - 1
@@ -336,10 +336,10 @@ class _Witsml(ElementTree.TreeBuilder):
             [by_name.get(name, {}).get("curveDescription", "") for name in names],
             nulls=tuple(sorted({x for x in nulls if x is not None})),
             index=place,
-            index_type=said("indexType"),
-            well=said("nameWell"),
+            index_type=text_of("indexType"),
+            well=text_of("nameWell"),
         )
-        delimiter = said("dataDelimiter") or ","
+        delimiter = text_of("dataDelimiter") or ","
         texts = {place, *_kept_as_text(names, [line.split(delimiter)], self.wanted)}
         self._rows = Rows(
             self.file.path, len(names), delimiter, sorted(texts), word="row"
@@ -422,7 +422,7 @@ def _las(file: File, texts: Sequence[str]) -> list[Table]:
             elif section is not None:
                 section += lines
         first += len(piece)
-    tables = [one.finish(one.rows) for one in found if one.rows is not None]
+    tables = [table.finish(table.rows) for table in found if table.rows is not None]
     if not tables:
         what = "has no section ~A, or ~Log_Data of LAS 3, with rows"
         raise input_error(str(file.path), what, "it is cut off: export the log again")

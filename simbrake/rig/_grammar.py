@@ -138,9 +138,9 @@ def is_date_name(name: str) -> bool:
 def says_time(text: str) -> bool:
     """Whether a cell is a time by its looks: a number is one only where it is a date
     and a clock."""
-    one = said(text)
-    return one is not None and (
-        bool(one.date and one.clock) or not re.fullmatch(r"\d+[.,]?\d*", text)
+    cell = said(text)
+    return cell is not None and (
+        bool(cell.date and cell.clock) or not re.fullmatch(r"\d+[.,]?\d*", text)
     )
 
 

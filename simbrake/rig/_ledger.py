@@ -138,8 +138,8 @@ class Ledger(Tabular):
     @property
     def largest(self) -> Entry | None:
         """The lowering with the largest work, `None` where all are flagged."""
-        valid = [one for one in self.entries if not one.lowering.flags]
-        return max(valid, key=lambda one: one.lowering.hook_work, default=None)
+        valid = [entry for entry in self.entries if not entry.lowering.flags]
+        return max(valid, key=lambda entry: entry.lowering.hook_work, default=None)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -147,7 +147,7 @@ class Ledger(Tabular):
         that are flagged."""
         valid = self.lowerings.valid
         every = len(self.lowerings)
-        unsure = sum(one.kind == LOADS[0] for one in valid)
+        unsure = sum(lowering.kind == LOADS[0] for lowering in valid)
         return {
             "valid": len(valid),
             "not_decidable": unsure,
@@ -161,17 +161,23 @@ class Ledger(Tabular):
         counts = self.counts
         totals = self.totals
         largest = self.largest
-        flags = sorted({flag for one in self.lowerings.lowerings for flag in one.flags})
+        flags = sorted(
+            {flag for lowering in self.lowerings.lowerings for flag in lowering.flags}
+        )
         aside = f"flagged and left out: {counts['flagged']}" + (
             f" ({', '.join(flags)})" if flags else ""
         )
-        if refused := sum(bool(one.refused) for one in self.entries):
+        if refused := sum(bool(entry.refused) for entry in self.entries):
             aside += f"; motion of the drum refused: {refused}"
         lost = self.lowerings.lost
         if largest is None:
             return ("no lowering without flags", aside, *lost)
-        one = largest.lowering
-        when = in_seconds(one.start) if one.start else f"{digits(one.begin, 6)} s"
+        lowering = largest.lowering
+        when = (
+            in_seconds(lowering.start)
+            if lowering.start
+            else f"{digits(lowering.begin, 6)} s"
+        )
         assumed = (
             " (by an assumed share; at most all of it)"
             if any(shares_of(self.settings["auxiliary"]).values())
@@ -187,9 +193,9 @@ class Ledger(Tabular):
             if totals[x] is not None
         )
         return (
-            f"largest lowering: {_work(dataclasses.asdict(one))} at the hook, "
-            f"{number(one.travel, 'm', count=3)} at up "
-            f"to {number(one.top_speed, 'm/s', count=3)}, {when}",
+            f"largest lowering: {_work(dataclasses.asdict(lowering))} at the hook, "
+            f"{number(lowering.travel, 'm', count=3)} at up "
+            f"to {number(lowering.top_speed, 'm/s', count=3)}, {when}",
             f"all of {counted(counts['valid'])}: {_work(totals)} at the hook{''.join(drum)}",
             f"load of string or block not decidable: {counts['not_decidable']}; {aside}",
             *lost,
@@ -230,9 +236,9 @@ class Ledger(Tabular):
 
     def _totals(self, name: str, key: Callable[[Lowering], object]) -> Table:
         groups: dict[object, list[Entry]] = {}
-        for one in self.entries:
-            if not one.lowering.flags:
-                groups.setdefault(key(one.lowering), []).append(one)
+        for entry in self.entries:
+            if not entry.lowering.flags:
+                groups.setdefault(key(entry.lowering), []).append(entry)
         rows = [
             [label, len(members), *(_sum(members, what) for what in _SUMS)]
             for label, members in groups.items()
@@ -247,8 +253,10 @@ class Ledger(Tabular):
         from the first row."""
         return self._totals(
             "day",
-            lambda one: (
-                one.start[:10] if one.start else f"{int(one.begin // 86400) + 1}"
+            lambda lowering: (
+                lowering.start[:10]
+                if lowering.start
+                else f"{int(lowering.begin // 86400) + 1}"
             ),
         )
 
@@ -258,16 +266,16 @@ class Ledger(Tabular):
         pauses = {}
         end = None
         trip = 0
-        for one in self.lowerings.valid:
-            trip += end is None or one.begin - end > self.settings["trip_pause"]
-            end = one.end
-            pauses[one.begin] = trip
-        return self._totals("trip", lambda one: pauses[one.begin])
+        for lowering in self.lowerings.valid:
+            trip += end is None or lowering.begin - end > self.settings["trip_pause"]
+            end = lowering.end
+            pauses[lowering.begin] = trip
+        return self._totals("trip", lambda lowering: pauses[lowering.begin])
 
     @property
     def totals(self) -> dict[str, float | None]:
         """Sums over all lowerings without flags; `None` where one of them lacks it."""
-        members = [one for one in self.entries if not one.lowering.flags]
+        members = [entry for entry in self.entries if not entry.lowering.flags]
         return {name: _sum(members, name) for name in _SUMS}
 
     def as_dict(self) -> dict[str, Any]:
@@ -411,7 +419,8 @@ def ledger(
     if brake == "friction":
         shares |= dict.fromkeys(LOADS, 0.0)
     separable = all(
-        shares.get(kind) is not None for kind in {one.kind for one in found.valid}
+        shares.get(kind) is not None
+        for kind in {lowering.kind for lowering in found.valid}
     )
     if not separable:
         what = (
@@ -428,10 +437,10 @@ def ledger(
             "without lines= or efficiency= nothing is said of the tackle and the drum"
         )
     entries = tuple(
-        _entry(found.log, one, strung, drum_radius, efficiency, block_mass, shares)
-        for one in found.lowerings
+        _entry(found.log, lowering, strung, drum_radius, efficiency, block_mass, shares)
+        for lowering in found.lowerings
     )
-    refused = [one for one in entries if one.refused]
+    refused = [entry for entry in entries if entry.refused]
     if refused and efficiency is not None:
         notes.append(
             f"drum: {len(refused)} of {len(entries)} lowerings are refused, {refused[0].refused}"
@@ -523,7 +532,7 @@ def lines_of(log: Log, notes: list[str]) -> float | None:
     return count
 
 
-def refusal(log: Log, one: Lowering) -> str:
+def refusal(log: Log, lowering: Lowering) -> str:
     """Why the motion of the drum is not known in a lowering."""
     if not log.compensated:
         return ""
@@ -532,23 +541,23 @@ def refusal(log: Log, one: Lowering) -> str:
     if heave is None:
         return f"{name} is heave-compensated, and the heave is not recorded"
     inside = heave.value[
-        slice(*np.searchsorted(log.t, (one.begin, one.end), side="right"))
+        slice(*np.searchsorted(log.t, (lowering.begin, lowering.end), side="right"))
     ]
     inside = inside[~np.isnan(inside)]
     if not inside.size:
         return f"{name} is heave-compensated, and the heave has no value"
     moved = np.ptp(inside)
-    if moved <= _HEAVE * one.travel:
+    if moved <= _HEAVE * lowering.travel:
         return ""
     return (
         f"{name} is heave-compensated, and the heave of {digits(moved, 3)} m "
-        f"exceeds 1 % of {digits(one.travel, 3)} m"
+        f"exceeds 1 % of {digits(lowering.travel, 3)} m"
     )
 
 
 def _entry(
     log: Log,
-    one: Lowering,
+    lowering: Lowering,
     lines: float | None,
     radius: float | None,
     efficiency: float | None,
@@ -557,28 +566,28 @@ def _entry(
 ) -> Entry:
     mass = (
         block_mass
-        if block_mass is not None and one.kind == "block"
-        else one.static_load / _GRAVITY
+        if block_mass is not None and lowering.kind == "block"
+        else lowering.static_load / _GRAVITY
     )
     entry = Entry(
-        one,
-        one.hook_work / one.duration,
-        0.5 * mass * one.top_speed**2,
-        refused=refusal(log, one),
+        lowering,
+        lowering.hook_work / lowering.duration,
+        0.5 * mass * lowering.top_speed**2,
+        refused=refusal(log, lowering),
     )
     if efficiency is None or entry.refused:
         return entry
     drum: dict[str, float | None] = {
-        "tackle_loss": (1 - efficiency) * one.hook_work,
-        "drum_work": efficiency * one.hook_work,
-        "drum_work_low": efficiency * one.hook_work_low,
-        "drum_work_high": efficiency * one.hook_work_high,
+        "tackle_loss": (1 - efficiency) * lowering.hook_work,
+        "drum_work": efficiency * lowering.hook_work,
+        "drum_work_low": efficiency * lowering.hook_work_low,
+        "drum_work_high": efficiency * lowering.hook_work_high,
     }
     if lines is not None and radius is not None:
-        drum["drum_speed"] = lines * one.top_speed / radius
-        drum["drum_torque"] = efficiency * one.mean_load * radius / lines
-    share = shares.get(one.kind)
+        drum["drum_speed"] = lines * lowering.top_speed / radius
+        drum["drum_torque"] = efficiency * lowering.mean_load * radius / lines
+    share = shares.get(lowering.kind)
     if share is not None:
-        drum["auxiliary_work"] = share * efficiency * one.hook_work
-        drum["friction_work"] = (1 - share) * efficiency * one.hook_work
+        drum["auxiliary_work"] = share * efficiency * lowering.hook_work
+        drum["friction_work"] = (1 - share) * efficiency * lowering.hook_work
     return dataclasses.replace(entry, **drum)

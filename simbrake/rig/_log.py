@@ -833,22 +833,22 @@ class _Reading:
         return np.stack([t[i], t[i + 1]], axis=1) if i.size else np.empty((0, 2))
 
     def _said(self, channels: list[Channel]) -> list[str]:
-        said = list(dict.fromkeys(self.guesses))
+        phrases = list(dict.fromkeys(self.guesses))
         by_role = {c.role: c for c in channels if c.role}
         if "block_position" not in by_role:
             name = by_role["compensated_position"].mnemonic
-            said.append(
+            phrases.append(
                 f"{name} is heave-compensated: the motion of the drum only while the "
                 "rig does not heave"
             )
         for role, c in by_role.items():
             if c.held and role in _MOTION:
-                said.append(
+                phrases.append(
                     f"{c.mnemonic}: updated each {digits(c.interval, 3)} s and held "
                     "between, updates alone are used"
                 )
         if self.offset:
-            said.append(
+            phrases.append(
                 f"times of the hook load are reduced by {digits(self.offset, 4)} s (offset)"
             )
-        return said
+        return phrases

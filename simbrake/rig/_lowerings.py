@@ -155,11 +155,11 @@ class Lowerings(Tabular):
     @property
     def valid(self) -> tuple[Lowering, ...]:
         """Those without flags, of which totals are made."""
-        return tuple(one for one in self.lowerings if not one.flags)
+        return tuple(lowering for lowering in self.lowerings if not lowering.flags)
 
     def parts(self) -> Iterator[str | Table]:
         work, low, high = (
-            sum(getattr(one, name) for one in self.valid) for name in _WORKS
+            sum(getattr(lowering, name) for lowering in self.valid) for name in _WORKS
         )
         flagged = len(self) - len(self.valid)
         total = (
@@ -171,7 +171,7 @@ class Lowerings(Tabular):
         yield f"{counted(len(self.valid))}, {total} at the hook{aside}"
         yield from self.lost
         kinds = [
-            f"{kind}: {sum(one.kind == kind for one in self.valid)}"
+            f"{kind}: {sum(lowering.kind == kind for lowering in self.valid)}"
             for kind in reversed(LOADS)
         ]
         yield f"load {', '.join(kinds)}"
@@ -191,7 +191,7 @@ class Lowerings(Tabular):
         unknown = None if lost or flagged else 0.0
         return {
             "flagged": flagged,
-            "cut": sum(_CUT in one.flags for one in self.lowerings),
+            "cut": sum(_CUT in lowering.flags for lowering in self.lowerings),
             "gaps": len(lost),
             "gap_duration": float(sum(gap.duration for gap in lost)),
             "gap_fall": float(sum(max(-gap.change, 0.0) for gap in lost)),
@@ -206,13 +206,13 @@ class Lowerings(Tabular):
         if not self.gaps:
             return ()
         out = self.left_out
-        said = (
+        opening = (
             f"gaps in the log: {len(self.gaps)}, "
             f"{_long(sum(gap.duration for gap in self.gaps))} in all"
         )
         if not out["gaps"]:
             return (
-                f"{said}; behind each of them the block is where it was: taken as a rest",
+                f"{opening}; behind each of them the block is where it was: taken as a rest",
             )
         ways = {"fall": "lower", "rise": "higher"}
         moved = [
@@ -227,7 +227,7 @@ class Lowerings(Tabular):
         )
         where = f"behind which the block is {' and '.join(moved)} in all"
         return (
-            f"{said}; unknown, and in no total: travel and energy in {out['gaps']} of "
+            f"{opening}; unknown, and in no total: travel and energy in {out['gaps']} of "
             f"them, {where}{cut}",
         )
 
@@ -282,7 +282,9 @@ class Lowerings(Tabular):
     @property
     def table(self) -> Table:
         """A row for each lowering."""
-        return Table(map(column_of, COLUMNS), (vars(one) for one in self.lowerings))
+        return Table(
+            map(column_of, COLUMNS), (vars(lowering) for lowering in self.lowerings)
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Lowerings with totals, thresholds and states as shares; SI units."""
@@ -292,7 +294,7 @@ class Lowerings(Tabular):
                 "start": self.log.start,
                 "lowerings": self.table,
                 "totals": {
-                    name: sum(getattr(one, name) for one in self.valid)
+                    name: sum(getattr(lowering, name) for lowering in self.valid)
                     for name in ("travel", *_WORKS)
                 },
                 "gaps": self.gap_table,

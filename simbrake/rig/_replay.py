@@ -277,8 +277,8 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     motions = tuple(_motions(found, height, load))
     travels = list[np.ndarray]()
     depth = 0.0
-    for one in motions:
-        travels.append(depth + one.height[0] - one.height)
+    for motion in motions:
+        travels.append(depth + motion.height[0] - motion.height)
         depth = travels[-1][-1]
     highest, lowest = (f([0.0, *(f(x) for x in travels)]) for f in (min, max))
     per_radian = float(hook.travel())
@@ -303,13 +303,13 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         angles = [2 * np.pi * (x[-1] - x[:-1]) for x in left]
         rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))
     points = [np.zeros((4, 1))]  # t, angle, speed, skipped
-    for one, travel, turned in zip(motions, travels, angles, strict=True):
-        off = height.value[0] - one.height[0] - travel[0]
+    for motion, travel, turned in zip(motions, travels, angles, strict=True):
+        off = height.value[0] - motion.height[0] - travel[0]
         # (from rest to rest, also between pauses in a motion)
         for a, b in np.flatnonzero(
             np.diff(np.diff(turned) != 0, prepend=False, append=False)
         ).reshape(-1, 2):
-            times, speeds = _points(one.t[a : b + 1], turned[a : b + 1])
+            times, speeds = _points(motion.t[a : b + 1], turned[a : b + 1])
             along = turned[a] + np.append(
                 0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))
             )
@@ -334,8 +334,8 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         ]
     )
     quiet = np.abs(rate) < _QUIET
-    for one in motions:  # all readings of one that is never quiet
-        inside = (load.t >= one.t[0]) & (load.t <= one.t[-1])
+    for motion in motions:  # all readings of one that is never quiet
+        inside = (load.t >= motion.t[0]) & (load.t <= motion.t[-1])
         quiet |= inside & (np.count_nonzero(quiet & inside) < 2)
     gravity = shared["gravity"]
     begins, masses = _levels(
@@ -417,11 +417,11 @@ def _scene_of(
 ) -> Scene:
     """The scene with lever, load and motor of the reconstruction."""
     share = np.zeros(path.t.size)
-    for t, _, one in path.motions:
+    for t, _, lowering in path.motions:
         kind = (
             LOADS[found.load[np.searchsorted(found.log.t, 0.5 * (t[0] + t[-1]))]]
-            if one is None
-            else one.kind
+            if lowering is None
+            else lowering.kind
         )
         share[(path.t >= t[0]) & (path.t < t[-1])] = shares.get(kind) or 0.0
     speed = PiecewiseLinear(_filled(path.t, path.t[-1]), _filled(path.speed))
@@ -512,11 +512,17 @@ class Replay(Tabular):
     def hottest(self) -> ReplayedLowering | None:
         """The lowering with the highest temperature of the rim (else of another part,
         else with the most heat)."""
-        done = [one for one in self.lowerings if one.friction_heat is not None]
+        done = [
+            lowering
+            for lowering in self.lowerings
+            if lowering.friction_heat is not None
+        ]
         place = next(iter(done[0].hottest), None) if done else None
         return max(
             done,
-            key=lambda one: one.hottest[place] if place else one.friction_heat,  # pyright: ignore
+            key=lambda lowering: (
+                lowering.hottest[place] if place else lowering.friction_heat
+            ),  # pyright: ignore
             default=None,
         )  # pyright: ignore
 
@@ -542,7 +548,7 @@ class Replay(Tabular):
             f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]
         ]
         off = (
-            f"{what} {100 * max(abs(getattr(one, name) or 0.0) for one in self.lowerings):.2g} %"
+            f"{what} {100 * max(abs(getattr(lowering, name) or 0.0) for lowering in self.lowerings):.2g} %"
             for what, name in (
                 ("travel", "travel_deviation"),
                 ("hook work", "work_deviation"),
@@ -593,8 +599,8 @@ class Replay(Tabular):
             column_of("flags"),
         ]
         rows = []
-        for one in self.lowerings:
-            known = {**vars(one.lowering), **vars(one), **one.hottest}
+        for lowering in self.lowerings:
+            known = {**vars(lowering.lowering), **vars(lowering), **lowering.hottest}
             rows.append({column.name: known.get(column.name) for column in columns})
         return Table(columns, rows)
 
@@ -663,9 +669,9 @@ def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, floa
 
 
 def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering]:
-    done = [one.lowering for one in path.motions if one.lowering is not None]
+    done = [motion.lowering for motion in path.motions if motion.lowering is not None]
     end = float(result.record.t_end)
-    spans = [(one.begin, one.end) for one in done]
+    spans = [(lowering.begin, lowering.end) for lowering in done]
     inside = [span for span in spans if span[1] <= end]
     from_ = np.asarray(path.hook.times)
     knots = [
@@ -688,13 +694,13 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
         rows = np.searchsorted(t, ends - 1e-9 * end)
     maxima = result.report().maxima_between([(int(a), int(b)) for a, b in rows]).between
     hottest = {name: maxima[name] for name in HOT if name in maxima}
-    for i, (one, (a, b)) in enumerate(zip(done, spans, strict=True)):
+    for i, (lowering, (a, b)) in enumerate(zip(done, spans, strict=True)):
         far = float(
             np.diff(np.asarray(path.hook.travelled(path.angle_at(np.array([a, b])))))[0]
         )
         work = path.hook_work(a, b)
         if i >= len(inside):
-            yield ReplayedLowering(one, far, work)
+            yield ReplayedLowering(lowering, far, work)
             continue
         hanging = path.hook.masses[
             np.searchsorted(from_, knots[i][:-1], side="right") - 1
@@ -703,7 +709,7 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
         travel = float(x[i][-1] - x[i][0])
         tops = {name: float(tops[i]) for name, tops in hottest.items()}
         yield ReplayedLowering(
-            one,
+            lowering,
             far,
             work,
             travel,
@@ -808,7 +814,7 @@ def replay(
     if strung is not None and strung != lines:
         what = f"{digits(lines)} lines are strung, the log has {digits(strung)}"
         faults.add("duty.load.line_count", what, "give the scene those of the log")
-    refused = [words for one in found.valid if (words := refusal(log, one))]
+    refused = [words for lowering in found.valid if (words := refusal(log, lowering))]
     if refused:
         hint = "give a height between block and crown: names={'block_position': …}"
         what = f"{len(refused)} of {len(found.valid)} lowerings: {refused[0]}"
@@ -935,7 +941,10 @@ class Comparison(Tabular):
         )
         return Table(
             columns,
-            [[one.lowering.begin, *position, *load] for one, position, load in each],
+            [
+                [replayed.lowering.begin, *position, *load]
+                for replayed, position, load in each
+            ],
         )
 
     def parts(self) -> Iterator[str | Table]:

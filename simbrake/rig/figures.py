@@ -54,33 +54,48 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     position = log.position
     above.plot(*_thinned(position.t / unit, position.value), color="0.6", lw=1.0)
     most = max(
-        (abs(one.hook_work_high) for one in entries if np.isfinite(one.hook_work_high)),
+        (
+            abs(lowering.hook_work_high)
+            for lowering in entries
+            if np.isfinite(lowering.hook_work_high)
+        ),
         default=0.0,
     )
     factor, _, name = scale("J", most)
     by_colour: dict[str, list[Lowering]] = {}
-    for one in entries:
-        by_colour.setdefault(VERMILLION if one.flags else _KINDS[one.kind], []).append(
-            one
-        )
+    for lowering in entries:
+        by_colour.setdefault(
+            VERMILLION if lowering.flags else _KINDS[lowering.kind], []
+        ).append(lowering)
     for colour, alike in by_colour.items():
         # heights of all of them as one line, with a gap behind each
         spans = [
-            slice(*np.searchsorted(position.t, (one.begin - 1e-6, one.end + 1e-6)))
-            for one in alike
+            slice(
+                *np.searchsorted(
+                    position.t, (lowering.begin - 1e-6, lowering.end + 1e-6)
+                )
+            )
+            for lowering in alike
         ]
         times, heights = (
             np.concatenate([np.append(x[span], np.nan) for span in spans])
             for x in (position.t / unit, position.value)
         )
         above.plot(times, heights, color=colour, lw=2.0)
-        middle = np.array([one.begin + 0.5 * one.duration for one in alike]) / unit
+        middle = (
+            np.array([lowering.begin + 0.5 * lowering.duration for lowering in alike])
+            / unit
+        )
         low, work, high = (
             factor
             * np.array(
                 [
-                    (one.hook_work_low, one.hook_work, one.hook_work_high)
-                    for one in alike
+                    (
+                        lowering.hook_work_low,
+                        lowering.hook_work,
+                        lowering.hook_work_high,
+                    )
+                    for lowering in alike
                 ]
             ).T
         )
@@ -93,7 +108,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     below.set_xlabel(f"time from the first row, {word}")
     below.set_ylim(min(0.0, below.get_ylim()[0]), None)
     finish((above, below))
-    kinds = {one.kind for one in entries if not one.flags}
+    kinds = {lowering.kind for lowering in entries if not lowering.flags}
     shown = [
         Patch(color=colour, label=kind)
         for kind, colour in _KINDS.items()

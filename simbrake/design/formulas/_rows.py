@@ -398,20 +398,20 @@ def stage_rows(b: Braking) -> Iterator[EstimateRow]:
         metrics.get("stopping_angle"),
     )
     yield row("friction work", "W_ext + W_int", stages.work, "J", both)
-    one, other = works or (None, None)
+    by_external, by_internal = works or (None, None)
     yield row(
         "friction work, external pair",
         "W_ext = M_ext φ_b",
         stages.external.work,
         "J",
-        one,
+        by_external,
     )
     yield row(
         "friction work, internal pair",
         "W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3",
         stages.internal.work,
         "J",
-        other,
+        by_internal,
     )
     shares = (share, None if share is None else 1 - share)
     for pair, value, simulated in zip(
