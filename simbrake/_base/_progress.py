@@ -26,7 +26,7 @@ def piece(done: int, total: int) -> None:
 
 
 class Progress:
-    """Show a task on a terminal after two seconds, with the time spent, and the time
+    """Show a task on a terminal after half a second, with the time spent, and the time
     left where pieces are counted.
 
     A context: `with Progress("run", "compiling…") as progress:`. `now` names the next
@@ -40,7 +40,7 @@ class Progress:
         name: str,
         what: str,
         shown: bool | None = None,
-        after: float = 2.0,
+        after: float = 0.5,
         *,
         keep: bool = False,
     ) -> None:

@@ -315,8 +315,8 @@ def peak_of_each(record: Record, pick: Pick) -> Vector:
 
         def look(row: Array, share: Array) -> _Looks:
             [values], [rates] = _looked_at(record, row, share, asked=(pick,))
-            n = values.shape[1]
-            return np.split(values, n, axis=1), np.split(rates, n, axis=1)
+            each = range(values.shape[1])
+            return [values[:, i, None] for i in each], [rates[:, i, None] for i in each]
 
         return greatest_of_rows(record, look).value[0]
 

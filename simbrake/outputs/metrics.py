@@ -451,12 +451,12 @@ _TACKLE = Requirement(
 _ROPES = Requirement(
     "ropes with a mass",
     "its load has no ropes with a mass",
-    lambda scene: scene.duty.load.ropes(jnp.zeros(()), 0) is not None,
+    lambda scene: scene.duty.load.ropes(np.zeros(()), 0) is not None,
 )
 _GROUND = Requirement(
     "`WindlassLoad`",
     "its load does not come to the ground",
-    lambda scene: scene.duty.load.above_ground(jnp.zeros(())) is not None,
+    lambda scene: scene.duty.load.above_ground(np.zeros(())) is not None,
 )
 _MOTOR = Requirement("motor", "it has no motor", lambda scene: scene.motor is not None)
 _HEAT = Requirement("heat", "the scene has no heat", lambda scene: scene.heated)
