@@ -268,9 +268,8 @@ def mesh_warnings(result):
     return [text for text in result.summary()["warnings"] if text.startswith("mesh: ")]
 
 
-@pytest.mark.parametrize(
-    "name", ["steel_20L", pytest.param("FK-24A", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["steel_20L", "FK-24A"])
 def test_error_of_layers_covers_the_true_one(name):
     """Thick and thin layers, equal and graded: the estimate covers the error, and the
     warning comes with large ones."""

@@ -39,6 +39,7 @@ def test_maximum_inside_a_motion(way):
     assert result.verdict().colour == "red"
 
 
+@pytest.mark.slow
 def test_derivatives_and_runs_side_by_side():
     scene = coasting()
     slope = jax.grad(
