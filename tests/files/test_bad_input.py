@@ -206,6 +206,9 @@ def test_anything_in_the_place_of_a_part():
 class Odd:
     """What fits nowhere."""
 
+    def __repr__(self):
+        return "odd"
+
 
 @pytest.mark.parametrize("value", [Odd(), {1: Odd()}, [[1, 2], [3]]], ids=str)
 def test_every_public_function(value):
