@@ -5,6 +5,7 @@ import math
 from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from ._base._faults import Fault, Faults
 from ._base._part import Part, positive_quantity, quantity
@@ -91,7 +92,7 @@ class AbstractLoad(Part):
     def by_angle(self) -> bool:
         """Whether it depends on the angle."""
         own = type(self).torque_by_angle is not AbstractLoad.torque_by_angle
-        return own or self.ropes(jnp.zeros(()), 0) is not None
+        return own or self.ropes(np.zeros(()), 0) is not None
 
     def whole_torque(
         self, t: Real, omega: Real, piece: Piece, phi: Real, lowered: Any
