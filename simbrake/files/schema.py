@@ -105,9 +105,13 @@ def histories(
     names = {head.name: i for i, head in enumerate(table.heads)}
     known = [name for name in (time, *columns) if name in names]
     if table.heads:
+        there_are = f"there are: {', '.join(names)}"
         for name in {time, *columns} - {*known}:
+            hint = f"{there_are}; time= names that of the times"
             table.fault(
-                " header", f"has no column {name}", f"there are: {', '.join(names)}"
+                " header",
+                f"has no column {name}",
+                hint if name == time else there_are,
             )
     found = {
         name: table.column(
@@ -117,9 +121,9 @@ def histories(
     }
     t = found.get(time, np.empty(0))
     profiles = {}
-    for name in columns:
+    for name in columns if time in found else ():
         there = np.isfinite(t) & np.isfinite(found.get(name, t))
-        if time in found and name in found and not there.any():
+        if name in found and not there.any():
             table.fault(f" column {name}", "has no value")
         if not table.faults:
             make = samples_held if held else PiecewiseLinear

@@ -262,6 +262,18 @@ def test_all_errors_of_a_record_at_once(tmp_path):
     ]
 
 
+def test_a_record_without_its_column_of_times(tmp_path):
+    file = tmp_path / "record.csv"
+    file.write_text(RECORD.replace("t [s]", "time [s]"))
+    with pytest.raises(sb.InputError) as error:
+        sb.files.histories(file, {"v": "m/s"})
+    (fault,) = error.value.faults
+    assert "no column t" in str(fault)
+    assert "time=" in fault.hint
+    found = sb.files.histories(file, {"v": "m/s"}, time="time")
+    all_near(found["v"].times, [0.0, 10.0, 20.0])
+
+
 def test_all_errors_of_a_run_at_once():
     acting = {
         "speed": line([0.0, 2.0, 1.0], [1.0, 2.0, 3.0]),
