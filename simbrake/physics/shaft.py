@@ -60,13 +60,12 @@ def rests(mode: Mode) -> Any:
 def way_of(mode: Mode) -> Array:
     """Sense in which the pulley turns in a mode, 0 at rest, on a shaft with dry
     friction."""
+    turn = mode.turn
     inner = mode.inner
-    sense = jnp.where(mode.band == OPEN, mode.turn, mode.sense)
-    if inner is not None:  # the sense of a staged brake is that of its bandage
-        sense = jnp.where(
-            inner == 0, sense, jnp.where(mode.turn == 0, inner, mode.turn)
-        )
-    return jnp.where(rests(mode), 0, sense).astype(jnp.float64)
+    if inner is not None:
+        # at an event the pair on the rim may break loose before the shaft knows its way
+        turn = jnp.where((inner != 0) & (turn == 0), inner, turn)
+    return jnp.where(rests(mode), 0, turn).astype(jnp.float64)
 
 
 def _begun_by(torque: Array) -> Array:
