@@ -467,8 +467,11 @@ class WindlassLoad(AbstractLoad):
         least = max(float(self.depth), float(self.hanging_length))
         if float(self.length) < least:
             length = f"{float(self.length):g} m"
-            what = f"{length} is shorter than the {least:g} m to the ground"
-            hint = "give a longer chain, or a smaller depth"
+            hangs = float(self.hanging_length) > float(self.depth)
+            of = "that hang at the start" if hangs else "to the ground"
+            what = f"{length} is shorter than the {least:g} m {of}"
+            less = "hanging_length" if hangs else "depth"
+            hint = f"give a longer chain, or a smaller {less}"
             faults.append(Fault(f"{path}.length", what, hint))
         if float(self.freeboard) > min(float(self.hanging_length), float(self.depth)):
             what = f"{float(self.freeboard):g} m is more than hangs at the start"
