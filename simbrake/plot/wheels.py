@@ -58,6 +58,8 @@ CONTACT_COLOURS = {
 #: radii in units of the drawn rim
 RIM = 1.0
 LINING = (1.02, 1.18)
+#: speed (rad/s) that is rounding: what is left at the instant of a stop
+_STILL = 1e-9
 BAND = 1.21
 
 
@@ -134,16 +136,22 @@ def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
     for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
         start = spot(BAND, angle)
         tangent = direction * spot(1.0, angle + 0.5 * math.pi)
+        # the two ends of a wide wrap stop before they cross
+        towards = -np.sign(start[0]) * tangent[0]
+        length = 0.5
+        if towards > 0:
+            length = min(length, (abs(start[0]) - 0.05) / towards)
         _draw_arrow(
-            axes, start, start + 0.5 * tangent, mutation_scale=14, color=GREY, lw=2.5
+            axes, start, start + length * tangent, mutation_scale=14, color=GREY, lw=2.5
         )
-        place = {
-            "xytext": (0, -3),
-            "textcoords": "offset points",
-            "ha": "center",
-            "va": "top",
-        }
-        axes.annotate(words, tuple(start + 0.52 * tangent), **place)
+        place = tuple(start + (length + 0.02) * tangent)
+        look = {"ha": "center"}
+        if length < 0.5:  # no room for both between the ends
+            place = (-direction * 2.2, -1.6)
+            look = {"ha": "left" if direction > 0 else "right"}
+        axes.annotate(
+            words, place, (0, -3), textcoords="offset points", va="top", **look
+        )
 
 
 def _draw_arrow(
@@ -154,7 +162,8 @@ def _draw_arrow(
 
 def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     """An arrow round the centre in the sense of the rotation, with the speed."""
-    if omega != 0.0:
+    turns = abs(omega) > _STILL
+    if turns:
         low = -50.0
         high = 230.0
         axes.add_patch(
@@ -171,7 +180,7 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
-    words = f"$\\omega$\n{omega:.3g}\nrad/s" if omega != 0.0 else "at rest"
+    words = f"$\\omega$\n{omega:.3g}\nrad/s" if turns else "at rest"
     axes.text(0, 0, words, ha="center", va="center")
 
 
@@ -376,7 +385,9 @@ def _draw_around(
         f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN",
     )
     _draw_band(axes, angles, ends)
-    axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
+    # the curve of a wide wrap comes down between the ends
+    low = min(-1.85, 2.3 * float(np.sin(angles).min()))
+    axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(low, 2.15))
     axes.axis("off")
 
 
