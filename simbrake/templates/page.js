@@ -213,7 +213,6 @@
   function drawFilm(film) {
     const svg = $("wheel"), {places, tension, pairs} = film, banded = tension !== null;
     svg.replaceChildren();
-    svg.setAttribute("viewBox", banded ? "-2.2 -2.15 4.4 3.95" : "-1.2 -1.2 2.4 2.4");
     picture = {film, rings: [], heat: [], loads: []};
     picture.rim = made(svg, "path", {d: wedge(0, 3.1415, 0.94, 1) + wedge(3.1415, 6.283, 0.94, 1), class: "rim"});
     picture.turning = made(svg, "g", {class: "turning"});
@@ -221,6 +220,8 @@
     made(picture.turning, "circle", {cx: 0.55, cy: 0, r: 0.06, class: "mark"});
     made(svg, "circle", {r: 0.13, class: "hub"});
     const angles = places.flatMap((p) => [p[0], p[1]]), from = Math.min(...angles), to = Math.max(...angles);
+    const low = Math.max(1.8, -2.2 * Math.min(Math.sin(from), Math.sin(to)));
+    svg.setAttribute("viewBox", banded ? `-2.2 -2.15 4.4 ${2.15 + low}` : "-1.2 -1.2 2.4 2.4");
     if (banded) {
       picture.topTension = Math.max(...tension.flat(), 1e-9);
       picture.topLoad = Math.max(...pairs.flatMap((pair) => pair.load.flat()), 1e-9);
@@ -228,11 +229,13 @@
       rings(svg, picture.topLoad, LOAD, from, to);
       picture.curve = made(svg, "path", {class: "tension"});
       made(svg, "path", {d: arc(BAND, from, to), class: "band"});
+      // the ends of a wide wrap stop before they cross, and their labels stand beside the figure
+      const length = Math.min(0.45, BAND * Math.tan(Math.max(Math.PI - (to - from) / 2, 0.05)) - 0.05), wide = length < 0.45;
       for (const [angle, sense, words] of [[to, 1, ["slack end", "(lever)"]], [from, -1, ["tight end", "(anchor)"]]]) {
-        const [x, y] = spot(Math.hypot(BAND, 0.45), angle + sense * Math.atan(0.45 / BAND)).split(" ");
+        const [x, y] = spot(Math.hypot(BAND, length), angle + sense * Math.atan(length / BAND)).split(" ");
         made(svg, "path", {d: `M${spot(BAND, angle)}L${x} ${y}`, class: "band"});
-        // (in two lines: the other end is near where the band wraps much of the pulley)
-        words.forEach((line, k) => made(svg, "text", {x, y: Number(y) + 0.13 + 0.11 * k}, line));
+        const place = wide ? {x: -2.15 * sense, style: `text-anchor:${sense > 0 ? "start" : "end"}`} : {x};
+        words.forEach((line, k) => made(svg, "text", {y: (wide ? 1.5 : Number(y) + 0.13) + 0.11 * k, ...place}, line));
       }
     }
     pairs.forEach((pair, k) => picture.rings.push(places.map(([a, b, inner, outer], i) => {
