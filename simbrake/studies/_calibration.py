@@ -13,7 +13,7 @@ from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, frozen, plain
 from ..parts.scene import Scene
 from ..runs.edit import Inputs, with_values
-from ..runs.simulate import solver_name
+from ..runs.simulate import check_limits, solver_name
 from ._fit import (
     LOSSES,
     STEP,
@@ -394,70 +394,49 @@ _BETTER = 0.01
 
 
 def assess(
-    search: Search, scene: Scene, *, absolute: bool, confidence: float, rtol: float
+    search: Search,
+    scene: Scene,
+    *,
+    absolute: bool,
+    confidence: float,
+    rtol: float,
+    profile: bool,
 ) -> Calibration:
     """The calibration at the best point of a search."""
     from scipy import stats  # slow to import: loaded by a fit only
 
     assert search.best is not None
-    _, z, best = search.best
+    least, z, best = search.best
     box = search.box
     model = search.model
-    paths = search.model.paths
+    paths = model.paths
     theta = box.up(z)
+    slope = box.slope(theta)
     residual = search.residual(best)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     # noise alone drives an undetermined parameter to a bound: then the bound fixes it,
     # not the data
     if fixed.any():
-        whole = _identified(search, z, np.zeros_like(fixed), absolute)
-        fixed = fixed & ~whole.concerned
+        fixed &= ~_identified(search, z, np.zeros_like(fixed), absolute).concerned
     known = _identified(search, z, fixed, absolute)
     chi2 = float(residual @ residual)
     freedom = residual.size - known.rank
     concerned = np.zeros(z.size, bool)
-    slope = box.slope(theta)
     concerned[~fixed] = known.concerned
     covariance = np.full((z.size, z.size), np.nan)
     covariance[np.ix_(~fixed, ~fixed)] = known.covariance
     error = np.where(concerned, np.inf, np.sqrt(np.diag(covariance)))
     # noise that is known is normal, else the scatter of the residuals gives Student's t
     noise_known = absolute and search.loss == "linear"
-    law = stats.norm if noise_known else stats.t(freedom)
-    quantile = (
-        float(law.ppf(0.5 + confidence / 2)) if noise_known or freedom > 0 else np.inf
-    )
-    ends = [
-        np.where(concerned, side * np.inf, box.up(z + side * quantile * error)).tolist()
+    quantile = np.inf
+    if noise_known or freedom > 0:
+        law = stats.norm if noise_known else stats.t(freedom)
+        quantile = float(law.ppf(0.5 + confidence / 2))
+    low, high = (
+        np.where(concerned, side * np.inf, box.up(z + side * quantile * error))
         for side in (-1.0, 1.0)
-    ]
-    states = [
-        State.OPEN
-        if c
-        else State.FITTED
-        if not at
-        else State.AT_LOW
-        if here == 0
-        else State.AT_HIGH
-        for c, at, here in zip(concerned, fixed, z, strict=True)
-    ]
-    inputs = Inputs(scene)
-    columns = (
-        theta,
-        error * slope,
-        [*zip(*ends, strict=True)],
-        states,
-        box.start,
-        box.low,
-        box.high,
-        box.logarithmic,
     )
-    columns = (c if isinstance(c, list) else c.tolist() for c in columns)
-    parameters = tuple(
-        Parameter(path, inputs.about(field).unit, *row)
-        for path, field, *row in zip(paths, model.fields, *columns, strict=True)
-    )
-    covariance = covariance * np.outer(slope, slope)
+    covariance *= np.outer(slope, slope)
     covariance[concerned] = covariance[:, concerned] = np.nan
     covariance[concerned, concerned] = np.inf
     probability = (
@@ -470,45 +449,81 @@ def assess(
         model.split,
         (search.measured, scatter * search.sigma, start.values, best.values),
     )
-    rows = zip(model.parts, *columns, strict=True)
     residuals = tuple(
-        Residuals(r.label(part.name), part.unit, part.t, *row)
-        for (r, part), *row in rows
+        Residuals(each.label(part.name), part.unit, part.t, *row)
+        for (each, part), *row in zip(model.parts, *columns, strict=True)
     )
-    names = [paths[i] for i in np.flatnonzero(~fixed)]
-    solver = model.run.solver
     outcome = Outcome.CONVERGED
     message = search.message
     if not search.converged:
         outcome = Outcome.NOT_CONVERGED
     elif concerned.any():
         outcome = Outcome.NOT_DETERMINED
-        message = (
-            "the data do not determine "
-            f"{', '.join(paths[i] for i in np.flatnonzero(concerned))}"
-        )
+        names = [path for path, c in zip(paths, concerned, strict=True) if c]
+        message = f"the data do not determine {', '.join(names)}"
+    names = [path for path, at in zip(paths, fixed, strict=True) if not at]
     changes = known.open * (slope / np.where(theta == 0, 1.0, theta))[~fixed]
     changes = [change / change[np.argmax(np.abs(change))] for change in changes]
-    rows = zip(
-        model.recordings, model.scenes(box.start), model.scenes(theta), strict=True
-    )
+    scenes = zip(model.scenes(box.start), model.scenes(theta), strict=True)
     recordings = tuple(
-        FittedRecording(each.name, each.data, *scenes) for each, *scenes in rows
+        FittedRecording(each.name, each.data, *pair)
+        for each, pair in zip(model.recordings, scenes, strict=True)
     )
-    if len(recordings) == 1:
-        ends = recordings[0].before, recordings[0].scene
-    else:
-        both = (
-            {path: x[i] for i, path in enumerate(paths[: model.shared])}
+    before, after = (
+        (recordings[0].before, recordings[0].scene)
+        if len(recordings) == 1
+        else (
+            with_values(scene, dict(zip(paths[: model.shared], x, strict=False)))
             for x in (box.start, theta)
         )
-        ends = tuple(with_values(scene, values) for values in both)
+    )
+    tied = _tied(search, z, theta, ~fixed, concerned, scene)
+    warnings = _warnings(search, z, chi2, probability)
+    failures = dict(model.failures)
+    profiles: list[tuple[float, float] | None] = [None] * z.size
+    if profile and search.converged:
+        rise = quantile**2 * (1.0 if absolute else chi2 / freedom)
+        with Progress("calibrate", "profiles…"):
+            for i in range(model.shared):
+                first, last = (
+                    end
+                    if np.isinf(end)
+                    else float(box.up(np.where(np.arange(z.size) == i, end, z))[i])
+                    for end in search.profile(z, i, rise, quantile * error[i])
+                )
+                profiles[i] = first, last
+        if search.best[0] < least - _BETTER * rise:
+            there = _numbers_at(search, search.best[1])
+            warnings.append(
+                f"a profile has passed a better fit: start again from {there}"
+            )
+    inputs = Inputs(scene)
+    parameters = tuple(
+        Parameter(
+            path=path,
+            unit=inputs.about(model.fields[i]).unit,
+            value=float(theta[i]),
+            standard_error=float(error[i] * slope[i]),
+            interval=(float(low[i]), float(high[i])),
+            state=_state(concerned[i], fixed[i], z[i]),
+            start=float(box.start[i]),
+            low=float(box.low[i]),
+            high=float(box.high[i]),
+            logarithmic=bool(box.logarithmic[i]),
+            profile=profiles[i],
+        )
+        for i, path in enumerate(paths)
+    )
+    notes = dict.fromkeys(
+        f"data: {note}" for each in recordings for note in each.data.notes
+    )
+    solver = solver_name(model.run.solver)
     return Calibration(
         parameters=parameters,
         covariance=covariance,
         chi2=chi2,
         chi2_start=float(np.sum(search.residual(start) ** 2))
-        if model.refused(start) is None
+        if start.more is None
         else np.inf,
         freedom=freedom,
         absolute=absolute,
@@ -519,59 +534,31 @@ def assess(
             dict(zip(names, change.tolist(), strict=True)) for change in changes
         ),
         residuals=residuals,
-        before=ends[0],
-        scene=ends[1],
+        before=before,
+        scene=after,
         recordings=recordings,
         converged=search.converged,
         message=message,
-        evaluations=model.run.runs,
-        failures=dict(model.failures),
-        solver=f"{'' if solver is None else solver_name(solver)}, rtol {rtol:g}, {search.method}",
+        evaluations=model.points * len(recordings),
+        failures=failures,
+        solver=f"{solver}, rtol {rtol:g}, {search.method}",
         loss=search.loss,
-        warnings=tuple(_warnings(search, z, chi2, probability)),
+        warnings=(*warnings, *notes),
         outcome=outcome,
-        fixed=_tied(search, z, theta, ~fixed, concerned, scene),
+        fixed=tied,
     )
 
 
-def _profiled(search: Search, fit: Calibration) -> Calibration:
-    """The same with profiles of the parameters that all recordings share."""
-    from scipy import stats  # slow to import: loaded by a fit only
+def _state(open_: bool, fixed: bool, z: float) -> State:
+    if open_ or not fixed:
+        return State.OPEN if open_ else State.FITTED
+    return State.AT_LOW if z == 0 else State.AT_HIGH
 
-    assert search.best is not None
-    (least, z, _) = search.best
-    box = search.box
-    law, scatter = (
-        (stats.norm, 1.0) if fit.absolute else (stats.t(fit.freedom), fit.reduced_chi2)
-    )
-    quantile = float(law.ppf(0.5 + fit.confidence / 2))
-    slope = box.slope(box.up(z))
-    rise = scatter * quantile**2
-    parameters = list(fit.parameters)
-    warnings = fit.warnings
-    with Progress("calibrate", "profiles…"):
-        for i, p in enumerate(parameters[: search.model.shared]):
-            reached = search.profile(z, i, rise, quantile * p.standard_error / slope[i])
-            ends = [
-                x if np.isinf(x) else box.up(np.where(np.arange(z.size) == i, x, z))[i]
-                for x in reached
-            ]
-            parameters[i] = dataclasses.replace(
-                p, profile=(float(ends[0]), float(ends[1]))
-            )
-    if search.best[0] < least - _BETTER * rise:
-        values = zip(search.model.paths, box.up(search.best[1]), strict=True)
-        there = ", ".join(f"{path} = {value:.5g}" for path, value in values)
-        warnings = (
-            *warnings,
-            f"a profile has passed a better fit: start again from {there}",
-        )
-    return dataclasses.replace(
-        fit,
-        parameters=tuple(parameters),
-        warnings=warnings,
-        evaluations=search.model.run.runs,
-    )
+
+def _numbers_at(search: Search, z: np.ndarray) -> str:
+    """Parameters of a point in words."""
+    values = zip(search.model.paths, search.box.up(z), strict=True)
+    return ", ".join(f"{path} = {value:.5g}" for path, value in values)
 
 
 def _tied(
@@ -587,7 +574,7 @@ def _tied(
     if not (free & ~concerned).any():
         return ()
     slope = search.box.slope(theta)
-    jacobian = search.jacobian(z, search.look(z)[0])[:, free]
+    jacobian = search.jacobian(z)[:, free]
     which = np.flatnonzero(free)
     inputs = Inputs(scene)
     rows: list[tuple[float, FixedNumber]] = []
@@ -596,8 +583,8 @@ def _tied(
         strength = np.where(concerned[which], 0.0, np.abs(ties.correlation))
         k = int(np.argmax(strength))
         i = which[k]
-        shift = ties.shift[k] * slope[which[k]]
-        error = float(np.sqrt(max(ties.variance[k], 0.0))) * slope[i]
+        shift = ties.shift[k] * slope[i]
+        error = float(np.sqrt(ties.variance[k])) * slope[i]
         # else an error of the whole number would not matter
         if strength[k] > _TIED and abs(shift) > error:
             relative = float(shift / theta[i]) if theta[i] else float(shift)
@@ -614,19 +601,14 @@ def _tied(
 def _identified(
     search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool
 ) -> Identified:
-    if fixed.all():
-        return Identified(
-            np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), np.zeros((0, 0)), 0
-        )
-    fit = search.look(z)[0]
-    jacobian = search.jacobian(z, fit)[:, ~fixed]
-    residual = search.residual(fit)
-    settings = {
-        "loss": search.loss,
-        "loss_scale": search.loss_scale,
-        "noise": search.noise,
-    }
-    return identify(jacobian, residual, absolute=absolute, **settings)
+    return identify(
+        search.jacobian(z)[:, ~fixed],
+        search.residual(search.look(z)),
+        absolute=absolute,
+        loss=search.loss,
+        loss_scale=search.loss_scale,
+        noise=search.noise,
+    )
 
 
 def _warnings(
@@ -638,15 +620,14 @@ def _warnings(
             "χ² is improbably small: the standard deviations of the data are too large"
         )
     least = min((cost for cost, _ in search.ends), default=np.inf)
-    equal = [
+    equal = least * 1.01 + 1e-12 * search.measured.size
+    far = [
         end
         for cost, end in search.ends
-        if cost <= least * 1.01 + 1e-12 * search.measured.size
+        if cost <= equal and np.max(np.abs(end - z)) > 0.05
     ]
-    far = [end for end in equal if np.max(np.abs(end - z)) > 0.05]
     if far:
-        values = zip(search.model.paths, search.box.up(far[0]), strict=True)
-        there = ", ".join(f"{path} = {value:.5g}" for path, value in values)
+        there = _numbers_at(search, far[0])
         warnings.append(
             f"not unique: {len(far)} other starts end equally well elsewhere, one at {there}"
         )
@@ -715,7 +696,7 @@ def calibrate(
     issues.unless(starts >= 1, "starts", starts, "at least 1")
     issues.share("confidence", confidence, 0.95)
     issues.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
-    issues.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
+    issues.attempt(check_limits, rtol, max_steps=max_steps)
     if profile and loss != "linear":
         issues.add(
             "profile", f"is not known of the loss {loss}", 'it needs loss="linear"'
@@ -744,12 +725,14 @@ def calibrate(
         model, box, *model.arrays, loss, loss_scale, method, max_evaluations, starts
     )
     search.run()
-    fit = assess(search, scene, absolute=absolute, confidence=confidence, rtol=rtol)
-    notes = dict.fromkeys(
-        f"data: {note}" for each in recordings for note in each.data.notes
+    return assess(
+        search,
+        scene,
+        absolute=absolute,
+        confidence=confidence,
+        rtol=rtol,
+        profile=profile,
     )
-    fit = dataclasses.replace(fit, warnings=(*fit.warnings, *notes))
-    return _profiled(search, fit) if profile and fit.converged else fit
 
 
 def _absoluteness(

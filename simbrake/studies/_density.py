@@ -2,7 +2,7 @@
 under `jit` and `vmap`."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import jax
@@ -63,9 +63,9 @@ class LogDensity:
     priors: Mapping[str, Prior]
     settings: Mapping[str, Any]
     find: MeasuredValues
-    #: of all recordings: their scenes, what `find` is given, where it has the measured
-    #: values
-    runs: tuple[Scene, Any, Int[Array, "n m"]]
+    #: of all recordings: their scenes, the times that `find` is given, where it has the
+    #: measured values
+    runs: tuple[Scene, Array, Int[Array, "n m"]]
     #: (n, m): which of `noise` a value has, −1: `sigma`
     noisy: Int[Array, "n m"]
 
@@ -101,18 +101,17 @@ class LogDensity:
         self, values: Mapping[str, Any]
     ) -> tuple[Float[Array, "n m"], Int[Array, " n"]]:
         n = self.measured.shape[0]
-        (scenes, given, where) = self.runs
         shared = {path: jnp.asarray(values[path]) for path in self.shared}
 
         def run(
-            scene: Scene, own: dict[str, Array], given: Any, where: Array
+            scene: Scene, ts: Array, where: Array, own: dict[str, Array]
         ) -> tuple[Array, Array]:
             scene = with_values(scene, {**shared, **own})
             result = simulate(scene, **self.settings)
-            return self.find(result, given)[0][where], result.record.code
+            return self.find(result, ts)[0][where], result.record.code
 
         own: Any = {path: jnp.broadcast_to(values[path], (n,)) for path in self.own}
-        return jax.vmap(run)(scenes, own, given, where)
+        return jax.vmap(run)(*self.runs, own)
 
     def model(self, values: Mapping[str, Any]) -> Float[Array, "n m"]:
         """What runs with these values give in the place of `measured`; `inf` where an
@@ -160,6 +159,11 @@ class LogDensity:
 
     def __call__(self, x: Float[Array, " d"]) -> Float[Array, ""]:
         return self.log_prior(x) + self.log_likelihood(self.values(x))
+
+
+def _structure(scene: Scene) -> tuple[Any, list[tuple[int, ...]]]:
+    numbers, structure = jax.tree.flatten(scene)
+    return structure, [np.shape(number) for number in numbers]
 
 
 def _unconstrained(box: Box, numbers: np.ndarray, edge: float) -> np.ndarray:
@@ -247,21 +251,11 @@ def log_density(
                 f"{prior!r} is no function",
                 "log_prob of a distribution",
             )
-    first = (
-        jax.tree.structure(runs[0].scene),
-        [np.shape(x) for x in jax.tree.leaves(runs[0].scene)],
-    )
     for each in runs[1:]:
-        if (
-            jax.tree.structure(each.scene),
-            [np.shape(x) for x in jax.tree.leaves(each.scene)],
-        ) != first:
+        if _structure(each.scene) != _structure(runs[0].scene):
             what = f"has another structure than {runs[0].name}"
-            issues.add(
-                each.label("scene"),
-                what,
-                "known lists must be as long for all recordings",
-            )
+            hint = "known lists must be as long for all recordings"
+            issues.add(each.label("scene"), what, hint)
     issues.report()
     solver = solver_within(runs, {**shared, **own}) if solver is None else solver
     layout = FitModel(
@@ -277,12 +271,11 @@ def log_density(
             room_for(result, differentiated=True) for result in results
         )
     longest = max(where.size for where in layout.where)
-    names = [*(noise or {})]
 
-    def filled(rows: Sequence[Any], value: float) -> np.ndarray:
+    def filled(rows: Iterable[Any], value: float) -> np.ndarray:
         return np.stack(
             [
-                np.pad(np.asarray(row), (0, longest - len(row)), constant_values=value)
+                np.pad(row, (0, longest - len(row)), constant_values=value)
                 for row in rows
             ]
         )
@@ -291,14 +284,20 @@ def log_density(
     columns = (*ends.T, np.sqrt(ends.prod(axis=1)), np.ones(len(ends), bool))
     columns = (np.append(*pair) for pair in zip(box[1:], columns, strict=True))
     box = Box(Paths.each((*box.paths.names, *spreads)), *columns)
-    parts = [
-        [name for part in each.data.all for name in [part.name] * np.size(part.value)]
+    values, sigmas = zip(*(each.data.arrays for each in runs), strict=True)
+    places = {name: i for i, name in enumerate(noise or {})}
+    noisy = (
+        [
+            places.get(part.name, -1)
+            for part in each.data.all
+            for _ in np.ravel(part.value)
+        ]
         for each in runs
-    ]
+    )
     return LogDensity(
         initial=_unconstrained(box, box.start, _START),
-        measured=filled([each.data.arrays[0] for each in runs], np.nan),
-        sigma=filled([each.data.arrays[1] for each in runs], np.nan),
+        measured=filled(values, np.nan),
+        sigma=filled(sigmas, np.nan),
         shared=tuple(shared),
         own=tuple(own),
         noise=tuple(spreads),
@@ -310,14 +309,8 @@ def log_density(
             jax.tree.map(
                 lambda *leaves: np.stack(leaves), *(each.scene for each in runs)
             ),
-            jax.tree.map(lambda *leaves: np.stack(leaves), *layout.given),
+            np.stack(layout.given),
             filled(layout.where, 0),
         ),
-        noisy=filled(
-            [
-                [names.index(name) if name in names else -1 for name in row]
-                for row in parts
-            ],
-            -1,
-        ),
+        noisy=filled(noisy, -1),
     )

@@ -2,9 +2,10 @@
 and bounded least squares."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -31,26 +32,23 @@ from .measured import Measured, check_measured, pick
 
 
 class MeasuredValues(NamedTuple):
-    """Measured quantities: columns with their entries, at some of the given times, and
-    metrics."""
+    """Columns with their entries at all the times given, then metrics, as one
+    vector."""
 
     columns: tuple[tuple[str, str | None], ...]
     metrics: tuple[Metric, ...]
 
-    def __call__(
-        self, result: Result, given: tuple[Array, tuple[Array, ...]]
-    ) -> tuple[Array, None]:
-        ts, rows = given
+    def __call__(self, result: Result, ts: Array) -> tuple[Array, None]:
         parts = []
         issues = Issues()
         if self.columns:
             series = result.series(ts)
-            for (column, entry), row in zip(self.columns, rows, strict=True):
+            for column, entry in self.columns:
                 values = pick(result, series, column, entry)
                 if isinstance(values, Fault):
                     issues.append(values)
                 else:
-                    parts.append(values[row])
+                    parts.append(values)
         issues.report()  # detected while tracing, before the run
         parts += [jnp.reshape(measure(result, metric), (1,)) for metric in self.metrics]
         return jnp.concatenate(parts), None
@@ -68,6 +66,12 @@ class Recording(NamedTuple):
         """A path or a column of this recording: `initial.omega@stop 3`."""
         return f"{what}@{self.name}" if self.name else what
 
+    def labelled(self, faults: Iterable[Fault]) -> list[Fault]:
+        """Errors with the name of this recording."""
+        return [
+            dataclasses.replace(fault, path=self.label(fault.path)) for fault in faults
+        ]
+
 
 #: lowest and highest value by path, in SI or with units
 Bounds: TypeAlias = Mapping[str, tuple[float | str, float | str]]
@@ -79,15 +83,11 @@ def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
     """The recordings in `data`, measured data or several of them; adds what is wrong
     with their known numbers."""
     require_scene(scene)
-    is_single = isinstance(data, Measured)
-    several = isinstance(data, list | tuple)
-    named: Any = (
-        {"": data}
-        if is_single
-        else {str(i): each for i, each in enumerate(data, 1)}
-        if several
-        else data
-    )
+    named: Any = data
+    if isinstance(data, Measured):
+        named = {"": data}
+    elif isinstance(data, list | tuple):
+        named = {str(i): each for i, each in enumerate(data, 1)}
     if not (
         isinstance(named, Mapping)
         and named
@@ -102,10 +102,7 @@ def recordings_of(scene: Scene, data: Any, issues: Issues) -> list[Recording]:
         wrong = Issues()
         known = wrong.attempt(with_inputs, scene, dict(each.known))
         recordings.append(Recording(str(name), scene if known is None else known, each))
-        issues += [
-            dataclasses.replace(fault, path=recordings[-1].label(fault.path))
-            for fault in wrong
-        ]
+        issues += recordings[-1].labelled(wrong)
     return recordings
 
 
@@ -146,26 +143,22 @@ def box_of_all(
         )
     for each in recordings:
         start = {
-            **starts,
-            **{
-                path: starts[label]
-                for path in own
-                if (label := each.label(path)) in starts
-            },
+            path: starts[label] for path in own if (label := each.label(path)) in starts
         }
         wrong.append(Issues())
         boxes.append(
-            box_of(each.scene, free, wrong[-1], starts=start, decades=_DECADES)
-        )
-    for each, mine in zip(recordings, wrong, strict=True):
-        for fault in mine:  # of all recordings, or of this one
-            of_all = all(fault in other for other in wrong)
-            named = (
-                fault
-                if of_all
-                else dataclasses.replace(fault, path=each.label(fault.path))
+            box_of(
+                each.scene,
+                free,
+                wrong[-1],
+                starts={**starts, **start},
+                decades=_DECADES,
             )
-            issues += [named] * (named not in issues)
+        )
+    of_all = [fault for fault in wrong[0] if all(fault in other for other in wrong)]
+    issues += of_all
+    for each, mine in zip(recordings, wrong, strict=True):
+        issues += each.labelled(fault for fault in mine if fault not in of_all)
     paths = Paths.each(
         (*shared, *(each.label(path) for each in recordings for path in own))
     )
@@ -193,51 +186,33 @@ def solver_within(recordings: Sequence[Recording], bounds: Bounds) -> Solver:
 
 def _layout(
     recordings: Sequence[Recording],
-) -> tuple[MeasuredValues, list[Any], list[np.ndarray]]:
-    """What all recordings measured, as one program finds it in each of their runs; what
-    it is given for each of them, times and rows filled up to the same lengths; and
-    where the values of each (m,) are among what it finds."""
-    columns = tuple(
-        dict.fromkeys(
-            (part.column, part.entry)
-            for each in recordings
-            for part in each.data.points
-        )
+) -> tuple[MeasuredValues, list[np.ndarray], list[np.ndarray]]:
+    """What all recordings measured, as one program finds it in each of their runs; the
+    times that it is given for each of them, filled up to the same length; and where the
+    values of each (m,) are among what it finds."""
+    columns = dict.fromkeys(
+        (part.column, part.entry) for each in recordings for part in each.data.points
     )
-    metrics = tuple(
-        dict.fromkeys(
-            single.metric for each in recordings for single in each.data.singles
-        )
+    metrics = dict.fromkeys(
+        single.metric for each in recordings for single in each.data.singles
     )
     grids = [
         np.unique(np.hstack([p.t for p in r.data.points] or [r.scene.initial.time]))
         for r in recordings
     ]
-    rows = [[np.zeros(0, np.int32) for _ in columns] for _ in recordings]
-    # column of each part, and its rows there
-    parts: list[list[tuple[int, slice]]] = [[] for _ in recordings]
-    for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
-        for part in each.data.points:
-            c = columns.index((part.column, part.entry))
-            places.append((c, slice(mine[c].size, mine[c].size + part.t.size)))
-            mine[c] = np.append(mine[c], np.searchsorted(ts, part.t).astype(np.int32))
-    longest = [max(mine[c].size for mine in rows) for c in range(len(columns))]
-    begin = np.cumsum([0, *longest])
-    given = []
+    longest = max(ts.size for ts in grids)
+    given = [np.pad(ts, (0, longest - ts.size), mode="edge") for ts in grids]
+    begin = {column: i * longest for i, column in enumerate(columns)}
+    last = {metric: len(columns) * longest + i for i, metric in enumerate(metrics)}
     where = []
-    for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
-        filled = tuple(
-            np.pad(row, (0, n - row.size)) for row, n in zip(mine, longest, strict=True)
-        )
-        given.append(
-            (np.pad(ts, (0, max(map(len, grids)) - ts.size), mode="edge"), filled)
-        )
-        found = [begin[c] + np.arange(at.start, at.stop) for c, at in places]
-        found += [
-            [begin[-1] + metrics.index(single.metric)] for single in each.data.singles
+    for each, ts in zip(recordings, grids, strict=True):
+        found = [
+            begin[part.column, part.entry] + np.searchsorted(ts, part.t)
+            for part in each.data.points
         ]
-        where.append(np.concatenate([[], *found]).astype(int))
-    return MeasuredValues(columns, metrics), given, where
+        found.append([last[single.metric] for single in each.data.singles])
+        where.append(np.concatenate(found).astype(int))
+    return MeasuredValues(tuple(columns), tuple(metrics)), given, where
 
 
 class FitModel:
@@ -308,10 +283,7 @@ class FitModel:
             wrong = Issues()
             wrong.attempt(check_scene, scene)
             wrong.attempt(check_measured, each.data, scene)
-            issues += [
-                dataclasses.replace(fault, path=each.label(fault.path))
-                for fault in wrong
-            ]
+            issues += each.labelled(wrong)
         issues.report()
 
     def scenes(self, theta: np.ndarray) -> list[Scene]:
@@ -324,39 +296,47 @@ class FitModel:
         ]
 
     def __call__(self, theta: np.ndarray) -> Evaluation:
-        """Values (m,) and Jacobian (m, p) at a trial point: what is refused is counted,
-        the last few are cached."""
+        """Values (m,) and Jacobian (m, p) at a trial point; `more` is the reason to
+        reject it, `None` for a valid one. What is rejected is counted, the last few
+        are cached."""
         key = theta.tobytes()
         if key not in self._latest:
             self.points += 1
-            runs = zip(self.recordings, self._has, self.given, strict=True)
-            self._latest[key] = self._joined(
-                [self.run(theta[has], given, each.scene) for each, has, given in runs]
-            )
-            if (reason := self.refused(self._latest[key])) is not None:
-                self.failures[reason] = self.failures.get(reason, 0) + 1
+            found = self._evaluate(theta, [each.scene for each in self.recordings])
+            self._latest[key] = found
+            if found.more is not None:
+                self.failures[found.more] = self.failures.get(found.more, 0) + 1
             if len(self._latest) > _REMEMBERED:
                 del self._latest[next(iter(self._latest))]
         return self._latest[key]
 
-    def _joined(self, parts: Sequence[Evaluation]) -> Evaluation:
-        """One evaluation of the runs of all recordings; it has the first code that is
-        not 0, and which run that is."""
-        values = np.concatenate(
-            [part.values[where] for part, where in zip(parts, self.where, strict=True)]
-        )
-        jacobian = np.zeros((values.size, len(self.paths)))
-        row = 0
-        for part, has, where in zip(parts, self._has, self.where, strict=True):
-            jacobian[row : row + where.size, has] = part.jacobian[where]
-            row += where.size
-        failed = next((i for i, part in enumerate(parts) if part.code != 0), 0)
-        return Evaluation(
-            values,
-            jacobian,
-            parts[failed].code,
-            self.recordings[failed].label("the run"),
-        )
+    def _evaluate(self, theta: np.ndarray, scenes: Iterable[Scene]) -> Evaluation:
+        """One evaluation of the runs of all recordings, each of a scene of its own."""
+        values = []
+        jacobian = []
+        reason = None
+        for each, scene, has, ts, where in zip(
+            self.recordings, scenes, self._has, self.given, self.where, strict=True
+        ):
+            run = self.run(theta[has], ts, scene)
+            values.append(run.values[where])
+            rows = np.zeros((where.size, theta.size))
+            rows[:, has] = run.jacobian[where]
+            jacobian.append(rows)
+            if run.code != 0 and reason is None:
+                reason = f"{each.label('the run')} fails: {failure_name(run.code)}"
+        whole = Evaluation(np.concatenate(values), np.concatenate(jacobian), 0, reason)
+        return whole._replace(more=reason or self._missing(whole))
+
+    def _missing(self, evaluation: Evaluation) -> str | None:
+        """What of the measured values, or of their derivatives, a point lacks."""
+        for i in np.flatnonzero(~np.isfinite(evaluation.values)):
+            endless = np.isinf(evaluation.values[i])
+            what = "does not occur" if endless else "is not a number"
+            return f"{self.names[i]} {what} in the model"
+        for i in np.flatnonzero(~np.isfinite(evaluation.jacobian).all(axis=1)):
+            return f"the derivative of {self.names[i]} is not finite"
+        return None
 
     def of_fixed(self, theta: np.ndarray) -> list[tuple[str, float, np.ndarray]]:
         """Numbers of the scene that are not fitted, not 0, and change the measured
@@ -371,70 +351,36 @@ class FitModel:
         effects = []
         fitted = {entry_of(path, known[0])[0] for path in self.fields}
         for path, leaf in known[0].items():
-            leaves = [inputs.get(path) for inputs in known]
             values = [
-                np.asarray(leaf.value, float)
-                if leaf is not None and leaf.value is not None
-                else np.zeros(0)
-                for leaf in leaves
+                np.asarray(inputs[path].value if path in inputs else [], float)
+                for inputs in known
             ]
-            every = np.concatenate([value.ravel() for value in values])
+            every = np.hstack([np.ravel(value) for value in values])
             if (
                 path in fitted
                 or path in _OF_THE_RUN
                 or not np.any(every)
-                or not np.all(np.isfinite(every))
-            ):
-                continue
-            ends = [
-                [np.asarray(value * (1 + side * STEP)) for value in values]
-                for side in (1, -1)
-            ]
-            if not all(
-                np.all(leaf.about.admits(value)) for end in ends for value in end
+                or not leaf.about.admits(np.outer([1 + STEP, 1 - STEP], every)).all()
             ):
                 continue
             try:
-                up, down = (self._with(theta, path, end) for end in ends)
+                up, down = (
+                    self._evaluate(
+                        theta,
+                        [
+                            with_values(each.scene, {path: factor * value})
+                            for each, value in zip(self.recordings, values, strict=True)
+                        ],
+                    )
+                    for factor in (1 + STEP, 1 - STEP)
+                )
             # numbers that must fit to others, as times in their order
             except InputError:
                 continue
             change = (up.values - down.values) / (2 * STEP)
-            if up.code == down.code == 0 and np.all(np.isfinite(change)):
+            if up.more is None and down.more is None:
                 effects.append((path, float(every[np.argmax(np.abs(every))]), change))
         return effects
-
-    def _with(
-        self, theta: np.ndarray, path: str, values: list[np.ndarray]
-    ) -> Evaluation:
-        """An evaluation with another number in each recording."""
-        runs = zip(self.recordings, self._has, self.given, values, strict=True)
-        return self._joined(
-            [
-                self.run.elsewhere(
-                    theta[has],
-                    with_values(each.scene, {path: np.asarray(value)}),
-                    given,
-                )
-                for each, has, given, value in runs
-            ]
-        )
-
-    def refused(self, evaluation: Evaluation) -> str | None:
-        """Reason to reject a point: its run fails, or it lacks a measured event; `None`
-        for a valid point."""
-        if evaluation.code != 0:
-            return f"{evaluation.more} fails: {failure_name(evaluation.code)}"
-        for i in np.flatnonzero(~np.isfinite(evaluation.values)):
-            what = (
-                "does not occur"
-                if np.isinf(evaluation.values[i])
-                else "is not a number"
-            )
-            return f"{self.names[i]} {what} in the model"
-        for i in np.flatnonzero(~np.isfinite(evaluation.jacobian).all(axis=1)):
-            return f"the derivative of {self.names[i]} is not finite"
-        return None
 
 
 #: points whose evaluations are cached
@@ -477,26 +423,21 @@ class Search:
 
     def __post_init__(self) -> None:
         self.progress = Progress("calibrate", "compiling…")
-        self.least = np.inf
 
-    def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
-        """The model at a point, and the reason to reject the point."""
+    def look(self, z: np.ndarray) -> Evaluation:
+        """The model at a point; the best valid one is kept."""
         before = self.model.points
         evaluation = self.model(self.box.up(z))
-        refused = self.model.refused(evaluation)
-        if refused is None and self.model.points > before:
+        if evaluation.more is None and self.model.points > before:
             if self.best is None or self.cost(evaluation) < self.best[0]:
                 self.best = (self.cost(evaluation), z.copy(), evaluation)
-            self.least, most = (
-                min(self.least, float(np.sum(self.residual(evaluation) ** 2))),
-                self.most * self.starts,
-            )
             # a search mostly ends long before its limit: the time left is shown as a
             # bound
+            most = self.most * self.starts
+            chi2 = np.sum(self.residual(self.best[2]) ** 2)
             count = min(self.model.points, most)
-            also = f", chi² {self.least:.6g}"
-            self.progress.now("run", count, most, also=also)
-        return evaluation, refused
+            self.progress.now("run", count, most, also=f", chi² {chi2:.6g}")
+        return evaluation
 
     @property
     def noise(self) -> float:
@@ -507,42 +448,41 @@ class Search:
     def residual(self, evaluation: Evaluation) -> np.ndarray:
         return (evaluation.values - self.measured) / self.sigma
 
-    def jacobian(self, z: np.ndarray, evaluation: Evaluation) -> np.ndarray:
-        return (
-            evaluation.jacobian * self.box.slope(self.box.up(z)) / self.sigma[:, None]
-        )
+    def jacobian(self, z: np.ndarray) -> np.ndarray:
+        """Derivatives (m, p) of the residual by the unknowns."""
+        slope = self.box.slope(self.box.up(z))
+        return self.look(z).jacobian * slope / self.sigma[:, None]
 
     def cost(self, evaluation: Evaluation) -> float:
         return cost(self.residual(evaluation), self.loss, self.loss_scale)
 
     def run(self) -> None:
-        self.progress.__enter__()
         try:
-            for k, z in enumerate(self._spread(self.box.down(self.box.start))):
-                refused = self.look(z)[1]
-                if refused is None:
-                    self._descend(z)
-                elif k == 0 and self.starts == 1:
-                    hint = "give another start, or try several (starts=8)"
-                    hint = (
-                        f"raise end_time, {hint}"
-                        if "does not occur" in refused
-                        else hint
-                    )
-                    raise input_error("start", refused, hint)
+            with self.progress:
+                for z in self._spread(self.box.down(self.box.start)):
+                    if self.look(z).more is None:
+                        self._descend(z)
         except KeyboardInterrupt:
             if self.best is None:
                 raise
             self.converged = False
             self.message = "interrupted: this is the best point found so far"
-        finally:
-            self.progress.__exit__()
         if self.best is None:
-            reasons = [
-                Fault("start", reason, f"{n} of the starts")
-                for reason, n in self.model.failures.items()
-            ]
-            raise InputError(reasons)
+            hint = "give another start, or try several (starts=8)"
+            raise InputError(
+                [
+                    Fault(
+                        "start",
+                        reason,
+                        f"{n} of the starts"
+                        if self.starts > 1
+                        else f"raise end_time, {hint}"
+                        if "does not occur" in reason
+                        else hint,
+                    )
+                    for reason, n in self.model.failures.items()
+                ]
+            )
 
     def _spread(self, first: np.ndarray) -> list[np.ndarray]:
         """The first start, and others spread over the unit cube, without its corner."""
@@ -563,14 +503,15 @@ class Search:
         z, cost, converged, message = self._minimise(z, free)
         while (pressed := self.pressed(z) & free).any():
             on = np.where(pressed, np.round(z), z)
-            evaluation, refused = self.look(on)
-            if refused is not None or self.cost(evaluation) > cost * (1 + 1e-9):
+            evaluation = self.look(on)
+            worse = cost * (1 + 1e-9)
+            if evaluation.more is not None or self.cost(evaluation) > worse:
                 break
             free = free & ~pressed
             z, cost, converged, message = self._minimise(on, free)
         # the bound itself, not a neighbour that is better by rounding
         if cost <= self.best[0] * (1 + 1e-9):
-            self.best = (cost, z, self.look(z)[0])
+            self.best = (cost, z, self.look(z))
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged = converged
             self.message = message
@@ -588,43 +529,39 @@ class Search:
         """
         from scipy.optimize import brentq  # imported only by fits
 
-        least = self.cost(self.look(z)[0])
+        least = self.cost(self.look(z))
         free = np.arange(z.size) != i
         solved = {float(z[i]): (-1.0, z)}
 
         def excess(x: float) -> float:
             if x not in solved:
-                point = solved[min(solved, key=lambda other: abs(other - x))][1].copy()
+                nearest = min(solved, key=lambda other: abs(other - x))
+                point = solved[nearest][1].copy()
                 point[i] = x
-                if self.look(point)[1] is not None:
+                if self.look(point).more is not None:
                     return _BEYOND  # no run has the measured events there
                 point, cost, *_ = self._minimise(point, free)
-                solved[x] = (
-                    float(np.sqrt(max(2 * (cost - least), 0.0) / rise)) - 1,
-                    point,
-                )
+                rose = np.sqrt(max(2 * (cost - least), 0.0) / rise)
+                solved[x] = (float(rose) - 1, point)
             return solved[x][0]
 
         def end(side: int) -> float:
             bound = max(side, 0.0)
-            near = z[i] + side * width if np.isfinite(width) and width > 0 else bound
-            near = min(near, bound) if side > 0 else max(near, bound)
+            near = np.clip(z[i] + side * width, 0.0, 1.0) if width > 0 else bound
             if near != bound and excess(near) < -_CLOSE:
                 near = bound
             if near == z[i] or excess(near) < -_CLOSE:
                 return side * np.inf
-            return (
-                near
-                if excess(near) < _CLOSE
-                else brentq(excess, *sorted((z[i], near)), xtol=1e-9, rtol=1e-8)  # pyright: ignore
-            )  # pyright: ignore
+            if excess(near) < _CLOSE:
+                return near
+            return brentq(excess, *sorted((z[i], near)), xtol=1e-9, rtol=1e-8)  # pyright: ignore
 
         return end(-1), end(1)
 
     def pressed(self, z: np.ndarray) -> np.ndarray:
-        evaluation = self.look(z)[0]
-        r = self.residual(evaluation)
-        J = self.jacobian(z, evaluation)
+        """Unknowns (p,) that a bound keeps from a lower cost."""
+        r = self.residual(self.look(z))
+        J = self.jacobian(z)
         push = J.T @ r
         strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
         return strong & (((z < _NEAR) & (push > 0)) | ((z > 1 - _NEAR) & (push < 0)))
@@ -644,24 +581,21 @@ class Search:
 
         def residual(x: np.ndarray) -> np.ndarray:
             nonlocal barrier, least
-            evaluation, refused = self.look(whole(x))
-            if refused is not None:
-                barrier = refused
+            evaluation = self.look(whole(x))
+            if evaluation.more is not None:
+                barrier = evaluation.more
                 return np.full(self.measured.shape, np.inf)
             if self.cost(evaluation) < least * (1 - 1e-6):  # not the best start
                 barrier = None
                 least = self.cost(evaluation)
             return self.residual(evaluation)
 
-        def jacobian(x: np.ndarray) -> np.ndarray:
-            return self.jacobian(whole(x), self.look(whole(x))[0])[:, free]
-
         if not free.any():
-            return z, self.cost(self.look(z)[0]), True, "every parameter is at a bound"
+            return z, self.cost(self.look(z)), True, "every parameter is at a bound"
         solution = least_squares(
             residual,
             np.clip(z[free], 0.0, 1.0),
-            jacobian,  # pyright: ignore
+            lambda x: self.jacobian(whole(x))[:, free],  # pyright: ignore
             bounds=(0.0, 1.0),
             method=self.method,
             loss=self.loss,
@@ -672,36 +606,23 @@ class Search:
             gtol=1e-12,
             max_nfev=self.most,
         )
-        z = whole(solution.x)
         ended = solution.status > 0
+        message = _DONE if ended else _LIMITED
         if solution.status != 1 and barrier is not None:
-            return (
-                z,
-                float(solution.cost),
-                False,
-                f"ended beside rejected points: {barrier}",
-            )
-        return z, float(solution.cost), ended, _DONE if ended else _LIMITED
+            ended = False
+            message = f"ended beside rejected points: {barrier}"
+        return whole(solution.x), float(solution.cost), ended, message
 
 
 # --- covariance by a truncated SVD, and the undetermined combinations of parameters -
 
-#: the robust losses ρ(z) of SciPy with their first and second derivatives, z the
-#: squared residual over its scale
-_LOSSES = {
-    "linear": lambda z: (z, np.ones_like(z), np.zeros_like(z)),
-    "soft_l1": lambda z: (
-        2 * (np.sqrt(1 + z) - 1),
-        (1 + z) ** -0.5,
-        -0.5 * (1 + z) ** -1.5,
-    ),
-    "huber": lambda z: (
-        np.where(z <= 1, z, 2 * np.sqrt(np.maximum(z, 1)) - 1),
-        np.maximum(z, 1) ** -0.5,
-        np.where(z > 1, -0.5 * np.maximum(z, 1) ** -1.5, 0.0),
-    ),
-    "cauchy": lambda z: (np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2),
-    "arctan": lambda z: (np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2),
+#: the robust losses ρ(z) of SciPy, z the squared residual over its scale
+_LOSSES: dict[str, Callable[[Any], Any]] = {
+    "linear": lambda z: z,
+    "soft_l1": lambda z: 2 * (jnp.sqrt(1 + z) - 1),
+    "huber": lambda z: jnp.where(z <= 1, z, 2 * jnp.sqrt(jnp.maximum(z, 1)) - 1),
+    "cauchy": jnp.log1p,
+    "arctan": jnp.arctan,
 }
 LOSSES = tuple(_LOSSES)
 #: standard deviation of a uniform distribution over a range of 1
@@ -729,7 +650,7 @@ class Identified(NamedTuple):
 
 def cost(residual: np.ndarray, loss: str, scale: float) -> float:
     """Objective of a fit: `½ Σ c² ρ((r/c)²)`."""
-    return 0.5 * scale**2 * float(np.sum(_LOSSES[loss]((residual / scale) ** 2)[0]))
+    return 0.5 * scale**2 * float(np.sum(_LOSSES[loss]((residual / scale) ** 2)))
 
 
 def identify(
@@ -753,41 +674,32 @@ def identify(
       the range, `1/√12`: there the bounds determine more than the data
     """
     m, p = jacobian.shape
-    _, first, second = _LOSSES[loss]((residual / loss_scale) ** 2)
-    curved = np.maximum(first + 2 * (residual / loss_scale) ** 2 * second, 0.0)
+    z = (residual / loss_scale) ** 2
+    slope = jax.grad(_LOSSES[loss])
+    first = np.asarray(jax.vmap(slope)(z))
+    second = np.asarray(jax.vmap(jax.grad(slope))(z))
+    curved = np.maximum(first + 2 * z * second, 0.0)
     rows = np.pad(np.sqrt(curved)[:, None] * jacobian, ((0, max(p - m, 0)), (0, 0)))
     _, s, vt = np.linalg.svd(rows, full_matrices=False)
-    v = vt.T
-    vanishing = s <= noise * max(float(s[0]), 1e-300)
+    vanishing = s <= noise * np.max(s, initial=1e-300)
     freedom = m - int(p - vanishing.sum())
     # without any degrees of freedom it is unknown
     scatter = np.sqrt(1 / freedom if freedom > 0 else np.inf)
-    safe = np.where(vanishing, 1.0, s)
     if loss == "linear":
-        scale = 1.0 if absolute else scatter * float(np.linalg.norm(residual))
-        # columns whose outer products add up to the covariance
-        bent = scale * (v / safe)
+        scale = 1.0 if absolute else scatter * np.linalg.norm(residual)
+        push = np.diag(s)
     else:
-        bent = (
-            scatter
-            * np.sqrt(m)
-            * (v / safe**2)
-            @ (v.T @ (jacobian * (first * residual)[:, None]).T)
-        )
-    along = np.linalg.norm(v.T @ bent, axis=1) if loss != "linear" else scale / safe
-    vague = ~vanishing & (along > _UNIFORM)
+        scale = scatter * np.sqrt(m)
+        push = vt @ (jacobian * (first * residual)[:, None]).T
+    # columns whose outer products add up to the covariance, along each direction
+    along = scale * push / np.where(vanishing, 1.0, s)[:, None] ** 2
+    vague = ~vanishing & (np.linalg.norm(along, axis=1) > _UNIFORM)
     closed = ~(vanishing | vague)
-    if loss == "linear":
-        covariance = bent[:, closed] @ bent[:, closed].T
-    else:
-        kept = v[:, closed] @ (v[:, closed].T @ bent)
-        covariance = kept @ kept.T
+    whole = vt[closed].T @ along[closed]
+    covariance = whole @ whole.T
+    free = vt[~closed]
     return Identified(
-        covariance,
-        _concerned(v[:, ~closed], covariance),
-        s,
-        v[:, ~closed].T,
-        int(closed.sum()),
+        covariance, _concerned(free.T, covariance), s, free, int(closed.sum())
     )
 
 
@@ -812,14 +724,11 @@ def confound(jacobian: np.ndarray, column: np.ndarray, noise: float) -> Confound
     Source: Björck, Numerical Methods for Least Squares Problems (1996), 3.2 (a column
     that is added).
     """
-    u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
-    kept = s > noise * max(float(s.max(initial=0.0)), 1e-300)
-    u = u[:, kept]
-    v = vt[kept].T / s[kept]
-    a = v @ (u.T @ column)
-    rest = column - u @ (u.T @ column)
+    inverse = np.linalg.pinv(jacobian, noise)
+    a = inverse @ column
+    rest = column - jacobian @ a
     size = float(column @ column)
-    variance = np.sum(v**2, axis=1)
+    variance = np.sum(inverse**2, axis=1)
     square = max(float(rest @ rest), noise**2 * size)  # never of rounding alone
     scale = np.sqrt(variance * square + a**2)
     correlation = np.where(scale > 0, -a / np.where(scale > 0, scale, 1.0), 0.0)

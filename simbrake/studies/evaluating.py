@@ -256,6 +256,21 @@ class Box(NamedTuple):
         )
 
 
+def array_in_si(
+    scene: Scene, path: str, value: Any, issues: Issues
+) -> np.ndarray | None:
+    """Values of a number in SI; `None` where they are none. Adds what is wrong with
+    them."""
+    try:
+        return np.array(numbers_in_si(scene, path, value), np.float64)
+    except InputError as error:
+        issues += error.faults
+    except (TypeError, ValueError):
+        hint = "numbers in SI, or texts with units"
+        issues.add(path, "its values are not numbers", hint)
+    return None
+
+
 def bounds_of(
     scene: Scene,
     path: str,
@@ -273,24 +288,18 @@ def bounds_of(
         issues += error.faults
         return None
     except (TypeError, ValueError):
-        issues.append(
-            Fault(
-                path,
-                f"{pair!r} are not bounds",
-                f"(low, high), numbers or lists of {math.prod(shape)}",
-            )
-        )
+        hint = f"(low, high), numbers or lists of {math.prod(shape)}"
+        issues.add(path, f"{pair!r} are not bounds", hint)
         return None
     ends = np.stack([low, high])
     if not np.all(np.isfinite(ends) & (low < high)):
-        issues.append(
-            Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high")
-        )
+        what = f"the bounds {pair!r} are out of range"
+        issues.add(path, what, "finite, low < high")
         return None
     if about is not None and not np.all(about.admits(ends)):
         worst = ends[~about.admits(ends)][0]
         what = f"the bound {worst:g}{behind(about.unit)} is out of range"
-        issues.append(Fault(path, what, f"must be {about.range}"))
+        issues.add(path, what, f"must be {about.range}")
     return ends
 
 
@@ -319,36 +328,25 @@ def box_of(
         leaf = known.get(field)
         if issues.attempt(with_inputs, scene, {path: 0.0}) is None:
             continue
-        try:
-            value: Any = numbers_in_si(scene, path, (starts or {}).get(path))
-        except InputError as error:
-            issues += error.faults
-            continue
+        start = (starts or {}).get(path)
+        value: Any = issues.attempt(numbers_in_si, scene, path, start)
         if value is None and leaf is not None:
             value = np.asarray(leaf.value, float)[... if index is None else index]
             if not each and np.size(value):
                 value = value.flat[0] if np.ptp(value) == 0 else None
-        shape = () if value is None else np.shape(value)
-        ends = bounds_of(
-            scene, path, pair, issues, None if leaf is None else leaf.about, shape
-        )
+        shapes[path] = () if value is None else np.shape(value)
+        about = None if leaf is None else leaf.about
+        ends = bounds_of(scene, path, pair, issues, about, shapes[path])
         if ends is None:
             continue
-        low, high = ends
         if value is None:
-            issues.append(
-                Fault(path, "has no one value in the scene", "give its start value")
-            )
-        elif not np.all((value >= low) & (value <= high)):
+            hint = "give its start value"
+            issues.add(path, "has no one value in the scene", hint)
+            value = np.nan
+        elif not np.all((value >= ends[0]) & (value <= ends[1])):
             what = f"the start {value} is outside the bounds {pair!r}"
-            issues.append(Fault(path, what, "give a start inside them"))
-        shapes[path] = shape
-        rows.append(
-            [
-                np.ravel(values)
-                for values in (low, high, np.nan if value is None else value)
-            ]
-        )
+            issues.add(path, what, "give a start inside them")
+        rows.append([np.ravel(values) for values in (*ends, value)])
     issues += [
         Fault(path, "is free twice", f"as {old} is")
         for path, old in known.twice(shapes).items()
@@ -560,40 +558,25 @@ class PointEvaluator:
         )
         return other
 
-    def elsewhere(self, x: np.ndarray, scene: Scene, given: Any = None) -> Evaluation:
-        """The same of another scene of this structure, by the same program; not counted
-        in `runs`."""
-        return self._at(x, self.given if given is None else given, scene)
-
-    def _at(self, x: np.ndarray, given: Any, scene: Scene | None = None) -> Evaluation:
+    def _at(self, x: np.ndarray, given: Any, scene: Scene | None) -> Evaluation:
         program = _program(self._asked._replace(max_steps=self.limits[self._level]))
-        rest = (
-            self.scene if scene is None else scene,
-            given,
-            np.asarray(self.rtol, np.float64),
-        )
+        where = self.scene if scene is None else scene
+        rest = where, given, np.asarray(self.rtol, np.float64)
         if not self._asked.singly:
             jacobian, values, code, more = program(x, *rest)
             return Evaluation(np.asarray(values), np.asarray(jacobian), int(code), more)
+        directions = np.eye(self._size if self._asked.reverse else x.size)
         slopes = []
-        for direction in np.eye(self._size if self._asked.reverse else x.size):
+        for direction in directions:
             slope, values, code, more = program(x, direction, *rest)
             slopes.append(np.asarray(slope))
             # a run that ended early has no derivatives: never a number that looks like
             # one
             if int(code) != 0:
-                return Evaluation(
-                    np.asarray(values),
-                    np.full((self._size, x.size), np.nan),
-                    int(code),
-                    more,
-                )
-        return Evaluation(
-            np.asarray(values),
-            np.stack(slopes, axis=0 if self._asked.reverse else 1),
-            0,
-            more,
-        )
+                slopes = [np.full_like(slope, np.nan)] * len(directions)
+                break
+        jacobian = np.stack(slopes, axis=0 if self._asked.reverse else 1)
+        return Evaluation(np.asarray(values), jacobian, int(code), more)
 
 
 # --- many points --------------------------------------------------------------------
