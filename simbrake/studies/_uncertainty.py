@@ -11,16 +11,16 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, Issues
+from .._base._faults import Fault, Issues
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, frozen, plain
 from ..outputs.judgement import REASONS
 from ..outputs.log import SimulationError
 from ..parts.scene import Scene, faults, require_scene
-from ..runs.edit import Inputs, numbers_in_si, with_inputs, with_values
+from ..runs.edit import Inputs, with_inputs, with_values
 from ..runs.measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
-from .evaluating import Columns, as_metrics, failure_name
+from .evaluating import Columns, as_metrics, bounds_of, failure_name
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high)
 #: for a uniform one
@@ -64,28 +64,26 @@ class Draws:
                 "is empty",
                 "as in {'brake.linings.friction.coefficient': …}",
             )
-        self.quantiles: dict[str, Quantile] = {}
-        self.about: dict[str, Quantity] = {}  # of each path
-        frozen: dict[str, Any] = {}
-        for path, distribution in distributions.items():
-            if (one := _distribution(scene, path, distribution, issues)) is not None:
-                self.quantiles[path] = _quantile_of(one)
-                frozen[path] = one
-        medians = {
-            path: float(quantile(0.5)) for path, quantile in self.quantiles.items()
+        frozen = {
+            path: _frozen(scene, path, distribution, issues)
+            for path, distribution in distributions.items()
         }
+        frozen = {path: law for path, law in frozen.items() if law is not None}
+        self.quantiles = {path: _quantile_of(law) for path, law in frozen.items()}
+        medians = {path: float(draw(0.5)) for path, draw in self.quantiles.items()}
         issues.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
-        hint = "give each parameter one distribution"
         for path, old in Inputs(scene).twice(distributions).items():
-            issues.add(path, f"overlaps with {old}", hint)
+            issues.add(
+                path, f"overlaps with {old}", "give each parameter one distribution"
+            )
         bad = {fault.path for fault in issues}
         middle = with_values(
-            scene, {path: value for path, value in medians.items() if path not in bad}
+            scene, {path: medians[path] for path in medians.keys() - bad}
         )
         inputs = Inputs(middle)
-        for path in (path for path in medians if path not in bad):
-            self.about[path] = inputs.about(path)
-            issues += _faults_of_range(path, frozen[path], self.about[path])
+        self.about = {path: inputs.about(path) for path in medians if path not in bad}
+        for path, about in self.about.items():
+            issues += _faults_of_range(path, frozen[path], about)
         if not issues:
             issues += [
                 Fault(f.path, f"{f.problem}, at the medians", f.hint)
@@ -174,50 +172,34 @@ def power_of_two(n: int) -> int:
     return (int(n) - 1).bit_length()
 
 
-def _distribution(
+def _frozen(
     scene: Scene, path: str, distribution: Distribution, issues: Issues
 ) -> Distribution:
     """The frozen distribution, or `None`, with its error added."""
-    how = "a frozen distribution as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
     if isinstance(distribution, tuple | list):
-        try:
-            low, high = (float(x) for x in numbers_in_si(scene, path, distribution))
-        except InputError as error:
-            issues += error.faults
+        ends = bounds_of(scene, path, distribution, issues, None)
+        if ends is None:
             return None
-        except (TypeError, ValueError):
-            low = high = np.nan
-        if np.isfinite(low) and np.isfinite(high) and low < high:
-            from scipy import stats
+        from scipy import stats
 
-            return stats.uniform(low, high - low)
-        what = f"{distribution!r} is not a range"
-        hint = "(low, high) with low < high, both finite"
-    elif (
-        _quantile_of(distribution) is None
-        or isinstance(distribution, type)
-        or not callable(getattr(distribution, "cdf", None))
-    ):
-        what = f"{type(distribution).__name__} is not a distribution"
-        hint = how
-    else:
-        try:
-            middle = np.asarray(_quantile_of(distribution)(0.5), np.float64)
-        # a distribution that is not frozen asks for its parameters here
-        except Exception as error:
-            what = f"has no median: {type(error).__name__}: {error}"
-            hint = how
-        else:
-            if not middle.ndim and np.isfinite(middle):
-                return distribution
-            what = f"its median is {middle}, not one number"
-            hint = "look at the distribution's parameters"
-    issues.add(path, what, hint)
+        return stats.uniform(ends[0], ends[1] - ends[0])
+    try:
+        middle = float(_quantile_of(distribution)(0.5))
+        distribution.cdf(middle)
+    # no distribution, or one that asks for its parameters here
+    except Exception as error:
+        what = f"{type(distribution).__name__} is no frozen distribution: {error}"
+        hint = "as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
+        issues.add(path, what, hint)
+        return None
+    if np.isfinite(middle):
+        return distribution
+    issues.add(path, f"its median is {middle}", "look at the distribution's parameters")
     return None
 
 
-def _quantile_of(distribution: Distribution) -> Any:
-    return getattr(distribution, "ppf", None) or getattr(distribution, "icdf", None)
+def _quantile_of(distribution: Distribution) -> Quantile:
+    return getattr(distribution, "ppf", None) or distribution.icdf
 
 
 def _faults_of_range(
@@ -227,13 +209,10 @@ def _faults_of_range(
     parameter."""
     below = above = 0.0
     if about.low is not None:
-        below = float(
-            distribution.cdf(
-                about.low if about.open_low else np.nextafter(about.low, -np.inf)
-            )
-        )
+        edge = about.low if about.open_low else np.nextafter(about.low, -np.inf)
+        below = distribution.cdf(edge)
     if about.high is not None:
-        above = float(1.0 - distribution.cdf(about.high))
+        above = 1.0 - distribution.cdf(about.high)
     if not below + above > 0.0:
         return []
     problem = (
@@ -246,10 +225,8 @@ def _faults_of_range(
 
 def _cut(distribution: Distribution, about: Quantity) -> str:
     """Hint for keeping a distribution inside a range."""
-    name, args, keywords = (
-        getattr(distribution, key, None) for key in ("dist", "args", "kwds")
-    )
-    if getattr(name, "name", "") != "norm" or args is None or keywords is None:
+    law = getattr(distribution, "dist", None)
+    if getattr(law, "name", "") != "norm":
         return (
             "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"
         )
@@ -632,8 +609,23 @@ def uncertainty(
         )
         for path in draws.paths
     }
-    return _evaluate(
-        data, group, asked, bounds, tuple(quantiles), confidence, method, seed, inputs
+    statistics, failures = _evaluate(data, group, asked, bounds, quantiles, confidence)
+    code = np.asarray(data["code"])
+    codes, counts = np.unique(code[code != 0], return_counts=True)
+    return Uncertainty(
+        data=data.assign_coords(group=("run", group)),
+        statistics=statistics,
+        failures=failures,
+        codes=dict(
+            zip(map(failure_name, codes.tolist()), counts.tolist(), strict=True)
+        ),
+        inputs=inputs,
+        limits=dict(bounds),
+        runs=len(group),
+        groups=len(np.unique(group)),
+        method=method,
+        seed=seed,
+        confidence=confidence,
     )
 
 
@@ -674,17 +666,13 @@ def _limits(
 def _evaluate(
     data: Dataset,
     group: np.ndarray,
-    asked: list[Metric],
+    asked: Sequence[Metric],
     bounds: Mapping[str, float | np.ndarray],
-    shares: tuple[float, ...],
+    shares: Sequence[float],
     confidence: float,
-    method: str,
-    seed: int,
-    inputs: dict[str, tuple[str, float, float, float]],
-) -> Uncertainty:
+) -> tuple[dict[str, Statistics], dict[str, Failure]]:
     """Statistics and failures of runs that were made."""
-    code = np.asarray(data["code"])
-    failed = code != 0
+    failed = np.asarray(data["code"]) != 0
     statistics = {}
     failures = {}
     for metric in asked:
@@ -718,20 +706,7 @@ def _evaluate(
         )
     if len(failures) > 1:
         failures[ANY] = np.any(list(failures.values()), axis=0)
-    counts = {int(c): int(np.sum(code == c)) for c in np.unique(code[failed])}
-    return Uncertainty(
-        data=data.assign_coords(group=("run", group)),
-        statistics=statistics,
-        failures={
-            name: Failure(int(hit.sum()), probability(hit, group, confidence))
-            for name, hit in failures.items()
-        },
-        codes={failure_name(c): count for c, count in counts.items()},
-        inputs=inputs,
-        limits=dict(bounds),
-        runs=len(group),
-        groups=len(np.unique(group)),
-        method=method,
-        seed=seed,
-        confidence=confidence,
-    )
+    return statistics, {
+        name: Failure(int(hit.sum()), probability(hit, group, confidence))
+        for name, hit in failures.items()
+    }
