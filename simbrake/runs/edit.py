@@ -361,23 +361,27 @@ def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
     for path, value in values.items():
         name, entry = entry_of(path, places)
         i = places.get(name)
-        if (
-            i is None
-            or not isinstance(value, float | int | np.floating)
-            or isinstance(value, bool)
-        ):
+        if i is None or not _is_number(value):
             return None
         old = numbers[i]
         if not isinstance(old, np.ndarray) or old.dtype != np.float64:
             return None
         if entry is None:
+            if np.shape(value) not in ((), old.shape):
+                return None
             numbers[i] = np.full(old.shape, value, np.float64)
             continue
-        if old.ndim != 1 or not 0 <= entry < old.size:
+        if old.ndim != 1 or not 0 <= entry < old.size or np.ndim(value):
             return None
         numbers[i] = np.array(old)
         numbers[i][entry] = value
     return jax.tree.unflatten(structure, numbers)
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.dtype == np.float64
+    return isinstance(value, float | int | np.floating) and not isinstance(value, bool)
 
 
 @functools.lru_cache(maxsize=256)

@@ -22,11 +22,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import jax
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, Issues
+from .._base._faults import Fault, Issues, input_error
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from .._base._store import canonical, trace_anew, versions
@@ -36,7 +35,7 @@ from ..outputs.metrics import RESIDUALS
 from ..parts.scene import Scene, require_scene
 from ..physics.mechanism import Label
 from ..runs.choice import stiffness
-from ..runs.edit import Inputs, numbers_in_si, with_inputs
+from ..runs.edit import Inputs, with_inputs, with_values
 from ..runs.measure import Metric, check_metrics, name_of, unit_of
 from ..runs.mesh import cuts_of, with_finer_layers
 from ..runs.simulate import (
@@ -58,6 +57,7 @@ from .evaluating import (
     Job,
     Paths,
     Solver,
+    array_in_si,
     default_metrics,
     failure_name,
     faults_of_runs,
@@ -140,36 +140,18 @@ class Plan:
         )
 
     @functools.cached_property
-    def _template(self) -> tuple[list[Any], Any, dict[int, np.ndarray]]:
-        """Leaves and structure of the scene, and where the varied numbers are: for some
-        leaves the column of each entry (−1: not varied), found by a scene that has
-        marks in their place."""
-        marks = -1e200 * (1.0 + np.arange(self.columns.shape[1]))
-        marked, structure = jax.tree.flatten(
-            with_inputs(self.scene, self.paths.values(marks))
-        )
-        places = {}
-        for k, leaf in enumerate(marked):
-            column = np.asarray(
-                np.rint(np.asarray(leaf, np.float64) / -1e200) - 1
-            ).astype(int)
-            if np.any(column >= 0):
-                places[k] = column
-        return marked, structure, places
+    def first(self) -> Scene:
+        """The scene of the first run, which has a number at each path."""
+        return with_inputs(self.scene, self.paths.values(self.columns[0]))
 
     def one(self, i: int) -> Scene:
-        """The scene of a run, as `with_values` makes it, by numbers alone."""
-        marked, structure, places = self._template
-        numbers = list(marked)
-        row = self.columns[i]
-        for k, column in places.items():
-            numbers[k] = np.where(column < 0, np.asarray(marked[k]), row[column])
-        return jax.tree.unflatten(structure, numbers)
+        """The scene of a run."""
+        return with_values(self.first, self.paths.values(self.columns[i]))
 
     @functools.cached_property
     def abouts(self) -> dict[str, Quantity]:
         """Unit, meaning and range of every varied number."""
-        known = Inputs(self.one(0))
+        known = Inputs(self.first)
         return {path: known.about(path) for path in self.values}
 
     def groups(self) -> list[tuple[Solver, np.ndarray]]:
@@ -182,7 +164,7 @@ class Plan:
             path.startswith(("heat", "end_time", "initial.time"))
             for path in self.values
         ):
-            return [(solver_for(stiffness(self.one(0))[0]), every)]
+            return [(solver_for(stiffness(self.first)[0]), every)]
         stiff = np.asarray([stiffness(self.one(i))[0] for i in range(self.count)])
         return [
             (solver_for(kind), every[stiff == kind])
@@ -213,7 +195,7 @@ def plan_of(
     issues.report()
     asked = default_metrics(scene) if metrics is None else tuple(metrics)
     plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, chunk)
-    first = plan.one(0)  # raises for names that the scene does not have
+    first = plan.first  # raises for names that the scene does not have
     for path, about in plan.abouts.items():
         issues += _outside(path, arrays[path], about)
     issues.attempt(check_metrics, first, asked)
@@ -226,43 +208,21 @@ def plan_of(
 def _arrays(scene: Scene, values: Mapping[str, object], issues: Issues) -> Columns:
     arrays: Columns = {}
     if not values or not isinstance(values, Mapping):
-        issues.append(Fault("values", "nothing varies", "give {path: array of values}"))
+        issues.add("values", "nothing varies", "give {path: array of values}")
         return arrays
     for path, value in values.items():
-        try:
-            array = np.array(numbers_in_si(scene, path, value), dtype=np.float64)
-        except InputError as error:
-            issues += error.faults
-            continue
-        except (TypeError, ValueError):
-            issues.append(
-                Fault(
-                    path,
-                    "its values are not numbers",
-                    "an array (runs,), or (runs, entries)",
-                )
-            )
+        array = array_in_si(scene, path, value, issues)
+        if array is None:
             continue
         if array.ndim not in (1, 2) or array.size == 0:
-            shape = f"has the shape {array.shape}"
-            issues.append(
-                Fault(
-                    path,
-                    shape,
-                    "an array (runs,), or (runs, entries) for a number with entries",
-                )
-            )
+            hint = "an array (runs,), or (runs, entries) for a number with entries"
+            issues.add(path, f"has the shape {array.shape}", hint)
         arrays[path] = array
     counts = {path: len(array) for path, array in arrays.items() if array.ndim}
     if len(set(counts.values())) > 1:
         each = ", ".join(f"{path} {count}" for path, count in counts.items())
-        issues.append(
-            Fault(
-                "values",
-                f"the numbers of runs differ: {each}",
-                "give every number once for every run",
-            )
-        )
+        hint = "give every number once for every run"
+        issues.add("values", f"the numbers of runs differ: {each}", hint)
     return arrays
 
 
@@ -283,23 +243,17 @@ def _of_times(plan: Plan) -> list[Fault]:
     """Runs that end before they start: these would be returned as if they had reached
     their end."""
     start, end = (
-        np.broadcast_to(
-            plan.values.get(path, np.asarray(value, np.float64)), (plan.count,)
-        )
+        plan.values.get(path, np.full(plan.count, value))
         for path, value in (
             ("initial.time", plan.scene.initial.time),
             ("end_time", plan.scene.end_time),
         )
     )
-    if len(bad := np.flatnonzero(~(end > start))) == 0:
+    bad = np.flatnonzero(~(end > start))
+    if not len(bad):
         return []
-    return [
-        Fault(
-            "end_time",
-            f"{end[bad[0]]:g} s is not after the start {named_runs(bad)}",
-            "it must be later",
-        )
-    ]
+    what = f"{end[bad[0]]:g} s is not after the start {named_runs(bad)}"
+    return [Fault("end_time", what, "it must be later")]
 
 
 def _of_scenes(plan: Plan) -> list[Fault]:
@@ -377,18 +331,12 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
         from distributed.comm import get_address_host_port
     except ImportError as error:
         hint = "pip install 'simbrake[ensemble]'"
-        raise InputError(
-            [Fault("client", "needs dask.distributed, which is not installed", hint)]
-        ) from error
+        what = "needs dask.distributed, which is not installed"
+        raise input_error("client", what, hint) from error
     if not isinstance(scheduler, str | Client):
         what = f"is a {type(scheduler).__name__}"
-        raise InputError(
-            [
-                Fault(
-                    "client", what, "a dask.distributed.Client or a scheduler's address"
-                )
-            ]
-        )
+        hint = "a dask.distributed.Client or a scheduler's address"
+        raise input_error("client", what, hint)
     place = ("", "") if store is None else (str(store.folder.resolve()), store.study)
     own: Any = contextlib.nullcontext(scheduler)
     if isinstance(scheduler, str):
@@ -398,9 +346,8 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
             ).close()
         except (OSError, ValueError, OverflowError) as error:
             what = f"no Dask scheduler answers at {scheduler!r}: {error}"
-            raise InputError(
-                [Fault("client", what, "an address as tcp://10.0.0.1:8786")]
-            ) from error
+            hint = "an address as tcp://10.0.0.1:8786"
+            raise input_error("client", what, hint) from error
         own = Client(scheduler)
     with own as client:
         executor = client.get_executor(pure=False)
@@ -467,10 +414,7 @@ def expected_cost(
     ]
     squares = [columns**2] if 2 * columns.shape[1] + 1 <= len(known) / 2 else []
     x = np.concatenate([np.ones((len(columns), 1)), columns, *squares], axis=1)
-    some = x[known]
-    log = np.log(np.maximum(steps, 1.0))
-    lhs = some.T @ some + 1e-6 * len(known) * np.eye(x.shape[1])
-    return x @ np.linalg.solve(lhs, some.T @ log)
+    return x @ np.linalg.lstsq(x[known], np.log(np.maximum(steps, 1.0)))[0]
 
 
 # --- all runs -----------------------------------------------------------------------
@@ -534,16 +478,30 @@ class Runs:
     ) -> np.ndarray:
         """Runs in chunks with one limit of the steps; returns those for which it was
         too low, in the same order."""
-        plan = self.plan
         room = limit if last else min(limit, max(_ROOM, limit // 4))
-        job = Job(
+        job = self._job(solver, limit, size, room).fitting()
+        return self._run(job, runs, self._share(len(runs), job), last)
+
+    def singly(self, solver: Solver, runs: np.ndarray) -> None:
+        """All runs of one solver, each as `simulate` makes it."""
+        missing = runs[~self.done[runs]]
+        share = math.ceil(len(missing) / (self.pool.workers * _SHARES))
+        self._run(self._job(solver, self.plan.max_steps or 0, 0, 0), missing, share)
+
+    def _job(self, solver: Solver, limit: int, size: int, room: int) -> Job:
+        plan = self.plan
+        return Job(
             plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room
-        ).fitting()
-        size = self._share(len(runs), job)
-        parts = [runs[start : start + size] for start in range(0, len(runs), size)]
-        self.pool.submit(
-            job, [Task(limit, part, plan.columns[part], last) for part in parts]
         )
+
+    def _run(
+        self, job: Job, runs: np.ndarray, size: int, last: bool = True
+    ) -> np.ndarray:
+        """Runs in parts of a size; returns those that are not done."""
+        parts = [runs[start : start + size] for start in range(0, len(runs), size or 1)]
+        columns = self.plan.columns
+        tasks = [Task(job.max_steps, part, columns[part], last) for part in parts]
+        self.pool.submit(job, tasks)
         self.take()
         return runs[~self.done[runs]]
 
@@ -568,30 +526,6 @@ class Runs:
                 _power_of_2(count / (self.pool.workers * _SHARES)), job.lanes, job.size
             )
         )
-
-    def singly(self, solver: Solver, runs: np.ndarray) -> None:
-        """All runs of one solver, each as `simulate` makes it."""
-        plan = self.plan
-        missing = runs[~self.done[runs]]
-        job = Job(
-            plan.scene,
-            plan.paths,
-            plan.metrics,
-            solver,
-            plan.rtol,
-            plan.max_steps or 0,
-            0,
-            0,
-        )
-        parts = (
-            np.array_split(missing, min(len(missing), self.pool.workers * _SHARES))
-            if len(missing)
-            else []
-        )
-        self.pool.submit(
-            job, [Task(job.max_steps, part, plan.columns[part]) for part in parts]
-        )
-        self.take()
 
     def group(self, solver: Solver, runs: np.ndarray) -> None:
         """All runs of one solver: a few to learn from, the rest in order of cost, then
@@ -675,36 +609,28 @@ _MEANINGS = {
 }
 
 
-def _status(
-    code: int, band: int, inner: int, turn: int, moved: int, driven: int, judged: int
-) -> str:
-    """How a run ended, in the words of `Result.status`; `not_run` where it did not take
-    place."""
-    if code == NOT_RUN:
-        return "not_run"
-    if code:
-        return failure_name(code)
-    end = Label(band, inner, turn)
-    decision = decoded(np.asarray(judged))
-    return str(
-        status_of(
-            end,
-            bool(moved),
-            bool(driven),
-            lambda: bool(decision.away),
-            lambda: bool(decision.steady),
-        )
-    )
-
-
 def _statuses(columns: Columns) -> np.ndarray:
-    """How every run ended: one look at all runs for each of the few ways that there
-    are."""
+    """How every run ended, in the words of `Result.status`, `not_run` where it did not
+    take place: one look at all runs for each of the few ways that there are."""
     names = ("code", "band", "inner", "turn", "moved", "driven", "judged")
     kinds, which = np.unique(
         np.stack([columns[name] for name in names]), axis=1, return_inverse=True
     )
-    return np.asarray([_status(*map(int, kind)) for kind in kinds.T])[which.ravel()]
+    words = []
+    for code, band, inner, turn, moved, driven, judged in kinds.T.tolist():
+        if code:
+            words.append("not_run" if code == NOT_RUN else failure_name(code))
+            continue
+        decision = decoded(np.asarray(judged))
+        status = status_of(
+            Label(band, inner, turn),
+            bool(moved),
+            bool(driven),
+            lambda decision=decision: bool(decision.away),
+            lambda decision=decision: bool(decision.steady),
+        )
+        words.append(str(status))
+    return np.asarray(words)[which.ravel()]
 
 
 def _reasons(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
@@ -724,25 +650,22 @@ def _errors(plan: Plan, columns: Columns, second: Columns) -> Columns:
         & (second["code"] == 0)
         & (columns["sequence"] == second["sequence"])
     )
-    by_metric = {}
-    for name in map(name_of, plan.metrics):
-        errors = errors_between(columns[name], second[name], columns["steps"])
-        by_metric[name] = np.where(same, errors, np.nan)
-    return by_metric
+    steps = columns["steps"]
+    return {
+        name: np.where(same, errors_between(columns[name], second[name], steps), np.nan)
+        for name in map(name_of, plan.metrics)
+    }
 
 
-def _with_layers(
-    plan: Plan, errors: Columns, columns: Columns, finer: Columns
-) -> Columns:
+def _with_layers(errors: Columns, columns: Columns, finer: Columns) -> Columns:
     """Errors with those of the layers of walls, from runs with finer layers; NaN where
     such a run failed."""
     whole = {}
-    for name in map(name_of, plan.metrics):
+    for name, error in errors.items():
         with np.errstate(invalid="ignore"):
-            apart = np.where(
-                finer["code"] == 0, np.abs(columns[name] - finer[name]), np.nan
-            )
-        whole[name] = errors[name] + error_of_layers(apart, errors[name])
+            apart = np.abs(columns[name] - finer[name])
+        apart[finer["code"] != 0] = np.nan
+        whole[name] = error + error_of_layers(apart, error)
     return whole
 
 
@@ -752,7 +675,7 @@ def _finer(plan: Plan) -> Plan | None:
     if not plan.scene.network.walls:
         return None
     cuts = cuts_of(
-        simulate(plan.one(0), rtol=plan.rtol, solver=plan.solver, throw=False)
+        simulate(plan.first, rtol=plan.rtol, solver=plan.solver, throw=False)
     )
     scene = with_finer_layers(plan.scene, cuts)
     values = finer_values(plan.scene.network, scene.network, plan.values)
@@ -934,18 +857,13 @@ def ensemble(
     require_compiling()
     require_scene(scene)
     plan = plan_of(scene, values, metrics, rtol, solver, max_steps, chunk)
-    if workers is not None and not (isinstance(workers, int) and workers >= 1):
-        raise InputError([Fault("workers", f"{workers} is out of range", "at least 1")])
+    issues = Issues()
+    fits = workers is None or (isinstance(workers, int) and workers >= 1)
+    issues.unless(fits, "workers", workers, "at least 1")
     if key is not None and directory is None:
-        raise InputError(
-            [
-                Fault(
-                    "key",
-                    "is for finished runs in a folder, and there is none",
-                    "give directory (--resume) as well",
-                )
-            ]
-        )
+        what = "is for finished runs in a folder, and there is none"
+        issues.add("key", what, "give directory (--resume) as well")
+    issues.report()
     plan = dataclasses.replace(plan, key=key)
     folder = None if directory is None else Path(directory)
     if own := plan.own:
@@ -957,20 +875,20 @@ def ensemble(
                 file=sys.stderr,
             )
             folder = None
-    columns = run_all(plan, workers, client, folder, progress)
+
+    def columns_of(plan: Plan, below: str = "") -> Columns:
+        where = None if folder is None else folder / below
+        return run_all(plan, workers, client, where, progress)
+
+    columns = columns_of(plan)
     errors = None
-    if accuracy:
+    if accuracy and np.all(
+        columns["code"] != NOT_RUN
+    ):  # else Ctrl-C has ended the call
         again = dataclasses.replace(plan, rtol=second_rtol(plan.rtol))
-        below = None if folder is None else folder / "accuracy"
-        if np.all(columns["code"] != NOT_RUN):  # else Ctrl-C has ended the call
-            errors = _errors(
-                plan, columns, run_all(again, workers, client, below, progress)
-            )
-        if errors is not None and (finer := _finer(plan)) is not None:
-            below = None if folder is None else folder / "layers"
-            errors = _with_layers(
-                plan, errors, columns, run_all(finer, workers, client, below, progress)
-            )
+        errors = _errors(plan, columns, columns_of(again, "accuracy"))
+        if (finer := _finer(plan)) is not None:
+            errors = _with_layers(errors, columns, columns_of(finer, "layers"))
     return _as_dataset(plan, columns, errors)
 
 
@@ -995,23 +913,13 @@ def sweep(
     axes = {}
     issues = Issues()
     for path, axis in values.items():
-        try:
-            array = np.atleast_1d(
-                np.asarray(numbers_in_si(scene, path, axis), dtype=np.float64)
-            )
-        except InputError as error:
-            issues += error.faults
+        array = array_in_si(scene, path, axis, issues)
+        if array is None:
             continue
-        except (TypeError, ValueError):
-            array = np.zeros((1, 1))
+        array = np.atleast_1d(array)
         if array.ndim != 1 or len(np.unique(array)) != len(array):
-            issues.append(
-                Fault(
-                    path,
-                    "is not a list of different numbers",
-                    "a grid needs every value once",
-                )
-            )
+            hint = "a grid needs every value once"
+            issues.add(path, "is not a list of different numbers", hint)
         axes[path] = array
     issues.report()
     grid = np.meshgrid(*axes.values(), indexing="ij") if axes else []
