@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from .._base._csv_file import CsvFile
-from .._base._faults import Fault, Issues, nearest
+from .._base._faults import Fault, InputError, Issues, input_error, nearest
 from .._base._nulls import NULLS
 from .._base._quantity import behind
-from .._base._table import Tabular, Unit, frozen, plain
+from .._base._table import Tabular, frozen, plain
 from ..hybrid.arrays import Array
 from ..outputs.metrics import METRICS
 from ..outputs.quantities import (
@@ -122,28 +122,22 @@ class Measured(Tabular):
         Raises `InputError` with every error.
         """
         t = np.atleast_1d(np.asarray(t, np.float64))
+        columns = dict(columns or {})
         sigma = dict(sigma or {})
-        parts: list[Points | Single | Fault] = []
-        for name in sorted(set(sigma) - set(columns or {})):
-            parts.append(
-                Fault(
-                    name,
-                    "has a standard deviation but no values",
-                    "leave it out, or give the column",
-                )
-            )
-        for name, values in (columns or {}).items():
-            parts.append(_points(name, t, values, sigma.get(name)))
+        issues = Issues()
+        for name in sorted(sigma.keys() - columns.keys()):
+            what = "has a standard deviation but no values"
+            issues.add(name, what, "leave it out, or give the column")
+        points = [
+            issues.attempt(_points, name, t, values, sigma.get(name))
+            for name, values in columns.items()
+        ]
+        singles = []
         for metric, value in (events or {}).items():
             number, error = value if isinstance(value, tuple) else (value, None)
-            parts.append(
-                _single(metric, float(number), None if error is None else float(error))
-            )
-        Issues(part for part in parts if isinstance(part, Fault)).report()
-        points, singles = (
-            [part for part in parts if isinstance(part, kind)]
-            for kind in (Points, Single)
-        )
+            error = None if error is None else float(error)
+            singles.append(issues.attempt(_single, metric, float(number), error))
+        issues.report()
         return cls(tuple(points), tuple(singles), dict(known or {}))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
@@ -258,53 +252,45 @@ def unknown_column(where: str, name: str) -> Fault:
     )
 
 
-def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points | Fault:
+def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points:
+    """A measured column. Raises `InputError` with what is wrong with it."""
     where = column_of(name)
-    value = np.atleast_1d(np.asarray(values, np.float64))
     if where is None:
-        return unknown_column(name, name)
+        raise InputError([unknown_column(name, name)])
+    value = np.atleast_1d(np.asarray(values, np.float64))
     if value.shape != t.shape or t.ndim != 1:
-        return Fault(
-            name,
-            f"has the shape {value.shape} at times of the shape {t.shape}",
-            "both are (m,)",
-        )
-    error = None if sigma is None else np.asarray(sigma, np.float64)
-    if error is not None and error.shape not in ((), t.shape):
-        return Fault(
-            name,
-            f"has standard deviations of the shape {error.shape}",
-            "one number, or one for each value",
-        )
+        what = f"has the shape {value.shape} at times of the shape {t.shape}"
+        raise input_error(name, what, "both are (m,)")
     kept = ~np.isnan(value)
-    error = None if error is None else np.broadcast_to(error, t.shape)[kept]
-    if not (np.all(np.isfinite(t[kept])) and np.all(np.isfinite(value[kept]))):
-        return Fault(
-            name,
-            "has infinite values, or values at no time",
-            "leave them out, or give NaN",
-        )
-    if error is not None and not np.all((error > 0) & np.isfinite(error)):
-        return Fault(
-            name,
-            "has a standard deviation that is not positive",
-            "give its measuring error, > 0",
-        )
-    if not kept.any():
-        return Fault(name, "has no value", "leave the column out")
-    return Points(where[0], t[kept], value[kept], error, where[1])
+    error = None
+    if sigma is not None:
+        error = np.asarray(sigma, np.float64)
+        if error.shape not in ((), t.shape):
+            what = f"has standard deviations of the shape {error.shape}"
+            raise input_error(name, what, "one number, or one for each value")
+        error = np.broadcast_to(error, t.shape)[kept]
+        if not np.all((error > 0) & np.isfinite(error)):
+            what = "has a standard deviation that is not positive"
+            raise input_error(name, what, "give its measuring error, > 0")
+    t = t[kept]
+    value = value[kept]
+    if not np.all(np.isfinite([t, value])):
+        what = "has infinite values, or values at no time"
+        raise input_error(name, what, "leave them out, or give NaN")
+    if not value.size:
+        raise input_error(name, "has no value", "leave the column out")
+    return Points(where[0], t, value, error, where[1])
 
 
-def _single(metric: Metric, value: float, sigma: float | None) -> Single | Fault:
-    where = name_of(metric)
+def _single(metric: Metric, value: float, sigma: float | None) -> Single:
+    """A measured number. Raises `InputError` with what is wrong with it."""
     if not np.isfinite(value):
-        return Fault(
-            where,
-            f"{value} is not a measured value",
-            "leave out events that did not occur",
-        )
+        what = f"{value} is not a measured value"
+        hint = "leave out events that did not occur"
+        raise input_error(name_of(metric), what, hint)
     if sigma is not None and not 0 < sigma < np.inf:
-        return Fault(where, f"{sigma} is not a standard deviation", "it must be > 0")
+        what = f"{sigma} is not a standard deviation"
+        raise input_error(name_of(metric), what, "it must be > 0")
     return Single(metric, value, sigma)
 
 
@@ -346,11 +332,9 @@ def pick(
         )
         return Fault(name, "is not in a run of this scene", hint)
     if values.ndim == 1:
-        return (
-            values
-            if entry is None
-            else Fault(name, f"{column} has no entries", f"call it {column}")
-        )
+        if entry is None:
+            return values
+        return Fault(name, f"{column} has no entries", f"call it {column}")
     labels = (
         result.nodes
         if column == "temperature"
@@ -428,7 +412,7 @@ class _Reading:
         null: Sequence[float],
     ) -> None:
         self.null = null
-        self.wanted = None if columns is None else {_normal(name) for name in columns}
+        self.selected = None if columns is None else {_normal(name) for name in columns}
         self.issues = Issues(
             Fault(
                 f"sigma of {name}",
@@ -444,24 +428,19 @@ class _Reading:
         data = Measured()
         for path in paths:
             file = _MeasuredFile(Path(path), self.null, _WORDS)
-            data += file.read(self.sigma, self.wanted)
-            self.issues += file.faults
+            data += file.read(self.sigma, self.selected)
             data += Measured(notes=tuple(file.notes))
+            self.issues += file.faults
         return data
 
     def report(self, runs: Iterable[Measured]) -> None:
         """Raise `InputError` with all errors, also of what no file has."""
         names = {part.name for data in runs for part in data.all}
         if not self.issues:
-            without = sorted(self.sigma.keys() - names)
-            self.issues += [
-                Fault(name, "has a standard deviation but was not measured")
-                for name in without
-            ]
-            self.issues += [
-                Fault(name, "is in no file")
-                for name in sorted((self.wanted or set()) - names)
-            ]
+            for name in sorted(self.sigma.keys() - names):
+                self.issues.add(name, "has a standard deviation but was not measured")
+            for name in sorted((self.selected or set()) - names):
+                self.issues.add(name, "is in no file")
         self.issues.report()
 
 
@@ -544,11 +523,8 @@ def read_recordings(
             if np.isfinite(value[row])
         ]
         if name in recordings:
-            file.fault(
-                f" line {line}",
-                f"there is another recording {name!r}",
-                "one name for each",
-            )
+            what = f"there is another recording {name!r}"
+            file.fault(f" line {line}", what, "one name for each")
         recordings[name] = data + Measured((), tuple(singles), known, tuple(file.notes))
     reading.issues += file.faults
     reading.report(recordings.values())
@@ -573,7 +549,7 @@ def _normal(name: str) -> str:
 class _MeasuredFile(CsvFile):
     """A CSV file of measured columns over time, or of single values."""
 
-    def read(self, sigma: Mapping[str, float], wanted: set[str] | None) -> Measured:
+    def read(self, sigma: Mapping[str, float], selected: set[str] | None) -> Measured:
         if not self.heads:
             return Measured()
         names = {head.name: i for i, head in enumerate(self.heads)}
@@ -594,7 +570,7 @@ class _MeasuredFile(CsvFile):
                 "series need t, events event",
             )
             return Measured()
-        return self._series(names, clock, sigma, wanted)
+        return self._series(names, clock, sigma, selected)
 
     # --- columns over time -----------------------------------------------------------
 
@@ -603,48 +579,41 @@ class _MeasuredFile(CsvFile):
         names: dict[str, int],
         clock: str,
         sigma: Mapping[str, float],
-        wanted: set[str] | None,
+        selected: set[str] | None,
     ) -> Measured:
         t = self.column(names[clock], "s", needed=True)
         points = list[Points]()
         for name, i in names.items():
             header = f" header, column {self.heads[i].text}"
             of = name.removesuffix(_SIGMA)
-            if of != name and of not in names and wanted is None:
-                self.fault(
-                    header,
-                    f"there is no column {of}",
-                    "a standard deviation needs its column",
-                )
+            if of != name and of not in names and selected is None:
+                what = f"there is no column {of}"
+                self.fault(header, what, "a standard deviation needs its column")
             if (
                 name == clock
                 or of != name
-                or not (wanted is None or _normal(name) in wanted)
+                or not (selected is None or _normal(name) in selected)
             ):
                 continue
             where = column_of(name)
-            if where is None:
-                issue = unknown_column(name, name)
-                self.fault(header, issue.problem, issue.hint)
-                continue
-            si = about_column(where[0]).unit
-            value = self.column(i, si)
-            error = self.spreads(names, name, si, value)
-            if error is None:
-                error = sigma.get(_normal(name))
-            if self.faults:
-                continue
-            part = _points(name, t, value, error)
-            if isinstance(part, Points):
+            value = error = np.empty(0)
+            if where is not None:
+                si = about_column(where[0]).unit
+                value = self.column(i, si)
+                error = self.spreads(names, name, si, value)
+                if error is None:
+                    error = sigma.get(_normal(name))
+                if self.faults:
+                    continue
+            wrong = Issues()
+            part = wrong.attempt(_points, name, t, value, error)
+            for fault in wrong:
+                self.fault(header, fault.problem, fault.hint)
+            if part is not None:
                 points.append(part)
-            else:
-                self.fault(f" column {self.heads[i].text}", part.problem, part.hint)
         if not points and not self.faults:
-            self.fault(
-                "",
-                "has no column to fit",
-                f"columns of a run are: {', '.join(COLUMNS)}",
-            )
+            hint = f"columns of a run are: {', '.join(COLUMNS)}"
+            self.fault("", "has no column to fit", hint)
         return Measured(tuple(points))
 
     def spreads(
@@ -680,40 +649,31 @@ class _MeasuredFile(CsvFile):
             self.written(i)
         singles: list[Single] = []
         for k, metric in enumerate(self.texts[names["event"]]):
-            where = f" line {self.places[k]}, event {metric}"
+            line = f" line {self.places[k]}"
             if np.isnan(self.values[at][k]):
                 continue
             if not metric:
-                self.fault(
-                    f" line {self.places[k]}, column event",
-                    "is empty beside a value",
-                    "name the event",
-                )
+                what = "is empty beside a value"
+                self.fault(f"{line}, column event", what, "name the event")
                 continue
+            where = f"{line}, event {metric}"
             if not _is_metric(metric):
                 self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}")
                 continue
             si = unit_of(metric)
-            of = Unit(1.0)
-            error = sigma.get(metric)
             if column == "time" and si != "s":
-                self.fault(
-                    where,
-                    f"is not a time but a quantity in {si}",
-                    "call the column value",
-                )
-            else:
-                text = self.texts[names["unit"]][k] if "unit" in names else ""
-                of = self.unit(where, text or head.unit, si)
+                what = f"is not a time but a quantity in {si}"
+                self.fault(where, what, "call the column value")
+                continue
+            text = self.texts[names["unit"]][k] if "unit" in names else ""
+            of = self.unit(where, text or head.unit, si)
+            error = sigma.get(metric)
             row = np.array([k])
             i = names.get("sigma")
             if i is not None and not np.isnan(self.values[i][k]):
                 spread = self.heads[i]
-                own = (
-                    self.unit(f" header, column {spread.text}", spread.unit, si)
-                    if spread.unit
-                    else of
-                )
+                header = f" header, column {spread.text}"
+                own = self.unit(header, spread.unit, si) if spread.unit else of
                 error = float(self.in_si(i, row, own, si, True)[0])
             value = float(self.in_si(at, row, of, si, False)[0])
             if np.isfinite([value, error or 1.0]).all():  # else it has a separate error
