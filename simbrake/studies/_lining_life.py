@@ -161,12 +161,11 @@ class _Point(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """`h(Δ) = h + Δ w + ½ Δ (Δ − 1) s` over `length` stops from `start`; `s` (n,):
-    change of `w` per stop."""
+    """`h(Δ) = h + Δ w + ½ Δ (Δ − 1) s` over `Δ` stops from `start`; `s` (n,): change of
+    `w` per stop."""
 
     start: _Point
-    length: float
-    slope: np.ndarray
+    slope: np.ndarray | float = 0.0
 
     def worn(self, brakings: float) -> np.ndarray:
         return (
@@ -174,9 +173,6 @@ class _Step(NamedTuple):
             + brakings * self.start.wear
             + 0.5 * brakings * max(brakings - 1, 0.0) * self.slope
         )
-
-    def wear(self, brakings: float) -> np.ndarray:
-        return self.start.wear + brakings * self.slope
 
     def until(self, limit: np.ndarray) -> np.ndarray:
         """Stops after which each lining reaches its limit, `inf` if it does not."""
@@ -245,47 +241,41 @@ class _Brake:
         done."""
         limit = self.limit
         step = self.step
-        still = np.zeros_like(start.worn)
         steps = list[_Step]()
         now = start
-        length = 1.0 if step is None else step
         if not np.any(now.wear > 0):
             hint = "the linings must slide with a wear rate above 0"
             raise input_error("scene", "no lining wears in it", hint)
-        if not self.feeds_back and step is None:
-            length = np.inf
+        usual = (1.0 if self.feeds_back else np.inf) if step is None else step
+        length = usual
         while now.done < until:
-            left = float(np.min(_Step(now, 1.0, still).until(limit)))
-            length = min(length, until - now.done, left)
-            ahead = _Step(now, length, still)
+            ahead = _Step(now)
+            length = min(length, until - now.done, float(np.min(ahead.until(limit))))
             error = 0.0
             if self.feeds_back and length > 1.0:
                 following = self.look(now.done + length, ahead.worn(length), now.turned)
-                ahead = ahead._replace(slope=(following.wear - now.wear) / length)
+                ahead = _Step(now, (following.wear - now.wear) / length)
                 error = float(
                     np.max(np.abs(ahead.worn(length) - following.worn) / limit)
                 )
+            # factor by which the next step may be longer
+            more = _MOST
+            if error > 0:
+                more = min(_MOST, _SAFETY * float(np.sqrt(self.tolerance / error)))
             if step is None and error > self.tolerance:
-                length *= max(_LEAST, _SAFETY * np.sqrt(self.tolerance / error))
+                length *= max(_LEAST, more)
                 continue
             reached = float(np.min(ahead.until(limit)))
             done = min(length, reached)
             worn = ahead.worn(done)
-            steps.append(ahead._replace(length=done))
+            steps.append(ahead)
             now = self.look(now.done + done, worn, now.turned)
             self.progress.now(
                 f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn"
             )
             if reached <= length or np.min(limit - worn) <= 1e-12 * np.max(limit):
                 break
-            if step is None and self.feeds_back:
-                length = done * (
-                    _MOST
-                    if error == 0
-                    else min(_MOST, _SAFETY * float(np.sqrt(self.tolerance / error)))
-                )
-            else:
-                length = np.inf if step is None else step
+            length = done * more if step is None and self.feeds_back else usual
         return _Path(steps, now)
 
     def life(self, first: _Point, turns: Sequence[float]) -> list[_Path]:
@@ -424,7 +414,7 @@ def lining_life(
     ]
     columns = [np.asarray(column) for column in list(zip(*points, strict=True))[:4]]
     end = points[-1]
-    each = end.done + _Step(end, 1.0, np.zeros_like(end.worn)).until(limit)
+    each = end.done + _Step(end).until(limit)
     where = int(
         np.argmin(limit - end.worn - 1e-9 * limit * (end.wear / np.max(end.wear)))
     )
