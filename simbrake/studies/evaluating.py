@@ -751,8 +751,19 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     Gives an array over the points for every name in `ABOUT`, every metric, and
     `method`. What a single run would raise is not raised: failures are in `code`.
     """
-    if job.size == 0:
-        return _run_singly(job, rows)
+    make = _one_by_one if job.size == 0 else _side_by_side
+    found = make(job, rows, device)
+    whole = ABOUT.keys() - {_CLOSURE}
+    columns = {
+        name: found[name].astype(np.int32 if name in whole else np.float64)
+        for name in [*ABOUT, *map(name_of, job.metrics)]
+    }
+    return columns | {
+        "method": np.full(len(rows), solver_name(job.solver), dtype="<U32")
+    }
+
+
+def _side_by_side(job: Job, rows: np.ndarray, device: Any) -> Columns:
     count = len(rows)
     device = device or jax.devices()[0]
     filled = rows[np.minimum(np.arange(job.size), count - 1)]
@@ -761,60 +772,31 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
         table = jax.block_until_ready(
             _integrator(job, numbers, like, device).call(numbers)
         )
-    asked = list(map(name_of, job.metrics))
-    columns = dict(
-        zip(
-            [*ABOUT, *map(name_of, job.measured)],
-            np.asarray(table)[:, :count],
-            strict=True,
-        )
-    )
-    columns = _typed(
-        {
-            name: column
-            for name, column in columns.items()
-            if name in ABOUT or name in asked
-        }
-    )
-    return columns | {"method": np.full(count, solver_name(job.solver), dtype="<U32")}
+    names = [*ABOUT, *map(name_of, job.measured)]
+    return dict(zip(names, np.asarray(table)[:, :count], strict=True))
 
 
-def _run_singly(job: Job, rows: np.ndarray) -> Columns:
+def _one_by_one(job: Job, rows: np.ndarray, device: Any) -> Columns:
     """The same by the programs of single runs, which a scene that ran before has on
     disk."""
+    names = [*ABOUT, *job.metrics]
 
-    def one(row: np.ndarray) -> dict[str, Any]:
-        limits = {"max_steps": job.max_steps or None, "throw": False}
+    def values(row: np.ndarray) -> list[float]:
         result = simulate(
-            job.paths(job.scene, row), solver=job.solver, rtol=job.rtol, **limits
+            job.paths(job.scene, row),
+            solver=job.solver,
+            rtol=job.rtol,
+            max_steps=job.max_steps or None,
+            throw=False,
         )
-        result, energy = (
-            dataclasses.replace(result, record=result.record.compact()),
-            result.energy,
-        )
-        about = {
-            name: find(result) for name, find in ABOUT.items() if name != _CLOSURE
-        } | {_CLOSURE: energy["closure"]}
-        for name in job.metrics:
-            of_ledger = name.startswith("energy.")
-            about[name] = (  # pyright: ignore
-                energy[name.removeprefix("energy.")]
-                if of_ledger
-                else measure(result, name)
-            )
-        return about
+        energy = result.energy
+        result = dataclasses.replace(result, record=result.record.compact())
 
-    table = [one(row) for row in rows]
-    columns = {
-        name: np.asarray([float(values[name]) for values in table]) for name in table[0]
-    }
-    return _typed(columns) | {
-        "method": np.full(len(rows), solver_name(job.solver), dtype="<U32")
-    }
+        def value(name: str) -> Any:
+            if name.startswith("energy."):
+                return energy[name.removeprefix("energy.")]
+            return ABOUT[name](result) if name in ABOUT else measure(result, name)
 
+        return [float(value(name)) for name in names]
 
-def _typed(columns: Columns) -> Columns:
-    return {
-        name: c.astype(np.int32) if name in ABOUT and name != _CLOSURE else c
-        for name, c in columns.items()
-    }
+    return dict(zip(names, np.array([*map(values, rows)]).T, strict=True))
