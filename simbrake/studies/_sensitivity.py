@@ -37,47 +37,41 @@ _ENDS = ("lower", "upper")
 
 
 class Range(NamedTuple):
-    """Metrics (2, m) at both bounds of every parameter (NaN: no value there), and
-    changes within the range.
+    """Metrics (m,) at the lower and the upper bound of a parameter, NaN where one has no
+    value there; and changes within the range."""
 
-    `changes`: notes by path;  `notes`: on the whole run
-    """
-
-    ends: dict[str, np.ndarray]
-    changes: dict[str, str]
-    notes: tuple[str, ...]
+    low: np.ndarray
+    high: np.ndarray
+    changes: str
 
 
-def look_around(
+def ranges_of(
     run: PointEvaluator,
     base: Result,
     spans: Mapping[str, np.ndarray],
     progress: Progress,
-) -> Range:
+) -> dict[str, Range]:
     """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list
     is changed as a whole."""
     usual = modes_of(base)
     known = Inputs(base.scene)
-    ends = dict[str, np.ndarray]()
-    changes = dict[str, str]()
+    ranges = {}
     for i, (path, half) in enumerate(spans.items()):
         progress.now("bounds of ranges", i, len(spans))
         if not np.any(half):
             continue
-        scenes = (
-            with_values(base.scene, {path: np.asarray(known[path].value) + sign * half})
-            for sign in (-1, 1)
-        )
-        values, words = zip(
-            *(end_of_range(run, scene, usual) for scene in scenes), strict=True
-        )
-        ends[path] = np.stack(values)
-        changes[path] = "; ".join(
+        value = np.asarray(known[path].value)
+        ends = [
+            end_of_range(run, with_values(base.scene, {path: end}), usual)
+            for end in (value - half, value + half)
+        ]
+        changes = [
             f"{name} bound: {what}"
-            for name, what in zip(_ENDS, words, strict=True)
+            for name, (_, what) in zip(_ENDS, ends, strict=True)
             if what
-        )
-    return Range(ends, changes, one_sided(base.scene, base.record))
+        ]
+        ranges[path] = Range(ends[0][0], ends[1][0], "; ".join(changes))
+    return ranges
 
 
 def modes_of(result: Result) -> list[Label]:
@@ -352,11 +346,8 @@ def sensitivity(
         sides = compare_sides(run, base, chosen, values, slopes.jacobian, progress)
         first = _decisive(paths, slopes.jacobian * x, most)
         ranges = {path: half for path, half in spans.items() if path in first}
-        around = (
-            Range({}, {}, ())
-            if span is None
-            else look_around(run, base, ranges, progress)
-        )
+        around = ranges_of(run, base, ranges, progress)
+    notes = () if span is None else one_sided(base.scene, base.record)
     tables = []
     for k, (metric, value) in enumerate(
         zip(metrics.asked, values.tolist(), strict=True)
@@ -364,9 +355,7 @@ def sensitivity(
         derivatives = paths.values(slopes.jacobian[k]), paths.values(finer.jacobian[k])
         rows = _rows(chosen, *derivatives, value, spans, around, sides, k)
         tables.append(
-            SensitivityTable(
-                name_of(metric), unit_of(metric), value, rows, around.notes
-            )
+            SensitivityTable(name_of(metric), unit_of(metric), value, rows, notes)
         )
     return tables[0] if single else tables
 
@@ -454,7 +443,7 @@ def _rows(
     finer: Mapping[str, Array],
     value: float,
     spans: Mapping[str, np.ndarray],
-    around: Range,
+    ranges: Mapping[str, Range],
     sides: Slopes,
     k: int,
 ) -> tuple[Sensitivity, ...]:
@@ -463,7 +452,8 @@ def _rows(
     for leaf in chosen:
         path = leaf.path
         p = np.asarray(leaf.value, np.float64)
-        slopes = np.asarray(derivatives[leaf.path])
+        slopes = np.asarray(derivatives[path])
+        errors = np.asarray(finer[path]) - slopes
         with np.errstate(divide="ignore", invalid="ignore"):
             elasticities = slopes * p / value
         for index in [None, *np.ndindex(p.shape)] if p.ndim else [()]:
@@ -477,66 +467,43 @@ def _rows(
                 if side.value != derivative:
                     elasticity = side.value * number / value if value else np.nan
                 derivative, note = side
-            error = abs(float(np.sum(finer[path][here] - slopes[here])))
-            name = name_of_entry(path, index or ())
+            exists = np.isfinite(derivative)
             row = Sensitivity(
-                name,
+                name_of_entry(path, index or ()),
                 leaf.about.unit,
                 leaf.about.meaning,
                 number,
                 derivative,
                 elasticity,
+                note=note,
+                error=abs(float(np.sum(errors[here]))) if exists else np.nan,
             )
-            row = row._replace(
-                note=note, error=error if np.isfinite(derivative) else np.nan
-            )
-            rows.append(
-                row
-                if index
-                else _with_range(row, path, index is None, slopes, spans, around, k)
-            )
-    return tuple(
-        sorted(
-            rows,
-            key=lambda row: (
-                -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0
-            ),
-        )
-    )
+            if index is None:
+                row = row._replace(path=f"{path}[:]")
+            half = spans.get(path)
+            if half is not None and not index:
+                tangent = float(np.sum(slopes * half)) if exists else None
+                row = row._replace(half=float(np.mean(half)), tangent=tangent)
+            if path in ranges and not index:
+                low, high = (
+                    float(end[k]) if np.isfinite(end[k]) else None
+                    for end in ranges[path][:2]
+                )
+                note = "; ".join(filter(None, (note, ranges[path].changes)))
+                row = row._replace(low=low, high=high, note=note)
+            rows.append(row)
 
+    def size(row: Sensitivity) -> float:
+        return abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0
 
-def _with_range(
-    row: Sensitivity,
-    path: str,
-    listed: bool,
-    slopes: np.ndarray,
-    spans: Mapping[str, np.ndarray],
-    around: Range,
-    k: int,
-) -> Sensitivity:
-    """The row of a number or a whole list with what is known of its range."""
-    low, high = (
-        around.ends[path][:, k].tolist() if path in around.ends else (np.nan, np.nan)
-    )
-    half = tangent = None
-    if path in spans:
-        half = float(np.mean(spans[path]))
-        tangent = float(np.sum(slopes * spans[path]))
-    return row._replace(
-        path=f"{path}[:]" if listed else path,
-        half=half,
-        low=low if np.isfinite(low) else None,
-        high=high if np.isfinite(high) else None,
-        tangent=tangent if np.isfinite(row.derivative) else None,
-        note="; ".join(filter(None, (row.note, around.changes.get(path, "")))),
-    )
+    return tuple(sorted(rows, key=size, reverse=True))
 
 
 # --- second derivatives -------------------------------------------------------------
 
 
-#: halvings of the step, each of which removes one power of its square from the error
-_HALVINGS = 3
+#: shares of the step, each of which removes one power of its square from the error
+_SHARES = (1.0, 0.5, 0.25)
 
 
 class Hessian(NamedTuple):
@@ -612,20 +579,10 @@ def hessian(
     moves = np.diag(step * np.abs(x))
     for name, move in zip(names, moves, strict=True):
         for moved in (x - move, x + move):
-            *_, words = end_of_range(
-                run, with_values(scene, place.values(moved)), usual
-            )
-            issues += (
-                [
-                    Fault(
-                        name,
-                        f"{words} within a step of {step:g}",
-                        "give a smaller step",
-                    )
-                ]
-                if words
-                else []
-            )
+            _, words = end_of_range(run, with_values(scene, place.values(moved)), usual)
+            if words:
+                what = f"{words} within a step of {step:g}"
+                issues.add(name, what, "give a smaller step")
     issues.report()
     run.like(base)
 
@@ -640,18 +597,18 @@ def hessian(
     rows = []
     errors = []
     for move in moves:
-        table: list[np.ndarray] = []
-        for part in 0.5 ** np.arange(_HALVINGS):
-            entry = [
-                (gradient(x + part * move) - gradient(x - part * move))
-                / (2 * part * np.sum(move))
+        slopes = np.stack(
+            [
+                (gradient(x + share * move) - gradient(x - share * move))
+                / (2 * share * np.sum(move))
+                for share in _SHARES
             ]
-            for k, coarser in enumerate(table, 1):
-                entry.append(entry[-1] + (entry[-1] - coarser) / (4**k - 1))
-            before = table
-            table = entry
-        rows.append(table[-1])
-        errors.append(np.abs(table[-1] - before[-1]))
+        )
+        for k in range(1, len(_SHARES)):
+            coarser = slopes[0]
+            slopes = slopes[1:] + np.diff(slopes, axis=0) / (4**k - 1)
+        rows.append(slopes[0])
+        errors.append(np.abs(slopes[0] - coarser))
     matrix = np.stack(rows)
     error = np.maximum(np.stack(errors), np.abs(matrix - matrix.T) / 2)
     value = float(values_of(base, metrics)[0])
