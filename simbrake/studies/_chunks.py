@@ -37,11 +37,7 @@ class Task:
     def final(self, columns: Columns) -> np.ndarray:
         """Which runs are done: the others reached the limit of the steps and get a
         higher one."""
-        return (
-            np.full(len(self.runs), True)
-            if self.last
-            else columns["code"] != int(Code.STEP_LIMIT)
-        )
+        return (columns["code"] != int(Code.STEP_LIMIT)) | self.last
 
 
 class LostWorkersError(Exception):
@@ -168,17 +164,6 @@ def threads(workers: int | None) -> Iterator[Pool]:
 # --- finished chunks on disk --------------------------------------------------------
 
 
-def _difference(name: str, before: Any, now: Any) -> str:
-    if isinstance(before, dict) and isinstance(now, dict):
-        both = dict.fromkeys([*before, *now])
-        return "; ".join(
-            _difference(f"{k}", before.get(k), now.get(k))
-            for k in both
-            if before.get(k) != now.get(k)
-        )
-    return f"{name}: {before} there, {now} here"
-
-
 class Store:
     """A folder with a manifest and a file for every finished chunk, each written whole
     or not at all.
@@ -197,7 +182,7 @@ class Store:
         if self.folder.exists() and not self.folder.is_dir():
             raise input_error("directory", f"{folder} is a file", "give a folder")
         if manifest.exists():
-            self._compare(manifest, about or {})
+            self._compare(manifest, dict(about or {}))
             return
         if about is None:
             raise input_error("directory", f"{manifest} is not there")
@@ -208,12 +193,11 @@ class Store:
         with whole_file(manifest) as scratch:
             scratch.write_text(f"{text}\n", "utf-8")
 
-    def _compare(self, manifest: Path, about: dict[str, object]) -> None:
+    def _compare(self, manifest: Path, about: dict[str, Any]) -> None:
         try:
             there = json.loads(text_of_file(manifest, "a manifest"))
-            if not isinstance(there, dict):
-                raise ValueError("it is not a table")
-        except (ValueError, RecursionError) as error:
+            there = {**there, **there.get("versions", {})}
+        except (ValueError, TypeError, RecursionError) as error:
             words = (
                 error.faults[0].problem
                 if isinstance(error, InputError)
@@ -222,23 +206,22 @@ class Store:
             raise input_error(
                 "directory", f"{manifest} {words}", "give another folder"
             ) from error
-        differ = [name for name, value in about.items() if there.get(name) != value]
-        if not differ and there.get("study") == self.study:
+        versions = about.pop("versions", {})
+        here = {**about, **versions}
+        differences = [
+            f"{name} differs"
+            if name.startswith("the ")
+            else f"{name}: {there.get(name)} there, {value} here"
+            for name, value in here.items()
+            if there.get(name) != value
+        ]
+        if not differences and there.get("study") == self.study:
             return
-        what = ", ".join(differ) or "the study"
-        verb = "differs" if len(differ) == 1 and what.startswith("the ") else "differ"
-        values = "; ".join(
-            _difference(name, there.get(name), about.get(name))
-            for name in differ
-            if name[:4] != "the "
-        )
         hint = (
             "give another folder, or remove this one if its runs are no longer wanted"
         )
-        words = (
-            f"{self.folder} holds another ensemble: {what} "
-            f"{verb}{f' ({values})' if values else ''}"
-        )
+        what = "; ".join(differences) or "the study differs"
+        words = f"{self.folder} holds another ensemble: {what}"
         raise input_error("directory", words, hint)
 
     def _file(self, task: Task) -> Path:
