@@ -53,24 +53,25 @@ class Overview:
 
     @cached_property
     def limits(self) -> dict[str, Any] | None:
-        done = [row for row in self.table.as_list() if row["code"] == 0]
+        done = self.data["code"].values == 0
         checked = []
+
+        def check(name: str, limit: float, exceeded: np.ndarray) -> None:
+            counts = {"exceeded": int(exceeded.sum()), "of": exceeded.size}
+            checked.append({"name": name, "limit": limit, **counts})
+
         for name, bound in self._limited.limits.items():
             # what did not happen, as a stop that never came, exceeds its limit
-            lost = sum(row[name] is None or row[name] > bound for row in done)
-            checked.append((name, bound, lost, len(done)))
+            check(name, bound, ~(self.data[name].values[done] <= bound))
         if HOLDING in self.metrics:
             # a reserve is of runs in which something holds; all others exceed a limit
             # with what never happened
-            reserves = [row[HOLDING] for row in done if row[HOLDING] is not None]
-            lost = sum(reserve <= 1 for reserve in reserves)
-            checked.append((HOLDING, 1.0, lost, len(reserves)))
+            reserves = self.data[HOLDING].values[done]
+            check(HOLDING, 1.0, reserves[np.isfinite(reserves)] <= 1)
         aside = self._limited.aside
         if not checked and not set(aside) - {HOLDING}:
             return None
-        keys = ("name", "limit", "exceeded", "of")
-        counts = [dict(zip(keys, row, strict=True)) for row in checked]
-        return {"checked": counts, "runs": len(done), "not_checked": [*aside]}
+        return {"checked": checked, "runs": int(done.sum()), "not_checked": [*aside]}
 
     def as_dict(self) -> dict[str, object]:
         """Every run with its numbers (`None`: did not happen), units and counts."""
@@ -134,14 +135,11 @@ class Overview:
                 continue
             values = np.asarray(self.table[column.name])
             values = values[np.isfinite(values)]
-            unit = column.unit
-            shift = 0.0
-            if unit == "K":
-                unit = "°C"
-                shift = ZERO
+            hot = column.unit == "K"
+            unit = "°C" if hot else column.unit
             shown = (None, "—", None)
             if values.size:
-                shown = np.quantile(values, [0.0, 0.5, 1.0]) - shift
+                shown = np.quantile(values, [0.0, 0.5, 1.0]) - ZERO * hot
             rows.append((column.name, *shown, unit, values.size))
         three = [Column(title) for title in ("minimum", "median", "maximum")]
         return Table(["metric", *three, "unit", Column("of how many runs")], rows)
