@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, Issues, input_error, shown
+from .._base._faults import Issues, input_error, shown
 from ..parts.scene import Scene, require_scene
 from ..runs.edit import Inputs, entry_of, with_inputs
 from ..runs.measure import Metric, check_metrics, unit_of
-from ..runs.simulate import Prepared, PreparedResult, Solver, prepare
+from ..runs.simulate import Prepared, Solver, prepare
 from .evaluating import (
     Metrics,
     Paths,
@@ -81,15 +81,14 @@ class Evaluator:
         Raises `InputError` for another shape, and with all numbers that are impossible,
         with their runs.
         """
-        points = self._points(X)
-        answers = [self._prepared(point) for point in points]
-        values = np.array([[*answer.metrics.values()] for answer in answers]).reshape(
-            -1, len(self.metrics)
-        )
+        answers = [self._prepared(point) for point in self._points(X)]
+        values = np.array([[*answer.metrics.values()] for answer in answers])
+        values = values.reshape(-1, len(self.metrics))
         self.codes = np.array([answer.code for answer in answers], np.int32)
         values[~np.isfinite(values) | (self.codes != 0)[:, None]] = np.nan
         self.messages = [
-            self._message(*pair) for pair in zip(answers, values, strict=True)
+            failure_name(code) if code else self._missing(row)
+            for code, row in zip(self.codes.tolist(), values, strict=True)
         ]
         return values.reshape(*np.shape(X)[:-1], len(self.metrics))
 
@@ -111,41 +110,34 @@ class Evaluator:
             *np.shape(X)[:-1], len(self.metrics), len(self.names)
         )
 
-    def _points(self, X: Any) -> list[np.ndarray]:
+    def _points(self, X: Any) -> np.ndarray:
         """All numbers of the scene for each run."""
         try:
             x = np.asarray(X, np.float64)
         except (TypeError, ValueError):
-            raise input_error(
-                "X", f"{shown(X)} is no array of numbers", "numbers in SI"
-            ) from None
+            what = f"{shown(X)} is no array of numbers"
+            raise input_error("X", what, "numbers in SI") from None
         k = len(self.names)
         if x.ndim not in (1, 2) or x.shape[-1] != k:
-            raise input_error(
-                "X",
-                f"has the shape {x.shape}",
-                f"({k},), or (runs, {k}): {', '.join(self.names)}",
-            )
-        points = []
-        for row in np.atleast_2d(x):
-            point = np.array(self._prepared.numbers)
-            for place, value in zip(self._places, row, strict=True):
-                point[place] = value
-            points.append(point)
-        Issues(
-            faults_of_runs(enumerate(map(self._prepared.scene_with, points)))
-        ).report()
+            hint = f"({k},), or (runs, {k}): {', '.join(self.names)}"
+            raise input_error("X", f"has the shape {x.shape}", hint)
+        rows = np.atleast_2d(x)
+        points = np.tile(self._prepared.numbers, (len(rows), 1))
+        for place, column in zip(self._places, rows.T, strict=True):
+            points[:, place] = column[:, None]
+        scenes = map(self._prepared.scene_with, points)
+        Issues(faults_of_runs(enumerate(scenes))).report()
         return points
 
-    def _message(self, answer: PreparedResult, values: np.ndarray) -> str:
-        if answer.code:
-            return failure_name(answer.code)
-        missing = [
-            name
-            for name, value in zip(self.metrics, values, strict=True)
-            if np.isnan(value)
-        ]
-        return f"no {', '.join(missing)}" if missing else ""
+    def _missing(self, values: np.ndarray) -> str:
+        lost = ", ".join(np.asarray(self.metrics)[np.isnan(values)])
+        return f"no {lost}" if lost else ""
+
+
+_NUMBER = (
+    "give a function that is a number in the scene, or infinite where something never "
+    "happens"
+)
 
 
 def evaluator(
@@ -197,16 +189,12 @@ def evaluator(
         for path, leaf in leaves.items()
     }
     if issues.attempt(with_inputs, scene, present) is not None:
-        missing = [path for path, leaf in leaves.items() if leaf is None]
         hint = "put one there by with_values first; a count of linings changes the structure"
-        issues += [
-            Fault(path, "cannot vary: the scene has no number there", hint)
-            for path in missing
-        ]
-    issues += [
-        Fault(path, f"overlaps with {old}", "give each number once")
-        for path, old in known.twice(paths).items()
-    ]
+        for path, leaf in leaves.items():
+            if leaf is None:
+                issues.add(path, "cannot vary: the scene has no number there", hint)
+    for path, old in known.twice(paths).items():
+        issues.add(path, f"overlaps with {old}", "give each number once")
     issues.attempt(check_metrics, scene, asked)
     issues.report()
     bounds = dict[str, np.ndarray]()
@@ -225,24 +213,22 @@ def evaluator(
             )
         bounds[path] = np.zeros(2) if ends is None else ends
     issues.report()
-    reverse = len(paths) > len(asked)
-    place = Paths.each(paths)
-    find = Metrics(tuple(asked))
     settings: dict[str, Any] = {"solver": solver, "rtol": rtol, "max_steps": max_steps}
     slopes = PointEvaluator(
-        scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings
+        scene,
+        Paths.each(paths),
+        Metrics(tuple(asked)),
+        size=len(asked),
+        reverse=len(paths) > len(asked),
+        singly=True,
+        **settings,
     )
     prepared = prepare(scene, asked, **settings)
-    hint = (
-        "give a function that is a number in the scene, or infinite where something "
-        "never happens"
-    )
-    found = prepared().metrics
-    arrays = [name for name, value in found.items() if np.ndim(value)]
-    Issues(
-        Fault(name, "is an array", "give a function of the result to one number")
-        for name in arrays
-    ).report()
-    wrong = [name for name, value in found.items() if np.isnan(value)]
-    Issues(Fault(name, "is not a number in the scene", hint) for name in wrong).report()
+    for name, value in prepared().metrics.items():
+        if np.ndim(value):
+            hint = "give a function of the result to one number"
+            issues.add(name, "is an array", hint)
+        elif np.isnan(value):
+            issues.add(name, "is not a number in the scene", _NUMBER)
+    issues.report()
     return Evaluator(prepared, slopes, bounds, units)

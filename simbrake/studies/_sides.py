@@ -113,41 +113,35 @@ class _Search:
         self.known = values
         self.jacobian = jacobian
         self.paths = Paths.of(chosen)
-        machine = base.record.system.machine  # pyright: ignore
         self.x = numbers_of(chosen)
-        self.size = np.concatenate(
-            [np.ravel(typical_size(leaf, machine)) for leaf in chosen]
-        )
-        rtol = float(run.rtol)
-        self.step = np.sqrt(rtol)
-        self.runs = 0
+        machine = base.record.system.machine  # pyright: ignore
+        sizes = [np.ravel(typical_size(leaf, machine)) for leaf in chosen]
+        self.size = np.concatenate(sizes)
+        self.step = np.sqrt(run.rtol)
         self.refused = set[str]()
-        scale = np.maximum(
-            np.abs(values), np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0)
-        )
+        effects = np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0)
+        scale = np.maximum(np.abs(values), effects)
         self.scale = np.where(scale > 0, scale, 1.0)
-        self.noise = _NOISE * rtol * self.scale
+        self.noise = _NOISE * run.rtol * self.scale
         # all numbers move the metrics alike, as far as their sizes allow: none hides
         # another one
         with np.errstate(divide="ignore"):
-            wanted = np.min(self.scale[:, None] / np.abs(jacobian), axis=0)
-        self.move = self.step * np.minimum(wanted, _REACH * self.size)
-        abouts = [leaf.about for leaf in chosen for _ in range(np.size(leaf.value))]
-        moved = zip(abouts, self.x, self.move, strict=True)
-        self.ways = np.asarray(
-            [[a.admits_one(x - d), a.admits_one(x + d)] for a, x, d in moved], bool
-        ).reshape(-1, 2)
+            even = np.min(self.scale[:, None] / np.abs(jacobian), axis=0)
+        self.move = self.step * np.minimum(even, _REACH * self.size)
+        # (k, 2): whether each number may become smaller, and larger
+        ways = [
+            leaf.about.admits(self.x[span] + side * self.move[span])
+            for leaf, span in zip(chosen, self.paths.spans, strict=True)
+            for side in (-1, 1)
+        ]
+        self.ways = np.stack([np.hstack(ways[::2]), np.hstack(ways[1::2])], axis=1)
 
     def values(self, change: np.ndarray) -> np.ndarray | None:
         """Metrics (m,) of the run with changed numbers, NaN if it fails; `None` if its
         input is refused."""
         moves = self.paths.values(change)
-        numbers = {
-            path: x
-            for path, x in self.paths.values(self.x + change).items()
-            if np.any(moves[path])
-        }
-        self.runs += 1
+        numbers = self.paths.values(self.x + change)
+        numbers = {path: x for path, x in numbers.items() if np.any(moves[path])}
         try:
             result = self.run.result(with_values(self.base.scene, numbers), throw=False)
         except InputError as error:
@@ -201,12 +195,8 @@ class _Search:
                     return None
                 if not np.all(np.isfinite(values)):
                     return True
-                left = (
-                    values
-                    - self.known
-                    - self.jacobian @ (share * change)
-                    - (0.0 if share == 1 else left / 4)
-                )
+                linear = self.known + self.jacobian @ (share * change)
+                left = values - linear - left / 4
                 if np.all(np.abs(left) <= share**2 * limit):
                     break
             else:
@@ -297,33 +287,30 @@ def compare_sides(
     search = _Search(run, base, chosen, values, jacobian)
     slopes = Slopes()
     entries = search.paths.entries
-    tied = np.concatenate([_tied(leaf) for leaf in chosen])
     # most corners are of numbers at a bound, or 0: with these apart, one look is enough
     # for the others
     at_bound = ~search.ways.all(axis=1)
-    zero = search.x == 0
+    tied = np.concatenate([_tied(leaf) for leaf in chosen])
     if np.sum(at_bound) <= _SINGLY:
         tied |= at_bound
-    found = [
-        search.suspects(np.flatnonzero(~tied & group))
-        for group in (at_bound | zero, ~(at_bound | zero))
-    ]
-    suspects = sorted([*np.flatnonzero(tied).tolist(), *found[0], *found[1]])
-    changes: list[tuple[tuple[str, tuple[int, ...] | None], np.ndarray]] = [
-        (
-            entries[i],
-            np.eye(tied.size)[i] * min(search.move[i], search.step * search.size[i]),
-        )
-        for i in suspects
-    ]
+    apart = at_bound | (search.x == 0)
+    suspects = sorted(
+        [
+            *np.flatnonzero(tied).tolist(),
+            *search.suspects(np.flatnonzero(~tied & apart)),
+            *search.suspects(np.flatnonzero(~tied & ~apart)),
+        ]
+    )
+    changes = {}
+    for i in suspects:
+        reach = min(search.move[i], search.step * search.size[i])
+        changes[entries[i]] = np.eye(tied.size)[i] * reach
     for path, span in zip(search.paths.names, search.paths.spans, strict=True):
-        if any(place[0] == path and place[1] != () for place, _ in changes):
-            whole = np.zeros(tied.size)
-            whole[span] = min(
-                np.min(search.move[span]), search.step * np.min(search.size[span])
-            )
-            changes.append(((path, None), whole))
-    for (path, index), change in changes:
+        if any(name == path and index for name, index in changes):
+            reach = np.minimum(search.move[span], search.step * search.size[span])
+            changes[path, None] = np.zeros(tied.size)
+            changes[path, None][span] = np.min(reach)
+    for (path, index), change in changes.items():
         by = float(np.max(change))
         both = search.side(-change, -by), search.side(change, by)
         for k, (below, above) in enumerate(zip(*both, strict=True)):
