@@ -23,11 +23,11 @@ from ._quantity import (
     NumberReader,
     Quantity,
     as_number,
-    behind,
     example,
     has_units,
     in_si,
     shown,
+    unit_suffix,
 )
 from ._table import part_text, rows_table, value_text
 
@@ -824,7 +824,7 @@ def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> Faults:
     return [
         Fault(
             leaf.path + which,
-            f"{worst:g}{behind(about.unit)} is out of range",
+            f"{worst:g}{unit_suffix(about.unit)} is out of range",
             about.hint(worst, about.unit),
         )
     ]

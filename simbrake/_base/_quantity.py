@@ -151,11 +151,11 @@ class Quantity:
             if turned and value > np.pi
             else self.instead
         )
-        return f"{self.meaning} must be {self.wanted(value)}{behind(unit)}" + (
+        return f"{self.meaning} must be {self.range_text(value)}{unit_suffix(unit)}" + (
             f"; {meant}" if meant else ""
         )
 
-    def wanted(self, value: float) -> str:
+    def range_text(self, value: float) -> str:
         """Allowed range of a number, in words."""
         low, high = self.ends
         if 0 < value <= low and self.low == 0:
@@ -320,7 +320,7 @@ class NumberReader:
         number = self._in_si(value, about, path, si)
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
-        converted = f"{number:g}{behind(si)}"
+        converted = f"{number:g}{unit_suffix(si)}"
         same = isinstance(value, str) and converted != value and np.isfinite(number)
         return self.fault(
             path,
@@ -367,7 +367,7 @@ class NumberReader:
         return to_si(number, of)
 
 
-def behind(unit: str) -> str:
+def unit_suffix(unit: str) -> str:
     """A unit as it follows a number in a message: a pure number has none."""
     return f" {unit}" if pretty(unit) else ""
 
@@ -385,6 +385,6 @@ def example(si: str) -> str:
     examples["m^3/s"] = "200 l/min"
     return (
         f', in SI units or with its unit, as in "{examples.get(si, f"1.5 {si}")}"'
-        if behind(si)
+        if unit_suffix(si)
         else ""
     )

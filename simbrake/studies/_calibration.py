@@ -737,7 +737,7 @@ def calibrate(
 
 def _absoluteness(
     recordings: Sequence[Recording],
-    wanted: bool | None,
+    absolute: bool | None,
     parameters: int,
     issues: Issues,
 ) -> bool:
@@ -750,9 +750,10 @@ def _absoluteness(
     without = [name for name, sigma in parts if sigma is None]
     count = sum(each.data.count for each in recordings)
     hint = "give its measuring error, as a column …_sigma or by sigma={…}"
-    if without and (len(parts) > 1 or wanted):
+    if without and (len(parts) > 1 or absolute):
         issues += [Fault(name, "has no standard deviation", hint) for name in without]
-    absolute = not without if wanted is None else wanted
+    if absolute is None:
+        absolute = not without
     if not absolute and count <= parameters:
         what = f"{count} values do not determine their scatter with {parameters} parameters"
         issues.add("data", what, "measure more, or give standard deviations")

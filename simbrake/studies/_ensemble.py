@@ -27,7 +27,7 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._faults import Fault, Issues, input_error
 from .._base._progress import counting
-from .._base._quantity import Quantity, behind
+from .._base._quantity import Quantity, unit_suffix
 from .._base._store import canonical, trace_anew, versions
 from ..outputs.judgement import COLOURS, REASONS, decoded
 from ..outputs.log import status_of
@@ -233,9 +233,13 @@ def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
     if len(bad) == 0:
         return []
     worst = array.reshape(len(array), -1)[tuple(bad[0])]
-    what = f"{worst:g}{behind(about.unit)} is out of range {named_runs(np.unique(bad[:, 0]))}"
+    what = f"{worst:g}{unit_suffix(about.unit)} is out of range {named_runs(np.unique(bad[:, 0]))}"
     return [
-        Fault(path, what, f"{about.meaning} must be {about.range}{behind(about.unit)}")
+        Fault(
+            path,
+            what,
+            f"{about.meaning} must be {about.range}{unit_suffix(about.unit)}",
+        )
     ]
 
 

@@ -76,8 +76,8 @@ class Overview:
     def as_dict(self) -> dict[str, object]:
         """Every run with its numbers (`None`: did not happen), units and counts."""
         paths = [str(name) for name in self.data.coords if name != "run"]
-        wanted = dict.fromkeys([*self.metrics, "energy.closure"])
-        energies = [name for name in wanted if name.startswith("energy.")]
+        names = dict.fromkeys([*self.metrics, "energy.closure"])
+        energies = [name for name in names if name.startswith("energy.")]
         others = [name for name in self.metrics if name not in energies]
         solver = ("method", "steps", "rejected", "retaken", "segments")
         rows = [

@@ -11,7 +11,7 @@ import numpy as np
 from .._base._faults import Fault, InputError, Issues, input_error, nearest
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
-from .._base._quantity import NumberReader, Quantity, behind
+from .._base._quantity import NumberReader, Quantity, unit_suffix
 from .._base._table import Column, Table, Tabular, frozen
 from ..hybrid.arrays import Array
 from ..outputs.log import labels_of
@@ -219,7 +219,7 @@ class SensitivityTable(Tabular):
     def parts(self) -> Iterator[str | Table]:
         """The single entries of lists are left out, parameters without influence only
         counted."""
-        yield f"{self.metric} = {self.value:.8g}{behind(self.unit)}"
+        yield f"{self.metric} = {self.value:.8g}{unit_suffix(self.unit)}"
         shown = self.matters[:_SHOWN]
         ends = any(row.low is not None or row.high is not None for row in shown)
         columns = [("path", "parameter p"), Column("value", show=".6g"), "unit"]

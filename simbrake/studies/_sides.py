@@ -44,7 +44,7 @@ _AGREE = 2e-3
 _DIVERGES = 1.6
 
 
-class Kind(enum.Enum):
+class SideKind(enum.Enum):
     """What differences on one side give: a derivative; none, as they diverge, the
     metric has no value there, or the numbers there are out of range."""
 
@@ -57,7 +57,7 @@ class Kind(enum.Enum):
 class Side(NamedTuple):
     """A one-sided derivative by differences, and its error."""
 
-    kind: Kind
+    kind: SideKind
     value: float = np.nan
     error: float = 0.0
 
@@ -209,19 +209,21 @@ class _Search:
         far = self.values(change)
         near = self.values(change / 4)
         if far is None or near is None:
-            return [Side(Kind.REFUSED)] * len(self.known)
+            return [Side(SideKind.REFUSED)] * len(self.known)
         sides = []
         for base, noise, a, b in zip(self.known, self.noise, far, near, strict=True):
             if not np.isfinite(a + b):
-                sides.append(Side(Kind.LOST))
+                sides.append(Side(SideKind.LOST))
                 continue
             a = (a - base) / by
             b = 4 * (b - base) / by
             noise = 0.4 * noise / abs(by)
             if abs(b) > _DIVERGES * abs(a) + noise and abs(b - a) > 5 * noise:
-                sides.append(Side(Kind.DIVERGES))
+                sides.append(Side(SideKind.DIVERGES))
             else:
-                sides.append(Side(Kind.GIVEN, (4 * b - a) / 3, abs(b - a) / 3 + noise))
+                sides.append(
+                    Side(SideKind.GIVEN, (4 * b - a) / 3, abs(b - a) / 3 + noise)
+                )
         return sides
 
 
@@ -242,19 +244,25 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
     sides = {"below": below, "above": above}
     at = {
         kind: [name for name, side in sides.items() if side.kind is kind]
-        for kind in Kind
+        for kind in SideKind
     }
-    if at[Kind.DIVERGES]:
-        where = " and ".join(at[Kind.DIVERGES])
+    if at[SideKind.DIVERGES]:
+        where = " and ".join(at[SideKind.DIVERGES])
         return Slope(
             np.nan,
             f"none: differences diverge {where} (a jump, or an event that is only just reached)",
         )
-    usable = [sides[name] for name in at[Kind.GIVEN]]
+    usable = [sides[name] for name in at[SideKind.GIVEN]]
     if not usable:
-        return Slope(np.nan, "none: no value on either side") if at[Kind.LOST] else None
-    words = ", ".join([*(f"{sides[name].value:.6g} {name}" for name in at[Kind.GIVEN])])
-    words += "".join(f", no value {name}" for name in at[Kind.LOST])
+        return (
+            Slope(np.nan, "none: no value on either side")
+            if at[SideKind.LOST]
+            else None
+        )
+    words = ", ".join(
+        [*(f"{sides[name].value:.6g} {name}" for name in at[SideKind.GIVEN])]
+    )
+    words += "".join(f", no value {name}" for name in at[SideKind.LOST])
     fits = any(agree(slope, side.value, side.error) for side in usable)
     if len(usable) == 2 and agree(below.value, above.value, below.error + above.error):
         mean = 0.5 * (below.value + above.value)
@@ -266,7 +274,7 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
             )
         )
     if fits:
-        return None if at[Kind.REFUSED] else Slope(slope, f"one-sided: {words}")
+        return None if at[SideKind.REFUSED] else Slope(slope, f"one-sided: {words}")
     return Slope(usable[-1].value, f"one-sided, by differences: {words}")
 
 

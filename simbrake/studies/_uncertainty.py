@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Fault, Issues
-from .._base._quantity import Quantity, behind
+from .._base._quantity import Quantity, unit_suffix
 from .._base._table import Column, Table, Tabular, frozen, plain
 from ..outputs.judgement import REASONS
 from ..outputs.log import SimulationError
@@ -219,7 +219,7 @@ def _faults_of_range(
         f"is out of range with probability {below + above:.2g}: {about.meaning} "
         f"must be {about.range}"
     )
-    problem += behind(about.unit)
+    problem += unit_suffix(about.unit)
     return [Fault(path, problem, _cut(distribution, about))]
 
 

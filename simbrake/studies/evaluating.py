@@ -26,7 +26,7 @@ from .._base._compiling import LONGEST, Compiled, Program, megabytes, program_of
 from .._base._faults import Fault, InputError, Issues
 from .._base._packing import Packing, pack
 from .._base._part import Leaf
-from .._base._quantity import Quantity, behind
+from .._base._quantity import Quantity, unit_suffix
 from .._base._store import MEMORY, UnknownStructureError, canonical, trace_anew
 from ..hybrid import LANDED, Code, Record, Rodas5P
 from ..hybrid.arrays import Array, numpy_of
@@ -298,7 +298,7 @@ def bounds_of(
         return None
     if about is not None and not np.all(about.admits(ends)):
         worst = ends[~about.admits(ends)][0]
-        what = f"the bound {worst:g}{behind(about.unit)} is out of range"
+        what = f"the bound {worst:g}{unit_suffix(about.unit)} is out of range"
         issues.add(path, what, f"must be {about.range}")
     return ends
 

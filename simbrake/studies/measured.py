@@ -12,7 +12,7 @@ import numpy as np
 from .._base._csv_file import CsvFile
 from .._base._faults import Fault, InputError, Issues, input_error, nearest
 from .._base._nulls import NULLS
-from .._base._quantity import behind
+from .._base._quantity import unit_suffix
 from .._base._table import Tabular, frozen, plain
 from ..hybrid.arrays import Array
 from ..outputs.metrics import METRICS
@@ -175,11 +175,11 @@ class Measured(Tabular):
 
     def parts(self) -> Iterator[str]:
         for part in self.points:
-            mark = f" [{part.unit}]" if behind(part.unit) else ""
+            mark = f" [{part.unit}]" if unit_suffix(part.unit) else ""
             span = f"{part.t.size} values, t = {part.t.min():.6g}…{part.t.max():.6g} s"
             yield f"{part.name}{mark}: {span}, {_spread(part.sigma)}"
         yield from (
-            f"{single.name} = {single.value:.6g}{behind(single.unit)}, {_spread(single.sigma)}"
+            f"{single.name} = {single.value:.6g}{unit_suffix(single.unit)}, {_spread(single.sigma)}"
             for single in self.singles
         )
         yield from (f"{path} = {value}, known" for path, value in self.known.items())

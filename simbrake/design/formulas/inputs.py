@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._base._faults import Fault, input_error, nearest
 from ..._base._part import faults_of_values
-from ..._base._quantity import NumberReader, Quantity, behind, positive
+from ..._base._quantity import NumberReader, Quantity, positive, unit_suffix
 from ...parts.scene import Scene, banded_brake
 from ...thermal.heat import FrictionHeat, Heat, PowerShares
 from ...thermal.materials import LIBRARY, ROOM, Material, effusivity_share, material
@@ -224,7 +224,7 @@ def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
         return None
     return Fault(
         path,
-        f"{value}{behind(about.unit)} is out of range",
+        f"{value}{unit_suffix(about.unit)} is out of range",
         about.hint(value, about.unit),
     )
 

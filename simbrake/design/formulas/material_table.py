@@ -15,7 +15,7 @@ from jax.core import Tracer
 from ..._base._faults import Issues, input_error
 from ..._base._part import leaves
 from ..._base._progress import counting
-from ..._base._quantity import behind
+from ..._base._quantity import unit_suffix
 from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...hybrid.struct import with_value_at
 from ...parts.scene import Scene, band_brake, check_scene
@@ -733,7 +733,7 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
             if leaf.path == path
         ]
         unit, meaning = (
-            (behind(abouts[0].unit), abouts[0].meaning) if abouts else ("", path)
+            (unit_suffix(abouts[0].unit), abouts[0].meaning) if abouts else ("", path)
         )
         levels = []
         for value, level in zip(values, scenes, strict=True):
