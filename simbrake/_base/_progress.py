@@ -25,6 +25,18 @@ def piece(done: int, total: int) -> None:
         progress.piece(done, total)
 
 
+@contextlib.contextmanager
+def saying(words: str) -> Iterator[None]:
+    """Say on a terminal at once what is being done, while libraries load: what draws a
+    bar is one of them."""
+    shown = sys.stderr.isatty()
+    if shown:
+        print(words, end="", file=sys.stderr, flush=True)
+    yield
+    if shown:
+        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
 class Progress:
     """Show a task on a terminal after half a second, with the time spent, and the time
     left where pieces are counted.

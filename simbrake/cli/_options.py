@@ -18,6 +18,7 @@ from cyclopts import Parameter
 
 from .._base._faults import Fault, InputError, Issues, faults_of_place
 from .._base._faults import whole_file as whole_file
+from .._base._progress import saying
 from ..files.shipped_scenes import scene_file
 
 if TYPE_CHECKING:
@@ -111,7 +112,8 @@ def prepare_jax() -> None:
     # messages of XLA on programs read from disk are not logged
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     gc.disable()  # imports leave no garbage
-    import jax
+    with saying("loading…"):
+        import jax
 
     jax.config.update("jax_enable_x64", True)
     # tracing makes millions of small objects and few reference cycles: run the
@@ -158,11 +160,12 @@ def opened(
     if errors.attempt(scene_file, file) is None:
         raise InputError(errors)  # known before JAX is loaded
     prepare_jax()
-    from ..files._scene_file import read_scene
-    from ..runs.edit import parse_assignments
+    with saying("reading the scene…"):
+        from ..files._scene_file import read_scene
+        from ..runs.edit import parse_assignments
 
-    values = errors.attempt(parse_assignments, set_ or [])
-    scene = errors.attempt(read_scene, file, values or {}, undriven=undriven)
+        values = errors.attempt(parse_assignments, set_ or [])
+        scene = errors.attempt(read_scene, file, values or {}, undriven=undriven)
     return checked(scene, errors)
 
 
