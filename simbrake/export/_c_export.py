@@ -218,7 +218,9 @@ class Export:
         counts = jnp.stack([record.code, record.count, *record.stats]).astype(jnp.int32)
         rows = record.rows
         speeds = jnp.where(
-            jnp.arange(rows.t.size, dtype=jnp.int32) <= record.count, rows.y[:, 1], 0.0
+            jnp.arange(rows.t.size, dtype=jnp.int32) <= record.count,
+            record.states.omega,
+            0.0,
         )
         judged = judge_of_many(record)
         if HOLDING in self.outputs:

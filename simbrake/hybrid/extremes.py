@@ -387,11 +387,14 @@ def greatest_of_rows(
     counts: Int[Array, "row group"] | None = None,
     span: Int[Array, " row"] | None = None,
     spans: int = 1,
+    *,
+    each: bool = False,
 ) -> Extremes:
     """As `greatest`, of a compact record outside of jit: (spans, group) each.
 
     - `look`: of rows and shares of their steps (m,) values and rates of all quantities,
       by group (m, n) each
+    - `each`: whether each quantity has a maximum of its own
     - `span`: to which of so many `spans` each row belongs; each span has maxima of its
       own
     """
@@ -402,6 +405,7 @@ def greatest_of_rows(
     span_of = np.zeros(count, np.int32) if span is None else span
     at_start = look(index, np.zeros(count))
     sizes = [values.shape[1] for values in at_start[0]]
+    sizes = [1] * sum(sizes) if each else sizes
     groups = range(len(sizes))
     ends = np.cumsum([0, *sizes])
     group_of = np.repeat(groups, sizes)

@@ -223,9 +223,9 @@ def holding_rows(record: Record) -> Holding:
     number_of = xp.arange(n, dtype=np.int32)
     used = number_of < record.count
     ends = rows.t[xp.minimum(number_of + 1, record.count)]
-    start_speed = rows.y[0, 1]
     system: BrakeSystem = record.system  # pyright: ignore
     y = record.states
+    start_speed = y.omega[0]
     modes = record.modes
 
     def look(index: np.ndarray) -> tuple[LeverNow, LeverNow]:
@@ -278,7 +278,7 @@ def holding_rows(record: Record) -> Holding:
     jumps = (before >= 0) & (first.pull > last.pull[before] + slack)
     return Holding(
         to_hold=lasts & held & ~released,
-        broken=broken & (rows.y[:, 1] == 0.0),
+        broken=broken & (y.omega == 0.0),
         rises=lasts & (jumps | (last.pull > first.pull + slack)),
         pull=first.pull,
     )

@@ -12,9 +12,9 @@ from ..hybrid import Record
 from ..hybrid.arrays import Array, TwoArrays, numpy_of
 from ..parts.scene import Scene
 from ._wants import dead_time_of, holding_rows
-from .extremes import Maxima, peaks
+from .extremes import maxima
 from .metrics import METRICS, NOTHING, RIGID_HOOK, Metric, Requirement, at_stop
-from .probe import is_traced_run, states_inside
+from .probe import states_at
 
 #: speeds that differ by less than this share are the same
 _SAME = 1e-12
@@ -57,13 +57,8 @@ def mean_deceleration(
             count=count - row,
         )
         name = "max_hook_speed" if of_hook else "max_drum_speed"
-        found = (
-            peaks(braked, (name,))
-            if is_traced_run(record)
-            else Maxima(braked, (name,)).whole
-        )
-        peak = found[name]
-        speeds = xp.abs(rows.y[:, 1]) * travel
+        peak = maxima(braked, scene, (name,)).whole[name]
+        speeds = xp.abs(record.states.omega) * travel
         same = (number_of < count) & (speeds >= peak.value * (1 - _SAME))
         last = xp.max(xp.where(same, rows.t, -xp.inf))
         at_row = last > peak.time
@@ -73,7 +68,7 @@ def mean_deceleration(
         speed = xp.where(of_command | at_row, speed, peak.value)
     end = xp.where(stops, rows.t[count], begin)
     if span == "travel":
-        turned = xp.stack([phi, xp.asarray(rows.y[:, 0])[count]])
+        turned = xp.stack([phi, xp.asarray(record.states.phi)[count]])
         places = load.travelled(turned) if of_hook else turned
         speed = 0.5 * speed**2
         end, begin = xp.abs(places[1] - places[0]), 0.0
@@ -85,13 +80,9 @@ def _at(record: Record, t: Array, travel: Any) -> TwoArrays:
     """Angle (rad), and the absolute speed times the `travel` of each row, at a time."""
     row = record.find(t[None])
     h = t[None] - record.rows.t[row]
-    if is_traced_run(record):
-        state = record.inside(row, h)[1]
-        phi, omega = state.phi, state.omega
-    else:
-        phi, omega = states_inside(record, row, h)[1][:, :2].T
+    state = states_at(record, row, h)
     per_radian = jnp.broadcast_to(travel, record.rows.t.shape)[row]
-    return phi[0], numpy_of(omega).abs(omega * per_radian)[0]
+    return state.phi[0], numpy_of(state.omega).abs(state.omega * per_radian)[0]
 
 
 def _metrics(

@@ -215,10 +215,6 @@ class SightOfOne:
     def __init__(self, sight: Sight) -> None:
         self._sight = sight
 
-    @property
-    def system(self) -> BrakeSystem:
-        return self._sight._system
-
     def __getattr__(self, name: str) -> Any:
         return jax.tree.map(lambda x: jnp.asarray(x)[None], getattr(self._sight, name))
 
@@ -321,6 +317,13 @@ def states_inside(record: Record, index: Int[Array, " m"], h: VectorM) -> TwoArr
         return _INSIDE[many](dataclasses.replace(record, rows=rows), lanes, h)
 
     return in_lanes(call, np.asarray(index), np.asarray(h), lanes=count)
+
+
+def states_at(record: Record, index: Int[Array, " m"], h: VectorM) -> State:
+    """States by name at `h` (s) after the start of the rows named, of any run."""
+    if is_traced_run(record):
+        return record.inside(index, h)[1]
+    return unravel(states_inside(record, index, h)[1], record.y_like)
 
 
 def probe_many(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:

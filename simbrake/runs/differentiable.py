@@ -13,7 +13,7 @@ from .._base._jacobian import with_precompiled_jacobian
 from .._base._no_slope import without_slope
 from ..hybrid import Code, Record
 from ..hybrid.arrays import Array
-from ..outputs.extremes import peaks
+from ..outputs.extremes import maxima
 from ..outputs.metrics import METRICS, Metric, Peak, energies, identity_of
 from ..parts.scene import Scene
 
@@ -53,13 +53,9 @@ def _differentiable_maxima(
     """Maxima of traced runs; `asked`: what a program for them depends on."""
 
     def find(scene: Scene, record: Record) -> tuple[Peak, ...]:
-        found = [
-            METRICS[name].of_peak(peak, scene)
-            for name, peak in peaks(record, names).items()
-        ]
         return tuple(
             peak._replace(value=_where_it_happened(peak.value, scene, record))
-            for peak in found
+            for peak in maxima(record, scene, names).whole.values()
         )
 
     return (

@@ -310,9 +310,9 @@ class _OfEachLining(NamedTuple):
     pair: str
     quantity: str
 
-    def __call__(self, p: Any) -> Array:
-        i = p.system.pair_names.index(self.pair)
-        return _each(PairSeen(p.system, p, i), self.quantity)
+    def __call__(self, system: BrakeSystem, p: Probe) -> Array:
+        i = system.pair_names.index(self.pair)
+        return _each(PairSeen(system, p, i), self.quantity)
 
 
 @explained

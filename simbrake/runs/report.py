@@ -19,7 +19,7 @@ from ..outputs.duty import (
     stop_table,
     stops_of,
 )
-from ..outputs.extremes import Maxima
+from ..outputs.extremes import Maxima, maxima
 from ..outputs.judgement import Judgement, held_throughout, judge
 from ..outputs.log import (
     Event,
@@ -175,17 +175,14 @@ class Report:
     def maxima_between(self, spans: Sequence[tuple[int, int]]) -> Maxima:
         """Maximum values over the run, and between pairs of rows that do not
         overlap."""
-        return Maxima(
-            self._record, tuple(metrics_of(self.result.scene, greatest=True)), spans
-        )
+        scene = self.result.scene
+        names = tuple(metrics_of(scene, greatest=True))
+        return maxima(self._record, scene, names, spans)
 
-    @functools.cached_property
+    @property
     def peaks(self) -> dict[str, Peak]:
         """Maximum values over the run by their names."""
-        return {
-            name: METRICS[name].of_peak(peak, self.result.scene)
-            for name, peak in self._maxima.whole.items()
-        }
+        return self._maxima.whole
 
     @functools.cached_property
     def holding(self) -> Peak | None:

@@ -79,8 +79,8 @@ def _moved(record: Record) -> Array:
     """Whether the pulley turned at the start of a row or in between."""
     xp = numpy_of(record.rows.t)
     used = xp.arange(record.rows.t.shape[0], dtype=np.int32) <= record.count
-    (angle, speed) = record.rows.y[:, :2].T
-    return xp.any(used & ((speed != 0.0) | (angle != angle[0])))
+    states = record.states
+    return xp.any(used & ((states.omega != 0.0) | (states.phi != states.phi[0])))
 
 
 def _sequence(record: Record) -> Array:
