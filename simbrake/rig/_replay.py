@@ -293,7 +293,10 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         paid = np.asarray(hook.travelled(2 * np.pi * (turns - grid)))
         if lowest - highest > paid[-1]:
             far, most = (number(x, "m", count=4) for x in (lowest - highest, paid[-1]))
-            hint = "give those that are on the drum with the block at its highest"
+            # turns on top of these pay out as much as the uppermost, or more
+            missing = (lowest - highest - paid[-1]) / float(hook.travelled(2 * np.pi))
+            enough = np.ceil(turns + missing)
+            hint = f"give those on the drum with the block at its highest; {enough:.0f} would do"
             raise input_error(
                 "duty.load.rope.turns",
                 f"pay out {most} of the hook, the log has {far}",
