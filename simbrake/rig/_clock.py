@@ -13,15 +13,15 @@ from .._base._faults import Issues
 from .._base._table import unit
 from ._formats import Table
 from ._grammar import (
-    Said,
+    TimeParts,
     day_of,
     east_of,
     forms,
     is_date_name,
     is_open,
-    said,
     says_time,
     seconds_of,
+    time_parts,
 )
 
 _ISO = re.compile(
@@ -32,7 +32,7 @@ _OF_CLOCKS, _OF_YEARS, _OF_MONTHS, _OF_DAYS = (
     set(x) for x in ("HIMSpfXc", "yYcx", "mbBjcx", "djcx")
 )
 _DAY = 86400.0
-#: seconds from 1970 to the first and behind the last time that has a date
+#: seconds from 1970 to the first and after the last time that has a date
 _FIRST = -62135596800.0
 _LAST = 253402300800.0
 #: names of a column of times, the more certain ones first
@@ -153,7 +153,7 @@ def _parts_in(table: Table, i: int) -> tuple[bool, bool]:
     digits alone its name decides."""
     text = _first(table, i)
     name = table.names[i].upper()
-    cell = said(text)
+    cell = time_parts(text)
     if cell is None:
         return False, False
     if not says_time(text):
@@ -324,7 +324,7 @@ class _Texts:
             stamps = self._stamps(self.texts, "ISO8601")
             if not np.isnan(stamps).any():
                 return self._made(stamps, dated=True, zone=iso[0]["zone"] is not None)  # pyright: ignore
-        return self._said(form)
+        return self._by_grammar(form)
 
     def _made(
         self,
@@ -334,7 +334,7 @@ class _Texts:
         zone: bool,
         remarks: Sequence[str] = (),
     ) -> Times:
-        """Times of rows; clocks alone go on behind midnight."""
+        """Times of rows; clocks alone go on after midnight."""
         remarks = [f"{self.names}: {remark}" for remark in remarks]
         if not dated:
             turns = np.append(0, np.cumsum(np.diff(seconds) < -_DAY / 2))
@@ -408,9 +408,9 @@ class _Texts:
 
     # --- by the grammar --------------------------------------------------------------
 
-    def _said(self, form: str) -> Times | None:
+    def _by_grammar(self, form: str) -> Times | None:
         """Times by the grammar, of which a format may give that of the dates."""
-        every = [said(text, *([".*?"] if form else ())) for text in self.texts]
+        every = [time_parts(text, *([".*?"] if form else ())) for text in self.texts]
         clocks = [
             None if cell is None or not cell.clock else seconds_of(cell.clock)
             for cell in every
@@ -426,7 +426,7 @@ class _Texts:
             return self._wrong(
                 bad, f"{text!r} {bare}" if text else "has no time", self._way_out
             )
-        whole: list[Said] = every  # pyright: ignore
+        whole: list[TimeParts] = every  # pyright: ignore
         bare = [i for i, cell in enumerate(whole) if not cell.date]
         if bare and len(bare) < len(whole):
             return self._wrong(

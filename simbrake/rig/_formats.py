@@ -535,7 +535,7 @@ class _LasTable:
 
 
 def _described(text: str) -> tuple[str, str]:
-    """The description of a curve without the format behind it, `{F10.4}`, and the
+    """The description of a curve without the format after it, `{F10.4}`, and the
     format of a date."""
     match = re.search(r"\s*\{(.*?)\}.*", text)
     if match is None:

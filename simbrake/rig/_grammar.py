@@ -97,7 +97,7 @@ _ZONES = _patterns(ZONES)
 
 @functools.cache
 def _wholes(date: str) -> list[re.Pattern[str]]:
-    """Patterns of times with dates as `date`: before the clock, behind it, or around it
+    """Patterns of times with dates as `date`: before the clock, after it, or around it
     as in `Jan 29 03:00 2020`."""
     clock = rf"(?P<clock>{_any(CLOCKS)})(?:\s*[(\[]?(?P<zone>{_any(ZONES)})[)\]]?)?"
     between = r"(?:\s*[T,;_:/-]\s*|\s+|(?<=\d{8})(?=\d{6}))"
@@ -107,7 +107,7 @@ def _wholes(date: str) -> list[re.Pattern[str]]:
     return [re.compile(whole, re.IGNORECASE) for whole in (first, last, around)]
 
 
-class Said(NamedTuple):
+class TimeParts(NamedTuple):
     """The parts of a text that says a time, empty where it lacks them."""
 
     date: str
@@ -115,7 +115,7 @@ class Said(NamedTuple):
     zone: str
 
 
-def said(text: str, date: str = _any(DATES)) -> Said | None:
+def time_parts(text: str, date: str = _any(DATES)) -> TimeParts | None:
     """The parts of a time, of which all of the text is one; `None` where it is none;
     `date` is the pattern of dates."""
     found = None
@@ -123,7 +123,7 @@ def said(text: str, date: str = _any(DATES)) -> Said | None:
         match = pattern.fullmatch(text)
         if match is not None and (found is None or match["clock"]):
             day = " ".join(filter(None, (match["date"], match.groupdict().get("year"))))
-            found = Said(day, match["clock"] or "", match["zone"] or "")
+            found = TimeParts(day, match["clock"] or "", match["zone"] or "")
             if found.clock:
                 break
     return found
@@ -138,7 +138,7 @@ def is_date_name(name: str) -> bool:
 def says_time(text: str) -> bool:
     """Whether a cell is a time by its looks: a number is one only where it is a date
     and a clock."""
-    cell = said(text)
+    cell = time_parts(text)
     return cell is not None and (
         bool(cell.date and cell.clock) or not re.fullmatch(r"\d+[.,]?\d*", text)
     )
@@ -148,9 +148,9 @@ def forms() -> str:
     """All accepted forms, in words."""
     dates, clocks, zones = (" | ".join(kind) for kind in (DATES, CLOCKS, ZONES))
     return (
-        f"accepted: dates as {dates} (with - / or . between, also behind the name of "
+        f"accepted: dates as {dates} (with - / or . between, also after the name of "
         f"their day), clocks as {clocks}, "
-        f"one behind the other in any order, behind the clock its zone as {zones}; or "
+        f"one after the other in any order, after the clock its zone as {zones}; or "
         "numbers in a unit of time"
     )
 

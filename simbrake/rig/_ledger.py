@@ -23,7 +23,7 @@ from ._lowerings import (
 )
 
 _GRAVITY = 9.80665  # m/s^2
-#: tension of a rope behind a turning sheave with roller bearings over that before it
+#: tension of a rope after a turning sheave with roller bearings over that before it
 _SHEAVE = 1.04
 #: kinds of brakes of the drum
 BRAKES = {

@@ -659,7 +659,7 @@ class _Reading:
             tuple(channels),
             self._gaps(t),
             self._repeated,
-            tuple(self._said(channels)),
+            tuple(self._remarks(channels)),
         )
 
     def fault(self, where: str, problem: str, hint: str = "") -> None:
@@ -832,7 +832,7 @@ class _Reading:
         i = np.flatnonzero(steps > max(_GAP * np.median(steps), _GAP_S))
         return np.stack([t[i], t[i + 1]], axis=1) if i.size else np.empty((0, 2))
 
-    def _said(self, channels: list[Channel]) -> list[str]:
+    def _remarks(self, channels: list[Channel]) -> list[str]:
         phrases = list(dict.fromkeys(self.guesses))
         by_role = {c.role: c for c in channels if c.role}
         if "block_position" not in by_role:

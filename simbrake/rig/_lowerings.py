@@ -109,7 +109,7 @@ class Gap(NamedTuple):
 
     - `start`: in ISO 8601, `None` in a log without date;  `begin`, `duration`
     - `change`: of the height of the block over it, negative where the block is lower
-      behind it
+      after it
     - `cut`: number of lowerings that go on in it
     - `rest`: whether the block is where it was, and nothing is cut
     """
@@ -184,7 +184,7 @@ class Lowerings(Tabular):
     @property
     def left_out(self) -> dict[str, Any]:
         """What no total has: flagged lowerings, those of them that gaps cut, gaps that
-        are no rest, with their time (s) and by what the block is lower or higher behind
+        are no rest, with their time (s) and by what the block is lower or higher after
         them (m); its travel and work, `None` where it is unknown."""
         lost = [gap for gap in self.gaps if not gap.rest]
         flagged = len(self) - len(self.valid)
@@ -212,7 +212,7 @@ class Lowerings(Tabular):
         )
         if not out["gaps"]:
             return (
-                f"{opening}; behind each of them the block is where it was: taken as a rest",
+                f"{opening}; after each of them the block is where it was: taken as a rest",
             )
         ways = {"fall": "lower", "rise": "higher"}
         moved = [
@@ -225,7 +225,7 @@ class Lowerings(Tabular):
             if out["cut"]
             else ""
         )
-        where = f"behind which the block is {' and '.join(moved)} in all"
+        where = f"after which the block is {' and '.join(moved)} in all"
         return (
             f"{opening}; unknown, and in no total: travel and energy in {out['gaps']} of "
             f"them, {where}{cut}",
@@ -315,7 +315,7 @@ def counted(lowerings: int) -> str:
 
 
 def in_seconds(start: str) -> str:
-    """A time in ISO 8601 without what is behind its seconds."""
+    """A time in ISO 8601 without what is after its seconds."""
     return start[:19].replace("T", " ")
 
 
@@ -629,23 +629,23 @@ class _Finder:
         late = height.interval + self.log.interval if held else 0.0
         a, b = np.array(spans, int).reshape(-1, 2).T
         (begin, end) = self.gap_times.T[:, :, None]
-        (before, behind) = self.gap_heights.T[:, :, None]
+        (before, after) = self.gap_heights.T[:, :, None]
         last = np.searchsorted(height.t, begin, side="right") - 1
         first = np.searchsorted(height.t, end, side="left")
         into = (b == last) | ((b < last) & (begin - height.t[b] < late))
         from_ = (a == first) | ((a > first) & (height.t[a] - end < late))
         room = self.limits["heave"]
-        into &= np.abs(behind - height.value[b]) > room
+        into &= np.abs(after - height.value[b]) > room
         return into | (from_ & (np.abs(before - height.value[a]) > room))
 
     def _gaps(self, cut: np.ndarray) -> Iterator[Gap]:
         """Times without heights, with the number of lowerings that each of them
         cuts."""
         edges = self.gap_times.tolist(), self.gap_heights.tolist()
-        for (begin, end), (before, behind), count in zip(
+        for (begin, end), (before, after), count in zip(
             *edges, cut.tolist(), strict=True
         ):
-            change = behind - before
+            change = after - before
             rest = not count and abs(change) <= self.limits["heave"]
             yield Gap(_start(self.log, begin), begin, end - begin, change, count, rest)
 
@@ -847,7 +847,7 @@ class _Finder:
 
 
 def _start(log: Log, t: float) -> str | None:
-    """Time in ISO 8601 of `t` seconds behind the first row."""
+    """Time in ISO 8601 of `t` seconds after the first row."""
     if log.start is None:
         return None
     zone = "Z" if log.start.endswith("Z") else ""

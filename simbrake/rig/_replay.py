@@ -94,7 +94,7 @@ class Reconstruction:
 
     @property
     def slope(self) -> np.ndarray:
-        """Acceleration of the drum (rad/s²) behind each point."""
+        """Acceleration of the drum (rad/s²) after each point."""
         span = np.diff(self.t, append=self.t[-1])
         return np.where(
             span > 0,
@@ -124,7 +124,7 @@ def _from(at: float, h: np.ndarray, room: float) -> np.ndarray:
 
     The motion is longer or shorter by what the replay has skipped: by the `room` (m) at
     most, so that a jump of the encoder moves nothing; a hoisting by any way shorter, as
-    behind a lowering that is left out.
+    after a lowering that is left out.
     """
     up = h[-1] > h[0]
     lift = at - h[0]
@@ -254,7 +254,7 @@ def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _filled(x: np.ndarray, end: float | None = None) -> np.ndarray:
-    """Values up to a common size: the last one repeated, or times behind the `end` of
+    """Values up to a common size: the last one repeated, or times after the `end` of
     the run."""
     size = _FEWEST
     while size < x.size:
@@ -462,7 +462,7 @@ def _scene_of(
 
 @frozen
 class ReplayedLowering:
-    """One lowering in a replay, SI units; `None` behind the end of a run that failed.
+    """One lowering in a replay, SI units; `None` after the end of a run that failed.
 
     - `recorded_travel`, `recorded_work`: of the reconstruction
     - `travel`, `hook_work`: of the simulation, with their
@@ -755,7 +755,7 @@ def replay(
       kind of load. An auxiliary brake counts as such a share, too. Without a share all
       of it is heat of the friction brakes, an upper bound; beside a share, which is an
       assumption, a second run gives this bound (`Replay.bound`)
-    - **gaps** of the log: the block moves evenly to where it is behind one
+    - **gaps** of the log: the block moves evenly to where it is after one
     - **rope**: its turns are those on the drum with the block at its highest
 
     The duty, the start and the end of the scene do not matter but for lines, drum, rope
@@ -841,7 +841,7 @@ def replay(
     lost = sum(not gap.rest for gap in found.gaps)
     if lost:
         notes.append(
-            f"in {lost} gaps of the log the block moves evenly to where it is behind: "
+            f"in {lost} gaps of the log the block moves evenly to where it is at their ends: "
             "nothing else is known"
         )
     path = reconstruct(found, hook)
@@ -862,9 +862,9 @@ def replay(
     result = run(own)
     bound = run(_scene_of(scene, found, path, {}, [])) if any(shares.values()) else None
     for each, words in ((result, ""), (bound, "without the assumed share ")):
-        behind, when = (0.0, 0.0) if each is None else _largest_distance(path, each)
-        if behind > found.thresholds["heave"]:
-            far = f"{words}the hook is up to {number(behind, 'm', count=3)} off the recorded motion"
+        distance, when = (0.0, 0.0) if each is None else _largest_distance(path, each)
+        if distance > found.thresholds["heave"]:
+            far = f"{words}the hook is up to {number(distance, 'm', count=3)} off the recorded motion"
             notes.append(f"{far}, at {digits(when, 6)} s: lever or motor are too weak")
     settings = {
         "auxiliary": auxiliary,
@@ -906,7 +906,7 @@ class Match(NamedTuple):
 
 class Compared(NamedTuple):
     """A channel of a log beside its simulation: values (n,) in SI units at its updates
-    `t` (n,), NaN behind the end.
+    `t` (n,), NaN after the end.
 
     - `unit` of the log, which has `factor` SI units
     - `matches` of each lowering, and of all of them together
@@ -1013,7 +1013,7 @@ def _compared(
 
 
 def _simulated(result: Result, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Travel (m) of the hook and load (N) on it at the times `t` (n,), NaN behind the
+    """Travel (m) of the hook and load (N) on it at the times `t` (n,), NaN after the
     end of the run.
 
     Of a drum at rest the start of a step stands for all times in it, as neither

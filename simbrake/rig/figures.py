@@ -68,7 +68,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
             VERMILLION if lowering.flags else _KINDS[lowering.kind], []
         ).append(lowering)
     for colour, alike in by_colour.items():
-        # heights of all of them as one line, with a gap behind each
+        # heights of all of them as one line, with a gap after each
         spans = [
             slice(
                 *np.searchsorted(

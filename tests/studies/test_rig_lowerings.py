@@ -380,7 +380,7 @@ def test_a_day_of_rest_between_two_trips_is_a_rest(tmp_path):
     result = sb.rig.lowerings(log)
     near([one.travel for one in result.valid], [20.0, 15.0])
     assert result.lost == (
-        "gaps in the log: 1, 24 h in all; behind each of them the block is where it "
+        "gaps in the log: 1, 24 h in all; after each of them the block is where it "
         "was: taken as a rest",
     )
     assert [row["lowerings"] for row in sb.rig.ledger(result).by_trip] == [1, 1]
@@ -393,7 +393,7 @@ def test_a_log_whose_only_lowering_is_in_a_gap_is_read(tmp_path):
     assert book.answer[0] == "no lowering without flags"
     assert book.answer[-1] == (
         "gaps in the log: 1, 28 s in all; unknown, and in no total: travel and energy "
-        "in 1 of them, behind which the "
+        "in 1 of them, after which the "
         "block is 20 m lower in all"
     )
     assert book.totals["hook_work"] == 0.0
