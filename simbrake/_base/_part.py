@@ -163,9 +163,9 @@ def short_for(family: type) -> Callable[[_T], _T]:
     return marked
 
 
-def short_of(wanted: Iterable[object]) -> type | None:
-    """Class that a bare number makes where one of the `wanted` classes is expected."""
-    return next((_SHORT[family] for family in wanted if family in _SHORT), None)
+def short_of(classes: Iterable[object]) -> type | None:
+    """Class that a bare number makes where one of the `classes` is expected."""
+    return next((_SHORT[family] for family in classes if family in _SHORT), None)
 
 
 def as_part(x: Any, family: type, unit: str = "SI") -> Any:

@@ -71,11 +71,11 @@ class SceneReader(NumberReader):
     # --- objects ---------------------------------------------------------------------
 
     def read(
-        self, value: Toml, wanted: tuple[type, ...], path: str, unit: str
+        self, value: Toml, classes: tuple[type, ...], path: str, unit: str
     ) -> object:
-        """An object of one of the `wanted` classes from a table or its short form."""
-        makers = makers_of(wanted)
-        if isinstance(value, str) and Material in wanted:
+        """An object of one of the `classes` from a table or its short form."""
+        makers = makers_of(classes)
+        if isinstance(value, str) and Material in classes:
             if value in LIBRARY:
                 return material(value)
             return self.fault(
@@ -83,15 +83,15 @@ class SceneReader(NumberReader):
                 f"{shown(value)} is not a material of the library",
                 nearest(value, sorted(LIBRARY)),
             )
-        if AbstractEnd in wanted and self.undriven and path.endswith("until"):
+        if AbstractEnd in classes and self.undriven and path.endswith("until"):
             return AfterTime(1.0)
-        if isinstance(value, str) and AbstractEnd in wanted:
+        if isinstance(value, str) and AbstractEnd in classes:
             try:
                 return read_end(value, path)
             except InputError as error:
                 self.faults += error.faults
                 return BAD
-        short = short_of(wanted)
+        short = short_of(classes)
         if not isinstance(value, dict):
             if (
                 short is None
@@ -227,8 +227,8 @@ class SceneReader(NumberReader):
         return self._one(value, part, path, unit)
 
     def _one(self, value: Toml, part: Part, path: str, unit: str) -> object:
-        if part.kind is Struct or (part.wanted and isinstance(value, dict)):
-            return self.read(value, part.wanted, path, unit)
+        if part.kind is Struct or (part.classes and isinstance(value, dict)):
+            return self.read(value, part.classes, path, unit)
         if isinstance(part.about, Quantity):
             return self.number(value, part.about, path, unit)
         if isinstance(part.about, Whole):
@@ -331,7 +331,7 @@ def _expected(part: Part, unit: str) -> str:
             example(unit) if isinstance(part.about, Quantity) else ", a whole number"
         )
     if len(part.makers) > 1:
-        number = "a number, or " if short_of(part.wanted) else ""
+        number = "a number, or " if short_of(part.classes) else ""
         return f"{number}a table: {', '.join(part.makers)}"
     return f"a table with {_keys_of(part.makers)}" if part.makers else "a text"
 
@@ -503,16 +503,16 @@ class _Writer:
         self.faults = faults
 
     def table(
-        self, node: Struct, wanted: tuple[type, ...], path: str, unit: str
+        self, node: Struct, classes: tuple[type, ...], path: str, unit: str
     ) -> dict[str, Toml]:
         maker = type(node)
-        if makers_of(wanted).get(maker.__name__) is not maker:
+        if makers_of(classes).get(maker.__name__) is not maker:
             what = f"{maker.__name__} is a custom class or function"
             self.faults.add(
                 path, what, "a file cannot hold it; keep the scene in Python"
             )
             return {}
-        table: dict[str, Toml] = {"type": maker.__name__} if several(wanted) else {}
+        table: dict[str, Toml] = {"type": maker.__name__} if several(classes) else {}
         for part in parts_of(maker):
             value = getattr(node, part.name)
             part_path = _join(path, part.name)
@@ -535,9 +535,9 @@ class _Writer:
             library_name = next(
                 (name for name in LIBRARY if material(name) == value), None
             )
-            return library_name or self.table(value, part.wanted, path, unit)
+            return library_name or self.table(value, part.classes, path, unit)
         if isinstance(value, Struct):
-            return self.table(value, part.wanted, path, unit)
+            return self.table(value, part.classes, path, unit)
         if not isinstance(part.about, Quantity):
             return value
         number = np.asarray(value, np.float64).tolist()

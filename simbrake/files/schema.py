@@ -172,14 +172,14 @@ class Part(NamedTuple):
       or `Path` (a file), `None` of objects that a file cannot hold;  `many`: a list of
       them
     - `about`: of a number or whole number
-    - `wanted`: classes of an object, which may also replace a number
+    - `classes` of an object, which may also replace a number
     - `unit`: meaning of the unit `SI` below it, `SI` where that depends on the parent
     """
 
     name: str
     kind: type | None
     about: Quantity | Whole | None
-    wanted: tuple[type, ...]
+    classes: tuple[type, ...]
     many: bool
     nullable: bool
     default: object
@@ -191,7 +191,7 @@ class Part(NamedTuple):
 
     @property
     def makers(self) -> dict[str, Maker]:
-        return makers_of(self.wanted)
+        return makers_of(self.classes)
 
     def unit_at(self, unit: str) -> str:
         """Unit of the field where `SI` means `unit`."""
@@ -263,19 +263,19 @@ def _part(
 ) -> Part:
     many = typing.get_origin(hint) is tuple
     kinds = alternatives(typing.get_args(hint)[0] if many else hint)
-    wanted = tuple(t for t in kinds if isinstance(t, type) and issubclass(t, Struct))
+    classes = tuple(t for t in kinds if isinstance(t, type) and issubclass(t, Struct))
     nullable = type(None) in kinds or default is None
-    plain = Struct if wanted else next((t for t in kinds if t in _PLAIN), None)
+    plain = Struct if classes else next((t for t in kinds if t in _PLAIN), None)
     kind = float if isinstance(about, Quantity) else plain
-    return Part(name, kind, about, wanted, many, nullable, default, unit)
+    return Part(name, kind, about, classes, many, nullable, default, unit)
 
 
 @functools.cache
-def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
-    """Classes and builders that give one of the `wanted` classes and can be written in
+def makers_of(classes: tuple[type, ...]) -> dict[str, Maker]:
+    """Classes and builders that give one of the `classes` and can be written in
     a file: name → maker."""
     makers: dict[str, Maker] = {}
-    for base in wanted:
+    for base in classes:
         family = [base]
         visited = set()
         while family:
@@ -297,12 +297,12 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
     return makers
 
 
-def several(wanted: tuple[type, ...]) -> bool:
-    """Whether a table of one of the `wanted` classes must name its own; builders are
+def several(classes: tuple[type, ...]) -> bool:
+    """Whether a table of one of the `classes` must name its own; builders are
     told by their keys."""
-    if set(wanted) <= TOLD_BY_KEYS:
+    if set(classes) <= TOLD_BY_KEYS:
         return False
-    return sum(isinstance(maker, type) for maker in makers_of(wanted).values()) > 1
+    return sum(isinstance(maker, type) for maker in makers_of(classes).values()) > 1
 
 
 @functools.cache
@@ -382,9 +382,9 @@ def _schema_of(part: Part) -> Json:
         schema = {"type": _PLAIN[part.kind][1]}
     else:
         objects += (
-            [{"type": "number"}, {"type": "string"}] if short_of(part.wanted) else []
+            [{"type": "number"}, {"type": "string"}] if short_of(part.classes) else []
         )
-        objects += [{"enum": sorted(LIBRARY)}] if Material in part.wanted else []
+        objects += [{"enum": sorted(LIBRARY)}] if Material in part.classes else []
         schema = {"anyOf": objects}
     return {"type": "array", "items": schema} if part.many else schema
 
@@ -461,8 +461,8 @@ def _kind_text(part: Part) -> str:
         unit = "of its place" if part.unit == "SI" else part.unit
         names = ["number" if unit == "1" else f"number, {unit}", *names]
     else:
-        names += ["a number"] if short_of(part.wanted) else []
-        names += ["name in the library"] if Material in part.wanted else []
+        names += ["a number"] if short_of(part.classes) else []
+        names += ["name in the library"] if Material in part.classes else []
     return ("list of " if part.many else "") + " | ".join(names)
 
 
