@@ -97,38 +97,30 @@ def compare(
         ("normal force\non a lining", ("normal_load",)),
     ]
     panels += [("hottest\nsurface", _HOT)]
-    curves = {
-        columns: {name: _curve(run, columns) for name, run in data.items()}
-        for _, columns in panels
-    }
-    panels = [
-        (words, columns)
-        for words, columns in panels
-        if any(y is not None for y in curves[columns].values())
-    ]
-    figure = sheet(figure, 9.5, 2.1, rows=len(panels), room=1.7)
-    rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
-    for axes, (words, columns) in zip(rows, panels, strict=True):
+    shown = []
+    for words, columns in panels:
+        curves = {name: _curve(run, columns) for name, run in data.items()}
+        curves = {name: y for name, y in curves.items() if y is not None}
+        if curves:
+            shown.append((words, columns, curves))
+    figure = sheet(figure, 9.5, 2.1, rows=len(shown), room=1.7)
+    rows = figure.subplots(len(shown), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, (words, columns, curves) in zip(rows, shown, strict=True):
         unit = next(
             run[column].attrs["units"]
             for run in data.values()
             for column in columns
             if column in run
         )
-        top = max(
-            float(np.nanmax(np.abs(y)))
-            for y in curves[columns].values()
-            if y is not None
-        )
-        factor, offset, shown = scale(unit, top, absolute=True)
-        for i, (name, y) in enumerate(curves[columns].items()):
-            if y is not None:
+        top = max(float(np.nanmax(np.abs(y))) for y in curves.values())
+        factor, offset, read_in = scale(unit, top, absolute=True)
+        for i, name in enumerate(data):
+            if name in curves:
                 look = {"color": CYCLE[i % len(CYCLE)], "ls": _DASHES[i % len(_DASHES)]}
                 label = name if axes is rows[0] else None
-                axes.plot(
-                    data[name]["time"].values, factor * y + offset, label=label, **look
-                )
-        axes.set_ylabel(f"{words}, {shown}")
+                y = factor * curves[name] + offset
+                axes.plot(data[name]["time"].values, y, label=label, **look)
+        axes.set_ylabel(f"{words}, {read_in}")
     marked = [
         event for i, run in enumerate(data.values()) for event in _mark(rows[0], run, i)
     ]
@@ -139,12 +131,10 @@ def compare(
         xlim=(min(float(run["time"][0]) for run in data.values()), max(ends)),
     )
     like: dict[str, Any] = {"color": GREY, "ls": "none", "mfc": "white"}
-    named = {
-        event: words_of_mark(MARKED[event][1]) for event in _EVENTS if event in marked
-    }
     marks = [
-        Line2D([], [], marker=_EVENTS[event], label=words, **like)
-        for event, words in named.items()
+        Line2D([], [], marker=marker, label=words_of_mark(MARKED[event][1]), **like)
+        for event, marker in _EVENTS.items()
+        if event in marked
     ]
     name_marks(figure, [], marks)
     figure.suptitle("results compared")
@@ -332,9 +322,7 @@ def sweep(
         look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, **_BRIDGE}
         handles.append(Line2D([], [], label="the sequence of events changes", **look))
     if grid and blank:
-        handles.append(
-            Patch(facecolor="white", edgecolor="0.5", hatch="///", label=_NO_VALUE)
-        )
+        handles.append(Patch(**_BLANK, label=_NO_VALUE))
     name_marks(figure, [], handles)
     figure.suptitle(
         f"{data['code'].size} runs" + (f", {failed} failed" if failed else "")
@@ -342,6 +330,8 @@ def sweep(
     return figure
 
 
+#: look of runs without a value
+_BLANK: Any = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///"}
 _NO_VALUE = "no value: not stopped or held, or failed"
 #: up to so many runs each is a point
 _FEW = 50
@@ -483,14 +473,7 @@ def permissible(
         handles.append(Line2D([], [], color=colour, lw=2.0, label=label))
     if blank.any():
         axes.contourf(u, v, blank, levels=[0.5, 1.5], colors=["white"], hatches=["///"])
-        handles.append(
-            Patch(
-                facecolor="white",
-                edgecolor="0.5",
-                hatch="///",
-                label="no value, or failed",
-            )
-        )
+        handles.append(Patch(**_BLANK, label="no value, or failed"))
     axes.set_title(f"permissible map, {data['code'].size} runs")
     finish([axes], handles)
     return axes
@@ -632,12 +615,12 @@ def _contours(
     a = _edges(x)
     b = _edges(y)
     for i, j in np.argwhere(np.isnan(z)):
-        cell = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///", "lw": 0}
         axes.fill(
             [a[i], a[i + 1], a[i + 1], a[i]],
             [b[j], b[j], b[j + 1], b[j + 1]],
             gid="failed",
-            **cell,
+            lw=0,
+            **_BLANK,
         )
     across = [
         [(a[i + 1], b[j]), (a[i + 1], b[j + 1])]
