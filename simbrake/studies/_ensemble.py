@@ -728,41 +728,31 @@ def _as_dataset(plan: Plan, columns: Columns, errors: Columns | None = None) -> 
         dims = ("run",) if array.ndim == 1 else ("run", f"{path} entry")
         coords[path] = (dims, array, {"units": about.unit, "meaning": about.meaning})
     data: dict[str, Any] = {}
-    for name, unit in ((name_of(metric), unit_of(metric)) for metric in plan.metrics):
-        data[name] = (("run",), columns[name], {"units": unit} if unit else {})
+
+    def add(name: str, column: np.ndarray, **about: str) -> None:
+        data[name] = (("run",), column, about)
+
+    for metric in plan.metrics:
+        name = name_of(metric)
+        unit = {"units": unit_of(metric)} if unit_of(metric) else {}
+        add(name, columns[name], **unit)
         if errors is not None:
-            meaning = {
-                "meaning": f"estimated error of {name}; NaN where the events of a second run differ"
-            }
-            data[f"{name}_error"] = (
-                ("run",),
-                errors[name],
-                {**({"units": unit} if unit else {}), **meaning},
-            )
-    for name, meaning in _MEANINGS.items():
-        data[name] = (("run",), columns[name], {"units": "1", "meaning": meaning})
+            meaning = f"estimated error of {name}; NaN where the events of a second run differ"
+            add(f"{name}_error", errors[name], **unit, meaning=meaning)
     # numbers in the order in which the sequences occur first
     _, first, which = np.unique(
         columns["sequence"], return_index=True, return_inverse=True
     )
-    data["sequence"] = (
-        ("run",),
-        np.argsort(np.argsort(first))[which].astype(np.int32),
-        data["sequence"][2],
-    )
-    data["status"] = (("run",), _statuses(columns), {"meaning": "how the run ended"})
+    order = np.argsort(np.argsort(first))[which].astype(np.int32)
+    for name, meaning in _MEANINGS.items():
+        column = order if name == "sequence" else columns[name]
+        add(name, column, units="1", meaning=meaning)
+    add("status", _statuses(columns), meaning="how the run ended")
     reasons, colours = _reasons(columns)
-    data["reason"] = (
-        ("run",),
-        reasons,
-        {"meaning": "whether the brake did what it was to do, as in a verdict"},
-    )
-    data["colour"] = (
-        ("run",),
-        colours,
-        {"meaning": "colour of the reason, without limits of metrics"},
-    )
-    data["method"] = (("run",), columns["method"], {"meaning": "solver of the run"})
+    judged = "whether the brake did what it was to do, as in a verdict"
+    add("reason", reasons, meaning=judged)
+    add("colour", colours, meaning="colour of the reason, without limits of metrics")
+    add("method", columns["method"], meaning="solver of the run")
     return _dataset(
         data,
         coords,

@@ -277,10 +277,8 @@ def mean_and_deviation(
         return UNKNOWN, UNKNOWN
     centre = float(np.mean(values))
     away = values - centre
-    _, label = np.unique(group, return_inverse=True)
-    count, first, second = (
-        np.bincount(label, weights) for weights in (np.ones_like(away), away, away**2)
-    )
+    label, count = _labels(group)
+    first, second = (np.bincount(label, weights) for weights in (away, away**2))
     with np.errstate(invalid="ignore", divide="ignore"):
         mean, deviation = _moments(count.sum(), first.sum(), second.sum())
         means, deviations = _moments(*(x.sum() - x for x in (count, first, second)))
@@ -293,6 +291,11 @@ def mean_and_deviation(
         Estimate(mean, mean - mean_half, mean + mean_half),
         Estimate(deviation, deviation / factor, deviation * factor),
     )
+
+
+def _labels(group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the group of each run, from 0, and how many runs each group has."""
+    return np.unique(group, return_inverse=True, return_counts=True)[1:]  # pyright: ignore
 
 
 def _moments(n: Any, first: Any, second: Any) -> tuple[Any, Any]:
@@ -324,8 +327,7 @@ def probability(hit: np.ndarray, group: np.ndarray, confidence: float) -> Estima
     """
     if len(hit) == 0:
         return UNKNOWN
-    _, label = np.unique(group, return_inverse=True)
-    sizes = np.bincount(label)
+    label, sizes = _labels(group)
     low, high = share_interval(np.bincount(label, hit)[None], sizes, confidence)
     return Estimate(float(np.mean(hit)), float(low[0]), float(high[0]))
 
@@ -341,8 +343,9 @@ def share_interval(
     k = counts.sum(axis=1)
     R = len(sizes)
     tail = (1 - confidence) / 2
-    low = np.where(k > 0, beta.ppf(tail, np.maximum(k, 1), n - k + 1), 0.0)
-    high = np.where(k < n, beta.ppf(1 - tail, k + 1, np.maximum(n - k, 1)), 1.0)
+    # (not a number: of no hits, or of nothing else)
+    low = np.nan_to_num(beta.ppf(tail, k, n - k + 1), nan=0.0)
+    high = np.nan_to_num(beta.ppf(1 - tail, k + 1, n - k), nan=1.0)
     if R < 2 or sizes.max() == 1:
         return low, high
     share = k / n
@@ -367,9 +370,8 @@ def quantile(
     n = len(values)
     if n == 0:
         return UNKNOWN
-    _, label = np.unique(group, return_inverse=True)
+    label, sizes = _labels(group)
     order = np.argsort(values, kind="stable")
-    sizes = np.bincount(label)
     if sizes.max() == 1:  # only the totals matter
         below = np.arange(n + 1)[:, None]
         sizes = np.array([n])
@@ -602,12 +604,10 @@ def uncertainty(
         )
     if "heat.permissible" in values and _HOT not in (limits or {}):
         bounds[_HOT] = values["heat.permissible"]
+    shares = np.full((len(draws.paths), 3), (0.05, 0.5, 0.95)).T
     inputs: dict[str, Any] = {
-        path: (
-            draws.about[path].unit,
-            *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95)),
-        )
-        for path in draws.paths
+        path: (draws.about[path].unit, *numbers.tolist())
+        for path, numbers in draws.values(shares).items()
     }
     statistics, failures = _evaluate(data, group, asked, bounds, quantiles, confidence)
     code = np.asarray(data["code"])
