@@ -78,9 +78,9 @@ from .studies._calibration import calibrate as calibrate
 from .studies._ensemble import ensemble as ensemble
 from .studies._ensemble import sweep as sweep
 from .studies._lining_life import lining_life as lining_life
+from .studies._measured_files import read_measured as read_measured
 from .studies._sensitivity import sensitivity as sensitivity
 from .studies._uncertainty import uncertainty as uncertainty
-from .studies.measured import read_measured as read_measured
 from .thermal._builders import layered_heat as layered_heat
 from .thermal._builders import lumped_heat as lumped_heat
 from .thermal.heat import Heat as Heat

@@ -198,7 +198,7 @@ def _metrics_of(
     that gives it."""
     from ..outputs.metrics import metric_names
     from ..runs.measure import PRESSURE
-    from ..studies.evaluating import default_metrics
+    from ..studies.many_points import default_metrics
 
     named = default_metrics(scene) if text is None else metric_names(scene)
     if text not in (None, "all"):

@@ -51,8 +51,8 @@ from ..runs.measure import (
 from ..runs.result import Result
 from ..runs.simulate import simulate
 from ..runs.verdict import summary_with_limits, text_with_limits
-from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
+from ..studies._sensitivity_table import Sensitivity, SensitivityTable
 from ..thermal.heat import place_count
 from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (

@@ -11,10 +11,10 @@ import pandas as pd
 from .. import plot
 from .._base._faults import Issues, whole_folder
 from ..results.stored import Source
-from ..studies._calibration import Calibration
+from ..studies._fitted import Calibration
 from ..studies._lining_life import LiningLife
 from ..studies._overview import Overview
-from ..studies._sensitivity import Sensitivity, SensitivityTable
+from ..studies._sensitivity_table import Sensitivity, SensitivityTable
 from ._page import write_json
 
 

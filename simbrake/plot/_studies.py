@@ -3,7 +3,7 @@ life."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -19,9 +19,9 @@ from .._base._table import number, pretty, scale
 from ..runs.measure import Metric, name_of
 from ..runs.result import Result
 from ..runs.simulate import simulate
-from ..studies._calibration import Calibration
+from ..studies._fitted import Calibration
 from ..studies._lining_life import LiningLife
-from ..studies._sensitivity import Sensitivity, SensitivityTable
+from ..studies._sensitivity_table import Sensitivity, SensitivityTable
 from ..studies._uncertainty import Uncertainty
 from ..studies.measured import Measured, Points, check_measured, pick
 from .drawing import (
@@ -132,11 +132,8 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         factor, offset, name = scale(
             part.unit, float(np.max(np.abs(part.value))), absolute=True
         )
-        dots = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
         spread = None if part.sigma is None else factor * part.sigma
-        axes.errorbar(
-            part.t, factor * part.value + offset, spread, label="measured", **dots
-        )
+        _dots(axes, part.t, factor * part.value + offset, spread, "measured")
         axes.plot(s.t, factor * np.asarray(values) + offset, color=BLUE, label="run")
         axes.set_ylabel(_label(part, name))
     faults.report()
@@ -144,6 +141,12 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
     finish(panels)
     head(figure, result.scene, "measured, and the run")
     return figure
+
+
+def _dots(axes: Axes, t: Any, values: Any, spread: Any, label: str) -> None:
+    """Measured values with their standard deviations."""
+    look = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
+    axes.errorbar(t, values, spread, label=label, **look)
 
 
 #: columns that are named by a symbol
@@ -204,14 +207,8 @@ def calibration(
             s = dense_grid(result, float(times.min()), float(times.max()))
             values = np.asarray(pick(result, s, points.column, points.entry)) - shift
             above.plot(s.t, values, style, **look)
-        dots = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
-        above.errorbar(
-            times,
-            part.measured - shift,
-            part.sigma,
-            label=r"measured $\pm\,\sigma$",
-            **dots,
-        )
+        label = r"measured $\pm\,\sigma$"
+        _dots(above, times, part.measured - shift, part.sigma, label)
         above.set_ylabel(_label(points, "°C" if shift else pretty(part.unit)))
         below.plot(times, part.scaled, ".", color=BLUE, ms=4)
         below.set_xlabel("time, s")

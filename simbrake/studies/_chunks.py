@@ -21,8 +21,7 @@ import numpy as np
 
 from .._base._faults import InputError, input_error, text_of_file, whole_file
 from ..hybrid import Code
-from . import evaluating as _evaluator
-from .evaluating import Columns, Job
+from .many_points import Columns, Job, run_chunk
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -146,7 +145,7 @@ def threads(workers: int | None) -> Iterator[Pool]:
     def run(job: Job, task: Task) -> Columns:
         device = free.get()
         try:
-            return _evaluator.run_chunk(job, task.rows, device)
+            return run_chunk(job, task.rows, device)
         finally:
             free.put(device)
 

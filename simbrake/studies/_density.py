@@ -15,7 +15,7 @@ from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..runs.edit import with_values
 from ..runs.simulate import room_for, simulate
-from ._fit import (
+from ._recordings import (
     Bounds,
     FitModel,
     MeasuredValues,
@@ -23,7 +23,8 @@ from ._fit import (
     recordings_of,
     solver_within,
 )
-from .evaluating import Box, Paths, Solver
+from .bounds import Box, Paths
+from .evaluating import Solver
 from .measured import Measured
 
 #: log-density of a value, or of those of all recordings (n,), up to a constant
@@ -100,18 +101,19 @@ class LogDensity:
     def _runs(
         self, values: Mapping[str, Any]
     ) -> tuple[Float[Array, "n m"], Int[Array, " n"]]:
-        n = self.measured.shape[0]
-        shared = {path: jnp.asarray(values[path]) for path in self.shared}
+        count = self.measured.shape[0]
 
         def run(
-            scene: Scene, ts: Array, where: Array, own: dict[str, Array]
+            scene: Scene, ts: Array, where: Array, numbers: dict[str, Array]
         ) -> tuple[Array, Array]:
-            scene = with_values(scene, {**shared, **own})
-            result = simulate(scene, **self.settings)
+            result = simulate(with_values(scene, numbers), **self.settings)
             return self.find(result, ts)[0][where], result.record.code
 
-        own: Any = {path: jnp.broadcast_to(values[path], (n,)) for path in self.own}
-        return jax.vmap(run)(*self.runs, own)
+        numbers = {
+            path: jnp.broadcast_to(values[path], (count,))
+            for path in (*self.shared, *self.own)
+        }
+        return jax.vmap(run)(*self.runs, numbers)
 
     def model(self, values: Mapping[str, Any]) -> Float[Array, "n m"]:
         """What runs with these values give in the place of `measured`; `inf` where an

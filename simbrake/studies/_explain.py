@@ -3,64 +3,27 @@
 import dataclasses
 import os
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, frozen, number, plain
-from ..outputs.duty import DutyKind, rows_of
-from ..outputs.judgement import REASONS
-from ..outputs.log import failure_of, labels_of
-from ..outputs.metrics import (
-    HOLDING,
-    allowable_values,
-    energies_between,
-)
 from ..outputs.stability import least_outweighed
 from ..parts.scene import Scene, self_locking_ratios
 from ..results import rerun
-from ..runs.findings import (
-    Finding,
-    capacity_words,
-    course,
-    held,
-    holding,
-    lower,
-    mean_powers,
-    powers,
-    sentences,
-    upper,
-    wear,
-    worded,
-)
-from ..runs.measure import (
-    LimitVerdict,
-    Metric,
-    name_of,
-    read_limits,
-    title_of,
-    unit_of,
-    with_limits,
-)
+from ..runs.findings import Finding, course, holding, upper, wear, worded
+from ..runs.measure import LimitVerdict, read_limits, unit_of, with_limits
 from ..runs.result import Result
 from ..runs.simulate import simulate
 from ..runs.verdict import Verdict, verdict
-from ..shaft import AbstractAuxiliaryBrake
-from ._sensitivity import FIXED, Sensitivity
-from ._sensitivity import sensitivity as sensitivities
+from ._balance import BALANCED, as_topic, what_governs
+from ._influence import most_influential, remedy_of
 
-#: parameters that are named among the most influential ones, at most
-_MOST = 3
 #: linings whose maximum over their mean is below this are alike
 _ALIKE = 1 + 1e-6
-#: torques that differ by less than this share of the load balance each other
-_BALANCED = 1e-9
-#: percent of a balance that shows in none of its printed digits
-_SHOWN = 5e-4
 #: width of the text, and of the topics before it
 _WIDTH = 110
 _TOPIC = 13
@@ -168,157 +131,22 @@ def explain(
         }
         findings = [
             Finding("outcome", f"{judgement}.", outcome, judgement.colour),
-            *_topic("course", [course(result.report())]),
-            *_balance(result),
+            *as_topic("course", [course(result.report())]),
+            *what_governs(result),
             *_linings(result),
             *_limits(result, judgement),
             *_stability(result),
         ]
         if influence and result.ok:
-            findings += _influence(result, progress)
+            findings += most_influential(result, progress)
         if accuracy and result.ok:
             progress.now("second run")
             accurate = result.accuracy()
             findings.append(
                 Finding("accuracy", f"{upper(accurate.line)}.", accurate.as_dict())
             )
-        findings += _remedy(result)
+        findings += remedy_of(result)
     return Explanation(tuple(worded(result.scene, findings)))
-
-
-# --- course and balance -------------------------------------------------------------
-
-
-def _topic(topic: str, found: Sequence[Finding]) -> list[Finding]:
-    """Findings as the sentences of one topic, with the numbers of all."""
-    numbers = dict[str, Any]()
-    for finding in found:
-        numbers |= finding.numbers
-    text = sentences(finding.text for finding in found)
-    return [Finding(topic, text, numbers)] if found else []
-
-
-def _balance(result: Result) -> list[Finding]:
-    """What governs the run: torques of a stop, torques at rest, or powers of a
-    lowering."""
-    report = result.report()
-    kind = report.summary["duty"]
-    if found := [*held(report), *powers(report)]:
-        return _topic("balance", found)
-    if kind in (DutyKind.STOP, DutyKind.STOPS):
-        if float(result.energy["friction_heat"]) > 0:
-            return [_torque_budget(result, kind)]
-        return _topic("balance", [mean_powers(report)])
-    capacity = report.summary["capacity"]
-    if capacity is None or not capacity["brake_torque"]:
-        return []
-    load = capacity["load_torque"]
-    torque = capacity["brake_torque"]
-    left = torque - load
-    if abs(left) <= _BALANCED * load:
-        rest = "they balance, and the speed stays as it is"
-    elif left > 0:
-        rest = f"{number(left, 'N*m')} are left to slow it down"
-    else:
-        rest = f"{number(-left, 'N*m')} too little"
-    words = capacity_words(result.end_capacity, result.scene)
-    numbers = {"brake_torque": torque, "load_torque": load}
-    return [Finding("balance", f"At the end {words}: {rest}.", numbers)]
-
-
-#: works that are not those of brake, load and inertia, as they add to what the brake
-#: takes
-_OTHERS = (
-    ("lever_work", 1),
-    ("motor_work", 1),
-    ("elastic_change", -1),
-    ("shaft_work", -1),
-    ("pick_up_heat", -1),
-)
-
-
-def _torque_budget(result: Result, kind: str) -> Finding:
-    """Mean torques over the angle of a single stop, or of the longest of several from
-    the onset of slip on."""
-    record = result.record.compact()
-    words = result.scene.brake.words
-    t = np.asarray(record.rows.t)
-    phi = np.asarray(record.states.phi)
-    stops = rows_of(labels_of(record), result.report().turned)
-    number_of = int(np.argmax([t[stop.stop] - t[stop.onset] for stop in stops]))
-    stop = stops[number_of]
-    first = stop.start if kind == DutyKind.STOP else stop.onset
-    last = stop.stop
-    e = {
-        name: float(value)
-        for name, value in energies_between(record, first, last).items()
-    }
-    angle = abs(float(phi[last] - phi[first]))
-    brake = sum(
-        e.get(name, 0.0)
-        for name in (
-            "friction_heat",
-            "electrical_work",
-            "mechanical_work",
-            "damper_heat",
-        )
-    )
-    others = sum(sign * e.get(name, 0.0) for name, sign in _OTHERS)
-    works = {
-        "brake": brake,
-        "load": e["load_work"] + e.get("rope_work", 0.0),
-        "inertia": -e["kinetic_change"],
-        "others": others,
-    }
-    torque = {name: work / angle for name, work in works.items()} if angle else works
-    share = {name: 100 * work / brake if brake else 0.0 for name, work in works.items()}
-
-    def term(name: str) -> str:
-        return (
-            f"{number(torque[name], 'N*m', count=5)} "
-            f"({digits(round(share[name], 9) + 0.0, 3)} %)"
-        )
-
-    which = (
-        "the stop"
-        if kind == DutyKind.STOP
-        else f"stop {number_of + 1}, the longest, from the onset of slip on"
-    )
-    over = f"the {number(angle, 'rad', count=5)} of {which},"
-    whole = number(torque["brake"], "N*m", count=5)
-    text = f"Averaged over {over} the brake gives {whole}: "
-    text += f"{term('load')} against the load, {term('inertia')} against the inertia"
-    minor = abs(share["others"]) < _SHOWN
-    others = _others_words(result.scene)
-    text += ". " if minor else f", {term('others')} from {others}. "
-    governs = "load" if works["load"] > works["inertia"] else "inertia"
-    why = {
-        "load": "The load governs: the brake works mainly to hold it while the "
-        f"{words.body} turns.",
-        "inertia": "The inertia governs: the brake mainly takes kinetic energy.",
-    }[governs]
-    numbers = {f"{name}_torque": value for name, value in torque.items()} | {
-        f"{name}_work": w for name, w in works.items()
-    }
-    return Finding(
-        "balance",
-        text + why,
-        {**numbers, "stop": number_of + 1, "angle": angle, "governs": governs},
-    )
-
-
-def _others_words(scene: Scene) -> str:
-    """What of a scene takes or gives work beside brake, load and inertia, in words."""
-    auxiliary = [law for law in scene.shaft if isinstance(law, AbstractAuxiliaryBrake)]
-    parts = ["lever"]
-    parts += ["band"] if scene.brake.banded else []
-    parts += ["auxiliary brake"] if auxiliary else []
-    parts += ["friction of the shaft"] if len(scene.shaft) > len(auxiliary) else []
-    parts += ["motor"] if scene.motor is not None else []
-    return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
-
-
-# --- linings, limits, stability -----------------------------------------------------
 
 
 def _linings(result: Result) -> list[Finding]:
@@ -428,7 +256,7 @@ def _stability(result: Result) -> list[Finding]:
         values["runaway"] = least
         torque = number(least["torque"], "N*m")
         load = number(least["load"], "N*m")
-        verb = "gives too little," if least["margin"] < -_BALANCED else "gives at least"
+        verb = "gives too little," if least["margin"] < -BALANCED else "gives at least"
         phrases.append(
             f"Under the maximum force of the lever the sliding brake {verb} {torque} "
             f"against {load} of the load "
@@ -439,148 +267,3 @@ def _stability(result: Result) -> list[Finding]:
         values["holding_reserve"] = finding.numbers["value"]
         phrases.append(f"{upper(finding.text)}.")
     return [Finding("stability", " ".join(phrases), values)] if phrases else []
-
-
-# --- what would change it -----------------------------------------------------------
-
-
-def torque_over_load(result: Result) -> Any:
-    """Torque of the sliding brake over the load torque at the end."""
-    capacity = result.end_capacity
-    return capacity.torque / capacity.hanging
-
-
-def _subject(result: Result) -> Metric:
-    """The number that matters most in the duty of a run."""
-    kind = result.report().summary["duty"]
-    m = result.metrics
-    hot = next(
-        (
-            name
-            for name in ("peak_lining_temperature", "peak_rim_temperature")
-            if m.get(name) is not None
-        ),
-        None,
-    )
-    capacity = result.report().summary["capacity"]
-    choice: dict[str, Metric | None] = {
-        DutyKind.STOP: "stopping_time",
-        DutyKind.STOPS: hot or "stopping_time",
-        DutyKind.HOLD: HOLDING if m.get(HOLDING) is not None else None,
-        DutyKind.DRAG: hot
-        or ("max_tension" if "max_tension" in m else "max_normal_load"),
-        DutyKind.STEADY: "terminal_speed",
-        DutyKind.DRIVEN: "energy.motor_work",
-    }
-    outweighed = (
-        torque_over_load
-        if capacity and capacity["load_torque"] and capacity["brake_torque"]
-        else None
-    )
-    return choice.get(kind, outweighed) or "energy.friction_heat"
-
-
-def _influence(result: Result, progress: Progress) -> list[Finding]:
-    """The parameters with the largest elasticities."""
-    metric = _subject(result)
-    try:
-        table: Any = sensitivities(
-            result.scene, metric, span=None, rtol=float(result.rtol), progress=progress
-        )
-    except InputError as error:
-        return [Finding("influence", f"No derivative: {error.faults[0].problem}.", {})]
-
-    def change(
-        row: Sensitivity,
-    ) -> (
-        float
-    ):  # by 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)
-        return row.derivative if row.unit == "K" else table.value * row.elasticity / 100
-
-    rows = [
-        row
-        for row in table.matters
-        if not row.path.endswith(FIXED) and np.isfinite(row.elasticity) and row.value
-    ]
-    rows = sorted(rows, key=lambda row: -abs(change(row)))[:_MOST]
-    words = (
-        lower(title_of(metric))
-        if isinstance(metric, str)
-        else "torque of the sliding brake over the load"
-    )
-    hot = isinstance(metric, str) and unit_of(metric) == "K"
-
-    def effect(row: Sensitivity) -> str:
-        by = change(row)
-        shown = (
-            number(by, "K", absolute=False, count=3)
-            if hot
-            else f"{digits(100 * by / table.value, 3)} %"
-        )
-        side = " (one-sided derivative)" if row.note.startswith("one-sided") else ""
-        return (
-            f"{'1 K' if row.unit == 'K' else '1 %'} more of {row.path} "
-            f"({number(row.value, row.unit)}) {shown}{side}"
-        )
-
-    numbers = {
-        row.path: {
-            "elasticity": row.elasticity,
-            "derivative": row.derivative,
-            "value": row.value,
-        }
-        for row in rows
-    }
-    if not rows:
-        return [
-            Finding(
-                "influence",
-                f"No parameter changes the {words}.",
-                {"metric": name_of(metric)},
-            )
-        ]
-    text = f"What changes the {words} most: {'; '.join(effect(row) for row in rows)}."
-    return [
-        Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})
-    ]
-
-
-def _remedy(result: Result) -> list[Finding]:
-    """What to do about a run that failed, or whose load is not stopped or held by the
-    friction brake."""
-    judgement = result.report().judgement
-    reason = REASONS[judgement.reason]
-    to_rest = reason.id == "T1" and result.verdict().wants == "rest"
-    weak = (reason.goes_on or to_rest) and 0 < judgement.sliding < 1
-    if not (result.ok or weak):
-        text = ". ".join(
-            map(upper, failure_of(int(result.code), result.scene.brake.words))
-        )
-        return [
-            Finding(
-                "remedy",
-                f"{text}.",
-                {"code": int(result.code), "status": result.status},
-            )
-        ]
-    if not weak:
-        return []
-    factor = 1 / judgement.sliding
-    times = digits(factor, 4)
-    hot = "At the temperatures of the end the" if result.scene.heated else "The"
-    text = f"{hot} brake would balance the load with {times} times its torque: "
-    text += (
-        f"with the force of the lever multiplied by {times}, or the load divided by it."
-    )
-    m = result.metrics
-    most = allowable_values(result.scene)
-    for name in ("max_lever_force", "max_actuator_pressure"):
-        if name in most and m.get(name) is not None and factor * m[name] > most[name]:
-            unit = unit_of(name)
-            bound = number(most[name], unit, count=4)
-            text += (
-                f" That is {number(factor * m[name], unit, count=4)}, more than "
-                f"the {bound} allowed: "
-            )
-            text += "reduce the load, or give the brake more friction or wrap."
-    return [Finding("remedy", text, {"factor": factor})]

@@ -12,15 +12,8 @@ from ..parts.scene import Scene, require_scene
 from ..runs.edit import Inputs, entry_of, with_inputs
 from ..runs.measure import Metric, check_metrics, unit_of
 from ..runs.simulate import Prepared, Solver, prepare
-from .evaluating import (
-    Metrics,
-    Paths,
-    PointEvaluator,
-    as_metrics,
-    bounds_of,
-    failure_name,
-    faults_of_runs,
-)
+from .bounds import Paths, bounds_of, faults_of_runs
+from .evaluating import Metrics, PointEvaluator, as_metrics, failure_name
 
 
 @explained

@@ -2,17 +2,15 @@
 differentiated run."""
 
 import itertools
-import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError, Issues, input_error, nearest
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
-from .._base._quantity import NumberReader, Quantity, unit_suffix
-from .._base._table import Column, Table, Tabular, frozen
+from .._base._quantity import NumberReader, Quantity
 from ..hybrid.arrays import Array
 from ..outputs.log import labels_of
 from ..parts.scene import Scene
@@ -21,19 +19,10 @@ from ..runs.edit import Inputs, fault_of_limit, with_values
 from ..runs.measure import Metric, check_metrics, happened, name_of, unit_of
 from ..runs.one_sided import one_sided
 from ..runs.result import Result
+from ._sensitivity_table import ENDS, Sensitivity, SensitivityTable
 from ._sides import Slopes, compare_sides
-from .evaluating import (
-    Metrics,
-    Paths,
-    PointEvaluator,
-    Solver,
-    as_metrics,
-    name_of_entry,
-    numbers_of,
-    values_of,
-)
-
-_ENDS = ("lower", "upper")
+from .bounds import Paths, name_of_entry, numbers_of
+from .evaluating import Metrics, PointEvaluator, Solver, as_metrics, values_of
 
 
 class Range(NamedTuple):
@@ -67,7 +56,7 @@ def ranges_of(
         ]
         changes = [
             f"{name} bound: {what}"
-            for name, (_, what) in zip(_ENDS, ends, strict=True)
+            for name, (_, what) in zip(ENDS, ends, strict=True)
             if what
         ]
         ranges[path] = Range(ends[0][0], ends[1][0], "; ".join(changes))
@@ -101,165 +90,6 @@ def end_of_range(
         )
         what = f"other modes ({theirs} instead of {mine} after {usual[part - 1]})"
     return values_of(result, run.find), what
-
-
-#: ends of paths of what nobody changes by a share: constants of nature, counts
-FIXED = ("gravity", "line_count", "initial.time", "end_time")
-#: an elasticity below this is rounding error
-_ROUNDING = 1e-13
-#: rows that are printed
-_SHOWN = 30
-
-
-class Sensitivity(NamedTuple):
-    """Sensitivity of a metric `M` to one parameter `p` of a scene.
-
-    - `path`, `unit`, `value` of the parameter (SI), and its `meaning`
-    - `derivative` `dM/dp`
-    - `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the parameter
-    - `half`: half of the range of `p`
-    - `low`, `high`: the metric at its bounds; `None` where it has
-      no value or was not evaluated
-    - `tangent`: change of the metric over `half` along the derivative. What `high − M`
-      and `M − low` differ from it by is the curvature:
-      `½ (low + high) − M = ½ half² d²M/dp² + O(half⁴)`
-    - `error`: estimated error of the derivative by integration in time, from the same
-      derivative at a tenth of the tolerance (above 1e-9 at 1e-12, below 1e-12 at ten
-      times); NaN where that run has none
-    - `note`: whether the derivative is one-sided, or why there is none (`derivative` is
-      then NaN); changes within the range that limit its validity; empty if none
-
-    A path that ends in `[:]` means all entries of a list: `value` is their mean,
-    `derivative` that of one shift of all of them, `elasticity` and range those of one
-    factor for all of them.
-
-    Example:
-        >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
-        >>> round(table.at("initial.omega").derivative, 5)
-        0.05241
-    """
-
-    path: str
-    unit: str
-    meaning: str
-    value: float
-    derivative: float
-    elasticity: float
-    half: float | None = None
-    low: float | None = None
-    high: float | None = None
-    note: str = ""
-    tangent: float | None = None
-    error: float = math.nan
-
-
-@frozen
-class SensitivityTable(Tabular):
-    """Sensitivities of one metric, the largest elasticity first; `notes` concern the
-    whole run.
-
-    Example:
-        >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
-        >>> [row.path for row in table.rows]
-        ['initial.omega']
-    """
-
-    metric: str
-    unit: str
-    value: float
-    rows: tuple[Sensitivity, ...]
-    notes: tuple[str, ...] = ()
-
-    def at(self, path: str) -> Sensitivity:
-        """The row of a path; raises `KeyError` with the nearest paths."""
-        for row in self.rows:
-            if row.path == path:
-                return row
-        raise KeyError(
-            f"{path}: not in the table; "
-            f"{nearest(path, (row.path for row in self.rows), cutoff=0.3)}"
-        )
-
-    @property
-    def matters(self) -> tuple[Sensitivity, ...]:
-        """The rows of `wholes` that influence the metric or have a note."""
-        return tuple(row for row in self.wholes if row.note or _moves(row))
-
-    @property
-    def wholes(self) -> tuple[Sensitivity, ...]:
-        """The rows without the single entries of lists."""
-        return tuple(
-            row
-            for row in self.rows
-            if row.path.endswith("[:]") or not row.path.endswith("]")
-        )
-
-    def bars(
-        self, most: int
-    ) -> tuple[
-        float, list[tuple[Sensitivity, list[tuple[Literal["low", "high"], float]]]]
-    ]:
-        """Of a tornado chart the value of the metric, and parameters with the ends of
-        their bars.
-
-        Without ranges in the table the bars are elasticities, which count from 0.
-        """
-        free = [row for row in self.matters if not row.path.endswith(FIXED)]
-        ranged = [row for row in free if row.low is not None and row.high is not None]
-        if ranged:
-            return self.value, [
-                (row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]
-            ]  # pyright: ignore
-        rows = [row for row in free if np.isfinite(row.elasticity)]
-        return 0.0, [
-            (row, [("high" if row.elasticity > 0 else "low", row.elasticity)])
-            for row in rows[:most]
-        ]
-
-    def parts(self) -> Iterator[str | Table]:
-        """The single entries of lists are left out, parameters without influence only
-        counted."""
-        yield f"{self.metric} = {self.value:.8g}{unit_suffix(self.unit)}"
-        shown = self.matters[:_SHOWN]
-        ends = any(row.low is not None or row.high is not None for row in shown)
-        columns = [("path", "parameter p"), Column("value", show=".6g"), "unit"]
-        columns += [
-            Column("derivative", show=".5g"),
-            Column("error", heading="± error", show=".1g"),
-        ]
-        columns += [Column("elasticity", show=".4g")]
-        columns += [Column("half", heading="± half", show=".3g", hidden=not ends)]
-        columns += [
-            Column(f"at the {name} bound", show=".7g", hidden=not ends)
-            for name in _ENDS
-        ]
-        fields = (
-            "path",
-            "value",
-            "unit",
-            "derivative",
-            "error",
-            "elasticity",
-            "half",
-            "low",
-            "high",
-            "note",
-        )
-        rows = [tuple(getattr(row, field) for field in fields) for row in shown]
-        yield Table([*columns, ("note", "")], rows)
-        left = len(self.wholes) - len(shown)
-        without = len(self.wholes) - len(self.matters)
-        rest = [f"{left - without} more"] * (left > without) + [
-            f"{without} without influence"
-        ] * bool(without)
-        if rest:
-            yield f"and {' and '.join(rest)}"
-        yield from (f"note: {note}" for note in self.notes)
-
-
-def _moves(row: Sensitivity) -> bool:
-    """A number that is 0 has no elasticity, but may have an influence."""
-    return row.derivative != 0 and (row.value == 0 or abs(row.elasticity) > _ROUNDING)
 
 
 def sensitivity(
@@ -497,119 +327,3 @@ def _rows(
         return abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0
 
     return tuple(sorted(rows, key=size, reverse=True))
-
-
-# --- second derivatives -------------------------------------------------------------
-
-
-#: shares of the step, each of which removes one power of its square from the error
-_SHARES = (1.0, 0.5, 0.25)
-
-
-class Hessian(NamedTuple):
-    """Second derivatives of a metric: `matrix` (k, k) `∂²M/∂p_i ∂p_j`, of the numbers
-    named in `paths` (k,).
-
-    - `value` `M`;  `gradient` (k,) `∂M/∂p_i`
-    - `error` (k, k): estimate from the last two extrapolations, and from the asymmetry
-      of the matrix
-
-    Example:
-        >>> found = sb.studies.hessian(scene, "stopping_angle", "initial.omega")
-        >>> round(float(found.gradient[0]), 4), round(float(found.matrix[0, 0]), 4)
-        (1.2577, 0.0524)
-    """
-
-    paths: tuple[str, ...]
-    value: float
-    gradient: np.ndarray
-    matrix: np.ndarray
-    error: np.ndarray
-
-
-def hessian(
-    scene: Scene,
-    metric: Metric,
-    paths: str | Sequence[str],
-    *,
-    step: float = 0.02,
-    rtol: float = 1e-12,
-    solver: Solver | None = None,
-) -> Hessian:
-    """Second derivatives of a metric with respect to parameters of a scene, through
-    every event of its run.
-
-    `∂²M/∂p_i ∂p_j ≈ (g_j(p + h e_i) − g_j(p − h e_i))/2h` of the exact gradient `g`,
-    for `h`, `h/2`, `h/4`, and extrapolated to `h → 0` (Richardson: the error is
-    `O(h⁶)`).
-
-    - `metric`: a metric's name or a function of a `Result` to a number
-    - `paths`: as `wrt` of `sensitivity`
-    - `step`: first `h`, as a share of each number;  `rtol`, `solver`: as for `simulate`
-
-    Raises `InputError` for unknown paths and metrics, for a number that is 0, and where
-    a run at `p ± h` has another sequence of events: the metric has no second derivative
-    across that; `SimulationError` where the run fails. Source: Richardson, Phil. Trans.
-    R. Soc. A 210 (1911).
-
-    Example:
-        >>> found = sb.studies.hessian(scene, "stopping_angle", "initial.omega")
-        >>> found.matrix.shape
-        (1, 1)
-    """
-    metrics = Metrics((metric,))
-    check_metrics(scene, metrics.asked)
-    chosen = chosen_leaves(scene, paths)
-    place = Paths.of(chosen)
-    x = numbers_of(chosen)
-    names = tuple(name_of_entry(*entry) for entry in place.entries)
-    issues = Issues(
-        Fault(name, "is 0", "leave it out")
-        for name, number in zip(names, x, strict=True)
-        if number == 0
-    )
-    issues.unless(0 < step < 1, "step", step, "0 < step < 1")
-    issues.report()
-    run = PointEvaluator(
-        scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver
-    )
-    base = run.result()
-    check_happened(metrics, values_of(base, metrics))
-    usual = modes_of(base)
-    moves = np.diag(step * np.abs(x))
-    for name, move in zip(names, moves, strict=True):
-        for moved in (x - move, x + move):
-            _, words = end_of_range(run, with_values(scene, place.values(moved)), usual)
-            if words:
-                what = f"{words} within a step of {step:g}"
-                issues.add(name, what, "give a smaller step")
-    issues.report()
-    run.like(base)
-
-    def gradient(at: np.ndarray) -> np.ndarray:
-        slopes = run(at)
-        if slopes.code != 0 or not np.all(np.isfinite(slopes.jacobian)):
-            raise input_error(
-                "step", "the metric has no derivative within it", "give a smaller step"
-            )
-        return slopes.jacobian[0]
-
-    rows = []
-    errors = []
-    for move in moves:
-        slopes = np.stack(
-            [
-                (gradient(x + share * move) - gradient(x - share * move))
-                / (2 * share * np.sum(move))
-                for share in _SHARES
-            ]
-        )
-        for k in range(1, len(_SHARES)):
-            coarser = slopes[0]
-            slopes = slopes[1:] + np.diff(slopes, axis=0) / (4**k - 1)
-        rows.append(slopes[0])
-        errors.append(np.abs(slopes[0] - coarser))
-    matrix = np.stack(rows)
-    error = np.maximum(np.stack(errors), np.abs(matrix - matrix.T) / 2)
-    value = float(values_of(base, metrics)[0])
-    return Hessian(names, value, gradient(x), (matrix + matrix.T) / 2, error)

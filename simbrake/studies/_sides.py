@@ -26,7 +26,8 @@ from .._base._progress import Progress
 from .._base._quantity import Characteristic, IndexedBy
 from ..runs.edit import with_values
 from ..runs.result import Result
-from .evaluating import Paths, PointEvaluator, numbers_of, values_of
+from .bounds import Paths, numbers_of
+from .evaluating import PointEvaluator, values_of
 
 #: largest change of a number, in steps `h = √rtol` of its size
 _REACH = 10.0

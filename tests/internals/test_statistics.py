@@ -12,7 +12,8 @@ from scipy.optimize import least_squares
 from scipy.special import ndtri
 
 from simbrake.studies import _uncertainty
-from simbrake.studies._fit import FitModel, Recording, cost, identify
+from simbrake.studies._determined import cost, identify
+from simbrake.studies._recordings import FitModel, Recording
 
 
 def test_robust_errors_match_the_sandwich():

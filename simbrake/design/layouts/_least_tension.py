@@ -17,7 +17,8 @@ from ...parts.scene import Scene, faults
 from ...runs.measure import check_metrics, measure, unit_of
 from ...runs.result import Result
 from ...runs.simulate import Solver
-from ...studies.evaluating import Box, PointEvaluator, box_of
+from ...studies.bounds import Box, box_of
+from ...studies.evaluating import PointEvaluator
 
 
 class LimitRow(NamedTuple):
