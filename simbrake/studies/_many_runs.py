@@ -172,28 +172,20 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
         yield Pool(max(1, sum(client.nthreads().values())), start, idle=idle, lost=lost)
 
 
-def spread(count: int, size: int) -> np.ndarray:
-    """`size` of `count` runs in random order (a regular choice could miss a whole
-    direction)."""
-    return np.sort(np.random.default_rng(0).permutation(count)[:size])
-
-
 def expected_cost(
     columns: np.ndarray, known: np.ndarray, steps: np.ndarray
 ) -> np.ndarray:
     """Expected logarithm of the steps of every run, from those of the runs `known`.
 
     Least squares on the varied numbers (runs, numbers), standardised, and their
-    squares; on the numbers alone where few runs are known. Parameters that do not vary
-    are left out.
+    squares; on the numbers alone where few runs are known.
     """
     scale = columns.std(axis=0)
-    columns = (columns[:, scale > 0] - columns[:, scale > 0].mean(axis=0)) / scale[
-        scale > 0
-    ]
+    columns = (columns - columns.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
     squares = [columns**2] if 2 * columns.shape[1] + 1 <= len(known) / 2 else []
     x = np.concatenate([np.ones((len(columns), 1)), columns, *squares], axis=1)
-    return x @ np.linalg.lstsq(x[known], np.log(np.maximum(steps, 1.0)))[0]
+    log = np.log(np.maximum(steps, 1.0))
+    return x @ np.linalg.lstsq(x[known], log, rcond=None)[0]
 
 
 def _power_of_2(count: float) -> int:
@@ -243,10 +235,8 @@ class Runs:
             if self.store is not None:
                 self.store.write(task, columns)
             if np.any(final):
-                self._fill(
-                    task.runs[final],
-                    {name: column[final] for name, column in columns.items()},
-                )
+                done = {name: column[final] for name, column in columns.items()}
+                self._fill(task.runs[final], done)
                 self.report(int(self.done.sum()))
 
     def level(
@@ -313,27 +303,19 @@ class Runs:
         size = self._size(len(runs))
         few = min(size, _CHUNKS[0]) if self.pool.on_cpu else size
         if len(missing) > few * self.pool.workers and not np.any(self.done[runs]):
-            pilot = missing[spread(len(missing), few)]
+            # in random order: a regular choice could miss a whole direction
+            pilot = np.sort(np.random.default_rng(0).permutation(missing)[:few])
             again = self.level(solver, pilot, limits[0], size, len(limits) == 1)
             if len(limits) > 1 and 2 * len(again) > len(pilot):
                 limits = limits[1:]  # most runs are longer
             missing = runs[~self.done[runs]]
         known = runs[self.done[runs]]
         if len(known) > 1:
-            attempts = np.sum(
-                [
-                    self.columns[name][known]
-                    for name in ("steps", "rejected", "retaken", "segments")
-                ],
-                axis=0,
-            )
-            cost = expected_cost(
-                self.plan.columns[runs], np.searchsorted(runs, known), attempts
-            )
-            if np.ptp(cost) > math.log(_UNEQUAL):
-                missing = missing[
-                    np.argsort(-cost[np.searchsorted(runs, missing)], kind="stable")
-                ]
+            counts = ("steps", "rejected", "retaken", "segments")
+            attempts = sum(self.columns[name][known] for name in counts)
+            cost = expected_cost(self.plan.columns, known, attempts)
+            if np.ptp(cost[runs]) > math.log(_UNEQUAL):
+                missing = missing[np.argsort(-cost[missing], kind="stable")]
         for limit in limits:
             missing = self.level(solver, missing, limit, size, limit == limits[-1])
 
