@@ -140,47 +140,30 @@ def read_recordings(
     reading = _Reading(sigma, columns, null)
     file = _MeasuredFile(Path(table), null, _WORDS)
     index = {head.name: i for i, head in enumerate(file.heads)}
-    metrics = {
-        name: file.column(i, unit_of(name))
-        for name, i in index.items()
-        if _is_metric(name)
-    }
-    found = {
-        name: file.spreads(index, name, unit_of(name), value)
-        for name, value in metrics.items()
-    }
-    spreads = {name: error for name, error in found.items() if error is not None}
-    others = (
-        index.keys() - set(_WORDS) - set(metrics) - {name + _SIGMA for name in spreads}
-    )
+    metrics = {}
+    for name, i in index.items():
+        if _is_metric(name):
+            value = file.column(i, unit_of(name))
+            spread = file.spreads(index, name, unit_of(name), value)
+            if spread is None:
+                spread = np.full(value.shape, reading.sigma.get(name))
+            metrics[name] = value, spread
+    others = index.keys() - {*_WORDS, *metrics, *(name + _SIGMA for name in metrics)}
     numbers = {name: file.written(i) for name, i in index.items() if name in others}
     recordings = dict[str, Measured]()
     for row, line in enumerate(file.places):
         words = {name: file.texts[index[name]][row] for name in _WORDS if name in index}
         name = words.get("name") or str(row + 1)
-        data = reading.read(
-            *(
-                file.path.parent / words[key]
-                for key in ("file", "events")
-                if words.get(key)
-            )
-        )
-        known = {
-            path: f"{value[row]} {file.heads[index[path]].unit}"
-            if file.heads[index[path]].unit
-            else float(value[row])
-            for path, value in numbers.items()
-            if not np.isnan(value[row])
-        }
+        files = [words[key] for key in ("file", "events") if words.get(key)]
+        data = reading.read(*(file.path.parent / each for each in files))
+        known = {}
+        for path, value in numbers.items():
+            unit = file.heads[index[path]].unit
+            if not np.isnan(value[row]):
+                known[path] = f"{value[row]} {unit}" if unit else float(value[row])
         singles = [
-            Single(
-                metric,
-                float(value[row]),
-                spreads[metric][row]
-                if metric in spreads
-                else reading.sigma.get(metric),
-            )
-            for metric, value in metrics.items()
+            Single(metric, float(value[row]), spread[row])
+            for metric, (value, spread) in metrics.items()
             if np.isfinite(value[row])
         ]
         if name in recordings:

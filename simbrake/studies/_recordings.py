@@ -1,6 +1,7 @@
 """Measured quantities of recordings as a function of the parameters of their scenes."""
 
 import dataclasses
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -249,7 +250,7 @@ class FitModel:
         ]
         self.failures: dict[str, int] = {}
         self.points = 0
-        self._latest = dict[bytes, Evaluation]()
+        self._latest = functools.lru_cache(_REMEMBERED)(self._new)
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
@@ -289,16 +290,15 @@ class FitModel:
         """Values (m,) and Jacobian (m, p) at a trial point; `more` is the reason to
         reject it, `None` for a valid one. What is rejected is counted, the last few
         are cached."""
-        key = theta.tobytes()
-        if key not in self._latest:
-            self.points += 1
-            found = self._evaluate(theta, [each.scene for each in self.recordings])
-            self._latest[key] = found
-            if found.more is not None:
-                self.failures[found.more] = self.failures.get(found.more, 0) + 1
-            if len(self._latest) > _REMEMBERED:
-                del self._latest[next(iter(self._latest))]
-        return self._latest[key]
+        return self._latest(theta.tobytes())
+
+    def _new(self, numbers: bytes) -> Evaluation:
+        self.points += 1
+        scenes = [each.scene for each in self.recordings]
+        found = self._evaluate(np.frombuffer(numbers), scenes)
+        if found.more is not None:
+            self.failures[found.more] = self.failures.get(found.more, 0) + 1
+        return found
 
     def _evaluate(self, theta: np.ndarray, scenes: Iterable[Scene]) -> Evaluation:
         """One evaluation of the runs of all recordings, each of a scene of its own."""
