@@ -265,29 +265,22 @@ def sweep(
     plane = len(paths) == 2 and (grid or many)
     columns = min(2, len(shown)) if plane else len(paths) + many
     rows = -(-len(shown) // columns) if plane else len(shown)
-    figure = sheet(
-        figure,
-        max(9.5, 5.8 * columns),
-        4.4 if plane else 3.4 if columns > 1 else 2.6,
-        rows=rows,
-        room=0.9,
-    )
-    share: Any = (
-        {}
-        if plane
-        else {
-            "sharex": "col",
-            "sharey": "row",
-            "width_ratios": [1.0] * len(paths) + [0.6] * many,
-        }
-    )
+    height = 4.4 if plane else 3.4 if columns > 1 else 2.6
+    figure = sheet(figure, max(9.5, 5.8 * columns), height, rows=rows, room=0.9)
+    share: Any = {}
+    if not plane:
+        widths = [1.0] * len(paths) + [0.6] * many
+        share = {"sharex": "col", "sharey": "row", "width_ratios": widths}
     panels = figure.subplots(rows, columns, squeeze=False, **share)
     for axes in panels.flat[len(shown) if plane else rows * columns :]:
         axes.axis("off")
     changes = plane and np.ptp(data["sequence"].values) > 0
+    failed = data["code"].values != 0
+    blank = bool(failed.any())
     for k, metric in enumerate(shown):
         values = data[metric].values.astype(float)
-        good = np.isfinite(values) & (data["code"].values == 0)
+        good = np.isfinite(values) & ~failed
+        blank |= not good.all()
         factor, offset, y_unit = _scale(data, metric, values[good])
         y = np.where(good, factor * values + offset, np.nan)
         label = f"{metric_words(metric)}{y_unit}"
@@ -304,19 +297,13 @@ def sweep(
                 axes.plot(
                     x, y, ".", color=BLUE, ms=2.0 if many else 4.0, rasterized=many
                 )
-            axes.set_xlabel(name if k == len(shown) - 1 else "")
+            axes.set_xlabel(name if metric == shown[-1] else "")
             axes.grid(alpha=0.3)
         panels[k, 0].set_ylabel(textwrap.fill(label, 28))
         if many:
             _quantiles(panels[k, -1], y)
-            panels[k, -1].set_xlabel(
-                "share of the runs, %" if k == len(shown) - 1 else ""
-            )
-    failed = int(np.sum(data["code"].values != 0))
-    blank = (
-        any(not np.all(np.isfinite(data[name].values.astype(float))) for name in shown)
-        or failed > 0
-    )
+            if metric == shown[-1]:
+                panels[k, -1].set_xlabel("share of the runs, %")
     handles: list[Artist] = []
     if grid and changes:
         look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, **_BRIDGE}
@@ -324,9 +311,8 @@ def sweep(
     if grid and blank:
         handles.append(Patch(**_BLANK, label=_NO_VALUE))
     name_marks(figure, [], handles)
-    figure.suptitle(
-        f"{data['code'].size} runs" + (f", {failed} failed" if failed else "")
-    )
+    lost = f", {failed.sum()} failed" if failed.any() else ""
+    figure.suptitle(f"{failed.size} runs{lost}")
     return figure
 
 
@@ -411,17 +397,11 @@ def permissible(
     for metric, limit in limits.items():
         value = data[metric].values.astype(float)
         least = metric.startswith("min_")
-        margins.append(
-            np.where(
-                good & np.isfinite(value),
-                (value - limit) * (1.0 if least else -1.0),
-                np.nan,
-            )
-        )
+        margin = (value - limit) * (1.0 if least else -1.0)
+        margins.append(np.where(good & np.isfinite(value), margin, np.nan))
         factor, offset, unit = _scale(data, metric, np.asarray([limit]))
-        most = (
-            f"{factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
-        )
+        unit = unit.replace(",", "").replace(" (–)", "")
+        most = f"{factor * limit + offset:.4g}{unit}"
         lines.append(f"{metric_words(metric)} {'≥' if least else '≤'} {most}")
     axes = drawn_in(ax, 8.0, 5.6)
     axes.set(
@@ -429,23 +409,14 @@ def permissible(
     )
     # on a finer grid, so that the region ends on the lines
     u, v = (np.linspace(ends[0], ends[-1], _FINE) for ends in (x, y))
-    fine = [
-        RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v)))
-        for margin in margins
-    ]
+    points = tuple(np.meshgrid(u, v))
+    fine = RegularGridInterpolator((x, y), np.stack(margins, axis=-1))(points)
     lost = np.zeros(good.shape)
     if "colour" in data:
         lost = (good & (data["colour"].values == Colour.RED)).astype(float)
-    runs_on = (
-        RegularGridInterpolator((x, y), lost, method="nearest")(
-            tuple(np.meshgrid(u, v))
-        )
-        > 0
-    )
-    blank = np.isnan(np.sum(fine, axis=0)) & ~runs_on
-    within = np.where(
-        blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0) & ~runs_on
-    )
+    runs_on = RegularGridInterpolator((x, y), lost, method="nearest")(points) > 0
+    blank = np.isnan(np.sum(fine, axis=-1)) & ~runs_on
+    within = np.where(blank, np.nan, np.all(fine >= 0.0, axis=-1) & ~runs_on)
     # (pale on any paper)
     red = "#e0503c"
     green = "#4cb474"
@@ -459,17 +430,14 @@ def permissible(
     axes.pcolormesh(u, v, within, alpha=alpha, rasterized=True, **shades)
     handles: list[Artist] = [Patch(color=green, alpha=alpha, label="within all limits")]
     handles.append(Patch(color=red, alpha=alpha, label=_NOT_WITHIN))
-    for i, (margin, label) in enumerate(zip(fine, lines, strict=True)):
+    for i, label in enumerate(lines):
         colour = CYCLE[i % len(CYCLE)]
-        there = np.where(blank, np.nan, margin)
-        if np.nanmin(there, initial=np.inf) < 0 < np.nanmax(there, initial=-np.inf):
+        there = np.where(blank, np.nan, fine[..., i])
+        high = np.nanmax(there, initial=-np.inf)
+        if np.nanmin(there, initial=np.inf) < 0 < high:
             axes.contour(u, v, there, levels=[0.0], colors=[colour], linewidths=2.0)
         else:
-            label += (
-                ": kept everywhere"
-                if np.nanmax(there, initial=-np.inf) >= 0
-                else ": exceeded everywhere"
-            )
+            label += ": kept everywhere" if high >= 0 else ": exceeded everywhere"
         handles.append(Line2D([], [], color=colour, lw=2.0, label=label))
     if blank.any():
         axes.contourf(u, v, blank, levels=[0.5, 1.5], colors=["white"], hatches=["///"])
@@ -579,16 +547,8 @@ def _contours(
     sequence = data["sequence"].values
     axes.set(xlabel=name, ylabel=other)
     if z.ndim == 1:
-        dots = axes.scatter(
-            x[good],
-            y[good],
-            6.0,
-            z[good],
-            cmap="viridis",
-            alpha=0.5,
-            lw=0,
-            rasterized=True,
-        )
+        look = {"cmap": "viridis", "alpha": 0.5, "lw": 0, "rasterized": True}
+        dots = axes.scatter(x[good], y[good], 6.0, z[good], **look)
         axes.figure.colorbar(dots, ax=axes, label=label, pad=0.01)
         # else they lie on a line
         if good.sum() > 3 and abs(np.corrcoef(x[good], y[good])[0, 1]) < 1.0 - 1e-9:
