@@ -130,11 +130,12 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     others = _others_words(result.scene)
     text += ". " if minor else f", {term('others')} from {others}. "
     governs = "load" if works["load"] > works["inertia"] else "inertia"
-    why = {
-        "load": "The load governs: the brake works mainly to hold it while the "
-        f"{words.body} turns.",
-        "inertia": "The inertia governs: the brake mainly takes kinetic energy.",
-    }[governs]
+    why = "The inertia governs: the brake mainly takes kinetic energy."
+    if governs == "load":
+        why = (
+            "The load governs: the brake works mainly to hold it while the "
+            f"{words.body} turns."
+        )
     numbers = {f"{name}_torque": value for name, value in torque.items()} | {
         f"{name}_work": w for name, w in works.items()
     }

@@ -67,11 +67,8 @@ def most_influential(result: Result, progress: Progress) -> list[Finding]:
     except InputError as error:
         return [Finding("influence", f"No derivative: {error.faults[0].problem}.", {})]
 
-    def change(
-        row: Sensitivity,
-    ) -> (
-        float
-    ):  # by 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)
+    def change(row: Sensitivity) -> float:
+        """By 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)."""
         return row.derivative if row.unit == "K" else table.value * row.elasticity / 100
 
     rows = [
@@ -100,26 +97,16 @@ def most_influential(result: Result, progress: Progress) -> list[Finding]:
             f"({number(row.value, row.unit)}) {shown}{side}"
         )
 
-    numbers = {
-        row.path: {
-            "elasticity": row.elasticity,
-            "derivative": row.derivative,
-            "value": row.value,
+    text = f"No parameter changes the {words}."
+    numbers: dict[str, Any] = {"metric": name_of(metric)}
+    if rows:
+        effects = "; ".join(map(effect, rows))
+        text = f"What changes the {words} most: {effects}."
+        names = ("elasticity", "derivative", "value")
+        numbers["parameters"] = {
+            row.path: {name: getattr(row, name) for name in names} for row in rows
         }
-        for row in rows
-    }
-    if not rows:
-        return [
-            Finding(
-                "influence",
-                f"No parameter changes the {words}.",
-                {"metric": name_of(metric)},
-            )
-        ]
-    text = f"What changes the {words} most: {'; '.join(effect(row) for row in rows)}."
-    return [
-        Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})
-    ]
+    return [Finding("influence", text, numbers)]
 
 
 def remedy_of(result: Result) -> list[Finding]:
