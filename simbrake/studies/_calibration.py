@@ -251,7 +251,7 @@ def _identified(
 ) -> Identified:
     return identify(
         search.jacobian(z)[:, ~fixed],
-        search.residual(search.look(z)),
+        search.residual(search.evaluate(z)),
         absolute=absolute,
         loss=search.loss,
         loss_scale=search.loss_scale,

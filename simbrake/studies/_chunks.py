@@ -67,7 +67,7 @@ class Pool:
         self._lost = lost
         self._waiting: dict[Future[Columns], Task] = {}
         self._ended = False
-        self.look: Callable[[], None] = lambda: None
+        self.check_interrupt: Callable[[], None] = lambda: None
 
     def submit(self, job: Job, tasks: list[Task]) -> None:
         self._waiting |= zip(self._start(job, tasks), tasks, strict=True)
@@ -75,7 +75,7 @@ class Pool:
     def results(self) -> Iterator[tuple[Task, Columns]]:
         """Finished tasks in the order in which they finish, until none is left."""
         while self._waiting:
-            self.look()
+            self.check_interrupt()
             # in between, Ctrl-C is handled
             finished, _ = wait(self._waiting, timeout=0.5, return_when=FIRST_COMPLETED)
             if not finished and not self._ended:
@@ -106,18 +106,18 @@ def interruptible() -> Iterator[Callable[[], None]]:
     else meanwhile: in a callback of JAX it would be lost."""
     came = threading.Event()
 
-    def look() -> None:
+    def check_interrupt() -> None:
         if came.is_set():
             came.clear()
             raise KeyboardInterrupt
 
     main = threading.current_thread() is threading.main_thread()
     if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield look
+        yield check_interrupt
         return
     signal.signal(signal.SIGINT, lambda *_: came.set())
     try:
-        yield look
+        yield check_interrupt
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -44,7 +44,7 @@ class Search:
     def __post_init__(self) -> None:
         self.progress = Progress("calibrate", "compiling…")
 
-    def look(self, z: np.ndarray) -> Evaluation:
+    def evaluate(self, z: np.ndarray) -> Evaluation:
         """The model at a point; the best valid one is kept."""
         before = self.model.points
         evaluation = self.model(self.box.up(z))
@@ -71,7 +71,7 @@ class Search:
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Derivatives (m, p) of the residual by the unknowns."""
         slope = self.box.slope(self.box.up(z))
-        return self.look(z).jacobian * slope / self.sigma[:, None]
+        return self.evaluate(z).jacobian * slope / self.sigma[:, None]
 
     def cost(self, evaluation: Evaluation) -> float:
         return cost(self.residual(evaluation), self.loss, self.loss_scale)
@@ -80,7 +80,7 @@ class Search:
         try:
             with self.progress:
                 for z in self._spread(self.box.down(self.box.start)):
-                    if self.look(z).more is None:
+                    if self.evaluate(z).more is None:
                         self._descend(z)
         except KeyboardInterrupt:
             if self.best is None:
@@ -123,7 +123,7 @@ class Search:
         z, cost, converged, message = self._minimise(z, free)
         while (pressed := self.pressed(z) & free).any():
             on = np.where(pressed, np.round(z), z)
-            evaluation = self.look(on)
+            evaluation = self.evaluate(on)
             worse = cost * (1 + 1e-9)
             if evaluation.more is not None or self.cost(evaluation) > worse:
                 break
@@ -131,7 +131,7 @@ class Search:
             z, cost, converged, message = self._minimise(on, free)
         # the bound itself, not a neighbour that is better by rounding
         if cost <= self.best[0] * (1 + 1e-9):
-            self.best = (cost, z, self.look(z))
+            self.best = (cost, z, self.evaluate(z))
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged = converged
             self.message = message
@@ -149,7 +149,7 @@ class Search:
         """
         from scipy.optimize import brentq  # imported only by fits
 
-        least = self.cost(self.look(z))
+        least = self.cost(self.evaluate(z))
         free = np.arange(z.size) != i
         solved = {float(z[i]): (-1.0, z)}
 
@@ -158,7 +158,7 @@ class Search:
                 nearest = min(solved, key=lambda other: abs(other - x))
                 point = solved[nearest][1].copy()
                 point[i] = x
-                if self.look(point).more is not None:
+                if self.evaluate(point).more is not None:
                     return _BEYOND  # no run has the measured events there
                 point, cost, *_ = self._minimise(point, free)
                 rose = np.sqrt(max(2 * (cost - least), 0.0) / rise)
@@ -180,7 +180,7 @@ class Search:
 
     def pressed(self, z: np.ndarray) -> np.ndarray:
         """Unknowns (p,) that a bound keeps from a lower cost."""
-        r = self.residual(self.look(z))
+        r = self.residual(self.evaluate(z))
         J = self.jacobian(z)
         push = J.T @ r
         strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
@@ -201,7 +201,7 @@ class Search:
 
         def residual(x: np.ndarray) -> np.ndarray:
             nonlocal barrier, least
-            evaluation = self.look(whole(x))
+            evaluation = self.evaluate(whole(x))
             if evaluation.more is not None:
                 barrier = evaluation.more
                 return np.full(self.measured.shape, np.inf)
@@ -211,7 +211,7 @@ class Search:
             return self.residual(evaluation)
 
         if not free.any():
-            return z, self.cost(self.look(z)), True, "every parameter is at a bound"
+            return z, self.cost(self.evaluate(z)), True, "every parameter is at a bound"
         solution = least_squares(
             residual,
             np.clip(z[free], 0.0, 1.0),

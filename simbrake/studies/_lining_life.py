@@ -230,7 +230,7 @@ def lining_life(
         scene, limit, tolerance, None if step is None else float(step), options
     )
     with brake.progress:
-        first = brake.look(0.0, np.asarray(scene.wear.worn), False)
+        first = brake.after(0.0, np.asarray(scene.wear.worn), False)
         paths = brake.life(first, turns)
         unturned = None
         if best:

@@ -337,11 +337,11 @@ def run_all(
                 counting(
                     plan.count, progress, "runs", done=int(runs.done.sum())
                 ) as runs.report,
-                interruptible() as pool.look,
+                interruptible() as pool.check_interrupt,
             ):
                 for solver, some in plan.groups():
                     runs.group(solver, some)
-                pool.look()
+                pool.check_interrupt()
         except (KeyboardInterrupt, LostWorkersError) as end:
             pool.cancel()
             runs.take()

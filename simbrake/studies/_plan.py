@@ -67,7 +67,7 @@ class Plan:
         """The scene of the first run, which has a number at each path."""
         return with_inputs(self.scene, self.paths.values(self.columns[0]))
 
-    def one(self, i: int) -> Scene:
+    def scene_of(self, i: int) -> Scene:
         """The scene of a run."""
         return with_values(self.first, self.paths.values(self.columns[i]))
 
@@ -88,7 +88,7 @@ class Plan:
             for path in self.values
         ):
             return [(solver_for(stiffness(self.first)[0]), every)]
-        stiff = np.asarray([stiffness(self.one(i))[0] for i in range(self.count)])
+        stiff = np.asarray([stiffness(self.scene_of(i))[0] for i in range(self.count)])
         return [
             (solver_for(kind), every[stiff == kind])
             for kind in (False, True)
@@ -190,4 +190,4 @@ def _of_scenes(plan: Plan) -> list[Fault]:
     ends = np.concatenate([columns.argmin(axis=0), columns.argmax(axis=0)])
     step = 1 if plan.count <= FEW else math.ceil(plan.count / _LOOKED_AT)
     chosen = np.unique(np.concatenate([ends, np.arange(0, plan.count, step)]))
-    return faults_of_runs((int(i), plan.one(int(i))) for i in chosen)
+    return faults_of_runs((int(i), plan.scene_of(int(i))) for i in chosen)

@@ -90,7 +90,7 @@ class WornBrake:
         self._known: dict[bool, tuple[np.ndarray, float]] = {}
         self.progress = Progress("stops", "compiling…")
 
-    def look(self, done: float, worn: np.ndarray, turned: bool) -> _Point:
+    def after(self, done: float, worn: np.ndarray, turned: bool) -> _Point:
         if turned not in self._known or self.feeds_back:
             if turned not in self.scenes:
                 self.scenes[turned] = turned_scene(self.scenes[False])
@@ -123,7 +123,9 @@ class WornBrake:
             length = min(length, until - now.done, float(np.min(ahead.until(limit))))
             error = 0.0
             if self.feeds_back and length > 1.0:
-                following = self.look(now.done + length, ahead.worn(length), now.turned)
+                following = self.after(
+                    now.done + length, ahead.worn(length), now.turned
+                )
                 ahead = StepOfStops(now, (following.wear - now.wear) / length)
                 error = float(
                     np.max(np.abs(ahead.worn(length) - following.worn) / limit)
@@ -139,7 +141,7 @@ class WornBrake:
             done = min(length, reached)
             worn = ahead.worn(done)
             steps.append(ahead)
-            now = self.look(now.done + done, worn, now.turned)
+            now = self.after(now.done + done, worn, now.turned)
             self.progress.now(
                 f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn"
             )
@@ -158,7 +160,7 @@ class WornBrake:
                 now = paths[-1].end
             if now.done < until:
                 break
-            now = self.look(now.done, now.worn, not now.turned)
+            now = self.after(now.done, now.worn, not now.turned)
         return paths
 
 
@@ -172,7 +174,7 @@ def best_turn(brake: WornBrake, unturned: _Path) -> float:
     def life(turn: float) -> float:
         step = unturned.steps[int(np.searchsorted(starts, turn, side="right")) - 1]
         worn = step.worn(turn - step.start.done)
-        return brake.follow(brake.look(turn, worn, True)).end.done
+        return brake.follow(brake.after(turn, worn, True)).end.done
 
     end = unturned.end.done
     sharp = {"xatol": (1e-4 if brake.feeds_back else 1e-8) * end, "maxiter": 200}

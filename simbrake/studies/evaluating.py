@@ -44,7 +44,7 @@ _LOOSE = 1e-9
 #: numbers x (k,) and numbers that are given besides → the scene with them
 Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
 #: a result (the scene, where nothing is run) and numbers given → values (m,) and
-#: whatever else is wanted of it
+#: whatever else is to be known of it
 Find: TypeAlias = Callable[[Any, Any], tuple[Any, Any]]
 
 

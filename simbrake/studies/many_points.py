@@ -109,9 +109,9 @@ class Job(NamedTuple):
 
     @property
     def measured(self) -> tuple[Metric, ...]:
-        """Metrics that its program finds: whichever are wanted, all that cost next to
+        """Metrics that its program finds: whichever are asked for, all that cost next to
         nothing, so that there is one program for any of them; of maxima, and of a
-        user's own, those wanted alone."""
+        user's own, those asked for alone."""
         own = (
             name
             for name in default_metrics(self.scene)
@@ -184,7 +184,7 @@ def _integrate(
     )
     others = [metric for metric in metrics if metric not in maxima]
 
-    def one(x: Array) -> Array:
+    def values_of_run(x: Array) -> Array:
         varied = job.paths(scene, x)
         if lanes == 1 or job.recorded:
             result = simulate(
@@ -204,8 +204,10 @@ def _integrate(
 
     def group(i: Array | int) -> Array:
         if lanes == 1:
-            return one(jax.lax.dynamic_index_in_dim(rows, i, keepdims=False))[:, None]
-        return jax.vmap(one, out_axes=1)(
+            return values_of_run(jax.lax.dynamic_index_in_dim(rows, i, keepdims=False))[
+                :, None
+            ]
+        return jax.vmap(values_of_run, out_axes=1)(
             jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes)
         )
 
