@@ -130,17 +130,15 @@ class Overview:
     def _ranges(self) -> Table:
         """The range of every metric, temperatures in °C."""
         rows = []
-        for column in self.table.columns:
-            if column.name not in self.metrics:
-                continue
-            values = np.asarray(self.table[column.name])
+        for name in self.metrics:
+            values = self.data[name].values
             values = values[np.isfinite(values)]
-            hot = column.unit == "K"
-            unit = "°C" if hot else column.unit
+            unit = self.data[name].attrs.get("units", "")
+            hot = unit == "K"
             shown = (None, "—", None)
             if values.size:
                 shown = np.quantile(values, [0.0, 0.5, 1.0]) - ZERO * hot
-            rows.append((column.name, *shown, unit, values.size))
+            rows.append((name, *shown, "°C" if hot else unit, values.size))
         three = [Column(title) for title in ("minimum", "median", "maximum")]
         return Table(["metric", *three, "unit", Column("of how many runs")], rows)
 
