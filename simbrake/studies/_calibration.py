@@ -165,7 +165,7 @@ def assess(
     notes = dict.fromkeys(
         f"data: {note}" for each in recordings for note in each.data.notes
     )
-    solver = solver_name(model.run.solver)
+    solver = solver_name(model.solver)
     return Calibration(
         parameters=parameters,
         covariance=covariance,

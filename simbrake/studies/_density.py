@@ -109,7 +109,7 @@ class LogDensity:
             result = simulate(with_values(scene, numbers), **self.settings)
             return self.find(result, ts)[0][where], result.record.code
 
-        numbers = {
+        numbers: Any = {
             path: jnp.broadcast_to(values[path], (count,))
             for path in (*self.shared, *self.own)
         }
@@ -216,11 +216,13 @@ def log_density(
     issues = Issues()
     own = per_recording or {}
     shared = shared or {}
+    noise = noise or {}
+    priors = priors or {}
     runs = recordings_of(scene, recordings, issues)
     box = box_of_all(runs, shared, own, start or {}, issues)
     measured = {part.name for each in runs for part in each.data.all}
-    spreads = {f"{name}_sigma": pair for name, pair in (noise or {}).items()}
-    for name, pair in (noise or {}).items():
+    spreads = {f"{name}_sigma": pair for name, pair in noise.items()}
+    for name, pair in noise.items():
         if name not in measured:
             issues.add(
                 f"noise of {name}",
@@ -235,12 +237,12 @@ def log_density(
             )
     for each in runs:
         for part in each.data.all:
-            if part.sigma is None and part.name not in (noise or {}):
+            if part.sigma is None and part.name not in noise:
                 hint = (
                     f'give its measuring error, or noise={{"{part.name}": (low, high)}}'
                 )
                 issues.add(each.label(part.name), "has no standard deviation", hint)
-    for path, prior in (priors or {}).items():
+    for path, prior in priors.items():
         if path not in {**shared, **own, **spreads}:
             issues.add(
                 f"prior of {path}",
@@ -265,13 +267,12 @@ def log_density(
     )
     layout.check(box.start)
     if max_steps is None:
-        results = (
-            simulate(start, solver=solver, rtol=rtol, throw=False)
-            for start in layout.scenes(box.start)
+        runs_at_start = (
+            simulate(each, solver=solver, rtol=rtol, throw=False)
+            for each in layout.scenes(box.start)
         )
-        max_steps = _LONGER * max(
-            room_for(result, differentiated=True) for result in results
-        )
+        rooms = [room_for(each, differentiated=True) for each in runs_at_start]
+        max_steps = _LONGER * max(rooms)
     longest = max(where.size for where in layout.where)
 
     def filled(rows: Iterable[Any], value: float) -> np.ndarray:
@@ -287,7 +288,7 @@ def log_density(
     columns = (np.append(*pair) for pair in zip(box[1:], columns, strict=True))
     box = Box(Paths.each((*box.paths.names, *spreads)), *columns)
     values, sigmas = zip(*(each.data.arrays for each in runs), strict=True)
-    places = {name: i for i, name in enumerate(noise or {})}
+    places = {name: i for i, name in enumerate(noise)}
     noisy = (
         [
             places.get(part.name, -1)
@@ -304,7 +305,7 @@ def log_density(
         own=tuple(own),
         noise=tuple(spreads),
         box=box,
-        priors=dict(priors or {}),
+        priors=dict(priors),
         settings={"solver": solver, "rtol": rtol, "max_steps": max_steps},
         find=layout.measured,
         runs=(

@@ -312,7 +312,7 @@ class Runs:
         known = runs[self.done[runs]]
         if len(known) > 1:
             counts = ("steps", "rejected", "retaken", "segments")
-            attempts = sum(self.columns[name][known] for name in counts)
+            attempts = np.sum([self.columns[name][known] for name in counts], axis=0)
             cost = expected_cost(self.plan.columns, known, attempts)
             if np.ptp(cost[runs]) > math.log(_UNEQUAL):
                 missing = missing[np.argsort(-cost[missing], kind="stable")]

@@ -197,7 +197,7 @@ def _layout(
     last = {metric: len(columns) * longest + i for i, metric in enumerate(metrics)}
     where = []
     for each, ts in zip(recordings, grids, strict=True):
-        found = [
+        found: list[Any] = [
             begin[part.column, part.entry] + np.searchsorted(ts, part.t)
             for part in each.data.points
         ]
@@ -220,8 +220,9 @@ class FitModel:
         rtol: float,
         max_steps: int | None,
     ) -> None:
-        #: paths without the names of recordings
         self.recordings = tuple(recordings)
+        self.solver = solver
+        #: paths without the names of recordings
         self.fields = (*shared, *(path for _ in recordings for path in own))
         self.measured, self.given, self.where = _layout(recordings)
         place = Paths.each((*shared, *own))
