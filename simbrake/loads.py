@@ -56,6 +56,8 @@ from .profiles import (
 )
 from .rope import RopeElasticity, RopeLayers, RopeWeight
 from .shaft import (
+    AbstractAuxiliaryBrake,
+    AbstractDryTorque,
     AbstractShaftTorque,
     BearingFriction,
     EddyCurrentBrake,
@@ -69,6 +71,8 @@ from .shaft import (
 
 __all__ = [
     "GRAVITY",
+    "AbstractAuxiliaryBrake",
+    "AbstractDryTorque",
     "AbstractLoad",
     "AbstractShaftTorque",
     "Actuator",

@@ -19,6 +19,7 @@ from .hybrid.struct import AbstractVar, with_fields
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
 __all__ = [
+    "AbstractAuxiliaryBrake",
     "AbstractDryTorque",
     "AbstractShaftTorque",
     "BearingFriction",
