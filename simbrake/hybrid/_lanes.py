@@ -92,14 +92,14 @@ def _may_be_more(problem: Problem, attempt: Attempt) -> Mark:
     # (no attempt that lands is missed by rounding)
     near = at.REACH * problem.near(attempt.h, attempt.resolution)
     arrives = jnp.any(
-        (attempt.rate1 < 0) & (jnp.abs(attempt.g1) <= -near * attempt.rate1)
+        (attempt.g_rate1 < 0) & (jnp.abs(attempt.g1) <= -near * attempt.g_rate1)
     ) | (attempt.h <= at.HIDING * attempt.resolution)
     return jnp.where(
         attempt.accept,
         attempt.needs_search
         | arrives
         | (attempt.reaches & (attempt.target < problem.t1)),
-        attempt.finite & attempt.crossing,
+        attempt.finite & attempt.any_crosses,
     )
 
 

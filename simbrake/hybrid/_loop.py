@@ -1,5 +1,11 @@
 """The flat loop: one iteration is one step attempt, which ends as accepted, rejected,
-truncated or an event."""
+truncated or an event.
+
+Each goes through `_attempt` → `_judge` → `_stepped`, `_jumped` or `_after_restart` → a
+row of the record. `accept` says that the step is good enough; `retake` that it is cut
+short, `land` and `instant` that a guard fires at its end or at its start, `stop` that it
+ends at a time breakpoint or at the end of the run.
+"""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -128,10 +134,10 @@ class Attempt(NamedTuple):
     y1: State
     f1: State
     g1: Guards
-    rate1: Guards
-    touched: GuardMarks  # limits that may be reached, but will not be exceeded
+    g_rate1: Guards
+    touches: GuardMarks  # limits that may be reached, but will not be exceeded
     crosses: GuardMarks
-    crossing: Mark  # any of them
+    any_crosses: Mark
     needs_search: Mark  # needs a search
     unsound: Mark  # a guard is infinite or not a number
     accept: Mark
@@ -158,17 +164,16 @@ class AttemptOutcome(NamedTuple):
 def _attempt(problem: Problem, carry: Carry) -> Attempt:
     target = jnp.minimum(problem.flat.next_stop(carry.mode, carry.y), problem.t1)
     room = jnp.maximum(target - carry.t, 0.0)
-    wish = jnp.minimum(
-        jnp.minimum(carry.h, carry.retake_limit), problem.settings.max_step
-    )
-    settles = carry.restart_stage > 0
-    reaches = (wish * at.REACH >= room) & ~settles
-    h = jnp.where(settles, carry.retake_limit, jnp.where(reaches, room, wish))
+    wish = jnp.minimum(jnp.minimum(carry.h, carry.h_limit), problem.settings.max_step)
+    restarting = carry.restart_stage > 0
+    reaches = (wish * at.REACH >= room) & ~restarting
+    h = jnp.where(restarting, carry.h_limit, jnp.where(reaches, room, wish))
     t1 = jnp.where(reaches, target, carry.t + h)
     y1, error, tangents1, tangent_errors = _moved(problem, carry, h)
-    f1, g1, rate1, limits = problem.flat.rates_and_guards(t1, y1, carry.mode)
+    f1, g1, g_rate1, limits = problem.flat.rates_and_guards(t1, y1, carry.mode)
     error = error + h * problem.method.error_of_rate * f1
     reach = jnp.maximum(jnp.abs(carry.y), jnp.abs(y1))
+    # (so that a rate that is no number rejects the step)
     [size] = problem.norms(reach, error + 0.0 * f1)
     looser = (
         jnp.maximum(jnp.sqrt(at.OF_TANGENTS / problem.settings.rtol), 1.0)
@@ -182,10 +187,10 @@ def _attempt(problem: Problem, carry: Carry) -> Attempt:
         size = jnp.where(
             jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent / looser), size
         )
-    touched = limits & ~exceeded(carry, h, g1, rate1, target - t1)
-    crosses = crossed(carry, h, g1, rate1, problem.guard_tolerance) & ~touched
-    needs_search = suspicious(carry, h, g1, rate1, problem.guard_tolerance, crosses)
-    crossing, needs_search, unsound = any_of_each(
+    touches = limits & ~exceeded(carry, h, g1, g_rate1, target - t1)
+    crosses = crossed(carry, h, g1, g_rate1, problem.guard_tolerance) & ~touches
+    needs_search = suspicious(carry, h, g1, g_rate1, problem.guard_tolerance, crosses)
+    any_crosses, needs_search, unsound = any_of_each(
         crosses, needs_search, ~jnp.isfinite(g1)
     )
     # an overflow in an overlong step is a step too long, not an answer
@@ -195,7 +200,8 @@ def _attempt(problem: Problem, carry: Carry) -> Attempt:
     )
     factor = jnp.clip(factor, at.SHRINK, at.GROW)
     factor = jnp.where(finite, factor, at.SHRINK)
-    accept = finite & (size <= 1.0) & (carry.status == _RUNNING) & ~settles
+    accept = finite & (size <= 1.0) & (carry.status == _RUNNING) & ~restarting
+    # a step cut short does not shrink the length that the controller proposes
     h_next = jnp.where(
         accept & (h < carry.h), jnp.maximum(carry.h, h * factor), h * factor
     )
@@ -204,7 +210,7 @@ def _attempt(problem: Problem, carry: Carry) -> Attempt:
         * at.EPS
         * jnp.maximum(jnp.abs(carry.t), at.SHARE_OF_TIME * (problem.t1 - problem.t0))
     )
-    guards = (g1, rate1, touched, crosses, crossing, needs_search, unsound)
+    guards = (g1, g_rate1, touches, crosses, any_crosses, needs_search, unsound)
     return Attempt(
         h,
         t1,
@@ -227,7 +233,7 @@ Moved = tuple[State, State, tuple[State, ...], tuple[State, ...]]
 def _moved(problem: Problem, carry: Carry, h: Array) -> Moved:
     """State at the end of an attempt and the error estimate of the method, and both for
     the tangents; just after a restart one move along `f`."""
-    settles = carry.restart_stage > 0
+    restarting = carry.restart_stage > 0
     along = carry.y + h * carry.f
     nothing = jnp.zeros_like(along)
 
@@ -239,7 +245,7 @@ def _moved(problem: Problem, carry: Carry, h: Array) -> Moved:
     def step() -> Moved:
         if problem.direction is None:
             y, error = attempt(problem.flat, carry.y, carry.f)
-            return jnp.where(settles, along, y), error, (), ()
+            return jnp.where(restarting, along, y), error, (), ()
         [tangent] = carry.tangents
         moving = (
             problem.direction,
@@ -256,14 +262,14 @@ def _moved(problem: Problem, carry: Carry, h: Array) -> Moved:
             )
         v1 = jnp.where(jnp.isfinite(v1), v1, tangent)
         return (
-            jnp.where(settles, along, y),
+            jnp.where(restarting, along, y),
             error,
             (v1,),
-            (jnp.where(settles, 0.0, error_of_tangent),),
+            (jnp.where(restarting, 0.0, error_of_tangent),),
         )
 
     resting = along, nothing, carry.tangents, (nothing,) * problem.tangents
-    return jax.lax.cond(any_lane(~settles), step, lambda: resting)
+    return jax.lax.cond(any_lane(~restarting), step, lambda: resting)
 
 
 def _rate_along(
@@ -314,10 +320,10 @@ def _after_restart(problem: Problem, carry: Carry, attempt: Attempt) -> Carry:
     sound = jnp.isfinite(d0) & jnp.isfinite(d1) & ~(first & attempt.unsound)
     return carry._replace(
         h=pick(carry.h, jnp.minimum(carry.h, h)),
-        retake_limit=pick(h0, jnp.inf),
+        h_limit=pick(h0, jnp.inf),
         f=f,
         g=g,
-        rate=pick(attempt.rate1, carry.rate),
+        g_rate=pick(attempt.g_rate1, carry.g_rate),
         armed=pick(g > problem.guard_tolerance, carry.armed),
         status=jnp.where(sound, carry.status, np.int32(Code.NOT_FINITE)).astype(
             jnp.int32
@@ -326,17 +332,19 @@ def _after_restart(problem: Problem, carry: Carry, attempt: Attempt) -> Carry:
     )
 
 
-def _lost_to_rounding(carry: Carry, attempt: Attempt, distance: Guards) -> GuardMarks:
+def _lost_to_rounding(
+    carry: Carry, attempt: Attempt, time_to_zero: Guards
+) -> GuardMarks:
     """Guards at zero that steps towards it no longer move, as rounding of the state
     swallows what such a step adds."""
     short = (attempt.h > 0) & (attempt.h <= at.HIDING * attempt.resolution)
-    still = (jnp.abs(distance) <= at.STILL_STEPS * attempt.h) & (
-        carry.g - attempt.g1 < -at.STILL_SHARE * attempt.rate1 * attempt.h
+    still = (jnp.abs(time_to_zero) <= at.STILL_STEPS * attempt.h) & (
+        carry.g - attempt.g1 < -at.STILL_SHARE * attempt.g_rate1 * attempt.h
     )
     return (
         short
         & carry.armed
-        & (attempt.rate1 < 0)
+        & (attempt.g_rate1 < 0)
         & ((jnp.abs(attempt.g1) <= at.TINY) | still)
     )
 
@@ -352,7 +360,10 @@ def _judge(problem: Problem, carry: Carry, attempt: Attempt) -> AttemptOutcome:
     # what was rejected may have been so for what lies beyond an event: the next attempt
     # goes no further than there
     crossed_though_rejected = (
-        ~attempt.accept & attempt.finite & (carry.restart_stage == 0) & attempt.crossing
+        ~attempt.accept
+        & attempt.finite
+        & (carry.restart_stage == 0)
+        & attempt.any_crosses
     )
 
     def looked() -> Found:
@@ -368,7 +379,7 @@ def _judge(problem: Problem, carry: Carry, attempt: Attempt) -> AttemptOutcome:
                 problem.settings.guard_samples,
             )
         return search(
-            carry, attempt.h, attempt.g1, attempt.rate1, tol, crosses, negative_from
+            carry, attempt.h, attempt.g1, attempt.g_rate1, tol, crosses, negative_from
         )
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
@@ -378,29 +389,31 @@ def _judge(problem: Problem, carry: Carry, attempt: Attempt) -> AttemptOutcome:
 
     # landing: every guard that crossed lies so near that a move along f is as exact as
     # the step itself
-    distance = -attempt.g1 / jnp.where(attempt.rate1 == 0, 1.0, attempt.rate1)
+    time_to_zero = -attempt.g1 / jnp.where(attempt.g_rate1 == 0, 1.0, attempt.g_rate1)
     # (what lies beyond the next time breakpoint comes after it, as the rates may be
     # others there; a guard within its tolerance has arrived)
     before = (
-        distance <= attempt.target - attempt.t1 + at.NEAR_AT_LEAST * attempt.resolution
+        time_to_zero
+        <= attempt.target - attempt.t1 + at.NEAR_AT_LEAST * attempt.resolution
     ) | (attempt.g1 <= tol)
     arrives = (
-        jnp.abs(distance) <= problem.near(attempt.h, attempt.resolution)
+        jnp.abs(time_to_zero) <= problem.near(attempt.h, attempt.resolution)
     ) & before
     lands = (
-        (attempt.rate1 < 0)
+        (attempt.g_rate1 < 0)
         & arrives
         & (carry.armed | leaving(carry, attempt.h) | crosses)
-        & ~attempt.touched
+        & ~attempt.touches
     )
     # the bracket has shrunk to rounding: fire here
     lost = crosses & (attempt.h <= attempt.resolution)
     lost = (
-        lost | (_lost_to_rounding(carry, attempt, distance) & ~attempt.touched)
+        lost | (_lost_to_rounding(carry, attempt, time_to_zero) & ~attempt.touches)
     ) & ~lands
-    # (the minimum is infinite where no guard arrives, or one that crossed does not)
-    distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
-    delta, landing = first_least(jnp.where(lost, 0.0, distance))
+    # (+inf: no guard arrives; −inf: one that crossed does not arrive, so no landing)
+    none = jnp.where(crosses, -jnp.inf, jnp.inf)
+    landing_time = jnp.where(lost, 0.0, jnp.where(lands, time_to_zero, none))
+    delta, landing = first_least(landing_time)
     instant = look & earliest.instant
     land = attempt.accept & ~instant & jnp.isfinite(delta)
     neither = ~(instant | land)
@@ -410,7 +423,7 @@ def _judge(problem: Problem, carry: Carry, attempt: Attempt) -> AttemptOutcome:
         land=land,
         retake=retake,
         stop=attempt.accept & neither & ~retake & attempt.reaches,
-        late=instant & entry(carry.touched, earliest.guard),
+        late=instant & entry(carry.touched_at_breakpoint, earliest.guard),
         step_fraction=earliest.step_fraction,
         crossed_though_rejected=crossed_though_rejected
         & (earliest.step_fraction < jnp.inf),
@@ -432,18 +445,19 @@ def _stepped(
     def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(step, new, old)
 
-    crossing = jnp.where(
+    # known anew at a retake, shorter after a step
+    crosses_within = jnp.where(
         outcome.retake,
-        jnp.where(attempt.crossing, attempt.h, jnp.inf),
-        pick(carry.crossing - attempt.h, carry.crossing),
+        jnp.where(attempt.any_crosses, attempt.h, jnp.inf),
+        pick(carry.crosses_within - attempt.h, carry.crosses_within),
     )
-    crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
+    crosses_within = jnp.where(crosses_within <= 0, jnp.inf, crosses_within)
     risen = (
         carry.armed
         | (attempt.g1 > problem.guard_tolerance)
         | (leaving(carry, attempt.h) & (attempt.g1 > at.TINY))
     )
-    # never looked at where the run begins
+    # (after a restart nothing is accepted either, but then this carry is not taken)
     too_small = ~attempt.accept & (attempt.h_next <= at.TOO_SHORT * attempt.resolution)
     status = jnp.where(
         too_small,
@@ -465,16 +479,16 @@ def _stepped(
     return carry._replace(
         t=pick(attempt.t1, carry.t),
         h=jnp.where(outcome.retake, carry.h, attempt.h_next),
-        retake_limit=jnp.where(
+        h_limit=jnp.where(
             outcome.retake | outcome.crossed_though_rejected,
             outcome.step_fraction * attempt.h,
-            pick(crossing, carry.retake_limit),
+            pick(crosses_within, carry.h_limit),
         ),
-        crossing=crossing,
+        crosses_within=crosses_within,
         y=pick(attempt.y1, carry.y),
         f=pick(attempt.f1, carry.f),
         g=pick(attempt.g1, carry.g),
-        rate=pick(attempt.rate1, carry.rate),
+        g_rate=pick(attempt.g_rate1, carry.g_rate),
         armed=pick(risen, carry.armed),
         status=status.astype(jnp.int32),
         retakes=jnp.where(outcome.retake, carry.retakes + 1, pick(0, carry.retakes)),
@@ -493,30 +507,30 @@ def _jumped(
     tol = problem.guard_tolerance
     at_guard = jnp.arange(carry.g.shape[0], dtype=jnp.int32) == outcome.guard
     # the guards at the landing, one move along their rates from the end of the step
-    reached = carry.armed & (attempt.g1 + outcome.delta * attempt.rate1 <= tol)
+    reached = carry.armed & (attempt.g1 + outcome.delta * attempt.g_rate1 <= tol)
     fired = jnp.where(
         outcome.instant,
         at_guard,
-        (reached & ~attempt.touched) | (at_guard & outcome.land),
+        (reached & ~attempt.touches) | (at_guard & outcome.land),
     )
     before = y
     y, mode, code = problem.flat.jump(t, before, carry.mode, fired, outcome.stop)
     moved = ~outcome.instant & (attempt.h > 0)
 
-    guarded = ~outcome.stop
+    by_guard = ~outcome.stop
     dt = t - carry.t_event
-    apart = guarded & (dt > at.ZENO_INTERVAL * (problem.t1 - problem.t0))
-    zeno_guards = jnp.where(apart, at_guard, carry.zeno_guards | (at_guard & guarded))
-    again = guarded & ~apart & (dt > 0) & entry(carry.zeno_guards, outcome.guard)
+    apart = by_guard & (dt > at.ZENO_INTERVAL * (problem.t1 - problem.t0))
+    zeno_guards = jnp.where(apart, at_guard, carry.zeno_guards | (at_guard & by_guard))
+    again = by_guard & ~apart & (dt > 0) & entry(carry.zeno_guards, outcome.guard)
     zeno_count = jnp.where(apart, 0, _count(carry.zeno_count, again))
     events_at_instant = jnp.where(
-        guarded & (dt == 0),
+        by_guard & (dt == 0),
         carry.events_at_instant + 1,
         jnp.where(moved, 0, carry.events_at_instant),
     )
     stats = carry.stats._replace(
         accepted=_count(carry.stats.accepted, ~outcome.instant),
-        events=_count(carry.stats.events, guarded),
+        events=_count(carry.stats.events, by_guard),
         segments=carry.stats.segments + 1,
     )
     status = jnp.where(
@@ -532,12 +546,14 @@ def _jumped(
     return carry._replace(
         t=t,
         h=jnp.where(moved, attempt.h_next, carry.h),
-        retake_limit=jnp.zeros_like(t),
-        crossing=jnp.full_like(t, jnp.inf),
-        t_event=jnp.where(guarded, t, carry.t_event),
+        h_limit=jnp.zeros_like(t),
+        crosses_within=jnp.full_like(t, jnp.inf),
+        t_event=jnp.where(by_guard, t, carry.t_event),
         y=y,
         f=jnp.zeros_like(carry.f),
-        touched=(reached | carry.touched) & attempt.touched & outcome.stop,
+        touched_at_breakpoint=(reached | carry.touched_at_breakpoint)
+        & attempt.touches
+        & outcome.stop,
         zeno_guards=zeno_guards,
         status=status.astype(jnp.int32),
         retakes=jnp.zeros_like(carry.retakes),
@@ -586,7 +602,7 @@ def _iterate(
     """One attempt: the packed carry after it, the row that records it, and whether it
     was more than an evaluation."""
     carry = unpack(packed, like)
-    settles = carry.restart_stage > 0
+    restarting = carry.restart_stage > 0
     attempt = _attempt(problem, carry)
     outcome = _judge(problem, carry, attempt)
     event = (
@@ -602,15 +618,16 @@ def _iterate(
             plain,
         )
 
+    after_event = jax.lax.cond(any_lane(event), with_events, lambda: plain)
+
     def with_restarts() -> Packed:
         return jax.tree.map(
-            lambda x, y: jnp.where(settles, x, y),
+            lambda x, y: jnp.where(restarting, x, y),
             pack(_after_restart(problem, carry, attempt)),
-            new,
+            after_event,
         )
 
-    new = jax.lax.cond(any_lane(event), with_events, lambda: plain)
-    new = jax.lax.cond(any_lane(settles), with_restarts, lambda: new)
+    new = jax.lax.cond(any_lane(restarting), with_restarts, lambda: after_event)
     running = carry.status == _RUNNING
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
     stepped = attempt.accept & ~outcome.retake
@@ -626,7 +643,7 @@ def _iterate(
     return (
         new,
         pack_row(carry.t, h, outcome.delta, kind, outcome.guard, carry.y, carry.mode),
-        running & ~settles,
+        running & ~restarting,
     )
 
 
@@ -647,15 +664,15 @@ def started(problem: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
     return Carry(
         t=problem.t0,
         h=infinity,
-        retake_limit=jnp.zeros_like(problem.t0),
-        crossing=infinity,
+        h_limit=jnp.zeros_like(problem.t0),
+        crosses_within=infinity,
         t_event=-infinity,
         y=y0,
         f=jnp.zeros_like(y0),
         g=nothing,
-        rate=nothing,
+        g_rate=nothing,
         armed=nothing > 0,
-        touched=nothing > 0,
+        touched_at_breakpoint=nothing > 0,
         zeno_guards=nothing > 0,
         status=status.astype(jnp.int32),
         retakes=zero,
@@ -727,7 +744,7 @@ def advanced(
 
 
 def with_last_row(carry: Carry, rows: PackedRows, count: Count) -> Ended:
-    """Rows with the end of the run behind the last attempt, their number, code and
+    """Rows with the end of the run after the last attempt, their number, code and
     counts."""
     none = jnp.asarray(SKIPPED, jnp.int32)
     last = pack_row(

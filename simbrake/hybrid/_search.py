@@ -45,13 +45,15 @@ class Carry(NamedTuple):
 
     t: Scalar
     h: Scalar  # what the step-size controller proposes
-    retake_limit: Scalar  # how far a retake may go
-    crossing: Scalar  # distance within which a guard is known to cross
+    # longest next attempt: of a retake; of the two looks after a restart (0, then the
+    # first length); to just before a known crossing; else infinite
+    h_limit: Scalar
+    crosses_within: Scalar  # time within which a guard is known to cross
     t_event: Scalar
     y: State
     f: State
     g: Guards
-    rate: Guards
+    g_rate: Guards
     # of the state, where its derivatives steer the steps as well
     tangents: tuple[State, ...]
     status: Count
@@ -64,7 +66,7 @@ class Carry(NamedTuple):
     stats: Stats
     armed: GuardMarks  # has stood clear of zero since the last restart
     # limits reached at the time breakpoint where the segment begins
-    touched: GuardMarks
+    touched_at_breakpoint: GuardMarks
     # fired in the present cluster of events with hardly any time between
     zeno_guards: GuardMarks
     mode: Int[Array, " mode"]
@@ -88,7 +90,7 @@ def unpack(packed: Packed, like: Carry) -> Carry:
     carry = Carry(*unravel(x, like[:_WHOLE]), *unravel(n, like[_WHOLE:]))
     return carry._replace(
         armed=carry.armed > 0,
-        touched=carry.touched > 0,
+        touched_at_breakpoint=carry.touched_at_breakpoint > 0,
         zeno_guards=carry.zeno_guards > 0,
     )
 
@@ -174,22 +176,24 @@ class Found(NamedTuple):
 
 def leaving(carry: Carry, h: Scalar) -> GuardMarks:
     """Guards that rise out of zero over an attempt, not by rounding alone."""
-    return ~carry.armed & (carry.rate * h > at.RISING * at.TINY)
+    return ~carry.armed & (carry.g_rate * h > at.RISING * at.TINY)
 
 
 def crossed(
-    carry: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar
+    carry: Carry, h: Scalar, g1: Guards, g_rate1: Guards, tol: Scalar
 ) -> GuardMarks:
     """Whether a guard is negative at the end of an attempt; touching zero within
     rounding is not a crossing."""
     returned = g1 < jnp.where(
         leaving(carry, h), jnp.minimum(carry.g, 0.0) - at.TINY, -tol
     )
-    return jnp.where(carry.armed, (g1 < -at.TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
+    return jnp.where(
+        carry.armed, (g1 < -at.TINY) | ((g1 <= 0) & (g_rate1 < 0)), returned
+    )
 
 
 def exceeded(
-    carry: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar
+    carry: Carry, h: Scalar, g1: Guards, g_rate1: Guards, room: Scalar
 ) -> GuardMarks:
     """Whether a guard is clearly negative at the end of an attempt, or will be before a
     time breakpoint in `room`.
@@ -197,8 +201,8 @@ def exceeded(
     Further on it follows the curvature that its cubic has at the end, as far as that is
     no rounding.
     """
-    d0 = carry.rate * h
-    d1 = rate1 * h
+    d0 = carry.g_rate * h
+    d1 = g_rate1 * h
     bend = jnp.maximum(6 * (carry.g - g1) + 2 * d0 + 4 * d1 - at.BENDING * at.TINY, 0.0)
     turn = jnp.where(
         (bend > 0) & (d1 < 0), -d1 / jnp.where(bend > 0, bend, 1.0), jnp.inf
@@ -210,15 +214,20 @@ def exceeded(
 def inconsistent(carry: Carry, tol: Scalar) -> GuardMarks:
     """Guards that are negative already where the attempt starts (and not on their way
     back up from rounding)."""
-    return (carry.g < -tol) & ((carry.rate <= 0) | (carry.g < -at.DEEP * tol))
+    return (carry.g < -tol) & ((carry.g_rate <= 0) | (carry.g < -at.DEEP * tol))
 
 
 def suspicious(
-    carry: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: GuardMarks
+    carry: Carry,
+    h: Scalar,
+    g1: Guards,
+    g_rate1: Guards,
+    tol: Scalar,
+    crosses: GuardMarks,
 ) -> GuardMarks:
     """Guards of which `search` could find anything: the cheap test of every attempt."""
-    dips = (rate1 > 0) & (
-        (carry.rate < 0) | (3 * (g1 - carry.g) < h * (carry.rate + rate1))
+    dips = (g_rate1 > 0) & (
+        (carry.g_rate < 0) | (3 * (g1 - carry.g) < h * (carry.g_rate + g_rate1))
     )
     return crosses | inconsistent(carry, tol) | dips
 
@@ -227,7 +236,7 @@ def search(
     carry: Carry,
     h: Scalar,
     g1: Guards,
-    rate1: Guards,
+    g_rate1: Guards,
     tol: Scalar,
     crosses: GuardMarks,
     negative_from: Guards | float,
@@ -237,8 +246,8 @@ def search(
     `negative_from` is the share of the step from which a guard was seen to be negative,
     `inf` where it was not.
     """
-    d0 = carry.rate * h
-    d1 = rate1 * h
+    d0 = carry.g_rate * h
+    d1 = g_rate1 * h
     # from 0 downwards, also after a rise of rounding: at once if the slope at the start
     # explains the drop, else halve until it is clear
     sinking = ~carry.armed & (carry.g <= tol) & ~leaving(carry, h) & crosses

@@ -284,7 +284,7 @@ def _end_of(
     omega = y.omega
     size = system.sizes.torque
     lever = system.lever_at(y, mode)
-    applied, surfaces = system.applied(t, y, mode)
+    applied, surfaces = system.shaft_and_lever(t, y, mode)
     tension = applied.lever_tension
     load = system.hanging_torque(t, 0.0 * omega, mode, y)
     hangs = jnp.abs(load) > _ROUNDING * size

@@ -13,7 +13,7 @@ from ..hybrid.arrays import Array, TwoArrays, numpy_of
 from ..parts.scene import Scene
 from ._wants import dead_time_of, holding_rows
 from .extremes import maxima
-from .metrics import METRICS, NOTHING, RIGID_HOOK, Metric, Requirement, at_stop
+from .metrics import METRICS, NOTHING, RIGID_HOOK, Metric, Requirement, at_first_stop
 from .probe import states_at
 
 #: speeds that differ by less than this share are the same
@@ -37,7 +37,7 @@ def mean_deceleration(
     rows = record.rows
     xp = numpy_of(rows.t)
     number_of = xp.arange(rows.t.shape[0], dtype=np.int32)
-    stopped = at_stop(record, scene, number_of.astype(np.float64))
+    stopped = at_first_stop(record, scene, number_of.astype(np.float64))
     stops = xp.isfinite(stopped)
     count = xp.where(stops, stopped, 0.0).astype(np.int32)
     count = xp.where(stops, count, record.count)

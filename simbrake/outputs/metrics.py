@@ -28,7 +28,7 @@ from ..physics.mechanism import BandMode, Ledger, Mode, comes_to_rest, holds, sl
 from ..physics.shaft import Shaft
 from ..shaft import TackleLoss, names_of
 from ..thermal.heat import PowerSplit
-from .probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
+from .probe import EndOfRun, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
 from .quantities import coolant_outlet, deceleration, thickness
 
 # --- strength of the band and travel of the lever ------------------------------------
@@ -114,7 +114,7 @@ def values_of_marks(scene: Scene) -> dict[str, float]:
 Happens = Callable[[Mode, Mode], Array]
 
 
-#: the one that is looked for only while the brake is to hold (`to_hold`)
+#: name of the metric that is evaluated only while the brake is to hold (`to_hold`)
 HOLDING = "min_holding_reserve"
 #: differences of the friction heat below this share of it are rounding
 _NOTHING_LEFT = 1e-12
@@ -151,7 +151,8 @@ class Mark(NamedTuple):
     - `meaning`, and which `brakes` can have it
     - `plain`: a sentence
     - `words`: what is counted
-    - `limit(scene)`: where the event is, if not at the allowable value of the metric
+    - `limit(scene)`: where the event is, if not at the allowable value of the metric;
+      without an allowable value there is no event either
 
     Example:
         >>> sb.results.METRICS["max_drum_speed"].mark.event
@@ -283,8 +284,9 @@ def _held_share(p: Probe) -> Float[Array, "m 1"]:
     return held_share(*p.holding, holds(p.mode) | (p.y.omega == 0.0))[:, None]
 
 
-def at_stop(record: Record, scene: Scene, values: Array) -> Array:
-    """Value at the first stop."""
+def at_first_stop(record: Record, scene: Scene, values: Array) -> Array:
+    """Value at the first stop. Where the pulley may come to rest with the band open, an
+    instant of rest is a stop only if it has turned since the last one."""
     if not record.system.rests_open or record.modes.turn is not None:  # pyright: ignore
         return _first(record, comes_to_rest, values)
     phi = record.states.phi
@@ -299,11 +301,11 @@ def at_stop(record: Record, scene: Scene, values: Array) -> Array:
 
 
 def _stopping_time(record: Record, scene: Scene) -> Array:
-    return at_stop(record, scene, record.rows.t)
+    return at_first_stop(record, scene, record.rows.t)
 
 
 def _stopping_angle(record: Record, scene: Scene) -> Array:
-    return at_stop(record, scene, record.states.phi)
+    return at_first_stop(record, scene, record.states.phi)
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
@@ -313,7 +315,7 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
         return np.asarray(np.inf)
     if system.feature(ElasticRope) is None:
         return travel
-    return travel + at_stop(
+    return travel + at_first_stop(
         record, scene, stretched(system, record.states, record.modes)
     )
 
@@ -440,7 +442,7 @@ _SHAFT = Requirement(
 )
 _TERMINAL = Requirement(
     "torques on the shaft, or a `WindlassLoad`",
-    "it has no torques on the shaft",
+    "it has no torques on the shaft, and no `WindlassLoad`",
     lambda scene: bool(scene.shaft) or _GROUND.met(scene),
 )
 _TACKLE = Requirement(
@@ -723,7 +725,7 @@ METRICS: dict[str, Metric] = {
         _held_share,
         _LOAD,
         greatest=True,
-        number=_inverse,
+        number=_inverse,  # of the greatest load over capacity
     ),
     "max_band_stress": Metric(
         "Pa",
@@ -1233,7 +1235,7 @@ def heat_balance(e: Energies) -> Balance:
     )
 
 
-def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
+def _account(system: BrakeSystem, start: EndOfRun, end: EndOfRun) -> Account:
     shares = system.grip.shares
     thermal = thermal_of(system)
     # both ends by the same operations, so that what does not change has not changed,
@@ -1255,7 +1257,7 @@ def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
 
 
 def _energies(
-    system: BrakeSystem, start: Instant, end: Instant
+    system: BrakeSystem, start: EndOfRun, end: EndOfRun
 ) -> tuple[dict[str, Array], Mapping[str, Array]]:
     a = _account(system, start, end)
     rows = {
@@ -1320,7 +1322,7 @@ def energies(record: Record) -> ByName:
 def energies_between(record: Record, first: int, last: int) -> dict[str, Array]:
     """Energies (J) of a concrete run from row to row."""
 
-    def instant(row: int) -> Instant:
+    def instant(row: int) -> EndOfRun:
         t = np.asarray(record.rows.t)[row]
         state, mode = (
             jax.tree.map(lambda column: np.asarray(column)[row], x)

@@ -458,7 +458,7 @@ def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> TwoArrays:
     The load is that of the instant, of an elastic rope its pull. A lever that follows
     the speed can pull to its limit.
     """
-    z, surfaces = system.applied(t, y, mode)
+    z, surfaces = system.shaft_and_lever(t, y, mode)
     tension = z.lever_tension
     lever = system.lever_at(y, mode)
     piece = piece_of(mode, "lever")
@@ -542,7 +542,7 @@ def net_torque(
     """Accelerating torque (N·m) over the speed (rad/s, ≥ 0) in the sense of rotation:
     that of load and shaft, less what the sliding brake gives under the tension,
     temperatures and given functions of the instant `t`."""
-    z, surfaces = system.applied(t, y, mode)
+    z, surfaces = system.shaft_and_lever(t, y, mode)
     tension = z.lever_tension
     sense = jnp.where(y.omega < 0, -1.0, 1.0)
 
@@ -696,10 +696,10 @@ def can_lose_grip(system: BrakeSystem) -> bool:
 
 
 #: time, state and mode
-Instant = tuple[Array, State, Mode]
+EndOfRun = tuple[Array, State, Mode]
 
 
-def ends_of(record: Record) -> tuple[Instant, Instant]:
+def ends_of(record: Record) -> tuple[EndOfRun, EndOfRun]:
     """Time, state and mode at the start and at the end of a run; NumPy's of a concrete
     one."""
     rows = record.rows

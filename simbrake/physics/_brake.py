@@ -34,10 +34,10 @@ from .mechanism import (
     AbstractMechanism,
     AppliedLoads,
     BrakeCode,
-    ContactNow,
     ContactState,
     EventState,
     Ledger,
+    MechanismNow,
     MechanismOutputs,
     Mode,
     Sizes,
@@ -79,7 +79,7 @@ class BrakeNow(NamedTuple):
     net_load: Any
     lever_tension: Any = None  # T_0 (N), as the lever would give it
     lever_rate: Any = None  # its rate (N/s)
-    contact: Any = None  # a `ContactNow`
+    contact: Any = None  # a `MechanismNow`
     contact_states: tuple[ContactState, ...] = ()
     thermal: Any = None  # a `ThermalNow`
     shaft: Any = None  # a `ShaftNow`: torques on the shaft beside load and brake
@@ -133,8 +133,15 @@ AnyTree = TypeVar("AnyTree")
 
 class Feature(Struct):
     """Physics of a brake beside its mechanism. The brake goes through its features in
-    order; each gets what those before it have made, and gives it back with its own.
-    What a feature does not define stays as it is."""
+    the order of `assemble.py`; each gets what those before it have made, and gives it
+    back with its own. What a feature does not define stays as it is.
+
+    At an instant the brake asks `load_torque`, `torques`, `surfaces`, (the lever,)
+    `conditions`, (the mechanism, which may ask `heating_rates`,) `variables`; then
+    `rates` or `margins`. At an event it asks `at_once`, `settled`, `before`, (the
+    mechanism,) `after`; then `speed_after`, `reset`, and at a jump of the tension
+    `heat_of_jump`.
+    """
 
     #: whether it sets its own times (`AbstractHybridSystem.self_timed`)
     self_timed: ClassVar[bool] = False
@@ -149,7 +156,8 @@ class Feature(Struct):
         return False
 
     def rests_open(self, brake: "BrakeSystem") -> bool:
-        """Whether it may bring the pulley to rest with the band open."""
+        """Whether it may bring the pulley to rest with the band open; the mode says of
+        dry friction whether it holds it there."""
         return False
 
     # --- given functions of time -----------------------------------------------------
@@ -166,8 +174,8 @@ class Feature(Struct):
     # --- states ----------------------------------------------------------------------
 
     def book(self, brake: "BrakeSystem", ledger: Ledger, of_each: Any) -> Ledger:
-        """The ledger with its entries, `of_each` for each: a value at the start, a
-        size, a place in the Jacobian."""
+        """The ledger with its entries, each of them `of_each`. It is asked three times:
+        for values at the start, for sizes, for places in the Jacobian."""
         return ledger
 
     def start(self, now: BrakeAtInstant) -> tuple[State, Mode]:
@@ -214,12 +222,15 @@ class Feature(Struct):
         return rates
 
     def variables(self, now: BrakeAtInstant) -> BrakeNow:
+        """The variables with what follows from the answer of the mechanism."""
         return now.z
 
     def rates(self, now: BrakeAtInstant, rates: State) -> State:
+        """The rates of its states."""
         return rates
 
     def margins(self, now: BrakeAtInstant, guards: BrakeGuards) -> BrakeGuards:
+        """Its guards: positive while the mode holds."""
         return guards
 
     def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
@@ -597,7 +608,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             follows, 0.0, rate
         )
 
-    def applied(self, t: Array, y: State, mode: Mode) -> tuple[BrakeNow, Surfaces]:
+    def shaft_and_lever(
+        self, t: Array, y: State, mode: Mode
+    ) -> tuple[BrakeNow, Surfaces]:
         """Torques on the shaft, tension of the lever and its rate; and the surfaces of
         the pairs."""
         load = self.load_torque(t, y.omega, mode, y)
@@ -611,7 +624,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     # --- all of it at one instant ----------------------------------------------------
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
-        z, surfaces = self.applied(t, y, mode)
+        z, surfaces = self.shaft_and_lever(t, y, mode)
         for feature in self.features:
             z = feature.conditions(BrakeAtInstant(self, t, y, mode, z))
         now = BrakeAtInstant(self, t, y, mode, z)
@@ -627,7 +640,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             factor_rates = jax.jvp(
                 lambda t: self._factors(t, y, mode), (t,), (jnp.ones_like(t),)
             )[1]
-        acting = self.acting(t, y, mode, z, surfaces)._replace(
+        acting = self.applied_loads(t, y, mode, z, surfaces)._replace(
             heating_rate=heating_rate, factor_rates=factor_rates
         )
         contact = self.mechanism.variables(acting, y.omega, y.own, mode)
@@ -643,7 +656,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             load_work=z.load_torque * y.omega,
             lever_work=self.of_all(z.contact.lever_power),
             friction=tuple(
-                self.of_all(_total(rub.force * rub.slip)) for rub in z.contact_states
+                self.of_all(_total(pair.force * pair.slip)) for pair in z.contact_states
             ),
             damper_heat=self.of_all(z.contact.damping)
             if self.mechanism.damps
@@ -659,7 +672,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     # --- guards and changes of mode --------------------------------------------------
 
-    def acting(
+    def applied_loads(
         self,
         t: Array,
         y: State,
@@ -678,7 +691,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
         guards = BrakeGuards(
             self.mechanism.guards(
-                self.acting(t, y, mode, z), y.omega, y.own, mode, z.contact
+                self.applied_loads(t, y, mode, z), y.omega, y.own, mode, z.contact
             )
         )
         now = BrakeAtInstant(self, t, y, mode, z)
@@ -701,11 +714,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         t = now.t
         y = now.y
         new = self._next_pieces(now.y, now.mode, at_stop)
-        acting = self.acting(t, y, now.mode, now.z)
+        acting = self.applied_loads(t, y, now.mode, now.z)
         omega = y.omega
         for feature in self.features:
             omega = feature.settled(BrakeAtInstant(self, t, y, now.mode), fired, omega)
-        before = EventState(
+        # what the mechanism compares with is the instant before the features' changes
+        at_event = EventState(
             t, omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact
         )
         for feature in self.features:
@@ -715,11 +729,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         def evaluate(
             mode: Mode, omega: Array, own: PyTree
-        ) -> tuple[AppliedLoads, ContactNow]:
+        ) -> tuple[AppliedLoads, MechanismNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
-            return self.acting(t, y, mode, z), z.contact
+            return self.applied_loads(t, y, mode, z), z.contact
 
-        new, code = self.mechanism.change(before, new, fired.contact, evaluate)
+        new, code = self.mechanism.change(at_event, new, fired.contact, evaluate)
         for feature in self.features:
             new, code = feature.after(
                 BrakeAtInstant(self, t, y, now.mode, now.z), new, fired, code
@@ -736,7 +750,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             omega = feature.speed_after(now, after, omega)
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
         new = y._replace(omega=omega, own=own)
-        # mass added in motion brings its energy
+        # mass added in motion brings its energy; a change of layer adds none, but
+        # changes the speed (`speed_after`)
         if self.load.added_inertia(load_piece(after)) is not None:
             added = self.inertia_at(after, y) - self.inertia_at(
                 before._replace(layer=after.layer), y
@@ -763,6 +778,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         own = new.own
         z = variables_of(self, t, y, before).contact
         surfaces = self.surfaces(t, y._replace(onset=new.onset), after)
+        # (a lever that answers to the load needs a rigid band, whose tension cannot jump)
         load = self.hanging_torque(t, omega, after, new)
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
         of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))

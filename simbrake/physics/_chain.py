@@ -16,10 +16,10 @@ from .mechanism import (
     SLIP_BACK,
     AbstractMechanism,
     AppliedLoads,
-    ContactNow,
     ContactState,
     EvaluateInMode,
     EventState,
+    MechanismNow,
     MechanismOutputs,
     Mode,
     Pair,
@@ -85,7 +85,7 @@ class ChainGuards(NamedTuple):
     motion: Array
 
 
-class ChainNow(ContactNow):
+class ChainNow(MechanismNow):
     """Variables of a chain; `brake_torque` is `R_b Σ G_i`, `lever_power` `T_0 u̇_1`."""
 
     damping: ScalarArray  # of all segments (W)

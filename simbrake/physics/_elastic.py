@@ -25,10 +25,10 @@ from .mechanism import (
     TAKE_UP,
     AppliedLoads,
     BrakeCode,
-    ContactNow,
     ContactState,
     EvaluateInMode,
     EventState,
+    MechanismNow,
     MechanismOutputs,
     Mode,
     Pair,
@@ -55,7 +55,7 @@ class BandState(NamedTuple):
     omega_b: Any = None
 
 
-class ElasticNow(ContactNow):
+class ElasticNow(MechanismNow):
     """Variables of an elastic band; `lever_power` is `T_0 ẋ`."""
 
     net_tension: Float[

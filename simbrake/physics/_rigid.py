@@ -28,10 +28,10 @@ from .mechanism import (
     AbstractMechanism,
     AppliedLoads,
     BrakeCode,
-    ContactNow,
     ContactState,
     EvaluateInMode,
     EventState,
+    MechanismNow,
     MechanismOutputs,
     Mode,
     Pair,
@@ -234,7 +234,7 @@ class AbstractContact(AbstractMechanism):
         omega: Array,
         mode: Mode,
         surfaces: Surfaces,
-        z: ContactNow,
+        z: MechanismNow,
     ) -> tuple[PairNow, Array | None]:
         """The pair on which the lever acts, and the tension of the band behind every
         lining."""
@@ -332,7 +332,7 @@ class Torques(NamedTuple):
     law: Any
 
 
-class RigidNow(ContactNow):
+class RigidNow(MechanismNow):
     """Variables of a rigid contact."""
 
     torques: Torques

@@ -33,10 +33,10 @@ from .mechanism import (
     AbstractMechanism,
     AppliedLoads,
     BrakeCode,
-    ContactNow,
     ContactState,
     EvaluateInMode,
     EventState,
+    MechanismNow,
     MechanismOutputs,
     Mode,
     Pair,
@@ -275,7 +275,7 @@ class SprungGuards(NamedTuple):
     rim: Array | None
 
 
-class SprungNow(ContactNow):
+class SprungNow(MechanismNow):
     """Variables of a bandage on springs; `brake_torque` is `R_b (T_n − T_0)`."""
 
     damping: ScalarArray  # of all springs (W)

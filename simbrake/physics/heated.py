@@ -115,9 +115,9 @@ class Heating(Feature):
         """Pressures of the linings (Pa) in each pair; loads do not depend on how fast
         temperatures change."""
         brake, t, y, mode, _ = now
-        applied, surfaces = brake.applied(t, y, mode)
+        applied, surfaces = brake.shaft_and_lever(t, y, mode)
         still = self.at_sensors(brake, jnp.zeros_like(y.heat))
-        acting = brake.acting(t, y, mode, applied, surfaces)._replace(
+        acting = brake.applied_loads(t, y, mode, applied, surfaces)._replace(
             heating_rate=lambda forces: still
         )
         z = brake.mechanism.variables(acting, y.omega, y.own, mode)

@@ -535,7 +535,7 @@ class Sizes(NamedTuple):
     slight_torque: ScalarArray
 
 
-class ContactNow(Struct):
+class MechanismNow(Struct):
     """Variables that every mechanism has; each adds its own."""
 
     # T_0 (N), as the contact has it: 0 while the lever does not pull
@@ -574,7 +574,7 @@ class AbstractMechanism(Struct):
 
     A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and its
     applied loads. Other modules see only names, forces and slip speeds of its friction
-    pairs: heat, wear and ledger are elsewhere. Its variables `z` are a `ContactNow`,
+    pairs: heat, wear and ledger are elsewhere. Its variables `z` are a `MechanismNow`,
     with `damping` (W) where it has dampers.
 
     - `grip`: friction of the linings on which the lever acts
@@ -606,16 +606,21 @@ class AbstractMechanism(Struct):
     @abc.abstractmethod
     def variables(
         self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode
-    ) -> ContactNow:
+    ) -> MechanismNow:
         """Algebraic variables at one instant."""
 
     @abc.abstractmethod
-    def own_rates(self, z: ContactNow) -> PyTree:
+    def own_rates(self, z: MechanismNow) -> PyTree:
         """Rates of the own states."""
 
     @abc.abstractmethod
     def guards(
-        self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode, z: ContactNow
+        self,
+        acting: AppliedLoads,
+        omega: Array,
+        own: PyTree,
+        mode: Mode,
+        z: MechanismNow,
     ) -> PyTree:
         """Dimensionless margins by name, positive while the mode holds."""
 

@@ -3,7 +3,7 @@ pads, shoes."""
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -145,12 +145,12 @@ def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
             axes, start, start + length * tangent, mutation_scale=14, color=GREY, lw=2.5
         )
         place = tuple(start + (length + 0.02) * tangent)
-        look = {"ha": "center"}
+        side: Literal["center", "left", "right"] = "center"
         if length < 0.5:  # no room for both between the ends
             place = (-direction * 2.2, -1.6)
-            look = {"ha": "left" if direction > 0 else "right"}
+            side = "left" if direction > 0 else "right"
         axes.annotate(
-            words, place, (0, -3), textcoords="offset points", va="top", **look
+            words, place, (0, -3), textcoords="offset points", va="top", ha=side
         )
 
 
