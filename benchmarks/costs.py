@@ -957,8 +957,6 @@ class Growth(NamedTuple):
 _SEVERAL = (*_FIVE[:4], "min_holding_reserve", "max_rope_tension")
 _GROWS = (
     Growth("linings on one band", (20, 320), _stop),
-    # (so many layers are followed by the implicit method, whose steps also resolve the
-    # heat that enters thinner ones)
     Growth("layers of a rim", (20, 320), _with_layers, limit=1.5),
     Growth("points of a lever", (100, 6_400), _with_points),
     Growth("stops in a run", (5, 80), _with_stops),
@@ -1026,6 +1024,9 @@ def growth(quick: bool) -> Part:
     notes = (
         "The ratio is the exponent: 1 where twice as many take twice as long. rtol "
         "1e-8, prepared runs.",
+        "Rims of many layers are followed by the implicit method, whose steps also "
+        "resolve the heat that enters thinner ones: limit 1.5.",
+        "Compiling is the elapsed time of tracing and compiling.",
     )
     costs = [cost for one in some for cost in grows(one, 0.5)]
     return Part(
