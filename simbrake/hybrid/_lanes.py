@@ -180,7 +180,7 @@ def _advanced(problem: Problem, lane: Lane, watched: Watched | None) -> Lane:
                 carry.mode.astype(carry.y.dtype),
             ]
         )
-        followed = follow(followed, watched, end, row, begins, stepped)
+        followed = follow(followed, end, row, begins, stepped)
     counts = running & ~restarts & (nobody | ~waits)
     # (at the counter that all lanes share, so that there is no scatter; it moves on
     # when they were judged)
@@ -215,7 +215,9 @@ def _run(
     # (one row more for the end, one for what is written where no room is left)
     starts = jnp.zeros((room + 2, row.shape[0]), row.dtype).at[0].set(row)
     row_of_step = jnp.concatenate([jnp.zeros(2), y0, mode0.astype(y0.dtype)])
-    followed = None if watched is None else nothing_followed(watched, row_of_step)
+    followed = (
+        None if watched is None else nothing_followed(len(watched.groups), row_of_step)
+    )
     begin = Lane(
         start, zero, zero, starts, jnp.full(room + 2, SKIPPED, jnp.int32), followed
     )
@@ -250,8 +252,8 @@ def hybridsolve_lane(
     long as nothing but plain steps follow; its `kind` is the event at its end (SKIPPED:
     nothing in this lane). States inside the rows cannot be looked at. `room`: how often
     lanes may be judged; a run for which it does not suffice ends with the code
-    STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well. Not
-    differentiable.
+    STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well, each by
+    itself. Not differentiable.
     """
     problem, flat_y0, flat_mode0 = problem_of(
         system, y0, mode0, t0, t1, method, settings
@@ -261,7 +263,7 @@ def hybridsolve_lane(
     if watched is not None and end.followed is not None:
         tops = greatest_of_steps(
             end.followed,
-            watched,
+            watched.watch,
             problem.flat,
             problem.method.rolled(),
             flat_y0.shape[0],

@@ -488,97 +488,63 @@ _KEPT = 4
 
 
 class Followed(NamedTuple):
-    """Greatest values so far, and steps that may have higher ones inside.
+    """Greatest values of quantities (k,) so far, and steps that may have higher ones
+    inside.
 
     - `start`: values and rates (k,) where the next step begins
-    - `best` (group,): greatest values at ends of steps
-    - of the steps that are kept, (4, group) each: `bound`, the `entry` of the group
-      that may reach it, its `place` and its bracket (`low`, `high`); `step`: time,
-      length, state and mode
+    - `best` (k,): greatest values at ends of steps
+    - of the steps that are kept, (4, k) each: `bound` of the value inside, `ends`:
+      value and rate at the start, then at the end; `step`: time, length, state and mode
     """
 
     start: TwoArrays
-    best: Float[Array, " group"]
-    bound: Float[Array, "kept group"]
-    entry: Int[Array, "kept group"]
-    place: Float[Array, "kept group"]
-    low: Float[Array, "kept group 3"]
-    high: Float[Array, "kept group 3"]
-    step: Float[Array, "kept group column"]
+    best: Float[Array, " k"]
+    bound: Float[Array, "kept k"]
+    ends: Float[Array, "kept k 4"]
+    step: Float[Array, "kept k column"]
 
 
-def nothing_followed(watched: Watched, step: Array) -> Followed:
-    """At the start of a run; `step`: any time, length, state and mode in one vector."""
-    kept = (_KEPT, len(watched.groups))
-    nothing = jnp.full(sum(watched.groups), _NOTHING)
+def nothing_followed(count: int, step: Array) -> Followed:
+    """At the start of a run, of so many quantities; `step`: any time, length, state and
+    mode in one vector."""
+    kept = (_KEPT, count)
+    nothing = jnp.full(count, _NOTHING)
     return Followed(
         start=(nothing, nothing),
-        best=jnp.full(kept[1:], _NOTHING),
+        best=nothing,
         bound=jnp.full(kept, _NOTHING),
-        entry=jnp.zeros(kept, jnp.int32),
-        place=jnp.zeros(kept),
-        low=jnp.zeros((*kept, 3)),
-        high=jnp.zeros((*kept, 3)),
+        ends=jnp.zeros((*kept, 4)),
         step=jnp.tile(step, (*kept, 1)),
     )
 
 
 def follow(
-    f: Followed,
-    watched: Watched,
-    end: TwoArrays,
-    step: Array,
-    begins: Mark,
-    stepped: Mark,
+    f: Followed, end: TwoArrays, step: Array, begins: Mark, stepped: Mark
 ) -> Followed:
     """After an attempt with the values and rates `end`; whether a segment `begins`
     there, or a step was taken to it."""
-    ends = np.cumsum([0, *watched.groups]).tolist()
     counts = begins | stepped
-    best = jnp.where(counts, jnp.maximum(f.best, _tops(end[0], ends)), f.best)
+    best = jnp.where(counts, jnp.maximum(f.best, end[0]), f.best)
     turns = _turns(f.start, end, step[1])
-    bounds = jnp.where(turns.left, turns.bound, _NOTHING)
-    entry = jnp.stack(
-        [
-            a + jnp.argmax(bounds[a:b]).astype(jnp.int32)
-            for a, b in itertools.pairwise(ends)
-        ]
-    )
-    bound = bounds[entry]
+    bound = jnp.where(turns.left, turns.bound, _NOTHING)
     # in place of the lowest of those that are kept
     numbers = jnp.arange(_KEPT, dtype=jnp.int32)[:, None]
     lowest = numbers == jnp.argmin(f.bound, axis=0).astype(jnp.int32)
     new = lowest & stepped & (bound > best + SAME * jnp.abs(best)) & (bound > f.bound)
-    low = jnp.stack([jnp.zeros_like(bound), *(x[entry] for x in f.start)], axis=-1)
-    high = jnp.stack([jnp.ones_like(bound), *(x[entry] for x in end)], axis=-1)
-    kept = (
-        bound,
-        entry,
-        turns.place[entry],
-        low,
-        high,
-        jnp.broadcast_to(step, (len(watched.groups), step.size)),
-    )
-    old = (f.bound, f.entry, f.place, f.low, f.high, f.step)
-    kept = [
-        _chosen(new, jnp.broadcast_to(x, y.shape), y)
-        for x, y in zip(kept, old, strict=True)
-    ]
+    ends = jnp.stack([*f.start, *end], axis=-1)
+    each = zip((bound, ends, step), (f.bound, f.ends, f.step), strict=True)
+    kept = [_chosen(new, jnp.broadcast_to(x, y.shape), y) for x, y in each]
     return Followed(_chosen(counts, end, f.start), best, *kept)
 
 
 def greatest_of_steps(
-    f: Followed, watched: Watched, flat: Flat, method: AbstractMethod, ny: int
-) -> Float[Array, " group"]:
-    """Greatest values (group,) at the ends of steps, and inside those that were
-    kept."""
-    groups = jnp.arange(len(watched.groups), dtype=jnp.int32)
-    group_of = np.repeat(np.arange(len(watched.groups), dtype=np.int32), watched.groups)
+    f: Followed, watch: Watch, flat: Flat, method: AbstractMethod, ny: int
+) -> Float[Array, " k"]:
+    """Greatest values (k,) at the ends of steps, and inside those that were kept."""
+    each = jnp.arange(f.best.size, dtype=jnp.int32)
 
-    def look(
-        g: Count, entry: Count, share: Scalar, step: Array
-    ) -> tuple[Array, Array, Array]:
-        """Of a group its greatest value there, and value and rate of the entry."""
+    def look(i: Count, share: Scalar, step: Array) -> TwoArrays:
+        """Value and rate of a quantity."""
         t = step[0]
         h = step[1]
         mode = step[2 + ny :].astype(jnp.int32)
@@ -587,35 +553,34 @@ def greatest_of_steps(
             return flat.rhs(t, y, mode)
 
         y = method.state_after(rhs, t, step[2 : 2 + ny], share * h)
-        q, r = watched.watch(t + share * h, y, mode, rhs(t + share * h, y))
-        return jnp.max(jnp.where(group_of == g, q, _NOTHING)), q[entry], r[entry]
+        q, r = watch(t + share * h, y, mode, rhs(t + share * h, y))
+        return q[i], r[i]
 
     def left(best: Array, bound: Array) -> Array:
         return bound > best + SAME * jnp.abs(best)
 
     def highest(carry: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Looks at the step with the highest bound of each group."""
+        """Looks at the step with the highest bound of each quantity."""
         best, bounds = carry
         i = jnp.argmax(bounds, axis=0).astype(jnp.int32)
-        chosen = [
-            column[i, groups]
-            for column in (bounds, f.entry, f.place, f.low, f.high, f.step)
-        ]
-        bound, entry, place, low, high, step = chosen
-        looks = jnp.where(left(best, bound), 0, _LOOKS).astype(jnp.int32)
+        ends = f.ends[i, each]
+        step = f.step[i, each]
+        h = step[:, 1]
+        start, end = (ends[:, :1], ends[:, 1:2]), (ends[:, 2:3], ends[:, 3:])
+        turns = _next_turn(_turns(start, end, h), best[:, None], start, end)
+        looks = jnp.where(left(best, bounds[i, each]), 0, _LOOKS).astype(jnp.int32)
 
         def turn(carry: tuple[Array, _Bracket]) -> tuple[Array, _Bracket]:
             best, bracket = carry
-            top, q, r = jax.vmap(look)(groups, entry, bracket.share, step)
+            q, r = jax.vmap(look)(each, bracket.share, step)
             goes_on = bracket.looks < _LOOKS
-            best = jnp.where(goes_on, jnp.maximum(best, top), best)
-            narrowed = _narrowed(bracket, q, r, step[:, 1])
-            return best, _chosen(goes_on, narrowed, bracket)
+            best = jnp.where(goes_on, jnp.maximum(best, q), best)
+            return best, _chosen(goes_on, _narrowed(bracket, q, r, h), bracket)
 
         def goes_on(carry: tuple[Array, _Bracket]) -> Mark:
             return jnp.any(carry[1].looks < _LOOKS)
 
-        begin = best, _Bracket(place, looks, low, high, low)
+        begin = best, turns.bracket._replace(looks=looks)
         best = jax.lax.while_loop(goes_on, turn, begin)[0]
         done = jnp.arange(_KEPT, dtype=jnp.int32)[:, None] == i
         return best, jnp.where(done | ~left(best, bounds), _NOTHING, bounds)
