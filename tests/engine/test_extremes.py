@@ -11,6 +11,7 @@ from heat_scenes import T0, W0, N, R, lump, rigid_stop
 from helpers import near
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
+from oracles.random_maxima import COVERED, SOLVERS, compared
 from scenes import stop_scene
 from scipy.optimize import brentq
 from shipped import load
@@ -183,6 +184,17 @@ def test_no_instant_of_a_run_exceeds_its_maxima(kind, flavour, seed, solver):
         )
         assert peaks[name].value >= seen * (1 - 1e-12), name
         assert peaks[name].value <= seen * (1 + 1e-3), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", SOLVERS)
+@pytest.mark.parametrize(("kind", "flavour", "seed"), RANDOM[::2])
+def test_maxima_close_to_a_corner_are_as_exact_as_the_run(kind, flavour, seed, method):
+    found = list(compared(kind, flavour, seed, method))
+    assert len(found) >= 8
+    assert not [one for one in found if not one.holds]
+    covered = [one.covered for one in found if one.covered is not None]
+    assert sum(covered) >= COVERED * len(covered)
 
 
 SCENES = ["u2_5_5_stop", "disc_stop", "unequal_bands"]
