@@ -131,15 +131,7 @@ def assess(
     profiles: list[tuple[float, float] | None] = [None] * z.size
     if profile and search.converged:
         rise = quantile**2 * (1.0 if absolute else chi2 / freedom)
-        with Progress("calibrate", "profiles…"):
-            for i in range(model.shared):
-                first, last = (
-                    end
-                    if np.isinf(end)
-                    else float(box.up(np.where(np.arange(z.size) == i, end, z))[i])
-                    for end in search.profile(z, i, rise, quantile * error[i])
-                )
-                profiles[i] = first, last
+        profiles = _profiles(search, z, rise, quantile * error)
         if search.best[0] < least - _BETTER * rise:
             there = _numbers_at(search, search.best[1])
             warnings.append(
@@ -195,6 +187,24 @@ def assess(
         outcome=outcome,
         fixed=tied,
     )
+
+
+def _profiles(
+    search: Search, z: np.ndarray, rise: float, widths: np.ndarray
+) -> list[tuple[float, float] | None]:
+    """Values of each parameter that all recordings share at the ends of its profile,
+    `∓inf` where there is none; `None` of the others."""
+    found: list[tuple[float, float] | None] = [None] * z.size
+    with Progress("calibrate", "profiles…"):
+        for i in range(search.model.shared):
+            ends = []
+            for end in search.profile(z, i, rise, widths[i]):
+                if np.isfinite(end):
+                    there = np.where(np.arange(z.size) == i, end, z)
+                    end = float(search.box.up(there)[i])
+                ends.append(end)
+            found[i] = ends[0], ends[1]
+    return found
 
 
 def _state(open_: bool, fixed: bool, z: float) -> State:

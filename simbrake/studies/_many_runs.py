@@ -22,6 +22,7 @@ from .._base._store import canonical, versions
 from ..runs.measure import name_of
 from ..runs.simulate import solver_name
 from ._chunks import LostWorkersError, Pool, Store, Task, interruptible, threads
+from ._plan import FEW, Plan
 from .evaluating import Solver
 from .many_points import ABOUT, Columns, Job, limits_of_many, run_chunk
 
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     Client: TypeAlias = dask.distributed.Client | str
 else:  # imported where it is used
     Client = Any
-from ._plan import FEW, Plan
 
 #: a function called with `(done, total)` runs; a progress line, on a terminal only
 #: (`None`); or none (`False`)

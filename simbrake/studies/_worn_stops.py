@@ -9,7 +9,6 @@ from .._base._faults import input_error
 from .._base._progress import Progress
 from ..parts.scene import Scene
 from ..parts.worn import feeds_back, turned_scene
-from ..parts.worn import worn_scene as worn_scene
 from ..runs.edit import with_values
 from ..runs.simulate import simulate
 
