@@ -47,7 +47,6 @@ def assess(
     *,
     absolute: bool,
     confidence: float,
-    rtol: float,
     profile: bool,
 ) -> Calibration:
     """The calibration at the best point of a search."""
@@ -181,7 +180,7 @@ def assess(
         message=message,
         evaluations=model.points * len(recordings),
         failures=failures,
-        solver=f"{solver}, rtol {rtol:g}, {search.method}",
+        solver=f"{solver}, rtol {model.run.rtol:g}, {search.method}",
         loss=search.loss,
         warnings=(*warnings, *notes),
         outcome=outcome,
@@ -384,12 +383,7 @@ def calibrate(
     )
     search.run()
     return assess(
-        search,
-        scene,
-        absolute=absolute,
-        confidence=confidence,
-        rtol=rtol,
-        profile=profile,
+        search, scene, absolute=absolute, confidence=confidence, profile=profile
     )
 
 
