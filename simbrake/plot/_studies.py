@@ -57,13 +57,13 @@ def tornado(table: SensitivityTable, *, most: int = 12, ax: Axes | None = None) 
     """
     base, bars = table.bars(most)
     ranged = any(len(ends) > 1 for _, ends in bars)
-    bars.sort(key=lambda bar: max(abs(end - base) for _, end in bar[1]))
+    bars.sort(key=lambda bar: max(abs(end - base) for end in bar[1].values()))
     axes = drawn_in(ax, 9.5, 1.9 + 0.6 * len(bars))
     colours = {"low": BLUE, "high": VERMILLION}
     labels = []
     names = _parameters([row for row, _ in bars])
     for y, (name, (row, ends)) in enumerate(zip(names, bars, strict=True)):
-        for side, end in ends:
+        for side, end in ends.items():
             axes.barh(y, end - base, left=base, color=colours[side], height=0.7)
         if row.tangent is not None:
             tangents = [base - row.tangent, base + row.tangent]

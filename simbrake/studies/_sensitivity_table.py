@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -102,13 +102,9 @@ class SensitivityTable(Tabular):
             if row.path.endswith("[:]") or not row.path.endswith("]")
         )
 
-    def bars(
-        self, most: int
-    ) -> tuple[
-        float, list[tuple[Sensitivity, list[tuple[Literal["low", "high"], float]]]]
-    ]:
+    def bars(self, most: int) -> tuple[float, list[tuple[Sensitivity, dict[str, Any]]]]:
         """Of a tornado chart the value of the metric, and parameters with the ends of
-        their bars.
+        their bars at the `low` and the `high` bound.
 
         Without ranges in the table the bars are elasticities, which count from 0.
         """
@@ -116,11 +112,11 @@ class SensitivityTable(Tabular):
         ranged = [row for row in free if row.low is not None and row.high is not None]
         if ranged:
             return self.value, [
-                (row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]
-            ]  # pyright: ignore
+                (row, {"low": row.low, "high": row.high}) for row in ranged[:most]
+            ]
         rows = [row for row in free if np.isfinite(row.elasticity)]
         return 0.0, [
-            (row, [("high" if row.elasticity > 0 else "low", row.elasticity)])
+            (row, {"high" if row.elasticity > 0 else "low": row.elasticity})
             for row in rows[:most]
         ]
 
