@@ -48,7 +48,7 @@ def test_second_derivatives_of_the_stop():
 
 
 def test_other_events_in_a_step_are_refused():
-    scene = stop_scene()
+    scene = stop_scene(C=None)
     metric = "stopping_time"
     stop = float(sb.simulate(scene).stopping_time)
     close = sb.with_values(scene, {"end_time": 1.005 * stop})

@@ -55,7 +55,13 @@ def cooled_stop(force, capacity, cooling):
 COOLED = [(150e3, 20.0), (787.5, 0.9), (787.5, 0.3), (400.0, 300.0)]
 
 
-@pytest.mark.parametrize("solver", [None, Rodas5P()], ids=["explicit", "implicit"])
+@pytest.mark.parametrize(
+    "solver",
+    [
+        pytest.param(None, id="explicit"),
+        pytest.param(Rodas5P(), id="implicit", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize(("capacity", "cooling"), COOLED)
 def test_highest_temperature_of_a_cooled_rim(capacity, cooling, solver):
     when, truth = hottest(T0, capacity, cooling)
@@ -72,6 +78,7 @@ def test_highest_temperature_of_a_cooled_rim(capacity, cooling, solver):
         assert abs(found.value - 293.15 - float(truth)) <= 3 * stated + 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("capacity", "cooling"), COOLED)
 def test_derivative_of_the_highest_temperature(capacity, cooling):
     def simulated(force):
@@ -118,30 +125,44 @@ def hook_load(t, damping):
     return stretch + damping / K * fade * (omega + delta**2 / omega) * jnp.sin(phase)
 
 
-@pytest.mark.parametrize("damping", [0.4, 400.0])
-def test_first_of_nearly_equal_swings_is_the_highest(damping):
-    """The second swing is lower by 2e-6, or 2e-3."""
+def highest(damping):
+    """A run of the mass."""
+    elastic = sb.loads.RopeElasticity(K, damping, stretch=0.4 * MASS * G / K)
+    load = sb.HookLoad(MASS, 0.4, 8.0, elasticity=elastic)
+    scene = stop_scene(C=None, T0=30e3, w0=0.0, load=load, end=3.0)
+    return sb.simulate(scene, rtol=1e-12)
+
+
+def time_of_the_first(damping):
     omega = math.sqrt(K / MASS)
     slope = jax.grad(hook_load)
-    when = brentq(
+    return brentq(
         lambda t: slope(t, damping),
         0.9 * math.pi / omega,
         1.1 * math.pi / omega,
         xtol=1e-15,
     )
 
-    def highest(damping):
-        elastic = sb.loads.RopeElasticity(K, damping, stretch=0.4 * MASS * G / K)
-        load = sb.HookLoad(MASS, 0.4, 8.0, elasticity=elastic)
-        return sb.simulate(
-            stop_scene(C=None, T0=30e3, w0=0.0, load=load, end=3.0), rtol=1e-12
-        )
 
+#: the second swing is lower by 2e-6, or 2e-3
+DAMPINGS = pytest.mark.parametrize("damping", [0.4, 400.0])
+
+
+@DAMPINGS
+def test_first_of_nearly_equal_swings_is_the_highest(damping):
+    when = time_of_the_first(damping)
     found = highest(damping).report().peaks["max_hook_load"]
     near(found.value, hook_load(when, damping), 1e-11)
     near(found.time, when, abs=1e-6)
+
+
+@pytest.mark.slow
+@DAMPINGS
+def test_derivative_of_the_highest_of_nearly_equal_swings(damping):
+    when = time_of_the_first(damping)
     exact = jax.grad(hook_load, argnums=1)(when, damping)
-    near(jax.grad(lambda c: highest(c)["max_hook_load"])(damping), exact, 1e-7)
+    slope = jax.jit(jax.grad(lambda c: highest(c)["max_hook_load"]))
+    near(slope(damping), exact, 1e-7)
 
 
 RANDOM = [

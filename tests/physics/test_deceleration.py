@@ -107,25 +107,32 @@ def disc_stop(force, load=None, **parts):
     return dataclasses.replace(scene, duty=sb.ForceDuty(force, load))
 
 
+PULL = sb.loads.Actuator(sb.PiecewiseLinear([0.2, 0.2], [0.0, F]), dead_time=0.3)
+ALPHA = TORQUE / DISC
+
+
 def test_means_of_a_constant_deceleration_behind_dead_time():
     """Without a load the speed stays until the pads act: means from there on are the
-    constant one, the one from the command counts the dead time; so in phases, in which
-    a drag slows the shaft before."""
-    pull = sb.loads.Actuator(sb.PiecewiseLinear([0.2, 0.2], [0.0, F]), dead_time=0.3)
-    result = sb.simulate(disc_stop(pull))
-    phases = (sb.loads.Phase(0.0, "1 s"), sb.loads.Phase(pull, "rest"))
-    drag = sb.loads.EddyCurrentBrake(50.0, 5.0, sb.ramp(1.0, 0.0, 1.0, 1e-3))
-    in_phases = disc_stop(sb.loads.Phases(phases), shaft=(drag,))
-    alpha = TORQUE / DISC
-    for run in (result, sb.simulate(in_phases)):
-        found = [run[name] for name in MEANS[:3]]
-        w = run.series([1.1]).omega[0] if run is not result else 10.0
-        expected = [alpha, alpha, w / (0.3 + w / alpha)]
-        near(found, expected, 1e-9)
-    limits = {"mean_deceleration_by_time": 0.99 * alpha}
+    constant one, the one from the command counts the dead time."""
+    result = sb.simulate(disc_stop(PULL))
+    found = [result[name] for name in MEANS[:3]]
+    near(found, [ALPHA, ALPHA, 10.0 / (0.3 + 10.0 / ALPHA)], 1e-9)
+    limits = {"mean_deceleration_by_time": 0.99 * ALPHA}
     assert result.verdict(limits).colour == "red"
     with pytest.raises(KeyError, match="mean_hook"):
         result["mean_hook_deceleration_by_time"]
+
+
+@pytest.mark.slow
+def test_means_in_phases_behind_dead_time():
+    """A drag slows the shaft before."""
+    phases = (sb.loads.Phase(0.0, "1 s"), sb.loads.Phase(PULL, "rest"))
+    drag = sb.loads.EddyCurrentBrake(50.0, 5.0, sb.ramp(1.0, 0.0, 1.0, 1e-3))
+    in_phases = disc_stop(sb.loads.Phases(phases), shaft=(drag,))
+    run = sb.simulate(in_phases)
+    found = [run[name] for name in MEANS[:3]]
+    w = run.series([1.1]).omega[0]
+    near(found, [ALPHA, ALPHA, w / (0.3 + w / ALPHA)], 1e-9)
 
 
 def means_of_ramp(rate, begin=0.5, ahead=2.0, w0=10.0):
@@ -147,32 +154,39 @@ def means_of_ramp(rate, begin=0.5, ahead=2.0, w0=10.0):
     return jnp.stack([*pulley, *(ARM * mean for mean in pulley)])
 
 
-def test_means_of_a_ramp_and_their_derivatives():
+RATE = 3e3
+
+
+def ramp_stop(rate):
     """The greatest speed is inside the braking: its place moves with the ramp."""
-    rate = 3e3
+    points = sb.PiecewiseLinear([0.0, 0.5, 20.5], [0.0, 0.0, 20.0 * rate])
+    return disc_stop(points, HOIST)
 
-    def scene(rate):
-        points = sb.PiecewiseLinear([0.0, 0.5, 20.5], [0.0, 0.0, 20.0 * rate])
-        return disc_stop(points, HOIST)
 
+def test_means_of_a_ramp():
+    result = sb.simulate(ramp_stop(RATE))
+    all_near([result[name] for name in MEANS], means_of_ramp(RATE), 1e-9)
+
+
+@pytest.mark.slow
+def test_derivatives_and_many_means_of_a_ramp():
     some = [0, 2, 4]  # by time, from the command; of the load by travel
 
     def means(rate):
-        run = sb.simulate(scene(rate))
+        run = sb.simulate(ramp_stop(rate))
         return jnp.stack([getattr(run, MEANS[i]) for i in some])
 
-    result = sb.simulate(scene(rate))
-    single = [result[name] for name in MEANS]
-    all_near(single, means_of_ramp(rate), 1e-9)
-    expected = jax.jacfwd(means_of_ramp)(rate)[np.asarray(some)]
-    all_near(jax.jacfwd(means)(rate), expected, 1e-7)
-    paths = {"duty.force.values[2]": [20 * rate, 40 * rate]}
-    data = sb.ensemble(scene(rate), paths, MEANS[:1], progress=False)
-    expected = [means_of_ramp(x)[0] for x in (rate, 2 * rate)]
+    expected = jax.jacfwd(means_of_ramp)(RATE)[np.asarray(some)]
+    all_near(jax.jacfwd(means)(RATE), expected, 1e-7)
+    paths = {"duty.force.values[2]": [20 * RATE, 40 * RATE]}
+    data = sb.ensemble(ramp_stop(RATE), paths, MEANS[:1], progress=False)
+    expected = [means_of_ramp(x)[0] for x in (RATE, 2 * RATE)]
     all_near(data[MEANS[0]], expected, 1e-9)
 
 
 def test_no_mean_without_a_stop():
-    result = sb.simulate(disc_stop(sb.Constant(1e3), HOIST))
+    result = sb.simulate(
+        disc_stop(sb.PiecewiseLinear([0.0, 0.5, 20.5], [1e3] * 3), HOIST)
+    )
     assert {result[name] for name in MEANS} == {np.inf}
     assert MEANS[0] not in result.metrics

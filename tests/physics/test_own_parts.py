@@ -109,7 +109,8 @@ def test_constant_shear_stress_brakes_as_in_closed_form():
 
     stress = 1.6e6 / n
     stop = 20.0 * J * math.cos(beta / 2) / (R * n * stress * area)
-    found, slopes = jax.value_and_grad(stop_of, (0, 1, 2))(stress, 20.0, T_0)
+    program = jax.jit(jax.value_and_grad(stop_of, (0, 1, 2)))
+    found, slopes = program(stress, 20.0, T_0)
     near(found, stop, 1e-12)
     all_near(slopes[:2], [-stop / stress, stop / 20.0], 1e-10)
     assert abs(float(slopes[2])) * T_0 < 1e-10 * stop
