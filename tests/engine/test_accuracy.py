@@ -141,7 +141,7 @@ def hydrodynamic_stop():
     ("stop", "solver"),
     [
         (fading_stop, {}),
-        (hydrodynamic_stop, {}),
+        pytest.param(hydrodynamic_stop, {}, marks=pytest.mark.slow),
         pytest.param(
             fading_stop, {"solver": sb.hybrid.Rodas5P()}, marks=pytest.mark.slow
         ),
@@ -174,6 +174,7 @@ def test_errors_of_states_hold_at_any_time(stop, solver, rtol):
         ), name
 
 
+@pytest.mark.slow
 def test_errors_of_states_do_not_count_jumps():
     """The speed jumps where the rope changes its layer, by 3 % and more."""
     rope = sb.rope.RopeLayers("32 mm", turns_per_layer=2, turns=19)
@@ -301,6 +302,7 @@ def test_error_of_layers_covers_the_true_one(name):
     assert warned >= {32e-3, 60e-3}
 
 
+@pytest.mark.slow
 def test_layers_that_a_warning_proposes_are_good():
     steel = sb.material("steel_20L")
     time = 0.84
@@ -315,16 +317,8 @@ def test_layers_that_a_warning_proposes_are_good():
     assert not mesh_warnings(result)
 
 
-@pytest.mark.parametrize(
-    ("layers", "growth"),
-    [
-        (8, 1.0),
-        *(
-            pytest.param(*mesh, marks=pytest.mark.slow)
-            for mesh in ((4, 1.0), (10, 1.3))
-        ),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("layers", "growth"), [(8, 1.0), (4, 1.0), (10, 1.3)])
 def test_fade_carries_the_error_of_layers_into_the_stopping_time(layers, growth):
     """Friction that falls with the mean temperature of the first layer: the estimate
     covers what thin layers change."""

@@ -203,6 +203,7 @@ def test_importing_loads_only_what_runs_use():
     assert found.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_a_fresh_process_reads_every_template():
     """Kinds of a part are found among the classes that are loaded: whoever reads a file
     has loaded them all."""
@@ -341,6 +342,7 @@ def run_of(scene):
     return sb.simulate(scene, max_steps=128)
 
 
+@pytest.mark.slow
 def test_a_result_passes_through_jit():
     whole = jax.jit(run_of)(jax.tree.map(jnp.asarray, stop_scene()))
     assert whole.status == "stopped"

@@ -280,6 +280,7 @@ def test_jump_points_share_its_derivative():
     assert not any(row.note for row in table.rows)
 
 
+@pytest.mark.slow
 def test_jump_at_the_start_is_one_sided():
     """Before the start nobody sees it; later by `ε` it costs `ε/2` of the stop."""
     scene = lever([0.0, 0.0], [4e3, 8e3], end=9.0)

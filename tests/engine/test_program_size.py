@@ -38,6 +38,7 @@ def test_compiled_instructions(name):
     assert text.count(" = ") <= 1.15 * BOUNDS[name][0]
 
 
+@pytest.mark.slow
 @SCENES
 def test_step_attempts(name):
     solver = sb.simulate(shipped.load(name).scene(), rtol=1e-10).summary()["solver"]

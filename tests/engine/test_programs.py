@@ -36,6 +36,7 @@ def test_a_run_inside_a_program_of_the_user(room, monkeypatch):
     near(slope, central.imag / 1e-200, 1e-9)
 
 
+@pytest.mark.slow
 def test_scenes_of_numpy_side_by_side_inside_a_program():
     """`vmap` over stacked scenes within `jit`, as a sampler has it: the runs are those
     of each scene."""

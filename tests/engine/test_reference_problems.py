@@ -186,6 +186,7 @@ def test_stiff_problems(system, start, end, rtol, truth):
     all_near(r.y_end, truth, 1e-6)
 
 
+@pytest.mark.slow
 def test_events_match_nested_diffrax():
     """The same slip phase by diffrax's own event mechanism, bisected to rounding."""
     import optimistix

@@ -237,6 +237,7 @@ def warmed():
     return sb.Scene(brake, sb.Duty(8e3, 0.0), sb.Initial(0.0), 100.0, heat)
 
 
+@pytest.mark.slow
 def test_a_step_that_fails_changes_nothing():
     stepper = sb.Stepper(warmed(), inputs=["lever"])
     for k in range(5):

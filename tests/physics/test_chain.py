@@ -113,6 +113,7 @@ def test_lining_friction_is_at_its_own_slip():
     all_near(s.friction_coefficient, 0.3 + 0.05 * np.exp(-((slip / 0.4) ** 2)), 1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
 def test_sudden_load_moves_a_chain_its_way(sense):
     load = (0.0,), (sense * 400.0,)

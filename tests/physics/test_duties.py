@@ -76,6 +76,7 @@ def installation(each=1, **more):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_linings_heat_by_their_own_friction():
     """Insulated walls, one per lining: stored heat in proportion to the tension
     increments, whatever the depth."""

@@ -129,12 +129,7 @@ def answers(kind, values):
 
 
 def on(*kinds):
-    """These kinds; but for the rigid band, compiling takes long: slow tests."""
     assert set(kinds) <= {*KINDS, *PRESSED}
-    kinds = [
-        pytest.param(kind, marks=[] if kind == "rigid band" else [pytest.mark.slow])
-        for kind in kinds
-    ]
     return pytest.mark.parametrize("kind", kinds)
 
 
@@ -234,6 +229,7 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     near(answer.metrics["energy.friction_heat"], energy["friction_heat"], 1e-6)
 
 
+@pytest.mark.slow
 @on(
     "rigid band",
     "elastic band",

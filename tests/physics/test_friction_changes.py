@@ -113,6 +113,7 @@ def test_held_load_goes_when_friction_jumps():
 # --- other brakes -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_oiled_shoe():
     """The leading shoe loses friction: its load falls as well; one of them rising until
     it locks ends the run."""

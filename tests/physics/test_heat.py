@@ -144,10 +144,8 @@ def test_shares_of_heat_of_single_linings():
     assert float(energy["heat_closure"]) < 1e-12
 
 
-@pytest.mark.parametrize(
-    "solver",
-    [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("solver", [diffrax.Dopri8(), sb.hybrid.Rodas5P()])
 def test_adiabatic_lump_against_quadrature(solver):
     for slope in (2e-3, 0.0):
         result = fade_stop(slope=slope, solver=solver)

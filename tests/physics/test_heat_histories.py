@@ -27,6 +27,7 @@ def lump(C=4e3, T_0=350.0, *links):
     )
 
 
+@pytest.mark.slow
 def test_air_that_rises_and_swings():
     """`Ṫ = (T_a − T)/τ`: on a line of slope `r` `T_a − r τ` and what decays; under a
     sine the amplitude `A/√(1 + ω²τ²)`, late by `atan ωτ`."""
@@ -169,6 +170,7 @@ def test_derivatives_by_every_point():
     near(along, (high - low) / (2 * h), 2e-6)
 
 
+@pytest.mark.slow
 def test_friction_heat_enters_by_its_partition():
     """The share of the rim as a source there; the rest, of linings that are not
     modelled, is lost at once."""
@@ -187,6 +189,7 @@ def test_friction_heat_enters_by_its_partition():
     assert abs(friction.closure) < 1e-13
 
 
+@pytest.mark.slow
 def test_peak_of_a_scene_under_histories():
     """A brake at rest: the maximum of the rim, inside a step, under a source and an air
     of straight lines is that of `C Ṫ = P(t) − G (T − T_a(t))`."""
@@ -228,6 +231,7 @@ RECORD = """t [s],v [km/h],air [degC],P [kW]
 """
 
 
+@pytest.mark.slow
 def test_a_record_with_units(tmp_path):
     """Columns in SI; an empty cell leaves out its row of that column alone; samples
     that hold."""

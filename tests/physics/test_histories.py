@@ -30,14 +30,8 @@ COURSES = {
 }
 
 
-@pytest.mark.parametrize(
-    "course",
-    [
-        COURSES["lever"],
-        *(pytest.param(COURSES[k], marks=pytest.mark.slow) for k in list(COURSES)[1:]),
-    ],
-    ids=list(COURSES),
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("course", COURSES.values(), ids=COURSES)
 def test_samples_of_straight_lines_are_these_lines(course):
     """Values, and derivatives: along a change of all samples in proportion that of the
     line's height."""
@@ -59,6 +53,7 @@ def end_speed(result):
     return result.record.y_end.omega
 
 
+@pytest.mark.slow
 def test_held_samples_of_a_torque_add_up():
     """`J (ω − ω_0) = Σ M_i Δt_i`; derivatives with respect to the first, a middle and
     the last sample are `Δt_i/J`, and with respect to the time of a jump its height over
@@ -81,6 +76,7 @@ def test_held_samples_of_a_torque_add_up():
     all_near(by_time[1::2] + by_time[2::2], (M[:-1] - M[1:]) / J, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_thousands_of_samples_in_each_kind_of_program():
     """`J (ω − ω_0) = ∫ M dt` by trapezoids, in a prepared run and in a user's `jit`.
     (XLA makes other code for so many numbers.)"""
@@ -123,6 +119,7 @@ def test_a_step_costs_the_same_however_many_points_there_are():
     assert np.all(many < 2 * few), (few, many)
 
 
+@pytest.mark.slow
 def test_each_sample_of_the_air_acts_on_a_network():
     """`C Ṫ = G (T_air − T)`: a sample acts as the integral of its hat under
     `(G/C) e^{−(t_e − t) G/C}`, and the shift of all as `1 − e^{−t_e G/C}`."""

@@ -101,29 +101,15 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     near(at.motor_torque[0], WEIGHT, 1e-10)
     near(at.motor_power[0], MASS * 9.80665 * UP, 1e-10)
     near(at.hook_speed[0], -UP, 1e-10)
+    assert at.fast_line_tension is None  # without a loss of the tackle
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("timed", [False, True], ids=["rest", "time"])
 @pytest.mark.parametrize(
-    "timed",
-    [
-        pytest.param(False, id="rest"),
-        pytest.param(True, id="time", marks=pytest.mark.slow),
-    ],
+    "shaft", [(), (BearingFriction(600.0),)], ids=["smooth", "dry"]
 )
-@pytest.mark.parametrize(
-    "shaft",
-    [
-        pytest.param((), id="smooth", marks=pytest.mark.slow),
-        pytest.param((BearingFriction(600.0),), id="dry"),
-    ],
-)
-@pytest.mark.parametrize(
-    "stiffness",
-    [
-        pytest.param(None, id="rigid"),
-        pytest.param(4e5, id="elastic", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("stiffness", [None, 4e5], ids=["rigid", "elastic"])
 def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(
     stiffness, shaft, timed
 ):
@@ -146,6 +132,7 @@ def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(
     near(result.total_hook_travel, -75.0, 1e-10)
 
 
+@pytest.mark.slow
 def test_errors_of_a_start_are_not_those_of_another_one():
     hoist = Phases((Phase(0.0, "block up to 30 m", motor=course(0.0, -UP)),))
 
@@ -165,6 +152,7 @@ def _weak(torque, power):
     return Motor(torque, power, 40.0)
 
 
+@pytest.mark.slow
 def test_the_rope_of_a_tackle_is_judged_by_its_tightest_line():
     """2 MN on 12 lines of sheaves with K = 1.04: in hoisting API RP 9B's 213.1 kN,
     where 2 MN/12 are 166.7 kN."""
@@ -172,30 +160,24 @@ def test_the_rope_of_a_tackle_is_judged_by_its_tightest_line():
     n = 12
     pull = 2e6
     load = HookLoad(pull / 9.80665, RADIUS, n)
-    shaft = (TackleLoss(K),)
-    steady = Phase(
-        0.0, AfterTravel(-1.0), "hoist", motor=sb.PiecewiseLinear([0.0], [-12.0])
-    )
-    limits = sb.Limits(max_rope_tension="190 kN")
-    motor = Motor("150 kN*m", "10 MW", "40 rad/s")
+    steady = sb.PiecewiseLinear([0.0], [-12.0])
+    motor = Motor("150 kN*m", "10 MW", "40 rad/s", speed=steady)
     scene = sb.Scene(
         BRAKE,
-        sb.Duty(Phases((steady,)), load),
+        sb.Duty(0.0, load),
         sb.Initial(-12.0),
-        60.0,
+        2.0,
         motor=motor,
-        shaft=shaft,
+        shaft=(TackleLoss(K),),
+        limits=sb.Limits(max_rope_tension="190 kN"),
     )
-    result = sb.simulate(dataclasses.replace(scene, limits=limits))
+    result = sb.simulate(scene)
     fast = pull * K**n * (K - 1) / (K**n - 1)
     for name in ("max_rope_tension", "max_fast_line_tension"):
         near(result.metrics[name], fast, 1e-9)
     near(result.metrics["max_dead_line_tension"], fast / K**n, 1e-9)
     near(result.series([1.0]).motor_torque[0], fast * RADIUS, 1e-9)
     assert result.verdict().colour == "red"
-    plain = sb.simulate(dataclasses.replace(scene, shaft=()))
-    near(plain.metrics["max_rope_tension"], pull / n, 1e-9)
-    assert plain.series([1.0]).fast_line_tension is None
 
 
 @pytest.mark.parametrize("side", ["below", "above"])
@@ -236,6 +218,7 @@ def test_a_programme_asks_a_motor_for_what_the_tackle_takes_in_hoisting():
         scene(0.999 * heavy)
 
 
+@pytest.mark.slow
 def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
     weak = _weak(0.5 * WEIGHT, 1e7)
     lower = Phase(
@@ -399,11 +382,12 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     near(event.time, np.log(2.0) / 2.0, 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "travel", "reason"),
     [
-        pytest.param(-UP, -9.0, "M1", id="up", marks=pytest.mark.slow),
-        pytest.param(DOWN, 9.0, "L1", id="down", marks=pytest.mark.slow),
+        pytest.param(-UP, -9.0, "M1", id="up"),
+        pytest.param(DOWN, 9.0, "L1", id="down"),
         pytest.param(0.0, 0.0, "H7", id="still"),
     ],
 )
@@ -422,6 +406,7 @@ def test_a_run_that_ends_under_the_motor_is_driven(speed, travel, reason):
     near(result.total_hook_travel, travel, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_speed_that_is_never_followed_has_a_name():
     load = HookLoad(100.0, RADIUS, LINES)
     driller = Driller(sb.PiecewiseLinear([0.0], [30.0]), 60e3)
@@ -436,6 +421,7 @@ def test_a_speed_that_is_never_followed_has_a_name():
     )
 
 
+@pytest.mark.slow
 def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
     """`s = v²/(2 a)` of a block that coasts up; nothing else hoists it, and the run
     names the phase."""

@@ -58,6 +58,7 @@ def test_reserve_of_a_band_brake_either_way():
         near(result.min_holding_reserve.time, 4.0, 1e-9)
 
 
+@pytest.mark.slow
 def test_a_lever_that_follows_the_speed_has_its_limit():
     """At rest it pulls what balances the load, and could pull more."""
     stop = sb.Driller(sb.PiecewiseLinear([0.0, 2.0], [10.0, 0.0]), T0)

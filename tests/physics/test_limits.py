@@ -60,6 +60,7 @@ def test_limits_change_no_run():
     )
 
 
+@pytest.mark.slow
 def test_limits_of_temperatures():
     """A limit in the scene has the event that the permissible value of the heat part
     has, at the same time."""

@@ -151,6 +151,7 @@ def test_worn_brake_has_a_smaller_circle(braking):
     all_near(moved.worn_thickness, expected.worn_thickness, 1e-10)
 
 
+@pytest.mark.slow
 def test_worn_linings_in_the_heat_part():
     h = np.array([1e-3, 2e-3, 3e-3, 6e-3])
     wear = sb.Wear(ws.K, worn=h, heat=True, thickness=0.03)

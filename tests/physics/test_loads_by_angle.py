@@ -96,6 +96,7 @@ def test_stop_with_a_rope_and_its_derivatives():
     all_near(backwards, slopes, 1e-9)
 
 
+@pytest.mark.slow
 def test_stop_with_heat_is_the_same():
     """An implicit method sees that the torque depends on the angle."""
     made = scene(hook(), *map(float, STOP[:2]), 5.0, heat=lump(1e15))
@@ -113,6 +114,7 @@ def test_on_either_side_of_the_balance():
     closes(result, 1e-12)
 
 
+@pytest.mark.slow
 def test_holding_is_judged_at_every_depth():
     """Hoisted from where the brake would not hold to where it does; and the same of a
     load that pulls up."""
@@ -145,6 +147,7 @@ def programme(lines, load, pull="8 kN"):
     return sb.programme_scene(brake, lines, load, pull, motor=MOTOR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "load",
     [
@@ -194,6 +197,7 @@ def test_lines_of_a_tackle():
     closes(result, 1e-12)
 
 
+@pytest.mark.slow
 def test_layers_of_a_heavy_rope():
     layers = RopeLayers(0.03, 10.0, 25.0)
     rope = RopeWeight(5.0, 10.0, drum_below=2.0)
@@ -302,6 +306,7 @@ def windlass(hanging, depth=50.0, **more):
     return WindlassLoad(5000.0, 100.0, R, hanging, depth, 1000.0, **given)
 
 
+@pytest.mark.slow
 def test_chain_that_runs_out_has_a_terminal_speed():
     result = run(windlass(50.0), 0.0, 0.0, 10.0, J=2000.0)
     end = result.record.y_end
@@ -359,6 +364,7 @@ def test_anchor_is_lifted_with_the_momentum():
     closes(result, 1e-12)
 
 
+@pytest.mark.slow
 def test_derivatives_through_the_ground():
     def stop(x):
         load = dataclasses.replace(

@@ -111,6 +111,7 @@ def towards(end, x):
 # --- sliding, closed forms ----------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_friction_that_falls_with_the_way():
     """`½ J ω_0² = (M/r) [ξ_e s + (1 − ξ_e) L (1 − e^{−s/L})]` over the way `s` of a
     stop."""
@@ -129,6 +130,7 @@ def test_friction_that_falls_with_the_way():
     all_near(final(result), towards(end, s / length), 1e-10)
 
 
+@pytest.mark.slow
 def test_friction_that_runs_in_with_the_work():
     """`ξ` follows the friction work per area alone, whatever its course."""
     end = 1.4

@@ -67,6 +67,7 @@ def test_load_above_the_brake_restarts_it(stiffness):
         near(late.omega[0], 5e3 / 2 / 800, 1e-9)
 
 
+@pytest.mark.slow
 def test_release_at_rest_and_braking_again():
     """Lever off and on: stop, slow release until the load breaks the brake loose, open,
     second stop."""
@@ -191,6 +192,7 @@ def test_reversed_load_restarts_other_way():
     assert float(result.record.y_end.omega) < 0
 
 
+@pytest.mark.slow
 def test_short_pulse_of_the_load_is_noticed():
     """1 s of overload in an hour of holding, given as a smooth function without any
     knots."""
@@ -208,6 +210,7 @@ def test_short_pulse_of_the_load_is_noticed():
     assert changes(result)[-1] == "stop"
 
 
+@pytest.mark.slow
 def test_a_lining_that_locks_itself():
     law = sb.ConstantFriction(np.append(np.full(19, 0.35), 9.0))
     with pytest.raises(

@@ -126,6 +126,7 @@ def test_constant_flux_has_second_order():
     assert np.all(errors[-1] < np.array([0.025, 0.1]))
 
 
+@pytest.mark.slow
 def test_graded_wall_is_two_half_spaces():
     """Layers are symmetric, and either face has the closed form of its own flux as long
     as the middle stays cold."""

@@ -98,12 +98,10 @@ def test_two_cycles_in_closed_form(two_cycles):
     assert names.index("phase_end", names.index("stop")) == names.index("stop") + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "solver",
-    [
-        pytest.param(diffrax.Dopri8(), marks=pytest.mark.slow, id="explicit"),
-        sb.hybrid.Rodas5P(),
-    ],
+    [pytest.param(diffrax.Dopri8(), id="explicit"), sb.hybrid.Rodas5P()],
 )
 def test_derivatives_through_the_begin_of_a_phase(solver):
     """The lever's ramp begins with its phase, later for a lighter string: rates depend
@@ -214,6 +212,7 @@ MOVED = J_P + 60e3 * PER_RAD**2
 BEARINGS = sb.loads.BearingFriction(500.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "omega", "lever", "shaft", "truth"),
     [
@@ -229,7 +228,12 @@ BEARINGS = sb.loads.BearingFriction(500.0)
             id="and a weak brake",
         ),
         pytest.param(
-            -800.0, 10.0, 0.0, (), J_P * 10.0 / 800.0, id="torque against the motion"
+            -800.0,
+            10.0,
+            0.0,
+            (),
+            J_P * 10.0 / 800.0,
+            id="torque against the motion",
         ),
         pytest.param(
             0.0,
@@ -294,6 +298,7 @@ def test_scipy_passes_the_same_phases():
     assert sb.checks.cross_check(SCENE).ok
 
 
+@pytest.mark.slow
 def test_a_stop_is_no_reversal():
     """Power fails while hoisting, with a loss of the tackle: the pulley stops as the
     friction turns round."""

@@ -93,6 +93,7 @@ def test_stop_comes_later_with_each_stand(tripping):
 LOWERED = ("lower 10 m at 1.2 m/s", "brake to rest", "hold 1 s")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drag", "shaft"),
     [
@@ -125,7 +126,10 @@ def test_the_lever_starts_from_what_all_torques_leave_of_the_load(drag, shaft):
 @pytest.mark.parametrize(
     "shaft",
     [
-        (sb.loads.ViscousDrag(400.0), sb.loads.HydrodynamicBrake(60.0)),
+        pytest.param(
+            (sb.loads.ViscousDrag(400.0), sb.loads.HydrodynamicBrake(60.0)),
+            marks=pytest.mark.slow,
+        ),
         (sb.loads.BearingFriction(3e3), sb.loads.TackleLoss(sheave_factor=1.04)),
     ],
 )
@@ -171,10 +175,8 @@ def test_too_weak_a_pull_names_the_least_one():
     near(least, 60e3 * 9.80665 * 0.05 / (0.623 * (mu**20 - 1)), 1e-3)
 
 
-@pytest.mark.parametrize(
-    "brake",
-    ["brake to rest in 3 s", pytest.param("brake to rest", marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("brake", ["brake to rest in 3 s", "brake to rest"])
 def test_braking_adds_its_own_travel(brake):
     """`V X/2` beside the 25 m: in the run, and in the error of a rope that is too short
     by a little."""
@@ -254,6 +256,7 @@ ROUND = (
 )
 
 
+@pytest.mark.slow
 def test_a_trip_in_and_out_comes_back():
     scene = sb.programme_scene(
         BRAKE,

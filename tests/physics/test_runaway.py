@@ -151,6 +151,7 @@ def test_time_of_the_last_turn_of_a_profile(profile, time):
     assert math.isinf(time) or not bool(profile.is_settled(time - 1e-9))
 
 
+@pytest.mark.slow
 def test_locking_and_no_load_are_no_runaway():
     assert sb.simulate(stop_scene(f=0.0, end=0.3)).status == "not_stopped"
     locked = sb.simulate(stop_scene(n=2, beta=100.0, f=0.9, load=1e5, w0=0.5, end=0.02))

@@ -61,6 +61,7 @@ def test_staged_pair_has_gradients_both_ways():
 # --- onset and lock -----------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [10.0, 1e3, 1e5])
 def test_internal_slip_begins_at_one_tension(rate):
     result = sb.simulate(staged.stop(rate=rate, start=500.0, end=100.0))
@@ -137,6 +138,7 @@ def test_held_staged_brake_does_not_move(stiffness):
     assert result.status == "runaway"
 
 
+@pytest.mark.slow
 def test_forces_of_both_pairs_by_statics():
     """In every stage, by hand; linings that stick to the rim share its torque as the
     friction that each can give."""

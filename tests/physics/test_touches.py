@@ -131,13 +131,13 @@ def changes(result):
     return sum(time > 0 for time, _, _ in chain_scenes.changes(result.record))
 
 
-SLOW = ("dragged bandage", "slack segment")
+DAILY = ("full layer", "slack rope")
 
 
 @pytest.mark.parametrize(
     "kind",
     [
-        pytest.param(kind, marks=pytest.mark.slow if kind in SLOW else ())
+        pytest.param(kind, marks=() if kind in DAILY else pytest.mark.slow)
         for kind in TOUCHES
     ],
 )

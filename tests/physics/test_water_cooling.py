@@ -139,7 +139,7 @@ def test_dittus_boelter_of_a_jacket():
 # --- the stream ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("layers", [0, 6])
+@pytest.mark.parametrize("layers", [0, pytest.param(6, marks=pytest.mark.slow)])
 def test_steady_state_of_a_rim(layers):
     """`T_w = T_in + P/(C (1 − e^{−NTU}))`, of a rim in layers at its back, and with
     derivatives by flow and inlet."""
@@ -386,6 +386,7 @@ def test_boiling_is_an_event_and_a_limit():
 # --- scene files and errors ---------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_warnings_of_the_range():
     """Below the flow at which Re is 10,000 the law is outside its range, and the
     warning names that flow."""

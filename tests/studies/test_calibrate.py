@@ -146,6 +146,7 @@ def elastic():
     return elastic_data()
 
 
+@pytest.mark.slow
 def test_planted_parameters_come_back(elastic):
     fit = sb.calibrate(stop_scene(), ELASTIC, elastic, rtol=1e-11)
     all_near(list(fit.values.values()), [0.31, 1.5e5, 900.0], 1e-8)
@@ -218,6 +219,7 @@ def test_start_that_holds_the_load_determines_nothing():
 # --- bounds, events that do not occur, interruption ---------------------------------
 
 
+@pytest.mark.slow
 def test_a_bound_that_holds_the_fit_is_said():
     values = line(noise=np.random.default_rng(0))
     texts = START | {T0: f"{START[T0] / 1e3!r} kN"}

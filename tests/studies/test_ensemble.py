@@ -120,6 +120,7 @@ def test_long_runs_beside_short_ones():
     assert data.steps[1] > 1024 > 128 > data.steps[0]
 
 
+@pytest.mark.slow
 def test_many_stops_against_the_closed_form(caplog):
     values = drawn(1000)
     done = []
@@ -164,6 +165,7 @@ def own_tolerance(result):
     return result.rtol * result.stopping_time
 
 
+@pytest.mark.slow
 def test_metric_of_tolerance_is_recomputed(tmp_path):
     """Numbers of another tolerance are not taken for those of this one."""
     values = {SPEED: [10.0, 20.0]}
@@ -242,6 +244,7 @@ OWN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", OWN)
 def test_functions_of_ones_own_are_resumed_by_a_key(tmp_path, capsys, kind):
     """Without one a study starts anew and keeps nothing, as these may have changed; and

@@ -66,6 +66,7 @@ def scaled(result):
     return FACTOR * result.stopping_time
 
 
+@pytest.mark.slow
 def test_a_changed_global_of_an_own_function(monkeypatch):
     for factor in (1.0, 3.0):
         monkeypatch.setitem(globals(), "FACTOR", factor)
@@ -75,6 +76,7 @@ def test_a_changed_global_of_an_own_function(monkeypatch):
         near(run.jacobian(run.start)[0, 0], factor * t / 20.0)
 
 
+@pytest.mark.slow
 def test_one_number_for_all_entries_of_a_list():
     """Shifting all angles is shifting each of them; without bounds given these are the
     range of the number."""
@@ -127,6 +129,7 @@ def undefined(result):
     return jnp.log(-result.stopping_time)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("metric", "words"),
     [

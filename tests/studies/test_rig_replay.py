@@ -245,6 +245,7 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     assert alone.bound is None
 
 
+@pytest.mark.slow
 def test_through_gaps_the_block_of_a_replay_moves_evenly(tmp_path):
     """Lowered by 16 m at 1 m/s, of which 6 m are in a gap, hoisted by 12 m in another
     one, and lowered by 10 m."""
@@ -354,6 +355,7 @@ def heat_and_work(masses, share):
     return (1 - share) * braked, heavy * G * 24 + drive * 45 - share * braked
 
 
+@pytest.mark.slow
 def test_a_recorded_motion_is_followed_to_the_last_digit():
     """Angles of the points, heat and work of the motor in closed form."""
     scene = of_a_motion([HEAVY, LIGHT], 0.0)
@@ -415,10 +417,8 @@ def test_a_recorded_motion_is_followed_to_the_last_digit():
             sb.check_scene(dataclasses.replace(scene, **change))
 
 
-@pytest.mark.parametrize(
-    "torque",
-    [15.0, *(pytest.param(torque, marks=pytest.mark.slow) for torque in (12.5, 18.0))],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("torque", [15.0, 12.5, 18.0])
 def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
     """The drum is still hoisted, or just at rest, where the recording is lowered
     already; the tackle has its loss."""
