@@ -540,11 +540,17 @@ def follow(
 def greatest_of_steps(
     f: Followed, watch: Watch, flat: Flat, method: AbstractMethod, ny: int
 ) -> Float[Array, " k"]:
-    """Greatest values (k,) at the ends of steps, and inside those that were kept."""
-    each = jnp.arange(f.best.size, dtype=jnp.int32)
+    """Greatest values (k,) at the ends of steps, and inside those that were kept, which
+    are looked at one after the other."""
+    kept, count = f.bound.shape
+    of = np.tile(np.arange(count, dtype=np.int32), kept)
+    ends = f.ends.reshape(kept * count, 4)
+    step = f.step.reshape(kept * count, -1)
+    start, end = (ends[:, :1], ends[:, 1:2]), (ends[:, 2:3], ends[:, 3:])
+    turns = _turns(start, end, step[:, 1])
+    brackets = _next_turn(turns, f.best[of, None], start, end).bracket
 
-    def look(i: Count, share: Scalar, step: Array) -> TwoArrays:
-        """Value and rate of a quantity."""
+    def look(share: Scalar, step: Array) -> TwoArrays:
         t = step[0]
         h = step[1]
         mode = step[2 + ny :].astype(jnp.int32)
@@ -553,39 +559,37 @@ def greatest_of_steps(
             return flat.rhs(t, y, mode)
 
         y = method.state_after(rhs, t, step[2 : 2 + ny], share * h)
-        q, r = watch(t + share * h, y, mode, rhs(t + share * h, y))
-        return q[i], r[i]
+        return watch(t + share * h, y, mode, rhs(t + share * h, y))
 
-    def left(best: Array, bound: Array) -> Array:
-        return bound > best + SAME * jnp.abs(best)
+    def left(best: Array, bounds: Array) -> Array:
+        return bounds > best[of] + SAME * jnp.abs(best[of])
 
-    def highest(carry: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Looks at the step with the highest bound of each quantity."""
+    def next_step(carry: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Looks at the step with the highest bound of the first quantity that has
+        any."""
         best, bounds = carry
-        i = jnp.argmax(bounds, axis=0).astype(jnp.int32)
-        ends = f.ends[i, each]
-        step = f.step[i, each]
-        h = step[:, 1]
-        start, end = (ends[:, :1], ends[:, 1:2]), (ends[:, 2:3], ends[:, 3:])
-        turns = _next_turn(_turns(start, end, h), best[:, None], start, end)
-        looks = jnp.where(left(best, bounds[i, each]), 0, _LOOKS).astype(jnp.int32)
+        waits = left(best, bounds)
+        g = jnp.asarray(of)[jnp.argmax(waits)]
+        i = jnp.argmax(jnp.where(waits & (of == g), bounds, -jnp.inf))
+        chosen, its_step = jax.tree.map(lambda column: column[i], (brackets, step))
+        # (of runs side by side some have nothing left)
+        looks = jnp.where(waits[i], 0, _LOOKS).astype(jnp.int32)
 
         def turn(carry: tuple[Array, _Bracket]) -> tuple[Array, _Bracket]:
             best, bracket = carry
-            q, r = jax.vmap(look)(each, bracket.share, step)
-            goes_on = bracket.looks < _LOOKS
-            best = jnp.where(goes_on, jnp.maximum(best, q), best)
-            return best, _chosen(goes_on, _narrowed(bracket, q, r, h), bracket)
+            q, r = look(bracket.share, its_step)
+            return jnp.maximum(best, q), _narrowed(bracket, q[g], r[g], its_step[1])
 
-        def goes_on(carry: tuple[Array, _Bracket]) -> Mark:
-            return jnp.any(carry[1].looks < _LOOKS)
+        best, _ = jax.lax.while_loop(
+            lambda carry: carry[1].looks < _LOOKS,
+            turn,
+            (best, chosen._replace(looks=looks)),
+        )
+        # (what turns at the same place is seen with it)
+        near = jnp.abs(brackets.share - chosen.share) <= _ONE_TURN
+        seen = near & (step[:, 0] == its_step[0])
+        return best, jnp.where(seen, _NOTHING, bounds)
 
-        begin = best, turns.bracket._replace(looks=looks)
-        best = jax.lax.while_loop(goes_on, turn, begin)[0]
-        done = jnp.arange(_KEPT, dtype=jnp.int32)[:, None] == i
-        return best, jnp.where(done | ~left(best, bounds), _NOTHING, bounds)
-
-    bounds = jnp.where(left(f.best, f.bound), f.bound, _NOTHING)
     return jax.lax.while_loop(
-        lambda carry: jnp.any(carry[1] > _NOTHING), highest, (f.best, bounds)
+        lambda carry: jnp.any(left(*carry)), next_step, (f.best, f.bound.ravel())
     )[0]
