@@ -46,6 +46,9 @@ def test_evidence_commands_collect_tests():
 def test_scripts_of_the_claims_exist():
     for command in {x for row in CLAIMS for x in row if x.startswith("python ")}:
         _, file, *options = shlex.split(re.sub(r"[\[\]]", "", command))
+        if file == "-m":
+            module, *options = options
+            file = f"{module.replace('.', '/')}/__main__.py"
         source = (ROOT / file).read_text("utf-8")
         assert all(f'"{x}"' in source for x in options if x.startswith("--")), command
 
