@@ -465,6 +465,22 @@ def test_rest_and_breakaway_by_direction(load, moves):
     assert result.status == ("held" if moves == 0 else "released")
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_growing_load_breaks_away_from_band_and_bearings(way):
+    """`J ω' = P (t − 2 s)` from the instant at which the load `P t` passes the torque
+    of both, also behind a breakpoint of the load."""
+    ratio = GAIN / 0.725 + 1
+    held = 600.0 + 100.0 * GAIN / (1.0 if way > 0 else ratio)
+    rate = way * held / 2.0
+    load = sb.TorqueLoad(
+        sb.PiecewiseLinear([0.0, 3.0, 4.0], rate * np.array([0, 3, 4]))
+    )
+    law = BearingFriction(600.0)
+    result = sb.simulate(scene(law, load=load, T0=100.0, w0=0.0, end=4.0))
+    near(result.events["restart"].times, [2.0], 1e-12)
+    near(result.series([4.0]).omega[0], rate * 2.0**2 / 2 / J, 1e-9)
+
+
 def test_tables_of_torque_over_speed():
     """A fan on a line through its points, `ω = ω_0 exp(−c t/J)`; a rotor whose torque
     falls along a line to its speed without load, `ω = ω_1 (1 − exp(−M_0 t/(J ω_1)))`;
