@@ -162,9 +162,12 @@ def test_worn_linings_in_the_heat_part():
         links=(sb.thermal.Conductance("linings", "band", 3.0),),
         friction=sb.thermal.FrictionHeat("rim", "linings", 0.9),
     )
-    worn = sb.studies.worn_scene(ws.stop(wear, heat)).heat
-    all_near(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), 1e-14)
-    all_near(worn.links[0].value, 3.0 / (1 - h / 0.03), 1e-14)
+    # linings by their name, and as what the friction heats
+    for named in ("linings", None):
+        told = dataclasses.replace(heat, linings=named)
+        worn = sb.studies.worn_scene(ws.stop(wear, told)).heat
+        all_near(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), 1e-14)
+        all_near(worn.links[0].value, 3.0 / (1 - h / 0.03), 1e-14)
     # insulated walls: they store a tenth of the friction's heat in what is left of them
     steel = sb.material("steel_20L")
     lining = sb.material("FK-24A")
