@@ -190,6 +190,7 @@ def soft_scene(modulus=5e8, **rest):
     return stop_scene(C=plates(modulus=modulus, **rest))
 
 
+@pytest.mark.slow
 def test_geometry_equals_its_stiffness_value():
     scene = soft_scene()
     C = float(sb.brakes.stiffness_of(scene.brake))

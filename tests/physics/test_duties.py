@@ -15,6 +15,7 @@ import simbrake as sb
 # --- duties --------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_string_taken_in_motion_adds_energy():
     """An open brake from 3 rad/s: `ω̇ = m g r/(J + m r²)`; with the speed of the hook
     the string gives ½ m r² ω²."""

@@ -432,6 +432,7 @@ def test_a_rest_is_no_reversal():
 BY_SENSE = BearingFriction(100.0, 300.0, 0.5, 50.0, reverse=BearingFriction(40.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [1, -1])
 def test_coasting_by_direction(way):
     """Down Coulomb, Stribeck and viscous friction, by SciPy; up `t = J ω/M`."""
