@@ -32,9 +32,11 @@ def saying(words: str) -> Iterator[None]:
     shown = sys.stderr.isatty()
     if shown:
         print(words, end="", file=sys.stderr, flush=True)
-    yield
-    if shown:
-        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+    try:
+        yield
+    finally:
+        if shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 class Progress:
