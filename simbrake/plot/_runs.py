@@ -19,11 +19,11 @@ from .drawing import (
     BLUE,
     GREEN,
     ORANGE,
-    TEXT,
     VERMILLION,
     ZERO,
     Times,
     Window,
+    above_legend,
     application,
     cells,
     dense_grid,
@@ -104,8 +104,8 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
                 if ax.get_legend() is not None:
                     ax.get_legend().remove()
         window.label_time(column[-1])
-        # beside the legend of the other column
-        column[0].set_title(window.title, pad=6.0 + 1.35 * TEXT)
+        # all at one height, above the legend of the first column
+        column[0].set_title(window.title, pad=above_legend(axes[0, 0]))
     name_marks(figure, marked, rule=result.scene.brake.force_words)
     head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure

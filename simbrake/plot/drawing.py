@@ -97,6 +97,8 @@ STYLE: Any = {  # (as rcParams)
 # text
 _LETTER = 0.52
 _HANDLE = 3.6
+#: what a panel gains in width when the figure is laid out, after its legend is made
+_WIDENED = 1.15
 
 
 def ink() -> str:
@@ -444,16 +446,24 @@ def finish(
             labels = [handle.get_label() for handle in handles]
         if not labels:
             continue
-        width = panel.get_position().width * panel.figure.bbox.width / panel.figure.dpi
+        share = _WIDENED * panel.get_position().width
+        width = share * panel.figure.bbox.width / panel.figure.dpi
         place = _in_columns(width, labels)
         place["ncols"] = min(place["ncols"], len(labels))
         place |= {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
         panel.legend(found, labels, title=rule or None, borderaxespad=0.1, **place)  # pyright: ignore
-        lines = -(-len(labels) // place["ncols"]) + bool(rule)
         for side in ("left", "center"):
             words = panel.get_title(side)
             if words:
-                panel.set_title(words, loc=side, pad=6.0 + 1.35 * TEXT * lines)
+                panel.set_title(words, loc=side, pad=above_legend(panel))
+
+
+def above_legend(panel: Axes) -> float:
+    """Distance (points) of a title from a panel with a legend above it."""
+    legend = panel.get_legend()
+    assert legend is not None
+    height = legend.get_window_extent().height  # pixels
+    return 6.0 + 72 * height / panel.figure.dpi
 
 
 #: a figure whose SVG is longer is a PNG instead (bytes)

@@ -4,6 +4,7 @@ axes have units."""
 import dataclasses
 import doctest
 import inspect
+import itertools
 import json
 import re
 
@@ -26,6 +27,7 @@ from picture_scenes import (
 
 import simbrake as sb
 from simbrake import plot
+from simbrake.plot.drawing import TEXT
 
 HOMES = (plot, plot.panels, sb.layouts.figures, sb.formulas.figures, sb.rig.figures)
 DRAWN = {
@@ -41,8 +43,28 @@ DRAWN = {
 COUNTED = r"lining,|lining$|number of the stop|^\$k\$ of \d+|brake applications|^(ex|in)ternal pair$|^$"
 
 
+def drawn_texts(figure):
+    """Texts of a figure with their places (pixels): no slanted ones, whose boxes are
+    larger than they are, and none of ticks out of sight."""
+    figure.draw_without_rendering()
+    hidden = set()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        slack = 1e-9 * (high - low)
+        for tick in axis.get_major_ticks():
+            if not low - slack <= tick.get_loc() <= high + slack:
+                hidden |= {tick.label1, tick.label2}
+    return [
+        (text.get_text(), text.get_window_extent())
+        for text in figure.findobj(Text)
+        if text not in hidden and text.get_visible() and text.get_text().strip()
+        if text.get_rotation() % 90 == 0
+    ]
+
+
 def check(figure):
-    """Every axis names its unit, and every text can be read at half size."""
+    """Every axis names its unit, every text can be read at half size, and none covers
+    another."""
     root = figure.get_figure(root=True)
     for axes in root.axes:
         labels = [axes.get_xlabel(), axes.get_ylabel()] if axes.axison else []
@@ -53,6 +75,11 @@ def check(figure):
             ), words
     texts = [text for text in root.findobj(Text) if text.get_text().strip()]
     assert min(text.get_fontsize() for text in texts) / 2 >= 6
+    for (one, place), (other, there) in itertools.combinations(drawn_texts(root), 2):
+        wide = min(place.x1, there.x1) - max(place.x0, there.x0)
+        high = min(place.y1, there.y1) - max(place.y0, there.y0)
+        # (the boxes have some white above and below the letters)
+        assert wide < 2 or high < 0.3 * TEXT, (one, other)
 
 
 # --- the examples -------------------------------------------------------------------
@@ -142,6 +169,17 @@ def test_panel_in_given_axes(given):
     assert figure.axes == [left, right]
     assert not figure.legends
     assert not figure.get_suptitle()
+
+
+def test_title_stands_above_a_legend_of_two_lines():
+    """Narrow panels of the whole run and of one of its two stops."""
+    lever = sb.profiles.held([0.0, 3.0, 4.0, 9.0], [12e3, 0.0, 12e3, 12e3])
+    motor = sb.loads.Motor(
+        "60 kN*m", "1 MW", "40 rad/s", speed=sb.ramp(5.0, 5.0, 0.0, 1.0)
+    )
+    duty = sb.Duty(lever, sb.HookLoad("20 t", 0.4, 8))
+    scene = dataclasses.replace(small_stop(), duty=duty, motor=motor, end_time=9.0)
+    check(plot.stop(sb.simulate(scene)))
 
 
 #: runs that are no example, how they are drawn, and which of these figures obey the
