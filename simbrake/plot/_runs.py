@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from .._base._faults import input_error
 from .._base._table import digits
 from ..loads import AbstractString
+from ..outputs.duty import first_greatest
 from ..outputs.log import Event
 from ..runs.linings import WORDS, Contact, RunningIn, lining_values
 from ..runs.result import Result
@@ -82,7 +83,8 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """
     columns = windows(result)
     if len(result.stops) > 1:
-        strongest = float(result.stops["time"][int(np.argmax(result.stops["energy"]))])
+        table = result.stops
+        strongest = float(table["time"][first_greatest(table["energy"])])
         words = "the stop with the maximum friction heat"
         columns = [columns[0], *application(result, strongest, words, 0.3)]
     figure = sheet(figure, 11.5 if len(columns) > 1 else 8.0, 9.6)
