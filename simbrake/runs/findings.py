@@ -508,11 +508,18 @@ def _way(angle: float, travel: float | None) -> str:
     return f"{number(angle, 'rad')}{hook}"
 
 
-def at_end(end: Entry) -> str:
-    """Where the shaft is at the end of a run that does not end with its stop."""
-    speed = number(end["omega"], "rad/s")
+def at_end(end: Entry, turned: float = 0.0) -> str:
+    """Where the shaft is at the end of a run that does not end with its stop.
+
+    `turned` (rad): angle to and fro, against which a difference from the start counts.
+    """
+    time = number(end["time"], "s")
+    at_rest = end["omega"] == 0
+    moves = "is at rest" if at_rest else f"turns at {number(end['omega'], 'rad/s')}"
+    if abs(end["angle"]) <= _BALANCED * turned:
+        return f"at {time} it {moves}, where it started"
     way = _way(end["angle"], end["hook_travel"])
-    return f"at {number(end['time'], 's')} it turns at {speed}, after {way}"
+    return f"at {time} it {moves}, after {way}"
 
 
 def _onset(scene: Scene, m: Mapping[str, float | None]) -> list[str]:
@@ -557,7 +564,7 @@ def _stops(summary: Entry) -> tuple[list[str], Entry]:
             f"(stop {hottest['stop']})"
         )
     if abs(abs(end["angle"]) - angle) > _BALANCED * angle:
-        phrases.append(at_end(end))
+        phrases.append(at_end(end, angle))
     names = ("motion_time", "braking_time", "angle", "energy")
     sums = {name: total[name] for name in names}
     return phrases, {"stops": len(rows), **sums, "longest": longest}
