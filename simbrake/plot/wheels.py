@@ -126,6 +126,10 @@ def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> No
             )
 
 
+#: half of the width of a label of an end of the band, with some white
+_HALF_OF_LABEL = 0.29
+
+
 def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
     """The band with its two straight ends and their labels, slack end first."""
     first = angles[0, 0]
@@ -146,7 +150,7 @@ def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
         )
         place = tuple(start + (length + 0.02) * tangent)
         side: Literal["center", "left", "right"] = "center"
-        if length < 0.5:  # no room for both between the ends
+        if abs(place[0]) < _HALF_OF_LABEL:  # no room for both below the wheel
             place = (-direction * 2.2, -1.6)
             side = "left" if direction > 0 else "right"
         axes.annotate(
