@@ -34,15 +34,16 @@ if unknown := set(excluded) - set(PYTHONS):
 nox.options.default_venv_backend = "venv"
 nox.options.error_on_missing_interpreters = True
 nox.options.sessions = []  # those of a day
+OTHERS = [python for python in PYTHONS if python not in (MAIN, *excluded)]
 
 
-def on(*pythons: str, nightly: bool = False):
+def on(*pythons: str, daily: bool = True):
     """Makes a function a session on these Pythons, or none on those that are
     excluded."""
 
     def session(function):
         left = [python for python in pythons if python not in excluded]
-        if left and not nightly:
+        if left and daily:
             nox.options.sessions += [function.__name__]
         return nox.session(python=left)(function) if left else function
 
@@ -79,25 +80,26 @@ def main(session: nox.Session) -> None:
     readme_line(session, install_and_test)
 
 
-@on(MAIN)
-def lint(session: nox.Session) -> None:
-    """Style, format and types."""
+@on(*OTHERS)
+def smoke(session: nox.Session) -> None:
+    """What pip finds for each Python: the first line of README.md, and tests that touch
+    every part. In the first of these environments, as another one would cost a minute,
+    style and types too."""
+    readme_line(session, install_and_run)
+    session.install("-e", ".[test]")
+    session.run("pytest", "-m", "smoke", "tests", env=NO_SKIPS)
+    if session.python == OTHERS[0]:
+        check_style(session)
+
+
+def check_style(session: nox.Session) -> None:
     session.install("-e", ".[lint]")
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
     session.run("pyright")
 
 
-@on(*(python for python in PYTHONS if python != MAIN))
-def smoke(session: nox.Session) -> None:
-    """What pip finds for each Python: the first line of README.md, and tests that touch
-    every part."""
-    readme_line(session, install_and_run)
-    session.install("-e", ".[test]")
-    session.run("pytest", "-m", "smoke", "tests", env=NO_SKIPS)
-
-
-@on(MAIN, nightly=True)
+@on(MAIN, daily=False)
 def slow(session: nox.Session) -> None:
     """Nightly: the slow tests, with the peers of the benchmarks and the libraries of
     the recipes."""
@@ -113,7 +115,7 @@ def slow(session: nox.Session) -> None:
     )
 
 
-@on(MAIN, nightly=True)
+@on(MAIN, daily=False)
 def rest(session: nox.Session) -> None:
     """Nightly: files and commands, pages and figures, validation and benchmarks."""
     session.install("-e", ".[test,bench,live]")
@@ -127,7 +129,7 @@ def rest(session: nox.Session) -> None:
     )
 
 
-@on(MAIN, nightly=True)
+@on(MAIN, daily=False)
 def recipes(session: nox.Session) -> None:
     """Nightly: the scripts of docs/recipes with other libraries, in a folder of their
     own."""
@@ -138,7 +140,7 @@ def recipes(session: nox.Session) -> None:
             session.run("python", str(script))
 
 
-@on(OLDEST, nightly=True)
+@on(OLDEST, daily=False)
 def oldest(session: nox.Session) -> None:
     """Nightly: the oldest versions that pyproject.toml admits."""
     session.install("-e", ".[test]", "-c", ".ci/oldest.txt")
@@ -147,7 +149,7 @@ def oldest(session: nox.Session) -> None:
     session.run("pytest", "-m", "smoke", "-W", "default", "tests", env=NO_SKIPS)
 
 
-@on(NEWEST, nightly=True)
+@on(NEWEST, daily=False)
 def newest(session: nox.Session) -> None:
     """Nightly: the newest version of everything, also beyond the bounds of
     pyproject.toml."""
@@ -159,7 +161,7 @@ def newest(session: nox.Session) -> None:
     session.run("pytest", "-m", "smoke", "-W", "default", "tests", env=NO_SKIPS)
 
 
-@on(WHEEL, nightly=True)
+@on(WHEEL, daily=False)
 def wheel(session: nox.Session) -> None:
     """Nightly: the wheel made from the sdist, in an environment and a folder of its
     own, with the options of users."""
@@ -195,7 +197,7 @@ def wheel(session: nox.Session) -> None:
         session.run(*tests, external=True, env=NO_SKIPS | users)
 
 
-@on(MAIN, nightly=True)
+@on(MAIN, daily=False)
 def docs(session: nox.Session) -> None:
     """Nightly: the pages, their examples, the printed tables, the notebooks."""
     session.install("-e", ".[dev]")
@@ -224,3 +226,9 @@ def docs(session: nox.Session) -> None:
         "notebooks",
         env=of_the_tests(session),
     )
+
+
+@on(MAIN, daily=not OTHERS)
+def lint(session: nox.Session) -> None:
+    """Style, format and types, in an environment of their own."""
+    check_style(session)
