@@ -116,9 +116,6 @@ _OF_WHOLE = {
     "sign": "whole_sign({0})",
     "clamp": "whole_minimum(whole_maximum({0}, {1}), {2})",
 }
-#: operations that act entry by entry, and those that only move entries
-_BY_ENTRY = {*_ENTRYWISE, "not", "compare", "convert"}
-_MOVED = ("broadcast_in_dim", "reshape", "transpose", "reverse", "slice")
 _COMPARED = {"EQ": "==", "NE": "!=", "LT": "<", "LE": "<=", "GT": ">", "GE": ">="}
 
 #: what all programs call
@@ -184,10 +181,8 @@ class Module:
     def __init__(self, function: Callable, *arguments: Any) -> None:
         self.types: list[Type] = []
         self._numbers: dict[Any, int] = {}
-        # results by operation, of the body that is read and of those around it; the
-        # entry of arrays that have but one
+        # results by operation, of the body that is read and of those around it
         self._results: collections.ChainMap[Any, list[int]] = collections.ChainMap()
-        self._entries: dict[int, int] = {}
         self.calls = collections.Counter[str]()
         module = jax.jit(function, keep_unused=True).lower(*arguments).compiler_ir()
         self.functions: dict[str, Body] = {}
@@ -229,66 +224,20 @@ class Module:
                 {name: op.attributes[name] for name in names},
             )
             types = [_type_of(x) for x in op.results]
-            if op.regions or not types or name == "optimization_barrier":
+            key = name, tuple(attributes.items()), tuple(ins), tuple(types)
+            outs = self._results.get(key)
+            if outs is None:
                 regions = [self._body(region.blocks[0]) for region in op.regions]
                 outs = self._new(types)
                 body.ops.append(Operation(name, attributes, ins, outs, types, regions))
-            else:
-                outs = self._once(body, name, attributes, ins, types)
+                if name == "call":
+                    self.calls[attributes["callee"].value] += 1
+                # (what is the same is computed once)
+                if types and not regions and name != "optimization_barrier":
+                    self._results[key] = outs
             self._numbers |= zip(op.results, outs, strict=True)
         self._results = around
         return body
-
-    def _once(
-        self,
-        body: Body,
-        name: str,
-        attributes: dict[str, Any],
-        ins: list[int],
-        types: list[Type],
-    ) -> list[int]:
-        """Results of an operation: computed once, and for one entry where all are the
-        same."""
-        key = name, tuple(attributes.items()), tuple(ins), tuple(types)
-        if key not in self._results:
-            entry = self._entry(body, name, attributes, ins, types[0])
-            if entry is None or types[0][0]:
-                outs = self._new(types)
-                if entry is not None:
-                    self._entries[outs[0]] = entry
-                    name = "broadcast_in_dim"
-                    attributes = {"broadcast_dimensions": []}
-                    ins = [entry]
-                if name == "call":
-                    self.calls[attributes["callee"].value] += 1
-                body.ops.append(Operation(name, attributes, ins, outs, types))
-            else:
-                outs = [entry]
-            self._results[key] = outs
-        return self._results[key]
-
-    def _entry(
-        self,
-        body: Body,
-        name: str,
-        attributes: dict[str, Any],
-        ins: list[int],
-        out: Type,
-    ) -> int | None:
-        """The entry of a result that has but one, however many times."""
-        shape, kind = out
-        entries = [
-            x if self.types[x][0] == () else self._entries.get(x, -1) for x in ins
-        ]
-        if -1 in entries:
-            return None
-        if name in _MOVED:
-            return entries[0]
-        if shape and (
-            name in _BY_ENTRY or (name == "constant" and attributes["value"].is_splat)
-        ):
-            return self._once(body, name, attributes, entries, [((), kind)])[0]
-        return None
 
     # --- what is needed of it
 
@@ -988,24 +937,6 @@ class Program:
         """Loops around lines, not to be divided."""
         return [Block([(" ".join([*heads, "{"]), inside)], True)] if heads else inside
 
-    def _sums(
-        self,
-        heads: list[str],
-        loops: list[str],
-        begin: list[Line],
-        add: list[Any],
-        end: list[Line],
-    ) -> None:
-        """Loops that begin sums, add to them and end them; without an end the sums of
-        all entries grow side by side, so that none waits for another."""
-        if end:
-            self._nodes += self._nest(heads, [*begin, *self._nest(loops, add), *end])
-        else:
-            self._nodes += [
-                *self._nest(heads, begin),
-                *self._nest([*loops, *heads], add),
-            ]
-
     def _scalar(self, text: str, kind: str) -> Value:
         return Value((), kind, lambda _: text)
 
@@ -1024,12 +955,7 @@ class Program:
             zip([*kept, *dims], [*over, *inside], strict=True)
         )
         index = [place[d] for d in range(len(shape))]
-        beside = count == 1 and results[0].size > 1 and kept[-1] == len(shape) - 1
-        sums = (
-            [results[0].at(over)]
-            if beside
-            else [self._new(value.kind) for value in values]
-        )
+        sums = [self._new(value.kind) for value in values]
         entries = [self._scalar(value.at(index), value.kind) for value in values]
         held = [
             self._scalar(name, value.kind)
@@ -1048,14 +974,13 @@ class Program:
             Line(f"{name} = {text};") for name, text in zip(sums, texts, strict=True)
         ]
         begin = [
-            Line(f"{name} = {x};", "" if beside else name)
-            for name, x in zip(sums, initial, strict=True)
+            Line(f"{name} = {x};", name) for name, x in zip(sums, initial, strict=True)
         ]
         end = [
             Line(f"{result.at(over)} = {name};")
             for result, name in zip(results, sums, strict=True)
         ]
-        self._sums(outer, inner, begin, lines, [] if beside else end)
+        self._nodes += self._nest(outer, [*begin, *self._nest(inner, lines), *end])
         self._env |= zip(op.outs, results, strict=True)
 
     def _op_reduce_window(self, op: Operation) -> None:
@@ -1124,14 +1049,10 @@ class Program:
                 )
             )
             factors.append(value.at([place[d] for d in range(len(value.shape))]))
-        beside = split < len(shape)
-        entry = result.at(over)
-        name = entry if beside else total
-        begin = [Line(f"{name} = 0;", "" if beside else name)]
-        add = [Line(f"{name} += {' * '.join(factors)};")]
-        self._sums(
-            heads, loops, begin, add, [] if beside else [Line(f"{entry} = {name};")]
-        )
+        begin = Line(f"{total} = 0;", total)
+        add = self._nest(loops, [Line(f"{total} += {' * '.join(factors)};")])
+        end = Line(f"{result.at(over)} = {total};")
+        self._nodes += self._nest(heads, [begin, *add, end])
         self._env[op.outs[0]] = result
 
     # --- entries by number
@@ -1235,29 +1156,21 @@ class Program:
         """All functions, none longer than `LONGEST` lines, behind the frame with what
         they share."""
         divided: dict[str, list[Any]] = {}
-        whose: dict[str, str] = {}
         for name, nodes in self._functions.items():
-            parts = _divided(f"{self.name}_{name}", nodes)
-            whose |= dict.fromkeys(parts, name)
-            divided |= parts
+            divided |= _divided(f"{self.name}_{name}", nodes)
         homes: dict[str, set[str]] = collections.defaultdict(set)
         for function, nodes in divided.items():
             for token in {*_TOKEN.findall("\n".join(_texts(nodes)))}:
                 homes[token].add(function)
-        outs = {value.name for _, values in self._results.values() for value in values}
         shared = {
             name
             for name in self._kinds
             if len(homes[name]) > 1 or self._bytes(name) > _LARGE
         }
-        shared |= outs | self._pointed & {*self._kinds}
-        shared |= {name for names, _ in self._results.values() for name in names}
-        places = self._places(
-            {name for name in shared if len({whose[home] for home in homes[name]}) == 1}
-            - outs
-            - self._pointed
-        )
-        kept = [name for name in self._kinds if name in shared - {*places}]
+        shared |= self._pointed & {*self._kinds}
+        for variables, values in self._results.values():
+            shared |= {*variables, *(value.name for value in values)}
+        kept = [name for name in self._kinds if name in shared]
         self.bytes = sum(map(self._bytes, kept))
         fields = "\n".join(f"  {self._declared(name)};" for name in kept)
         texts = [f"struct {self.name}_frame {{\n{fields}\n}};"]
@@ -1271,11 +1184,7 @@ class Program:
         ]
 
         def in_frame(found: re.Match) -> str:
-            return (
-                f"frame->{places.get(found[0], found[0])}"
-                if found[0] in shared
-                else found[0]
-            )
+            return f"frame->{found[0]}" if found[0] in shared else found[0]
 
         def lines(nodes: list[Any], depth: int) -> Iterator[str]:
             margin = "  " * depth
@@ -1311,54 +1220,6 @@ class Program:
                 )
             )
         return "\n".join(texts) + "\n"
-
-    def _places(self, names: set[str]) -> dict[str, str]:
-        """For large arrays of one function each: the earlier one, no longer used, in
-        whose memory it lies."""
-        large = {name for name in names if self._bytes(name) > _LARGE}
-        places: dict[str, str] = {}
-        for nodes in self._functions.values():
-            spans = dict[str, list[int]]()
-            clock = itertools.count()
-
-            def walk(
-                nodes: list[Any],
-                spans: dict[str, list[int]] = spans,
-                clock: Iterator[int] = clock,
-            ) -> None:
-                for node in nodes:
-                    now = next(clock)
-                    if isinstance(node, Block):
-                        for head, part in node.parts:
-                            walk([Pinned(head), *part])
-                    after = next(clock)
-                    for name in large & {*_TOKEN.findall("\n".join(_texts([node])))}:
-                        span = spans.setdefault(name, [now, now])
-                        # (after a loop around its uses: there may be another turn)
-                        if span[0] <= now:
-                            span[1] = after
-
-            walk(nodes)
-            free: list[tuple[int, str]] = []  # when its last user ends
-            for name, (first, last) in sorted(
-                spans.items(), key=lambda entry: entry[1][0]
-            ):
-                kind, size = self._kinds[name]
-                fits = [
-                    place
-                    for place in free
-                    if place[0] < first and self._kinds[place[1]][0] == kind
-                ]
-                if fits:
-                    best = min(
-                        fits, key=lambda place: abs(self._kinds[place[1]][1] - size)
-                    )
-                    free.remove(best)
-                    places[name] = best[1]
-                    size = max(size, self._kinds[best[1]][1])
-                    self._kinds[best[1]] = kind, size
-                free.append((last, places.get(name, name)))
-        return places
 
     def _bytes(self, name: str) -> int:
         kind, size = self._kinds[name]
