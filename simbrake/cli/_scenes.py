@@ -147,7 +147,7 @@ def show(
     """
     opened_scene = cli.opened(file, set_)
     from ..files._scene_file import scene_text
-    from ..files.schema import parameter_table
+    from ._scene_format import parameter_table
 
     if toml:
         print(scene_text(opened_scene), end="")
@@ -173,8 +173,8 @@ def check(
         Print {faults, warnings} as JSON, alone on stdout.
     """
     cli.prepare_jax()
-    from ..files.schema import count_text
     from ..parts.scene import plausibility, warnings
+    from ._scene_format import count_text
 
     try:
         opened_scene = cli.opened(file, set_)
@@ -210,7 +210,7 @@ def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
         complete and check with it.
     """
     cli.prepare_jax()
-    from ..files.schema import json_schema, schema_text
+    from ._scene_format import json_schema, schema_text
 
     print(cli.as_json(json_schema()) if json_ else schema_text(name))
     return 0

@@ -24,7 +24,7 @@ from .._base._faults import (
     text_of_file,
     whole_file,
 )
-from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
+from .._base._part import Whole, faults_of_whole, leaves, meant_by, short_of, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from ..hybrid.struct import Struct
 from ..parts.programme import programme_scene, undriven_scene
@@ -41,7 +41,6 @@ from .schema import (
     makers_of,
     parts_of,
     several,
-    short_of,
 )
 from .shipped_scenes import scene_file
 
