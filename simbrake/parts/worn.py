@@ -1,22 +1,19 @@
-"""A scene with the wear before its run, or with its band turned end for end."""
+"""A scene with the wear before its run."""
 
 from typing import cast
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import PyTree
 
 from .._base._arguments import explained
-from .._base._faults import InputError, input_error
 from .._base._quantity import Scalar
 from ..brakes.design import Brake
-from ..friction import FrictionChange, TabulatedFade, TabulatedFriction
 from ..hybrid.arrays import Array, Vector
 from ..hybrid.struct import with_fields, with_value_at
 from ..thermal.heat import Heat, TransmissionPartition
 from ..thermal.network import Conductance, Lump
-from ..wear import Delayed, Wear, faults_of_turning, lining_bodies
+from ..wear import Delayed, Wear, lining_bodies
 from .scene import Duty, Scene
 
 
@@ -124,73 +121,3 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
     return jax.tree.map(
         thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition)
     )
-
-
-# --- a band turned end for end ------------------------------------------------------
-
-
-@explained
-def turned_scene(scene: Scene) -> Scene:
-    """The scene with its band turned end for end: its quantities are counted from the
-    other end.
-
-    That is every number of `brake.linings`, of segments and gaps of the band, of the
-    wear, and the heat capacity of the linings, where it has one entry per lining.
-    Numbers of the places stay: temperatures at the start, free ends of the band. Raises
-    `InputError` for a staged brake, whose linings ride on the pulley.
-
-    Example:
-        >>> linings = sb.Lining(0.35, [1.5, 1.5, 1.6])
-        >>> brake = sb.Brake(scene.brake.pulley, scene.brake.band, linings)
-        >>> turned = sb.studies.turned_scene(sb.Scene(brake, scene.duty, scene.initial, 4.0))
-        >>> turned.brake.linings.angle.tolist()
-        [1.6, 1.5, 1.5]
-    """
-    brake = scene.brake
-    n = scene.brake.linings.count
-    if not isinstance(brake, Brake):
-        raise input_error(
-            "brake", f"is a {brake.words.brake}: only one band is turned end for end"
-        )
-    if brake.in_series:
-        raise InputError(faults_of_turning(brake))
-
-    def reverse(part: PyTree) -> PyTree:
-        # their entries are not linings
-        tables = TabulatedFade | TabulatedFriction | FrictionChange
-
-        def reversed_entries(x: PyTree) -> PyTree:
-            if isinstance(x, FrictionChange):
-                return x.turned(n)
-            return (
-                x[::-1]
-                if not isinstance(x, tables)
-                and np.ndim(x) == 1
-                and np.shape(x)[0] in (n, n - 1)
-                else x
-            )
-
-        return jax.tree.map(
-            reversed_entries, part, is_leaf=lambda x: isinstance(x, tables)
-        )
-
-    turned = with_fields(
-        brake, linings=reverse(brake.linings), band=reverse(brake.band)
-    )
-    scene = with_fields(scene, brake=turned)
-    if scene.wear is not None:
-        numbers = {
-            name: reverse(getattr(scene.wear, name))
-            for name in ("rate", "worn", "permissible")
-        }
-        scene = with_fields(scene, wear=with_fields(scene.wear, **numbers))
-    if scene.heat is not None:
-        linings = lining_bodies(scene.heat)
-        bodies = tuple(
-            with_fields(body, capacity=reverse(body.capacity))
-            if isinstance(body, Lump) and body.name in linings
-            else body
-            for body in scene.heat.bodies
-        )
-        scene = with_value_at(scene, "heat.bodies", bodies)
-    return scene

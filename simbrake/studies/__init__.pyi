@@ -17,7 +17,6 @@ from ._hessian import hessian as hessian
 from ._lining_life import LifeHistory as LifeHistory
 from ._lining_life import LiningLife as LiningLife
 from ._lining_life import lining_life as lining_life
-from ._lining_life import turned_scene as turned_scene
 from ._lining_life import worn_scene as worn_scene
 from ._measured_files import read_measured as read_measured
 from ._measured_files import read_recordings as read_recordings
@@ -28,6 +27,7 @@ from ._overview import overview as overview
 from ._sensitivity import sensitivity as sensitivity
 from ._sensitivity_table import Sensitivity as Sensitivity
 from ._sensitivity_table import SensitivityTable as SensitivityTable
+from ._turned import turned_scene as turned_scene
 from ._uncertainty import Uncertainty as Uncertainty
 from ._uncertainty import uncertainty as uncertainty
 from .measured import Measured as Measured

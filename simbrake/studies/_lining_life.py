@@ -9,10 +9,10 @@ import numpy as np
 from .._base._faults import Issues, input_error
 from .._base._table import Column, Table, Tabular, frozen, plain
 from ..parts.scene import Scene, check_scene, require_scene
-from ..parts.worn import turned_scene
 from ..parts.worn import worn_scene as worn_scene
 from ..runs.edit import with_values
 from ..runs.result import Result
+from ._turned import turned_scene
 from ._worn_stops import StepOfStops, WornBrake, best_turn
 
 #: thickness in m or with its unit, for all linings or for each

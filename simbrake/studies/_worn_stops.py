@@ -8,9 +8,10 @@ import numpy as np
 from .._base._faults import input_error
 from .._base._progress import Progress
 from ..parts.scene import Scene
-from ..parts.worn import feeds_back, turned_scene
+from ..parts.worn import feeds_back
 from ..runs.edit import with_values
 from ..runs.simulate import simulate
+from ._turned import turned_scene
 
 # factors of a step of stops from one to the next
 _LEAST = 0.2
