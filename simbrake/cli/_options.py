@@ -162,9 +162,8 @@ def opened(
     prepare_jax()
     with saying("reading the scene…"):
         from ..files._scene_file import read_scene
-        from ..runs.edit import parse_assignments
 
-        values = errors.attempt(parse_assignments, set_ or [])
+        values = errors.attempt(values_to_set, set_ or [])
         scene = errors.attempt(read_scene, file, values or {}, undriven=undriven)
     return checked(scene, errors)
 
@@ -232,6 +231,32 @@ def assignments(
     return values
 
 
+def values_to_set(texts: list[str]) -> dict[str, Any]:
+    """Values by path from texts `path=value`: numbers, with a unit if need be, lists in
+    brackets, or `none` for physics to be absent."""
+    values: dict[str, Any] = {}
+    faults = Issues()
+    for text in texts:
+        path, _, value = (part.strip() for part in text.partition("="))
+        if not path or not value:
+            hint = "as in brake.band.stiffness=2e5"
+            faults.add(text, "is not of the form path=value", hint)
+            continue
+        # (a list, or a number with its unit, is read where the path is known)
+        values[path] = None if value.lower() == "none" else value
+        with contextlib.suppress(ValueError):
+            values[path] = float(value)
+    faults.report()
+    return values
+
+
+def not_empty(text: str) -> str:
+    """A text that is not empty. Raises `ValueError`."""
+    if not text:
+        raise ValueError
+    return text
+
+
 def bounds(text: str) -> list[str]:
     """The two numbers of `LOW:HIGH`, as texts. Raises `ValueError`."""
     low, high = text.split(":")
@@ -266,10 +291,12 @@ def limits_of(
 
     Raises one `InputError` with the errors of all, and of the names of other `metrics`.
     """
-    from ..runs.measure import check_metrics, parse_limits
+    from ..runs.measure import check_metrics, read_limits
 
-    limits, found = parse_limits(scene, texts or [])
-    faults = Issues(found)
+    faults = Issues()
+    limit_texts = assignments("--limit", "METRIC=VALUE", texts, not_empty, faults)
+    limits, wrong = read_limits(scene, limit_texts, "--limit {}")
+    faults += wrong
     faults.attempt(check_metrics, scene, metrics)
     return checked(limits, faults)
 

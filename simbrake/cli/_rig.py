@@ -110,8 +110,10 @@ def rig(
         shares = cli.assignments("--auxiliary", form, shares, float, faults)
     elif shares:
         shares = shares[0]
-    columns = cli.assignments("--column", "ROLE=COLUMN", column, _written, faults)
-    given = cli.assignments("--threshold", "NAME=VALUE", threshold, _written, faults)
+    columns = cli.assignments("--column", "ROLE=COLUMN", column, cli.not_empty, faults)
+    given = cli.assignments(
+        "--threshold", "NAME=VALUE", threshold, cli.not_empty, faults
+    )
     with Progress("rig", "reading…") as progress:
         try:
             book = faults.attempt(
@@ -145,12 +147,6 @@ def rig(
             progress.now("page and figure")
             cli.print_written(sb.pages.write_ledger(answer, out), json_)
     return cli.exit_code(answer is book or answer.result.ok)
-
-
-def _written(text: str) -> str:
-    if not text:
-        raise ValueError
-    return text
 
 
 def _as_times(names: str) -> str:

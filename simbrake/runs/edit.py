@@ -102,34 +102,6 @@ def _slots(scene: Any) -> dict[str, _Slot]:
     }
 
 
-def parse_assignments(assignments: list[str]) -> dict[str, Any]:
-    """`path=value` pairs: numbers, with a unit if need be, lists in brackets, or `none`
-    for physics to be absent."""
-    values = {}
-    faults = []
-    for text in assignments:
-        path, equals, value = text.partition("=")
-        path = path.strip()
-        value = value.strip()
-        if not equals or not path or not value:
-            faults.append(
-                Fault(
-                    text,
-                    "is not of the form path=value",
-                    "as in brake.band.stiffness=2e5",
-                )
-            )
-            continue
-        # (a list, or a number with its unit, is read where the path is known)
-        assigned = None if value.lower() == "none" else value
-        values[path] = (
-            np.asarray(float(value)) if assigned and _is_float(value) else assigned
-        )
-    if faults:
-        raise InputError(faults)
-    return values
-
-
 @explained
 def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     """The scene with other numbers: `{"brake.band.stiffness": 3e5,

@@ -452,28 +452,6 @@ def read_limits(
     return numbers, reader.faults
 
 
-def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], Faults]:
-    """Limits in SI from texts `METRIC=VALUE` with or without a unit, as `--limit` has
-    them; and the faults."""
-    faults: Faults = []
-    limit_texts: dict[str, str] = {}
-    for text in texts:
-        name, _, value = (part.strip() for part in text.partition("="))
-        if not name or not value:
-            faults.append(
-                Fault(
-                    f"--limit {text}",
-                    "is not of the form METRIC=VALUE",
-                    'as in "max_tension=120 kN"',
-                )
-            )
-        elif name in limit_texts:
-            faults.append(Fault(f"--limit {name}", "is given twice", "one limit each"))
-        limit_texts |= {name: value} if name and value else {}
-    limits, wrong = read_limits(scene, limit_texts, "--limit {}")
-    return limits, faults + wrong
-
-
 @explained
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
     """All limits of a concrete result with their verdicts: temperatures, the hottest
