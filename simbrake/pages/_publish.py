@@ -27,7 +27,6 @@ from ..runs.measure import (
     ROOM,
     SMALL_MARGIN,
     LimitCheck,
-    LimitsOfManyRuns,
     coverage_of,
     limit_checks,
     measure,
@@ -37,6 +36,7 @@ from ..runs.measure import (
 from ..runs.result import Result
 from ..runs.simulate import room_for, simulate
 from ..runs.verdict import RESERVE, SLIDING, STILL_MOVING
+from ..studies.limits import LimitsOfManyRuns
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event
 from ._page import PICTURES, draw, head, render, template_file

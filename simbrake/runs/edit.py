@@ -16,12 +16,10 @@ from jax.core import Tracer
 from .._base._arguments import explained
 from .._base._faults import Fault, Faults, InputError
 from .._base._part import (
-    Leaf,
     Part,
     about_of,
     below,
     faults_of_values,
-    leaves,
     parts_below,
     presence_below,
 )
@@ -52,32 +50,6 @@ def entry_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
     field = match["path"]
     index = None if match["index"] is None else int(match["index"])
     return field, index
-
-
-class Inputs(dict[str, Leaf]):
-    """The numbers of a scene on which a run depends, by path: all but its limits."""
-
-    def __init__(self, scene: Scene) -> None:
-        super().__init__((leaf.path, leaf) for leaf in leaves(scene.as_run))
-
-    def about(self, path: str) -> Quantity:
-        """Metadata of a number, or of an entry of a list."""
-        return self[entry_of(path, self)[0]].about
-
-    def twice(self, paths: Iterable[str]) -> dict[str, str]:
-        """Paths that mean a number which an earlier one means as well: path → the
-        earlier one."""
-        first_paths: dict[tuple[str, int | None], str] = {}
-        repeats = {}
-        for path in paths:
-            field, index = entry_of(path, self)
-            if index is not None and field in self:
-                index %= max(np.size(self[field].value), 1)
-            for (other, i), earlier in first_paths.items():
-                if other == field and (index is None or i in (None, index)):
-                    repeats.setdefault(path, earlier)
-            first_paths[field, index] = path
-        return repeats
 
 
 class _Slot(NamedTuple):

@@ -8,7 +8,7 @@ import numpy as np
 from .._base._faults import Fault, Issues
 from .._base._progress import Progress
 from ..parts.scene import Scene
-from ..runs.edit import Inputs, with_values
+from ..runs.edit import with_values
 from ..runs.simulate import check_limits, solver_name
 from ._determined import LOSSES, Identified, confound, identify
 from ._fit import Search
@@ -31,6 +31,7 @@ from ._recordings import (
     recordings_of,
     solver_within,
 )
+from .bounds import Inputs
 from .evaluating import Solver
 from .measured import Measured
 

@@ -8,9 +8,9 @@ import numpy as np
 from .._base._faults import Fault, Issues
 from .._base._quantity import Quantity, unit_suffix
 from ..parts.scene import Scene, faults
-from ..runs.edit import Inputs, with_inputs, with_values
+from ..runs.edit import with_inputs, with_values
 from ..runs.measure import Metric, check_metrics
-from .bounds import bounds_of
+from .bounds import Inputs, bounds_of
 from .many_points import Columns
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high)

@@ -9,10 +9,10 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._faults import Issues, input_error, shown
 from ..parts.scene import Scene, require_scene
-from ..runs.edit import Inputs, entry_of, with_inputs
+from ..runs.edit import entry_of, with_inputs
 from ..runs.measure import Metric, check_metrics, unit_of
 from ..runs.simulate import Prepared, Solver, prepare
-from .bounds import Paths, bounds_of, faults_of_runs
+from .bounds import Inputs, Paths, bounds_of, faults_of_runs
 from .evaluating import Metrics, PointEvaluator, as_metrics, failure_name
 
 

@@ -12,7 +12,8 @@ from ..outputs.judgement import REASONS
 from ..outputs.metrics import HOLDING
 from ..parts.scene import Scene
 from ..results.stored import Dataset
-from ..runs.measure import LimitsOfManyRuns, unit_of
+from ..runs.measure import unit_of
+from .limits import LimitsOfManyRuns
 
 #: what a verdict of many runs leaves out
 _UNJUDGED = "; of parts without a limit, and of small margins, they say nothing"

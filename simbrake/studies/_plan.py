@@ -11,10 +11,10 @@ from .._base._faults import Fault, Issues
 from .._base._quantity import Quantity, unit_suffix
 from ..parts.scene import Scene
 from ..runs.choice import stiffness
-from ..runs.edit import Inputs, with_inputs, with_values
+from ..runs.edit import with_inputs, with_values
 from ..runs.measure import Metric, check_metrics
 from ..runs.simulate import check_limits, solver_for
-from .bounds import Paths, array_in_si, faults_of_runs, named_runs
+from .bounds import Inputs, Paths, array_in_si, faults_of_runs, named_runs
 from .evaluating import Solver, own_part
 from .many_points import Columns, default_metrics
 

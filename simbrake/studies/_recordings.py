@@ -13,11 +13,11 @@ from .._base._quantity import shown
 from ..hybrid.arrays import Array
 from ..parts.scene import Scene, check_scene, require_scene
 from ..runs.choice import stiffness
-from ..runs.edit import Inputs, entry_of, with_inputs, with_values
+from ..runs.edit import entry_of, with_inputs, with_values
 from ..runs.measure import Metric, measure
 from ..runs.result import Result
 from ..runs.simulate import solver_for
-from .bounds import Box, Paths, box_of
+from .bounds import Box, Inputs, Paths, box_of
 from .evaluating import Evaluation, PointEvaluator, Solver, failure_name
 from .measured import Measured, check_measured, pick
 

@@ -10,14 +10,40 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError, Issues
-from .._base._part import Leaf
+from .._base._part import Leaf, leaves
 from .._base._quantity import Quantity, unit_suffix
 from ..hybrid.arrays import Array
 from ..parts.scene import Scene, faults, require_scene
-from ..runs.edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
+from ..runs.edit import entry_of, numbers_in_si, with_inputs, with_values
 
 #: runs named in one error
 _NAMED = 5
+
+
+class Inputs(dict[str, Leaf]):
+    """The numbers of a scene on which a run depends, by path: all but its limits."""
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__((leaf.path, leaf) for leaf in leaves(scene.as_run))
+
+    def about(self, path: str) -> Quantity:
+        """Metadata of a number, or of an entry of a list."""
+        return self[entry_of(path, self)[0]].about
+
+    def twice(self, paths: Iterable[str]) -> dict[str, str]:
+        """Paths that mean a number which an earlier one means as well: path → the
+        earlier one."""
+        first_paths: dict[tuple[str, int | None], str] = {}
+        repeats = {}
+        for path in paths:
+            field, index = entry_of(path, self)
+            if index is not None and field in self:
+                index %= max(np.size(self[field].value), 1)
+            for (other, i), earlier in first_paths.items():
+                if other == field and (index is None or i in (None, index)):
+                    repeats.setdefault(path, earlier)
+            first_paths[field, index] = path
+        return repeats
 
 
 class Paths(NamedTuple):
