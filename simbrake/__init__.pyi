@@ -33,6 +33,7 @@ from .checks._validate import validate as validate
 from .design import formulas as formulas
 from .design import layouts as layouts
 from .design.formulas._estimates import estimates as estimates
+from .design.formulas._exchanged import with_materials as with_materials
 from .design.formulas.material_table import compare_materials as compare_materials
 from .design.formulas.synthesis import synthesize as synthesize
 from .design.layouts._equal_layout import equal_layout as equal_layout
@@ -64,7 +65,6 @@ from .profiles import ramp as ramp
 from .results.stored import dataset as dataset
 from .results.stored import read_result as read_result
 from .results.stored import save as save
-from .runs.edit import with_materials as with_materials
 from .runs.edit import with_values as with_values
 from .runs.measure import Limits as Limits
 from .runs.networks import cyclic_steady_state as cyclic_steady_state

@@ -20,12 +20,13 @@ from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...hybrid.struct import with_value_at
 from ...parts.scene import Scene, band_brake, check_scene
 from ...runs.choice import stiffness
-from ...runs.edit import named_materials, with_materials, with_values
+from ...runs.edit import with_values
 from ...runs.linings import lining_wear
 from ...runs.simulate import simulate, solver_for
 from ...thermal.materials import Material
 from ._braking import Braking
 from ._estimates import no_stop
+from ._exchanged import named_materials, with_materials
 from ._heated import RunValues, run_values
 from ._materials import (
     LININGS,
