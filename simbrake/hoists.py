@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ._base._faults import Fault, Faults
+from ._base._faults import Faults, Issues
 from ._base._part import Part, positive_quantity, quantity
 from ._base._quantity import Scalar
 from .hybrid.arrays import Array
@@ -315,20 +315,20 @@ class CounterweightLoad(AbstractLoad):
         return jnp.maximum(*self.tensions(lowered, alpha))
 
     def faults(self, path: str) -> Faults:
-        faults = []
+        faults = Issues()
         if float(self.car) == 0.0 and float(self.counterweight) == 0.0:
             what = "is 0, and so is the counterweight"
-            faults.append(Fault(f"{path}.car", what, "give the mass of a side"))
+            faults.add(f"{path}.car", what, "give the mass of a side")
         given = (self.length is not None, self.hanging_length is not None)
         if any(given) and not all(given):
             name = "hanging_length" if given[0] else "length"
             hint = "give `length` and `hanging_length`"
-            faults.append(Fault(f"{path}.{name}", "is missing", hint))
+            faults.add(f"{path}.{name}", "is missing", hint)
         for name in ("rope_mass", "tail_mass"):
             if float(getattr(self, name)) > 0.0 and not any(given):
                 what = "acts over the hanging lengths, which are missing"
                 hint = "give `length` and `hanging_length`"
-                faults.append(Fault(f"{path}.{name}", what, hint))
+                faults.add(f"{path}.{name}", what, hint)
         start, whole = (
             math.nan if length is None else float(length)
             for length in (self.hanging_length, self.length)
@@ -336,7 +336,7 @@ class CounterweightLoad(AbstractLoad):
         if start > whole:
             what = f"{start:g} m is more than the whole length"
             hint = f"give at most {whole:g} m"
-            faults.append(Fault(f"{path}.hanging_length", what, hint))
+            faults.add(f"{path}.hanging_length", what, hint)
         return faults
 
 
@@ -463,7 +463,7 @@ class WindlassLoad(AbstractLoad):
         return force + self.chain_mass * (weight * self.gravity - inertia)
 
     def faults(self, path: str) -> Faults:
-        faults = []
+        faults = Issues()
         least = max(float(self.depth), float(self.hanging_length))
         if float(self.length) < least:
             length = f"{float(self.length):g} m"
@@ -472,9 +472,9 @@ class WindlassLoad(AbstractLoad):
             what = f"{length} is shorter than the {least:g} m {of}"
             less = "hanging_length" if hangs else "depth"
             hint = f"give a longer chain, or a smaller {less}"
-            faults.append(Fault(f"{path}.length", what, hint))
+            faults.add(f"{path}.length", what, hint)
         if float(self.freeboard) > min(float(self.hanging_length), float(self.depth)):
             what = f"{float(self.freeboard):g} m is more than hangs at the start"
             hint = "let the anchor begin under water"
-            faults.append(Fault(f"{path}.freeboard", what, hint))
+            faults.add(f"{path}.freeboard", what, hint)
         return faults

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ._base._corners import clipped
-from ._base._faults import Fault, Faults, InputError
+from ._base._faults import Fault, Faults, Issues, input_error
 from ._base._part import Part, part, positive_quantity, quantity, structural
 from ._base._quantity import IndexedBy, Scalar
 from .friction import interpolated, is_table
@@ -252,18 +252,18 @@ class BearingFriction(AbstractDryTorque):
         return jnp.asarray(limit)
 
     def faults(self, path: str) -> Faults:
-        faults = []
+        faults = Issues()
         if (self.static is None) != (self.stribeck_speed is None):
             name = "static" if self.static is None else "stribeck_speed"
             hint = "the torque at rest and the speed over which it falls go together"
-            faults.append(Fault(f"{path}.{name}", "is missing", hint))
+            faults.add(f"{path}.{name}", "is missing", hint)
         other = self.reverse
         if other is not None and not isinstance(other, BearingFriction):
             hint = "give a BearingFriction"
-            faults.append(Fault(f"{path}.reverse", "is another kind of torque", hint))
+            faults.add(f"{path}.reverse", "is another kind of torque", hint)
         elif other is not None and other.reverse is not None:
             what = "has a reverse of its own"
-            faults.append(Fault(f"{path}.reverse", what, "there are two senses"))
+            faults.add(f"{path}.reverse", what, "there are two senses")
         return faults
 
 
@@ -423,7 +423,7 @@ class TackleLoss(AbstractDryTorque):
         """The loss with all of its three numbers, as so many lines have them. Raises
         `InputError` without a hook."""
         if lines is None:
-            raise InputError([Fault("TackleLoss", *NO_TACKLE)])
+            raise input_error("TackleLoss", *NO_TACKLE)
         n = jnp.asarray(lines)
         factor: Any = self.sheave_factor
         hoisting: Any = self.hoisting_efficiency

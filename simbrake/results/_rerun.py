@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._part import leaves
 from ..files._scene_file import scene_from_text
 from ..hybrid import Rodas5P
@@ -42,14 +42,8 @@ def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> 
         scene = scene_from_text(text)
     else:
         hint = "give a scene of the same parts: rerun(…, scene=…)"
-        raise InputError(
-            [
-                Fault(
-                    "scene",
-                    f"is not in the file as text ({stored['scene']['why']})",
-                    hint,
-                )
-            ]
+        raise input_error(
+            "scene", f"is not in the file as text ({stored['scene']['why']})", hint
         )
     longest = settings["max_step"]
     return simulate(
@@ -100,12 +94,8 @@ def _solver_of(name: str) -> Any:
     solver = getattr(diffrax, name, None)
     if isinstance(solver, type) and issubclass(solver, diffrax.AbstractERK):
         return solver()
-    raise InputError(
-        [
-            Fault(
-                "settings.method",
-                f"{name} cannot be made by its name",
-                "give it: rerun(…, solver=…)",
-            )
-        ]
+    raise input_error(
+        "settings.method",
+        f"{name} cannot be made by its name",
+        "give it: rerun(…, solver=…)",
     )

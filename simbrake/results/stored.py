@@ -20,7 +20,7 @@ from jaxtyping import Float, Int
 
 from .._base._arguments import explained
 from .._base._compiling import makes_one_function, run_device
-from .._base._faults import Fault, InputError, existing_file, whole_file
+from .._base._faults import InputError, existing_file, input_error, whole_file
 from .._base._part import leaves
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
@@ -512,19 +512,15 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     path = _netcdf(path)
     data = dataset(result) if isinstance(result, Result) else result
     if getattr(data, "attrs", {}).get("format") != FORMAT:
-        raise InputError(
-            [
-                Fault(
-                    str(path),
-                    "the object to be saved is not a result",
-                    "give a Result, or its dataset",
-                )
-            ]
+        raise input_error(
+            str(path),
+            "the object to be saved is not a result",
+            "give a Result, or its dataset",
         )
     data = _normalised(data)
     data.attrs[_CHECK] = _checksum(data)
     if path.is_dir():
-        raise InputError([Fault(str(path), "is a folder", "give the name of a file")])
+        raise input_error(str(path), "is a folder", "give the name of a file")
     with whole_file(path) as scratch:
         data.to_netcdf(scratch, engine="scipy")
     return path
@@ -555,28 +551,20 @@ def read_result(path: str | Path) -> Dataset:
         earlier = data.attrs.pop("checksum", None)  # another hash, before 0.1.0
     except Exception as error:  # any exception in a user's file is reported in one line
         words = f"cannot be read as a result ({type(error).__name__})"
-        raise InputError(
-            [Fault(str(path), words, "give netCDF as `simbrake.save` writes it")]
+        raise input_error(
+            str(path), words, "give netCDF as `simbrake.save` writes it"
         ) from error
     if data.attrs.get("format") != FORMAT:
-        raise InputError(
-            [
-                Fault(
-                    str(path),
-                    "is not a result of a run",
-                    f"its attribute `format` must be {FORMAT!r}",
-                )
-            ]
+        raise input_error(
+            str(path),
+            "is not a result of a run",
+            f"its attribute `format` must be {FORMAT!r}",
         )
     if earlier is None and checksum != _checksum(data):
-        raise InputError(
-            [
-                Fault(
-                    str(path),
-                    "is damaged, or was changed after it was written",
-                    "save the result again",
-                )
-            ]
+        raise input_error(
+            str(path),
+            "is damaged, or was changed after it was written",
+            "save the result again",
         )
     return data
 
@@ -589,7 +577,7 @@ def _netcdf(path: str | Path) -> Path:
             "results are kept as netCDF, .nc; docs/recipes/result_tables.py writes "
             "tables for other programs"
         )
-        raise InputError([Fault(str(path), f"has the suffix {path.suffix!r}", hint)])
+        raise input_error(str(path), f"has the suffix {path.suffix!r}", hint)
     return path
 
 
@@ -658,6 +646,6 @@ def origin(source: Source) -> Settings:
         return json.loads(data.attrs["provenance"])
     except (AttributeError, KeyError, ValueError) as error:
         what = "has no provenance"
-        raise InputError(
-            [Fault(name, what, "give a result file, or a data set of simbrake.dataset")]
+        raise input_error(
+            name, what, "give a result file, or a data set of simbrake.dataset"
         ) from error

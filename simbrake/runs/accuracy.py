@@ -16,7 +16,7 @@ import jax
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import input_error
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
 from ..hybrid import Code, Record, Rodas5P
 from ..outputs.log import Event, segments_of
@@ -720,14 +720,10 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         ''
     """
     if not result.concrete:
-        raise InputError(
-            [
-                Fault(
-                    "accuracy",
-                    "needs one result with values",
-                    "take it outside of jit, vmap and grad",
-                )
-            ]
+        raise input_error(
+            "accuracy",
+            "needs one result with values",
+            "take it outside of jit, vmap and grad",
         )
     rtol = float(result.rtol)
     steps = int(result.record.stats.accepted)

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, Faults, InputError
+from .._base._faults import Fault, Faults, InputError, Issues
 from .._base._part import (
     Part,
     about_of,
@@ -81,7 +81,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     require_scene(scene)
     if (quick := _with_numbers(scene, values)) is not None:
         return quick
-    faults: Faults = []
+    faults = Issues()
     if _COUNT in values and isinstance(scene.brake.linings, Lining):
         values = dict(values)
         scene = _with_count(scene, values.pop(_COUNT), faults)
@@ -104,21 +104,17 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         if i is not None:
             size = np.size(old) if np.ndim(old) == 1 else 0
             if not -size <= i < size:
-                faults.append(
-                    Fault(
-                        full,
-                        f"there is no entry {i}",
-                        f"{path} has {size} entries, from 0",
-                    )
+                faults.add(
+                    full, f"there is no entry {i}", f"{path} has {size} entries, from 0"
                 )
                 continue
             if np.ndim(new) != 0 or new is None:
-                faults.append(Fault(full, "one number is needed for one entry"))
+                faults.add(full, "one number is needed for one entry")
                 continue
             new = _with_entry(old, i, value)
         elif new is None:
             if old is not None and not slots[path].optional:
-                faults.append(Fault(full, "cannot be absent", "give a number"))
+                faults.add(full, "cannot be absent", "give a number")
                 continue
         elif np.ndim(old) == 1 and np.ndim(new) == 0:
             new = (

@@ -13,7 +13,7 @@ from jaxtyping import Float, PyTree
 from numpy.polynomial import legendre
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
 from ..brakes.design import Brake, under_a_band
@@ -625,28 +625,20 @@ def ring_wear(
     scene = result.scene
     brake = result.scene.brake
     if not result.concrete:
-        raise InputError(
-            [Fault("result", "is traced or a batch", "give one result with values")]
+        raise input_error(
+            "result", "is traced or a batch", "give one result with values"
         )
     if not brake.in_series or brake.resolved:
-        raise InputError(
-            [
-                Fault(
-                    "brake",
-                    "has no ring of linings",
-                    "take a staged brake whose bandage is one body",
-                )
-            ]
+        raise input_error(
+            "brake",
+            "has no ring of linings",
+            "take a staged brake whose bandage is one body",
         )
     if brake.rubbing_part(pair).area is None:
-        raise InputError(
-            [
-                Fault(
-                    f"brake.{brake.pairs[pair].field}.area",
-                    "is missing",
-                    "wear depends on the pressure",
-                )
-            ]
+        raise input_error(
+            f"brake.{brake.pairs[pair].field}.area",
+            "is missing",
+            "wear depends on the pressure",
         )
     if rate is None:
         rate = (
@@ -657,8 +649,8 @@ def ring_wear(
             else scene.wear.internal
         )
     if rate is None:
-        raise InputError(
-            [Fault("rate", "is missing", "give a wear rate, or the scene a `Wear`")]
+        raise input_error(
+            "rate", "is missing", "give a wear rate, or the scene a `Wear`"
         )
     record = record_of(result)
     angle = np.asarray(brake.linings.weights)

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from .._base._arguments import explained, faults_of_tracing
-from .._base._faults import Fault, Faults, InputError
+from .._base._faults import Fault, Faults, InputError, Issues, input_error
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
@@ -63,7 +63,7 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
     that two metrics have."""
     require_scene(scene)
     names = metric_names(scene)
-    faults = []
+    faults = Issues()
     for asked in metrics:
         if isinstance(asked, str) and asked not in names:
             near = difflib.get_close_matches(asked, names, n=3, cutoff=0.4)
@@ -72,14 +72,12 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
                 if near
                 else f"there are: {', '.join(names)}, or a function of the result"
             )
-            faults.append(Fault(asked, "is not a metric of this scene", hint))
+            faults.add(asked, "is not a metric of this scene", hint)
         elif not isinstance(asked, str) and not callable(asked):
-            faults.append(
-                Fault(
-                    repr(asked),
-                    "is not a metric",
-                    "a name, or a function of the result to a number",
-                )
+            faults.add(
+                repr(asked),
+                "is not a metric",
+                "a name, or a function of the result to a number",
             )
     counts = Counter(
         name_of(asked) for asked in metrics if isinstance(asked, str) or callable(asked)
@@ -89,8 +87,7 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
         for name, count in counts.items()
         if count > 1
     ]
-    if faults:
-        raise InputError(faults)
+    faults.report()
 
 
 def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
@@ -113,7 +110,7 @@ def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
                 faults_of_tracing(error) or [Fault(name, what, hint)]
             ) from error
         if value.ndim and not arrays:
-            raise InputError([Fault(name, "is an array", hint)])
+            raise input_error(name, "is an array", hint)
         return value
     if metric not in METRICS and metric.startswith(
         "energy."

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._arguments import explained
 from .._base._compiling import Compiled, TieredProgram, megabytes, run_device
-from .._base._faults import Fault, InputError, Issues, input_error
+from .._base._faults import InputError, Issues, input_error
 from .._base._packing import pack
 from .._base._part import (
     Part,
@@ -583,22 +583,14 @@ def cyclic_steady_state(
     from scipy.optimize import NoConvergence, newton_krylov
 
     if not scene.heated:
-        raise InputError(
-            [
-                Fault(
-                    "heat", "is missing", "a cyclic steady state is one of temperatures"
-                )
-            ]
+        raise input_error(
+            "heat", "is missing", "a cyclic steady state is one of temperatures"
         )
     if remembering_at_start(scene):
-        raise InputError(
-            [
-                Fault(
-                    "brake",
-                    "has a friction law with states",
-                    "run the cycles one after the other",
-                )
-            ]
+        raise input_error(
+            "brake",
+            "has a friction law with states",
+            "run the cycles one after the other",
         )
     heat = scene.network
     runs = 0

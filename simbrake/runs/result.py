@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._base._faults import Fault, InputError, near
+from .._base._faults import input_error, near
 from .._base._packing import is_traced
 from .._base._table import Table
 from ..hybrid import Record
@@ -280,14 +280,10 @@ class Result:
             "numbers work there: `result.stopping_time`, "
             '`result["stopping_time"]`, `result.code == 0`'
         )
-        raise InputError(
-            [
-                Fault(
-                    "result",
-                    what,
-                    f"{works}; take all else of one result, outside of jit, vmap and grad",
-                )
-            ]
+        raise input_error(
+            "result",
+            what,
+            f"{works}; take all else of one result, outside of jit, vmap and grad",
         )
 
     @property

@@ -26,7 +26,7 @@ from .._base._compiling import (
     require_own_process,
     run_device,
 )
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._jacobian import with_precompiled_jacobian
 from .._base._packing import Packing, pack
 from .._base._part import Whole, faults_of_whole, is_traced, leaves
@@ -411,14 +411,10 @@ def require_compiling() -> None:
     """Raises `InputError` where JAX compiles nothing: its jit is off, it has no device,
     or this process was forked."""
     if jax.config.jax_disable_jit:  # pyright: ignore
-        raise InputError(
-            [
-                Fault(
-                    "JAX_DISABLE_JIT",
-                    "is set, and runs are compiled",
-                    "unset it, or jax_disable_jit",
-                )
-            ]
+        raise input_error(
+            "JAX_DISABLE_JIT",
+            "is set, and runs are compiled",
+            "unset it, or jax_disable_jit",
         )
     run_device()
 
@@ -577,8 +573,8 @@ def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
                 "give an explicit solver of diffrax, as diffrax.Tsit5(), or a "
                 "method of simbrake.hybrid"
             )
-            raise InputError(
-                [Fault("solver", f"{shown(solver)} does not fit here", hint)]
+            raise input_error(
+                "solver", f"{shown(solver)} does not fit here", hint
             ) from error
         return solver
     return solver_for(stiffness(scene)[0] if not is_traced(scene) else scene.heated)
@@ -822,14 +818,10 @@ class Prepared:
             return numbers
         if np.shape(values) != self.numbers.shape:
             what = f"{shown(values)} does not fit here"
-            raise InputError(
-                [
-                    Fault(
-                        "values",
-                        what,
-                        f"give values by path, or a vector of {self.numbers.size} numbers",
-                    )
-                ]
+            raise input_error(
+                "values",
+                what,
+                f"give values by path, or a vector of {self.numbers.size} numbers",
             )
         return values
 
@@ -839,14 +831,8 @@ class Prepared:
         except KeyError:
             # raises what is wrong with an unknown path
             with_inputs(self.scene, {str(path): 0.0})
-            raise InputError(
-                [
-                    Fault(
-                        path,
-                        "is absent in the prepared scene",
-                        "prepare a scene that has it",
-                    )
-                ]
+            raise input_error(
+                path, "is absent in the prepared scene", "prepare a scene that has it"
             ) from None
 
     def _read(self, path: str, value: Any, place: slice) -> np.ndarray:
@@ -860,8 +846,8 @@ class Prepared:
             if isinstance(error, InputError):
                 raise
             numbers = "one number" if size == 1 else f"one number or a list of {size}"
-            raise InputError(
-                [Fault(path, f"{shown(value)} does not fit here", f"give {numbers}")]
+            raise input_error(
+                path, f"{shown(value)} does not fit here", f"give {numbers}"
             ) from None
 
     @explained

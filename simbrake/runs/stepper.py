@@ -15,7 +15,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._compiling import LONGEST, Program, megabytes, program_of, run_device
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, input_error
 from .._base._packing import Packing, pack
 from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
 from .._base._store import MEMORY, kept
@@ -644,14 +644,10 @@ class Stepper:
                 if missing
                 else "is of another scene"
             )
-            raise InputError(
-                [
-                    Fault(
-                        "state",
-                        what,
-                        "of a stepper of the same scene, inputs, solver and tolerance",
-                    )
-                ]
+            raise input_error(
+                "state",
+                what,
+                "of a stepper of the same scene, inputs, solver and tolerance",
             )
         self.time = float(kept["time"])
         self._begun = bool(kept["begun"])
