@@ -41,6 +41,7 @@ from .phases import (
     Phase,
     Phases,
     held_within,
+    levers_of,
 )
 from .profiles import (
     AbstractHistory,
@@ -649,7 +650,6 @@ class AbstractSpeedLever(AbstractProfile):
         return True
 
     def follows(self, piece: Piece) -> Mark | bool:
-        """Whether the tension depends on the speed on the piece."""
         return True
 
     def value(self, t: Real, piece: Piece) -> Real:
@@ -1341,16 +1341,15 @@ class Cylinder(AbstractActuator):
         return super().faults(path) + below
 
 
+def cylinder_of(lever: AbstractProfile) -> Cylinder | None:
+    """The cylinder behind a lever, `None`: there is none."""
+    return next((x for _, x, _ in parts_below(lever) if isinstance(x, Cylinder)), None)
+
+
 def cylinders(lever: AbstractProfile | Phases) -> list[Cylinder | None]:
     """The cylinder behind a lever, or behind that of each phase; `None`: there is
     none."""
-    levers = (
-        [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
-    )
-    return [
-        next((x for _, x, _ in parts_below(own) if isinstance(x, Cylinder)), None)
-        for own in levers
-    ]
+    return [cylinder_of(own) for own in levers_of(lever)]
 
 
 @explained

@@ -707,8 +707,8 @@ class PhaseNow(NamedTuple):
             [of(lever) if lever.controls_speed else 0.0 for lever in levers]
         )
 
-    def follows(self, piece: Piece) -> Mark:
-        return (
+    def follows(self, piece: Piece) -> Mark | bool:
+        return self.controls_speed and (
             self._of_speed(lambda lever: jnp.where(lever.follows(piece), 1.0, 0.0)) > 0
         )
 
@@ -737,6 +737,24 @@ class PhaseNow(NamedTuple):
 
     def holding(self, torque: Array, gain: Array) -> Array:
         return held_within(torque, gain, self.greatest())
+
+
+def levers_of(lever: AbstractProfile | Phases) -> list[AbstractProfile]:
+    """The levers of all phases of a duty, or its only one."""
+    return (
+        [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    )
+
+
+def of_running(
+    now: Any, t: Array, find: Callable[[AbstractProfile, Array], Any]
+) -> Array:
+    """`find(lever, t)` of the only lever of a duty, or of that of the phase that runs,
+    at its own time."""
+    if not isinstance(now, PhaseNow):
+        return jnp.asarray(find(now, t))
+    local = t - now.begun
+    return now.of_each([find(phase.lever, local) for phase in now.whole.each])
 
 
 class PhaseEnd(NamedTuple):

@@ -124,6 +124,10 @@ class AbstractProfile(Part):
         """Whether its value depends on the speed (of a lever)."""
         return False
 
+    def follows(self, piece: Piece) -> Mark | bool:
+        """Whether its value depends on the speed on the piece (of a lever)."""
+        return False
+
     @property
     def corrects_position(self) -> bool:
         """Whether its value depends on the angle that the pulley has turned (of a

@@ -16,7 +16,7 @@ from .._base._compiling import Compiled
 from ..hybrid import Record
 from ..hybrid.arrays import Array, numpy_of
 from ..loads import AbstractActuator, AbstractFollower, Lever, SpeedHold
-from ..phases import AfterTravel, AtHeight, AtRest, Phase, PhaseNow, Phases
+from ..phases import AfterTravel, AtHeight, AtRest, Phase, PhaseNow, Phases, of_running
 from ..physics._brake import BrakeSystem, State, piece_of
 from ..physics.mechanism import OPEN, Mode, holds
 from ..physics.shaft import Drive, rests
@@ -115,32 +115,20 @@ def _set_speed(part: Any, t: Array, start_speed: Array) -> Array:
 def paced(now: Any, t: Array, start_speed: Array) -> Array:
     """Speed (rad/s) that a lever or a motor is to keep, also of the phase that runs;
     NaN of one that keeps none."""
-    if not isinstance(now, PhaseNow):
-        return _set_speed(now, t, start_speed)
-    local = t - now.begun
-    speeds = jnp.stack(
-        [_set_speed(phase.lever, local, start_speed) for phase in now.whole.each]
-    )
-    return jnp.sum(jnp.where(now.here, jnp.nan_to_num(speeds), 0.0)) + jnp.where(
-        jnp.any(now.here & jnp.isnan(speeds)), jnp.nan, 0.0
-    )
+    return of_running(now, t, lambda part, t: _set_speed(part, t, start_speed))
 
 
 def command_waits(lever: Any, t: Array) -> Array:
     """Whether an actuator has been told to pull, and its force is still to come."""
-    if isinstance(lever, PhaseNow):
-        local = t - lever.begun
-        return jnp.any(
-            lever.here
-            & jnp.stack(
-                [command_waits(phase.lever, local) for phase in lever.whole.each]
-            )
-        )
-    if isinstance(lever, Lever):
-        return command_waits(lever.force, t)
-    if not isinstance(lever, AbstractActuator):
-        return jnp.asarray(False)
-    return jnp.asarray(lever.input.value(t, lever.input.first_piece(t)) > 0)
+
+    def command(lever: Any, t: Array) -> Any:
+        if isinstance(lever, Lever):
+            return command(lever.force, t)
+        if not isinstance(lever, AbstractActuator):
+            return 0.0
+        return lever.input.value(t, lever.input.first_piece(t))
+
+    return of_running(lever, t, command) > 0
 
 
 def dead_time_of(lever: Any, passed: Array) -> Any:
@@ -179,8 +167,7 @@ def _lever_now(
     motor = system.feature(Drive)
     if motor is not None and not isinstance(lever, PhaseNow):
         moves = jnp.where(named, moves, paced(motor.now(y, mode), t, start_speed) != 0)
-    follows = lever.follows(piece) if lever.controls_speed else False
-    return LeverNow(pull, moves | follows, want == int(Want.HOLD))
+    return LeverNow(pull, moves | lever.follows(piece), want == int(Want.HOLD))
 
 
 def _levers(

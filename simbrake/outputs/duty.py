@@ -14,6 +14,7 @@ from ..hybrid import Record
 from ..parts.scene import Scene
 from ..phases import Phases
 from ..physics.mechanism import BandMode, Label
+from ..profiles import AbstractProfile
 from .log import Status
 from .metrics import HOT, hook_travel_at_end, stretched
 from .probe import Entry
@@ -41,9 +42,8 @@ class DutyKind(enum.StrEnum):
     FAILED = "failed"
 
 
-def speed_is_led(scene: Scene) -> bool:
+def speed_is_led(lever: AbstractProfile | Phases) -> bool:
     """Whether one lever holds the speed through the whole run."""
-    lever = scene.duty.lever
     return lever.controls_speed and not isinstance(lever, Phases)
 
 
@@ -64,7 +64,7 @@ def duty_of(scene: Scene, status: str, stops: int) -> DutyKind:
         return DutyKind.DRIVEN
     if status == Status.LOWERING:
         return DutyKind.STEADY
-    return DutyKind.DRAG if speed_is_led(scene) else DutyKind.TURNING
+    return DutyKind.DRAG if speed_is_led(scene.duty.lever) else DutyKind.TURNING
 
 
 def end_of(record: Record, scene: Scene) -> Entry:

@@ -16,11 +16,10 @@ import numpy as np
 from ..hybrid import LANDED, Code, Record, smallest
 from ..hybrid.arrays import Array, TwoArrays, numpy_of
 from ..hybrid.system import unravel
-from ..phases import AtRest, PhaseNow, Phases
-from ..physics._brake import BrakeSystem, State, piece_of
+from ..phases import AtRest, PhaseNow, Phases, levers_of, of_running
+from ..physics._brake import BrakeSystem, State
 from ..physics.mechanism import OPEN, TAKE_UP, BrakeCode, Mode
 from ..physics.shaft import Drive, Shaft, rests
-from ..profiles import AbstractProfile
 from ..shaft import EddyCurrentBrake
 from ._wants import (
     Past,
@@ -34,7 +33,7 @@ from ._wants import (
     want_of_input,
 )
 from .metrics import held_share
-from .probe import RunJit, balance_of, capacity, ends_of, holding, is_traced_run
+from .probe import RunJit, balance_of, capacity, ends_of, holding, is_led, is_traced_run
 
 #: a holding reserve below this is small: a convention of simbrake
 SMALL_RESERVE = 1.25
@@ -153,31 +152,15 @@ class Judgement(NamedTuple):
 
 def _greatest_pull(system: BrakeSystem, start: Array, end: Array) -> Array:
     lever = system.lever
-    levers = (
-        [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
-    )
     zero = jnp.zeros(())
     begins, ends = (zero, end - start) if isinstance(lever, Phases) else (start, end)
     pulls = jnp.stack(
         [
             jnp.asarray(lever.greatest_from(begins, ends), jnp.float64)
-            for lever in levers
+            for lever in levers_of(lever)
         ]
     )
     return jnp.maximum(jnp.max(pulls), 0.0)
-
-
-def _pull_to_come(lever: AbstractProfile | PhaseNow, t: Array, end: Array) -> Array:
-    """Greatest pull from the time `t` on, of the phase that runs."""
-    if not isinstance(lever, PhaseNow):
-        return jnp.asarray(lever.greatest_from(t, end))
-    local = t - lever.begun
-    return lever.of_each(
-        [
-            phase.lever.greatest_from(local, end - lever.begun)
-            for phase in lever.whole.each
-        ]
-    )
 
 
 class _End(NamedTuple):
@@ -293,10 +276,8 @@ def _end_of(
     at_rest = rests(mode) | motor.keeps_still
     closed = (mode.band != OPEN) & (mode.band != TAKE_UP) & (tension > 0)
 
-    follows = jnp.asarray(
-        lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False
-    )
-    limit = _pull_to_come(lever, t, t)
+    follows = is_led(system, y, mode)
+    limit = of_running(lever, t, lambda lever, t: lever.greatest_from(t, t))
     to_come = jnp.maximum(limit, 0.0)
     here = jnp.where(follows, to_come, tension)
     most = _greatest_pull(system, start_time, t)

@@ -18,8 +18,8 @@ from .._base._progress import piece
 from ..hybrid import SKIPPED, Record, smallest
 from ..hybrid.arrays import Array, Mark, ScalarArray, TwoArrays, VectorM, numpy_of
 from ..hybrid.system import ravel, unravel
-from ..loads import Lever, cylinders
-from ..phases import PhaseNow
+from ..loads import Lever, cylinder_of, cylinders
+from ..phases import of_running
 from ..physics._brake import (
     BrakeNow,
     BrakeSystem,
@@ -32,6 +32,7 @@ from ..physics._rope import ElasticRope
 from ..physics.heated import surface_temperatures
 from ..physics.mechanism import OPEN, MechanismOutputs, Mode, slips
 from ..physics.shaft import Drive, Shaft, rests, way_of
+from ..profiles import AbstractProfile
 
 #: times looked at in one call of a compiled program, and in a long run
 _LANES = 256
@@ -234,17 +235,15 @@ def _gauge_pressure(
 ) -> Array | None:
     """Gauge pressure (Pa) of the cylinder behind the lever, 0 in phases without one;
     `None`: there is none."""
-    each = cylinders(system.lever)
-    lever = system.lever_at(y, mode)
-    piece = piece_of(mode, "lever")
-    if not any(each):
+    if not any(cylinders(system.lever)):
         return None
-    local = t - lever.begun if isinstance(lever, PhaseNow) else t
-    pressures = [
-        jnp.zeros(()) if x is None else jnp.asarray(x.followed(local, piece))
-        for x in each
-    ]
-    return lever.of_each(pressures) if isinstance(lever, PhaseNow) else pressures[0]
+    piece = piece_of(mode, "lever")
+
+    def pressure(lever: AbstractProfile, t: Array) -> Any:
+        cylinder = cylinder_of(lever)
+        return jnp.zeros(()) if cylinder is None else cylinder.followed(t, piece)
+
+    return of_running(system.lever_at(y, mode), t, pressure)
 
 
 def probe_at(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
@@ -556,12 +555,9 @@ def net_torque(
     return net
 
 
-def _is_led(system: BrakeSystem, y: State, mode: Mode) -> Array:
+def is_led(system: BrakeSystem, y: State, mode: Mode) -> Array:
     """Whether the lever follows a speed."""
-    lever = system.lever_at(y, mode)
-    return jnp.asarray(
-        lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False
-    )
+    return jnp.asarray(system.lever_at(y, mode).follows(piece_of(mode, "lever")))
 
 
 def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> ScalarArray:
@@ -572,7 +568,7 @@ def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> ScalarA
     under a lever that holds the speed.
     """
     terminal = stable_speed(net_torque(system, t, y, mode), jnp.abs(y.omega))
-    return jnp.where(_is_led(system, y, mode), jnp.inf, terminal)
+    return jnp.where(is_led(system, y, mode), jnp.inf, terminal)
 
 
 #: a balance this near (share of the speed) counts as steady
@@ -608,7 +604,7 @@ def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
         if system.feature(Shaft) is None
         else stable_speed(net, speed) < jnp.inf
     )
-    free = ~_is_led(system, y, mode)
+    free = ~is_led(system, y, mode)
     return Balance(torques[0], free & balances & (speed > 0), free & tends)
 
 

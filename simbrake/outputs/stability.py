@@ -4,9 +4,9 @@ linings that lock themselves."""
 import numpy as np
 
 from ..hybrid.arrays import Array
-from ..phases import Phases
 from ..physics._brake import BrakeSystem
 from ..physics.mechanism import BandMode, Mode, slips
+from .duty import speed_is_led
 from .probe import capacities_at
 from .scan import Scan
 
@@ -74,8 +74,7 @@ def _hardest(scan: Scan) -> Array:
 
     lever = scan.record.system.lever  # pyright: ignore
     pull = scan.seen.lever_tension
-    held = lever.controls_speed and not isinstance(lever, Phases)
-    greatest = float(lever.greatest()) if held else np.max(pull)  # pyright: ignore
+    greatest = float(lever.greatest()) if speed_is_led(lever) else np.max(pull)  # pyright: ignore
     return (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
 
 

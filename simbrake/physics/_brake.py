@@ -19,7 +19,7 @@ from ..hybrid.arrays import Array, ScalarArray, TwoArrays
 from ..hybrid.struct import Struct, struct_field
 from ..hybrid.system import Instant, variables_of
 from ..loads import RecordedMotion
-from ..phases import Phases
+from ..phases import Phases, levers_of
 from ..profiles import (
     AbstractProfile,
     FunctionProfile,
@@ -450,13 +450,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         only samples see, by name."""
 
         def simple(profile: AbstractProfile | Phases) -> bool:
-            levers = (
-                [phase.lever for phase in profile.each]
-                if isinstance(profile, Phases)
-                else [profile]
-            )
             return all(
-                is_piecewise_simple(lever, course_of_profile) for lever in levers
+                is_piecewise_simple(lever, course_of_profile)
+                for lever in levers_of(profile)
             )
 
         plain = {
@@ -835,7 +831,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         def waits(t: Array) -> Array:
             before = lever.value(t, piece)
             after = lever.value(t, piece + 1)
-            answers = lever.follows(piece + 1) if lever.controls_speed else False
+            answers = lever.follows(piece + 1)
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
         return next_known_time(

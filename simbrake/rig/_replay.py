@@ -14,7 +14,7 @@ from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..outputs.metrics import HOT
 from ..parts.scene import Initial, Scene, require_scene
-from ..phases import Phases
+from ..phases import levers_of
 from ..physics.mechanism import holds
 from ..profiles import PiecewiseLinear
 from ..runs.result import Result
@@ -355,10 +355,7 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
 def _tensions(scene: Scene) -> tuple[float, float]:
     """Largest slack tensions (N) of the levers of a scene that hold the speed, and of
     those that are pulled."""
-    lever = scene.lever
-    levers = (
-        [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
-    )
+    levers = levers_of(scene.lever)
     held, pulled = (
         max(
             (float(x.scale()) for x in levers if x.controls_speed == which), default=0.0

@@ -230,7 +230,7 @@ class Report:
     def pull(self) -> Entry | None:
         """Of a lever that holds the speed: `limit` of its tension, the largest `value`
         in the run (N), and its `time` (s)."""
-        if not speed_is_led(self.result.scene):
+        if not speed_is_led(self.result.scene.duty.lever):
             return None
         columns = self.scan.seen
         i = int(np.argmax(columns.lever_tension))
