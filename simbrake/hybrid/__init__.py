@@ -10,6 +10,7 @@ from ._method import AbstractMethod, ExplicitRungeKutta
 from ._rosenbrock import Rodas5P
 from ._solve import (  # noqa: F401
     EventKind,
+    Given,
     HybridEvent,
     Record,
     beginning,

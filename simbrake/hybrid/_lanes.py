@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Float, Int, PyTree
 
 from . import _thresholds as at
@@ -30,22 +29,19 @@ from ._loop import (
     _jumped,
     _stepped,
     any_lane,
+    code_of,
+    is_event,
+    kind_of,
     started,
 )
-from ._method import AbstractMethod
 from ._search import Carry
-from ._solve import Record, problem_of
-from .arrays import Array, Count, Mark, Scalar, State, templates
+from ._solve import Given, Record, problem_of
+from .arrays import Array, Count, Mark, State, templates
 from .extremes import Followed, Watched, follow, greatest_of_steps, nothing_followed
 from .system import (
-    INSTANT,
-    LANDED,
     SKIPPED,
     STOPPED,
-    AbstractHybridSystem,
-    Code,
     Rows,
-    Settings,
 )
 
 
@@ -135,21 +131,13 @@ def _advanced(problem: Problem, lane: Lane, watched: Watched | None) -> Lane:
 
     def together() -> tuple[Carry, Count, Mark, Array]:
         outcome = _judge(problem, carry, attempt)
-        event = waits & (
-            outcome.instant
-            | outcome.land
-            | (outcome.stop & (attempt.target < problem.t1))
-        )
+        event = waits & is_event(problem, attempt, outcome)
         new = _pick(
             event,
             _jumped(problem, carry, attempt, outcome),
             _stepped(carry, attempt, outcome, problem),
         )
-        kind = jnp.where(
-            outcome.land | outcome.late,
-            LANDED,
-            jnp.where(outcome.instant, INSTANT, STOPPED),
-        ).astype(jnp.int32)
+        kind = kind_of(outcome, STOPPED).astype(jnp.int32)
         stepped = waits & attempt.accept & ~outcome.retake & ~outcome.instant
         return (
             _pick(waits, new, plain),
@@ -206,11 +194,7 @@ def _run(
 ) -> Lane:
     start = started(problem, y0, mode0)
     zero = jnp.asarray(0, jnp.int32)
-    problem = problem._replace(
-        method=problem.method.with_fixed_jacobian(
-            lambda t, y: problem.flat.rhs(t, y, start.mode), start.t, start.y
-        )
-    )
+    problem = problem.at_start(start)
     row = _row(start)
     # (one row more for the end, one for what is written where no room is left)
     starts = jnp.zeros((room + 2, row.shape[0]), row.dtype).at[0].set(row)
@@ -235,15 +219,7 @@ def _run(
 
 
 def hybridsolve_lane(
-    system: AbstractHybridSystem,
-    y0: PyTree,
-    mode0: PyTree,
-    t0: Scalar | float,
-    t1: Scalar | float,
-    method: AbstractMethod,
-    settings: Settings,
-    room: int,
-    watched: Watched | None = None,
+    given: Given, room: int, watched: Watched | None = None
 ) -> tuple[Record, Float[Array, " group"] | None]:
     """As `hybridsolve`, to be mapped over many runs by `vmap`; the record has the
     events alone.
@@ -255,9 +231,7 @@ def hybridsolve_lane(
     STEP_LIMIT. `watched`: quantities whose greatest values are wanted as well, each by
     itself. Not differentiable.
     """
-    problem, flat_y0, flat_mode0 = problem_of(
-        system, y0, mode0, t0, t1, method, settings
-    )
+    problem, flat_y0, flat_mode0 = problem_of(given)
     end = _run(problem, flat_y0, flat_mode0, room, watched)
     tops = None
     if watched is not None and end.followed is not None:
@@ -280,15 +254,14 @@ def hybridsolve_lane(
         mode=end.starts[:, 1 + ny :].astype(jnp.int32),
     )
     carry = end.carry
-    code = jnp.where(carry.status == _RUNNING, np.int32(Code.STEP_LIMIT), carry.status)
     record = Record(
-        system,
+        given.system,
         problem.method,
-        *templates(y0, mode0),
+        *templates(given.y0, given.mode0),
         problem.t1,
         rows,
         end.judged + 1,
-        code,
+        code_of(carry),
         carry.stats,
     )
     return record, tops

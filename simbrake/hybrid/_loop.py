@@ -99,6 +99,15 @@ class Problem(NamedTuple):
         """How many tangents steer the steps beside the values."""
         return int(self.direction is not None)
 
+    def at_start(self, start: Carry) -> "Problem":
+        """The same with what the method can compute once, of a run that begins so."""
+
+        def rhs(t: Scalar, y: State) -> State:
+            return self.flat.rhs(t, y, start.mode)
+
+        method = self.method.with_fixed_jacobian(rhs, start.t, start.y)
+        return self._replace(method=method)
+
     @property
     def guard_tolerance(self) -> Array:
         """A guard this close to 0 counts as reached after a landing."""
@@ -596,6 +605,19 @@ def _tangents_after(
     return tuple(tangents)
 
 
+def is_event(problem: Problem, attempt: Attempt, outcome: AttemptOutcome) -> Mark:
+    """Whether an attempt is more than a step, an end of the run apart."""
+    return (
+        outcome.instant | outcome.land | (outcome.stop & (attempt.target < problem.t1))
+    )
+
+
+def kind_of(outcome: AttemptOutcome, otherwise: ArrayLike) -> Array:
+    """What a row records where a guard fired, else what it records `otherwise`."""
+    instant = jnp.where(outcome.instant, INSTANT, otherwise)
+    return jnp.where(outcome.land | outcome.late, LANDED, instant)
+
+
 def _iterate(
     problem: Problem, packed: Packed, like: Carry
 ) -> tuple[Packed, Float[Array, " column"], Mark]:
@@ -605,9 +627,7 @@ def _iterate(
     restarting = carry.restart_stage > 0
     attempt = _attempt(problem, carry)
     outcome = _judge(problem, carry, attempt)
-    event = (
-        outcome.instant | outcome.land | (outcome.stop & (attempt.target < problem.t1))
-    )
+    event = is_event(problem, attempt, outcome)
     plain = pack(_stepped(carry, attempt, outcome, problem))
 
     def with_events() -> Packed:
@@ -636,9 +656,7 @@ def _iterate(
         jnp.where(attempt.target < problem.t1, STOPPED, FINISHED),
         jnp.where(stepped, ADVANCED, SKIPPED),
     )
-    kind = jnp.where(
-        outcome.land | outcome.late, LANDED, jnp.where(outcome.instant, INSTANT, kind)
-    )
+    kind = kind_of(outcome, kind)
     h = jnp.where(outcome.instant, 0.0, attempt.h)
     return (
         new,
@@ -714,12 +732,7 @@ def advanced(
 ) -> tuple[Packed, PackedRows, Count]:
     """The carry after `limit` more attempts or at the end of the run, the rows of
     these, and how many they were."""
-    start = unpack(packed, like)
-    problem = problem._replace(
-        method=problem.method.with_fixed_jacobian(
-            lambda t, y: problem.flat.rhs(t, y, start.mode), start.t, start.y
-        )
-    )
+    problem = problem.at_start(unpack(packed, like))
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop
@@ -759,8 +772,12 @@ def with_last_row(carry: Carry, rows: PackedRows, count: Count) -> Ended:
     rows = jax.lax.dynamic_update_slice(
         rows, last[None], (count, jnp.zeros_like(count))
     )
-    code = jnp.where(carry.status == _RUNNING, np.int32(Code.STEP_LIMIT), carry.status)
-    return rows, count, code, carry.stats
+    return rows, count, code_of(carry), carry.stats
+
+
+def code_of(carry: Carry) -> Count:
+    """The code of a run that has come so far and no further."""
+    return jnp.where(carry.status == _RUNNING, np.int32(Code.STEP_LIMIT), carry.status)
 
 
 @traced_once

@@ -285,6 +285,18 @@ def _column(values: Array) -> Array:
     return values if isinstance(values, Tracer) else np.asarray(values)
 
 
+class Given(NamedTuple):
+    """What is to be integrated, as `hybridsolve` takes it."""
+
+    system: AbstractHybridSystem
+    y0: PyTree
+    mode0: PyTree
+    t0: Scalar | float
+    t1: Scalar | float
+    method: AbstractMethod
+    settings: Settings
+
+
 def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMethod:
     """The method for the couplings of this system."""
     kinds = system.couplings()
@@ -578,15 +590,7 @@ def hybridsolve(
 
 
 def solve_segment(
-    system: AbstractHybridSystem,
-    y0: PyTree,
-    mode0: PyTree,
-    t0: Scalar | float,
-    t1: Scalar | float,
-    method: AbstractMethod,
-    settings: Settings,
-    carried: Array,
-    limit: Count | int,
+    given: Given, carried: Array, limit: Count | int
 ) -> tuple[Record, Array]:
     """One part of `hybridsolve`, at most `limit` attempts (up to `max_steps`), and the
     start of the next part.
@@ -595,7 +599,7 @@ def solve_segment(
     one run to the last bit for any lengths: nothing is decided again at a joint. Not
     differentiable.
     """
-    p, flat_y0, flat_mode0 = problem_of(system, y0, mode0, t0, t1, method, settings)
+    p, flat_y0, flat_mode0 = problem_of(given)
     # all of a carry is one vector, in which whole numbers are exact; one that begins
     # with NaN begins the run
     start = started(p, flat_y0, flat_mode0)
@@ -608,39 +612,26 @@ def solve_segment(
     )
     packed, count, code, stats = with_last_row(unpack((x, n), start), rows, count)
     rows = unpack_rows(packed, flat_y0.shape[0])
-    record = Record(
-        system, p.method, *templates(y0, mode0), p.t1, rows, count, code, stats
-    )
+    likes = templates(given.y0, given.mode0)
+    record = Record(given.system, p.method, *likes, p.t1, rows, count, code, stats)
     return record, jnp.concatenate([x, n.astype(x.dtype)])
 
 
-def problem_of(
-    system: AbstractHybridSystem,
-    y0: PyTree,
-    mode0: PyTree,
-    t0: Scalar | float,
-    t1: Scalar | float,
-    method: AbstractMethod,
-    settings: Settings,
-) -> tuple[Problem, Array, Array]:
+def problem_of(given: Given) -> tuple[Problem, Array, Array]:
     """A run that is not differentiated, on flat vectors, with its initial state and
     mode."""
-    y_like, mode_like = templates(y0, mode0)
-    flat = flatten(system, y_like, mode_like)
-    weights = weights_of(system, y_like)
+    system, y0, mode0, t0, t1, method, settings = given
+    flat = flatten(system, y0, mode0)
+    weights = weights_of(system, templates(y0, mode0)[0])
     times = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     p = Problem(flat, fitted(system, method), *weights, *times, settings)
     return p, ravel(y0, jnp.float64), pack_mode(mode0)
 
 
-def beginning(
-    system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float
-) -> np.ndarray:
+def beginning(given: Given) -> np.ndarray:
     """Start of a run for `solve_segment`."""
-    y = ravel(y0, jnp.float64)
-    mode = pack_mode(mode0)
-    guards = flatten(system, *templates(y0, mode0)).guards
-    ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size
+    p, y, mode = problem_of(given)
+    ng = jax.eval_shape(p.flat.guards, p.t0, y, mode).size
     return np.full(carried_size(y.size, ng, mode.size), np.nan)
 
 

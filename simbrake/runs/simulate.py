@@ -37,6 +37,7 @@ from ..hybrid import (
     AbstractMethod,
     Code,
     ExplicitRungeKutta,
+    Given,
     Record,
     Rodas5P,
     Settings,
@@ -46,7 +47,7 @@ from ..hybrid import (
     solve_segment,
 )
 from ..hybrid._lanes import hybridsolve_lane
-from ..hybrid.arrays import Array, VectorK, templates
+from ..hybrid.arrays import Array, VectorK
 from ..hybrid.struct import with_value_at
 from ..hybrid.system import flatten
 from ..outputs.extremes import watched_metrics
@@ -54,9 +55,7 @@ from ..outputs.log import FAILURES, SimulationError
 from ..outputs.metrics import METRICS, ByName, Peak, identity_of
 from ..outputs.probe import Number
 from ..parts.scene import Scene, check_scene, checked, read_by_linings
-from ..physics._brake import BrakeSystem, State
 from ..physics.assemble import assemble
-from ..physics.mechanism import Mode
 from ..thermal.heat import node_names
 from ..thermal.mesh import finer_values
 from .choice import stiffness
@@ -207,11 +206,10 @@ else:
     Solver = Any
 
 
-def problem_of(
-    packing: Packing, numbers: VectorK, max_steps: int
-) -> tuple[tuple[BrakeSystem, State, Mode, Array, Array], Settings]:
-    """What is to be integrated: system, state and mode at the start, times; and the
-    settings of the integrator."""
+def given_of(
+    packing: Packing, numbers: VectorK, method: AbstractMethod, max_steps: int
+) -> Given:
+    """What is to be integrated."""
     scene, rtol, max_step, max_events = packing.unpack(numbers)
     system, state, mode = assemble(scene)
     if system.guard_samples:
@@ -226,7 +224,9 @@ def problem_of(
         max_steps=max_steps,
         guard_samples=system.guard_samples,
     )
-    return (system, state, mode, scene.initial.time, scene.end_time), settings
+    return Given(
+        system, state, mode, scene.initial.time, scene.end_time, method, settings
+    )
 
 
 def _stretch_program(
@@ -242,13 +242,11 @@ def _stretch_program(
     n = packing.size
 
     def begun(x: Array) -> np.ndarray:
-        return beginning(*problem_of(packing, x, STRETCH)[0][:4])
+        return beginning(given_of(packing, x, method, STRETCH))
 
     def run(x: Array) -> tuple[Record, Array]:
-        problem, settings = problem_of(packing, x[:n], STRETCH)
-        return solve_segment(
-            *problem, method, settings, x[n:-1], x[-1].astype(jnp.int32)
-        )
+        given = given_of(packing, x[:n], method, STRETCH)
+        return solve_segment(given, x[n:-1], x[-1].astype(jnp.int32))
 
     def length() -> int:
         return jax.eval_shape(begun, np.ones(n)).shape[0]
@@ -355,8 +353,7 @@ def run_of_numbers(
     )
 
     def run(numbers: Array) -> Record:
-        problem, settings = problem_of(packing, numbers, max_steps)
-        return hybridsolve(*problem, method, settings, **call)
+        return hybridsolve(*given_of(packing, numbers, method, max_steps), **call)
 
     return run
 
@@ -616,16 +613,9 @@ def simulate_lane(
     scene = checked(scene)
     longest = np.asarray(np.inf)
     numbers, packing = pack((_marked(scene), rtol, longest, _EVENTS), jnp)
-    problem, settings = problem_of(packing, numbers, max_steps)
-    system, y0, mode0, *_ = problem
-    watched = (
-        watched_metrics(flatten(system, *templates(y0, mode0)), names)
-        if names
-        else None
-    )
-    record, tops = hybridsolve_lane(
-        *problem, method_of(scene, solver), settings, room, watched
-    )
+    given = given_of(packing, numbers, method_of(scene, solver), max_steps)
+    watched = watched_metrics(flatten(*given[:3]), names) if names else None
+    record, tops = hybridsolve_lane(given, room, watched)
     result = Result(
         scene, record, rtol, solver_name(solver), RunLimits(longest, _EVENTS, max_steps)
     )

@@ -20,7 +20,7 @@ from .._base._packing import Packing, pack
 from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
 from .._base._store import MEMORY, kept
 from .._base._table import number
-from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
+from ..hybrid import AbstractMethod, Code, Given, Record, hybridsolve
 from ..hybrid.arrays import Array
 from ..hybrid.struct import with_fields, with_value_at
 from ..hybrid.system import pack_mode, ravel, unravel
@@ -36,8 +36,8 @@ from ..profiles import PiecewiseLinear
 from .result import Result, RunLimits
 from .simulate import (
     Solver,
+    given_of,
     method_of,
-    problem_of,
     require_64_bits,
     solver_name,
     solver_of,
@@ -269,26 +269,29 @@ def step_of_numbers(
     n = packing.size
     ends = np.cumsum([n, *(2 * shape.points for shape in shapes)])
 
-    def start(x: Array) -> tuple[BrakeSystem, State, Mode, Settings]:
-        (system, y, mode, *_), settings = problem_of(packing, x[:n], _ATTEMPTS)
+    def start(x: Array) -> Given:
+        given = given_of(packing, x[:n], method, _ATTEMPTS)
         held = {shape.name: jnp.asarray(0, jnp.int32) for shape in shapes}
-        return system, y, mode._replace(pieces=mode.pieces | held), settings
+        mode = given.mode0
+        return given._replace(mode0=mode._replace(pieces=mode.pieces | held))
 
     def sizes() -> tuple[int, int]:
-        _, y, mode, _ = jax.eval_shape(start, np.ones(n))
-        return _size(y), _size(mode)
+        given = jax.eval_shape(start, np.ones(n))
+        return _size(given.y0), _size(given.mode0)
 
     ny, nm = kept(("sizes of a step", packing, shapes), sizes)
 
     def run(x: Array) -> Record:
-        system, y, mode, settings = start(x)
+        given = start(x)
+        y = given.y0
+        mode = given.mode0
         points = (x[a:b].reshape(2, -1) for a, b in itertools.pairwise(ends.tolist()))
         profiles = [
             (shape.where, PiecewiseLinear(*pair))
             for shape, pair in zip(shapes, points, strict=True)
         ]
         scene = _commanded(packing.unpack(x[:n])[0], profiles)
-        system = dataclasses.replace(system, lever=scene.lever, load=scene.duty.load)
+        system = with_fields(given.system, lever=scene.lever, load=scene.duty.load)
         t = x[ends[-1]]
         end = x[ends[-1] + 1]
         now = x[ends[-1] + 2 :]
@@ -298,7 +301,7 @@ def step_of_numbers(
             begins, pack_mode(mode), jnp.where(begins, 0.0, now[ny:]).astype(jnp.int32)
         )
         problem = system, unravel(flat_y, y), unravel(flat_mode, mode), t, end
-        return hybridsolve(*problem, method, settings)
+        return hybridsolve(*problem, method, given.settings)
 
     return run, int(ends[-1]), (ny, nm)
 
