@@ -100,9 +100,10 @@ def entered(work: Callable[[], Any]) -> dict[str, int]:
 
 
 def said(name: str) -> str:
-    """The first line of a file's docstring."""
+    """The first paragraph of a file's docstring."""
     text = (PACKAGE / name).read_text("utf-8")
-    return text.split('"""')[1].strip().splitlines()[0].rstrip(".")
+    paragraph = text.split('"""')[1].strip().partition("\n\n")[0]
+    return " ".join(paragraph.split()).rstrip(".")
 
 
 def tables() -> list[str]:

@@ -151,7 +151,7 @@ def row_of(one: Claim, result: Found) -> dict[str, str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--fast", action="store_true", help="formulas alone, no runs")
     parser.add_argument(
         "--write-docs", action="store_true", help="write docs/measured/claims.json"

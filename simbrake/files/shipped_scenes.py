@@ -129,12 +129,13 @@ def hint_of(name: str | Path) -> str:
 
 
 def title_of(file: Path) -> str:
-    """Heading of a scene: the first line of the docstring or comment of its file, else
-    the file's name."""
+    """Heading of a scene: the first paragraph of the docstring or the first line of the
+    comment of its file, else the file's name."""
     text = file.read_text("utf-8", errors="replace")
     if file.suffix == ".py":
         try:
-            title = ast.get_docstring(ast.parse(text)) or ""
+            whole = ast.get_docstring(ast.parse(text)) or ""
+            title = " ".join(whole.partition("\n\n")[0].split())
         except SyntaxError:
             title = ""
     else:
@@ -143,4 +144,4 @@ def title_of(file: Path) -> str:
             if text.startswith("#")
             else ""
         )
-    return title.strip().partition("\n")[0].rstrip(".") or file.stem.replace("_", " ")
+    return title.strip().rstrip(".") or file.stem.replace("_", " ")

@@ -34,3 +34,14 @@ def test_one_name_opens_a_shipped_scene_everywhere(name, capsys, monkeypatch, tm
 def test_python_scene_is_named_by_its_ending():
     assert sb.files.shipped("u2_5_5_stop").suffix == ".toml"
     assert sb.files.shipped("u2_5_5_stop.py").suffix == ".py"
+
+
+def test_title_is_the_whole_first_paragraph(capsys):
+    code, out, _ = call(capsys, "new", "--json")
+    titles = {row["name"]: row["title"] for row in json.loads(out)}
+    assert code == 0
+    assert titles["drag_lowering"] == (
+        "Lowering a heavy string at constant speed on the brake alone: the lever follows "
+        "the friction of the heating linings"
+    )
+    assert titles["lift"].endswith("a disc brake that springs close")
