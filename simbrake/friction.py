@@ -125,9 +125,9 @@ def _node_slopes(h: Array, chord: Array) -> Array:
     return jnp.concatenate([first[None], inside, last[None]])
 
 
-def interpolated(x: Array, at: Array, values: Array) -> Array:
-    """A monotone cubic through `values` (k,) at the places `at` (k,), for `x` (n,)
-    between the first and the last.
+def interpolated(x: Any, places: Scalar, table: Scalar) -> Array:
+    """A monotone cubic through the values (k,) of a `table` at its `places` (k,), at
+    `x` of any shape; beyond the first and the last the value there.
 
     Its derivatives by values and places are those of one side at ties, as on a plateau
     of equal values.
@@ -135,6 +135,10 @@ def interpolated(x: Array, at: Array, values: Array) -> Array:
     Reference: F. N. Fritsch, J. Butland, *SIAM J. Sci. Stat. Comput.* 5 (1984) 300;
     ends: C. Moler, *Numerical Computing with MATLAB* (2004), section 3.6.
     """
+    at = jnp.asarray(places)
+    values = jnp.asarray(table)
+    within = clipped(x, at[0], at[-1])
+    x = within.reshape(-1)
     h = jnp.diff(at)
     chord = jnp.diff(values) / h
     d = _node_slopes(h, chord)
@@ -147,7 +151,7 @@ def interpolated(x: Array, at: Array, values: Array) -> Array:
     in_piece = passed[:, None] == jnp.arange(h.shape[0], dtype=jnp.int32)
     start, value, slope, square, cube = (in_piece.astype(jnp.float64) @ pieces).T
     s = x - start
-    return value + s * (slope + s * (square + s * cube))
+    return (value + s * (slope + s * (square + s * cube))).reshape(within.shape)
 
 
 def is_table(at: Scalar, values: Scalar) -> bool:
@@ -230,10 +234,7 @@ class TabulatedFade(AbstractFactor):
     )
 
     def factor(self, contact: Contact) -> Floats:
-        T = jnp.asarray(self.temperature)
-        values = jnp.asarray(self.values)
-        T_inside = clipped(contact.T, T[0], T[-1])
-        return interpolated(T_inside.reshape(-1), T, values).reshape(T_inside.shape)
+        return interpolated(contact.T, self.temperature, self.values)
 
     def faults(self, path: str) -> Faults:
         if not is_table(self.temperature, self.values):
@@ -994,10 +995,7 @@ class TabulatedFriction(AbstractFriction):
     )
 
     def kinetic(self, contact: Contact) -> Floats:
-        speed = jnp.asarray(self.speed)
-        coefficient = jnp.asarray(self.coefficient)
-        v = clipped(contact.v, 0.0, speed[-1])
-        return interpolated(v.reshape(-1), speed, coefficient).reshape(v.shape)
+        return interpolated(contact.v, self.speed, self.coefficient)
 
     def static(self, contact: Contact) -> Floats:
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)

@@ -20,6 +20,7 @@ from ._base._part import (
     whole,
 )
 from ._base._quantity import IndexedBy, Quantity, Scalar, Values, in_si
+from .friction import interpolated
 from .hoists import (
     GRAVITY,
     AbstractLoad,
@@ -67,7 +68,6 @@ from .shaft import (
     TackleLoss,
     ViscousDrag,
     faults_of_table,
-    table_at,
 )
 
 __all__ = [
@@ -169,7 +169,7 @@ class TabulatedLoad(AbstractLoad):
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         share = self.share.value(t, piece)
-        return share * table_at(omega, self.speed, self.torque_at)
+        return share * interpolated(omega, self.speed, self.torque_at)
 
     def faults(self, path: str) -> Faults:
         faults = faults_of_table(path, self.speed, self.torque_at)

@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._base._corners import clipped
 from ._base._faults import Fault, Faults, Issues, input_error
 from ._base._part import Part, part, positive_quantity, quantity, structural
 from ._base._quantity import IndexedBy, Scalar
@@ -302,7 +301,7 @@ class TabulatedDrag(AbstractShaftTorque):
         return self.share
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
-        at = table_at(jnp.abs(omega), self.speed, self.torque_at)
+        at = interpolated(jnp.abs(omega), self.speed, self.torque_at)
         return self.share.value(t, piece) * jnp.sign(omega) * at
 
     def faults(self, path: str) -> Faults:
@@ -311,14 +310,6 @@ class TabulatedDrag(AbstractShaftTorque):
             hint = "friction at rest is BearingFriction"
             faults.append(Fault(path, "does not begin with 0 rad/s and 0 N·m", hint))
         return faults + _faults_of_share(self.share, f"{path}.share")
-
-
-def table_at(speed: Real, speeds: Scalar, torques: Scalar) -> Array:
-    """Torque (N·m) of a table at a speed (rad/s); beyond its ends that of the ends."""
-    at = jnp.asarray(speeds)
-    within = clipped(jnp.asarray(speed), at[0], at[-1])
-    shape = jnp.shape(within)
-    return interpolated(within.reshape(-1), at, jnp.asarray(torques)).reshape(shape)
 
 
 def faults_of_table(path: str, speeds: Scalar, torques: Scalar) -> Faults:
