@@ -238,6 +238,43 @@ class About(NamedTuple):
         return abs(value) if self.size and value is not None else value
 
 
+# columns of each pair, and of the whole brake, which has those of its first pair
+FrictionForce = Annotated[
+    Each,
+    "N",
+    "friction force on each lining",
+    lambda p, s: s.pair.friction,
+    View("friction force F", "kN", 1e-3),
+]
+FrictionCoefficient = Annotated[
+    Each | None,
+    "",
+    "coefficient of friction of each lining, sliding",
+    lambda p, s: s.pair.coefficient,
+    View("coefficient of friction f", ""),
+]
+FrictionMemory = Annotated[
+    Any,
+    "",
+    "state of the friction law of each lining (several: in the order of its PyTree)",
+    lambda p, s: s.memory,
+]
+FrictionPower = Annotated[
+    Each,
+    "W",
+    "friction power of each lining",
+    lambda p, s: s.rubbing.power,
+    View("friction power", "kW", 1e-3),
+]
+MeanPressure = Annotated[
+    Each | None,
+    "Pa",
+    "mean pressure on each lining",
+    lambda p, s: s.rubbing.pressure,
+    View("pressure N/A", "MPa", 1e-6),
+]
+
+
 class PairSeries(NamedTuple):
     """One friction pair at the times of a `Series`, SI units; arrays over its linings
     are (m, n).
@@ -259,13 +296,7 @@ class PairSeries(NamedTuple):
         lambda p, s: s.pair.normal,
         View("normal load N", "kN", 1e-3),
     ]
-    friction_force: Annotated[
-        Each,
-        "N",
-        "friction force on each lining",
-        lambda p, s: s.pair.friction,
-        View("friction force F", "kN", 1e-3),
-    ]
+    friction_force: FrictionForce
     slip_speed: Annotated[
         Each,
         "m/s",
@@ -295,13 +326,7 @@ class PairSeries(NamedTuple):
         "torque up to which the pair sticks, or with which it slides",
         lambda p, s: s.pair.capacity,
     ]
-    friction_coefficient: Annotated[
-        Each | None,
-        "",
-        "coefficient of friction of each lining, sliding",
-        lambda p, s: s.pair.coefficient,
-        View("coefficient of friction f", ""),
-    ]
+    friction_coefficient: FrictionCoefficient
     worn_thickness: Annotated[
         Each | None,
         "m",
@@ -309,19 +334,8 @@ class PairSeries(NamedTuple):
         lambda p, s: s.worn,
         View("thickness worn off since the start", "µm", 1e6),
     ]
-    friction_memory: Annotated[
-        Any,
-        "",
-        "state of the friction law of each lining (several: in the order of its PyTree)",
-        lambda p, s: s.memory,
-    ]
-    friction_power: Annotated[
-        Each,
-        "W",
-        "friction power of each lining",
-        lambda p, s: s.rubbing.power,
-        View("friction power", "kW", 1e-3),
-    ]
+    friction_memory: FrictionMemory
+    friction_power: FrictionPower
     tension_increment: Annotated[
         Each,
         "N",
@@ -329,13 +343,7 @@ class PairSeries(NamedTuple):
         lambda p, s: s.rubbing.increment,
         View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
     ]
-    pressure: Annotated[
-        Each | None,
-        "Pa",
-        "mean pressure on each lining",
-        lambda p, s: s.rubbing.pressure,
-        View("pressure N/A", "MPa", 1e-6),
-    ]
+    pressure: MeanPressure
     slack_edge_pressure: Annotated[
         Each | None,
         "Pa",
@@ -546,9 +554,7 @@ class Series(NamedTuple):
     normal_load: Annotated[
         Each, "N", "normal load on each lining", lambda p, s: s.pair.normal
     ]
-    friction_force: Annotated[
-        Each, "N", "friction force on each lining", lambda p, s: s.pair.friction
-    ]
+    friction_force: FrictionForce
     temperature: Annotated[
         Float[Array, "m k"] | None,
         "K",
@@ -603,12 +609,7 @@ class Series(NamedTuple):
         "temperature of the wall that the coolant wets",
         lambda p, s: p.surfaces.get("wetted"),
     ]
-    friction_coefficient: Annotated[
-        Each | None,
-        "",
-        "coefficient of friction of each lining, sliding",
-        lambda p, s: s.pair.coefficient,
-    ]
+    friction_coefficient: FrictionCoefficient
     lining_outer_temperature: Annotated[
         Float[Array, "m o"] | None,
         "K",
@@ -655,12 +656,7 @@ class Series(NamedTuple):
         "thickness that each lining lost since the start",
         lambda p, s: p.y.worn and thickness(p.y.worn),
     ]
-    friction_memory: Annotated[
-        Any,
-        "",
-        "state of the friction law of each lining (several: in the order of its PyTree)",
-        lambda p, s: s.memory,
-    ]
+    friction_memory: FrictionMemory
     hook_position: Annotated[
         Values | None,
         "m",
@@ -726,15 +722,8 @@ class Series(NamedTuple):
         "of a lever that follows the speed under its limit",
         lambda p, s: _reserve(p),
     ]
-    friction_power: Annotated[
-        Each, "W", "friction power of each lining", lambda p, s: s.rubbing.power
-    ]
-    pressure: Annotated[
-        Each | None,
-        "Pa",
-        "mean pressure on each lining",
-        lambda p, s: s.rubbing.pressure,
-    ]
+    friction_power: FrictionPower
+    pressure: MeanPressure
     pairs: dict[str, PairSeries]
 
     @property
