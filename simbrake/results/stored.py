@@ -34,7 +34,7 @@ from ..outputs.quantities import (
     times_within,
 )
 from ..parts.scene import Scene, warnings
-from ..runs.result import Result
+from ..runs.result import Result, require_one
 from ..thermal.network import Junction, Reservoir, Wall
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def dataset(result: Result, times: Any = None) -> Dataset:
       `simbrake.results.provenance`
 
     `times` (s): by default 1001 even ones and all events and corners. Raises
-    `InputError` for times outside the run, `ValueError` for a traced or batched result.
+    `InputError` for times outside the run, and for a traced or batched result.
 
     Example:
         >>> data = sb.dataset(result, [0.0, 1.0])
@@ -97,11 +97,7 @@ def dataset(result: Result, times: Any = None) -> Dataset:
     """
     import xarray as xr
 
-    if not result.concrete:
-        raise ValueError(
-            "a traced or batched result has no data set: use one result outside of jit and vmap"
-        )
-    series, t, side = _sampled(result, times)
+    series, t, side = _sampled(require_one(result), times)
     linings = np.arange(series.normal_load.shape[1]) + 1
     coords = {
         "time": _variable("time", t, "s", SERIES_COLUMNS["t"].meaning),
@@ -355,7 +351,7 @@ def provenance(result: Result) -> dict[str, Any]:
     - `settings`: the options of `simulate`
     - `outcome`: status, code and counts of the solver
 
-    `simbrake.results.rerun` runs it again. Raises `ValueError` for a traced or batched
+    `simbrake.results.rerun` runs it again. Raises `InputError` for a traced or batched
     result.
 
     Example:
@@ -363,11 +359,7 @@ def provenance(result: Result) -> dict[str, Any]:
         >>> about["settings"]["method"], about["outcome"]["status"]
         ('Dopri8', 'stopped')
     """
-    if not result.concrete:
-        raise ValueError(
-            "a traced or batched result has no provenance: use one result outside of jit and vmap"
-        )
-    stats = result.record.stats
+    stats = require_one(result).record.stats
     limits = result.limits
     longest = float(limits.max_step)
     return {

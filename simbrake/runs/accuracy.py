@@ -16,7 +16,6 @@ import jax
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import input_error
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
 from ..hybrid import Code, Record, Rodas5P
 from ..outputs.log import Event, segments_of
@@ -28,7 +27,7 @@ from ..thermal.heat import Heat
 from ..thermal.mesh import merged
 from .measure import title_of
 from .mesh import cuts_of, with_finer_layers
-from .result import Result
+from .result import Result, require_one
 from .simulate import EPS, error_of_layers, rounding, second_rtol, simulate, solver_of
 
 #: share of a run to which instants near 0 are resolved, relative to rounding
@@ -719,13 +718,7 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         >>> sb.results.accuracy(result).problem
         ''
     """
-    if not result.concrete:
-        raise input_error(
-            "accuracy",
-            "needs one result with values",
-            "take it outside of jit, vmap and grad",
-        )
-    rtol = float(result.rtol)
+    rtol = float(require_one(result).rtol)
     steps = int(result.record.stats.accepted)
     network = result.scene.network
     if not result.ok:

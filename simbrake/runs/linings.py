@@ -34,7 +34,7 @@ from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
 from ..parts.scene import band_brake
 from ..physics._brake import BrakeSystem
 from ..physics.heated import thermal_of
-from .result import Result, look
+from .result import Result, look, require_one
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of
 #: pressure, slip speed, temperature
@@ -622,12 +622,8 @@ def ring_wear(
     through 12 points of each step. Raises `InputError` for a brake without a bandage
     that is one body, a traced result, and missing areas or rate.
     """
-    scene = result.scene
-    brake = result.scene.brake
-    if not result.concrete:
-        raise input_error(
-            "result", "is traced or a batch", "give one result with values"
-        )
+    scene = require_one(result).scene
+    brake = scene.brake
     if not brake.in_series or brake.resolved:
         raise input_error(
             "brake",

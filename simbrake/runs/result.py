@@ -265,37 +265,18 @@ class Result:
     @property
     def ok(self) -> bool:
         """Whether the run reached its end time."""
-        return int(self._of_one().code) == 0
-
-    def _of_one(self) -> "Result":
-        """This result. Raises `InputError` unless it is concrete."""
-        if self.concrete:
-            return self
-        what = (
-            "is traced"
-            if is_traced_run(self.record)
-            else f"is a batch of {np.shape(self.record.count)}"
-        )
-        works = (
-            "numbers work there: `result.stopping_time`, "
-            '`result["stopping_time"]`, `result.code == 0`'
-        )
-        raise input_error(
-            "result",
-            what,
-            f"{works}; take all else of one result, outside of jit, vmap and grad",
-        )
+        return int(require_one(self).code) == 0
 
     @property
     def status(self) -> str:
         """`stopped`, `held`, `not_stopped`, `not_followed`, `runaway`, `lowering`,
         `driven`, `released`, or the name of a failure code."""
-        return status_of_run(self._of_one().record, self.scene)
+        return status_of_run(require_one(self).record, self.scene)
 
     @property
     def message(self) -> str:
         """The status in words, with what to do next where it failed."""
-        return message(self._of_one())
+        return message(require_one(self))
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is
@@ -309,7 +290,7 @@ class Result:
             or other
             or report.result.scene.limits is not self.scene.limits
         ):
-            report = _last_report = Report(self._of_one())
+            report = _last_report = Report(require_one(self))
         return report
 
     @property
@@ -354,7 +335,7 @@ class Result:
 
         `simbrake.results.verdict` describes what it says.
         """
-        return _above("runs.verdict").verdict(self._of_one(), limits)
+        return _above("runs.verdict").verdict(require_one(self), limits)
 
     def derivative_notes(self) -> tuple[str, ...]:
         """Where derivatives of this run are one-sided or no longer valid, as far as the
@@ -369,7 +350,7 @@ class Result:
             >>> result.derivative_notes()
             ()
         """
-        known = self._of_one().metrics
+        known = require_one(self).metrics
         never = [
             name for name in metric_names(self.scene) if known.get(name, 0.0) is None
         ]
@@ -392,7 +373,7 @@ class Result:
 
     def plot(self) -> Any:
         """The run over time: `simbrake.plot.stop`."""
-        return _above("plot").stop(self._of_one())
+        return _above("plot").stop(require_one(self))
 
     def to_xarray(self, times: Any = None) -> Any:
         """The run as a labelled data set: `simbrake.dataset`."""
@@ -428,6 +409,26 @@ class Result:
             if self.concrete
             else f"<pre>{html.escape(repr(self))}</pre>"
         )
+
+
+def require_one(result: Result) -> Result:
+    """The result. Raises `InputError` unless it is concrete."""
+    if result.concrete:
+        return result
+    what = (
+        "is traced"
+        if is_traced_run(result.record)
+        else f"is a batch of {np.shape(result.record.count)}"
+    )
+    works = (
+        "numbers work there: `result.stopping_time`, "
+        '`result["stopping_time"]`, `result.code == 0`'
+    )
+    raise input_error(
+        "result",
+        what,
+        f"{works}; take all else of one result, outside of jit, vmap and grad",
+    )
 
 
 def look(

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from ..._base._faults import InputError, input_error
 from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...parts.scene import Scene, banded_brake, check_scene
-from ...runs.result import Result
+from ...runs.result import Result, require_one
 from ._braking import Braking
 from ._heated import run_values
 from ._rows import (
@@ -138,9 +138,7 @@ def no_stop(hint: str) -> InputError:
 def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking, str]:
     """The brake application of a scene or of a run, with its description. Raises
     `InputError` as `estimates`."""
-    scene = run.scene if isinstance(run, Result) else run
-    if isinstance(run, Result) and not run.concrete:
-        raise input_error("run", "is traced or a batch", "give one result with values")
+    scene = require_one(run).scene if isinstance(run, Result) else run
     check_scene(scene)
     banded_brake(scene)
     inputs = settle(scene, data)
