@@ -568,29 +568,3 @@ def judge_of_many(record: Record) -> Judgement:
     of a run looks everywhere.
     """
     return held_throughout(judge(record), _LEAST_AT_ENDS(record))
-
-
-class Coded(NamedTuple):
-    """What a table of many runs keeps of each decision."""
-
-    reason: Any
-    colour: Any
-    steady: Any
-    away: Any
-
-
-_COUNTS = Coded(len(REASONS), len(COLOURS), 2, 2)
-
-
-def coded(judgement: Judgement) -> Array:
-    """A decision as one whole number."""
-    kept = Coded(judgement.reason, judgement.colour, judgement.steady, judgement.away)
-    number = jnp.zeros((), jnp.int32)
-    for part, count in zip(kept, _COUNTS, strict=True):
-        number = count * number + jnp.asarray(part, jnp.int32)
-    return number
-
-
-def decoded(numbers: np.ndarray) -> Coded:
-    """Decisions of numbers that `coded` gave."""
-    return Coded(*np.unravel_index(np.asarray(numbers, int), _COUNTS))

@@ -13,7 +13,7 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._faults import Issues
 from .._base._store import trace_anew
-from ..outputs.judgement import COLOURS, REASONS, decoded
+from ..outputs.judgement import COLOURS, REASONS
 from ..outputs.log import status_of
 from ..outputs.metrics import RESIDUALS
 from ..parts.scene import Scene, require_scene
@@ -34,7 +34,7 @@ from ._many_runs import NOT_RUN, Client, Show, run_all
 from ._plan import Plan, plan_of
 from .bounds import array_in_si
 from .evaluating import Solver, failure_name
-from .many_points import Columns
+from .many_points import Columns, decoded
 
 _MEANINGS = {
     "code": "0 if the run reached its end time, else its failure code; -1: not run",

@@ -14,7 +14,7 @@ from .._base._packing import Packing, pack
 from .._base._store import MEMORY
 from ..hybrid import LANDED, Record, Rodas5P
 from ..hybrid.arrays import Array, numpy_of
-from ..outputs.judgement import coded, judge_of_many
+from ..outputs.judgement import COLOURS, REASONS, Judgement, judge_of_many
 from ..outputs.metrics import HOLDING, METRICS, identity_of, metric_names
 from ..outputs.probe import ends_driven
 from ..parts.scene import Scene
@@ -60,6 +60,32 @@ def _sequence(record: Record) -> Array:
     order = xp.cumsum(events).astype(np.uint32) * np.uint32(2246822519) | np.uint32(1)
     mixed = xp.sum(xp.where(events, (what ^ (what >> 15)) * order, 0), dtype=np.uint32)
     return (mixed >> 1).astype(np.int32)
+
+
+class Coded(NamedTuple):
+    """What a table of many runs keeps of each decision."""
+
+    reason: Any
+    colour: Any
+    steady: Any
+    away: Any
+
+
+_COUNTS = Coded(len(REASONS), len(COLOURS), 2, 2)
+
+
+def coded(judgement: Judgement) -> Array:
+    """A decision as one whole number."""
+    kept = Coded(judgement.reason, judgement.colour, judgement.steady, judgement.away)
+    number = jnp.zeros((), jnp.int32)
+    for part, count in zip(kept, _COUNTS, strict=True):
+        number = count * number + jnp.asarray(part, jnp.int32)
+    return number
+
+
+def decoded(numbers: np.ndarray) -> Coded:
+    """Decisions of numbers that `coded` gave."""
+    return Coded(*np.unravel_index(np.asarray(numbers, int), _COUNTS))
 
 
 _CLOSURE = "energy.closure"
