@@ -1024,7 +1024,7 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
     if pair is None or pair.sensor is None:
         return None
     name, face = place_of(pair.sensor)
-    body = next(body for body in scene.network.bodies if body.name == name)
+    body = scene.network.by_name[name]
     T = np.broadcast_to(
         np.asarray(getattr(body, "temperature", np.nan), float), (body.count,)
     )

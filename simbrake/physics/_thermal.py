@@ -16,7 +16,6 @@ from ..profiles import AbstractProfile
 from ..thermal.heat import FrictionHeat, Heat, PowerShares, place_count
 from ..thermal.network import (
     AbstractLink,
-    Body,
     Junction,
     Lump,
     Reservoir,
@@ -281,15 +280,11 @@ def spans(heat: Heat) -> Spans:
     return numbers
 
 
-def body_of(heat: Heat, name: str) -> Body:
-    return next(body for body in heat.bodies if body.name == name)
-
-
 def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
     """Nodes of a place: of those with capacity, or of the junctions."""
     name, face = place_of(place)
     here = where.stores[name] if name in where.stores else where.junctions[name]
-    nodes = range(here.start, here.stop)[nodes_at(body_of(heat, name), face)]
+    nodes = range(here.start, here.stop)[nodes_at(heat.by_name[name], face)]
     return slice(nodes.start, nodes.stop, nodes.step)
 
 
@@ -573,7 +568,7 @@ class Thermal(Struct):
         """Flows into places, at all nodes with capacity."""
         parts: list[Array] = []
         for name in self.spans.stores:
-            body = body_of(self.heat, name)
+            body = self.heat.by_name[name]
             if not isinstance(body, Wall):
                 parts.append(into.get(name, _nothing(body.count)))
                 continue
@@ -920,7 +915,7 @@ class Thermal(Struct):
         parts = []
         for name, here in self.spans.stores.items():
             part = into[here]
-            body = body_of(self.heat, name)
+            body = self.heat.by_name[name]
             if isinstance(body, Wall):
                 depth = (
                     (body.layers,) if body.copies == 1 else (body.copies, body.layers)
@@ -972,7 +967,7 @@ def _between(heat: Heat, half: Array) -> Float[Array, " interfaces"]:
     no wall's layers touch."""
     touching = np.zeros(half.shape[0] - 1)
     for name, here in spans(heat).stores.items():
-        body = body_of(heat, name)
+        body = heat.by_name[name]
         if isinstance(body, Wall):
             touching[here.start : here.stop - 1] = (
                 np.arange(1, body.count) % body.layers != 0
@@ -1048,7 +1043,7 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     walls = [
         body
         for place in apart
-        if isinstance(body := body_of(heat, place_of(place)[0]), Wall)
+        if isinstance(body := heat.by_name[place_of(place)[0]], Wall)
     ]
     bends = any(
         w.material.conductivity_slope is not None or w.surface_layer is not None

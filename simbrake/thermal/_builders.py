@@ -461,7 +461,7 @@ def with_water_jacket(
         59.708
     """
     place = rim_place or (heat.rim or "").replace(".front", ".back")
-    body = next((body for body in heat.bodies if body.name == place_of(place)[0]), None)
+    body = heat.by_name.get(place_of(place)[0])
     if body is None:
         raise ValueError(
             "a water jacket needs a rim: name it in `heat.rim`, or give `rim_place`"

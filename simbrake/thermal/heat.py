@@ -424,6 +424,11 @@ class Heat(Part):
     )
 
     @property
+    def by_name(self) -> dict[str, Body]:
+        """The bodies by their names."""
+        return {body.name: body for body in self.bodies}
+
+    @property
     def walls(self) -> tuple[Wall, ...]:
         """The bodies in layers."""
         return tuple(body for body in self.bodies if isinstance(body, Wall))
@@ -580,7 +585,7 @@ class Heat(Part):
                 )
         if faults or (faults := self._faults_of_jackets(path)):
             return faults
-        by_name = {body.name: body for body in self.bodies}
+        by_name = self.by_name
         pairs = {
             name: getattr(self, name)
             for name in ("friction", "external")
@@ -613,14 +618,14 @@ class Heat(Part):
                 faults.add(f"{path}.{field}", f"{place!r} has {nodes} nodes", hint)
         if not faults:
             for name, pair in pairs.items():
-                faults += self._faults_of_pair(pair, f"{path}.{name}", by_name)
+                faults += self._faults_of_pair(pair, f"{path}.{name}")
         return faults
 
     def _faults_of_jackets(self, path: str) -> Issues:
         """Errors of coolants: without an inlet temperature, or boiling at the inlet or
         at the start."""
         faults = Issues()
-        by_name = {body.name: body for body in self.bodies}
+        by_name = self.by_name
         for i, jacket in self.jackets.items():
             where = f"{path}.links[{i}]"
             boiling = float(jacket.liquid.boiling)
@@ -668,10 +673,9 @@ class Heat(Part):
                     )
         return faults
 
-    def _faults_of_pair(
-        self, pair: FrictionHeat, path: str, by_name: dict[str, Body]
-    ) -> Faults:
+    def _faults_of_pair(self, pair: FrictionHeat, path: str) -> Faults:
         faults = Issues()
+        by_name = self.by_name
         sensor = pair.sensor
         if sensor is None or isinstance(by_name[place_of(sensor)[0]], Junction):
             hint = "name a body with capacity in `sensed`"

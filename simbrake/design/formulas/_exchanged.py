@@ -100,7 +100,7 @@ def _of_rim(heat: Heat, new: Material) -> Heat:
     own = {
         place_of(place)[0] for place in (heat.linings, heat.band) if place is not None
     }
-    by_name = {body.name: body for body in heat.bodies}
+    by_name = heat.by_name
     stored = new.density * new.specific_heat / (old.density * old.specific_heat)
     led = new.conductivity / old.conductivity
     for link in heat.links:

@@ -296,7 +296,7 @@ def _mean(value: Any) -> float:
 
 
 def _body(heat: Heat, place: str) -> Any:
-    return next(body for body in heat.bodies if body.name == place_of(place)[0])
+    return heat.by_name[place_of(place)[0]]
 
 
 def wall_at(heat: Heat, place: str | None) -> Wall | None:
@@ -335,7 +335,7 @@ def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
     for link in heat.links:
         if link.a != heat.rim or not isinstance(link, Convection | Radiation):
             continue
-        air = next(body for body in heat.bodies if body.name == link.b)
+        air = heat.by_name[link.b]
         if isinstance(air, Reservoir) and isinstance(air.temperature, np.ndarray):
             inputs["ambient"] = float(air.temperature)
         if isinstance(link, Radiation):
