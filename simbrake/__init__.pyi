@@ -39,6 +39,7 @@ from .design.formulas.synthesis import synthesize as synthesize
 from .design.layouts._equal_layout import equal_layout as equal_layout
 from .design.layouts._least_tension import least_tension as least_tension
 from .export._c_export import export_c as export_c
+from .export.stepper import Stepper as Stepper
 from .files._scene_file import read_scene as read_scene
 from .files._scene_file import write_scene as write_scene
 from .friction import ConstantFriction as ConstantFriction
@@ -73,7 +74,6 @@ from .runs.networks import steady_state as steady_state
 from .runs.result import Result as Result
 from .runs.simulate import prepare as prepare
 from .runs.simulate import simulate as simulate
-from .runs.stepper import Stepper as Stepper
 from .studies._calibration import calibrate as calibrate
 from .studies._ensemble import ensemble as ensemble
 from .studies._ensemble import sweep as sweep

@@ -1,4 +1,4 @@
-"""A scene as a program of its own: C without dependencies, and an FMU of it.
+"""A scene in steps, and as a program of its own: C without dependencies, and an FMU.
 
 The names are in `__init__.pyi`, each with its module, which is imported at the first
 use of the name.

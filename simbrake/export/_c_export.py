@@ -30,8 +30,8 @@ from ..physics.assemble import assemble
 from ..physics.mechanism import BandMode, Label, Mode, events_of_change
 from ..runs.measure import check_metrics, measure_all, unit_of
 from ..runs.simulate import check_limits, method_of, room_for, simulate, solver_of
-from ..runs.stepper import HeldInput, InputShape, held_inputs, step_of_numbers
 from ._c_code import HELPERS, Program, UnknownOperation, literal
+from .stepper import HeldInput, InputShape, held_inputs, step_of_numbers
 
 #: metrics where the caller names none, as far as a scene has them
 _USUAL = ("slip_onset_time", "full_slip_time", "stopping_time")

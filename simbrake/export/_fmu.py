@@ -25,7 +25,6 @@ from .._base._faults import input_error, whole_file
 from .._base._quantity import Quantity, shown
 from ..outputs.quantities import SERIES_COLUMNS
 from ..parts.scene import Scene, checked
-from ..runs.stepper import HeldInput, held_inputs
 from ._c_export import (
     Export,
     c_name,
@@ -35,6 +34,7 @@ from ._c_export import (
     program_version,
     range_of,
 )
+from .stepper import HeldInput, held_inputs
 
 #: outputs of several values, of which the maximum is given
 _MAXIMA = (

@@ -30,11 +30,10 @@ from ..outputs.probe import Probe, RunJit, seen_at
 from ..outputs.quantities import Series, flat, series_of
 from ..parts.scene import Scene, checked
 from ..phases import Phases
-from ..physics._brake import BrakeSystem, State
 from ..physics.mechanism import Label, Mode, events_of_change
 from ..profiles import PiecewiseLinear
-from .result import Result, RunLimits
-from .simulate import (
+from ..runs.result import Result, RunLimits
+from ..runs.simulate import (
     Solver,
     given_of,
     method_of,
@@ -355,7 +354,7 @@ def _events(record: Record, first: bool) -> list[Event]:
 
 
 @functools.partial(RunJit, quick=True)
-def _seen(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Probe:
+def _seen(system: Any, t: Array, y: Any, mode: Mode) -> Probe:
     return seen_at(
         system, *jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], (t, y, mode))
     )
@@ -473,7 +472,7 @@ class Stepper:
         return record
 
     @property
-    def _state_now(self) -> tuple[State, Mode]:
+    def _state_now(self) -> tuple[Any, Mode]:
         return unravel(self._y, self._record.y_like), unravel(
             self._mode, self._record.mode_like
         )
