@@ -83,7 +83,7 @@ _TORQUES = {
 }
 #: travels (m) below which one sees nothing: of a lever whose band hardly stretches, of
 #: a hook that ends where it began
-_SEEN = {"lever_travel": 1e-3, "hook_travel": 1e-3}
+_SEEN = {"lever_travel": 1e-3, "total_hook_travel": 1e-3}
 #: significant digits of a tile; all are in its tooltip
 _DIGITS = 3
 
