@@ -669,7 +669,7 @@ def publish(
 
     there = {leaf.path for leaf in leaves(scene)}
     for path, (low, high) in ranges.items():
-        if entry_of(path, there)[0] not in there:
+        if entry_of(path)[0] not in there:
             faults.add(path, "is absent in this scene", "give the scene a value of it")
         elif not low < high:
             faults.add(

@@ -216,7 +216,7 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
     if ranges:
         controls = []
         for path, (low, high) in ranges.items():
-            field, index = entry_of(path, fields)
+            field, index = entry_of(path)
             value = float(np.ravel(fields[field].value)[index or 0])
             about = fields[field].about
             controls.append(
@@ -233,10 +233,10 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
         controls = [
             control
             for control in sliders(export.scene)
-            if entry_of(control["path"], there)[0] in there
+            if entry_of(control["path"])[0] in there
         ]
     for control in controls:
-        field, _ = entry_of(control["path"], fields)
+        field, _ = entry_of(control["path"])
         control["places"] = _places(export, control["path"])
         control["ends"] = [float(end) for end in fields[field].about.ends]
     return controls
@@ -246,7 +246,7 @@ def _places(export: Export, path: str) -> list[int]:
     """Places of a parameter, or of all entries of a list, among the numbers of a
     scene."""
     placed = {leaf.path: leaf.value for leaf in export.placed}
-    field, index = entry_of(path, placed)
+    field, index = entry_of(path)
     places = np.ravel(placed[field]).astype(int).tolist()
     return places if index is None else [places[index]]
 

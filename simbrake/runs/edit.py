@@ -2,10 +2,9 @@
 
 import dataclasses
 import difflib
-import functools
 import math
 import re
-from collections.abc import Collection, Container, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -21,6 +20,7 @@ from .._base._part import (
     faults_of_values,
     parts_below,
     presence_below,
+    unit_below,
 )
 from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from ..brakes.design import Lining
@@ -30,16 +30,12 @@ from ..parts.scene import Scene, require_scene
 _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?[0-9]{1,9})\])?$", re.DOTALL)
 
 
-def entry_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
+def entry_of(path: str) -> tuple[str, int | None]:
     """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a
     field as a whole."""
     match = _INDEXED.match(path)
     assert match is not None
-    if path in fields:
-        return path, None
-    field = match["path"]
-    index = None if match["index"] is None else int(match["index"])
-    return field, index
+    return match["path"], None if match["index"] is None else int(match["index"])
 
 
 class _Slot(NamedTuple):
@@ -51,17 +47,26 @@ class _Slot(NamedTuple):
     optional: bool
 
 
-def _slots(scene: Any) -> dict[str, _Slot]:
-    """Every number of a scene that may be set, also those that are absent now, and laws
-    in the place of a number."""
-    return {
-        below(path, field): _Slot(
-            getattr(part, field.name), about, field.default is None
-        )
-        for path, part, unit in parts_below(scene)
-        for field in dataclasses.fields(part)
-        if (about := about_of(field, unit))
-    }
+def _slot(part: Any, path: str, unit: str = "SI") -> _Slot | None:
+    """The place at a path below a part, also where a number is absent now or a law is
+    in its place; `None` where no number may be set."""
+    step, dot, rest = path.partition(".")
+    name, index = entry_of(step)
+    field = next((f for f in dataclasses.fields(part) if f.name == name), None)
+    if field is None:
+        return None
+    value = getattr(part, name)
+    if not dot:
+        about = about_of(field, unit)
+        return about and _Slot(value, about, field.default is None)
+    if index is not None:
+        entries = value if isinstance(value, tuple | list) else ()
+        value = entries[index] if 0 <= index < len(entries) else None
+    return (
+        _slot(value, rest, unit_below(field, unit))
+        if dataclasses.is_dataclass(value)
+        else None
+    )
 
 
 @explained
@@ -79,27 +84,23 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         Initial(omega=18 rad/s, elongation=0 m, time=0 s)
     """
     require_scene(scene)
-    if (quick := _with_numbers(scene, values)) is not None:
-        return quick
     faults = Issues()
     if _COUNT in values and isinstance(scene.brake.linings, Lining):
         values = dict(values)
         scene = _with_count(scene, values.pop(_COUNT), faults)
-    slots = _slots(scene)
     for full, value in values.items():
-        path, i = entry_of(full, slots)
-        if path not in slots:
-            faults.append(_unknown(scene, full, path, slots))
+        path, i = entry_of(full)
+        slot = _slot(scene, path)
+        if slot is None:
+            faults.append(_unknown(scene, full))
             continue
         if isinstance(value, str):
             reader = NumberReader()
-            value = reader.number(
-                value, slots[path].about, full, slots[path].about.unit
-            )
+            value = reader.number(value, slot.about, full, slot.about.unit)
             faults += reader.faults
             if reader.faults:
                 continue
-        old = slots[path].value
+        old = slot.value
         new = as_number(value)
         if i is not None:
             size = np.size(old) if np.ndim(old) == 1 else 0
@@ -113,7 +114,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
                 continue
             new = _with_entry(old, i, value)
         elif new is None:
-            if old is not None and not slots[path].optional:
+            if old is not None and not slot.optional:
                 faults.add(full, "cannot be absent", "give a number")
                 continue
         elif np.ndim(old) == 1 and np.ndim(new) == 0:
@@ -123,13 +124,6 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
                 else np.full(np.shape(old), new)
             )
         scene = with_value_at(scene, path, new)
-        slots[path] = slots[path]._replace(value=new)
-        if dataclasses.is_dataclass(old):  # and so are its numbers
-            slots = {
-                name: slot
-                for name, slot in slots.items()
-                if not name.startswith(f"{path}.")
-            }
     faults += presence_below(scene)
     if faults:
         # with those of the values that could be read
@@ -186,24 +180,33 @@ def _with_count(scene: Scene, value: Any, faults: Faults) -> Scene:
     return scene
 
 
-def _unknown(scene: Scene, full: str, path: str, slots: Collection[str]) -> Fault:
+def _unknown(scene: Scene, full: str) -> Fault:
     """Error of a path that is no number of a scene, with what to write instead where
     that is known."""
-    fault = fault_of_path(full, path, slots)
+    path, _ = entry_of(full)
+    there = [
+        below(where, field)
+        for where, part, unit in parts_below(scene)
+        for field in dataclasses.fields(part)
+        if about_of(field, unit)
+    ]
+    fault = fault_of_path(full, there)
     where, _, name = path.rpartition(".")
     part = next((part for at, part, _ in parts_below(scene) if at == where), None)
     hint = part.meant_by(name, vars(part)) if isinstance(part, Part) else ""
     return dataclasses.replace(fault, hint=hint) if hint else fault
 
 
-def fault_of_path(full: str, path: str, slots: Collection[str]) -> Fault:
-    """Error of a path that means no number, with the nearest ones."""
-    near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
+def fault_of_path(full: str, there: Collection[str]) -> Fault:
+    """Error of a path that means none of the numbers there are, with the nearest
+    ones."""
+    path, _ = entry_of(full)
+    near = difflib.get_close_matches(path, there, n=3, cutoff=0.4)
     tail = [
-        name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]
+        name for name in there if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]
     ]
     names = list(dict.fromkeys([*tail, *near]))[:4]
-    hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
+    hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(there)}"
     return Fault(full, "there is no such number in the scene", hint)
 
 
@@ -229,8 +232,7 @@ def with_inputs(scene: Scene, values: dict[str, Any]) -> Scene:
 
 def unknown_paths(scene: Scene, paths: Iterable[str]) -> list[str]:
     """Those of the paths that are not numbers of the scene."""
-    slots = _slots(scene)
-    return [path for path in paths if entry_of(path, slots)[0] not in slots]
+    return [path for path in paths if _slot(scene, entry_of(path)[0]) is None]
 
 
 def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[float]:
@@ -240,13 +242,11 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[
     Raises `InputError` for an unknown path, for what is not a number in its range, and
     where only some have a unit.
     """
-    slots = _slots(scene)
-    name = entry_of(path, slots)[0]
-    if name not in slots:
-        raise InputError([_unknown(scene, path, name, slots)])
-    about = slots[name].about
+    slot = _slot(scene, entry_of(path)[0])
+    if slot is None:
+        raise InputError([_unknown(scene, path)])
     reader = NumberReader()
-    values = [reader.number(text, about, path, about.unit) for text in texts]
+    values = [reader.number(text, slot.about, path, slot.about.unit) for text in texts]
     bare = [text for text in map(str, texts) if _is_float(text)]
     if not reader.faults and 0 < len(bare) < len(texts):
         reader.fault(
@@ -278,53 +278,6 @@ def _is_float(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
-    """The scene where numbers replace numbers, as in loops over runs; `None` where some
-    values are something else.
-
-    The places of numbers among the leaves are known for each structure.
-    """
-    numbers, structure = jax.tree.flatten(scene)
-    places = _places(structure, len(numbers))
-    for path, value in values.items():
-        name, entry = entry_of(path, places)
-        i = places.get(name)
-        if i is None or not _is_number(value):
-            return None
-        old = numbers[i]
-        if not isinstance(old, np.ndarray) or old.dtype != np.float64:
-            return None
-        if entry is None:
-            if np.shape(value) not in ((), old.shape):
-                return None
-            numbers[i] = np.full(old.shape, value, np.float64)
-            continue
-        if old.ndim != 1 or not 0 <= entry < old.size or np.ndim(value):
-            return None
-        numbers[i] = np.array(old)
-        numbers[i][entry] = value
-    return jax.tree.unflatten(structure, numbers)
-
-
-def _is_number(value: Any) -> bool:
-    if isinstance(value, np.ndarray):
-        return value.dtype == np.float64
-    return isinstance(value, float | int | np.floating) and not isinstance(value, bool)
-
-
-@functools.lru_cache(maxsize=256)
-def _places(structure: Any, count: int) -> dict[str, int]:
-    """Path → number of the leaf, of those numbers of a scene that are leaves."""
-    leaves = [np.zeros(()) for _ in range(count)]
-    numbers = {id(leaf): i for i, leaf in enumerate(leaves)}
-    slots = _slots(jax.tree.unflatten(structure, leaves))
-    return {
-        path: numbers[id(slot.value)]
-        for path, slot in slots.items()
-        if id(slot.value) in numbers
-    }
 
 
 def _with_entry(old: Any, i: int, value: Any) -> Any:

@@ -668,9 +668,9 @@ class Places(dict[str, slice]):
     """
 
     def __missing__(self, path: str) -> slice:
-        field, index = entry_of(str(path), self)
+        field, index = entry_of(str(path))
         if field not in self:
-            raise KeyError(str(fault_of_path(path, field, self)))
+            raise KeyError(str(fault_of_path(str(path), self)))
         whole = self[field]
         if index is None:
             return whole

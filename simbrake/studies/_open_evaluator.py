@@ -174,7 +174,7 @@ def evaluator(
             "is empty",
             "as {'brake.linings.friction.coefficient': (0.3, 0.4)}",
         )
-    leaves = {path: known.get(entry_of(path, known)[0]) for path in paths}
+    leaves = {path: known.get(entry_of(path)[0]) for path in paths}
     # (of what is not there a value that also a count of linings may have)
     count = float(scene.brake.linings.count)
     present = {

@@ -340,7 +340,7 @@ class FitModel:
         """
         known = [Inputs(scene) for scene in self.scenes(theta)]
         effects = []
-        fitted = {entry_of(path, known[0])[0] for path in self.fields}
+        fitted = {entry_of(path)[0] for path in self.fields}
         for path, leaf in known[0].items():
             values = [
                 np.asarray(inputs[path].value if path in inputs else [], float)

@@ -28,7 +28,7 @@ class Inputs(dict[str, Leaf]):
 
     def about(self, path: str) -> Quantity:
         """Metadata of a number, or of an entry of a list."""
-        return self[entry_of(path, self)[0]].about
+        return self[entry_of(path)[0]].about
 
     def twice(self, paths: Iterable[str]) -> dict[str, str]:
         """Paths that mean a number which an earlier one means as well: path → the
@@ -36,7 +36,7 @@ class Inputs(dict[str, Leaf]):
         first_paths: dict[tuple[str, int | None], str] = {}
         repeats = {}
         for path in paths:
-            field, index = entry_of(path, self)
+            field, index = entry_of(path)
             if index is not None and field in self:
                 index %= max(np.size(self[field].value), 1)
             for (other, i), earlier in first_paths.items():
@@ -224,7 +224,7 @@ def box_of(
     shapes = dict[str, tuple[int, ...]]()
     rows = []
     for path, pair in bounds.items():
-        field, index = entry_of(path, known)
+        field, index = entry_of(path)
         leaf = known.get(field)
         if issues.attempt(with_inputs, scene, {path: 0.0}) is None:
             continue
