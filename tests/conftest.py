@@ -75,6 +75,14 @@ def pytest_configure(config):
     gc.set_threshold(200_000, 50, 100)
 
 
+def pytest_ignore_collect(collection_path, config):
+    """Where smoke tests alone are asked for, files without any are not imported: that
+    takes longer than some of these tests."""
+    if config.option.markexpr == "smoke" and collection_path.suffix == ".py":
+        return "mark.smoke" not in collection_path.read_text("utf-8") or None
+    return None
+
+
 def pytest_terminal_summary(terminalreporter):
     """A missing browser is said loudly: pages are then tested by their data alone."""
     if browser_path() is None:

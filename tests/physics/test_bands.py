@@ -77,7 +77,6 @@ def stopped():
     return sb.simulate(scene())
 
 
-@pytest.mark.smoke
 def test_a_stop_has_the_torque_of_both_bands(stopped):
     share = shares()
     along = [
@@ -105,7 +104,7 @@ def test_a_stop_has_the_torque_of_both_bands(stopped):
     assert int(greatest.lining) == (4, 10)[int(T_max.argmax())]
 
 
-@pytest.mark.slow
+@pytest.mark.smoke
 def test_given_shares_are_relative():
     for given in ((1.0, 2.0), (0.25, 0.5)):
         result = sb.simulate(

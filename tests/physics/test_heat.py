@@ -71,7 +71,6 @@ def layered_result(growth=1.0):
     return sb.simulate(layered_stop(growth))
 
 
-@pytest.mark.smoke
 def test_layered_rim_with_fade_against_scipy():
     result = layered_result()
     slip, stick, stop, T = scipy_stop(1.0, "DOP853", 1e-12)
@@ -89,7 +88,7 @@ def test_layered_rim_with_fade_against_scipy():
 @pytest.mark.parametrize(
     "growth",
     [
-        pytest.param(1.0, marks=pytest.mark.smoke),
+        1.0,
         pytest.param(sb.thermal.layer_growth(1e-6, 0.028, 20), marks=pytest.mark.slow),
     ],
 )
@@ -127,6 +126,7 @@ def stopping_time(f, slope, capacity):
     return quad(lambda w: J / torque(w), 0.0, W0, epsabs=1e-13, epsrel=1e-13)[0]
 
 
+@pytest.mark.smoke
 def test_shares_of_heat_of_single_linings():
     """The heat of a lining is in proportion to `T_i − T_{i−1}`, a geometric series
     along the band."""

@@ -81,7 +81,6 @@ def test_rigid_band_has_no_elastic_state():
     assert result.series([0.1]).elongation is None
 
 
-@pytest.mark.smoke
 def test_textbook_stop_of_band_and_blocks():
     """Khurmi & Gupta: 2000 kg, k_g 0.5 m, 360 rpm, R_b 0.5 m: α 5.09464574453 rad/s², t
     7.39975137300599 s."""

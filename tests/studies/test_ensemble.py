@@ -44,7 +44,6 @@ def assert_like_single_runs(scene, values, metrics, runs, **settings):
     return data
 
 
-@pytest.mark.smoke
 def test_same_numbers_as_single_runs():
     n = 12
     rng = np.random.default_rng(1)
@@ -121,6 +120,7 @@ def test_long_runs_beside_short_ones():
 
 
 @pytest.mark.slow
+@pytest.mark.smoke
 def test_many_stops_against_the_closed_form(caplog):
     values = drawn(1000)
     done = []
