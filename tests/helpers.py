@@ -27,6 +27,21 @@ def near(found, wanted, rel=None, abs=None):
     assert found == wanted, f"{found} is not {wanted}"
 
 
+#: a context in which an input error comes
+input_error = functools.partial(pytest.raises, sb.InputError)
+
+
+def faults_of(call, *arguments, **options):
+    """The faults in the input error of a call."""
+    with input_error() as caught:
+        call(*arguments, **options)
+    return caught.value.faults
+
+
+def paths_of(call, *arguments, **options):
+    return [fault.path for fault in faults_of(call, *arguments, **options)]
+
+
 def closes(result, within):
     """The energy balance of a run closes."""
     __tracebackhide__ = True

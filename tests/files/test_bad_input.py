@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from commands import call
 from heat_scenes import fading, lump, rigid_stop
+from helpers import faults_of, input_error
 from oracles import hard_input
 from oracles.hard_cases import cases_to_test, check
 from scenes import stop_scene
@@ -31,12 +32,6 @@ with (pathlib.Path(__file__).parent / "bad_input.csv").open(encoding="utf-8") as
 def rows_of(kind):
     rows = [(row["input"], row["path"], row["hint"]) for row in ROWS]
     return [row for row, all_ in zip(rows, ROWS, strict=True) if all_["kind"] == kind]
-
-
-def faults_of(read, *arguments, **options):
-    with pytest.raises(sb.InputError) as caught:
-        read(*arguments, **options)
-    return caught.value.faults
 
 
 @pytest.fixture(autouse=True)
@@ -196,7 +191,7 @@ def test_anything_in_the_place_of_a_part():
     for name in ("everything_coupled", "heated", "rig", "disc", "shoe", "two_bands"):
         scene = sb.read_scene(name)
         for owner, field, change in with_wrong_field(scene, source):
-            with pytest.raises(sb.InputError):  # noqa: PT012
+            with input_error():
                 sb.check_scene(dataclasses.replace(scene, **change()))
                 pytest.fail(f"accepted: {type(owner).__name__}.{field}")
             tried.add((type(owner), field))

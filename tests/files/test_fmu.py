@@ -11,7 +11,7 @@ import fmpy.validation
 import numpy as np
 import pytest
 from commands import call
-from helpers import all_near
+from helpers import all_near, paths_of
 
 import simbrake as sb
 
@@ -287,9 +287,8 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
     ],
 )
 def test_what_cannot_be_an_fmu(scene, tmp_path, name, options, path):
-    with pytest.raises(sb.InputError) as caught:
-        sb.export.export_fmu(scene, tmp_path / name, **options)
-    assert caught.value.faults[0].path.endswith(path)
+    (found,) = paths_of(sb.export.export_fmu, scene, tmp_path / name, **options)
+    assert found.endswith(path)
 
 
 def test_command_writes_an_fmu(scene, tmp_path, capsys):

@@ -10,7 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 from commands import call
-from helpers import near
+from helpers import input_error, near
 
 import simbrake as sb
 from simbrake.loads import (
@@ -348,7 +348,7 @@ def test_what_a_duty_says_is_checked():
         ),
     }
     for message, case in wrong.items():
-        with pytest.raises(sb.InputError, match=message):
+        with input_error(match=message):
             sb.check_scene(case)
 
 

@@ -10,17 +10,11 @@ import numpy as np
 import pytest
 from commands import call, no_cache  # noqa: F401
 from heat_scenes import fading, lump, rigid_stop
-from helpers import all_near, near
+from helpers import all_near, faults_of, near
 from scenes import closed_form, stop_scene
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-
-
-def faults(call, *arguments, **settings):
-    with pytest.raises(sb.InputError) as caught:
-        call(*arguments, **settings)
-    return caught.value.faults
 
 
 @pytest.fixture
@@ -105,7 +99,7 @@ def test_encodings_and_packed_files(tmp_path, coded, packed):
     np.testing.assert_array_equal((omega.t, omega.value), ([0.5, 1.5], [12.5, 7.0]))
     if packed is not bytes:
         file.write_bytes(file.read_bytes()[:-9])
-        assert faults(sb.read_measured, file)
+        assert faults_of(sb.read_measured, file)
 
 
 @pytest.mark.parametrize(("name", "ratio"), [("time", 1.0), ("Time [ms]", 1e-3)])
@@ -117,14 +111,14 @@ def test_other_names_of_the_time(write, name, ratio):
 def test_all_errors_of_files_at_once(write, tmp_path):
     series = write("series.csv", "t,omga,omega\nx,1,2\n1,2,inf\n")
     events = write("events.csv", "event,value\n,3\nstoping_time,2\n")
-    assert len(faults(sb.read_measured, series, events, tmp_path / "none.csv")) == 6
+    assert len(faults_of(sb.read_measured, series, events, tmp_path / "none.csv")) == 6
     broken = write("a.csv", "t,omega\n" + "".join(f"{i},err\n" for i in range(500)))
-    assert len(faults(sb.read_measured, broken)) == 51
+    assert len(faults_of(sb.read_measured, broken)) == 51
     wrong = {"omega": [1.0], "speed": [1.0, 2.0], "phi": [np.nan, np.nan]}
     events = {"stopping_time": np.inf}
     sigma = {"slack_tension": 1.0}
     of = sb.studies.Measured.of
-    assert len(faults(of, [0.0, 1.0], wrong, sigma=sigma, events=events)) == 5
+    assert len(faults_of(of, [0.0, 1.0], wrong, sigma=sigma, events=events)) == 5
 
 
 def test_table_of_recordings(write):
@@ -138,7 +132,7 @@ def test_table_of_recordings(write):
     (stop,) = stops["short"].singles
     assert (stop.name, stop.value, stop.sigma) == ("stopping_time", 1.5, 0.02)
     bad = write("bad.csv", f"{head}\na,no.csv,1,,x\na,,late,1,2\n")
-    assert len(faults(sb.studies.read_recordings, bad)) == 5
+    assert len(faults_of(sb.studies.read_recordings, bad)) == 5
 
 
 def test_calibrate_with_a_table_of_recordings(capsys, tmp_path, write):
@@ -192,7 +186,7 @@ def test_data_say_what_they_hold():
 )
 def test_columns_that_a_run_does_not_have(column, hint):
     data = sb.studies.Measured.of([0.1, 0.2], {column: [1.0, 2.0]})
-    (fault,) = faults(sb.plot.overlay, sb.simulate(stop_scene(C=None)), data)
+    (fault,) = faults_of(sb.plot.overlay, sb.simulate(stop_scene(C=None)), data)
     assert hint in str(fault)
 
 

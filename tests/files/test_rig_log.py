@@ -10,16 +10,14 @@ import warnings
 
 import numpy as np
 import pytest
-from helpers import all_near, near
+from helpers import all_near, faults_of, input_error, near
 from rig_recordings import SMALL, TIMES, las, stamp, table, values, witsml, written
 
 import simbrake as sb
 
 
 def faults(*arguments, **settings):
-    with pytest.raises(sb.InputError) as caught:
-        sb.rig.read(*arguments, **settings)
-    return [str(fault) for fault in caught.value.faults]
+    return [str(fault) for fault in faults_of(sb.rig.read, *arguments, **settings)]
 
 
 IN_FEET = {
@@ -174,7 +172,7 @@ def at(times, rows=4, head="Time", **settings):
 
 
 def refused(*arguments, **settings):
-    with pytest.raises(sb.InputError) as caught:
+    with input_error() as caught:
         at(*arguments, **settings)
     return str(caught.value)
 

@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from helpers import input_error
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from shipped import NAMES, load
@@ -120,7 +121,7 @@ def test_bad_rows_of_a_history(rows, hint, tmp_path):
     """Empty rows are left out."""
     (tmp_path / "lever.csv").write_text("t,slack_tension\n" + rows, "utf-8")
     lever = '{ file = "lever.csv", column = "slack_tension" }'
-    with pytest.raises(sb.InputError, match=hint):
+    with input_error(match=hint):
         sb.files.scene_from_text(TEXT.replace(LEVER, lever), tmp_path)
 
 
@@ -152,7 +153,7 @@ def test_files_of_either_kind(tmp_path):
         ("d.py", "def scene(): return 1 / 0"),
     ):
         (tmp_path / name).write_text(text, "utf-8")
-        with pytest.raises(sb.InputError):
+        with input_error():
             sb.read_scene(tmp_path / name)
 
 

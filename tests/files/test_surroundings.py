@@ -22,6 +22,7 @@ import jax
 import numpy as np
 import pytest
 from commands import call
+from helpers import input_error
 from scenes import stop_scene
 
 import simbrake as sb
@@ -68,7 +69,7 @@ def test_on_a_full_disk_the_old_files_stay(tmp_path, capsys):
     ):
         write()
         before = [path.read_bytes() for path in sorted(tmp_path.iterdir())]
-        with no_more_than(100), pytest.raises(sb.InputError, match="cannot be written"):
+        with no_more_than(100), input_error(match="cannot be written"):
             write()
         assert [path.read_bytes() for path in sorted(tmp_path.iterdir())] == before
     with no_more_than(1000):
@@ -129,7 +130,7 @@ def test_full_disk_during_an_ensemble(tmp_path, monkeypatch):
         return sb.ensemble(stop_scene(), values, asked, directory=directory, **options)
 
     monkeypatch.setattr(np, "savez", full)
-    with pytest.raises(sb.InputError, match="No space left on device"):
+    with input_error(match="No space left on device"):
         study(folder)
     monkeypatch.setattr(np, "savez", write)
     np.testing.assert_array_equal(
@@ -226,7 +227,7 @@ def test_full_output_and_the_locale_c(tmp_path):
 
 
 def test_without_compiling_or_the_device_it_says_so():
-    with jax.disable_jit(), pytest.raises(sb.InputError, match="JAX_DISABLE_JIT"):
+    with jax.disable_jit(), input_error(match="JAX_DISABLE_JIT"):
         sb.simulate(stop_scene())
     asked = os.environ | {"JAX_PLATFORMS": "cuda", "JAX_COMPILATION_CACHE_DIR": ""}
     done = command("run", SCENE, env=asked)
@@ -278,6 +279,6 @@ def test_a_forked_process_says_so():
 def test_a_scheduler_that_does_not_answer(address):
     pytest.importorskip("distributed")
     start = time.perf_counter()
-    with pytest.raises(sb.InputError, match="client: no Dask scheduler answers"):
+    with input_error(match="client: no Dask scheduler answers"):
         sb.ensemble(stop_scene(), {SPEED: [1.0]}, client=address)
     assert time.perf_counter() - start < 10

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from commands import call
-from helpers import near
+from helpers import input_error, near
 from scenes import stop_scene
 from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, R, rigid
 
@@ -240,9 +240,7 @@ def test_permissible_rim_temperature():
         ).colour
         == "green"
     )
-    with pytest.raises(
-        sb.InputError, match="permissible_band: the network names no place as the band"
-    ):
+    with input_error(match="permissible_band: the network names no place as the band"):
         sb.check_scene(hot_stop(permissible_band=400.0))
 
 
@@ -262,7 +260,7 @@ def test_permissible_pressure_is_a_limit():
     without = dataclasses.replace(
         brake, linings=dataclasses.replace(linings, area=None)
     )
-    with pytest.raises(sb.InputError, match="a permissible pressure needs the area"):
+    with input_error(match="a permissible pressure needs the area"):
         sb.check_scene(dataclasses.replace(scene, brake=without))
 
 

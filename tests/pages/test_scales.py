@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from helpers import input_error
 from matplotlib.colors import to_hex
 from picture_scenes import (
     CONTACTS,
@@ -429,7 +430,7 @@ def test_permissible_map():
     np.testing.assert_array_equal(
         np.ma.getdata(mesh)[inside].astype(bool), ((u <= 2.2) & (v >= 13.0))[inside]
     )
-    with pytest.raises(sb.InputError, match="no grid of two parameters"):
+    with input_error(match="no grid of two parameters"):
         plot.permissible(data.isel(a=0), {"hook_travel": 1.0})
 
 
@@ -443,5 +444,5 @@ def test_what_a_figure_cannot_draw():
         (plot.compare, ([plain],)),
         (sb.layouts.figures.angles, ({"in degrees": np.full(10, 27.0)},)),
     ):
-        with pytest.raises(sb.InputError):
+        with input_error():
             draw(*given)

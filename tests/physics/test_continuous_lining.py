@@ -6,7 +6,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, closes, jacobians, near
+from helpers import all_near, closes, input_error, jacobians, near
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -163,7 +163,7 @@ def test_one_of_two_bands():
     )
     brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R, bands)
     # (areas of both, or of none)
-    with pytest.raises(sb.InputError, match=r"bands\[1\].linings.area"):
+    with input_error(match=r"bands\[1\].linings.area"):
         sb.check_scene(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
     bare = sb.brakes.LinedBand(
         sb.uniform_linings(6, WRAP, F, continuous=True), share=1.0

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, near
+from helpers import all_near, faults_of, near, paths_of
 from scenes import scene_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares, minimize_scalar
@@ -252,10 +252,9 @@ def test_all_errors_of_a_record_at_once(tmp_path):
     bad = RECORD.replace("72", "x").replace("20,108,30", "5,108,-300")
     file.write_text(bad)
     units = {"v": "m/s", "air": "K", "P": "K", "w": "m/s"}
-    with pytest.raises(sb.InputError) as error:
-        sb.files.histories(file, units)
     places = [
-        fault.path.removeprefix(str(file)).strip() for fault in error.value.faults
+        fault.path.removeprefix(str(file)).strip()
+        for fault in faults_of(sb.files.histories, file, units)
     ]
     assert sorted(places) == [
         "header",
@@ -269,9 +268,7 @@ def test_all_errors_of_a_record_at_once(tmp_path):
 def test_a_record_without_its_column_of_times(tmp_path):
     file = tmp_path / "record.csv"
     file.write_text(RECORD.replace("t [s]", "time [s]"))
-    with pytest.raises(sb.InputError) as error:
-        sb.files.histories(file, {"v": "m/s"})
-    (fault,) = error.value.faults
+    (fault,) = faults_of(sb.files.histories, file, {"v": "m/s"})
     assert "no column t" in str(fault)
     assert "time=" in fault.hint
     found = sb.files.histories(file, {"v": "m/s"}, time="time")
@@ -286,9 +283,9 @@ def test_all_errors_of_a_run_at_once():
         "power": {"disk": 3.0, "disc": "3 m"},
     }
     cooled = lump(4e3, 350.0, sb.thermal.Conductance("disc", "air", 20.0))
-    with pytest.raises(sb.InputError) as error:
-        sb.simulate_heat(cooled, [1.0, 0.0], **acting, closed=2.0, rtol=5.0)
-    assert sorted(fault.path for fault in error.value.faults) == [
+    assert sorted(
+        paths_of(sb.simulate_heat, cooled, [1.0, 0.0], **acting, closed=2.0, rtol=5.0)
+    ) == [
         "closed",
         "coolant",
         "heat.bodies[1].temperature.values",

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
-from helpers import all_near, near
+from helpers import all_near, input_error, near
 
 import simbrake as sb
 
@@ -93,7 +93,7 @@ def test_what_goes_with_a_turned_band():
     all_near(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
     again = sb.studies.turned_scene(turned)
     assert sb.files.scene_text(again) == sb.files.scene_text(scene)
-    with pytest.raises(sb.InputError, match="ride on the pulley"):
+    with input_error(match="ride on the pulley"):
         sb.studies.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
 
 

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, near
+from helpers import all_near, faults_of, input_error, near
 from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
 from user_parts import AT_REST, T_0, Bump, Derived, J, R, falling, of, torque_of
@@ -220,9 +220,7 @@ def test_custom_cone_brake_is_a_full_brake():
     )
     slope = stop**2 * f * r * N / math.tan(alpha) / (inertia * omega)
     near(table.rows[0].derivative, slope, 1e-9)
-    with pytest.raises(
-        sb.InputError, match="is a cone brake: this draws discs and drums"
-    ):
+    with input_error(match="is a cone brake: this draws discs and drums"):
         plot.pressed(run)
 
 
@@ -321,8 +319,8 @@ class Windy(sb.TorqueLoad):
     ],
 )
 def test_own_parts_written_for_plain_numbers(place, part, words):
-    with pytest.raises(
-        sb.InputError, match=r"test_own_parts.py, line \d+.*jnp.where in place of `if`"
+    with input_error(
+        match=r"test_own_parts.py, line \d+.*jnp.where in place of `if`"
     ) as caught:
         sb.simulate(eqx.tree_at(place, stop_scene(), part))
     assert words in str(caught.value)
@@ -427,7 +425,5 @@ def test_law_that_is_not_finite_at_the_start_is_named_once(change, words):
     scene = sb.with_values(
         stop_scene(C=None, law=change.pop("law", None)), {"brake.linings.area": 0.01}
     )
-    with pytest.raises(sb.InputError) as raised:
-        sb.simulate(dataclasses.replace(scene, **change))
-    (fault,) = raised.value.faults
+    (fault,) = faults_of(sb.simulate, dataclasses.replace(scene, **change))
     assert str(fault).startswith(words)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers import all_near, closes, near
+from helpers import all_near, closes, input_error, near
 
 import simbrake as sb
 
@@ -139,9 +139,7 @@ def test_the_plan_of_braking_counts_what_resists_at_speed(shaft):
     result = sb.simulate(planned)
     near(float(planned.end_time) / 2, result.record.t_end, 1e-10)
     short = dataclasses.replace(HOOK, rope=sb.loads.RopeLayers("30 mm", 10.0, 10.0))
-    with pytest.raises(
-        sb.InputError, match=f"lowers {result['total_hook_travel']:.5g} m in all"
-    ):
+    with input_error(match=f"lowers {result['total_hook_travel']:.5g} m in all"):
         sb.programme_scene(BRAKE, LOWERED, short, pull=24e3, shaft=shaft)
 
 
@@ -154,17 +152,13 @@ def test_the_plan_of_braking_counts_what_resists_at_speed(shaft):
     ],
 )
 def test_a_speed_that_other_torques_keep_away_is_said(shaft):
-    with pytest.raises(
-        sb.InputError, match="cannot be reached: the load is too light"
-    ) as caught:
+    with input_error(match="cannot be reached: the load is too light") as caught:
         sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft)
     assert len(caught.value.faults) == 1
 
 
 def test_too_weak_a_pull_names_the_least_one():
-    with pytest.raises(
-        sb.InputError, match=r"needs \d+ N at the slack end — raise `pull`"
-    ) as caught:
+    with input_error(match=r"needs \d+ N at the slack end — raise `pull`") as caught:
         sb.programme_scene(
             BRAKE, ("lower 9 m at 1 m/s", "brake to rest"), HOOK, pull=3e3
         )
@@ -189,9 +183,7 @@ def test_braking_adds_its_own_travel(brake):
     assert travel > 25.1
     turns = (travel - 0.05) * 8 / (2 * math.pi * 0.4)
     hook = sb.HookLoad(60e3, 0.4, 8, rope=sb.loads.RopeLayers("30 mm", turns, turns))
-    with pytest.raises(
-        sb.InputError, match=f"lowers {travel:.4g}[0-9]* m in all, braking included"
-    ):
+    with input_error(match=f"lowers {travel:.4g}[0-9]* m in all, braking included"):
         sb.programme_scene(BRAKE, lines, hook, pull=40e3)
 
 
@@ -222,9 +214,8 @@ def test_a_programme_with_layers_of_rope():
     near(s.omega[0], 8 / radius[2], 1e-9)
     assert result.status == "stopped"
     closes(result, 1e-9)
-    with pytest.raises(
-        sb.InputError,
-        match=r"lowers 3\d\.\d+ m in all, braking included, the rope on the drum is enough for 16\.\d+ m",
+    with input_error(
+        match=r"lowers 3\d\.\d+ m in all, braking included, the rope on the drum is enough for 16\.\d+ m"
     ):
         sb.programme_scene(
             BRAKE, (*lines, "repeat 3 times"), hook, pull=40e3, empty=5e3

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, near
+from helpers import all_near, input_error, near
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
@@ -97,14 +97,11 @@ def test_properties_of_water():
     warm = water("60 degC")
     all_near([warm.density, warm.specific_heat], [983.2, 4185.0], 2e-4)
     near(warm.prandtl, 2.99, 5e-3)
-    with pytest.raises(
-        sb.InputError,
-        match=r"temperature of the water must be ≥ 273\.15 and ≤ 383\.15 K",
+    with input_error(
+        match=r"temperature of the water must be ≥ 273\.15 and ≤ 383\.15 K"
     ):
         water(30.0)
-    with pytest.raises(
-        sb.InputError, match=r"absolute pressure of the water must be ≥ 611\.213"
-    ):
+    with input_error(match=r"absolute pressure of the water must be ≥ 611\.213"):
         water(pressure=3.0)
 
 

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, closes, jacobians, near
+from helpers import all_near, closes, input_error, jacobians, near
 from rig_recordings import sampled, trip, witsml, written
 from scipy.integrate import solve_ivp
 
@@ -300,9 +300,7 @@ def test_a_motor_and_a_rope_of_the_scene(tmp_path):
     short = dataclasses.replace(
         scene, duty=sb.Duty("20 kN", sb.HookLoad("60 t", RADIUS, LINES, rope=rope))
     )
-    with pytest.raises(
-        sb.InputError, match=r"rope.turns: pay out .* of the hook, the log has 27.95 m"
-    ):
+    with input_error(match=r"rope.turns: pay out .* of the hook, the log has 27.95 m"):
         sb.rig.replay(log, short)
 
 
@@ -314,7 +312,7 @@ def test_what_cannot_be_replayed_is_named(tmp_path):
     )
     duties = (sb.HookLoad("60 t", RADIUS, LINES), sb.TorqueLoad("12 kN*m"))
     for hung in duties:
-        with pytest.raises(sb.InputError):
+        with input_error():
             sb.rig.replay(log, scene_of(duty=sb.Duty("20 kN", hung)))
     columns = {
         "BLOCKCOMP": ("m", h[rows]),
@@ -322,7 +320,7 @@ def test_what_cannot_be_replayed_is_named(tmp_path):
         "HEAVE": ("m", np.sin(t[rows])),
     }
     heaving = sb.rig.read(written(tmp_path, "b.xml", witsml(t[rows], columns)))
-    with pytest.raises(sb.InputError, match="1 of 1 lowerings"):
+    with input_error(match="1 of 1 lowerings"):
         sb.rig.replay(heaving, scene_of())
 
 
@@ -413,7 +411,7 @@ def test_a_recorded_motion_is_followed_to_the_last_digit():
             "of one length",
         ),
     ):
-        with pytest.raises(sb.InputError, match=words):
+        with input_error(match=words):
             sb.check_scene(dataclasses.replace(scene, **change))
 
 

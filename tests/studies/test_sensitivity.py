@@ -4,7 +4,7 @@ derivative ends to hold."""
 import jax
 import numpy as np
 import pytest
-from helpers import near
+from helpers import input_error, near
 from scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -145,7 +145,7 @@ def test_ranges_of_the_parameters_that_matter_most(tables):
             (full.low, full.high) if row.path in ranged else (None, None)
         )
         assert row.derivative == full.derivative
-    with pytest.raises(sb.InputError, match="most: -1 is out of range"):
+    with input_error(match="most: -1 is out of range"):
         sb.sensitivity(stop_scene(), METRICS[0], most=-1)
 
 
@@ -167,14 +167,14 @@ def test_an_event_beside_a_corner_is_noted():
 
 
 def test_all_faults_in_one_report():
-    with pytest.raises(sb.InputError):
+    with input_error():
         sb.sensitivity(
             stop_scene(), "stopping_time", ["brake.band.stifness", "initial"], span=None
         )
-    with pytest.raises(sb.InputError, match="has no value in this run"):
+    with input_error(match="has no value in this run"):
         sb.sensitivity(stop_scene(end=0.01), "stopping_time", span=None)
     span = {"initial.omega": "2 m", "brake.band.radius": 1.0}
-    with pytest.raises(sb.InputError, match="2 input errors"):
+    with input_error(match="2 input errors"):
         sb.sensitivity(stop_scene(), "stopping_time", "initial", span=span)
 
 
@@ -194,7 +194,7 @@ def test_limits_are_no_parameters():
         lambda: sb.ensemble(scene, {path: [8e4, 9e4]}),
         lambda: sb.studies.samples(scene, {path: (8e4, 9e4)}, 4),
     ):
-        with pytest.raises(sb.InputError, match="is no parameter of a run"):
+        with input_error(match="is no parameter of a run"):
             study()
 
 

@@ -12,7 +12,7 @@ from commands import (
     no_cache,  # noqa: F401
 )
 from heat_scenes import TRACK, layered_stop
-from helpers import near
+from helpers import input_error, near, paths_of
 from scenes import stop_scene
 from scipy.integrate import dblquad, quad
 from synthesis_by_hand import by_hand
@@ -183,15 +183,14 @@ def test_all_faults_come_in_one_report(u2_5_5):
     data = sb.formulas.EstimateData(
         rim_thickness=-1.0, share=1.5, elastic=sb.formulas.ElasticMaterial(poisson=0.7)
     )
-    with pytest.raises(sb.InputError) as error:
-        sb.synthesize(
-            u2_5_5,
-            data,
-            permissible=sb.formulas.Permissible(back=math.nan),
-            tolerance=0.0,
-            rounds=0,
-        )
-    paths = [fault.path for fault in error.value.faults]
+    paths = paths_of(
+        sb.synthesize,
+        u2_5_5,
+        data,
+        permissible=sb.formulas.Permissible(back=math.nan),
+        tolerance=0.0,
+        rounds=0,
+    )
     assert paths == [
         "rim_thickness",
         "share",
@@ -207,9 +206,9 @@ def test_staged_brake_or_no_stop_is_refused():
     brake = dataclasses.replace(
         scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1))
     )
-    with pytest.raises(sb.InputError, match="one friction pair"):
+    with input_error(match="one friction pair"):
         sb.synthesize(dataclasses.replace(scene, brake=brake))
-    with pytest.raises(sb.InputError, match="no classical stop"):
+    with input_error(match="no classical stop"):
         sb.synthesize(stop_scene(C=None, w0=0.0))
 
 
