@@ -53,6 +53,13 @@ def stop_scene(
     )
 
 
+def lining_ratio(f, angle):
+    """Ratio of the tensions on both sides of a lining that slides (model §3),
+    `(1 + f z)/(1 − f z)` with `z = tan(β/2)`."""
+    fz = f * np.tan(angle / 2)
+    return (1 + fz) / (1 - fz)
+
+
 def closed_form(
     n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.0, xp=math
 ):

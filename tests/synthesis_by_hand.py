@@ -2,11 +2,12 @@
 
 import math
 
+from scenes import lining_ratio
+
 
 def by_hand():
     """Steps 1 to 5 and 12 of the U2-5-5 stop from its printed numbers alone."""
-    z = math.tan(math.radians(270.0 / 20) / 2)
-    ratio = ((1 + 0.35 * z) / (1 - 0.35 * z)) ** 20
+    ratio = lining_ratio(0.35, math.radians(270.0 / 20)) ** 20
     torque = 0.623 * 24e3 * (ratio - 1)
     load = 60e3 * 9.80665 * 0.4 / 8
     inertia = 1200.0 + 60e3 * (0.4 / 8) ** 2

@@ -6,6 +6,7 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -57,8 +58,7 @@ class RunningIn(Timed):
 
 def torque_of(f):
     """Torque of the linings that all slide (N·m), `R T_0 (Π − 1)`."""
-    fz = f * math.tan(BETA / 2)
-    return R * T_0 * (((1 + fz) / (1 - fz)) ** N - 1)
+    return R * T_0 * (lining_ratio(f, BETA) ** N - 1)
 
 
 def falling(v):

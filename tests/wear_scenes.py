@@ -4,6 +4,7 @@ import math
 
 import equinox as eqx
 import numpy as np
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -24,8 +25,7 @@ SHARE = 0.1
 def statics(angle=None, f=F):
     """Tensions `T_0…T_n` and loads over the slack tension, all linings sliding."""
     angle = np.full(N, BETA) if angle is None else angle
-    fz = f * np.tan(angle / 2)
-    T = np.append(1.0, np.cumprod((1 + fz) / (1 - fz)))
+    T = np.append(1.0, np.cumprod(lining_ratio(f, angle)))
     return T, (T[1:] + T[:-1]) * np.sin(angle / 2)
 
 

@@ -12,7 +12,7 @@ import pytest
 from helpers import near, nothing_compiled
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
-from scenes import closed_form, stop_scene
+from scenes import closed_form, lining_ratio, stop_scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -43,14 +43,13 @@ def fading_stop(**more):
 def fading_truth():
     """Of `fading_stop` by SciPy: stopping time, angle, and maximum rise;
     `ω' = −M(T)/J`, `C T' = M ω − h A T`."""
-    z = math.tan(math.radians(13.5) / 2)
     R = 0.725
     J = 800.0
     T0 = 8e3
 
     def rhs(t, y):
         f = 0.35 * (1 - 1e-3 * y[2])
-        torque = R * T0 * (((1 + f * z) / (1 - f * z)) ** 20 - 1)
+        torque = R * T0 * (lining_ratio(f, math.radians(13.5)) ** 20 - 1)
         return [y[1], -torque / J, (torque * y[1] - 300.0 * y[2]) / 400.0]
 
     def stopped(t, y):
@@ -233,8 +232,7 @@ def layered_stop(material, thickness, time, growth=1.0, layers=10):
     inertia = 1200.0
     omega = 24.0
     radius = 0.59
-    z = math.tan(math.radians(13.5) / 2)
-    grip = ((1 + 0.35 * z) / (1 - 0.35 * z)) ** 20 - 1
+    grip = lining_ratio(0.35, math.radians(13.5)) ** 20 - 1
     wall = sb.thermal.Wall(
         "rim", material, thickness, 0.8, layers=layers, growth=growth
     )

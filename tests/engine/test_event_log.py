@@ -4,7 +4,7 @@ that fail."""
 import numpy as np
 import pytest
 from helpers import all_near
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 
 import simbrake as sb
 
@@ -35,8 +35,7 @@ def test_lining_limits_are_at_their_tension(swinging):
     the anchor (model §3)."""
     events = [e for e in swinging.events if e.name == "lining_limit"]
     assert len(events) > 240
-    z = 1.1 * F * np.tan(BETA / 2)
-    mu = (1 + z) / (1 - z)
+    mu = lining_ratio(1.1 * F, BETA)
     i = np.array([e.lining for e in events])
     tension = (
         np.asarray(swinging.series([e.time for e in events], left=True).tight_tension)

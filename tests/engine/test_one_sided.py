@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import assert_one_sided, near
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 
 import simbrake as sb
 from simbrake.friction import Contact
@@ -307,8 +307,7 @@ def first_event(result):
 @pytest.mark.slow
 def test_grazed_event_has_no_derivative():
     """The load on a held brake exceeds its capacity by 1e-10 at the crest of a wave."""
-    z = 0.3 * np.tan(np.radians(10.0))
-    capacity = 0.7 * 5e3 * (((1 + z) / (1 - z)) ** 4 - 1)
+    capacity = 0.7 * 5e3 * (lining_ratio(0.3, np.radians(20.0)) ** 4 - 1)
     linings = sb.Lining(0.3, np.full(4, np.radians(20.0)))
     crest = sb.profiles.FunctionProfile(
         lambda t, size: size * jnp.sin(t), capacity * (1 + 1e-10)

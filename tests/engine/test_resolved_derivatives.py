@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_near, near
+from scenes import lining_ratio
 from scipy.integrate import quad
 
 import simbrake as sb
@@ -61,9 +62,8 @@ def without_effect():
 def truths():
     """Derivatives of the stopping time `∫ J dω/M` in closed form or by quadrature, each
     with the number's size."""
-    z = math.tan(BETA / 2)
     growth = 2 * math.tan(BETA / 2) / (1 - (F * math.tan(BETA / 2)) ** 2)
-    mu = (1 + F * z) / (1 - F * z)
+    mu = lining_ratio(F, BETA)
     tension = T_0 * mu ** np.arange(N + 1)
     M = R_B * (tension[-1] - T_0)
     by_friction = R_B * tension[-1] * growth  # ∂M/∂f of one lining
@@ -172,8 +172,7 @@ def test_value_with_and_without_derivative():
 
     def torque(w, f_s=0.45):
         f = F + (f_s - F) * math.exp(-((R_B * w / 0.5) ** 1.5))
-        z = math.tan(BETA / 2)
-        return R_B * T_0 * (((1 + f * z) / (1 - f * z)) ** N - 1)
+        return R_B * T_0 * (lining_ratio(f, BETA) ** N - 1)
 
     def by_static(w):
         return (1 / torque(w, 0.45 + 1e-5) - 1 / torque(w, 0.45 - 1e-5)) / 2e-5

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from helpers import all_near, input_error, nothing_compiled
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -70,8 +71,7 @@ def test_held_inputs_match_closed_form():
     """J dω/dt = M − T_0 (Π − 1) R: uniformly decelerated between two commands, at rest
     until the load outweighs it."""
     stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
-    tan = np.tan(1.5 * np.pi / 12 / 2)
-    ratio = ((1 + 0.35 * tan) / (1 - 0.35 * tan)) ** 12
+    ratio = lining_ratio(0.35, 1.5 * np.pi / 12) ** 12
     arm = 0.623 * (ratio - 1)
     inertia = 1200.0
     omega = 24.0

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from commands import call, no_cache, output  # noqa: F401
 from helpers import all_near, near
+from scenes import lining_ratio
 
 import simbrake as sb
 from simbrake.files.shipped_scenes import TEMPLATES
@@ -43,8 +44,7 @@ def test_numbers_of_a_run(capsys):
     metrics = summary["metrics"]
     times = ("slip_onset_time", "full_slip_time", "stopping_time")
     assert 0 < metrics[times[0]] < metrics[times[1]] < metrics[times[2]]
-    z = 0.35 * math.tan(math.radians(6.75))
-    mu = (1 + z) / (1 - z)
+    mu = lining_ratio(0.35, math.radians(13.5))
     load = 24e3 * mu**20 * (1 + 1 / mu) * math.sin(math.radians(6.75))
     near(metrics["max_tension"], 24e3 * mu**20, 1e-9)
     near(metrics["max_normal_load"], load, 1e-9)
@@ -104,8 +104,7 @@ def test_files_of_a_run(capsys, tmp_path):
         head, *rows = csv.reader(file)
     columns = dict(zip(head, np.asarray(rows, float).T, strict=True))
     i = int(np.searchsorted(columns["t [s]"], 1.0))
-    z = 0.35 * math.tan(math.radians(6.75))
-    wanted = 24e3 * ((1 + z) / (1 - z)) ** np.arange(1, 21)
+    wanted = 24e3 * lining_ratio(0.35, math.radians(13.5)) ** np.arange(1, 21)
     drawn = [columns[f"tension_{k} [N]"][i] for k in range(1, 21)]
     all_near(drawn, wanted, 1e-9)
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from commands import call
 from helpers import input_error, near
+from scenes import lining_ratio
 
 import simbrake as sb
 from simbrake.loads import (
@@ -25,13 +26,10 @@ from simbrake.loads import (
 
 WEIGHT = 60e3 * 9.80665 * 0.4 / 8
 STATIC = 1.1
-Z = np.tan(np.radians(13.5) / 2)
 PER_NEWTON = 0.623 * (
-    ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1
+    lining_ratio(0.35, np.radians(13.5)) ** 20 - 1
 )  # torque of the sliding brake
-HELD_PER_NEWTON = 0.623 * (
-    ((1 + STATIC * 0.35 * Z) / (1 - STATIC * 0.35 * Z)) ** 20 - 1
-)
+HELD_PER_NEWTON = 0.623 * (lining_ratio(STATIC * 0.35, np.radians(13.5)) ** 20 - 1)
 STRENGTH = sb.brakes.Strength(band_area=3e-3, band_stress="400 MPa")
 LININGS = sb.uniform_linings(
     20,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from commands import call
 from helpers import all_near, near
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -33,8 +34,7 @@ def scene(friction=F):
     return sb.Scene(brake, duty, sb.Initial(W0), 3.0)
 
 
-Z = F * math.tan(BETA / 2)
-TORQUE = R * FORCE * GAIN * (((1 + Z) / (1 - Z)) ** N - 1)
+TORQUE = R * FORCE * GAIN * (lining_ratio(F, BETA) ** N - 1)
 #: constant while the brake slides (rad/s²)
 ALPHA = (MASS * G * REACH - TORQUE) / (J + MASS * REACH**2)
 TIMES = np.linspace(0.0, -0.9 * W0 / ALPHA, 7)

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -176,8 +177,7 @@ def run(given, **options):
 
 def ratio_of(f, beta, n=N):
     """`Π = ∏ (1 + f z)/(1 − f z)`."""
-    fz = np.broadcast_to(f, n) * np.tan(np.broadcast_to(beta, n) / 2)
-    return float(np.prod((1 + fz) / (1 - fz)))
+    return float(np.prod(lining_ratio(np.broadcast_to(f, n), np.broadcast_to(beta, n))))
 
 
 @dataclasses.dataclass(frozen=True)

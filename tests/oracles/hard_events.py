@@ -22,6 +22,7 @@ from oracles.hard_cases import (
     scene,
     stop_times,
 )
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -157,7 +158,7 @@ def belt_period(m, C, f_k, f_s, v, xp=math):
     with a load that follows `e`.
     """
     z = math.tan(BETA / 2)
-    mu = [(1 + f * z) / (1 - f * z) for f in (f_s, f_k)]
+    mu = [lining_ratio(f, BETA) for f in (f_s, f_k)]
     delta = (mu[0] - mu[1]) / C
     omega = xp.sqrt(C * (1 - f_k * z) / m)
     atan = xp.atan if xp is math else xp.arctan
@@ -179,7 +180,7 @@ def scipy_belt(law, end):
 
     sticks.terminal = True
     sticks.direction = -1
-    limit = (1 + law(0.0) * z) / (1 - law(0.0) * z)
+    limit = lining_ratio(law(0.0), BETA)
     t = 0.0
     e = 1.0
     found = []

@@ -26,6 +26,7 @@ from heat_scenes import (
 )
 from heat_scenes import brake as heated_brake
 from oracles.hard_cases import Case, Named, Value
+from scenes import lining_ratio
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -35,7 +36,7 @@ Z = math.tan(BETA / 2)
 
 
 def tension_ratio(f):
-    return ((1 + f * Z) / (1 - f * Z)) ** N
+    return lining_ratio(f, BETA) ** N
 
 
 # --- a surface node of 0.1 µm -------------------------------------------------------

@@ -3,6 +3,7 @@ of an equation."""
 
 import math
 
+from scenes import lining_ratio
 from scipy.integrate import quad, solve_ivp
 
 EXACT = 1e-10
@@ -21,8 +22,7 @@ W0 = 20.0
 
 def ratio(f, beta=BETA):
     """`T_i/T_{i−1}` of a sliding lining."""
-    z = math.tan(beta / 2)
-    return (1 + f * z) / (1 - f * z)
+    return lining_ratio(f, beta)
 
 
 def torque(f):

@@ -22,7 +22,7 @@ from picture_scenes import (
     staged_result,
     wedges,
 )
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 
 import simbrake as sb
 from simbrake import plot
@@ -94,8 +94,7 @@ def test_overlay_and_comparison_of_runs():
 def test_stops_by_hand():
     """`J ω̇ = −M_b` of a rigid band: one stop from 20 rad/s."""
     time, heat, *_ = plot.stops(sb.simulate(stop_scene(n=4, beta=60.0, C=None))).axes
-    z = 0.35 * math.tan(math.pi / 6)
-    torque = 0.725 * 8000.0 * (((1 + z) / (1 - z)) ** 4 - 1)
+    torque = 0.725 * 8000.0 * (lining_ratio(0.35, math.pi / 3) ** 4 - 1)
     np.testing.assert_allclose(
         time.lines[0].get_xydata(), [[1, 800.0 * 20.0 / torque]], rtol=1e-8
     )

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_near, closes, jacobians, near
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
@@ -20,7 +21,6 @@ BETA = math.radians(25.0)
 FRICTION = 0.3
 STATIC = 1.2
 W0 = 18.0
-Z = math.tan(BETA / 2)
 FORCE = 7e3
 LAG = 0.25
 DEAD = 0.08
@@ -31,7 +31,7 @@ RELEASED = 3.0
 
 def gain(f):
     """Torque per newton of the slack tension."""
-    return R * (((1 + f * Z) / (1 - f * Z)) ** N - 1)
+    return R * (lining_ratio(f, BETA) ** N - 1)
 
 
 def scene(lever, load=0.0, omega=W0, end=5.0):

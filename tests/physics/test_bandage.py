@@ -19,6 +19,7 @@ from bandage_scenes import (
     scene,
 )
 from helpers import all_near, closes, near
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -57,9 +58,7 @@ def test_26_linings_let_go_lock_and_stop():
     # onset of the first: the balance of lining n while all stick
     system = record.system
     _, _, q = sampled(0, record, jnp.asarray([first[-1] - 1e-12]))
-    mu = (1 + 0.4 * math.tan(math.radians(270 / 26) / 2)) / (
-        1 - 0.4 * math.tan(math.radians(270 / 26) / 2)
-    )
+    mu = lining_ratio(0.4, math.radians(270 / 26))
     T_0 = float(q.slack_tension[0])
     s = math.sin(math.radians(270 / 26) / 2)
     before = T_0 * mu**25
@@ -79,9 +78,8 @@ def test_preload_releases_linings_together():
     J = 200.0
     J_b = 4.0
     at = 3e3
-    z = math.tan(HALF)
     s = math.sin(HALF)
-    mu = (1 + f * z) / (1 - f * z)
+    mu = lining_ratio(f, 2 * HALF)
     before = at * mu ** np.arange(n)
     alpha = -R_B * at * (mu**n - 1) / (J + J_b)
     preload = (R_B * before * (mu - 1) + J_b / n * alpha) / (R * f_int) - before * (

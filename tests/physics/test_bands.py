@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from helpers import all_near, closes, near
 from oracles.stops import at_rest
+from scenes import lining_ratio
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -52,21 +53,15 @@ def scene(bands=None, *, load=LOAD, omega=W0, pull=T0, end=6.0, **parts):
     )
 
 
-def ratios(f, angle):
-    fz = f * np.tan(angle / 2)
-    return (1 + fz) / (1 - fz)
-
-
 def tensions(slack, f, angle, back=False):
-    mu = ratios(f, angle)
+    mu = lining_ratio(f, angle)
     return slack * np.append(1.0, np.cumprod(1 / mu if back else mu))
 
 
 def shares(stiffness=STIFFNESS, friction=FRICTION, xp=np):
     """K-8 with `c = Π/C`: all bands have one elongation `x = T_n/C`."""
     growth = [
-        xp.prod((1 + f * xp.tan(a / 2)) / (1 - f * xp.tan(a / 2)))
-        for f, a in zip(friction, ANGLES, strict=True)
+        xp.prod(lining_ratio(f, a)) for f, a in zip(friction, ANGLES, strict=True)
     ]
     yielding = xp.stack([C / Pi for C, Pi in zip(stiffness, growth, strict=True)])
     return yielding / yielding.sum()
@@ -111,7 +106,7 @@ def test_given_shares_are_relative():
             scene((lined(0, share=given[0]), lined(1, share=given[1])))
         )
         torque = sum(
-            w * R_B * T0 * (ratios(f, a).prod() - 1)
+            w * R_B * T0 * (lining_ratio(f, a).prod() - 1)
             for w, f, a in zip((1 / 3, 2 / 3), FRICTION, ANGLES, strict=True)
         )
         near(result.stopping_time, J * W0 / (torque - LOAD), 1e-12)
@@ -142,7 +137,7 @@ def test_geometries_stretch_alike():
         S = (
             share
             * T0
-            * ratios(FRICTION[j], ANGLES[j]).prod()
+            * lining_ratio(FRICTION[j], ANGLES[j]).prod()
             / math.exp(np.sum(FRICTION[j] * ANGLES[j]))
         )
         total = S * ends[j][0] / (modulus * area[j])
@@ -175,7 +170,7 @@ def test_sharing_of_a_load_at_rest(stopped):
     slack = shares() * T0
     most = np.array(
         [
-            T * (ratios(f, a).prod() - 1)
+            T * (lining_ratio(f, a).prod() - 1)
             for T, f, a in zip(slack, static, ANGLES, strict=True)
         ]
     )
@@ -188,7 +183,7 @@ def test_sharing_of_a_load_at_rest(stopped):
         assert np.all(np.diff(np.append(slack[j], T)) >= -1e-9)
         assert np.all(
             T / np.append(slack[j], T[:-1])
-            <= ratios(static[j], ANGLES[j]) * (1 + 1e-12)
+            <= lining_ratio(static[j], ANGLES[j]) * (1 + 1e-12)
         )
     near(stopped.metrics["min_holding_reserve"], R_B * most.sum() / LOAD, 1e-12)
     rising = sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * R_B * most.sum()])
@@ -196,7 +191,7 @@ def test_sharing_of_a_load_at_rest(stopped):
     restart = next(event.time for event in result.events if event.name == "restart")
     near(restart, 3.0, 1e-12)
     kinetic = sum(
-        T * (ratios(f, a).prod() - 1)
+        T * (lining_ratio(f, a).prod() - 1)
         for T, f, a in zip(slack, FRICTION, ANGLES, strict=True)
     )
     near(result.end_capacity.torque, R_B * kinetic, 1e-12)
@@ -251,7 +246,7 @@ def test_laws_see_the_rim_of_their_own_band():
         f = friction(y[1:])
         pull = np.array(
             [
-                S * (ratios(one, a).prod() - 1)
+                S * (lining_ratio(one, a).prod() - 1)
                 for S, one, a in zip(slack, f, ANGLES, strict=True)
             ]
         )
@@ -278,9 +273,11 @@ def test_pressure_on_one_band():
     for f_0, a in zip(factor, ANGLES[0], strict=True):
 
         def excess(f, T=T, a=a, f_0=f_0):
-            mu = ratios(f, a)
+            mu = lining_ratio(f, a)
             return f - f_0 * (1 + T * (1 + mu) * math.sin(a / 2) / AREA[0] / p_r) ** -m
 
-        T *= ratios(brentq(excess, 0.0, f_0, xtol=1e-15), a)
-    torque = R_B * (T - slack + slack * (ratios(FRICTION[1], ANGLES[1]).prod() - 1))
+        T *= lining_ratio(brentq(excess, 0.0, f_0, xtol=1e-15), a)
+    torque = R_B * (
+        T - slack + slack * (lining_ratio(FRICTION[1], ANGLES[1]).prod() - 1)
+    )
     near(result.stopping_time, J * W0 / (torque - LOAD), 1e-12)

@@ -17,12 +17,13 @@ from chain_scenes import (
     stop_of,
 )
 from helpers import all_near, near
+from scenes import lining_ratio
 
 import simbrake as sb
 from simbrake.hybrid import INSTANT
 
 Z_ANGLE = math.tan(math.radians(13.5))
-MU = (1 + 0.3 * Z_ANGLE) / (1 - 0.3 * Z_ANGLE)
+MU = lining_ratio(0.3, math.radians(27.0))
 
 
 def quasi_static(k=4, R_b=ARM, C=5.0 / ARM, J=4.0):

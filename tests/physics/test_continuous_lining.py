@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_near, closes, input_error, jacobians, near
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -170,8 +171,7 @@ def test_one_of_two_bands():
     )
     brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R, (bare, bands[1]))
     result = sb.simulate(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
-    z = math.tan(WRAP / 16)
-    of_blocks = ((1 + F * z) / (1 - F * z)) ** 8 - 1
+    of_blocks = lining_ratio(F, WRAP / 8) ** 8 - 1
     near(
         result.stopping_time,
         J * W0 / (R * 0.5 * T0 * (math.expm1(F * WRAP) + of_blocks)),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from heat_scenes import BETA, W0, J, N, fading, rigid_stop
 from helpers import all_near, closes, near
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -96,8 +97,7 @@ def test_linings_heat_by_their_own_friction():
     ) * np.asarray(wall.steps)
     rise = np.asarray(result.end_temperatures)[6:].reshape(N, 5) - sb.thermal.ROOM
     linings = rise @ capacity
-    fz = 0.35 * math.tan(BETA / 2)
-    tensions = ((1 + fz) / (1 - fz)) ** np.arange(N + 1)
+    tensions = lining_ratio(0.35, BETA) ** np.arange(N + 1)
     all_near(linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), 1e-9)
     near(linings.sum(), 0.1 * 0.5 * J * W0**2, 1e-9)
     assert int(result.peak_lining_temperature.lining) == N

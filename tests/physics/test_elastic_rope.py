@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from helpers import all_near, closes, near
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -19,9 +19,8 @@ J = 1200.0
 RHO = 0.4 / 8
 K = 4e6
 W = M * G
-Z = math.tan(math.radians(13.5) / 2)
 # N·m of brake torque per N of slack tension
-GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
+GAIN = 0.725 * (lining_ratio(0.35, math.radians(13.5)) ** 20 - 1)
 
 
 def scene(

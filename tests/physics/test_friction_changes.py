@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import TSIT5, all_near, closes, jacobians, near
+from scenes import lining_ratio
 from scipy.integrate import quad
 from shoe_scenes import normals, shoe_scene
 
@@ -22,7 +23,7 @@ T0 = 6e3
 OMEGA = 24.0
 COUNT = 8
 MU = 0.35
-Z = math.tan(math.radians(270 / COUNT / 2))
+BETA = math.radians(270 / COUNT)
 
 
 def jump(time, to, begin=1.0):
@@ -47,7 +48,7 @@ def scene(law, stiffness=None, load=0.0, omega=OMEGA, end=8.0, T_0=T0):
 def torque(factor, f=MU, chosen=slice(None), T_0=T0):
     """`R_b T_0 (Π − 1)`, `Π` the product of the ratios `T_i/T_{i−1}`."""
     each = jnp.full(COUNT, f).at[chosen].multiply(factor)
-    return R_B * T_0 * (jnp.prod((1 + each * Z) / (1 - each * Z)) - 1)
+    return R_B * T_0 * (jnp.prod(lining_ratio(each, BETA)) - 1)
 
 
 @pytest.mark.slow
@@ -61,7 +62,7 @@ def test_a_lost_lining_compiles_nothing():
     lost = torque(0.0, MU, slice(0, 1))
     each = np.full(COUNT, MU)
     each[[0, 1, 4]] *= [0.0, 0.5, 0.5]
-    both = R_B * T0 * (np.prod((1 + each * Z) / (1 - each * Z)) - 1)
+    both = R_B * T0 * (np.prod(lining_ratio(each, BETA)) - 1)
     left = OMEGA - (0.2 * torque(1.0) + 0.8 * lost) / INERTIA
     for number in (1.0, 7.0):
         found = run({"brake.linings.friction.changes[0].linings": number}).metrics[
@@ -82,7 +83,7 @@ def test_held_load_goes_when_friction_jumps():
         return scene(law, 3e5, x[2], 0.0, end)
 
     def grip(f, load):
-        Pi = ((1 + f * Z) / (1 - f * Z)) ** COUNT
+        Pi = lining_ratio(f, BETA) ** COUNT
         return R_B * T0 * jnp.where(load > 0, Pi - 1, 1 / Pi - 1)
 
     def by_hand(x):

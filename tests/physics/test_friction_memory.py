@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from helpers import all_near, closes, jacobians, near
 from oracles.stops import at_rest
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_memory import (
@@ -20,7 +21,6 @@ from test_memory import (
     TORQUE,
     F,
     J,
-    Z,
     band,
     disc,
     final,
@@ -115,7 +115,7 @@ def test_stop_with_all_processes_by_scipy():
         T = np.asarray(y[1 : 1 + n])
         c = np.asarray(y[1 + n :])
         f = F * c
-        tension = T_0 * np.cumprod(np.append(1.0, (1 + f * Z) / (1 - f * Z)))
+        tension = T_0 * np.cumprod(np.append(1.0, lining_ratio(f, BETA)))
         power = np.diff(tension) * R_B * omega
         change = (
             k * (1 - 8e-4 * (T - 250.0) - c)

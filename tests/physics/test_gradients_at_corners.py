@@ -11,7 +11,7 @@ import pytest
 from chain_scenes import chain, first_and_stop
 from heat_scenes import BETA, T0, J, N, R
 from helpers import all_near, jacobians, near
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 from scipy.integrate import quad
 from staged_scenes import stop as staged_stop
 
@@ -24,7 +24,7 @@ Z = math.tan(BETA / 2)
 def ratio_and_slope(f):
     """`Π` of the linings of the standard stop and its derivative by the coefficient of
     friction."""
-    Pi = ((1 + f * Z) / (1 - f * Z)) ** N
+    Pi = lining_ratio(f, BETA) ** N
     return Pi, 2 * N * Z * Pi / (1 - (f * Z) ** 2)
 
 

@@ -12,6 +12,7 @@ import pytest
 from heat_scenes import BETA, T0, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
 from helpers import all_near, jacobians, near
 from oracles.hard_heat import layers
+from scenes import lining_ratio
 from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
@@ -25,7 +26,7 @@ def scipy_stop(growth, method, rtol):
 
     def ratio(T):
         f = 0.35 * (1 - 3e-4 * T)
-        Pi = ((1 + f * z) / (1 - f * z)) ** N
+        Pi = lining_ratio(f, BETA) ** N
         return Pi, Pi * N * 2 * z / (1 - (f * z) ** 2) * (-0.35 * 3e-4)
 
     def elastic(t, y):
@@ -117,11 +118,10 @@ def fade_stop(f=0.35, slope=2e-3, capacity=2e4, solver=None):
 def stopping_time(f, slope, capacity):
     """Adiabatic lump: `T − T_0 = J (ω_0² − ω²)/2C` whatever the friction does, so that
     `t = ∫ J dω/M(T(ω))`."""
-    z = math.tan(BETA / 2)
 
     def torque(w):
         now = f * max(1 - slope * J * (W0**2 - w**2) / (2 * capacity), 0.0)
-        return R * T0 * (((1 + now * z) / (1 - now * z)) ** N - 1)
+        return R * T0 * (lining_ratio(now, BETA) ** N - 1)
 
     return quad(lambda w: J / torque(w), 0.0, W0, epsabs=1e-13, epsrel=1e-13)[0]
 
@@ -135,7 +135,7 @@ def test_shares_of_heat_of_single_linings():
     energy = sb.simulate(
         rigid_stop(sb.ConstantFriction(f), lump(share=shares, linings=1e4))
     ).energy
-    mu = (1 + f * math.tan(BETA / 2)) / (1 - f * math.tan(BETA / 2))
+    mu = lining_ratio(f, BETA)
     along = np.diff(mu ** np.arange(N + 1.0))
     work = 0.5 * J * W0**2
     to_metal = work * float(shares @ along) / along.sum()
@@ -196,8 +196,7 @@ def test_lever_follows_fade_to_hold_speed():
     rim = sb.thermal.ROOM + 0.9 * power / 300.0 * (1 - np.exp(-300.0 / 5e4 * t))
     linings = sb.thermal.ROOM + 0.1 * power / 1e4 * t
     all_near(series.temperature, np.stack([rim, linings], axis=1), 1e-10)
-    fz = 0.35 * (1 - 1e-3 * (linings - sb.thermal.ROOM)) * math.tan(BETA / 2)
-    Pi = ((1 + fz) / (1 - fz)) ** N
+    Pi = lining_ratio(0.35 * (1 - 0.001 * (linings - sb.thermal.ROOM)), BETA) ** N
     all_near(series.slack_tension, 2e4 / (R * (Pi - 1)), 1e-9)
     assert "grip_lost" not in [event.name for event in result.events]
     runaway = sb.simulate(

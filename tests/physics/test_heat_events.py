@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from heat_scenes import BETA, FLASH, T0, W0, C, N, R, fading, warmed
 from helpers import all_near, input_error, jacobians, near
+from scenes import lining_ratio
 from scipy.integrate import quad
 
 import simbrake as sb
@@ -111,13 +112,12 @@ def test_stop_with_flash_and_derivatives():
     def time(f_0, s, l):
         kappa = 2 * hardness / 50.0 * math.sqrt(a * l / math.pi)
         v_0 = 16 * a / (math.pi * l)
-        z = math.tan(beta / 2)
 
         def needs(w):
             v = R * w
             rim = J * (W0**2 - w**2) / (2 * capacity)
             f = f_0 * (1 - s * rim) / (1 + f_0 * s * kappa * v / math.sqrt(v + v_0))
-            return J / (R * T0 * (((1 + f * z) / (1 - f * z)) ** n - 1))
+            return J / (R * T0 * (lining_ratio(f, beta) ** n - 1))
 
         return quad(
             needs, 0.0, W0, epsabs=0, epsrel=1e-12, points=[0.05, 0.5], limit=200

@@ -11,6 +11,7 @@ import pytest
 import staged_scenes as staged
 from disc_scenes import LOAD, RATIO, TORQUE, disc_scene
 from helpers import all_near, near
+from scenes import lining_ratio
 from scipy.optimize import brentq
 from shoe_scenes import FRICTION, normals, shoe_scene
 
@@ -23,12 +24,11 @@ F = 0.32
 STATIC = 1.15
 T0 = 6e3
 M = 6e3
-Z = math.tan(BETA / 2)
 TIMES = np.array([0.0, 1.0, 2.5, 4.0])
 
 
 def capstan(f):
-    return ((1 + f * Z) / (1 - f * Z)) ** N
+    return lining_ratio(f, BETA) ** N
 
 
 def held(load=M, lever=None, law=None, **parts):
@@ -133,11 +133,8 @@ def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
         "inner": changed(f_int / oiled, oiled),
     }
     scene = staged.stop(lever=sb.Constant(T_0), load=load, w0=0.0, end=1.0, **laws)
-    z = math.tan(staged.BETA / 2)
     s = math.sin(staged.BETA / 2)
-    mu = np.full(
-        staged.N, (1 + ratio * staged.F_EXT * z) / (1 - ratio * staged.F_EXT * z)
-    )
+    mu = np.full(staged.N, lining_ratio(ratio * staged.F_EXT, staged.BETA))
 
     def grip(T_n):
         T = staged.tensions(T_0, T_n, mu)

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import all_near, closes, near
+from scenes import lining_ratio
 from scipy.optimize import brentq
 
 import simbrake as sb
 
 RADIUS = 0.61  # of the centres of mass
-Z = math.tan(staged.BETA / 2)
 S = math.sin(staged.BETA / 2)
-MU = (1 + staged.F_EXT * Z) / (1 - staged.F_EXT * Z)
+MU = lining_ratio(staged.F_EXT, staged.BETA)
 PI = MU ** np.arange(staged.N + 1)
 
 

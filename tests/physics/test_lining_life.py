@@ -2,7 +2,6 @@
 other, turning the band."""
 
 import dataclasses
-import math
 
 import equinox as eqx
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 import staged_scenes
 import wear_scenes as ws
 from helpers import all_near, input_error, near
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -101,8 +101,7 @@ def test_equal_loads_of_z_level_the_wear(braking):
     """`N_n/N_1 = μ^(n−1)` for the uniform pitch, 1 for equal loads, over the whole
     life; and the gain in brakings."""
     angle = np.asarray(sb.layouts.equal_load_angles(ws.F, ws.N, ws.N * ws.BETA).angle)
-    fz = ws.F * math.tan(ws.BETA / 2)
-    factor = ((1 + fz) / (1 - fz)) ** (ws.N - 1)
+    factor = lining_ratio(ws.F, ws.BETA) ** (ws.N - 1)
     uniform, level = (
         sb.lining_life(one)
         for one in (

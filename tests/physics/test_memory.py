@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from helpers import all_near, closes, input_error, jacobians, near
 from oracles.stops import at_rest
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from user_parts import RunningIn, Timed, Travelled
@@ -96,7 +97,7 @@ def band(
 
 def ratio(f, n=4):
     """`T_n/T_0` of a band whose linings all slide."""
-    return ((1 + f * Z) / (1 - f * Z)) ** n
+    return lining_ratio(f, BETA) ** n
 
 
 def final(result, pair=0):

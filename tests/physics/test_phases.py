@@ -9,6 +9,7 @@ import jax
 import numpy as np
 import pytest
 from helpers import all_near, closes, near
+from scenes import lining_ratio
 
 import simbrake as sb
 from simbrake.loads import Phase, Phases, StringLoad
@@ -21,7 +22,7 @@ PER_RAD = 0.4 / 8
 F = 0.35
 N = 20
 WRAP = math.radians(270)
-MU = ((1 + F * math.tan(WRAP / N / 2)) / (1 - F * math.tan(WRAP / N / 2))) ** N
+MU = lining_ratio(F, WRAP / N) ** N
 GAIN = R_B * (MU - 1)  # N·m of brake torque per N of slack tension
 BRAKE = sb.Brake(sb.Pulley(R, J_P), sb.Band(R_B), sb.uniform_linings(N, WRAP, F))
 EMPTY = 5e3

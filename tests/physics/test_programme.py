@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from helpers import all_near, closes, input_error, near
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -68,9 +69,7 @@ def test_hook_is_lowered_as_programmed(tripping):
 def test_stop_comes_later_with_each_stand(tripping):
     first, *_ = stops = times(tripping, "stop")
     # J ω̇ = −R_b (Π − 1)(T_0 − T_w): the lever goes from T_w to the pull in 0.35 s
-    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (
-        1 - 0.35 * math.tan(math.radians(13.5) / 2)
-    )
+    mu = lining_ratio(0.35, math.radians(13.5))
     gain = 0.623 * (mu**20 - 1)
     J = 1200 + 60e3 * 0.05**2
     excess = gain * 30e3 - 60e3 * 9.80665 * 0.05
@@ -163,9 +162,7 @@ def test_too_weak_a_pull_names_the_least_one():
             BRAKE, ("lower 9 m at 1 m/s", "brake to rest"), HOOK, pull=3e3
         )
     least = float(str(caught.value).split("needs ")[1].split(" N")[0])
-    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (
-        1 - 0.35 * math.tan(math.radians(13.5) / 2)
-    )
+    mu = lining_ratio(0.35, math.radians(13.5))
     near(least, 60e3 * 9.80665 * 0.05 / (0.623 * (mu**20 - 1)), 1e-3)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import test_every_mechanism as every
 from helpers import all_near, closes, near
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -41,8 +42,7 @@ def scene(rims=2, *, lever=T0, load=LOAD, end=9.0, omega=W0, linings=LININGS, **
 
 
 def mu(f):
-    fz = f * np.tan(BETA / 2)
-    return (1 + fz) / (1 - fz)
+    return lining_ratio(f, BETA)
 
 
 @pytest.fixture(scope="module")

@@ -10,19 +10,19 @@ import pytest
 from disc_scenes import TORQUE, disc_scene
 from heat_scenes import fading, lump, rigid_stop
 from helpers import near
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 
 import simbrake as sb
 
 R = 0.725
 T0 = 8e3
 N = 20
-Z = math.tan(math.radians(13.5) / 2)
+BETA = math.radians(13.5)
 
 
-def capstan(f, n=N, z=Z):
-    """`Π` of `n` equal linings."""
-    return ((1 + f * z) / (1 - f * z)) ** n
+def capstan(f):
+    """`Π` of the linings of the brake."""
+    return lining_ratio(f, BETA) ** N
 
 
 #: what the sliding brake of `stop_scene` gives, and the same with its lever end tight
@@ -104,8 +104,7 @@ def test_capacity_at_the_speed_of_the_end():
 
 @pytest.mark.slow
 def test_chain_holds_what_its_band_does():
-    z = math.tan(math.radians(27.0) / 2)
-    torque = chain_scenes.ARM * (capstan(0.3, 4, z) - 1)
+    torque = chain_scenes.ARM * (lining_ratio(0.3, math.radians(27.0)) ** 4 - 1)
     assert_holds_up_to(chain_scenes.chain(end=0.5), torque, relative=1e-3)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import all_near, closes, jacobians, near
-from scenes import staged_pair
+from scenes import lining_ratio, staged_pair
 
 import simbrake as sb
 
@@ -87,8 +87,7 @@ def test_slopes_of_onset_tension_and_lock():
     near(slope, 1.0, abs=0.01)
     # under the load that the band balances at the onset: the pulley goes on turning,
     # the bandage lags with the ramp
-    z = math.tan(staged.BETA / 2)
-    Pi = ((1 + staged.F_EXT * z) / (1 - staged.F_EXT * z)) ** staged.N
+    Pi = lining_ratio(staged.F_EXT, staged.BETA) ** staged.N
     load = staged.R_B * light * (Pi - 1)
     excess = []
     for rate in (1.0, 0.1, 0.01):
@@ -126,8 +125,7 @@ def test_held_staged_brake_does_not_move(stiffness):
     )
     assert names(result)[:2] == ["restart", "internal_slip"]
     M = 200.0 * float(result.internal_slip_time)
-    z = math.tan(staged.BETA / 2)
-    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
+    mu = np.full(staged.N, lining_ratio(staged.F_EXT, staged.BETA))
     T = staged.tensions(4e3, 4e3 + M / staged.R_B, mu)
     capacity = (
         staged.R
@@ -153,8 +151,7 @@ def test_forces_of_both_pairs_by_statics():
     s = result.series(middles)
     outer = s.pairs["external"]
     inner = s.pairs["internal"]
-    z = math.tan(staged.BETA / 2)
-    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
+    mu = np.full(staged.N, lining_ratio(staged.F_EXT, staged.BETA))
     for i, stage in enumerate(result.stages):
         T = staged.tensions(s.slack_tension[i], s.tight_tension[i], mu)
         on_rim = (T[1:] + T[:-1]) * math.sin(staged.BETA / 2) + staged.PRELOAD

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import staged_scenes
 from helpers import all_near, near
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -25,9 +26,8 @@ def constant(T_0, **changes):
 def by_hand(T_0, load=300.0, w0=20.0):
     """Stages 2 and 3 from the equations of motion, the tension of the held bandage by
     bisection."""
-    z = np.tan(staged_scenes.BETA / 2)
     s = np.sin(staged_scenes.BETA / 2)
-    mu = np.full(N, (1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z))
+    mu = np.full(N, lining_ratio(staged_scenes.F_EXT, staged_scenes.BETA))
 
     def grip(T_n):
         T = staged_scenes.tensions(T_0, T_n, mu)
@@ -151,15 +151,12 @@ def test_staged_stop_with_centrifugal_force():
     T_0 = 3e3
     load = 300.0
     w0 = 30.0
-    z = np.tan(staged_scenes.BETA / 2)
     scene = constant(T_0, w0=w0, preload=300.0)
     bandage = dataclasses.replace(scene.brake.bandage, mass=mass, mass_radius=0.61)
     scene = dataclasses.replace(
         scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
     )
-    Pi = ((1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z)) ** np.arange(
-        N + 1
-    )
+    Pi = lining_ratio(staged_scenes.F_EXT, staged_scenes.BETA) ** np.arange(N + 1)
     pressed = T_0 * (Pi[1:] + Pi[:-1]) * np.sin(staged_scenes.BETA / 2) + 300.0
     assert np.any(pressed < mass * 0.61 * w0**2)
 

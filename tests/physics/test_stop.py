@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers import all_near, closes, near
 from oracles.stops import at_rest
-from scenes import FallingFriction, closed_form, stop_scene, tension_for
+from scenes import FallingFriction, closed_form, lining_ratio, stop_scene, tension_for
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -262,12 +262,11 @@ def test_stribeck_and_tables_match_scipy(table):
     smooth = sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0)
     law = sb.friction.TabulatedFriction(v, f) if table else smooth
     scene = stop_scene(C=None, law=law, end=3.0)
-    z = math.tan(math.radians(13.5) / 2)
 
     def sliding(t, y):
         w = y[0]
         mu = 0.25 + 0.1 * math.exp(-0.725 * max(w, 0.0) / 4.0)
-        return [-0.725 * 8e3 * (((1 + mu * z) / (1 - mu * z)) ** 20 - 1) / 800]
+        return [-0.725 * 8e3 * (lining_ratio(mu, math.radians(13.5)) ** 20 - 1) / 800]
 
     out = solve_ivp(
         sliding, (0, 3), [20.0], events=at_rest, method="DOP853", rtol=1e-13, atol=1e-13
@@ -299,7 +298,7 @@ def test_elastic_band_heat_with_speed_law():
         # df/dω
         f = 0.25 + more
         slope = -R / 4.0 * more
-        Pi = ((1 + f * z) / (1 - f * z)) ** 20
+        Pi = lining_ratio(f, math.radians(13.5)) ** 20
         alpha = -R * T_0 * (Pi - 1) / J
         stretch = T_0 * Pi * 40 * z / (1 - (f * z) ** 2) * slope * alpha / C
         return [alpha, T_0 * (Pi - 1) * (R * y[0] - stretch), T_0 * stretch]

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import near
+from scenes import lining_ratio
 
 import simbrake as sb
 
@@ -21,7 +22,7 @@ ARM = 1.4
 SLACK_ARM = 0.1
 ETA = 0.9
 T0 = ETA * FORCE * ARM / SLACK_ARM
-RATIO = ((1 + F * math.tan(BETA / 2)) / (1 - F * math.tan(BETA / 2))) ** N
+RATIO = lining_ratio(F, BETA) ** N
 AREA = 8e-4
 ANCHOR = 5e-4
 CLEARANCE = 1.5e-3

@@ -9,6 +9,7 @@ import chain_scenes
 import numpy as np
 import pytest
 import staged_scenes as staged
+from scenes import lining_ratio
 
 import simbrake as sb
 from simbrake.loads import RopeElasticity, RopeLayers
@@ -78,8 +79,7 @@ def dragged_bandage(over):
 def chained_lining(over):
     """A lever whose peak at 2 s is `μ` times the tension of the segment behind the
     first lining, all at rest."""
-    z = math.tan(math.radians(27.0) / 2)
-    peak = (1 + 0.3 * z) / (1 - 0.3 * z) * (1 + over)
+    peak = lining_ratio(0.3, math.radians(27.0)) * (1 + over)
     return chain_scenes.chain(
         w0=0.0, damping=0.1, end=3.0, J=1e15, lever=((0.0, 2.0, 3.0), (1.0, peak, 1.0))
     )

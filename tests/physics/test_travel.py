@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import all_near, near
+from scenes import lining_ratio
 
 import simbrake as sb
 
 RATE = 2e-14
 AREA = 0.03
-Z = math.tan(staged.BETA / 2)
 S = math.sin(staged.BETA / 2)
-PI = ((1 + staged.F_EXT * Z) / (1 - staged.F_EXT * Z)) ** np.arange(staged.N + 1)
+PI = lining_ratio(staged.F_EXT, staged.BETA) ** np.arange(staged.N + 1)
 ARM = staged.R_B * (PI[-1] - 1)
 #: wear per newton of slack tension and radian of travel at each station
 EACH = RATE * (PI[1:] + PI[:-1]) * S / AREA * staged.R_B

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers import all_near, input_error, near
 from oracles.stops import at_rest
+from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -266,7 +267,6 @@ def test_stop_with_a_layered_rim():
     g = float(conductance_of(h=h))
     dx = depth / layers
     A = hs.TRACK
-    tan = math.tan(hs.BETA / 2)
     half = dx / (2 * k * A)
 
     def face(T_last):
@@ -278,7 +278,7 @@ def test_stop_with_a_layered_rim():
         omega = y[0]
         T = y[1 : 1 + layers]
         f = 0.35 * max(1 - slope * (T[0] - 293.15), 0.0)
-        torque = hs.R * hs.T0 * (((1 + f * tan) / (1 - f * tan)) ** hs.N - 1)
+        torque = hs.R * hs.T0 * (lining_ratio(f, hs.BETA) ** hs.N - 1)
         q = np.concatenate(
             [
                 [0.95 * torque * omega],

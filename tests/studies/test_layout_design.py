@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_near, near, paths_of
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 
 import simbrake as sb
 
@@ -66,8 +66,7 @@ def heated_stop(fade=0.0, angle=None):
 
 def statics(angle, f=F):
     """Tensions `T_1…T_n` and loads over the slack tension."""
-    fz = f * np.tan(angle / 2)
-    T = np.append(1.0, np.cumprod((1 + fz) / (1 - fz)))
+    T = np.append(1.0, np.cumprod(lining_ratio(f, angle)))
     return T, (T[1:] + T[:-1]) * np.sin(angle / 2)
 
 
@@ -125,8 +124,9 @@ def test_break_away_heat_is_of_no_lining():
     result = sb.simulate(
         stop_scene(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2))
     )
-    fz = 0.25 * math.tan(math.radians(20.0))
-    before, after = (8e3 * ((1 + g) / (1 - g)) ** n for g in (1.2 * fz, fz))
+    before, after = (
+        8e3 * lining_ratio(f, math.radians(40.0)) ** n for f in (1.2 * 0.25, 0.25)
+    )
     jump = (before - after) / C * (0.5 * (before + after) - 8e3)
     lost = float(result.energy["friction_heat"]) - float(
         sb.results.friction_work(result).sum()

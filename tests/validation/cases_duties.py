@@ -12,7 +12,7 @@ from case_tools import (
     cases_with_slopes,
     differentiated,
 )
-from scenes import closed_form, stop_scene
+from scenes import closed_form, lining_ratio, stop_scene
 from scipy.integrate import quad
 from scipy.linalg import expm
 
@@ -114,8 +114,7 @@ def driller_cases():
         angle = 9.0 + 3.0 * (end - 2.0) + (w0 - 6.0) * (1 - cmath.exp(-g * end)) / g
         return M * angle - J / 2 * (speed(end, g) ** 2 - w0**2)
 
-    z = f * math.tan(math.radians(25.0))
-    gain = R * (((1 + z) / (1 - z)) ** n - 1)
+    gain = R * (lining_ratio(f, math.radians(50.0)) ** n - 1)
     pull = (M - J * (-1.5 - g * (speed(1.0).real - wanted(1.0)))) / gain
     follows = "ω = ω_r + (ω_0 − ω_r(0)) e^(−g t)"
     rows = [

@@ -12,10 +12,7 @@ from case_tools import (
     rows_of,
 )
 from oracles import mechanisms
-from scenes import (
-    staged_pair,
-    time_of,
-)
+from scenes import lining_ratio, staged_pair, time_of
 from scipy.integrate import quad
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -66,7 +63,7 @@ def pressed_stage_cases():
     f = 0.12
     reference = 6e5
     exponent = 0.35
-    ratio = (1 + 0.4 * math.tan(half)) / (1 - 0.4 * math.tan(half))
+    ratio = lining_ratio(0.4, 2 * half)
 
     def load(T_1):
         return (T_1 + T_0) * math.sin(half) + pre
@@ -379,8 +376,7 @@ def spring_cases():
         8.0,
     )
     whole = J + sum(own)
-    half = math.tan(math.radians(25.0))
-    mu = (1 + 0.4 * half) / (1 - 0.4 * half)
+    mu = lining_ratio(0.4, math.radians(50.0))
     # while all linings ride on the rim, under T_0 = 100 + 5900 t/0.3
     speed = (
         w0 - R_b * (mu**2 - 1) * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole

@@ -16,7 +16,7 @@ from case_tools import (
     cases_with_slopes,
     differentiated,
 )
-from scenes import stop_scene
+from scenes import lining_ratio, stop_scene
 
 from simbrake import (
     Heat,
@@ -55,7 +55,7 @@ _END = 10.0
 
 def _mu(f=_F):
     """Ratio of the tensions at either side of a lining that slides."""
-    return (1 + f * math.tan(_BETA / 2)) / (1 - f * math.tan(_BETA / 2))
+    return lining_ratio(f, _BETA)
 
 
 _TORQUE = _R * _T0 * (_mu() ** _N - 1)

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from helpers import near
+from scenes import lining_ratio
 from scipy.optimize import brentq
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -61,8 +62,9 @@ def test_rainflow(claims):
 
 def test_numbers_by_hand(quick):
     """Of the layouts, S's radiation and V's resistances."""
-    fz = 0.2 * math.tan(math.radians(13.5))
-    near(quick["tight_side"][1].value, ((1 + fz) / (1 - fz)) ** 9, 1e-12)
+    near(
+        quick["tight_side"][1].value, lining_ratio(0.2, math.radians(27.0)) ** 9, 1e-12
+    )
     # equal increments: 1/z_i = 1/z_n − 2 f (n − i) over the wrap, and a uniform pitch
     # of the same ratio of tensions
     f = 0.4

@@ -18,6 +18,7 @@ from oracles.independent.base import (
     names_of_change,
     names_with_a_bandage,
 )
+from scenes import lining_ratio
 
 SLIDES = (SLIP, BACK)
 
@@ -86,8 +87,9 @@ class Banded(Brake):
     # --- tensions --------------------------------------------------------------------
 
     def static_ratios(self, y):
-        fz = self.law.static(self.lining_temperatures(y)) * self.z
-        return (1 + fz) / (1 - fz)
+        return lining_ratio(
+            self.law.static(self.lining_temperatures(y)), self.p["beta"]
+        )
 
     def mobilised(self, T_0, T_n, mu):
         """`T_0…T_n`: one lining after the other comes to its limit, from the slack
@@ -280,8 +282,9 @@ class Banded(Brake):
     def _first_ratio(self, y, sign):
         """`Ṫ_0 Π^{±1}` of a lever that pulls from nothing."""
         v = np.full(self.n, self.sense * self.carrier(y) * self.R_b)
-        fz = sign * self.law.kinetic(v, self.lining_temperatures(y)) * self.z
-        return self.lever.rate(self.begin) * float(np.prod((1 + fz) / (1 - fz)))
+        f = sign * self.law.kinetic(v, self.lining_temperatures(y))
+        ratios = lining_ratio(f, self.p["beta"])
+        return self.lever.rate(self.begin) * float(np.prod(ratios))
 
     def rates(self, t, y):
         now = self.now(t, y)

@@ -15,6 +15,7 @@ from oracles.independent.base import (
     names_of_change,
 )
 from oracles.independent.draws import BANDS
+from scenes import lining_ratio
 from scipy.integrate import quad
 
 
@@ -137,13 +138,13 @@ class Bands(Pressed):
         """Tensions (N) ahead of every lining and behind it."""
         ahead = np.zeros(self.n)
         behind = np.zeros(self.n)
-        z = np.tan(self.p["beta"] / 2)
+        mu = lining_ratio(f, self.p["beta"])
+        mu = 1 / mu if back else mu
         for share, (first, last) in zip(self.shares, BANDS, strict=True):
             T = share * force
             for i in range(first, last):
                 ahead[i] = T
-                mu = (1 + f[i] * z[i]) / (1 - f[i] * z[i])
-                T = T / mu if back else T * mu
+                T = T * mu[i]
                 behind[i] = T
         return ahead, behind
 
