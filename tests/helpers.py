@@ -15,6 +15,7 @@ from simbrake.__main__ import main as main
 from simbrake.hybrid import LANDED, STOPPED
 
 all_near = np.testing.assert_allclose
+all_equal = np.testing.assert_array_equal
 
 
 def near(found, wanted, rel=None, abs=None):
@@ -40,6 +41,16 @@ def faults_of(call, *arguments, **options):
 
 def paths_of(call, *arguments, **options):
     return [fault.path for fault in faults_of(call, *arguments, **options)]
+
+
+def names_of(result):
+    """Names of the events of a run."""
+    return [event.name for event in result.events]
+
+
+def changes_of(result):
+    """Names of the events of a run, without those of single linings at their limit."""
+    return [name for name in names_of(result) if name != "lining_limit"]
 
 
 def closes(result, within):

@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 import pytest
-from helpers import near, nothing_compiled
+from helpers import names_of, near, nothing_compiled
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
 from scenes import closed_form, lining_ratio, stop_scene
@@ -180,7 +180,7 @@ def test_errors_of_states_do_not_count_jumps():
     load = sb.HookLoad("2 t", 0.4, 8, rope=rope)
     scene = dataclasses.replace(stop_scene(C=None, w0=24.0), duty=sb.Duty(1500.0, load))
     result = sb.simulate(scene)
-    assert [event.name for event in result.events].count("layer_change") > 1
+    assert names_of(result).count("layer_change") > 1
     assert result.accuracy()["speed"] < 1e-9
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from helpers import all_near, input_error, nothing_compiled
+from helpers import all_equal, all_near, input_error, nothing_compiled
 from scenes import lining_ratio
 from scipy.integrate import solve_ivp
 
@@ -156,7 +156,7 @@ def test_a_state_goes_on_to_the_last_bit(tmp_path):
         again = sb.Stepper(scene, inputs=["lever"], state=kept)
     assert (again.time, again.inputs) == (0.16, {"lever": 7e3})
     assert further(again) == first
-    np.testing.assert_array_equal(again.state()["y"], stepper.state()["y"])
+    all_equal(again.state()["y"], stepper.state()["y"])
     other = sb.Stepper(
         rigid(sb.loads.Actuator(25e3, lag="60 ms", dead_time="130 ms")),
         inputs=["lever"],
@@ -253,4 +253,4 @@ def test_a_step_that_fails_changes_nothing():
     all_near(stepper["lining_temperature"], 293.15 + 106.0, 1e-10)
     said = np.asarray(stepper.history().duty.slack_tension.values)
     # not what failed
-    np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])
+    all_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])

@@ -245,9 +245,7 @@ def test_staged_run_with_heat(tmp_path):
         if agrees
         else {"rtol": 0, "atol": 0.1 * result.accuracy().event_time}
     )
-    np.testing.assert_allclose(
-        [time for _, time in events], [time for _, time in expected], **close
-    )
+    all_near([time for _, time in events], [time for _, time in expected], **close)
 
 
 def test_more_changes_of_mode_than_fit_in_a_byte(tmp_path):

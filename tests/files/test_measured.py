@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from commands import call, no_cache  # noqa: F401
 from heat_scenes import fading, lump, rigid_stop
-from helpers import all_near, faults_of, near
+from helpers import all_equal, all_near, faults_of, near
 from scenes import closed_form, stop_scene
 from staged_scenes import stop as staged_stop
 
@@ -74,7 +74,7 @@ def test_null_values_of_loggers(write, null):
     assert (stop.known, stop.count) == ({}, 1)
     lever = write("d.csv", f"t,lever [kN]\n0,1\n1,{null}\n2,3\n")
     profile = sb.files.history(lever, "lever", "N")
-    np.testing.assert_array_equal(profile.values, [1000.0, 3000.0])
+    all_equal(profile.values, [1000.0, 3000.0])
 
 
 def test_null_values_that_are_given(write):
@@ -85,7 +85,7 @@ def test_null_values_that_are_given(write):
         ({"null": [-1]}, [-999]),
     ):
         values = sb.read_measured(file, **given).points[0].value
-        np.testing.assert_array_equal(values, left)
+        all_equal(values, left)
 
 
 @pytest.mark.parametrize("coded", ["utf-8-sig", "utf-16", "utf-16-le", "latin-1"])
@@ -96,7 +96,7 @@ def test_encodings_and_packed_files(tmp_path, coded, packed):
     text = "# Größe des Prüfstands\r\nt;omega;comment\r\n0,5;1,25e1;x\r\n1,5;7;y\r\n"
     file.write_bytes(packed(text.encode(coded)))
     (omega,) = sb.read_measured(file, columns=["omega"]).points
-    np.testing.assert_array_equal((omega.t, omega.value), ([0.5, 1.5], [12.5, 7.0]))
+    all_equal((omega.t, omega.value), ([0.5, 1.5], [12.5, 7.0]))
     if packed is not bytes:
         file.write_bytes(file.read_bytes()[:-9])
         assert faults_of(sb.read_measured, file)
@@ -213,6 +213,6 @@ def test_entries_of_columns(scene, name, read):
     lines = sb.plot.overlay(result, data).axes[0].lines
     (line,) = (line for line in lines if line.get_label() == "run")
     t, y = line.get_data()
-    events = [event.time for event in result.events]
+    events = result.events.times
     apart = np.min(np.abs(np.subtract.outer(t, events)), axis=1) > 1e-9
     all_near(y[apart], read(result.series(t))[apart], 1e-9)

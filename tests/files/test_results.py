@@ -8,7 +8,7 @@ import jax
 import numpy as np
 import pytest
 import xarray as xr
-from helpers import all_near, input_error, near
+from helpers import all_equal, all_near, input_error, near
 from result_scenes import heated_stop
 from scenes import closed_form, stop_scene
 from staged_scenes import stop as staged_stop
@@ -80,7 +80,7 @@ def test_values_on_both_sides_of_events(result):
             }
         assert ("internal_torque" in data) == (len(series.pairs) > 1)
         for name in set(columns) & set(data.data_vars):
-            np.testing.assert_array_equal(
+            all_equal(
                 part[name].values.reshape(part.time.size, -1),
                 np.reshape(columns[name], (part.time.size, -1)),
             )
@@ -95,9 +95,7 @@ def test_events_metrics_and_energies(plain):
     all_near(stop, truth["stop"], 1e-10)
     all_near(data["stopping_time"], truth["stop"], 1e-10)
     limits = data["event_name"].values == "lining_limit"
-    np.testing.assert_array_equal(
-        data["event_lining"].values[limits], np.arange(20) + 1
-    )
+    all_equal(data["event_lining"].values[limits], np.arange(20) + 1)
     all_near(data["event_time"].values[limits], truth["limits"], 1e-10)
     near(data["energy.kinetic_change"].item(), -0.5 * 800 * 20**2, 1e-12)
     assert data["energy.closure"].attrs["units"] == "1"
@@ -125,10 +123,8 @@ def test_walls_have_their_layers_and_depths(heated):
             own = data["lining_layer_temperature"].sel(
                 lining_copy=copy, lining_layer=layer
             )
-            np.testing.assert_array_equal(
-                own, data["temperature"].sel(node=f"lining[{copy},{layer}]")
-            )
-    np.testing.assert_array_equal(
+            all_equal(own, data["temperature"].sel(node=f"lining[{copy},{layer}]"))
+    all_equal(
         data["rim_layer_temperature"].sel(rim_layer=3),
         data["temperature"].sel(node="rim[3]"),
     )
@@ -139,7 +135,7 @@ def test_walls_have_their_layers_and_depths(heated):
 def test_stages(staged):
     data = sb.dataset(staged)
     assert data["stage_name"].values.tolist() == [stage.name for stage in staged.stages]
-    np.testing.assert_array_equal(data["stage_start"][1:], data["stage_end"][:-1])
+    all_equal(data["stage_start"][1:], data["stage_end"][:-1])
     heat = data["stage_heat_internal"].sum() + data["stage_heat_external"].sum()
     all_near(heat, data["energy.friction_heat"], 1e-12)
 

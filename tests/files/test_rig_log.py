@@ -10,7 +10,7 @@ import warnings
 
 import numpy as np
 import pytest
-from helpers import all_near, faults_of, input_error, near
+from helpers import all_equal, all_near, faults_of, input_error, near
 from rig_recordings import SMALL, TIMES, las, stamp, table, values, witsml, written
 
 import simbrake as sb
@@ -215,7 +215,7 @@ def refused(*arguments, **settings):
 def test_dates_and_clocks_in_any_order(form, head):
     log = at(form, head=head)
     assert log.start == "2020-01-29T23:59:56"
-    np.testing.assert_array_equal(log.t, [0.0, 2.0, 4.0, 6.0])
+    all_equal(log.t, [0.0, 2.0, 4.0, 6.0])
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_zones_behind_clocks(zone, start):
             for clock in ("01:59:58 CET", "03:00:00 CEST", "03:00:02 Europe/Oslo")
         ]
     )
-    np.testing.assert_array_equal(summer.t, [0.0, 2.0, 4.0])
+    all_equal(summer.t, [0.0, 2.0, 4.0])
 
 
 @pytest.mark.parametrize(
@@ -379,9 +379,9 @@ def test_las_3(tmp_path, dlm, sep, head, rows):
         written(tmp_path, "a.las", LAS3.format(dlm=dlm, sep=sep, head=head, rows=rows))
     )
     assert log.start == "2020-02-03T10:00:00"
-    np.testing.assert_array_equal(log.t, [0.0, 2.0, 4.0])
-    np.testing.assert_array_equal(log["block_position"].value, [30.0, 29.5, 29.0])
-    np.testing.assert_array_equal(log["hook_load"].value, [9e5, np.nan, 9.1e5])
+    all_equal(log.t, [0.0, 2.0, 4.0])
+    all_equal(log["block_position"].value, [30.0, 29.5, 29.0])
+    all_equal(log["hook_load"].value, [9e5, np.nan, 9.1e5])
 
 
 def test_compensated_position_is_told(tmp_path):

@@ -22,7 +22,7 @@ import jax
 import numpy as np
 import pytest
 from commands import call
-from helpers import input_error
+from helpers import all_equal, input_error
 from scenes import stop_scene
 
 import simbrake as sb
@@ -133,9 +133,7 @@ def test_full_disk_during_an_ensemble(tmp_path, monkeypatch):
     with input_error(match="No space left on device"):
         study(folder)
     monkeypatch.setattr(np, "savez", write)
-    np.testing.assert_array_equal(
-        study(folder).stopping_time, study(None).stopping_time
-    )
+    all_equal(study(folder).stopping_time, study(None).stopping_time)
 
 
 RESUMED = """

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 import staged_scenes
 from heat_scenes import fading, layered_stop, lump, rigid_stop
-from helpers import all_near, input_error, near, paths_of
+from helpers import all_equal, all_near, input_error, near, paths_of
 from scenes import stop_scene
 
 import simbrake as sb
@@ -49,7 +49,7 @@ def test_a_number_in_any_form(value):
 def test_lists_in_any_form(value):
     preload = sb.Bandage("65 kg*m^2", 0.3, value).preload
     assert preload.dtype == np.float64
-    np.testing.assert_array_equal(preload, [10.0, 20.0])
+    all_equal(preload, [10.0, 20.0])
 
 
 def test_texts_and_numbers_make_one_scene():
@@ -69,9 +69,7 @@ def test_texts_and_numbers_make_one_scene():
         scene("270 deg", "35 %", "8 kN", "1 kN*m"),
     ):
         assert jax.tree.structure(short) == jax.tree.structure(long)
-        jax.tree.map(
-            lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-15), short, long
-        )
+        jax.tree.map(lambda a, b: all_near(a, b, 1e-15), short, long)
 
 
 def test_numbers_stand_for_parts():
@@ -135,7 +133,7 @@ def test_traced_values_pass():
         return sb.Pulley(radius, radius**2).inertia
 
     assert jax.grad(mass)(3.0) == 6.0
-    np.testing.assert_array_equal(jax.vmap(mass)(jnp.asarray([1.0, -2.0])), [1.0, 4.0])
+    all_equal(jax.vmap(mass)(jnp.asarray([1.0, -2.0])), [1.0, 4.0])
 
 
 # --- numbers by path ----------------------------------------------------------------
@@ -152,7 +150,7 @@ def test_entries_and_absent_numbers_by_path():
         for value in (0.1, "0.1 rad", np.asarray(0.1), jnp.asarray(0.1)):
             found = np.asarray(sb.with_values(scene, {path: value}).brake.linings.angle)
             assert found[i] == 0.1
-            np.testing.assert_array_equal(np.delete(found, i), np.delete(angle, i))
+            all_equal(np.delete(found, i), np.delete(angle, i))
     assert np.all(scene.brake.linings.angle == angle)  # the scene itself stays
     whole = sb.with_values(
         scene, {"brake.linings.angle": jnp.asarray(0.1)}
@@ -238,9 +236,7 @@ def test_count_of_linings_keeps_the_wrap():
         all_near(fewer.brake.linings.angle, np.full(15, np.radians(270.0) / 15), 1e-15)
         assert float(fewer.initial.omega) == 3.0
     each = sb.with_values(scene, {"brake.linings.area": np.full(20, 0.02)})
-    np.testing.assert_array_equal(
-        sb.with_values(each, {path: 3}).brake.linings.area, np.full(3, 0.02)
-    )
+    all_equal(sb.with_values(each, {path: 3}).brake.linings.area, np.full(3, 0.02))
     one = sb.with_values(sb.with_values(scene, {"brake.linings.area": 0.02}), {path: 2})
     assert (one.brake.linings.count, np.shape(one.brake.linings.area)) == (2, ())
     for wrong in (0, 2.5, 10_001, [3, 4], "many", None):

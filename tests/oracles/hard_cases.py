@@ -227,8 +227,3 @@ def gradients(given):
     """Reverse-mode derivatives of stopping time and of speed and angle at the end by
     every number of a scene."""
     return _reverse()(jax.tree.map(jnp.asarray, given))
-
-
-def events_of(result):
-    """Names of the changes of mode."""
-    return [event.name for event in result.events if event.name != "lining_limit"]

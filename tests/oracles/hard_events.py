@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 from chain_scenes import changes
+from helpers import changes_of
 from oracles.hard_cases import (
     BETA,
     T0,
@@ -15,7 +16,6 @@ from oracles.hard_cases import (
     Named,
     R,
     Value,
-    events_of,
     gradients,
     ratio_of,
     run,
@@ -55,7 +55,7 @@ def load_beside_the_stop():
         ),
         Named(
             "1e-12 s after it",
-            events_of(after),
+            changes_of(after),
             ["slip_onset", "full_slip", "stop", "restart", "full_slip"],
         ),
     ]

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from helpers import input_error
+from helpers import changes_of, input_error
 from oracles.hard_cases import (
     BETA,
     T0,
@@ -15,7 +15,6 @@ from oracles.hard_cases import (
     Named,
     R,
     Value,
-    events_of,
     gradients,
     ratio_of,
     run,
@@ -154,7 +153,7 @@ def grazing():
     slides = [
         f"{e:g}"
         for e, r in zip(GRAZING, results, strict=True)
-        if abs(e) > 1e-10 and "full_slip" in events_of(r)
+        if abs(e) > 1e-10 and "full_slip" in changes_of(r)
     ]
     return [
         Value(

@@ -160,7 +160,7 @@ def ten_thousand_changes():
         given.brake, sb.Duty(lever, given.duty.load), given.initial, given.end_time
     )
     result = sb.simulate(whole)
-    stops = np.array([e.time for e in result.events if e.name == "stop"])
+    stops = np.array(result.events["stop"].times)
     count = sum(e.name != "lining_limit" for e in result.events)
     k = np.arange(1, cycles)
 

@@ -13,6 +13,7 @@ import pytest
 import rig_recordings
 from commands import call
 from goldens import assert_kept, words_of
+from helpers import all_equal, all_near
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from paper_figures import PUBLISHED, published
@@ -162,8 +163,8 @@ def test_panel_in_given_axes(given):
     series = given["result"].series(np.linspace(0.2, 0.4, 50))
     assert plot.panels.torques(given["result"], series=series, ax=left) is left
     x, y = left.lines[0].get_data()
-    np.testing.assert_array_equal(x, series.t)
-    np.testing.assert_allclose(y, series.brake_torque / 1e3)
+    all_equal(x, series.t)
+    all_near(y, series.brake_torque / 1e3)
     (table,) = sb.sensitivity(given["scene"], ["stopping_time"], ["duty.load.mass"])
     assert plot.tornado(table, ax=right) is right
     assert figure.axes == [left, right]

@@ -8,10 +8,9 @@ import json
 import math
 import re
 
-import numpy as np
 import pytest
 from commands import call
-from helpers import faults_of
+from helpers import all_equal, faults_of
 from scenes import stop_scene
 
 import simbrake as sb
@@ -104,7 +103,7 @@ def test_scene_of_the_page_can_be_run_again(run, made):
     again = sb.files.scene_from_text(html.unescape(text))
     for a, b in zip(sb.files.leaves(run.scene), sb.files.leaves(again), strict=True):
         assert a.path == b.path
-        np.testing.assert_array_equal(a.value, b.value)
+        all_equal(a.value, b.value)
 
 
 def test_failures_and_faults(run):

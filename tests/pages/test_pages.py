@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from browsers import browser_path, chromium
 from commands import call, output
+from helpers import all_near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -72,7 +73,7 @@ def test_curves_and_film_of_a_report(scene, browser, tmp_path):
     assert NASTY not in text
     data = data_of(text)["run"]
     t = np.asarray(data["t"])
-    times = [event.time for event in run.events]
+    times = run.events.times
     inside = np.min(np.abs(np.subtract.outer(t, times)), axis=1) > 1e-6
     s = run.series(t[inside])
     for chart, factor, column in (
@@ -82,12 +83,12 @@ def test_curves_and_film_of_a_report(scene, browser, tmp_path):
     ):
         drawn = np.asarray(data["y"][chart][0])[inside]
         wanted = factor * np.asarray(getattr(s, column))
-        np.testing.assert_allclose(drawn, wanted, rtol=1e-4, atol=1e-5)
+        all_near(drawn, wanted, 1e-4, 1e-5)
     film = data["film"]
     s = run.series(film["t"][50:60])
     tension = np.asarray(film["tension"])[50:60, 1:]
-    np.testing.assert_allclose(tension, np.asarray(s.tension) / 1e3, rtol=1e-4)
-    np.testing.assert_allclose(film["phi"][50:60], s.phi, rtol=1e-4)
+    all_near(tension, np.asarray(s.tension) / 1e3, 1e-4)
+    all_near(film["phi"][50:60], s.phi, 1e-4)
     if browser is not None:
         with opened(browser, file.as_uri()) as page:
             assert page.title() != "run"
@@ -219,8 +220,8 @@ def test_each_move_in_the_browser_is_a_run(published, browser, values):
         apart = np.all(np.abs(np.subtract.outer(t, times)) > 1e-6, axis=1)
         series = result.series(t[apart])
         speed, torque = (np.asarray(curves["y"][k][0])[apart] for k in (0, 1))
-        np.testing.assert_allclose(speed, series.omega, rtol=1e-8, atol=1e-8)
-        np.testing.assert_allclose(torque, 1e-3 * series.brake_torque, rtol=1e-8)
+        all_near(speed, series.omega, 1e-8, 1e-8)
+        all_near(torque, 1e-3 * series.brake_torque, 1e-8)
         field = page.locator('[data-path="initial.omega"] input[type=text]')
         field.fill("-1e60")
         field.press("Tab")

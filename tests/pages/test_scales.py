@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from helpers import input_error
+from helpers import all_equal, all_near, input_error
 from matplotlib.colors import to_hex
 from picture_scenes import (
     CONTACTS,
@@ -40,7 +40,7 @@ from simbrake.studies import (
 
 def apart_from_events(run, t):
     """Which of the times are no events, where a curve may jump."""
-    times = [event.time for event in run.events]
+    times = run.events.times
     return np.min(np.abs(np.subtract.outer(t, times)), axis=1) > 1e-9
 
 
@@ -62,7 +62,7 @@ def test_first_curve_of_a_panel(figure, panel, make, column, factor, shift):
     t, drawn = line.get_data()
     apart = apart_from_events(run, t)
     wanted = factor * np.ravel(getattr(run.series(t), column)) + shift
-    np.testing.assert_allclose(drawn[apart], wanted[apart], rtol=1e-9, atol=1e-9)
+    all_near(drawn[apart], wanted[apart], 1e-9, 1e-9)
 
 
 def test_overlay_and_comparison_of_runs():
@@ -74,20 +74,18 @@ def test_overlay_and_comparison_of_runs():
     )
     (panel,) = plot.overlay(run, data).axes
     (points,) = panel.containers
-    np.testing.assert_allclose(
-        points.lines[0].get_xydata(), np.stack([t, 1e-3 * measured], axis=1)
-    )
-    np.testing.assert_allclose(points.lines[2][0].get_segments()[0][:, 1], [19.0, 21.0])
+    all_near(points.lines[0].get_xydata(), np.stack([t, 1e-3 * measured], axis=1))
+    all_near(points.lines[2][0].get_segments()[0][:, 1], [19.0, 21.0])
     (line,) = (line for line in panel.lines if line.get_label() == "run")
     along, drawn = line.get_data()
     apart = apart_from_events(run, along)
     truth = 1e-3 * run.series(along).tight_tension
-    np.testing.assert_allclose(drawn[apart], truth[apart], rtol=1e-9)
+    all_near(drawn[apart], truth[apart], 1e-9)
     tension = plot.compare([run, run]).axes[2].lines[0]
-    np.testing.assert_allclose(
+    all_near(
         np.interp(0.5, *tension.get_data()),
         1e-3 * run.series([0.5]).tight_tension[0],
-        rtol=1e-3,
+        1e-3,
     )
 
 
@@ -95,10 +93,8 @@ def test_stops_by_hand():
     """`J ω̇ = −M_b` of a rigid band: one stop from 20 rad/s."""
     time, heat, *_ = plot.stops(sb.simulate(stop_scene(n=4, beta=60.0, C=None))).axes
     torque = 0.725 * 8000.0 * (lining_ratio(0.35, math.pi / 3) ** 4 - 1)
-    np.testing.assert_allclose(
-        time.lines[0].get_xydata(), [[1, 800.0 * 20.0 / torque]], rtol=1e-8
-    )
-    np.testing.assert_allclose(heat.lines[0].get_xydata(), [[1, 160.0]], rtol=1e-8)
+    all_near(time.lines[0].get_xydata(), [[1, 800.0 * 20.0 / torque]], 1e-8)
+    all_near(heat.lines[0].get_xydata(), [[1, 160.0]], 1e-8)
 
 
 def test_load_and_mass_of_a_duty():
@@ -110,9 +106,9 @@ def test_load_and_mass_of_a_duty():
     t, drawn = mass.get_data()
     apart = np.abs(t - 0.2) > 1e-9
     hung = np.where(t < 0.2, 8.0, 68.0)
-    np.testing.assert_allclose(drawn[apart], hung[apart], rtol=1e-9)
+    all_near(drawn[apart], hung[apart], 1e-9)
     wanted = hung * 9.80665 * 0.4 / 8
-    np.testing.assert_allclose(torque.get_ydata()[apart], wanted[apart], rtol=1e-9)
+    all_near(torque.get_ydata()[apart], wanted[apart], 1e-9)
 
 
 # --- wheels and maps ----------------------------------------------------------------
@@ -128,18 +124,14 @@ def test_pulley(make):
     tension = np.append(s.slack_tension, s.tension[0]) / 1e3
     (line,) = [line for line in axes.lines if line.get_gid() == "tension"]
     drawn = scale(axes, "tension scale")(radius(line.get_xydata())).reshape(-1, 2)
-    np.testing.assert_allclose(
-        drawn, np.stack([tension[:-1], tension[1:]], axis=1), rtol=1e-9
-    )
+    all_near(drawn, np.stack([tension[:-1], tension[1:]], axis=1), 1e-9)
     loads = [bar.r - bar.width for bar in wedges(axes, "load")]
-    np.testing.assert_allclose(
-        scale(axes, "load scale")(loads), np.asarray(s.normal_load)[0] / 1e3, rtol=1e-9
-    )
+    all_near(scale(axes, "load scale")(loads), np.asarray(s.normal_load)[0] / 1e3, 1e-9)
     linings = wedges(axes, "external")
-    np.testing.assert_allclose(
+    all_near(
         [w.theta2 - w.theta1 for w in linings],
         np.degrees(run.scene.brake.linings.angle),
-        rtol=1e-9,
+        1e-9,
     )
 
 
@@ -168,9 +160,7 @@ def test_pads_and_shoes():
     for line, load in zip(plot.pressed(run, 0.3).axes[1].lines, normal, strict=True):
         theta, drawn = line.get_data()
         greatest = float(run.scene.brake.greatest_pressure(load))
-        np.testing.assert_allclose(
-            drawn, 1e-6 * greatest * np.sin(np.radians(theta)), rtol=1e-5
-        )
+        all_near(drawn, 1e-6 * greatest * np.sin(np.radians(theta)), 1e-5)
 
 
 def cells(axes):
@@ -192,7 +182,7 @@ def test_lining_map(quantity, column, factor, shift):
     hot = hot_result()
     edges, _, shown = cells(plot.lining_map(hot, quantity).axes[0])
     truth = getattr(hot.series(0.5 * (edges[1:] + edges[:-1])), column)
-    np.testing.assert_allclose(shown, factor * np.asarray(truth).T + shift, rtol=1e-9)
+    all_near(shown, factor * np.asarray(truth).T + shift, 1e-9)
 
 
 def test_friction_heat_of_a_map():
@@ -201,18 +191,16 @@ def test_friction_heat_of_a_map():
         figure = plot.lining_map(staged, "friction_heat", pair=pair)
         _, _, shown = cells(figure.axes[0])
         work = sb.results.friction_work(staged, pair=pair)
-        np.testing.assert_allclose(shown[:, -1] * 1e3, work, rtol=1e-4)
+        all_near(shown[:, -1] * 1e3, work, 1e-4)
 
 
 def test_depth():
     hot = hot_result()
     edges, layers, shown = cells(plot.depth(hot).axes[0])
-    np.testing.assert_allclose(
-        np.diff(layers), 1e3 * np.asarray(hot.scene.heat.bodies[0].steps), rtol=1e-9
-    )
+    all_near(np.diff(layers), 1e3 * np.asarray(hot.scene.heat.bodies[0].steps), 1e-9)
     nodes = [i for i, name in enumerate(hot.nodes) if name.startswith("rim")]
     truth = np.asarray(hot.series(0.5 * (edges[1:] + edges[:-1])).temperature)
-    np.testing.assert_allclose(shown, truth[:, nodes].T - 273.15, rtol=1e-12)
+    all_near(shown, truth[:, nodes].T - 273.15, 1e-12)
 
 
 def test_contacts_of_a_chain():
@@ -223,7 +211,7 @@ def test_contacts_of_a_chain():
     middle = 0.5 * (edges[1:] + edges[:-1])
     early = middle < slips[1]
     ahead = [middle[early] > slips[k] for k in (1, 2, 3, 4)]
-    np.testing.assert_array_equal(states[:, early], ahead)
+    all_equal(states[:, early], ahead)
 
 
 # --- studies, from data made by hand ------------------------------------------------
@@ -236,9 +224,7 @@ def test_tornado():
     axes = plot.tornado(SensitivityTable("stopping_time", "s", 2.0, (mass,)))
     ends = [p.get_x() + p.get_width() for p in axes.patches]
     assert ends == pytest.approx([1.9, 2.2])
-    np.testing.assert_allclose(
-        next(c.get_segments()[0][0, 0] for c in axes.collections), 1.8
-    )
+    all_near(next(c.get_segments()[0][0, 0] for c in axes.collections), 1.8)
 
 
 def test_distribution():
@@ -270,12 +256,8 @@ def test_distribution():
     bars = [p for p in density.patches if p.get_label() != "_"]
     assert sum(p.get_height() for p in bars) == pytest.approx(100.0)
     (stairs,) = [x for x in cumulative.lines if x.get_drawstyle() == "steps-post"]
-    np.testing.assert_allclose(
-        stairs.get_xydata(), [[10.0 * i, 12.5 * i] for i in range(1, 9)]
-    )
-    np.testing.assert_allclose(
-        cumulative.containers[0].lines[0].get_xydata(), [[12.0, 5.0]]
-    )
+    all_near(stairs.get_xydata(), [[10.0 * i, 12.5 * i] for i in range(1, 9)])
+    all_near(cumulative.containers[0].lines[0].get_xydata(), [[12.0, 5.0]])
 
 
 def test_calibration():
@@ -293,10 +275,10 @@ def test_calibration():
     given |= {"residuals": (rows,), "recordings": (recording,)}
     given |= {"message": "converged", "chi2": 12.5, "freedom": 4}
     curve, off = plot.calibration(Calibration(**given)).axes
-    np.testing.assert_allclose(
+    all_near(
         curve.containers[0].lines[0].get_xydata(), np.stack([t, rim - 273.15], axis=1)
     )
-    np.testing.assert_allclose(off.lines[0].get_ydata(), 2.0 / sigma)
+    all_near(off.lines[0].get_ydata(), 2.0 / sigma)
 
 
 def test_layouts_and_angles():
@@ -310,15 +292,15 @@ def test_layouts_and_angles():
         )
     ]
     angles, apart, loads = sb.layouts.figures.layouts(rows).axes
-    np.testing.assert_allclose(
+    all_near(
         [line.get_ydata() for line in angles.lines], [np.degrees(r.angle) for r in rows]
     )
-    np.testing.assert_allclose(apart.lines[0].get_ydata(), [-2, 0, 2], atol=1e-12)
+    all_near(apart.lines[0].get_ydata(), [-2, 0, 2], atol=1e-12)
     assert [p.get_height() for p in loads.containers[0]] == [4, 4.5, 5.8]
     layout = sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0))
     axes = sb.layouts.figures.angles({"equal increments": layout})
     dots = [line for line in axes.lines if line.get_marker() != "None"]
-    np.testing.assert_allclose(dots[0].get_ydata(), np.degrees(layout.angle))
+    all_near(dots[0].get_ydata(), np.degrees(layout.angle))
 
 
 def test_wear():
@@ -338,9 +320,9 @@ def test_wear():
     along, course = plot.wear({"as built": life}).subfigs
     drawn = [line for line in along.axes[0].lines if line.get_marker() == "o"]
     wanted = 8.0 * np.outer(np.arange(1, 6) / 5, each)
-    np.testing.assert_allclose([line.get_ydata() for line in drawn], wanted)
+    all_near([line.get_ydata() for line in drawn], wanted)
     most = next(x for x in course.axes[0].lines if x.get_label() == "as built")
-    np.testing.assert_allclose(most.get_xydata()[-1], [12.0, 8.0])
+    all_near(most.get_xydata()[-1], [12.0, 8.0])
 
 
 def test_materials():
@@ -354,11 +336,11 @@ def test_materials():
     rows = [
         table.row(rim, "FK-24A", i) for rim in ("steel_20L", "brass") for i in (0, 1)
     ]
-    np.testing.assert_allclose(
+    all_near(
         [bar.get_width() for bar in surface.patches],
         [row["surface"].value - 273.15 for row in rows],
     )
-    np.testing.assert_allclose(
+    all_near(
         [bar.get_width() for bar in mass.patches],
         [row["mass"].value for row in rows[1::2]],
     )
@@ -388,7 +370,7 @@ def test_sweep_over_one_parameter():
         ([[10, 20], [20, 40]], [[30, 50], [50, 90]], [[20, 40], [30, 50]]),
         strict=True,
     ):
-        np.testing.assert_allclose(line.get_xydata(), points)
+        all_near(line.get_xydata(), points)
     assert [line.get_linestyle() for line in lines] == ["-", "-", ":"]
 
 
@@ -426,7 +408,7 @@ def test_permissible_map():
     mesh = plot.permissible(data, limits).collections[0].get_array()
     u, v = np.meshgrid(np.linspace(1, 3, len(mesh)), np.linspace(10, 20, len(mesh)))
     inside = (np.abs(u - 2.2) > 1e-9) & (np.abs(v - 13.0) > 1e-9)
-    np.testing.assert_array_equal(
+    all_equal(
         np.ma.getdata(mesh)[inside].astype(bool), ((u <= 2.2) & (v >= 13.0))[inside]
     )
     with input_error(match="no grid of two parameters"):

@@ -188,7 +188,7 @@ def test_sharing_of_a_load_at_rest(stopped):
     near(stopped.metrics["min_holding_reserve"], R_B * most.sum() / LOAD, 1e-12)
     rising = sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * R_B * most.sum()])
     result = sb.simulate(scene(omega=0.0, load=rising, end=5.0))
-    restart = next(event.time for event in result.events if event.name == "restart")
+    restart = result.events["restart"].times[0]
     near(restart, 3.0, 1e-12)
     kinetic = sum(
         T * (lining_ratio(f, a).prod() - 1)

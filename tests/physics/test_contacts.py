@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, near
+from helpers import all_near, names_of, near
 from scipy.linalg import expm
 
 import simbrake as sb
@@ -95,7 +95,7 @@ def test_a_contact_is_opened_by_the_lever(staged):
     )
     lever = sb.PiecewiseLinear([0.0, OPENS_AT, OPENS_AT, END], [2e3, 2e3, 0.0, 0.0])
     result = sb.simulate(at_rest(staged, network(staged, links), lever), rtol=1e-12)
-    assert [event.name for event in result.events] == ["release"]
+    assert names_of(result) == ["release"]
     both = [(0, 1, CONTACT), (1, 2, BEHIND)]
     left = [both[0], (1, 2, GAP)] if staged else [(0, 1, GAP), both[1]]
     t = np.array([5.0, OPENS_AT, 30.0, END])

@@ -20,7 +20,7 @@ from disc_scenes import (
     disc_heat,
     disc_scene,
 )
-from helpers import all_near, closes, near
+from helpers import all_near, closes, names_of, near
 from shipped import load
 
 import simbrake as sb
@@ -38,7 +38,7 @@ def test_a_stop_has_the_closed_form(stopped):
     near(stopped.stopping_angle, W0 * time / 2, 1e-12)
     near(stopped.energy["friction_heat"], TORQUE * W0 * time / 2, 1e-12)
     closes(stopped, 1e-12)
-    assert [event.name for event in stopped.events] == [
+    assert names_of(stopped) == [
         "slip_onset",
         "full_slip",
         "stop",
@@ -91,7 +91,7 @@ def test_restart_and_release():
     held = sb.simulate(
         disc_scene(force=sb.PiecewiseLinear([0.0, 1.0], [F, 0.0]), end=3.0, load=0.0)
     )
-    assert [event.name for event in held.events] == [
+    assert names_of(held) == [
         "slip_onset",
         "full_slip",
         "release",

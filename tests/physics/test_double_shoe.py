@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, closes, near
+from helpers import all_near, closes, names_of, near
 from scipy.integrate import solve_ivp
 from shoe_scenes import (
     END,
@@ -48,7 +48,7 @@ def test_stop_has_the_torques_of_both_shoes(stopped):
     all_near(s.normal_load[0], N, 1e-12)
     all_near(s.friction_force[0], FRICTION * N, 1e-12)
     closes(stopped, 1e-12)
-    assert [event.name for event in stopped.events] == [
+    assert names_of(stopped) == [
         "slip_onset",
         "full_slip",
         "stop",
@@ -111,7 +111,7 @@ def test_restart_where_load_exceeds_capacity():
     result = sb.simulate(
         shoe_scene(omega=0.0, load=sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * hold]))
     )
-    restart = next(event.time for event in result.events if event.name == "restart")
+    restart = result.events["restart"].times[0]
     near(restart, 3.0, 1e-12)
     kinetic = FRICTION * R * normals(FRICTION).sum()
     near(result.end_capacity.torque, kinetic, 1e-12)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers import all_near, closes, near
+from helpers import all_equal, all_near, closes, near
 from scenes import lining_ratio, stop_scene
 from scipy.integrate import solve_ivp
 
@@ -73,7 +73,7 @@ def test_hook_swings_over_a_drum_at_rest():
         all_near(s.hook_speed, v, 1e-9, 1e-10)
         all_near(s.hook_position, e - 1.6 * W / K, 1e-9, 1e-11)
         all_near(s.load_torque, RHO * s.hook_load, 1e-12)
-        np.testing.assert_array_equal(s.brake_torque, s.load_torque)
+        all_equal(s.brake_torque, s.load_torque)
         assert not np.any(s.omega)
         assert not np.any(s.phi)
         most = float(result.max_hook_load.value)
@@ -125,7 +125,7 @@ def test_slack_rope_falls_and_is_taut_again():
     closes(result, 1e-10)
     # slack from the start by 0.2 m, and a blow of the damper as it becomes taut
     fallen = sb.simulate(scene(c=2e4, w0=0.0, stretch=-0.2, end=0.5))
-    (taut,) = (event.time for event in fallen.events if event.name == "rope_taut")
+    (taut,) = fallen.events["rope_taut"].times
     near(taut, math.sqrt(0.4 / G), 1e-9)
     near(fallen.series([taut]).hook_load[0], 2e4 * math.sqrt(0.4 * G), 1e-9)
     closes(fallen, 1e-10)
@@ -254,7 +254,7 @@ def test_balances_with_everything_coupled():
     closes(result, 1e-9)
     assert float(result.energy["heat_closure"]) < 1e-12
     # a layer less: the speed of the drum stays, and with it the stretch
-    (change,) = (event.time for event in result.events if event.name == "layer_change")
+    (change,) = result.events["layer_change"].times
     before = result.series([change], left=True)
     after = result.series([change])
     all_near(after.omega, before.omega, 1e-12)

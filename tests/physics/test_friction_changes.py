@@ -101,10 +101,7 @@ def test_held_load_goes_when_friction_jumps():
         all_near(forward, jax.jacobian(by_hand)(x), 1e-8)
         all_near(backward, forward, 1e-9)
         result = sb.simulate(held(x))
-        assert (
-            next(event.time for event in result.events if event.name == "restart")
-            == x[0]
-        )
+        assert result.events["restart"].times[0] == x[0]
         assert np.all(
             np.asarray(result.series([0.3, 1.0, x[0]], left=True).omega) == 0.0
         )
@@ -175,10 +172,6 @@ def waiting(base, factor, when, linings=None):
     return ChangingFriction(base, (FrictionChange(factor, linings, when),))
 
 
-def times_of(result, name):
-    return [event.time for event in result.events if event.name == name]
-
-
 @pytest.mark.slow
 def test_second_stop_begins_a_change():
     """Two stops by hand; at the second the held load breaks away."""
@@ -214,10 +207,10 @@ def test_second_stop_begins_a_change():
     names = [
         event.name
         for event in result.events
-        if event.time == times_of(result, "friction_change")[0]
+        if event.time == result.events["friction_change"].times[0]
     ]
     assert names[:3] == ["stop", "friction_change", "restart"]
-    assert len(times_of(result, "stop")) == 2
+    assert len(result.events["stop"].times) == 2
     closes(result, 1e-12)
 
 
@@ -271,13 +264,13 @@ def test_hot_rim_begins_a_change():
     result = sb.simulate(
         heated_from_outside(*x, when="temperature of the rim above 120 degC")
     )
-    near(times_of(result, "friction_change"), [float(begins(x))], 1e-12)
-    assert times_of(result, "restart") == times_of(result, "friction_change")
+    near(result.events["friction_change"].times, [float(begins(x))], 1e-12)
+    assert result.events["restart"].times == result.events["friction_change"].times
     never = sb.simulate(heated_from_outside(393.15 + 300.0, *x[1:]))
-    assert not times_of(never, "friction_change")
+    assert not never.events["friction_change"].times
     assert never.status == "held"
     at_once = sb.simulate(heated_from_outside(393.15, *x[1:], rises=False))
-    assert times_of(at_once, "friction_change") == [0.0]
+    assert at_once.events["friction_change"].times == [0.0]
 
 
 # --- what goes with it --------------------------------------------------------------

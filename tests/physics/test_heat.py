@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import BETA, T0, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
-from helpers import all_near, jacobians, near
+from helpers import all_near, jacobians, names_of, near
 from oracles.hard_heat import layers
 from scenes import lining_ratio
 from scipy.integrate import quad, solve_ivp
@@ -198,14 +198,14 @@ def test_lever_follows_fade_to_hold_speed():
     all_near(series.temperature, np.stack([rim, linings], axis=1), 1e-10)
     Pi = lining_ratio(0.35 * (1 - 0.001 * (linings - sb.thermal.ROOM)), BETA) ** N
     all_near(series.slack_tension, 2e4 / (R * (Pi - 1)), 1e-9)
-    assert "grip_lost" not in [event.name for event in result.events]
+    assert "grip_lost" not in names_of(result)
     runaway = sb.simulate(
         eqx.tree_at(lambda s: s.duty.slack_tension.limit, scene, np.asarray(7e3))
     )
     needed = 2e4 / (7e3 * R) + 1
     f_end = (needed ** (1 / N) - 1) / (needed ** (1 / N) + 1) / math.tan(BETA / 2)
     t_end = (1 - f_end / 0.35) / 1e-3 / (0.1 * power / 1e4)
-    lost = [event.time for event in runaway.events if event.name == "grip_lost"]
+    lost = runaway.events["grip_lost"].times
     near(lost[0], t_end, 1e-6)
 
 

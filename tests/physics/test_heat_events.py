@@ -49,7 +49,7 @@ def test_self_locking_by_heat_is_reported():
         ),
     )
     elastic = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0))
-    (locked,) = [event.time for event in elastic.events if event.name == "self_locking"]
+    (locked,) = elastic.events["self_locking"].times
     T = sb.thermal.ROOM + 4.0 * locked
     factor = float(
         rising.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray([T])))[0]

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from helpers import all_near, closes, input_error, near
+from helpers import all_equal, all_near, closes, input_error, near
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -125,7 +125,7 @@ def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(
     all_near(result.stops["time"], first + np.arange(3) * (first + 10.0), 1e-10)
     all_near(result.stops["travel"], -25.0, 1e-10)
     all_near(result.stops["braking_time"], 0.0, atol=1e-6)
-    np.testing.assert_array_equal(result.events["stop"].times, result.stops["time"])
+    all_equal(result.events["stop"].times, result.stops["time"])
     assert float(result.stopping_time) == result.stops["time"][0]
     if stiffness is None:  # (that of an elastic band is what it lets go)
         near(result.energy["friction_heat"], 0.0, abs=1e-3)

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, faults_of, input_error, near
+from helpers import all_near, faults_of, input_error, names_of, near
 from scenes import stop_scene
 from scipy.integrate import quad, solve_ivp
 from user_parts import AT_REST, T_0, Bump, Derived, J, R, falling, of, torque_of
@@ -207,7 +207,7 @@ def test_custom_cone_brake_is_a_full_brake():
     r = 0.5 * (r_i + r_o)
     stop = inertia * omega / (f * N * r - load)
     near(run.stopping_time, stop, 1e-11)
-    assert [event.name for event in run.events] == ["slip_onset", "full_slip", "stop"]
+    assert names_of(run) == ["slip_onset", "full_slip", "stop"]
     assert run.status == "stopped"
     friction = f * N * r * omega * stop / 2
     near(run.energy["friction_heat"], friction, 1e-11)

@@ -8,7 +8,7 @@ import diffrax
 import jax
 import numpy as np
 import pytest
-from helpers import all_near, closes, near
+from helpers import all_near, closes, names_of, near
 from scenes import lining_ratio
 
 import simbrake as sb
@@ -95,7 +95,7 @@ def test_two_cycles_in_closed_form(two_cycles):
     assert two_cycles.ok
     assert two_cycles.status == "stopped"
     closes(two_cycles, 1e-9)
-    names = [event.name for event in two_cycles.events]
+    names = names_of(two_cycles)
     assert names.index("phase_end", names.index("stop")) == names.index("stop") + 1
 
 
@@ -316,5 +316,5 @@ def test_a_stop_is_no_reversal():
         motor=motor,
         shaft=loss,
     )
-    names = [event.name for event in sb.simulate(scene).events]
+    names = names_of(sb.simulate(scene))
     assert (names.count("stop"), names.count("reversal")) == (1, 0)

@@ -34,10 +34,6 @@ def tripping():
     )
 
 
-def times(result, name):
-    return [event.time for event in result.events if event.name == name]
-
-
 def starts_of(result, count):
     """Starts of all cycles: the ends of the last phase of those before."""
     last = len(result.scene.duty.slack_tension.phases)
@@ -61,13 +57,13 @@ def test_hook_is_lowered_as_programmed(tripping):
     travel = np.asarray(s.phi).reshape(3, 3) * 0.4 / 8
     all_near(travel[:, 2] - travel[:, 0], 27 - 1.2**2 / (2 * 0.5), 1e-9)
     near(travel[0, 2], 27.0, 1e-9)
-    near(times(tripping, "restart"), starts[1:], 1e-12)
+    near(tripping.events["restart"].times, starts[1:], 1e-12)
     closes(tripping, 1e-9)
 
 
 @pytest.mark.slow
 def test_stop_comes_later_with_each_stand(tripping):
-    first, *_ = stops = times(tripping, "stop")
+    first, *_ = stops = tripping.events["stop"].times
     # J ω̇ = −R_b (Π − 1)(T_0 − T_w): the lever goes from T_w to the pull in 0.35 s
     mu = lining_ratio(0.35, math.radians(13.5))
     gain = 0.623 * (mu**20 - 1)
@@ -201,7 +197,7 @@ def test_a_programme_with_layers_of_rope():
     radius = 0.4 + np.array([0.0, 1.0, 2.0]) * math.sqrt(3) / 2 * 0.03
     # m of rope in each layer
     full = 2 * math.pi * radius * np.array([20.0, 20.0, 10.0])
-    down = next(event.time for event in result.events if event.name == "phase_end")
+    down = result.events["phase_end"].times[0]
     rope_out = 12.0 * 8
     assert full[1] + full[2] < rope_out < full.sum()
     turns = 30 + (rope_out - full[1] - full[2]) / (2 * math.pi * radius[0])

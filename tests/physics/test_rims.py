@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import test_every_mechanism as every
-from helpers import all_near, closes, near
+from helpers import all_near, closes, names_of, near
 from scenes import lining_ratio
 
 import simbrake as sb
@@ -130,7 +130,7 @@ def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
     two = sb.simulate(pair)
     one = sb.simulate(doubled(single))
     rel = 1e-8 if kind == "chain" else 1e-12  # 69 events: rounding grows
-    assert [event.name for event in two.events] == [event.name for event in one.events]
+    assert names_of(two) == names_of(one)
     all_near(two.events.times, one.events.times, rel, 1e-12)
     for name, value in one.energy.items():
         near(two.energy[name], value, rel, 1e-9)

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, near
+from helpers import all_equal, all_near, changes_of, names_of, near
 from oracles.stops import at_rest
 from scenes import lining_ratio, stop_scene
 from scipy.integrate import quad, solve_ivp
@@ -35,10 +35,6 @@ def scene(*laws, load=0.0, T0=0.0, w0=W0, end=30.0, C=None, **given):
     return dataclasses.replace(
         stop_scene(C=C, T0=T0, w0=w0, load=load, end=end, **given), shaft=laws
     )
-
-
-def names(result):
-    return [event.name for event in result.events]
 
 
 def balanced(result):
@@ -73,7 +69,7 @@ def test_stop_on_three_laws_and_derivatives():
     result = sb.simulate(
         scene(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0))
     )
-    assert (result.status, names(result)) == ("stopped", ["stop"])
+    assert (result.status, names_of(result)) == ("stopped", ["stop"])
     near(result.stopping_time, closed(given), 1e-9)
     energy = balanced(result)
     near(energy["shaft_bearing_friction"], 1500.0 * float(result.stopping_angle), 1e-9)
@@ -220,7 +216,7 @@ def test_a_load_that_turns_round():
     back = solve_ivp(
         motion(-1.0), (2.0, 6.0), [0.0], rtol=1e-12, atol=1e-14, method="DOP853"
     )
-    assert names(result) == ["stop", "restart"]
+    assert names_of(result) == ["stop", "restart"]
     near(result.stopping_time, ahead.t[-1], 1e-9)
     near(result.events[1].time, 2.0, 1e-10)
     near(result.record.y_end.omega, back.y[0, -1], 1e-9)
@@ -249,10 +245,10 @@ def test_bearings_hold_first_then_the_band(C):
         scene(BearingFriction(M_c), load=grown, lever=lever, C=C, end=9.6, w0=4.0)
     )
     seen = result.series([2.0, 4.0, 7.0])
-    np.testing.assert_array_equal(seen.omega, 0.0)
+    all_equal(seen.omega, 0.0)
     all_near(seen.brake_torque, [0.0, 6e3 - M_c, 0.0], atol=1e-8)
     all_near(seen.shaft_torque, [M, M_c, M], 1e-12)
-    assert [name for name in names(result) if name != "lining_limit"][-3:] == [
+    assert changes_of(result)[-3:] == [
         "stop",
         "release",
         "restart",
@@ -417,7 +413,7 @@ def test_a_rest_is_no_reversal():
         sb.PiecewiseLinear([0.0, 25.0, 25.0, 26.0], [100.0, 100.0, 900.0, 900.0])
     )
     result = sb.simulate(scene(BearingFriction(600.0), load=load, w0=-W0))
-    assert names(result) == ["stop", "restart"]
+    assert names_of(result) == ["stop", "restart"]
     swings = sb.TorqueLoad(
         sb.profiles.FunctionProfile(lambda t, M: M * jnp.cos(t), 1e3, typical=1e3)
     )
@@ -450,7 +446,7 @@ def test_coasting_by_direction(way):
         told = solve_ivp(slowing, (0, 100), [4.0], events=rests, **tight)
         expected = told.t_events[0][0]
     near(result.stopping_time, expected, 1e-9)
-    assert names(result) == ["stop"]
+    assert names_of(result) == ["stop"]
     assert result.series([100.0]).omega[0] == 0.0
     balanced(result)
 

@@ -7,16 +7,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, closes, near
+from helpers import all_equal, all_near, changes_of, closes, names_of, near
 from oracles.stops import at_rest
 from scenes import FallingFriction, closed_form, lining_ratio, stop_scene, tension_for
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
-
-
-def names(result):
-    return [e.name for e in result.events]
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +32,7 @@ def stop():
 def test_closed_forms_of_every_event(case):
     truth = closed_form(**case)
     result = sb.simulate(stop_scene(**case, end=2 * truth["stop"]))
-    limits = [e.time for e in result.events if e.name == "lining_limit"]
+    limits = result.events["lining_limit"].times
     got = [
         float(result.slip_onset_time),
         *limits,
@@ -48,7 +44,7 @@ def test_closed_forms_of_every_event(case):
     assert [e.lining for e in result.events if e.name == "lining_limit"] == list(
         range(1, 21)
     )
-    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
+    assert names_of(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
         "full_slip",
         "stop",
     ]
@@ -65,7 +61,7 @@ def test_stop_before_slip_is_all_elastic():
     near(result.stopping_time, onset + math.pi / (2 * chi), 1e-10)
     assert result.metrics["full_slip_time"] is None
     near(result.energy["friction_heat"], 0.0, abs=1e-9)
-    assert 0 < names(result).count("lining_limit") < 20
+    assert 0 < names_of(result).count("lining_limit") < 20
 
 
 def test_rigid_band_has_no_elastic_state():
@@ -73,7 +69,7 @@ def test_rigid_band_has_no_elastic_state():
     Pi = closed_form()["Pi"]
     near(result.stopping_time, 20 * 800 / (0.725 * 8e3 * (Pi - 1)), 1e-12)
     assert result.record.y_end.own is None
-    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
+    assert names_of(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
         "full_slip",
         "stop",
     ]
@@ -239,7 +235,7 @@ def test_ramp_and_load_by_speed_match_scipy():
         3.0,
     )
     got = [e.time for e in result.events if e.name != "lining_limit"]
-    assert [e.name for e in result.events if e.name != "lining_limit"] == [
+    assert changes_of(result) == [
         "slip_onset",
         "full_slip",
         "restick",
@@ -343,7 +339,7 @@ def test_values_outside_are_nan_if_asked_for(stop):
     chi = math.sqrt(2e5 * 0.725**2 / 800)
     t = 0.5 * (truth["t0"] + truth["t1"])
     s = stop.series([t, 99.0, -1.0, math.nan], fill=True)
-    np.testing.assert_array_equal(s.t, [t, 99.0, -1.0, math.nan])
+    all_equal(s.t, [t, 99.0, -1.0, math.nan])
     near(s.omega[0], 20.0 * math.cos(chi * (t - truth["t0"])), 1e-9)
     for column in jax.tree.leaves(s[1:]):
         assert column.dtype == np.float64

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, input_error, near
+from helpers import all_near, input_error, names_of, near
 from oracles.stops import at_rest
 from scenes import lining_ratio
 from scipy.integrate import solve_ivp
@@ -75,10 +75,6 @@ def drag(heat, end=60.0):
         load=LOAD,
         w0=SPEED,
     )
-
-
-def events(result):
-    return [event.name for event in result.events]
 
 
 # --- water --------------------------------------------------------------------------
@@ -377,7 +373,7 @@ def test_boiling_is_an_event_and_a_limit():
             row for row in own.verdict().rows if row.name == "Hottest wetted wall"
         ]
         assert row.limit == f"≤ {limit - 273.15:.6g} °C"
-    assert "coolant_boils" not in events(sb.simulate(drag(wet_lump(), 3 * time)))
+    assert "coolant_boils" not in names_of(sb.simulate(drag(wet_lump(), 3 * time)))
 
 
 # --- scene files and errors ---------------------------------------------------------

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
-from helpers import all_near, near
+from helpers import all_near, names_of, near
 from scenes import stop_scene
 from scipy.integrate import quad
 
@@ -195,7 +195,7 @@ def test_turned_band_wears_from_other_end():
             scene.brake, sb.Duty(lever, drive), scene.initial, 9.0, wear=scene.wear
         )
         result = sb.simulate(scene)
-        assert [e.name for e in result.events].count("stop") == 2
+        assert names_of(result).count("stop") == 2
         return np.asarray(result.series([2.9, 9.0]).worn_thickness)
 
     first, both = worn([20.0, 30.0])  # after the end: never

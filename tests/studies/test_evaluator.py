@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_near, input_error, near, nothing_compiled, paths_of
+from helpers import all_equal, all_near, input_error, near, nothing_compiled, paths_of
 from scenes import closed_form, stop_scene
 from shoe_scenes import shoe_scene
 
@@ -53,8 +53,8 @@ def test_a_scene_as_a_function_of_arrays(caplog):
         (t, angle), (dt, more) = truth(x)
         all_near(y, [t, angle, 2 * t], 1e-9)
         all_near(slope, [dt, more, 2 * dt], 1e-8)
-    np.testing.assert_array_equal(one, values[0])
-    np.testing.assert_array_equal(its_slopes, slopes[0])
+    all_equal(one, values[0])
+    all_equal(its_slopes, slopes[0])
     assert run.evaluate(some[:0]).shape == (0, 3)
     assert run.jacobian(some[:0]).shape == (0, 3, 3)
 
@@ -105,15 +105,11 @@ def test_runs_without_values_say_why():
     run = sb.studies.evaluator(given, paths, ["stopping_time", "energy.friction_heat"])
     stops, slides, locks = run.evaluate([[9.0, 1.0], [0.1, 1.0], [9.0, 4.0]])
     assert np.all(np.isfinite(stops))
-    np.testing.assert_array_equal(
-        np.isnan([slides, locks]), [[True, False], [True, True]]
-    )
+    all_equal(np.isnan([slides, locks]), [[True, False], [True, True]])
     assert run.codes.tolist()[:2] == [0, 0]
     assert sb.results.FAILURES[run.codes[2]][0] == "singular_geometry"
     assert run.messages == ["", "no stopping_time", "singular_geometry"]
-    np.testing.assert_array_equal(
-        np.isnan(run.jacobian([0.1, 1.0])), [[True, True], [False, False]]
-    )
+    all_equal(np.isnan(run.jacobian([0.1, 1.0])), [[True, True], [False, False]])
     assert np.all(np.isnan(run.jacobian([9.0, 4.0])))
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fit_scenes import OMEGA, SIGMA, T0, F, J, rate, rigid
 from heat_scenes import fading, lump, rigid_stop
-from helpers import all_near, input_error, near, paths_of
+from helpers import all_equal, all_near, input_error, near, paths_of
 from scenes import closed_form, stop_scene
 from scipy.stats import norm
 
@@ -92,10 +92,8 @@ def test_one_recording_of_many_is_a_fit_as_ever():
     alone = sb.calibrate(rigid(), {T0: (2e3, 3e4), **EACH}, data)
     listed = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, [data], per_recording=EACH)
     assert list(listed.values) == [T0, f"{OMEGA}@1"]
-    np.testing.assert_array_equal(
-        list(listed.values.values()), list(alone.values.values())
-    )
-    np.testing.assert_array_equal(listed.covariance, alone.covariance)
+    all_equal(list(listed.values.values()), list(alone.values.values()))
+    all_equal(listed.covariance, alone.covariance)
     assert float(alone.scene.brake.pulley.inertia) == 1000.0
 
 
