@@ -3,7 +3,7 @@
 import dataclasses
 
 from heat_scenes import TRACK, layered_stop
-from scenes import stop_scene
+from scenes import replaced, stop_scene
 
 import simbrake as sb
 
@@ -25,10 +25,7 @@ def heated(law=None):
     """A rigid band under constant tension: all slides from the first moment, as the
     classical stop assumes."""
     scene = layered_stop(growth=1.15, law=law or sb.ConstantFriction(0.35))
-    rigid = dataclasses.replace(
-        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
-    )
-    return dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
+    return replaced(scene, {"brake.band.stiffness": None, "initial": sb.Initial(20.0)})
 
 
 def whole_scene(partition=None, rim="steel_20L", lining="FK-24A"):

@@ -7,7 +7,7 @@ import typing
 
 import numpy as np
 from matplotlib.patches import Wedge
-from scenes import stop_scene
+from scenes import replaced, stop_scene
 
 import simbrake as sb
 
@@ -26,10 +26,7 @@ def plain_result():
         modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps
     )
     scene = stop_scene(n=n, beta=30.0, end=4.0)
-    brake = dataclasses.replace(
-        scene.brake, band=sb.Band(scene.brake.band.radius, band)
-    )
-    return sb.simulate(dataclasses.replace(scene, brake=brake))
+    return sb.simulate(replaced(scene, {"brake.band.stiffness": band}))
 
 
 @functools.cache
@@ -39,11 +36,7 @@ def staged_result():
         n=6, beta=40.0, f=0.42, C=None, lever=sb.ramp(1e3, 15e3, 0.0, 0.5), end=4.0
     )
     bandage = sb.Bandage(inertia=20.0, friction=sb.ConstantFriction(0.28), preload=3e3)
-    return sb.simulate(
-        dataclasses.replace(
-            scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
-        )
-    )
+    return sb.simulate(replaced(scene, {"brake.bandage": bandage}))
 
 
 @functools.cache
@@ -87,10 +80,8 @@ def shoe_result():
 def chain_result():
     """Four linings of a chain slip one after the other."""
     scene = stop_scene(n=4, beta=60.0, C=1e5, T0=2e3, w0=6.0, elongation=0.02, end=0.05)
-    band = sb.Band(scene.brake.band.radius, 1e5, sb.Segments(2e7))
-    linings = dataclasses.replace(scene.brake.linings, mass=4.0)
-    brake = dataclasses.replace(scene.brake, band=band, linings=linings)
-    return sb.simulate(dataclasses.replace(scene, brake=brake))
+    changes = {"brake.band.segments": sb.Segments(2e7), "brake.linings.mass": 4.0}
+    return sb.simulate(replaced(scene, changes))
 
 
 def radius(xy):

@@ -1,5 +1,6 @@
 """Scenes that many tests share, made by one function, and their closed forms."""
 
+import dataclasses
 import math
 
 import jax
@@ -156,6 +157,16 @@ def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=50
         sb.Initial(w0),
         end,
     )
+
+
+def replaced(part, changes):
+    """A part with others in it, by their names: `"brake.linings.area"` is that of the
+    linings of the brake of a scene."""
+    for name, new in changes.items():
+        first, _, rest = name.partition(".")
+        new = replaced(getattr(part, first), {rest: new}) if rest else new
+        part = dataclasses.replace(part, **{first: new})
+    return part
 
 
 def points(values, times=0.0, count=6):

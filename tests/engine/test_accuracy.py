@@ -12,7 +12,7 @@ import pytest
 from helpers import names_of, near, nothing_compiled
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
-from scenes import closed_form, lining_ratio, stop_scene
+from scenes import closed_form, lining_ratio, replaced, stop_scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -324,12 +324,7 @@ def test_fade_carries_the_error_of_layers_into_the_stopping_time(layers, growth)
 
     def stop(layers, growth):
         scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84, growth, layers)
-        linings = dataclasses.replace(scene.brake.linings, friction=law)
-        return sb.simulate(
-            dataclasses.replace(
-                scene, brake=dataclasses.replace(scene.brake, linings=linings)
-            )
-        )
+        return sb.simulate(replaced(scene, {"brake.linings.friction": law}))
 
     thick = stop(layers, growth)
     thin = stop(80, 1.08)

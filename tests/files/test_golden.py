@@ -17,7 +17,7 @@ from goldens import assert_kept
 from heat_scenes import lump
 from matplotlib.figure import Figure
 from result_scenes import heated_stop
-from scenes import stop_scene
+from scenes import replaced, stop_scene
 from shoe_scenes import shoe_scene
 
 import simbrake as sb
@@ -36,18 +36,13 @@ def stop():
     allowable stresses."""
     hook = sb.HookLoad(2e4, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.5))
     scene = stop_scene(n=8, beta=30.0, lever=sb.ramp(2e3, 24e3, 0.0, 0.35), load=hook)
-    brake = dataclasses.replace(
-        scene.brake,
-        band=sb.Band(
-            0.725, 2e5, strength=sb.brakes.Strength(band_area=2e-3, band_stress=150e6)
-        ),
-        linings=dataclasses.replace(
-            scene.brake.linings, area=0.02, permissible_pressure=1e6
-        ),
-    )
-    return dataclasses.replace(
-        scene, brake=brake, wear=sb.Wear(1e-14, permissible=8e-3)
-    )
+    changes = {
+        "brake.band.strength": sb.brakes.Strength(band_area=2e-3, band_stress=150e6),
+        "brake.linings.area": 0.02,
+        "brake.linings.permissible_pressure": 1e6,
+        "wear": sb.Wear(1e-14, permissible=8e-3),
+    }
+    return replaced(scene, changes)
 
 
 def stops():

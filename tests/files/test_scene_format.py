@@ -1,7 +1,6 @@
 """The format of scene files in words and as JSON Schema, as `simbrake scene schema` and
 `scene show` give it."""
 
-import dataclasses
 import json
 import tomllib
 
@@ -10,6 +9,7 @@ import pint
 import pytest
 from commands import output
 from helpers import paths_of
+from scenes import replaced
 from shipped import load
 from text_scenes import TEXT
 
@@ -81,11 +81,7 @@ def test_what_a_file_cannot_hold_is_named():
         def faults(self, path):
             return []
 
-    scene = load("u2_5_5_stop").scene()
-    linings = dataclasses.replace(scene.brake.linings, friction=Law())
-    brake = dataclasses.replace(scene.brake, linings=linings)
     lever = sb.profiles.FunctionProfile(lambda t, _: 1e3 * t)
-    duty = dataclasses.replace(scene.duty, slack_tension=lever)
-    given = dataclasses.replace(scene, brake=brake, duty=duty)
-    places = ["brake.linings.friction", "duty.slack_tension"]
-    assert paths_of(sb.files.scene_text, given) == places
+    changes = {"brake.linings.friction": Law(), "duty.slack_tension": lever}
+    given = replaced(load("u2_5_5_stop").scene(), changes)
+    assert paths_of(sb.files.scene_text, given) == [*changes]

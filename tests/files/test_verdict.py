@@ -1,7 +1,6 @@
 """The verdict on a run, its colour and margins, and the summary that fits the duty;
 numbers by hand."""
 
-import dataclasses
 import json
 import math
 import re
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 from commands import call
 from helpers import input_error, near
-from scenes import stop_scene
+from scenes import replaced, stop_scene
 from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, R, rigid
 
 import simbrake as sb
@@ -248,20 +247,16 @@ def test_permissible_pressure_is_a_limit():
     linings = sb.uniform_linings(
         20, "270 deg", 0.35, area=0.02, permissible_pressure="1 MPa"
     )
-    scene = rigid()
-    brake = dataclasses.replace(scene.brake, linings=linings)
-    result = sb.simulate(dataclasses.replace(scene, brake=brake))
+    scene = replaced(rigid(), {"brake.linings": linings})
+    result = sb.simulate(scene)
     (check,) = [
         check for check in limit_checks(result, {}) if check.name == "max_pressure"
     ]
     near(check.value, result.metrics["max_normal_load"] / 0.02, 1e-9)
     assert (check.limit, check.note) == (1e6, "lining 20")
     assert result.verdict({"max_tension": 1e9}).judged.missing == {}
-    without = dataclasses.replace(
-        brake, linings=dataclasses.replace(linings, area=None)
-    )
     with input_error(match="a permissible pressure needs the area"):
-        sb.check_scene(dataclasses.replace(scene, brake=without))
+        sb.check_scene(replaced(scene, {"brake.linings.area": None}))
 
 
 def test_limit_on_what_did_not_happen(stop):

@@ -25,6 +25,7 @@ from picture_scenes import (
     shoe_result,
     staged_result,
 )
+from scenes import replaced
 
 import simbrake as sb
 from simbrake import plot
@@ -103,12 +104,9 @@ def trip():
 
 
 def life():
-    scene = small_stop()
-    linings = dataclasses.replace(scene.brake.linings, area=np.full(8, 0.05))
-    brake = dataclasses.replace(scene.brake, linings=linings)
-    return sb.lining_life(
-        dataclasses.replace(scene, brake=brake, wear=sb.Wear(1e-14, permissible=8e-3))
-    )
+    wear = sb.Wear(1e-14, permissible=8e-3)
+    changes = {"brake.linings.area": np.full(8, 0.05), "wear": wear}
+    return sb.lining_life(replaced(small_stop(), changes))
 
 
 #: what the examples have besides a scene and its result, as far as they name it

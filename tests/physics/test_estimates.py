@@ -1,11 +1,11 @@
 """The classical estimates of a scene, and of a run beside them."""
 
-import dataclasses
 import math
 
 import pytest
-from heat_scenes import falling_flux, layered_stop
+from heat_scenes import falling_flux
 from helpers import near
+from material_scenes import heated
 from scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -13,15 +13,7 @@ import simbrake as sb
 
 @pytest.fixture(scope="module")
 def run():
-    """A rigid band under constant tension slides from the first moment: the classical
-    stop is then exact."""
-    scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
-    rigid = dataclasses.replace(
-        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
-    )
-    result = sb.simulate(
-        dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
-    )
+    result = sb.simulate(heated())
     return result, sb.estimates(result)
 
 

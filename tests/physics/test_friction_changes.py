@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import TSIT5, all_near, closes, jacobians, near
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 from scipy.integrate import quad
 from shoe_scenes import normals, shoe_scene
 
@@ -143,10 +143,7 @@ def test_a_lining_on_springs_locks():
         law = changed(
             sb.ConstantFriction(f), sb.PiecewiseLinear(times, [1.0, end]), [2]
         )
-        bandage = dataclasses.replace(base.brake.bandage, friction=law)
-        given = dataclasses.replace(
-            base, brake=dataclasses.replace(base.brake, bandage=bandage)
-        )
+        given = replaced(base, {"brake.bandage.friction": law})
         result = sb.simulate(given, solver=TSIT5, throw=False)
         assert (result.status == "singular_geometry") == (locks is not None)
         near(result.record.t_end, locks or 0.9, 1e-9)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import all_near, closes, near
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -25,9 +25,7 @@ def with_masses(scene, mass, **changes):
     bandage = dataclasses.replace(
         scene.brake.bandage, mass=mass, mass_radius=RADIUS, **changes
     )
-    return dataclasses.replace(
-        scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
-    )
+    return replaced(scene, {"brake.bandage": bandage})
 
 
 def lifts(result):
@@ -161,9 +159,7 @@ def test_one_sprung_lining_is_rigid_bandage():
     bandage = dataclasses.replace(
         one.brake.bandage, spring=None, spring_damping=0.05, inertia=4.0
     )
-    rigid = dataclasses.replace(
-        one, brake=dataclasses.replace(one.brake, bandage=bandage)
-    )
+    rigid = replaced(one, {"brake.bandage": bandage})
     both = [sb.simulate(scene, rtol=1e-12) for scene in (one, rigid)]
     names = (
         "internal_slip",

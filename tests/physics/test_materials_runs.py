@@ -8,7 +8,7 @@ import pytest
 from heat_scenes import falling_flux
 from helpers import near, nothing_compiled
 from material_scenes import ROOM, W0, J, compared, heated
-from scenes import stop_scene
+from scenes import replaced, stop_scene
 
 import simbrake as sb
 
@@ -88,12 +88,8 @@ def test_one_run_without_heat_and_mean_wear():
     near(works, [0.5 * J * W0**2] * 2, 1e-9)
     assert table.row("brass")["surface"].simulated is None
     n = scene.brake.linings.count
-    linings = dataclasses.replace(scene.brake.linings, area=np.asarray(0.75 / n))
-    result = sb.simulate(
-        dataclasses.replace(
-            scene, brake=dataclasses.replace(scene.brake, linings=linings)
-        )
-    )
+    area = np.asarray(0.75 / n)
+    result = sb.simulate(replaced(scene, {"brake.linings.area": area}))
     mean = float(np.mean(np.asarray(sb.results.lining_wear(result, 3e-14))))
     near(table.row("brass")["wear"].value, mean, 1e-9)
 

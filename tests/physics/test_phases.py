@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import pytest
 from helpers import all_near, closes, names_of, near
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 
 import simbrake as sb
 from simbrake.loads import Phase, Phases, StringLoad
@@ -251,9 +251,7 @@ def test_rest_comes_by_whatever_stops_the_pulley(load, omega, lever, shaft, trut
     lever of the next one holds it."""
     lost = sb.friction.FrictionChange(sb.Constant(0.9), when="stop 1")
     law = sb.friction.ChangingFriction(sb.ConstantFriction(F), (lost,))
-    brake = dataclasses.replace(
-        BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law)
-    )
+    brake = replaced(BRAKE, {"linings.friction": law})
     duty = sb.Duty(Phases((Phase(lever, "rest"), Phase(30e3, "3 s"))), load)
     result = sb.simulate(sb.Scene(brake, duty, sb.Initial(omega), 60.0, shaft=shaft))
     near([event.time for event in ends(result)], [truth, truth + 3.0], 1e-12)

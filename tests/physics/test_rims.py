@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import test_every_mechanism as every
 from helpers import all_near, closes, names_of, near
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 
 import simbrake as sb
 
@@ -122,12 +122,8 @@ def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
     law = sb.ConstantFriction(0.4, 1.15)
     if kind != "chain":
         law = sb.friction.ProductFriction(law, (sb.LinearFade(2e-4, ROOM),))
-    linings = dataclasses.replace(single.brake.linings, friction=law)
-    single = dataclasses.replace(
-        single, brake=dataclasses.replace(single.brake, linings=linings)
-    )
-    pair = dataclasses.replace(single, brake=dataclasses.replace(single.brake, rims=2))
-    two = sb.simulate(pair)
+    single = replaced(single, {"brake.linings.friction": law})
+    two = sb.simulate(replaced(single, {"brake.rims": 2}))
     one = sb.simulate(doubled(single))
     rel = 1e-8 if kind == "chain" else 1e-12  # 69 events: rounding grows
     assert names_of(two) == names_of(one)

@@ -1,13 +1,11 @@
 """Classical estimates of a staged brake: exact where the run is as they assume, and
 each pair with its own numbers."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 import staged_scenes
 from helpers import all_near, near
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -152,10 +150,8 @@ def test_staged_stop_with_centrifugal_force():
     load = 300.0
     w0 = 30.0
     scene = constant(T_0, w0=w0, preload=300.0)
-    bandage = dataclasses.replace(scene.brake.bandage, mass=mass, mass_radius=0.61)
-    scene = dataclasses.replace(
-        scene, brake=dataclasses.replace(scene.brake, bandage=bandage)
-    )
+    masses = {"mass": mass, "mass_radius": 0.61}
+    scene = replaced(scene, {"brake.bandage": replaced(scene.brake.bandage, masses)})
     Pi = lining_ratio(staged_scenes.F_EXT, staged_scenes.BETA) ** np.arange(N + 1)
     pressed = T_0 * (Pi[1:] + Pi[:-1]) * np.sin(staged_scenes.BETA / 2) + 300.0
     assert np.any(pressed < mass * 0.61 * w0**2)

@@ -9,7 +9,7 @@ import chain_scenes
 import numpy as np
 import pytest
 import staged_scenes as staged
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 
 import simbrake as sb
 from simbrake.loads import RopeElasticity, RopeLayers
@@ -62,8 +62,7 @@ def lifted_lining(over):
     scene = staged.stop(lever=sb.Constant(0.0), w0=10.0, end=6.0, preload=preloads)
     bandage = dataclasses.replace(scene.brake.bandage, mass=masses, mass_radius=radius)
     load = sb.TorqueLoad(sb.PiecewiseLinear([4.0, 4.0], [3e3, -3e3]))
-    brake = dataclasses.replace(scene.brake, bandage=bandage)
-    return dataclasses.replace(scene, brake=brake, duty=sb.Duty(0.0, load))
+    return replaced(scene, {"brake.bandage": bandage, "duty": sb.Duty(0.0, load)})
 
 
 def dragged_bandage(over):
@@ -106,12 +105,10 @@ def left_table(over):
     rub = sb.thermal.FrictionHeat(None, "linings", 1.0)
     lump = sb.thermal.Lump("linings", 2e4, 300.0)
     law = sb.friction.ProductFriction(0.35, (fade,))
-    scene = on_hook(60e3, 0.0, 4.0)
-    brake = dataclasses.replace(
-        scene.brake, linings=sb.uniform_linings(20, "270 deg", law)
-    )
+    linings = sb.uniform_linings(20, "270 deg", law)
     heat = sb.Heat((lump,), friction=rub, sources=(source,), linings="linings")
-    return dataclasses.replace(scene, brake=brake, heat=heat)
+    changes = {"brake.linings": linings, "heat": heat}
+    return replaced(on_hook(60e3, 0.0, 4.0), changes)
 
 
 #: the scene, and the tolerance of one that swings: as far as its state is exact

@@ -1,13 +1,13 @@
 """A point of the track over a revolution, against Fourier series and closed forms."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 import staged_scenes
-from heat_scenes import layered_stop
 from helpers import all_near, near
+from material_scenes import heated
+from scenes import replaced
 
 import simbrake as sb
 
@@ -68,20 +68,13 @@ def test_ripple_of_any_flux_has_no_mean():
 
 @pytest.fixture(scope="module")
 def stop():
-    scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
-    brake = dataclasses.replace(
-        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
-    )
+    scene = heated()
     n = scene.brake.linings.count
     share = 0.6
     wrap = float(np.sum(scene.brake.linings.angle))
-    pulley = dataclasses.replace(brake.pulley, width=0.22)
-    area = share * wrap / n * float(pulley.radius) * 0.22
-    linings = dataclasses.replace(brake.linings, area=area)
-    brake = dataclasses.replace(brake, pulley=pulley, linings=linings)
-    return sb.simulate(
-        dataclasses.replace(scene, brake=brake, initial=sb.Initial(20.0))
-    ), area
+    area = share * wrap / n * float(scene.brake.pulley.radius) * 0.22
+    changes = {"brake.pulley.width": 0.22, "brake.linings.area": area}
+    return sb.simulate(replaced(scene, changes)), area
 
 
 @pytest.mark.slow

@@ -1,13 +1,12 @@
 """Linings that travel under the band: wear of a ring against quadrature."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import all_near, near
-from scenes import lining_ratio
+from scenes import lining_ratio, replaced
 
 import simbrake as sb
 
@@ -23,10 +22,7 @@ EACH = RATE * (PI[1:] + PI[:-1]) * S / AREA * staged.R_B
 def riding(lever, load, end, w0=20.0):
     """A bandage whose interference carries it round with the pulley."""
     scene = staged.stop(lever=lever, load=load, w0=w0, end=end, preload=1e5)
-    linings = dataclasses.replace(scene.brake.linings, area=AREA)
-    return dataclasses.replace(
-        scene, brake=dataclasses.replace(scene.brake, linings=linings)
-    )
+    return replaced(scene, {"brake.linings.area": AREA})
 
 
 def under(ring, travel):

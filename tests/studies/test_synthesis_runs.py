@@ -11,9 +11,10 @@ from commands import (
     call,
     no_cache,  # noqa: F401
 )
-from heat_scenes import TRACK, layered_stop
+from heat_scenes import TRACK
 from helpers import input_error, near, paths_of
-from scenes import stop_scene
+from material_scenes import heated
+from scenes import replaced, stop_scene
 from scipy.integrate import dblquad, quad
 from synthesis_by_hand import by_hand
 
@@ -30,15 +31,7 @@ def u2_5_5(scenarios):
 
 @pytest.fixture(scope="module")
 def run():
-    """A rigid band under constant tension slides from the first moment: the classical
-    stop is then exact."""
-    scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
-    rigid = dataclasses.replace(
-        scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None)
-    )
-    return sb.simulate(
-        dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
-    )
+    return sb.simulate(heated())
 
 
 @pytest.mark.slow
@@ -202,12 +195,9 @@ def test_all_faults_come_in_one_report(u2_5_5):
 
 
 def test_staged_brake_or_no_stop_is_refused():
-    scene = stop_scene(C=None)
-    brake = dataclasses.replace(
-        scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1))
-    )
+    bandage = sb.Bandage(20.0, sb.ConstantFriction(0.1))
     with input_error(match="one friction pair"):
-        sb.synthesize(dataclasses.replace(scene, brake=brake))
+        sb.synthesize(replaced(stop_scene(C=None), {"brake.bandage": bandage}))
     with input_error(match="no classical stop"):
         sb.synthesize(stop_scene(C=None, w0=0.0))
 
