@@ -17,7 +17,7 @@ from disc_scenes import FADE, disc_scene
 from goldens import assert_refused
 from heat_scenes import fading, lump, rigid_stop
 from material_scenes import compared
-from scenes import stop_scene
+from scenes import replaced, stop_scene
 from shoe_scenes import shoe_scene
 
 import simbrake as sb
@@ -33,15 +33,6 @@ from simbrake.loads import BearingFriction, Phase, TabulatedDrag, TackleLoss
 
 HOOK = sb.HookLoad(20e3, 0.4, 8)
 BRAKE = stop_scene(C=None).brake
-
-
-def replaced(scene, **parts):
-    """A scene with other parts, those of its brake among them."""
-    names = {"linings", "bandage", "band", "pulley", "rims"} & {*parts}
-    own = {name: parts.pop(name) for name in names}
-    return dataclasses.replace(
-        scene, brake=dataclasses.replace(scene.brake, **own), **parts
-    )
 
 
 def changing(factor, linings=None, when=None, base=0.35):
@@ -140,7 +131,7 @@ CASES = {
         bands(sb.ConstantFriction([0.3, 0.4]), None, area=0.02, mass=3.0),
         bands(2.8),
         bands(fading()),
-        replaced(
+        dataclasses.replace(
             bands(),
             initial=sb.Initial(20.0, elongation=1e-3),
             wear=sb.Wear(1e-14, geometry=True),
@@ -151,21 +142,24 @@ CASES = {
         ),
         replaced(
             stop_scene(C=None),
-            rims=2,
-            pulley=sb.Pulley(0.725, 800.0, 0.3),
-            linings=sb.Lining(0.3, np.full(20, 0.2), 0.02),
+            {
+                "brake.rims": 2,
+                "brake.pulley": sb.Pulley(0.725, 800.0, 0.3),
+                "brake.linings": sb.Lining(0.3, np.full(20, 0.2), 0.02),
+            },
         ),
         stop_scene(
             C=sb.brakes.LiningsOnPlates("210 GPa", [1e-3, 2e-3], 0.4, 0.9, gap=0.1)
         ),
-        replaced(STAGED, linings=sb.Lining(0.3, np.full(8, 0.5), continuous=True)),
+        replaced(STAGED, {"brake.linings": sb.Lining(0.3, np.full(8, 0.5), continuous=True)}),
     ],
     "mechanisms": [
-        replaced(CHAIN, band=sb.Band(0.5, None, sb.Segments(np.full(4, 1e3)))),
-        replaced(CHAIN, bandage=sb.Bandage(1.0, 0.1)),
-        replaced(SPRUNG, band=sb.Band(0.64, 1e5)),
+        replaced(CHAIN, {"brake.band": sb.Band(0.5, None, sb.Segments(np.full(4, 1e3)))}),
+        replaced(CHAIN, {"brake.bandage": sb.Bandage(1.0, 0.1)}),
+        replaced(SPRUNG, {"brake.band": sb.Band(0.64, 1e5)}),
         replaced(
-            SPRUNG, bandage=sb.Bandage(4.0, 0.2, spring=[1e3] * 3, mass=[2.0] * 3)
+            SPRUNG,
+            {"brake.bandage": sb.Bandage(4.0, 0.2, spring=[1e3] * 3, mass=[2.0] * 3)},
         ),
         staged_scenes.stop(preload=np.full(3, 100.0), f_ext=3.6),
         staged_scenes.stop(heat=lump(1e3, linings=1e3), inner=fading()),
