@@ -331,26 +331,6 @@ def staged_heat_cases():
     )
 
 
-def staged_cases():
-    """T_on, the lock and the stop in stage 3 of an elastic staged brake under a rising
-    lever."""
-    linings = Lining(0.40, np.full(8, math.radians(33.0)), 0.03)
-    bandage = Bandage(45.0, ConstantFriction(0.22), 900.0)
-    brake = Brake(Pulley(0.59, 900.0), Band(0.64, 3e5), linings, bandage)
-    lever = PiecewiseLinear([0.0, 7.5], [200.0, 30200.0])
-    scene = Scene(brake, Duty(lever, 300.0), Initial(20.0), 4.0)
-    reads = {
-        "internal slip": "internal_slip_time",
-        "external lock": "external_lock_time",
-        "stopping time": "stopping_time",
-        "∂(stopping time)/∂f_i": Slope("brake.bandage.friction.coefficient"),
-        "∂(stopping time)/∂N_p": Slope("brake.bandage.preload"),
-    }
-    return cases_with_slopes(
-        "staged stop", scene, rows_of(mechanisms.staged_stop, reads)
-    )
-
-
 def spring_cases():
     """Two linings with a spring between: events of their stop, derivatives, energies of
     its first instants."""
@@ -430,27 +410,7 @@ def spring_cases():
     ]
 
 
-def chain_cases():
-    """One lining with a mass between the pulley and a band with a spring and a
-    damper."""
-    lining = Lining(0.3, np.full(1, math.radians(27.0)), mass=0.05)
-    brake = Brake(Pulley(0.9, 0.5), Band(0.9, 5.0, Segments(1e3, 0.05, 0.03)), lining)
-    scene = Scene(brake, Duty(1.0, 0.0), Initial(0.6, 0.2), 2.0)
-    reads = {
-        "first slip": time_of("lining_slip", 1),
-        "first stick": time_of("lining_stick", 1),
-        "speed at the end": "record.y_end.omega",
-        "∂(speed)/∂C": Slope("brake.band.stiffness"),
-    }
-    rows = rows_of(mechanisms.chain_of_one, reads)
-    return cases_with_slopes(
-        "chain of one lining", scene, rows, lambda result: result.record.y_end.omega
-    )
-
-
 CASES = (
-    chain_cases,
-    staged_cases,
     staged_heat_cases,
     spring_cases,
     parting_cases,
