@@ -79,6 +79,15 @@ def test_command(line, _, hint, capsys, tmp_path, monkeypatch):
 
 # --- in Python ----------------------------------------------------------------------
 
+SCENE = stop_scene()
+HEAT = sb.Heat((sb.thermal.Lump("body", 1.0),))
+#: values that options of a run cannot have
+OPTIONS = {
+    "rtol": (np.nan, np.inf, -1e-6, 0.0, 0.1, 1.0, "1e-6"),
+    "max_step": (np.nan, -1e-6, 0.0),
+    "max_steps": (-1, 10**12),
+    "max_events": (-1, "3"),
+}
 SPEED = {"initial.omega": [1.0]}
 ROPE = sb.loads.RopeLayers("35 mm", turns_per_layer=30, turns=50)
 
@@ -92,10 +101,15 @@ ROPE = sb.loads.RopeLayers("35 mm", turns_per_layer=30, turns=50)
         (lambda: sb.Bandage(65.0, 0.3, [1.0, "x"]), ["Bandage.preload[1]"]),
         (lambda: sb.Bandage(65.0, 0.3, [1.0, -2.0]), ["Bandage.preload[1]"]),
         (lambda: sb.Initial(jax.numpy.float32(3)), ["Initial.omega"]),
-        (lambda: sb.simulate(stop_scene(), rtol=0.1), ["rtol"]),
-        (lambda: sb.simulate(stop_scene(), rtol="1e-6"), ["rtol"]),
-        (lambda: sb.simulate(stop_scene(), max_steps=10**12), ["max_steps"]),
-        (lambda: sb.simulate(stop_scene(), max_events="3"), ["max_events"]),
+        *(
+            (
+                lambda option=option, bad=bad: sb.simulate(SCENE, **{option: bad}),
+                [option],
+            )
+            for option, every in OPTIONS.items()
+            for bad in every
+        ),
+        (lambda: sb.simulate_heat(HEAT, [0.0, 1.0], rtol=np.nan), ["rtol"]),
         (lambda: sb.ensemble(stop_scene(), SPEED, workers="a"), ["workers"]),
         (lambda: sb.ensemble(stop_scene(), [1, 2]), ["values"]),
         (

@@ -109,25 +109,6 @@ def test_numbers_put_in_later_are_checked():
             sb.simulate(put(bad))
 
 
-def test_numbers_beyond_their_ranges():
-    """Every number of a staged scene: its bounds are within its range, a little more is
-    not, nor what is no number."""
-    scene = staged_scenes.stop(stiffness=1e5)
-    seen = set()
-    for leaf in (leaf for leaf in sb.files.leaves(scene) if leaf.value is not None):
-        beyond = [
-            x + d
-            for x, d in ((leaf.about.low, -1e-9), (leaf.about.high, 1e-9))
-            if x is not None
-        ]
-        for value in (*beyond, 1e41, -1e41, np.nan, np.inf):
-            wrong = sb.with_values(scene, {leaf.path: value})
-            paths = {path.partition("[")[0] for path in paths_of(sb.check_scene, wrong)}
-            assert leaf.path in paths, (leaf.path, value)
-            seen.add(leaf.path)
-    assert len(seen) > 15
-
-
 def test_traced_values_pass():
     def mass(radius):
         return sb.Pulley(radius, radius**2).inertia
