@@ -54,40 +54,6 @@ def test_the_answer_comes_first(capsys, log, tmp_path):
         assert words in page
 
 
-def test_a_log_with_a_gap_is_read(capsys, tmp_path):
-    """Of the lowering by 20 m a part of 4 m is left, which is flagged; of the height 16
-    m are unknown."""
-    kept = (T < 45) | (T > 61)
-    file = str(
-        written(
-            tmp_path,
-            "log.xml",
-            witsml(
-                T[kept], {name: (unit, x[kept]) for name, (unit, x) in COLUMNS.items()}
-            ),
-        )
-    )
-    told = json.loads(call(capsys, "rig", file, *RIG, "--json")[1])
-    near(told["totals"]["travel"], 10.0)
-    (gap,) = told["gaps"]
-    assert gap == {
-        "start": "2026-03-01T23:50:44Z",
-        "begin": 44.0,
-        "duration": 18.0,
-        "change": -16.0,
-        "cut": 1,
-        "rest": False,
-    }
-    assert (told["flagged"], told["left_out"]["cut"], told["left_out"]["gap_fall"]) == (
-        1,
-        1,
-        16.0,
-    )
-    assert told["left_out"]["travel"] is told["left_out"]["hook_work"] is None
-    code, _, err = call(capsys, "rig", file, "--threshold", "hidden=0.5")
-    assert (code, "unknown threshold" in err) == (2, True)
-
-
 SCENE = """
 format = "simbrake scene 1"
 end_time = 1
@@ -211,13 +177,6 @@ def test_names_stay_out_unless_asked_for(capsys, tmp_path):
     [
         (witsml(T, COLUMNS).replace("BPOS", "PIT"), "", "has no block position"),
         (witsml(T, {**COLUMNS, "BPOS": ("m", 0.1 * T)}), "", "nothing is lowered"),
-        (witsml(20.0 * T, COLUMNS), "", "lowerings cannot be followed"),
-        (
-            witsml(T, {**COLUMNS, "LINES_STRUNG": ("", 8.0 + 2 * (T > 200))}),
-            "",
-            "strung change from 8 to 10",
-        ),
-        ("", "", "is empty"),
         (
             witsml(T, COLUMNS),
             "--lines=-8 --drum-radius 14kg --threshold pauze=3 --tare 300kN "
