@@ -69,8 +69,8 @@ def test_runs_of_an_ensemble_are_counted(capsys):
 
 
 def test_terminal_is_told_and_pipe_is_not(tmp_path):
-    """`simbrake run` with stderr on a terminal of its own and with stderr in a pipe:
-    the same on stdout."""
+    """`simbrake run` with stderr on a terminal of its own, where it says its first word
+    before it compiles, and with stderr in a pipe: the same on stdout."""
     scene = pathlib.Path(__file__).parents[2] / "scenarios" / "u2_5_5_stop.toml"
     command = [sys.executable, "-m", "simbrake", "run", str(scene)]
 
@@ -100,5 +100,6 @@ def test_terminal_is_told_and_pipe_is_not(tmp_path):
     os.close(ours)
     said = said.decode()
     assert shown.stdout == piped.stdout
-    assert "run: compiling…" in said
+    told = [said.index(word) for word in ("loading…", "run: compiling…")]
+    assert told == sorted(told)
     assert said.rstrip().endswith("\x1b[2K")  # the line is cleared at last
