@@ -170,6 +170,13 @@ def test_panel_in_given_axes(given):
     assert not figure.get_suptitle()
 
 
+@pytest.mark.parametrize("wrap", ["290 deg", "320 deg", "345 deg"])
+def test_labels_of_a_wide_wrap_lie_apart(wrap):
+    linings = sb.uniform_linings(8, wrap, 0.35)
+    scene = replaced(small_stop(), {"brake.linings": linings})
+    check(plot.pulley(sb.simulate(scene), 0.1))
+
+
 def test_title_stands_above_a_legend_of_two_lines():
     """Narrow panels of the whole run and of one of its two stops."""
     lever = sb.profiles.held([0.0, 3.0, 4.0, 9.0], [12e3, 0.0, 12e3, 12e3])
