@@ -3,19 +3,17 @@ re-tracing."""
 
 import ast
 import functools
-import os
 import pathlib
 import platform
 import re
 import shutil
-import subprocess
-import sys
 import types
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from commands import python
 from helpers import all_near, near, nothing_compiled
 from scenes import closed_form, stop_scene
 
@@ -111,17 +109,15 @@ print(sb.simulate(sb.read_scene("standard")).status)
 
 @pytest.mark.parametrize("wing", [*WINGS, "all"])
 @pytest.mark.slow
-def test_without_a_wing_the_rest_imports_and_runs(wing, tmp_path):
+def test_without_a_wing_the_rest_imports_and_runs(wing, tmp_path, monkeypatch):
     gone = WINGS if wing == "all" else (wing,)
     without = shutil.ignore_patterns("__pycache__")
     shutil.copytree(PACKAGE, tmp_path / "simbrake", ignore=without)
     for name in gone:
         shutil.rmtree(tmp_path / "simbrake" / name)
     above = (*WINGS[WINGS.index(gone[0]) :], "__main__")
-    found = subprocess.run(
-        [sys.executable, "-c", RUN.format(above=above)],
-        capture_output=True, text=True, check=True, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)},
-    )  # fmt: skip
+    monkeypatch.chdir(tmp_path)  # before the package of this checkout
+    found = python(RUN.format(above=above), PYTHONPATH=str(tmp_path))
     assert found.stdout.strip() == "stopped"
 
 
@@ -197,9 +193,7 @@ def test_importing_loads_only_what_runs_use():
     unused = tuple(f"simbrake.{name}" for name in names)
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("
     program += f"[name for name in {heavy + unused} if name in sys.modules])"
-    found = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
+    found = python(program)
     assert found.stdout.strip() == "[]"
 
 
@@ -211,9 +205,7 @@ def test_a_fresh_process_reads_every_template():
         "import simbrake as sb; from simbrake.files.shipped_scenes import TEMPLATES; "
     )
     program += "print([sb.read_scene(name).end_time is not None for name in TEMPLATES])"
-    found = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
+    found = python(program)
     assert "False" not in found.stdout
 
 
@@ -227,12 +219,7 @@ def test_help_and_version_do_not_need_jax():
         "& set(sys.modules)))"
     )
     for option in ("--help", "--version"):
-        found = subprocess.run(
-            [sys.executable, "-c", program, option],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
+        found = python(program, option)
         assert found.stdout.splitlines()[-1] == "[]", option
     assert f"jax {jax.__version__}" in found.stdout
     assert f"Python {platform.python_version()}" in found.stdout
@@ -313,29 +300,15 @@ print(jax.numpy.ones(1).dtype, dict(os.environ) == before, len(sys.meta_path) - 
         ("simbrake", "simbrake.Scene; import jax"),
     ],
 )
-def test_scripts_need_not_set_64_bits(first, second):
+def test_scripts_need_not_set_64_bits(first, second, monkeypatch):
     """Whichever is imported first; neither the environment nor the finders of imports
     are left changed."""
     program = BITS.format(first, second)
-    asked = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
-    found = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        check=True,
-        env=asked,
-    )
-    assert found.stdout.split() == ["float64", "True", "0"]
+    monkeypatch.delenv("JAX_ENABLE_X64", raising=False)
+    assert python(program).stdout.split() == ["float64", "True", "0"]
     if first == "jax":  # the user's word counts, until a run is asked for
-        off = asked | {"JAX_ENABLE_X64": "0"}
-        found = subprocess.run(
-            [sys.executable, "-c", program],
-            capture_output=True,
-            text=True,
-            check=True,
-            env=off,
-        )
-        assert found.stdout.split() == ["float32", "True", "0"]
+        off = python(program, JAX_ENABLE_X64="0")
+        assert off.stdout.split() == ["float32", "True", "0"]
 
 
 def run_of(scene):

@@ -3,11 +3,10 @@ the warning at newer ones."""
 
 import pathlib
 import re
-import subprocess
-import sys
 import tomllib
 
 import pytest
+from commands import python
 from packaging.requirements import Requirement
 from packaging.version import Version
 
@@ -60,10 +59,7 @@ import simbrake as sb
 print("imported", file=sys.stderr)
 sb.Scene, sb.simulate, sb.ensemble
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    first, *warned = done.stderr.splitlines()
+    first, *warned = python(program).stderr.splitlines()
     assert first == "imported"
     assert len(warned) == lines
     for line in warned:
