@@ -12,8 +12,6 @@ from scenes import replaced, stop_scene
 import simbrake as sb
 
 GAP = math.radians(2.0)
-#: colours of linings by what these do
-CONTACTS = {"at its friction limit": "#E69F00", "sticks": "#9ecae1"}
 
 
 @functools.cache
