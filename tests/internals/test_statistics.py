@@ -4,16 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from fit_scenes import ELASTIC, elastic_data
 from helpers import all_near, near
-from scenes import stop_scene
 from scipy import stats
 from scipy.optimize import least_squares
 from scipy.special import ndtri
 
 from simbrake.studies import _uncertainty
 from simbrake.studies._determined import cost, identify
-from simbrake.studies._recordings import FitModel, Recording
 
 
 def test_robust_errors_match_the_sandwich():
@@ -47,30 +44,6 @@ def test_robust_errors_match_the_sandwich():
         )
     plain = identify(X, r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)
     all_near(plain.covariance, H, 1e-10)
-
-
-def test_jacobian_matches_differences():
-    import diffrax
-
-    recording = Recording("", stop_scene(), elastic_data())
-    model = FitModel(
-        [recording], tuple(ELASTIC), solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None
-    )
-    theta = np.array([0.31, 1.5e5, 900.0])
-    J = model(theta).jacobian * theta
-    D = central(model, theta) * theta
-    all_near(J, D, 1e-6, 1e-8 * np.abs(D).max())
-
-
-def central(model, theta, relative=1e-5):
-    columns = []
-    for i, x in enumerate(theta):
-        h = relative * x
-        steps = [
-            model(theta + k * h * np.eye(theta.size)[i]).values for k in (-2, -1, 1, 2)
-        ]
-        columns.append((8 * (steps[2] - steps[1]) - (steps[3] - steps[0])) / (12 * h))
-    return np.stack(columns, axis=1)
 
 
 @pytest.mark.parametrize(

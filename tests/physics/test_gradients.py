@@ -82,55 +82,6 @@ def test_derivatives_by_start_and_end_time():
         all_near(found, [[a, -a, 1.0], [-omega, omega, 0.3]], 1e-11)
 
 
-def events_of(scene):
-    r = sb.simulate(scene, rtol=1e-12, max_steps=256)
-    return jnp.stack(
-        [
-            r.slip_onset_time,
-            r.full_slip_time,
-            r.stopping_time,
-            r.hook_travel,
-            r.max_tension.value,
-        ]
-    )
-
-
-@pytest.mark.slow
-def test_scenario_gradients_by_differences(scenarios):
-    scene = jax.tree.map(jnp.asarray, sb.read_scene(scenarios / "u2_5_5_stop.py"))
-    J = jax.jit(jax.jacfwd(events_of))(scene)
-    jacobian = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(J)}
-    run = jax.jit(events_of)
-    for leaf in sb.files.leaves(scene):
-        value = np.asarray(leaf.value, float)
-        index = () if value.ndim == 0 else (0,)
-        h = 1e-5 * max(abs(float(value[index])), 1e-2)
-
-        def shifted(step, path=leaf.path, value=value, index=index):
-            new = value.copy()
-            new[index] += step
-            return np.asarray(
-                run(jax.tree.map(jnp.asarray, sb.with_values(scene, {path: new})))
-            )
-
-        if leaf.path in (
-            "initial.elongation",
-            "brake.linings.friction.static_ratio",
-            "duty.load.drag",
-        ):
-            # at the edge of its range
-            difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (2 * h)
-        else:
-            far = (shifted(2 * h) - shifted(-2 * h)) / 4
-            close = (shifted(h) - shifted(-h)) / 2
-            difference = (4 * close - far) / 3 / h
-        size = np.maximum(np.abs(np.asarray(run(scene))), 1e-6) / max(
-            abs(float(value[index])), 1.0
-        )
-        got = jacobian[leaf.path][(slice(None), *index)]
-        all_near(got, difference, 2e-6, float(np.max(size)) * 1e-7, err_msg=leaf.path)
-
-
 @pytest.mark.slow
 def test_metrics_differentiable_outside_jit():
     """Where only the numbers that are differentiated are traced, and the modes of the

@@ -4,9 +4,8 @@ are known of each."""
 import numpy as np
 import pytest
 from fit_scenes import OMEGA, SIGMA, T0, F, J, rate, rigid
-from heat_scenes import fading, lump, rigid_stop
 from helpers import all_equal, all_near, input_error, near, paths_of
-from scenes import closed_form, stop_scene
+from scenes import closed_form
 from scipy.stats import norm
 
 import simbrake as sb
@@ -177,99 +176,3 @@ def test_profile_of_a_curved_model():
     near(highest * 6e3, (closed_form()["Pi"] - 1) * exact[1], 1e-6)
     with input_error(match="profile: is not known of the loss huber"):
         sb.calibrate(scene, {T0: (6e3, 1e4)}, data, profile=True, loss="huber")
-
-
-# --- hidden truth -------------------------------------------------------------------
-
-
-def hook():
-    """A hook that is lowered onto a rigid brake."""
-    duty = sb.Duty(12e3, sb.HookLoad(mass=20e3, drum_radius=0.40, line_count=8))
-    brake = sb.Brake(
-        sb.Pulley(0.590, 1200.0),
-        sb.Band(0.623),
-        sb.uniform_linings(20, np.radians(270), 0.36),
-    )
-    return sb.Scene(brake, duty, sb.Initial(omega=20.0), end_time=6.0)
-
-
-HIDDEN = {
-    "elastic": (
-        lambda: stop_scene(C=1e5),
-        {F: (0.2, 0.5), "brake.band.stiffness": (1e4, 1e7)},
-        {OMEGA: (10.0, 30.0)},
-        {T0: (6e3, 9e3)},
-        {"omega": 0.05, "slip_onset_time": 1e-4, "stopping_time": 0.01},
-    ),
-    "fading": (
-        lambda: rigid_stop(fading(0.33, 8e-4), lump(1.6e4), end=4.0),
-        {
-            "brake.linings.friction.base.coefficient": (0.2, 0.5),
-            "brake.linings.friction.factors[0].slope": (0.0, 3e-3),
-            "heat.bodies[0].capacity": (5e3, 1e5),
-        },
-        {},
-        {OMEGA: (14.0, 26.0), "heat.bodies[0].temperature": (290.0, 400.0)},
-        {"omega": 0.1, "rim_temperature": 1.0, "stopping_time": 0.01},
-    ),
-    "hook": (
-        hook,
-        {F: (0.2, 0.5), "duty.load.drum_radius": (0.3, 0.5)},
-        {OMEGA: (10.0, 30.0)},
-        {"duty.load.mass": (5e3, 30e3), T0: (11e3, 14e3)},
-        {"omega": 0.05, "stopping_time": 0.01},
-    ),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", HIDDEN)
-def test_hidden_truth_comes_back(name):
-    """Truth, known numbers and noise from a seed; the middle of the bounds knows
-    nothing of it."""
-    make, shared, own, known, sigma = HIDDEN[name]
-    scene = make()
-    random = np.random.default_rng(list(HIDDEN).index(name))
-
-    def draw(bounds):
-        return {
-            path: float(random.uniform(0.7 * low + 0.3 * high, 0.3 * low + 0.7 * high))
-            for path, (low, high) in bounds.items()
-        }
-
-    def noisy(name, value):
-        return np.reshape(value, -1) + sigma[name] * random.standard_normal(
-            np.size(value)
-        )
-
-    t = np.linspace(0.02, 0.5, 9)
-    truth = draw(shared)
-    stops = {}
-    common = dict(truth)
-    for i in map(str, range(4)):
-        mine = draw(own)
-        numbers = draw(known)
-        truth |= {f"{path}@{i}": value for path, value in mine.items()}
-        run = sb.simulate(
-            sb.with_values(scene, {**common, **mine, **numbers}), rtol=1e-11
-        )
-        series = run.series(t)
-        columns = {
-            name: noisy(name, getattr(series, name))
-            for name in sigma
-            if hasattr(series, name)
-        }
-        events = {
-            name: (noisy(name, run.metrics[name]).item(), sigma[name])
-            for name in sigma
-            if name not in columns
-        }
-        spreads = {name: sigma[name] for name in columns}
-        stops[i] = sb.studies.Measured.of(
-            t, columns, sigma=spreads, events=events, known=numbers
-        )
-    fit = sb.calibrate(scene, shared, stops, per_recording=own)
-    assert fit.outcome == Outcome.CONVERGED
-    assert 1e-3 < fit.probability < 1 - 1e-3
-    for p in fit.parameters:
-        assert abs(p.value - truth[p.path]) < 4 * p.standard_error, p.path
