@@ -7,11 +7,19 @@ import typing
 
 import numpy as np
 from matplotlib.patches import Wedge
-from scenes import replaced, stop_scene
+from scenes import drawworks_brake, replaced, stop_scene
 
 import simbrake as sb
 
 GAP = math.radians(2.0)
+
+
+def small_stop():
+    """A small drawworks under a hook load."""
+    brake = drawworks_brake()
+    return sb.Scene(
+        brake, sb.Duty("12 kN", sb.HookLoad("20 t", 0.4, 8)), sb.Initial(24.0), 4.0
+    )
 
 
 @functools.cache

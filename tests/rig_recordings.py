@@ -5,6 +5,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from scenes import drawworks_brake
 
 import simbrake as sb
 
@@ -224,9 +225,7 @@ def book():
 
 def comparison():
     """A replay of two lowerings of a string on a small scene, beside its recording."""
-    brake = sb.Brake(
-        sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
-    )
+    brake = drawworks_brake()
     heat = sb.lumped_heat(rim=2e5, partition=0.9, rim_cooling=400.0, linings=8e4)
     scene = sb.Scene(
         brake, sb.Duty("20 kN", sb.HookLoad("60 t", 0.4, 8)), sb.Initial(0.0), 1.0, heat

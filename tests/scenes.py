@@ -214,6 +214,12 @@ def elastic_stop(T0=8e3, **changes):
     return scene_of(T0, **{**ELASTIC, "end": 5.0, **changes})
 
 
+def drawworks_brake(n=8, law=0.35, C=None):
+    """The brake of a small drawworks, `n` linings over 270°."""
+    linings = sb.uniform_linings(n, "270 deg", law)
+    return sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623, C), linings)
+
+
 # --- many stops ---------------------------------------------------------------------
 
 SPEED = "initial.omega"

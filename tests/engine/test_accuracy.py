@@ -12,7 +12,7 @@ import pytest
 from helpers import names_of, near, nothing_compiled
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
-from scenes import closed_form, lining_ratio, replaced, stop_scene
+from scenes import closed_form, lining_ratio, replaced, stop_scene, tension_for
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -232,20 +232,15 @@ def layered_stop(material, thickness, time, growth=1.0, layers=10):
     inertia = 1200.0
     omega = 24.0
     radius = 0.59
-    grip = lining_ratio(0.35, math.radians(13.5)) ** 20 - 1
+    tension = tension_for(inertia * omega / time, 20, 0.35, 13.5, radius)
     wall = sb.thermal.Wall(
         "rim", material, thickness, 0.8, layers=layers, growth=growth
     )
     heat = sb.Heat(
         (wall,), (), sb.thermal.FrictionHeat("rim.front", None, 1.0), rim="rim.front"
     )
-    brake = sb.Brake(
-        sb.Pulley(radius, inertia),
-        sb.Band(radius),
-        sb.uniform_linings(20, "270 deg", 0.35),
-    )
-    duty = sb.Duty(inertia * omega / (time * radius * grip), 0.0)
-    return sb.Scene(brake, duty, sb.Initial(omega=omega), end_time=2 * time, heat=heat)
+    stop = {"R": radius, "J": inertia, "T0": tension, "w0": omega, "end": 2 * time}
+    return stop_scene(C=None, heat=heat, **stop)
 
 
 def rise_of_a_stop(scene, time):

@@ -6,16 +6,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from helpers import all_equal, all_near, input_error, nothing_compiled
-from scenes import lining_ratio
+from scenes import drawworks_brake, lining_ratio
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
 
-ELASTIC = sb.Brake(
-    sb.Pulley("590 mm", 1200.0),
-    sb.Band("623 mm", 4e5),
-    sb.uniform_linings(20, "270 deg", 0.35),
-)
+ELASTIC = drawworks_brake(20, C=4e5)
 COMMANDS = [
     (5e3, 5e3),
     (12e3, 5e3),
@@ -29,11 +25,8 @@ COMMANDS = [
 
 
 def rigid(lever=24e3, load=5e3, **options):
-    linings = sb.uniform_linings(12, "270 deg", 0.35)
-    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), linings)
-    return sb.Scene(
-        brake, sb.Duty(lever, sb.TorqueLoad(load)), sb.Initial(24.0), "5 s", **options
-    )
+    duty = sb.Duty(lever, sb.TorqueLoad(load))
+    return sb.Scene(drawworks_brake(12), duty, sb.Initial(24.0), "5 s", **options)
 
 
 def elastic(lever=24e3):
@@ -223,11 +216,7 @@ def warmed():
     friction is known up to 400 K."""
     fade = sb.friction.TabulatedFade(np.asarray([280.0, 400.0]), np.asarray([1.0, 0.8]))
     law = sb.friction.ProductFriction(0.3, (fade,))
-    brake = sb.Brake(
-        sb.Pulley("590 mm", 1200.0),
-        sb.Band("623 mm", 4e5),
-        sb.uniform_linings(12, "270 deg", law),
-    )
+    brake = drawworks_brake(12, law, C=4e5)
     heat = sb.Heat(
         (sb.thermal.Lump("linings", 1e4),),
         sources=(sb.thermal.Source("linings", 2e4),),

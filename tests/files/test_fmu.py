@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from commands import call
 from helpers import all_equal, all_near, paths_of
+from scenes import drawworks_brake
 
 import simbrake as sb
 
@@ -22,11 +23,7 @@ COMMANDS = [(3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 
 
 @pytest.fixture(scope="module")
 def scene():
-    brake = sb.Brake(
-        sb.Pulley("590 mm", 1200.0),
-        sb.Band("623 mm"),
-        sb.uniform_linings(12, "270 deg", 0.35),
-    )
+    brake = drawworks_brake(12)
     lever = sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms")
     return sb.Scene(
         brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s"

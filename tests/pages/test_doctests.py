@@ -9,6 +9,7 @@ import types
 import numpy as np
 import pytest
 import rig_recordings
+from picture_scenes import small_stop
 
 import simbrake as sb
 
@@ -42,12 +43,7 @@ EXAMPLES = {
 def given():
     """What the examples have: a small stop under a hook load, its result, and the
     ledger of a recording."""
-    brake = sb.Brake(
-        sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
-    )
-    scene = sb.Scene(
-        brake, sb.Duty("12 kN", sb.HookLoad("20 t", 0.4, 8)), sb.Initial(24.0), 4.0
-    )
+    scene = small_stop()
     book = rig_recordings.book()
     return {
         "sb": sb,

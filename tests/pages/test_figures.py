@@ -23,6 +23,7 @@ from picture_scenes import (
     hot_result,
     plain_result,
     shoe_result,
+    small_stop,
     staged_result,
 )
 from scenes import replaced
@@ -85,15 +86,6 @@ def check(figure):
 
 
 # --- the examples -------------------------------------------------------------------
-
-
-def small_stop():
-    brake = sb.Brake(
-        sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
-    )
-    return sb.Scene(
-        brake, sb.Duty("12 kN", sb.HookLoad("20 t", 0.4, 8)), sb.Initial(24.0), 4.0
-    )
 
 
 def trip():

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import TSIT5, all_near, closes, jacobians, near
-from scenes import lining_ratio, replaced
+from scenes import drawworks_brake, lining_ratio, replaced
 from scipy.integrate import quad
 from shoe_scenes import normals, shoe_scene
 
@@ -35,11 +35,7 @@ def changed(base, factor, linings=None):
 
 
 def scene(law, stiffness=None, load=0.0, omega=OMEGA, end=8.0, T_0=T0):
-    brake = sb.Brake(
-        sb.Pulley(0.59, INERTIA),
-        sb.Band(R_B, stiffness),
-        sb.uniform_linings(COUNT, "270 deg", law),
-    )
+    brake = drawworks_brake(COUNT, law, stiffness)
     # (at rest the band has the elongation with which it bears the load)
     elongation = 0.0 if stiffness is None or omega else (T0 + load / R_B) / stiffness
     return sb.Scene(brake, sb.Duty(T_0, load), sb.Initial(omega, elongation), end)

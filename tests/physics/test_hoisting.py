@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from helpers import all_equal, all_near, closes, input_error, near
+from scenes import drawworks_brake
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -34,9 +35,7 @@ UP = 1.2
 DOWN = 1.0
 FASTER = 0.5
 
-BRAKE = sb.Brake(
-    sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
-)
+BRAKE = drawworks_brake()
 LOAD = HookLoad(MASS, RADIUS, LINES)
 MOTOR = Motor("60 kN*m", "1100 kW", "40 rad/s")
 

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 from helpers import near
+from scenes import drawworks_brake
 
 import simbrake as sb
 
@@ -19,9 +20,7 @@ INERTIA = 1200.0
 
 def falling(**limits):
     """A load that falls freely under an open brake until the lever acts at 0.5 s."""
-    brake = sb.Brake(
-        sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
-    )
+    brake = drawworks_brake()
     duty = sb.Duty(
         sb.ramp(0.0, 40e3, 0.5, 1.0), sb.HookLoad(MASS, DRUM, LINES, gravity=9.81)
     )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from helpers import all_equal, all_near, closes, input_error, jacobians, near
 from rig_recordings import sampled, trip, witsml, written
+from scenes import drawworks_brake
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -32,9 +33,7 @@ STANDS = [
 
 
 def scene_of(cooling=COOLING, **parts):
-    brake = sb.Brake(
-        sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35)
-    )
+    brake = drawworks_brake()
     heat = sb.lumped_heat(
         rim=CAPACITY,
         partition=1.0,

@@ -5,7 +5,7 @@ import jax
 import numpy as np
 import pytest
 from helpers import input_error, near
-from scenes import closed_form, stop_scene
+from scenes import closed_form, drawworks_brake, stop_scene
 
 import simbrake as sb
 
@@ -211,9 +211,7 @@ def test_errors_of_derivatives_at_loose_tolerances(rtol):
     """Beside the derivatives at 1e-13: at most one in twenty is more than three times
     as wrong as it says."""
     law = sb.friction.ProductFriction(0.35, (sb.LinearFade(1e-3, 300.0),))
-    brake = sb.Brake(
-        sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(6, "270 deg", law)
-    )
+    brake = drawworks_brake(6, law)
     duty = sb.Duty(sb.ramp(2e3, 24e3, 0.0, 0.35), sb.HookLoad("60 t", 0.4, 8))
     heat = sb.lumped_heat(rim=2e5, linings=2e4, partition=0.8, rim_cooling=200.0)
     shaft = (sb.loads.HydrodynamicBrake(20.0),)
