@@ -1,32 +1,17 @@
 """Operations in C, in shapes of all kinds, beside those of JAX."""
 
 import ctypes
-import shutil
-import subprocess
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
+from c_compiler import NEEDED, library_of
 from commands import python
 from helpers import all_near
 
 from simbrake.export._c_code import HELPERS, Program
 
-COMPILER = shutil.which("gcc") or shutil.which("cc")
-FLAGS = [
-    "-O2",
-    "-std=c99",
-    "-ffp-contract=off",
-    "-Wall",
-    "-Werror",
-    "-Wno-unused",
-    "-Wno-tautological-compare",
-]
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(COMPILER is None, reason="no C compiler"),
-]
+pytestmark = NEEDED
 
 
 def test_operations_are_those_of_jax(tmp_path):
@@ -127,23 +112,8 @@ def test_operations_are_those_of_jax(tmp_path):
     file.write_text(
         f"{HELPERS}{program.text}void ops(const double *x, double *out) {{ {call} {copy} }}\n"
     )
-    subprocess.run(
-        [
-            COMPILER,
-            *FLAGS,
-            "-shared",
-            "-fPIC",
-            "-o",
-            file.with_suffix(".so"),
-            file,
-            "-lm",
-        ],
-        check=True,
-    )
     found = np.full(expected.size, 99.0)
-    ctypes.CDLL(str(file.with_suffix(".so"))).ops(
-        *(a.ctypes.data_as(ctypes.c_void_p) for a in (x, found))
-    )
+    library_of(file).ops(*(a.ctypes.data_as(ctypes.c_void_p) for a in (x, found)))
     all_near(found, expected, 1e-13, 1e-15)
 
 
