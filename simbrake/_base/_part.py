@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from ..hybrid.struct import Struct, struct_field
+from ..hybrid.struct import Struct, struct_field, structural
 from ._arguments import explained, with_nearest
 from ._faults import Fault, Faults, Issues, of_radius
 from ._packing import is_traced
@@ -88,11 +88,6 @@ def positive_quantity(unit: str, meaning: str, **about: Any) -> Any:
     return quantity(unit, meaning, positive=True, **about)
 
 
-def structural(**about: Any) -> Any:
-    """A field that belongs to the structure of a part: no leaf."""
-    return struct_field(static=True, **about)
-
-
 class _AcceptsAnything(type):
     """Types that show accepted inputs in a signature; values are checked when the part
     is made."""
@@ -136,9 +131,8 @@ def whole(
     """A field with a whole number of the structure (static: another number is another
     program)."""
     about = Whole(meaning, low, high, guesses)
-    return struct_field(
+    return structural(
         converter=_converter(_plain_whole, "int"),
-        static=True,
         metadata={"whole": about},
         **keywords,
     )

@@ -14,7 +14,7 @@ from jaxtyping import Float, PyTree
 
 from ._bordered import Couplings
 from .arrays import Array, Count, Rhs, RhsOf, Scalar, State
-from .struct import AbstractVar, Struct, struct_field
+from .struct import AbstractVar, Struct, structural
 
 if TYPE_CHECKING:
     import diffrax
@@ -126,14 +126,14 @@ class ExplicitRungeKutta(AbstractMethod):
         5
     """
 
-    a: tuple[tuple[float, ...], ...] = struct_field(static=True)
-    b: tuple[float, ...] = struct_field(static=True)
-    b_error: tuple[float, ...] = struct_field(static=True)
-    c: tuple[float, ...] = struct_field(static=True)
-    fsal: bool = struct_field(static=True)
-    order: int = struct_field(static=True)
-    unrolled: bool = struct_field(static=True)
-    solver: str = struct_field(static=True)
+    a: tuple[tuple[float, ...], ...] = structural()
+    b: tuple[float, ...] = structural()
+    b_error: tuple[float, ...] = structural()
+    c: tuple[float, ...] = structural()
+    fsal: bool = structural()
+    order: int = structural()
+    unrolled: bool = structural()
+    solver: str = structural()
 
     def __init__(self, solver: "diffrax.AbstractERK", *, unrolled: bool = True) -> None:
         # importing it takes longer than most runs: it is not loaded where the tableau

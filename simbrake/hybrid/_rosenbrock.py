@@ -21,7 +21,7 @@ from ._bordered import (
 )
 from ._method import AbstractMethod, Pullback, square, weighted
 from .arrays import Array, Rhs, RhsOf, Scalar, State, TwoArrays, put, take
-from .struct import struct_field
+from .struct import structural
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner,
 # Solving ODEs II, IV.7):
@@ -140,12 +140,12 @@ class Rodas5P(AbstractMethod):
         'stopped'
     """
 
-    couplings: Couplings | None = struct_field(static=True, default=None)
+    couplings: Couplings | None = structural(default=None)
     # rows of the Jacobian; constant rows are already correct
     linear: ChainRows | None = None
-    order: int = struct_field(static=True, default=5)
+    order: int = structural(default=5)
     # an attempt is to be differentiated forwards
-    differentiated: bool = struct_field(static=True, default=False)
+    differentiated: bool = structural(default=False)
 
     def rolled(self) -> "Rodas5P":
         return self

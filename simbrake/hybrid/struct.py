@@ -58,6 +58,11 @@ def struct_field(
     )
 
 
+def structural(**named: Any) -> Any:
+    """A field that belongs to the structure of a part: no leaf."""
+    return struct_field(static=True, **named)
+
+
 class _Layout(NamedTuple):
     """What is known of a class: the names of its fields, and how they are read and
     converted."""
@@ -107,7 +112,7 @@ def _register(cls: type, leaves: tuple[str, ...], static: tuple[str, ...]) -> No
 
 
 @dataclass_transform(
-    eq_default=False, field_specifiers=(dataclasses.field, struct_field)
+    eq_default=False, field_specifiers=(dataclasses.field, struct_field, structural)
 )
 class StructMeta(abc.ABCMeta):
     """Makes a class a dataclass and a PyTree, and its objects frozen once they are

@@ -12,7 +12,7 @@ from jax.typing import DTypeLike
 from jaxtyping import Float, Int, PyTree, Shaped
 
 from .arrays import Array, Count, Mark, Scalar, State, TwoArrays
-from .struct import Struct, struct_field, traced_once, with_fields
+from .struct import Struct, structural, traced_once, with_fields
 
 
 class Code(enum.IntEnum):
@@ -256,9 +256,9 @@ class Settings(Struct):
     rtol: Any
     max_events: Any
     max_step: Any = np.inf
-    max_chain: int = struct_field(static=True, default=128)
-    max_steps: int = struct_field(static=True, default=1024)
-    guard_samples: int = struct_field(static=True, default=15)
+    max_chain: int = structural(default=128)
+    max_steps: int = structural(default=1024)
+    guard_samples: int = structural(default=15)
 
 
 # --- flat states and modes, recorded rows -------------------------------------------

@@ -16,7 +16,7 @@ from ..friction import SurfaceState
 from ..hoists import AbstractLoad, RopesNow
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem
 from ..hybrid.arrays import Array, ScalarArray, TwoArrays
-from ..hybrid.struct import Struct, struct_field
+from ..hybrid.struct import Struct, structural
 from ..hybrid.system import Instant, variables_of
 from ..loads import RecordedMotion
 from ..phases import Phases, levers_of
@@ -389,8 +389,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     lever: Any  # a profile, or `Phases`
     load: AbstractLoad
     features: tuple[Feature, ...]
-    rims: int = struct_field(static=True, default=1)
-    wants: str = struct_field(static=True, default="")
+    rims: int = structural(default=1)
+    wants: str = structural(default="")
 
     def feature(self, kind: type[_T]) -> _T | None:
         """The feature of a kind, `None`: the brake has none."""

@@ -10,7 +10,7 @@ from jaxtyping import Int
 from ..friction import FrictionChange
 from ..hybrid import QUADRATURE
 from ..hybrid.arrays import Array, Mark
-from ..hybrid.struct import struct_field
+from ..hybrid.struct import structural
 from ..phases import AtStop, AtTemperature
 from ..profiles import AbstractProfile, Piece
 from ._brake import BrakeAtInstant, BrakeGuards, BrakeSystem, Feature, State
@@ -62,7 +62,7 @@ class Onsets(Feature):
     - `watched`: places of these among all changes of the mechanism
     """
 
-    watched: tuple[int, ...] = struct_field(static=True)
+    watched: tuple[int, ...] = structural()
     self_timed: ClassVar[bool] = True
 
     @classmethod

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, PyTree
 
 from ..hybrid.arrays import Array, Vector, VectorK, numpy_of
-from ..hybrid.struct import Struct, struct_field
+from ..hybrid.struct import Struct, structural
 from ..profiles import AbstractProfile
 from ..thermal.heat import FrictionHeat, Heat, PowerShares, place_count
 from ..thermal.network import (
@@ -377,9 +377,9 @@ class Thermal(Struct):
     per_kelvin: tuple[Array | None, ...]
     shares: PowerShares | None = None  # of the friction power
     # linings on each, where several bands have one each
-    rims: tuple[int, ...] = struct_field(static=True, default=())
+    rims: tuple[int, ...] = structural(default=())
     # whether linings of a staged brake can lift off the rim
-    lifts: bool = struct_field(static=True, default=False)
+    lifts: bool = structural(default=False)
 
     @property
     def spans(self) -> Spans:

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 from ..friction import AbstractFriction, FrictionChange, RatesRead, SurfaceState, reads
 from ..hybrid import SYSTEM_CODES
 from ..hybrid.arrays import Array, ScalarArray, Vector
-from ..hybrid.struct import AbstractClassVar, AbstractVar, Struct, struct_field
+from ..hybrid.struct import AbstractClassVar, AbstractVar, Struct, structural
 from ..profiles import AbstractProfile
 from ..thermal.heat import FrictionHeat
 from ..wear import AbstractWearRate
@@ -266,16 +266,16 @@ class Pair(Struct):
       where rates need it (`None`: 1)
     """
 
-    name: str = struct_field(static=True)
-    field: str = struct_field(static=True)
+    name: str = structural()
+    field: str = structural()
     law: AbstractFriction
     area: Array | None
     heat: FrictionHeat | None
     wear: AbstractWearRate | None
-    count: int = struct_field(static=True)
-    on_band: bool = struct_field(static=True, default=False)
-    apart: bool = struct_field(static=True, default=False)
-    memory: RatesRead | None = struct_field(static=True, default=None)
+    count: int = structural()
+    on_band: bool = structural(default=False)
+    apart: bool = structural(default=False)
+    memory: RatesRead | None = structural(default=None)
     cosine: Vector | None = None
 
     def memory_rates(

@@ -31,7 +31,7 @@ from ..friction import (
 )
 from ..hybrid import largest
 from ..hybrid.arrays import Array, ScalarArray, Vector
-from ..hybrid.struct import AbstractVar, Struct, struct_field
+from ..hybrid.struct import AbstractVar, Struct, structural
 from ..thermal.heat import FlashTemperature, PowerShares
 from ._implicit import ImplicitFriction, solved
 
@@ -89,7 +89,7 @@ class AbstractLiningFriction(Struct):
 
     linings: AbstractLinings
     shares: PowerShares | None
-    heated: bool = struct_field(static=True)
+    heated: bool = structural()
     cosine: AbstractVar[Array | float]
 
     @property

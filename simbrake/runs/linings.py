@@ -19,7 +19,7 @@ from .._base._quantity import Scalar, as_number
 from ..brakes.design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid.arrays import Array, Vector
-from ..hybrid.struct import Struct, struct_field
+from ..hybrid.struct import Struct, structural
 from ..outputs.extremes import peak_of_each
 from ..outputs.probe import (
     POINTS,
@@ -105,10 +105,10 @@ class _Picked(Struct):
     for each structure."""
 
     record: Record
-    pair: str = struct_field(static=True)
-    quantity: str = struct_field(static=True, default="friction_power")
+    pair: str = structural()
+    quantity: str = structural(default="friction_power")
     # with its weight, by which the quantity is multiplied
-    over: str | None = struct_field(static=True, default=None)
+    over: str | None = structural(default=None)
     rate: Any = None  # of wear, instead of the quantity
     place: Any = None  # within the linings, of wear
 
