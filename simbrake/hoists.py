@@ -28,6 +28,16 @@ __all__ = [
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 
 
+def free_fall() -> Any:
+    """The field of the acceleration of free fall, of a load with a weight."""
+    return positive_quantity("m/s^2", "acceleration of free fall", default=GRAVITY)
+
+
+def linear_drag() -> Any:
+    """The field of a drag that grows with the speed, of a load."""
+    return quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+
+
 class RopesNow(NamedTuple):
     """Ropes or chain with a weight of their own, at one travel of the hook.
 
@@ -241,12 +251,8 @@ class CounterweightLoad(AbstractLoad):
     traction: Scalar | None = quantity(
         "1", "greatest tension of a side over the other", 1.0, default=None
     )
-    gravity: Scalar = positive_quantity(
-        "m/s^2", "acceleration of free fall", default=GRAVITY
-    )
-    drag: Scalar = quantity(
-        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
-    )
+    gravity: Scalar = free_fall()
+    drag: Scalar = linear_drag()
 
     @property
     def profile(self) -> Constant:
@@ -399,12 +405,8 @@ class WindlassLoad(AbstractLoad):
         "1", "weight under water over weight", 0.0, 1.0, default=1 - 1025 / 7850
     )
     freeboard: Scalar = quantity("m", "gypsy above the water", low=0.0, default=0.0)
-    gravity: Scalar = positive_quantity(
-        "m/s^2", "acceleration of free fall", default=GRAVITY
-    )
-    drag: Scalar = quantity(
-        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
-    )
+    gravity: Scalar = free_fall()
+    drag: Scalar = linear_drag()
 
     @property
     def profile(self) -> Constant:

@@ -28,6 +28,8 @@ from .hoists import (
     LoadWords,
     RopesNow,
     WindlassLoad,
+    free_fall,
+    linear_drag,
     moving_share,
 )
 from .hybrid.arrays import Array, Floats, Mark, ScalarArray, TwoArrays
@@ -123,12 +125,8 @@ class TorqueLoad(AbstractLoad):
         TorqueLoad(profile=Constant(level=12 kN·m), drag=0 N·m·s)
     """
 
-    profile: AbstractProfile = part(
-        AbstractProfile, "N*m", default_factory=lambda: Constant(0.0)
-    )
-    drag: Scalar = quantity(
-        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
-    )
+    profile: AbstractProfile = part(AbstractProfile, "N*m", default=0.0)
+    drag: Scalar = linear_drag()
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self.profile.value(t, piece) - self.drag * omega
@@ -155,9 +153,7 @@ class TabulatedLoad(AbstractLoad):
 
     speed: Scalar = quantity("rad/s", "speeds of the table", many=IndexedBy.ROWS)
     torque_at: Scalar = quantity("N*m", "torques of the table", many=IndexedBy.ROWS)
-    share: AbstractProfile = part(
-        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
-    )
+    share: AbstractProfile = part(AbstractProfile, "1", default=1.0)
 
     @property
     def profile(self) -> AbstractProfile:
@@ -340,12 +336,8 @@ class HookLoad(AbstractHookLoad):
     )
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
-    gravity: Scalar = positive_quantity(
-        "m/s^2", "acceleration of free fall", default=GRAVITY
-    )
-    drag: Scalar = quantity(
-        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
-    )
+    gravity: Scalar = free_fall()
+    drag: Scalar = linear_drag()
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
     weight: RopeWeight | None = None
@@ -431,12 +423,8 @@ class StringLoad(AbstractString):
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0, default=0.0)
-    gravity: Scalar = positive_quantity(
-        "m/s^2", "acceleration of free fall", default=GRAVITY
-    )
-    drag: Scalar = quantity(
-        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
-    )
+    gravity: Scalar = free_fall()
+    drag: Scalar = linear_drag()
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
     weight: RopeWeight | None = None
@@ -526,12 +514,8 @@ class TrippingLoad(AbstractString):
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
     count: int = whole("number of cycles", high=1_000_000)
-    gravity: Scalar = positive_quantity(
-        "m/s^2", "acceleration of free fall", default=GRAVITY
-    )
-    drag: Scalar = quantity(
-        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
-    )
+    gravity: Scalar = free_fall()
+    drag: Scalar = linear_drag()
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
     weight: RopeWeight | None = None
@@ -578,12 +562,8 @@ class RecordedLoad(AbstractHookLoad, AbstractHistory):
     masses: Scalar = quantity("kg", "masses on the hook", low=0.0, many=IndexedBy.ROWS)
     drum_radius: Scalar = positive_quantity("m", "effective drum radius")
     line_count: Scalar = quantity("1", "lines strung", 1.0, 100.0)
-    gravity: Scalar = positive_quantity(
-        "m/s^2", "acceleration of free fall", default=GRAVITY
-    )
-    drag: Scalar = quantity(
-        "N*m*s", "drag torque per unit of speed", low=0.0, default=0.0
-    )
+    gravity: Scalar = free_fall()
+    drag: Scalar = linear_drag()
     rope: RopeLayers | None = None
     elasticity: RopeElasticity | None = None
     weight: RopeWeight | None = None

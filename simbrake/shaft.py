@@ -119,9 +119,7 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
         "N*m", "maximum torque under full excitation", low=0.0
     )
     critical_speed: Scalar = positive_quantity("rad/s", "speed of the maximum torque")
-    excitation: AbstractProfile = part(
-        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
-    )
+    excitation: AbstractProfile = part(AbstractProfile, "1", default=1.0)
     place: str | None = structural(default=None)
 
     @property
@@ -156,9 +154,7 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
     coefficient: Scalar = quantity(
         "N*m*s^2", "torque per square of the speed, full brake", low=0.0
     )
-    fill: AbstractProfile = part(
-        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
-    )
+    fill: AbstractProfile = part(AbstractProfile, "1", default=1.0)
     place: str | None = structural(default=None)
 
     @property
@@ -291,9 +287,7 @@ class TabulatedDrag(AbstractShaftTorque):
     torque_at: Scalar = quantity(
         "N*m", "torques of the table", 0.0, many=IndexedBy.ROWS
     )
-    share: AbstractProfile = part(
-        AbstractProfile, "1", default_factory=lambda: Constant(1.0)
-    )
+    share: AbstractProfile = part(AbstractProfile, "1", default=1.0)
     place: str | None = structural(default=None)
 
     @property

@@ -195,7 +195,7 @@ def _default_text(part: Part) -> str:
         if isinstance(default, str)
         else "empty"
         if isinstance(default, tuple)
-        else "zero"
+        else type(default).__name__
     )
 
 
