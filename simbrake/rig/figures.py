@@ -13,23 +13,6 @@ from ._replay import Comparison
 
 #: colours of the kinds of load
 _KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
-#: spans of time of a long line, and what is shown of each: a figure has no more points
-#: across
-_SHOWN = 1500
-_ENDS = (np.fmin, np.fmax)
-
-
-def _thinned(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A long line by its lowest and highest values in so many equal times as a figure
-    can show."""
-    if t.size <= 4 * _SHOWN:
-        return t, x
-    begins = np.unique(np.searchsorted(t, np.linspace(t[0], t[-1], _SHOWN + 1)[:-1]))
-    both = [
-        np.stack(ends, axis=1).ravel()
-        for ends in ([t[begins]] * 2, [f.reduceat(x, begins) for f in _ENDS])
-    ]
-    return both[0], both[1]
 
 
 @explained
@@ -52,7 +35,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     long = log.t[-1] > 7200.0
     unit, word = (3600.0, "h") if long else (1.0, "s")
     position = log.position
-    above.plot(*_thinned(position.t / unit, position.value), color="0.6", lw=1.0)
+    above.plot(position.t / unit, position.value, color="0.6", lw=1.0)
     most = max(
         (
             abs(lowering.hook_work_high)
@@ -169,7 +152,7 @@ def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
             (of.recorded, {"color": "0.6", "lw": 2.0, "label": "recorded"}),
             (of.simulated, {"color": BLUE, "lw": 0.8, "label": "simulated"}),
         ):
-            axes.plot(*_thinned(of.t / unit, factor * x), **how)
+            axes.plot(of.t / unit, factor * x, **how)
         axes.set_ylabel(f"{label}, {name}")
     for (name, x), colour in zip(
         shown.items(), (VERMILLION, ORANGE, GREEN), strict=False
