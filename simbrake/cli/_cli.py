@@ -66,8 +66,8 @@ def _kind(character: str) -> str:
 
 def _spelled(character: str) -> str:
     """One character in ASCII: a symbol in words, anything else as the escape that JSON
-    and TOML have for it."""
-    if character.isascii():
+    and TOML have for it; a byte that was no text is kept."""
+    if character.isascii() or "\udc80" <= character <= "\udcff":
         return character
     if character in _SYMBOLS:
         return _SYMBOLS[character]
@@ -106,24 +106,8 @@ def _replaced(error: UnicodeError) -> tuple[str | bytes, int]:
     names are kept."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    text = error.object[error.start : error.end]
-    bare = len(
-        list(
-            itertools.takewhile(
-                lambda character: "\udc80" <= character <= "\udcff", text
-            )
-        )
-    )
-    if bare:
-        return bytes(
-            ord(character) - 0xDC00 for character in text[:bare]
-        ), error.start + bare
-    whole = "".join(
-        itertools.takewhile(
-            lambda character: not "\udc80" <= character <= "\udcff", text
-        )
-    )
-    return readable(whole), error.start + len(whole)
+    text = readable(error.object[error.start : error.end])
+    return text.encode("ascii", "surrogateescape"), error.end
 
 
 def print_readably() -> None:
