@@ -12,12 +12,11 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Issues
-from .._base._quantity import as_number
 from .._base._table import ZERO
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake
 from ..outputs.log import Event, plain_words
-from ..outputs.quantities import Series, fault_of_times
+from ..outputs.quantities import Series
 from ..parts.scene import Scene
 from ..plot.drawing import (
     BLUE,
@@ -30,6 +29,7 @@ from ..plot.drawing import (
     Window,
     both_sides,
     line_of,
+    part_to_play,
     span,
     windows,
 )
@@ -184,7 +184,7 @@ def rounded(values: Any) -> Any:
 def times_of(result: Result, detail: Detail) -> Times:
     """Times at which the curves of a run are drawn."""
     start, end = span(result)
-    t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
+    t = result.record.rows.t[: result.record.count + 1]
     spans = {(start, end), *((window.start, window.end) for window in windows(result))}
     even = [np.linspace(*ends, detail.even) for ends in spans]
     times = np.unique(np.concatenate([*even, t[:: 1 + len(t) // detail.steps]]))
@@ -242,26 +242,8 @@ def film_of(
 ) -> Film:
     """The first brake application, from the start until shortly after the first stop,
     or the requested part."""
-    first, last = span(result)
-    finish = windows(result)[0].end
-    stop = next(
-        (e.time for e in result.events if e.name == "stop" and e.time > first), None
-    )
-    if stop is not None:
-        finish = min(finish, first + 1.15 * (stop - first))
-    low = first if start is None else float(as_number(start))
-    high = (finish if finish > low else last) if end is None else float(as_number(end))
-    checks = [
-        fault_of_times(np.asarray([t]), first, last, name)
-        for name, t in (("start", low), ("end", high))
-    ]
-    faults = Issues(filter(None, checks))
-    low = max(low, first)
-    high = min(high, last)
-    if not faults and not low < high:
-        faults.add(
-            "end", f"{high:g} s is not after the start at {low:g} s", "it must be later"
-        )
+    faults = Issues()
+    low, high = part_to_play(result, start, end, faults)
     faults.report()
     slip = next(
         (
@@ -352,11 +334,11 @@ def film(
             "contacts": [
                 "".join(map(str, row)) for row in contacts[name].astype(int).tolist()
             ],
-            "load": rounded(np.asarray(now.normal) / 1e3),
+            "load": rounded(now.normal / 1e3),
         }
         for name, now in zip(contacts, p.shown.pairs, strict=True)
     ]
-    hook = result.scene.duty.load.travelled(np.asarray(p.y.phi))
+    hook = result.scene.duty.load.travelled(p.y.phi)
     data: Data = {
         "t": rounded(t),
         "seconds": duration,
@@ -366,7 +348,7 @@ def film(
         ],
         "phi": rounded(p.y.phi),
         "omega": rounded(p.y.omega),
-        "torque": rounded(np.asarray(p.flows.contact.brake_torque) / 1e3),
+        "torque": rounded(p.flows.contact.brake_torque / 1e3),
         "hook": None if hook is None else rounded(hook),
         "hook_name": result.scene.duty.load.words.hook,
         "places": rounded(_places(result.scene)),
@@ -376,14 +358,12 @@ def film(
     }
     if p.shown.tension is not None:
         tension = np.concatenate(
-            [np.asarray(p.flows.contact.slack_tension)[:, None], p.shown.tension],
+            [p.flows.contact.slack_tension[:, None], p.shown.tension],
             axis=1,
         )
         data["tension"] = rounded(tension / 1e3)
     heat = {
-        name: np.asarray(T) - ZERO
-        for name, T in p.surfaces.items()
-        if name in ("linings", "rim")
+        name: T - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")
     }
     if heat:
         low = min(T.min() for T in heat.values())
@@ -428,10 +408,7 @@ def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
     return {
         "charts": [chart.as_dict() for chart in charts],
         "t": rounded(series.t),
-        "y": [
-            rounded(np.stack([np.asarray(line) for line in chart.values(series)]))
-            for chart in charts
-        ],
+        "y": [rounded(np.stack(chart.values(series))) for chart in charts],
         "windows": [
             {"words": window.title, "start": window.start, "end": window.end}
             for window in shown

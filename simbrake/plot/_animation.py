@@ -9,12 +9,11 @@ import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
-from .._base._faults import Fault, Issues, whole_file
+from .._base._faults import Issues, whole_file
 from .._base._progress import counting
-from ..outputs.quantities import fault_of_times
 from ..parts.scene import banded_brake
 from ..runs.result import Result, look
-from .drawing import STYLE, ink, one_run, span
+from .drawing import STYLE, ink, one_run, part_to_play
 from .wheels import draw_moment, spot, tops_of
 
 _FRAMES = 500  # at most: all of them are in the memory at once
@@ -51,33 +50,15 @@ def animate(
     """
     bands = len(banded_brake(one_run(result).scene).bands_of_linings)
     file = Path(path)
-    first, last = span(result)
-    low = first if start is None else float(start)
-    rest = next(
-        (
-            first + 1.15 * (event.time - first)
-            for event in result.events
-            if event.name == "stop"
-        ),
-        last,
-    )
-    high = float(end) if end is not None else min(rest, last) if rest > low else last
-    faults = [
-        fault_of_times(np.asarray([t]), first, last, name)
-        for name, t in (("start", low), ("end", high))
-    ]
-    checks = [
+    issues = Issues()
+    low, high = part_to_play(result, start, end, issues)
+    frames = duration * fps
+    for good, name, what, hint in (
         (
             file.suffix.lower() == ".gif",
             "path",
             f"{file.name!r} is no animation",
             "let it end in .gif",
-        ),
-        (
-            not low >= high,
-            "end",
-            f"{high:g} s is not after the start at {low:g} s",
-            "it must be later",
         ),
         (
             0.0 < fps <= 50.0,
@@ -86,15 +67,16 @@ def animate(
             "more than 0, up to 50",
         ),
         (
-            0.0 < duration * fps <= _FRAMES,
+            0.0 < frames <= _FRAMES,
             "duration",
-            f"makes {duration * fps:.0f} frames",
+            f"makes {frames:.0f} frames",
             f"1 to {_FRAMES}",
         ),
-    ]
-    faults += [Fault(path, what, hint) for good, path, what, hint in checks if not good]
-    Issues(filter(None, faults)).report()
-    times = np.linspace(low, high, max(2, round(duration * fps)))
+    ):
+        if not good:
+            issues.add(name, what, hint)
+    issues.report()
+    times = np.linspace(low, high, max(2, round(frames)))
     tops = tops_of(look(result, times))
 
     def draw(t: float) -> None:
@@ -105,7 +87,7 @@ def animate(
             draw_moment(figure, result, t, p, tops)
         for axes in figure.axes:
             axes.plot(
-                *spot(0.97, np.asarray(p.y.phi) + np.pi / 2).T,
+                *spot(0.97, p.y.phi + np.pi / 2).T,
                 marker="o",
                 ms=6,
                 color=ink(),

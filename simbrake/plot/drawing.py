@@ -22,11 +22,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from .._base._faults import input_error
+from .._base._faults import Issues, input_error
+from .._base._quantity import as_number
 from .._base._table import number
 from ..outputs.log import Event
 from ..outputs.metrics import marks as known_marks
-from ..outputs.quantities import Series
+from ..outputs.quantities import Series, fault_of_times
 from ..parts.scene import Scene
 from ..runs.measure import title_of
 from ..runs.result import Result
@@ -225,8 +226,29 @@ def one_run(result: Result) -> Result:
 
 def span(result: Result) -> tuple[float, float]:
     """Start and end of a run (s)."""
-    t = np.asarray(result.record.rows.t)
-    return float(t[0]), float(t[int(result.record.count)])
+    t = result.record.rows.t
+    return float(t[0]), float(t[result.record.count])
+
+
+def part_to_play(
+    result: Result, start: float | None, end: float | None, issues: Issues
+) -> tuple[float, float]:
+    """Start and end (s) of the part of a run that a film shows, by default until
+    shortly after its first stop; adds what is wrong with them."""
+    first, last = span(result)
+    stop = next(
+        (e.time for e in result.events if e.name == "stop" and e.time > first), last
+    )
+    low = first if start is None else float(as_number(start))
+    high = min(first + 1.15 * (stop - first), last)
+    high = high if high > low else last
+    high = high if end is None else float(as_number(end))
+    for name, t in (("start", low), ("end", high)):
+        issues += filter(None, [fault_of_times(np.asarray([t]), first, last, name)])
+    if not issues and not low < high:
+        what = f"{high:g} s is not after the start at {low:g} s"
+        issues.add("end", what, "it must be later")
+    return max(low, first), min(high, last)
 
 
 class Window(NamedTuple):
@@ -401,7 +423,7 @@ def dense_grid(result: Result, low: float, high: float) -> Series:
 def cells(result: Result, low: float, high: float) -> Times:
     """Edges (s) of the cells of a map over time: even ones, events, and steps, which
     are dense during fast changes."""
-    t = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
+    t = np.unique(result.record.rows.t[: result.record.count + 1])
     steps = t[(t > low) & (t < high)]
     events = [e.time for e in result.events if low < e.time < high]
     edges = np.unique(
