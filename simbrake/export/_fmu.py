@@ -375,7 +375,7 @@ def _model_description(
         root,
         "DefaultExperiment",
         startTime="0",
-        stopTime=repr(float(np.asarray(scene.end_time))),
+        stopTime=repr(float(scene.end_time)),
     )
     described = SubElement(root, "ModelVariables")
     types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}

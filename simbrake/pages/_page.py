@@ -563,8 +563,7 @@ def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m colum
     )
     names: list[str] = []
     columns: list[np.ndarray] = []
-    for name, column in flat_series(series, pairs=result.tells_pairs_apart).items():
-        values = np.asarray(column)
+    for name, values in flat_series(series, pairs=result.tells_pairs_apart).items():
         unit = f" [{about_column(name).unit}]" if about_column(name).unit else ""
         each = [
             "_".join(str(i + 1) for i in place)

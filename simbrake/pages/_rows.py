@@ -314,8 +314,8 @@ def _plain(value: object) -> str:
 
 def _points(profile: PiecewiseLinear | Repeated, unit: str) -> str:
     """`2 kN at 0 s, 24 kN at 0.35 s`, in one unit for all values."""
-    times = np.asarray(profile.times)
-    values = np.asarray(profile.values)
+    times = profile.times
+    values = profile.values
     factor, offset, name = scale(
         unit, float(np.max(np.abs(values), initial=0.0)), absolute=unit == "K"
     )
@@ -369,7 +369,7 @@ def profile_words(profile: AbstractProfile | Phases, unit: str) -> str:
             )
             return f"{rise} with the time constant {number(profile.time_constant, 's')}"
         case FunctionProfile():
-            knots = np.asarray(profile.knots).size
+            knots = np.size(profile.knots)
             corners = f", with {knots} corners or jumps" if knots else ""
             return f"a user-defined function, {_plain(profile.function)}{corners}"
         case Lever():

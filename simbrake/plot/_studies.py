@@ -134,7 +134,7 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         )
         spread = None if part.sigma is None else factor * part.sigma
         _dots(axes, part.t, factor * part.value + offset, spread, "measured")
-        axes.plot(s.t, factor * np.asarray(values) + offset, color=BLUE, label="run")
+        axes.plot(s.t, factor * values + offset, color=BLUE, label="run")
         axes.set_ylabel(_label(part, name))
     faults.report()
     panels[-1].set_xlabel("time, s")
@@ -253,8 +253,8 @@ class _Sample(NamedTuple):
 
 
 def _sample(found: Uncertainty, name: str) -> _Sample:
-    values = np.asarray(found.data[name], np.float64)
-    good = np.isfinite(values) & (np.asarray(found.data["code"]) == 0)
+    values = found.data[name].values.astype(float)
+    good = np.isfinite(values) & (found.data["code"].values == 0)
     x = np.sort(values[good])
     top = float(np.abs(x).max(initial=0.0))
     factor, offset, unit = scale(found.statistics[name].unit, top, absolute=True)

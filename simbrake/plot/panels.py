@@ -244,7 +244,7 @@ def hook_mass(result: Result, s: Series, axes: Axes) -> None:
     if not isinstance(string, AbstractString):
         why = "does not change its mass"
         raise input_error("duty.load", why, "plot.panels.load draws its torque")
-    weight = np.asarray(s.load_torque) + float(string.drag) * np.asarray(s.omega)
+    weight = s.load_torque + string.drag * s.omega
     mass = weight / float(string.gravity * string.travel())
     swings = string.elasticity is not None
     words = "hook load over gravity" if swings else "mass on the hook"
@@ -444,7 +444,7 @@ def surface_temperatures(
     for name, (words, style, most) in limits.items():
         if most is None:
             continue
-        limit = float(np.asarray(most)) - ZERO
+        limit = float(most) - ZERO
         look = {"color": HOT[name], "lw": 1.3, "ls": style}
         if limit < hottest + 1.5 * (hottest - coldest):
             axes.axhline(limit, label=f"{words} {limit:.4g} °C", **look)
@@ -662,8 +662,8 @@ def contact_states(
         raise input_error("pair", f"there is no pair {pair!r}", hint)
     number_of_pair = 0 if pair is None else names.index(pair)
     axes = drawn_in(ax, *_SIZE)
-    t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
-    states = np.asarray(list(recorded.values())[number_of_pair])[: len(t)]
+    t = result.record.rows.t[: result.record.count + 1]
+    states = list(recorded.values())[number_of_pair][: len(t)]
     changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
     edges = np.append(t[changes], t[-1])
     linings = np.arange(states.shape[1] + 1) + 0.5

@@ -322,8 +322,8 @@ def _draw_band_of(
     states = {pair: each[0, own] for pair, each in contacts.items()}
     _draw_wheel(axes, angles, states)
     before = tension_before(p.shown, p.flows.contact.slack_tension)
-    ahead = np.asarray(before)[0, own] / 1e3
-    behind = np.asarray(p.shown.tension)[0, own] / 1e3
+    ahead = before[0, own] / 1e3
+    behind = p.shown.tension[0, own] / 1e3
     tension = np.append(ahead[0], behind)
     loads = [np.asarray(pair.normal)[0, own] / 1e3 for pair in p.shown.pairs]
     _draw_around(axes, angles, first, tension, loads, tops)
@@ -565,7 +565,7 @@ def pressed(
     contacts = lining_contacts(result, p)
     (pair,) = p.shown.pairs
     normal = np.asarray(pair.normal)[0]
-    friction = np.asarray(pair.friction)[0]
+    friction = pair.friction[0]
     figure = sheet(figure, 11.0, 6.6)
     wheel, course = figure.subplots(1, 2, width_ratios=[1.3, 1])
     colours = [
@@ -645,7 +645,7 @@ def _disc(
         )
     )
     radius = np.linspace(inner, outer, 100)
-    highest = float(np.asarray(pads.greatest_pressure(normal.max())))
+    highest = float(pads.greatest_pressure(normal.max()))
     pressure = 1e-6 * highest * np.asarray(pads.pressure.share(radius, inner))
     course.plot(1e3 * radius, pressure, color=GREEN, label="pressure on a pad")
     mean = 1e-6 * float(normal.max()) / float(pads.area)

@@ -787,7 +787,7 @@ class _Finder:
             return Level(0.5 * (limit[0] + limit[1]), limit[0], limit[1]), True
         rate = np.abs(self._rates())
         slow = self.limits["end_speed"]
-        every = np.interp(self.log.t, self.load.t, self.load.value)
+        every = self.load.at(self.log.t)
         load = every[rate < slow]
         moved = every[rate >= slow]
         load = load[load > 0.05 * np.max(load, initial=0.0)]
@@ -826,7 +826,7 @@ class _Finder:
         rate = self._rates()
         slow = self.limits["end_speed"]
         channel = self.log["hook_load"]
-        x = np.interp(self.log.t, self.load.t, self.load.value)
+        x = self.load.at(self.log.t)
         load = self._kind(x)
         state = np.select(
             [np.isnan(rate) | np.isnan(channel.value), rate >= slow, rate <= -slow],

@@ -85,9 +85,13 @@ class Reconstruction:
     load: Course
     motions: tuple[Motion, ...]
 
+    def row(self, t: np.ndarray) -> np.ndarray:
+        """The last point up to a time."""
+        return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, self.t.size - 1)
+
     def angle_at(self, t: np.ndarray) -> np.ndarray:
         """Angle of the drum (rad)."""
-        i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, self.t.size - 2)
+        i = np.minimum(self.row(t), self.t.size - 2)
         since = np.clip(t - self.t[i], 0.0, self.t[i + 1] - self.t[i])
         slope = self.slope[i]
         return self.angle[i] + (self.speed[i] + 0.5 * slope * since) * since
@@ -330,12 +334,7 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     }
     still = RecordedLoad([0.0], [0.0], **shared, rope=rope)
     path = Reconstruction(t, angle, speed, skipped, still, load, motions)
-    rate = (
-        per_radian
-        * path.slope[
-            np.clip(np.searchsorted(t, load.t, side="right") - 1, 0, t.size - 1)
-        ]
-    )
+    rate = per_radian * path.slope[path.row(load.t)]
     quiet = np.abs(rate) < _QUIET
     for motion in motions:  # all readings of one that is never quiet
         inside = (load.t >= motion.t[0]) & (load.t <= motion.t[-1])
@@ -662,7 +661,7 @@ def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, floa
     """Largest distance (m) of the hook from the reconstruction, and when (s)."""
     t = path.t[path.t <= float(result.record.t_end)]
     away = np.abs(
-        np.asarray(result.series(t).hook_position)
+        result.series(t).hook_position
         - np.asarray(path.hook.travelled(path.angle_at(t)))
     )
     return away.max(), t[away.argmax()]
@@ -673,7 +672,7 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
     end = float(result.record.t_end)
     spans = [(lowering.begin, lowering.end) for lowering in done]
     inside = [span for span in spans if span[1] <= end]
-    from_ = np.asarray(path.hook.times)
+    from_ = path.hook.times
     knots = [
         np.concatenate([[a], from_[(from_ > a) & (from_ < b)], [b]]) for a, b in inside
     ]
@@ -686,11 +685,11 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
             np.asarray(series.hook_position), np.cumsum([t.size for t in knots])[:-1]
         )
         ends = np.array([[a, b] for (a, _), b in zip(inside, until, strict=False)])
-        heat = np.diff(
-            np.asarray(result.series(ends.ravel()).friction_heat).reshape(ends.shape)
-        )[:, 0]
+        heat = np.diff(result.series(ends.ravel()).friction_heat.reshape(ends.shape))[
+            :, 0
+        ]
         record = result.report()._record
-        t = np.asarray(record.rows.t)[: int(record.count) + 1]
+        t = record.rows.t[: record.count + 1]
         rows = np.searchsorted(t, ends - 1e-9 * end)
     maxima = result.report().maxima_between([(int(a), int(b)) for a, b in rows]).between
     hottest = {name: maxima[name] for name in HOT if name in maxima}
@@ -996,7 +995,7 @@ def _compared(
         inside = (own >= bounds[0][at]) & (own <= bounds[1][at])
         return Match(own.size, float(known.mean()), rmse, bias, float(inside.mean()))
 
-    total = match(np.asarray(spans.any(axis=0)))
+    total = match(np.any(spans, axis=0))
     unit = channel.unit or channel.si
     return Compared(
         unit,
@@ -1052,11 +1051,8 @@ def compare(replay: Replay) -> Comparison:
             ]
         )
 
-    at = np.clip(
-        np.searchsorted(path.t, height.t, side="right") - 1, 0, path.t.size - 1
-    )
     travel, force = _simulated(result, np.concatenate([height.t, load.t]))
-    block = height.value[0] - path.skipped[at] - travel[: height.t.size]
+    block = height.value[0] - path.skipped[path.row(height.t)] - travel[: height.t.size]
     inside = spans(height)
     steps = np.abs(np.diff(height.value))
     travels = np.array([x.recorded_travel for x in replay.lowerings])

@@ -80,8 +80,8 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     the onset of slip on."""
     record = result.record.compact()
     words = result.scene.brake.words
-    t = np.asarray(record.rows.t)
-    phi = np.asarray(record.states.phi)
+    t = record.rows.t
+    phi = record.states.phi
     stops = rows_of(labels_of(record), result.report().turned)
     number_of = int(np.argmax([t[stop.stop] - t[stop.onset] for stop in stops]))
     stop = stops[number_of]

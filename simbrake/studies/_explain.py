@@ -168,7 +168,7 @@ def _linings(result: Result) -> list[Finding]:
         lining = at[f"{name}_lining"]
         time = at[f"{name}_time"]
         value = summary["metrics"][name]
-        each = np.asarray(getattr(result.series([time]), column))[0]
+        each = getattr(result.series([time]), column)[0]
         zero = 293.15 if column.endswith("temperature") else 0.0
         mean = float(np.mean(each)) - zero
         over = (float(np.max(each)) - zero) / mean if mean > 0 else 1.0

@@ -165,8 +165,8 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
     if wear.turned_at is not None:
         raise input_error("wear.turned_at", "is for one run", "give `turn_at` in stops")
     n = scene.brake.linings.count
-    limit = np.broadcast_to(np.asarray(wear.permissible, np.float64), (n,))
-    worn = np.broadcast_to(np.asarray(wear.worn, np.float64), (n,))
+    limit = np.broadcast_to(wear.permissible, (n,))
+    worn = np.broadcast_to(wear.worn, (n,))
     over = np.flatnonzero(worn >= limit)
     if over.size:
         raise input_error(
@@ -230,7 +230,7 @@ def lining_life(
         scene, limit, tolerance, None if step is None else float(step), options
     )
     with brake.progress:
-        first = brake.after(0.0, np.asarray(scene.wear.worn), False)
+        first = brake.after(0.0, scene.wear.worn, False)
         paths = brake.life(first, turns)
         unturned = None
         if best:

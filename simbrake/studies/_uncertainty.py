@@ -229,7 +229,7 @@ def uncertainty(
     unit, group = _points(n, len(draws.paths), method, replicates, seed)
     values = draws.values(unit)
     data = ensemble(scene, values, [*asked, *hidden], **options)
-    if missing := int(np.sum(np.asarray(data["code"]) < 0)):
+    if missing := int(np.sum(data["code"].values < 0)):
         # (those made first are the expensive ones)
         message = (
             f"interrupted: {missing} of {data.sizes['run']} runs were not made, "
@@ -247,7 +247,7 @@ def uncertainty(
         for path, numbers in draws.values(shares).items()
     }
     statistics, failures = _evaluate(data, group, asked, bounds, quantiles, confidence)
-    code = np.asarray(data["code"])
+    code = data["code"].values
     codes, counts = np.unique(code[code != 0], return_counts=True)
     return Uncertainty(
         data=data.assign_coords(group=("run", group)),
@@ -295,7 +295,7 @@ def _limits(
         and "linings" in heat.hot_places
         and _HOT not in (limits or {})
     ):
-        bounds[_HOT] = float(np.asarray(heat.permissible))
+        bounds[_HOT] = float(heat.permissible)
     names = [name_of(metric) for metric in asked]
     return bounds, [name for name in bounds if name not in names]
 
@@ -309,12 +309,12 @@ def _evaluate(
     confidence: float,
 ) -> tuple[dict[str, Statistics], dict[str, Failure]]:
     """Statistics and failures of runs that were made."""
-    failed = np.asarray(data["code"]) != 0
+    failed = data["code"].values != 0
     statistics = {}
     failures = {}
     for metric in asked:
         name = name_of(metric)
-        x = np.asarray(data[name], np.float64)
+        x = data[name].values.astype(float)
         here = np.isfinite(x) & ~failed
         x = x[here]
         g = group[here]
@@ -330,7 +330,7 @@ def _evaluate(
             data["reason"].values, [reason.id for reason in REASONS if reason.goes_on]
         )
         failures["does not stop"] = (
-            ~np.isfinite(np.asarray(data["stopping_time"])) | goes_on | failed
+            ~np.isfinite(data["stopping_time"].values) | goes_on | failed
         )
     for name, limit in bounds.items():
         shown = (
@@ -338,9 +338,7 @@ def _evaluate(
             if np.ndim(limit) == 0
             else "its sampled limit"
         )
-        failures[f"{name} > {shown}"] = (
-            (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed
-        )
+        failures[f"{name} > {shown}"] = ~(data[name].values <= limit) | failed
     if len(failures) > 1:
         failures[ANY] = np.any(list(failures.values()), axis=0)
     return statistics, {

@@ -294,8 +294,8 @@ def check_measured(data: Measured, scene: Scene) -> None:
     scene."""
     issues = Issues()
     issues.attempt(check_metrics, scene, [single.metric for single in data.singles])
-    start = float(np.asarray(scene.initial.time))
-    end = float(np.asarray(scene.end_time))
+    start = float(scene.initial.time)
+    end = float(scene.end_time)
     for part in data.points:
         beyond = part.t[outside(part.t, start, end)]
         if beyond.size:

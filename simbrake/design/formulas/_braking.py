@@ -252,8 +252,8 @@ class Braking:
         """Mean pressure (Pa) over the sliding distance of the run."""
         if self.run is None:
             return None
-        power = np.asarray(self.run.series.normal_load).sum(axis=1) * np.abs(
-            np.asarray(self.run.series.slip_speed)
+        power = self.run.series.normal_load.sum(axis=1) * np.abs(
+            self.run.series.slip_speed
         )
         return (
             self.rims

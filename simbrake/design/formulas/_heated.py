@@ -172,7 +172,7 @@ class RunValues:
     @property
     def slid(self) -> float:
         """Sliding distance of the linings on the track (m)."""
-        return float(np.trapezoid(np.abs(np.asarray(self.series.slip_speed)), self.t))
+        return float(np.trapezoid(np.abs(self.series.slip_speed), self.t))
 
     @functools.cached_property
     def rim(self) -> WallCourse | None:
@@ -203,9 +203,7 @@ class RunValues:
         scene = dataclasses.replace(scene, initial=initial)
         if s.temperature is None:
             return scene
-        stores = np.asarray(s.temperature)[
-            0, : initial_temperatures(scene.network).size
-        ]
+        stores = s.temperature[0, : initial_temperatures(scene.network).size]
         return dataclasses.replace(scene, heat=with_temperatures(scene.network, stores))
 
     @property
@@ -217,7 +215,7 @@ class RunValues:
             for c in (self.series.lining_temperature, self.series.rim_temperature)
             if c is not None
         ]
-        return np.max(np.asarray(known[0])) if known else None
+        return np.max(known[0]) if known else None
 
     @property
     def band(self) -> SeriesOfTimes | None:
@@ -374,7 +372,7 @@ def run_values(
         first, last = first + own[0], first + own[1]
     s = result.series(np.linspace(t[first], t[last], times))
     inside = worked(s)
-    whole = np.asarray(s.friction_work)
+    whole = s.friction_work
     inside = inside - inside[0]
     return RunValues(
         result,

@@ -429,8 +429,8 @@ def _internal_slip(run: RunValues) -> tuple[float, float] | None:
     ]
     if not slips:
         return None
-    s = run.result.series(np.asarray(slips[:1]))
-    return float(np.asarray(s.slack_tension)[0]), float(np.asarray(s.omega)[0])
+    s = run.result.series(slips[:1])
+    return float(s.slack_tension[0]), float(s.omega[0])
 
 
 def _stage_time(run: RunValues, name: str) -> float:

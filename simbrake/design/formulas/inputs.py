@@ -367,7 +367,7 @@ def _from_scene(scene: Scene) -> dict[str, Any]:
                 else "lining_area"
             )
             inputs[name] = brake.rims * float(
-                np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,)))
+                np.sum(np.broadcast_to(areas, (brake.linings.count,)))
             )
     T = start_temperature(scene)
     inputs |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
@@ -409,9 +409,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
             value, source = _ASSUMED[name]
             inputs[name] = Input(name, value, unit, source)
     brake = banded_brake(scene)
-    wraps = [
-        float(np.sum(np.asarray(linings.weights))) for linings in brake.bands_of_linings
-    ]
+    wraps = [float(np.sum(linings.weights)) for linings in brake.bands_of_linings]
     tracks = brake.rims * len(wraps)
 
     def derive(name: str, value: float, source: str) -> None:

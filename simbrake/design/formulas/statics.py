@@ -279,7 +279,7 @@ def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
         return None
     load, J = (whole / brake.rims for whole in load_and_inertia(scene))
     T_0 = jnp.asarray(float(lever.scale()))
-    J_b = float(np.sum(np.asarray(bandage.inertia)))
+    J_b = float(np.sum(bandage.inertia))
     pair = InternalPair(bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
     T_inner = sensed_at_start(scene, -1)
     sliding = jnp.asarray(float(brake.pulley.radius) * omega)

@@ -175,14 +175,11 @@ def track_ripple(
     p = look(result, ts)
     pair = result.record.system.pair_names[-1]  # pyright: ignore
     hot = 1.0 if scene.power_shares is None else float(scene.power_shares.heat)
-    power = hot * share * np.asarray(rubbing(result.record, p, pair=pair).power)
+    power = hot * share * rubbing(result.record, p, pair=pair).power
     edges, lining = _around(brake, np.asarray(rim.area, float))
     flux = np.where(lining < 0, -cooling, (power / np.asarray(rim.area))[:, lining])
     s = result.series(ts)
-    omega = np.abs(
-        np.asarray(s.omega)
-        - (0.0 if s.bandage_speed is None else np.asarray(s.bandage_speed))
-    )
+    omega = np.abs(s.omega - (0.0 if s.bandage_speed is None else s.bandage_speed))
     with np.errstate(divide="ignore"):
         period = 2 * math.pi / omega
     # an interval may have its extreme inside, where neighbours still heat or cool it
@@ -212,9 +209,7 @@ def _around(brake: Brake, area: Float[np.ndarray, "..."]) -> tuple[Depths, np.nd
     """Where the parts of the track begin (k,), from the tight end on, and the lining
     over each (k,), −1 where open."""
     n = brake.linings.count
-    section = np.broadcast_to(np.asarray(brake.linings.angle, float), (n,))[::-1] / (
-        2 * math.pi
-    )
+    section = np.broadcast_to(brake.linings.angle, (n,))[::-1] / (2 * math.pi)
     face = np.broadcast_to(area, (n,))[::-1] / (
         2 * math.pi * float(brake.pulley.radius) * float(brake.pulley.width)  # pyright: ignore
     )
