@@ -180,36 +180,24 @@ def refused(*arguments, **settings):
 @pytest.mark.parametrize(
     ("form", "head"),
     [
-        *(
-            ("%H:%M:%S %d/%m/%Y", "Time"),
-            ("%d/%m/%Y-%H:%M:%S", "Time"),
-            ("%Y-%m-%d-%H:%M:%S", "Time"),
-        ),
-        *(
-            ("%Y-%m-%dT%H:%M:%S.000", "Time"),
-            ("%Y/%m/%d_%H:%M:%S:000", "Time"),
-            ("%d-%b-%y %I:%M:%S %p", "Time"),
-        ),
-        *(
-            ("%A, %d %B %Y, %H:%M:%S", "Time"),
-            ("%a %b %d %H:%M:%S %Y", "Time"),
-            ("%b %d, %Y %H:%M:%S", "Time"),
-        ),
-        *(
-            ("%d.%m.%Y %H.%M.%S", "Time"),
-            ("%H.%M.%S %d.%m.%Y", "Time"),
-            ("%Y%m%dT%H%M%S", "Time"),
-        ),
-        *(
-            ("%Y%m%d%H%M%S", "Time"),
-            ("%y-%m-%d %H:%M:%S", "Stamp"),
-            ("%d/%b/%Y:%H:%M:%S", "Stamp"),
-        ),
-        *(
-            ("%d/%m/%Y;%H:%M:%S", "Date;Time"),
-            ("%H:%M:%S;%d.%m.%Y", "Clock;Day"),
-            ("%Y%m%d;%H%M%S", "Rig Date;Time"),
-        ),
+        ("%H:%M:%S %d/%m/%Y", "Time"),
+        ("%d/%m/%Y-%H:%M:%S", "Time"),
+        ("%Y-%m-%d-%H:%M:%S", "Time"),
+        ("%Y-%m-%dT%H:%M:%S.000", "Time"),
+        ("%Y/%m/%d_%H:%M:%S:000", "Time"),
+        ("%d-%b-%y %I:%M:%S %p", "Time"),
+        ("%A, %d %B %Y, %H:%M:%S", "Time"),
+        ("%a %b %d %H:%M:%S %Y", "Time"),
+        ("%b %d, %Y %H:%M:%S", "Time"),
+        ("%d.%m.%Y %H.%M.%S", "Time"),
+        ("%H.%M.%S %d.%m.%Y", "Time"),
+        ("%Y%m%dT%H%M%S", "Time"),
+        ("%Y%m%d%H%M%S", "Time"),
+        ("%y-%m-%d %H:%M:%S", "Stamp"),
+        ("%d/%b/%Y:%H:%M:%S", "Stamp"),
+        ("%d/%m/%Y;%H:%M:%S", "Date;Time"),
+        ("%H:%M:%S;%d.%m.%Y", "Clock;Day"),
+        ("%Y%m%d;%H%M%S", "Rig Date;Time"),
     ],
 )
 def test_dates_and_clocks_in_any_order(form, head):
@@ -221,17 +209,14 @@ def test_dates_and_clocks_in_any_order(form, head):
 @pytest.mark.parametrize(
     ("zone", "start"),
     [
-        *(
-            ("Z", "2020-01-29T23:59:56"),
-            (" UTC", "2020-01-29T23:59:56"),
-            ("+01:00", "2020-01-29T22:59:56"),
-        ),
-        *(
-            (" UTC+1", "2020-01-29T22:59:56"),
-            ("-0030", "2020-01-30T00:29:56"),
-            (" (CET)", "2020-01-29T22:59:56"),
-        ),
-        *((" Europe/Oslo", "2020-01-29T22:59:56"), (" EST", "2020-01-30T04:59:56")),
+        ("Z", "2020-01-29T23:59:56"),
+        (" UTC", "2020-01-29T23:59:56"),
+        ("+01:00", "2020-01-29T22:59:56"),
+        (" UTC+1", "2020-01-29T22:59:56"),
+        ("-0030", "2020-01-30T00:29:56"),
+        (" (CET)", "2020-01-29T22:59:56"),
+        (" Europe/Oslo", "2020-01-29T22:59:56"),
+        (" EST", "2020-01-30T04:59:56"),
     ],
 )
 def test_zones_behind_clocks(zone, start):
@@ -363,15 +348,11 @@ MD.M : depth
 @pytest.mark.parametrize(
     ("head", "rows"),
     [
-        *(
-            ("Curve", "ASCII | Curve"),
-            ("Log_Definition", "Log_Data | Log_Definition"),
-            ("CURVE", "A"),
-        ),
-        *(
-            ("Log_Definition[2]", "Log_Data[2] | Log_Definition[2]"),
-            ("Drilling_Definition", "DRILLING_DATA"),
-        ),
+        ("Curve", "ASCII | Curve"),
+        ("Log_Definition", "Log_Data | Log_Definition"),
+        ("CURVE", "A"),
+        ("Log_Definition[2]", "Log_Data[2] | Log_Definition[2]"),
+        ("Drilling_Definition", "DRILLING_DATA"),
     ],
 )
 def test_las_3(tmp_path, dlm, sep, head, rows):

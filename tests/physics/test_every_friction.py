@@ -123,14 +123,14 @@ KINDS = {
 #: what is tried, and the kinds of brake on which it runs
 RUNS = {
     "memory and changes": (
-        *(
-            "rigid band",
-            "elastic band",
-            "staged, rigid band",
-            "chain",
-            "bandage on springs",
-        ),
-        *("several bands by stiffness", "disc brake", "double-shoe brake"),
+        "rigid band",
+        "elastic band",
+        "staged, rigid band",
+        "chain",
+        "bandage on springs",
+        "several bands by stiffness",
+        "disc brake",
+        "double-shoe brake",
     ),
     "temperature": (
         "band by its geometry",

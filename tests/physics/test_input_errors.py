@@ -195,8 +195,8 @@ CASES = {
                 network((A, B, thermal.Lump("c", [0.0, 1.0], count=2)), "ab", "bc"),
                 network(
                     (
-                        *(A, thermal.Lump("c", 1.0)),
-                        *(thermal.Junction("j"), thermal.Junction("k")),
+                        A, thermal.Lump("c", 1.0),
+                        thermal.Junction("j"), thermal.Junction("k"),
                         thermal.Wall("w", sb.material("steel_20L"), 0.08, 1.0, 3),
                     ),
                     *("jk", "aw", ("a", "nowhere")),

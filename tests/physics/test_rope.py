@@ -72,7 +72,11 @@ def test_three_layer_stop_and_derivatives():
 def test_three_layer_stop_events_and_balance():
     result = sb.simulate(stop())
     assert changes_of(result) == [
-        *("slip_onset", "full_slip", "layer_change", "layer_change", "stop"),
+        "slip_onset",
+        "full_slip",
+        "layer_change",
+        "layer_change",
+        "stop",
     ]
     closes(result, 1e-12)
     change = result.events["layer_change"].times

@@ -16,16 +16,12 @@ STRING = 1.2e6
 #: travel, speed, acceleration, load lowered, load at rest (in slips: the block's) and
 #: hoisted
 STANDS = [
-    *(
-        (28.0, 1.1, 0.4, STRING, BLOCK),
-        (27.0, 2.0, 0.5, STRING, BLOCK),
-        (38.0, 1.6, 0.3, BLOCK, BLOCK),
-    ),
-    *(
-        (9.0, 0.5, 0.2, STRING, BLOCK),
-        (30.0, 0.9, 0.6, 0.9 * STRING, BLOCK),
-        (28.0, 1.3, 0.3, STRING, BLOCK),
-    ),
+    (28.0, 1.1, 0.4, STRING, BLOCK),
+    (27.0, 2.0, 0.5, STRING, BLOCK),
+    (38.0, 1.6, 0.3, BLOCK, BLOCK),
+    (9.0, 0.5, 0.2, STRING, BLOCK),
+    (30.0, 0.9, 0.6, 0.9 * STRING, BLOCK),
+    (28.0, 1.3, 0.3, STRING, BLOCK),
 ]
 WRITERS = {"a.xml": witsml, "a.las": las, "a.csv": table}
 
@@ -554,8 +550,6 @@ def test_arguments_of_a_ledger_that_cannot_be(tmp_path):
         efficiency=1.1,
         brake="air",
         auxiliary={"pipe": 2.0},
-    ) == [
-        *("lines", "drum_radius", "efficiency", "brake", "auxiliary pipe", "auxiliary")
-    ]
+    ) == ["lines", "drum_radius", "efficiency", "brake", "auxiliary pipe", "auxiliary"]
     with input_error(match="which has no auxiliary brake"):
         sb.rig.ledger(log, brake="friction", auxiliary=0.5)

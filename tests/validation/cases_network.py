@@ -49,36 +49,35 @@ def _network():
     compared."""
     plain = [Material(k, 7800.0, 480.0) for _, k in _THICK]
     bodies = (
-        *(Reservoir("air", AIR), Reservoir("hot", _HOT), Reservoir("cold", _COLD)),
-        *(Lump("rim", 1e3), Lump("lining", 100.0, count=3)),
+        Reservoir("air", AIR),
+        Reservoir("hot", _HOT),
+        Reservoir("cold", _COLD),
+        Lump("rim", 1e3),
+        Lump("lining", 100.0, count=3),
         *(
             Wall(name, m, d, 1.0, 4)
             for name, m, (d, _) in zip(("wall", "screen"), plain, _THICK, strict=True)
         ),
-        *(Junction("first"), Junction("second"), Junction("interface")),
+        Junction("first"),
+        Junction("second"),
+        Junction("interface"),
     )
     links = (
         # one end or the other of a link is the face
-        *(
-            Radiation("wall.front", 1.0, 0.3),
-            Radiation("air", 1.0, _GLOW - 0.3, "wall.front"),
-        ),
+        Radiation("wall.front", 1.0, 0.3),
+        Radiation("air", 1.0, _GLOW - 0.3, "wall.front"),
         Convection("wall.front", 1.0, _H),
-        *(
-            Radiation("wall.back", 1.0, _BEHIND, "screen.front"),
-            ThermalContact("screen.back", "cold", 1.0),
-        ),
-        *(Conductance("hot", "first", _G[0]), Conductance("first", "second", _G[1])),
-        *(
-            Radiation("first", 0.5, 0.9),
-            Conductance("second", "cold", _G[2]),
-            Radiation("second", 0.2, 0.6),
-        ),
-        *(
-            Conductance("interface", "rim", _INTO[0]),
-            Conductance("interface", "lining", _INTO[1]),
-        ),
-        *(Conductance("rim", "air", _AWAY[0]), Conductance("lining", "air", _AWAY[1])),
+        Radiation("wall.back", 1.0, _BEHIND, "screen.front"),
+        ThermalContact("screen.back", "cold", 1.0),
+        Conductance("hot", "first", _G[0]),
+        Conductance("first", "second", _G[1]),
+        Radiation("first", 0.5, 0.9),
+        Conductance("second", "cold", _G[2]),
+        Radiation("second", 0.2, 0.6),
+        Conductance("interface", "rim", _INTO[0]),
+        Conductance("interface", "lining", _INTO[1]),
+        Conductance("rim", "air", _AWAY[0]),
+        Conductance("lining", "air", _AWAY[1]),
     )
     pair = FrictionHeat("interface", "interface", 0.5, "rim")
     return Heat(

@@ -109,12 +109,11 @@ def _stop_with_bodies():
         *(0.028, 4.0, 0.3, 0.03, 0.7, 0.006, 2.0),
     )
     bodies = (
-        *(Lump("rim", 1.2e3, AIR), Lump("lining", 900.0, 330.0)),
-        *(
-            Lump("by speed", 500.0, 400.0),
-            Lump("free", 150.0, 390.0),
-            Lump("varying", 400.0, 310.0, 1.5e-3, 300.0),
-        ),
+        Lump("rim", 1.2e3, AIR),
+        Lump("lining", 900.0, 330.0),
+        Lump("by speed", 500.0, 400.0),
+        Lump("free", 150.0, 390.0),
+        Lump("varying", 400.0, 310.0, 1.5e-3, 300.0),
         Reservoir("air", AIR),
     )
     links = (
