@@ -6,7 +6,7 @@ tolerances of the run; times, in square roots of it (s); and whether the stated 
 covers that of the value. Exit code 1 where something is out of bounds.
 """
 
-import argparse
+import itertools
 import json
 import os
 import pathlib
@@ -19,7 +19,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import diffrax
 import numpy as np
-from oracles.independent.draws import FLAVOURS, KINDS, draw, scene
+from oracles.independent.asked import scenes_asked
+from oracles.independent.draws import KINDS, draw, scene
 
 import simbrake as sb
 from simbrake.hybrid import Rodas5P
@@ -143,32 +144,21 @@ def rows_of(found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=2, help="of each kind and flavour")
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--kinds", default=";".join(KINDS), help="by semicolons")
-    parser.add_argument("--flavours", default=",".join(FLAVOURS))
-    parser.add_argument("--json", help="file for the numbers")
-    options = parser.parse_args()
+    scenes, file = scenes_asked(__doc__, 2)
     found = []
     start = time.process_time()
-    for kind in options.kinds.split(";"):
-        for flavour in options.flavours.split(","):
-            for seed in range(options.first, options.first + options.seeds):
-                for method in SOLVERS:
-                    some = list(compared(kind, flavour, seed, method))
-                    found += some
-                    took = time.process_time() - start
-                    name = f"{kind}, {flavour}, {seed}, {method}"
-                    print(f"{name}: {len(some)} maxima; {took:.0f} CPU s", flush=True)
-                    for one in some:
-                        if not one.holds or one.covered is False:
-                            print(f"   {one}", flush=True)
-                    if options.json:
-                        rows = [one._asdict() for one in found]
-                        pathlib.Path(options.json).write_text(
-                            json.dumps(rows, indent=1)
-                        )
+    for asked, method in itertools.product(scenes, SOLVERS):
+        some = list(compared(*asked, method))
+        found += some
+        took = time.process_time() - start
+        name = ", ".join(map(str, (*asked, method)))
+        print(f"{name}: {len(some)} maxima; {took:.0f} CPU s", flush=True)
+        for one in some:
+            if not one.holds or one.covered is False:
+                print(f"   {one}", flush=True)
+        if file:
+            rows = [one._asdict() for one in found]
+            pathlib.Path(file).write_text(json.dumps(rows, indent=1))
     print("\n".join(rows_of(found)))
     known = [one.covered for one in found if one.covered is not None]
     return int(not all(one.holds for one in found) or sum(known) < COVERED * len(known))

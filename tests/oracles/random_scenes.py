@@ -21,7 +21,6 @@ Compared are the modes that last and the events, their times, and at the end sta
 energies, temperatures and wear. Exit code 1 where anything differs.
 """
 
-import argparse
 import json
 import os
 import pathlib
@@ -31,8 +30,8 @@ import time
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
+from oracles.independent.asked import scenes_asked
 from oracles.independent.compare import compare
-from oracles.independent.draws import FLAVOURS, KINDS
 
 
 def row(one):
@@ -45,32 +44,12 @@ def row(one):
 
 
 def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--seeds", type=int, default=5, help="scenes of each kind and flavour"
-    )
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument(
-        "--kinds", default=";".join(KINDS), help="separated by semicolons; default: all"
-    )
-    parser.add_argument("--flavours", default=",".join(FLAVOURS), help="default: all")
-    parser.add_argument("--json", help="file for the numbers")
-    options = parser.parse_args()
-    kinds = options.kinds.split(";")
-    flavours = options.flavours.split(",")
-    if unknown := [*(set(kinds) - set(KINDS)), *(set(flavours) - set(FLAVOURS))]:
-        parser.error(
-            f"unknown: {', '.join(unknown)}; there are {'; '.join(KINDS)} and {', '.join(FLAVOURS)}"
-        )
+    scenes, file = scenes_asked(__doc__, 5)
     found = []
     start = time.process_time()
-    for kind in kinds:
-        for flavour in flavours:
-            for seed in range(options.first, options.first + options.seeds):
-                found.append(compare(kind, flavour, seed))
-                print(row(found[-1]), flush=True)
+    for scene in scenes:
+        found.append(compare(*scene))
+        print(row(found[-1]), flush=True)
     wrong = [one for one in found if one.differs]
     events = sum(one.events for one in found)
     modes = sum(one.modes for one in found)
@@ -84,8 +63,8 @@ def main():
         f" time {times:.1e} s (as margin {margins:.1e}), of states and energies {states:.1e};"
         f" {time.process_time() - start:.0f} CPU s"
     )
-    if options.json:
-        pathlib.Path(options.json).write_text(
+    if file:
+        pathlib.Path(file).write_text(
             json.dumps([one._asdict() for one in found], indent=1), "utf-8"
         )
     return 1 if wrong else 0
