@@ -20,6 +20,11 @@ from simbrake.results import limit_checks
 AMPLE = {"max_tension": 1e9, "max_normal_load": 1e9}
 
 
+def check_of(name, result, limits):
+    (found,) = [check for check in limit_checks(result, limits) if check.name == name]
+    return found
+
+
 @pytest.fixture(scope="module")
 def stop():
     return sb.simulate(rigid())
@@ -42,11 +47,7 @@ def test_margin_sets_the_colour(stop, factor, colour, state):
     row = said.rows[0]
     assert (row.name, row.state) == ("Stopping time", state)
     assert row.margin.endswith(f"({100 * (1 - 1 / factor):.3g} %)".replace("-", "−"))
-    (check,) = [
-        c
-        for c in limit_checks(stop, {"stopping_time": factor * STOP})
-        if c.name == "stopping_time"
-    ]
+    check = check_of("stopping_time", stop, {"stopping_time": factor * STOP})
     near(check.margin_percent, 100 * (1 - 1 / factor), 1e-9)
 
 
@@ -167,9 +168,7 @@ def test_limits_of_the_scene_are_evaluated(tmp_path, capsys):
     )
     result = sb.simulate(scene)
     stress = T0 * PI / 2e-4
-    (check,) = [
-        check for check in limit_checks(result, {}) if check.name == "max_band_stress"
-    ]
+    check = check_of("max_band_stress", result, {})
     near(check.value, stress, 1e-9)
     assert check.verdict == "exceeded"
     assert result.verdict().colour == "red"
@@ -249,9 +248,7 @@ def test_permissible_pressure_is_a_limit():
     )
     scene = replaced(rigid(), {"brake.linings": linings})
     result = sb.simulate(scene)
-    (check,) = [
-        check for check in limit_checks(result, {}) if check.name == "max_pressure"
-    ]
+    check = check_of("max_pressure", result, {})
     near(check.value, result.metrics["max_normal_load"] / 0.02, 1e-9)
     assert (check.limit, check.note) == (1e6, "lining 20")
     assert result.verdict({"max_tension": 1e9}).judged.missing == {}
@@ -266,23 +263,13 @@ def test_limit_on_what_did_not_happen(stop):
         (turning, "exceeded", "did not happen in this run"),
         (failed, "not evaluated", "the run failed before it happened"),
     ):
-        (check,) = [
-            c
-            for c in limit_checks(result, {"stopping_time": 3.0})
-            if c.name == "stopping_time"
-        ]
+        check = check_of("stopping_time", result, {"stopping_time": 3.0})
         assert (check.value, check.verdict, check.note) == (None, verdict, note)
-    (check,) = [
-        c for c in limit_checks(failed, {"max_tension": 1e9}) if c.name == "max_tension"
-    ]
+    check = check_of("max_tension", failed, {"max_tension": 1e9})
     assert check.verdict == "within limit so far"
     value = float(stop.max_tension.value)
     for bound, verdict in ((value, "within limit"), (value * (1 - 1e-12), "exceeded")):
-        (check,) = [
-            c
-            for c in limit_checks(stop, {"max_tension": bound})
-            if c.name == "max_tension"
-        ]
+        check = check_of("max_tension", stop, {"max_tension": bound})
         assert (check.verdict, check.value) == (verdict, value)
     first, *others = limit_checks(stop, {})
     assert (first.name, first.verdict, first.note) == (
