@@ -399,34 +399,25 @@ def variations(scene):
     leaves = {
         leaf.path: np.asarray(leaf.value, float) for leaf in sb.files.leaves(scene)
     }
-    pulls = [
-        path
-        for path in leaves
-        if path.startswith(f"duty.{scene.duty.lever_field}") and path.endswith("values")
-    ]
-    frictions = [
-        path
-        for path in leaves
-        if path.startswith("brake.") and path.endswith("coefficient")
-    ]
-    loads = [
-        path
-        for path in leaves
-        if path in ("duty.load.mass", "duty.load.string", "duty.load.profile.level")
-    ]
 
-    def ending(share):
-        return {
-            path: np.append(leaves[path][:-1], share * leaves[path][-1])
-            for path in pulls
+    def scaled(factor, places, which=...):
+        found = {
+            path: x.copy() for path, x in leaves.items() if re.fullmatch(places, path)
         }
+        for x in found.values():
+            x[which] *= factor
+        return found
 
+    pull = rf"duty\.{scene.duty.lever_field}.*values"
     start = float(scene.initial.time)
     yield "as it is", {}
-    yield "lost", ending(0.0)
-    yield "eased", ending(0.4)
-    yield "a third of the friction", {path: leaves[path] / 3 for path in frictions}
-    yield "three times the load", {path: 3 * leaves[path] for path in loads}
+    yield "lost", scaled(0.0, pull, -1)
+    yield "eased", scaled(0.4, pull, -1)
+    yield "a third of the friction", scaled(1 / 3, r"brake\..*coefficient")
+    yield (
+        "three times the load",
+        scaled(3.0, r"duty\.load\.(mass|string|profile\.level)"),
+    )
     yield "ended early", {"end_time": start + 0.1 * (leaves["end_time"] - start)}
 
 
