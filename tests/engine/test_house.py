@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from commands import python
-from helpers import all_near, near, nothing_compiled
+from helpers import near, nothing_compiled
 from scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -311,33 +311,10 @@ def test_scripts_need_not_set_64_bits(first, second, monkeypatch):
         assert off.stdout.split() == ["float32", "True", "0"]
 
 
-def run_of(scene):
-    return sb.simulate(scene, max_steps=128)
-
-
 @pytest.mark.slow
 def test_a_result_passes_through_jit():
-    whole = jax.jit(run_of)(jax.tree.map(jnp.asarray, stop_scene()))
+    run = jax.jit(lambda scene: sb.simulate(scene, max_steps=128))
+    whole = run(jax.tree.map(jnp.asarray, stop_scene()))
     assert whole.status == "stopped"
     near(whole.stopping_time, closed_form()["stop"], 1e-10)
     assert len(whole.events) == 23
-
-
-@pytest.mark.slow
-def test_a_result_passes_through_vmap():
-    scenes = jax.vmap(lambda w: stop_scene(w0=w))(jnp.asarray([10.0, 20.0]))
-    batch = jax.jit(jax.vmap(run_of))(scenes)
-    truth = [closed_form(w0=w)["stop"] for w in (10.0, 20.0)]
-    # one program for what is asked of a batch: hundreds of small ones otherwise
-    asked = jax.jit(
-        lambda result: (
-            result.stopping_time,
-            result.max_tension,
-            result.energy["closure"],
-        )
-    )
-    times, tension, closure = asked(batch)
-    all_near(times, truth, 1e-10)
-    all_near(tension.value, 8e3 * closed_form()["Pi"], 1e-9)
-    all_near(tension.lining, [20, 20])
-    assert np.max(closure) < 1e-9
