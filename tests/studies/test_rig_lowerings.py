@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from goldens import assert_refused
 from helpers import all_near, input_error, near, paths_of
 from rig_recordings import SMALL, TIMES, las, sampled, table, trip, witsml, written
 
@@ -395,21 +396,20 @@ def test_a_log_whose_only_lowering_is_in_a_gap_is_read(tmp_path):
     assert book.totals["hook_work"] == 0.0
 
 
-def test_what_has_no_lowerings_is_refused(tmp_path):
-    log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
-    with input_error(match="pause: -1"):
-        sb.rig.lowerings(log, pause=-1.0)
-    with input_error(match=r"stays within 1 m"):
-        sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, -1), (60, 0))))
-    with input_error(match=r"nothing is lowered by 2 m"):
-        sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, 20), (60, 0))))
-    rare = {"BPOS": ("m", SMALL["BPOS"][1]), "HKLD": ("kN", SMALL["HKLD"][1])}
-    with input_error(match="lowerings cannot be followed above 15 s"):
-        sb.rig.lowerings(
-            sb.rig.read(
-                written(tmp_path, "r.xml", witsml([100 * t for t in TIMES], rare))
-            )
-        )
+def test_what_has_no_lowerings_is_refused(tmp_path, request):
+    rare = witsml([100 * t for t in TIMES], {x: SMALL[x] for x in ("BPOS", "HKLD")})
+    low, up, down = (
+        recording(tmp_path, *shape((40, 0), (20, metres), (60, 0)))
+        for metres in (-1, 20, -20)
+    )
+    lowerings = sb.rig.lowerings
+    cases = (
+        lambda: lowerings(down, pause=-1.0),
+        lambda: lowerings(low),
+        lambda: lowerings(up),
+        lambda: lowerings(sb.rig.read(written(tmp_path, "r.xml", rare))),
+    )
+    assert_refused(request, "lowerings", cases)
 
 
 # --- the ledger ---------------------------------------------------------------------
