@@ -2,7 +2,7 @@
 an elastic one."""
 
 import numpy as np
-from scenes import closed_form, stop_scene
+from scenes import GAIN, closed_form, stop_scene
 
 import simbrake as sb
 
@@ -31,7 +31,7 @@ def rigid(**changes):
 def rate(T=1.0):
     """Deceleration (rad/s²) of the rigid scene, ω = ω_0 − rate·t, per newton of slack
     tension."""
-    return 0.725 * (closed_form()["Pi"] - 1) / 800.0 * T
+    return GAIN / 800.0 * T
 
 
 def line(w0=20.0, T=8e3, noise=None):

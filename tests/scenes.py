@@ -92,6 +92,12 @@ def closed_form(
     }
 
 
+#: tension ratio of the brake of `stop_scene`
+PI = closed_form()["Pi"]
+#: torque of that brake (N·m) per newton of slack tension
+GAIN = 0.725 * (PI - 1)
+
+
 class FallingFriction(AbstractFriction):
     """Friction with which the torque of one lining of 0.5 rad falls as `M_0/(1 + κ ω)`,
     for `R_b` = 1 m.

@@ -3,7 +3,7 @@ closed forms."""
 
 import math
 
-from scenes import lining_ratio, stop_scene
+from scenes import PI, stop_scene
 
 import simbrake as sb
 
@@ -13,7 +13,6 @@ R = 0.725
 T0 = 8e3
 LOAD = 1.2e4
 Z = math.tan(math.radians(13.5) / 2)
-PI = lining_ratio(0.35, math.radians(13.5)) ** 20
 TORQUE = R * T0 * (PI - 1)
 STOP = J * W0 / (TORQUE - LOAD)
 ANGLE = STOP * W0 / 2

@@ -17,12 +17,12 @@ from helpers import (
     settings,
     solve,
 )
-from small_systems import BouncingBall, Oscillator, arrays, first_event_times
+from small_systems import BouncingBall, Oscillator, Smooth, arrays, first_event_times
 
 import simbrake as sb
 
 
-class Timed(sb.hybrid.AbstractHybridSystem):
+class Timed(Smooth):
     """`ẏ = 1` from 0 and guards given over time; every firing moves that guard's count
     in the mode by one.
 
@@ -43,9 +43,6 @@ class Timed(sb.hybrid.AbstractHybridSystem):
             mode[0] + fired.astype(jnp.int32),
             mode[1] + at_stop.astype(jnp.int32),
         ), 0
-
-    def reset(self, t, y, before, after):
-        return y
 
     def next_stop(self, mode):
         return jnp.where(mode[1] > 0, jnp.inf, self.corner)
@@ -295,7 +292,7 @@ def test_event_of_a_limit_at_a_corner_has_the_derivative_of_the_limit():
     near(jax.jit(slope)(0.0), 0.5, 1e-12)
 
 
-class Chain(sb.hybrid.AbstractHybridSystem):
+class Chain(Smooth):
     """At t = 0.5 five modes pass at one instant; with `loop` they go round for ever."""
 
     loop: Any = False
@@ -309,12 +306,6 @@ class Chain(sb.hybrid.AbstractHybridSystem):
 
     def transition(self, t, y, mode, fired, at_stop):
         return jnp.where(self.loop, 1 + mode % 5, mode + 1), 0
-
-    def reset(self, t, y, before, after):
-        return y
-
-    def next_stop(self, mode):
-        return jnp.inf
 
     def scales(self):
         return 1.0

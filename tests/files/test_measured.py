@@ -11,7 +11,7 @@ import pytest
 from commands import call, no_cache  # noqa: F401
 from heat_scenes import fading, lump, rigid_stop
 from helpers import all_equal, all_near, faults_of, near
-from scenes import closed_form, stop_scene
+from scenes import GAIN, stop_scene
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
@@ -140,7 +140,7 @@ def test_calibrate_with_a_table_of_recordings(capsys, tmp_path, write):
     slack tension."""
     scene = str(tmp_path / "stop.toml")
     sb.write_scene(stop_scene(C=None), scene)
-    slope = 20.0 / (0.725 * (closed_form()["Pi"] - 1) * 7.5e3)
+    slope = 20.0 / (GAIN * 7.5e3)
     rows = "".join(f"{J},{1e3 * J * slope:.9f},1\n" for J in (800.0, 1200.0))
     head = "brake.pulley.inertia,stopping_time [ms],stopping_time_sigma [ms]"
     table = str(write("stops.csv", f"{head}\n{rows}"))

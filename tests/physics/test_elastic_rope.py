@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from helpers import all_equal, all_near, closes, near
-from scenes import lining_ratio, stop_scene
+from scenes import GAIN, stop_scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -20,7 +20,6 @@ RHO = 0.4 / 8
 K = 4e6
 W = M * G
 # N·m of brake torque per N of slack tension
-GAIN = 0.725 * (lining_ratio(0.35, math.radians(13.5)) ** 20 - 1)
 
 
 def scene(

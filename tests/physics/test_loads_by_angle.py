@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from heat_scenes import lump
 from helpers import all_near, changes_of, closes, jacobians, near
-from scenes import lining_ratio, stop_scene, tension_for
+from scenes import PI, stop_scene, tension_for
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -254,7 +254,7 @@ def test_lift_stops_in_both_senses(car, other, way):
     result = sb.simulate(made, rtol=1e-12)
     J = 200.0 + (car + other) * (R / 2) ** 2
     driving = way * G * (car - other) * R / 2
-    ratio = lining_ratio(0.35, math.radians(13.5)) ** 20
+    ratio = PI
     brake = 9e3 if way > 0 else 60e3 / ratio
     assert result.status == "stopped"
     near(result.stopping_time, J * 4.0 / (brake - driving), 1e-11)

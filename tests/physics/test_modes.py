@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from bandage_scenes import profile
 from helpers import all_near, changes_of, closes, input_error, near
-from scenes import closed_form, stop_scene
+from scenes import GAIN, PI, closed_form, stop_scene
 
 import simbrake as sb
 
-PI = closed_form()["Pi"]
-HOLD = 0.725 * 8e3 * (PI - 1)  # greatest load that the standard scene holds, N·m
+HOLD = 8e3 * GAIN  # greatest load that the standard scene holds, N·m
 
 
 def in_steps(lever=((0.0,), (8e3,)), load=((0.0,), (0.0,)), **parts):

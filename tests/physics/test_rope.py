@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_equal, all_near, changes_of, closes, jacobians, names_of, near
-from scenes import lining_ratio, stop_scene
+from scenes import GAIN, stop_scene
 
 import simbrake as sb
 from simbrake.loads import RopeLayers
@@ -17,7 +17,6 @@ R_1 = 0.4
 LINES = 8.0
 GRAVITY = 9.80665
 PITCH = math.sqrt(3) / 2
-GAIN = 0.725 * (lining_ratio(0.35, math.radians(13.5)) ** 20 - 1)
 #: mass on the hook, diameter, turns of a layer, turns on the drum (a third layer
 #: begun), speed
 GIVEN = (40e3, 0.04, 4.0, 9.5, 24.0)

@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from helpers import all_equal, all_near, changes_of, closes, names_of, near
 from oracles.stops import at_rest
-from scenes import FallingFriction, closed_form, lining_ratio, stop_scene, tension_for
+from scenes import (
+    GAIN,
+    PI,
+    FallingFriction,
+    closed_form,
+    lining_ratio,
+    stop_scene,
+    tension_for,
+)
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -66,8 +74,7 @@ def test_stop_before_slip_is_all_elastic():
 
 def test_rigid_band_has_no_elastic_state():
     result = sb.simulate(stop_scene(C=None))
-    Pi = closed_form()["Pi"]
-    near(result.stopping_time, 20 * 800 / (0.725 * 8e3 * (Pi - 1)), 1e-12)
+    near(result.stopping_time, 20 * 800 / (8e3 * GAIN), 1e-12)
     assert result.record.y_end.own is None
     assert names_of(result) == ["slip_onset"] + ["lining_limit"] * 20 + [
         "full_slip",
@@ -137,10 +144,9 @@ def test_brake_on_a_slider():
 def test_exponential_rise_of_slack_tension():
     """p = p0(1 − exp(−t/ti)) from exactly 0 on a rigid band: t_s = a + ti + ti
     W0(−exp(−(a + ti)/ti))."""
-    Pi = closed_form()["Pi"]
     a = 4.0
     ti = 0.5
-    T_1 = 800 * 20 / a / (0.725 * (Pi - 1))
+    T_1 = 800 * 20 / a / GAIN
     scene = stop_scene(C=None, lever=sb.profiles.ExponentialRise(T_1, ti), end=8.0)
     near(sb.simulate(scene).stopping_time, 4.49993828748156, 1e-11)
 
@@ -227,7 +233,7 @@ def test_ramp_and_load_by_speed_match_scipy():
         lambda t: 6e3 + 4e3 * math.sin(1.5 * t) ** 2,
         lambda t: 6e3 * math.sin(3.0 * t),
         lambda t, w: 2e3 + 800 * t - 30 * w,
-        closed_form()["Pi"],
+        PI,
         800.0,
         0.725,
         4e4,
@@ -314,11 +320,10 @@ def test_elastic_band_heat_with_speed_law():
 
 def test_other_way_swaps_slack_and_tight():
     """Rigid band, ω < 0: torque R_b T_0 (1 − 1/Π)."""
-    Pi = closed_form()["Pi"]
     result = sb.simulate(stop_scene(C=None, w0=-20.0, end=10.0))
-    near(result.stopping_time, 20 * 800 / (0.725 * 8e3 * (1 - 1 / Pi)), 1e-11)
+    near(result.stopping_time, 20 * 800 / (0.725 * 8e3 * (1 - 1 / PI)), 1e-11)
     forces = result.series([0.5])
-    near(forces.tight_tension[0], 8e3 / Pi, 1e-12)
+    near(forces.tight_tension[0], 8e3 / PI, 1e-12)
     assert float(forces.friction_force.sum()) < 0
     limits = [e.lining for e in result.events if e.name == "lining_limit"]
     assert limits == list(range(20, 0, -1))  # counted from the anchor
@@ -328,7 +333,7 @@ def test_series_has_both_values_at_events(stop):
     t1 = float(stop.stopping_time)
     left = stop.series([t1], left=True)
     right = stop.series([t1])
-    near(left.brake_torque[0], 0.725 * 8e3 * (closed_form()["Pi"] - 1), 1e-9)
+    near(left.brake_torque[0], 8e3 * GAIN, 1e-9)
     assert float(right.brake_torque[0]) == 0.0  # held without a load
     assert float(right.omega[0]) == 0.0
 
@@ -351,12 +356,11 @@ def test_values_outside_are_nan_if_asked_for(stop):
 
 def test_peaks(stop):
     m = stop.metrics
-    Pi = closed_form()["Pi"]
-    near(m["max_tension"], 8e3 * Pi, 1e-9)
-    mu = Pi ** (1 / 20)
+    near(m["max_tension"], 8e3 * PI, 1e-9)
+    mu = PI ** (1 / 20)
     near(
         m["max_normal_load"],
-        8e3 * Pi * (1 + 1 / mu) * math.sin(math.radians(13.5) / 2),
+        8e3 * PI * (1 + 1 / mu) * math.sin(math.radians(13.5) / 2),
         1e-9,
     )
     # first reached where the band begins to slide, behind the last lining

@@ -12,7 +12,16 @@ import xarray as xr
 from commands import call, no_cache  # noqa: F401
 from heat_scenes import fading, lump, rigid_stop
 from helpers import all_equal, all_near, input_error, near, nothing_compiled, paths_of
-from scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_scene
+from scenes import (
+    FRICTION,
+    GAIN,
+    LEVER,
+    SPEED,
+    TIMES,
+    closed_form,
+    drawn,
+    stop_scene,
+)
 
 import simbrake as sb
 
@@ -176,7 +185,7 @@ def test_metric_of_tolerance_is_recomputed(tmp_path):
             stop_scene(C=None), values, [own_tolerance], rtol=rtol, **where
         )
 
-    truth = 800 / (0.725 * 8e3 * (closed_form()["Pi"] - 1)) * np.asarray(values[SPEED])
+    truth = 800 / (8e3 * GAIN) * np.asarray(values[SPEED])
     all_near(found(1e-8).own_tolerance, 1e-8 * truth, 1e-9)
     with input_error(match="rtol: 1e-08 there, 1e-06 here"):
         found(1e-6)
@@ -279,9 +288,7 @@ def test_a_changed_global_is_seen_in_the_same_process(monkeypatch, chunk):
         C=None,
         lever=sb.profiles.FunctionProfile(lambda t, p: 4e3 * LIMIT * (1 + 0 * t)),
     )
-    exact = (
-        800.0 * np.array([10.0, 20.0]) / (0.725 * 4e3 * (closed_form()["Pi"] - 1))
-    )  # the stop of a rigid band
+    exact = 800.0 * np.array([10.0, 20.0]) / (4e3 * GAIN)  # the stop of a rigid band
     for limit in (2.0, 4.0):
         monkeypatch.setitem(globals(), "LIMIT", limit)
         for metric, truth in (

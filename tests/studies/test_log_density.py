@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fit_scenes import OMEGA, T0, F, J, rigid
 from helpers import all_near, faults_of, near
-from scenes import closed_form
+from scenes import GAIN
 from scipy.stats import norm
 from test_many_recordings import EACH, INERTIAS, TIMES, deceleration, stops
 
@@ -82,7 +82,7 @@ def test_event_that_does_not_occur_has_no_density():
     weak = density.unconstrained({T0: 3e3})
     strong = density.unconstrained({T0: 9e3})
     assert density(weak) == -np.inf
-    time = 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * 9e3)
+    time = 800.0 * 20.0 / (GAIN * 9e3)
     near(density.log_likelihood({T0: 9e3}), norm.logpdf(0.6, time, 0.01), 1e-7)
     assert np.isfinite(jax.grad(density)(strong)).all()
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fit_scenes import OMEGA, SIGMA, T0, F, J, rate, rigid
 from helpers import all_equal, all_near, input_error, near, paths_of
-from scenes import closed_form
+from scenes import GAIN, PI, closed_form
 from scipy.stats import norm
 
 import simbrake as sb
@@ -155,7 +155,7 @@ def test_errors_name_the_recording():
 def test_profile_of_a_curved_model():
     """One stopping time t = J ω/(R T_0 (Π(f) − 1)) of σ: the ends are where the time is
     off by 1.96 σ."""
-    time = lambda T: 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * T)
+    time = lambda T: 800.0 * 20.0 / (GAIN * T)
     sigma = 0.2 * time(8e3)
     quantile = norm.ppf(0.975)
     data = sb.studies.Measured.of(events={"stopping_time": (time(8e3), sigma)})
@@ -173,6 +173,6 @@ def test_profile_of_a_curved_model():
     both = sb.calibrate(scene, {T0: (6e3, 1e4), F: (0.3, 0.5)}, data, profile=True)
     assert both[T0].profile == (-np.inf, np.inf)
     highest = closed_form(f=both[F].profile[1])["Pi"] - 1
-    near(highest * 6e3, (closed_form()["Pi"] - 1) * exact[1], 1e-6)
+    near(highest * 6e3, (PI - 1) * exact[1], 1e-6)
     with input_error(match="profile: is not known of the loss huber"):
         sb.calibrate(scene, {T0: (6e3, 1e4)}, data, profile=True, loss="huber")

@@ -102,6 +102,10 @@ def shape(*pieces):
     return t, np.interp(t, seconds, metres), 5e5 + 0.0 * t
 
 
+#: one lowering by 20 m
+ONCE = shape((40, 0), (20, -20), (60, 0))
+
+
 def test_work_of_a_load_that_grows_with_the_travel(tmp_path):
     """Trapezoids are exact where load and height are straight lines:
     `∫ (F + k x) dx = F L + k L²/2`."""
@@ -308,7 +312,7 @@ def test_a_stand_in_the_elevators_is_not_the_block(tmp_path, stand):
 
 
 def test_one_level_is_not_decidable(tmp_path):
-    result = sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, -20), (60, 0))))
+    result = sb.rig.lowerings(recording(tmp_path, *ONCE))
     assert not result.decidable
     assert {one.kind for one in result.lowerings} == {"not decidable"}
 
@@ -384,7 +388,7 @@ def test_a_day_of_rest_between_two_trips_is_a_rest(tmp_path):
 
 
 def test_a_log_whose_only_lowering_is_in_a_gap_is_read(tmp_path):
-    t, h, load = shape((40, 0), (20, -20), (60, 0))
+    t, h, load = ONCE
     kept = (t < 38) | (t > 62)
     book = sb.rig.ledger(recording(tmp_path, t[kept], h[kept], load[kept]), lines=8)
     assert book.answer[0] == "no lowering without flags"
@@ -450,7 +454,7 @@ def test_energies_at_hook_and_drum(tmp_path):
 
 
 def test_what_the_log_does_not_separate(tmp_path):
-    log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
+    log = recording(tmp_path, *ONCE)
     book = sb.rig.ledger(log, lines=10, brake="regenerative")
     assert not book.separable
     assert (book.entries[0].friction_work, book.totals["auxiliary_work"]) == (
@@ -467,7 +471,7 @@ def test_what_the_log_does_not_separate(tmp_path):
 
 
 def test_a_compensated_height_is_no_motion_of_the_drum(tmp_path):
-    t, h, load = shape((40, 0), (20, -20), (60, 0))
+    t, h, load = ONCE
     columns = {"BLOCKCOMP": ("m", h), "HKLD": ("kN", load)}
 
     def book(**heave):
@@ -527,7 +531,7 @@ def test_trips_days_and_files(tmp_path):
 
 
 def test_lines_strung_of_the_log(tmp_path):
-    t, h, load = shape((40, 0), (20, -20), (60, 0))
+    t, h, load = ONCE
     log = recording(tmp_path, t, h, load, LINES_STRUNG=("", 12.0 + 0.0 * t))
     assert sb.rig.ledger(log).settings["lines"] == 12
     changed = recording(
@@ -541,7 +545,7 @@ def test_lines_strung_of_the_log(tmp_path):
 
 
 def test_arguments_of_a_ledger_that_cannot_be(tmp_path):
-    log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
+    log = recording(tmp_path, *ONCE)
     assert paths_of(
         sb.rig.ledger,
         log,

@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 from helpers import faults_of, near, paths_of
-from scenes import closed_form, stop_scene
+from scenes import GAIN, stop_scene
 from scipy import stats
 from scipy.special import ndtr, ndtri
 
@@ -28,7 +28,7 @@ MEDIAN = {
     "duty.slack_tension.level": 8e3,
 }
 S = math.sqrt(sum(s**2 for s in SPREAD.values()))
-TYPICAL = 20.0 * 800.0 / (0.725 * 8e3 * (closed_form()["Pi"] - 1))
+TYPICAL = 20.0 * 800.0 / (8e3 * GAIN)
 
 
 def brake(end=6.0):

@@ -12,7 +12,7 @@ from case_tools import (
     cases_with_slopes,
     differentiated,
 )
-from scenes import closed_form, lining_ratio, stop_scene
+from scenes import GAIN, closed_form, lining_ratio, stop_scene
 from scipy.integrate import quad
 from scipy.linalg import expm
 
@@ -248,7 +248,7 @@ def moving_string_cases():
     T_0 = 7.5e3
     at = 1.3
     end = 2.0
-    M = T_0 * 0.725 * (closed_form()["Pi"] - 1)
+    M = T_0 * GAIN
 
     def matrix(mass, torque):
         """Rates of ω, v, stretch beyond that under the weight, φ, s, 1."""
@@ -355,7 +355,7 @@ def tripping_cases():
     string = 40e3
     pull = 4e3
     w0 = 12.0
-    gain = 0.725 * (closed_form()["Pi"] - 1)
+    gain = GAIN
     # of two cycles of 2 s
     marks = (0.5, 1.5, 2.5, 3.5)
     end = 3.8
