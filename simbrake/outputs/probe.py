@@ -53,22 +53,21 @@ Entry = dict[str, Any]
 
 
 class HookNow(NamedTuple):
-    """The hook: travel downwards since the start (m), speed (m/s), force `m (g − a)` on
-    it, tension of the tightest line (N).
+    """The hook: travel downwards since the start (m), speed (m/s), `weight` on it,
+    force `m (g − a)`, tension of the tightest line (N).
 
     Where the shaft has a loss of the tackle also the tensions of its `fast` and its
-    `dead` line (N). On an elastic rope its stretch (m; below 0 it is slack), and the
-    weight on the hook (N).
+    `dead` line (N). On an elastic rope its stretch (m; below 0 it is slack).
     """
 
     travel: Array
     speed: Array
+    weight: Array
     force: Array
     rope: Array
     fast: Any = None
     dead: Any = None
     stretch: Any = None
-    weight: Any = None
     deceleration: Any = None
 
 
@@ -624,10 +623,10 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
         now = HookNow(
             travelled + elastic.stretched(system, y, mode),
             speed,
+            rope.weight,
             rope.force,
             *_lines_of(system, mode, rope.force),
             stretch=rope.stretch,
-            weight=rope.weight,
         )
         acceleration = (rope.weight - rope.force) / rope.mass
     else:
@@ -637,7 +636,7 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
         force = weight - mass * acceleration
         pull = load.pull(force, travelled, z.contact.alpha, piece)
         lines = _lines_of(system, mode, pull)
-        now = HookNow(jnp.asarray(travelled), speed, force, *lines)
+        now = HookNow(jnp.asarray(travelled), speed, weight, force, *lines)
     return now._replace(deceleration=slowing(mode, speed, acceleration))
 
 

@@ -30,7 +30,7 @@ from ..runs.linings import (
     lining_values,
     overlap,
 )
-from ..runs.result import Result
+from ..runs.result import Result, look
 from ..thermal.network import Wall, place_of
 from .drawing import (
     BLUE,
@@ -231,7 +231,7 @@ def load(result: Result, s: Series, axes: Axes) -> None:
 
 @over_time
 def hook_mass(result: Result, s: Series, axes: Axes) -> None:
-    """Mass (t) on the hook over time, with an elastic rope the hook load over gravity.
+    """Mass (t) on the hook over time.
 
     Raises `InputError` for a load that is no string of pipes.
 
@@ -244,11 +244,11 @@ def hook_mass(result: Result, s: Series, axes: Axes) -> None:
     if not isinstance(string, AbstractString):
         why = "does not change its mass"
         raise input_error("duty.load", why, "plot.panels.load draws its torque")
-    weight = s.load_torque + string.drag * s.omega
-    mass = weight / float(string.gravity * string.travel())
-    swings = string.elasticity is not None
-    words = "hook load over gravity" if swings else "mass on the hook"
-    axes.step(s.t, mass / 1e3, where="post", color=PURPLE, label=words)
+    hook = look(result, s.t).hook
+    assert hook is not None
+    mass = np.asarray(hook.weight) / float(string.gravity)
+    label = "mass on the hook"
+    axes.step(s.t, mass / 1e3, where="post", color=PURPLE, label=label)
     axes.set_ylabel("mass, t")
     _from_zero(axes)
 

@@ -103,6 +103,16 @@ def test_load_and_mass_of_a_duty():
     all_near(torque.get_ydata()[apart], wanted[apart], 1e-9)
 
 
+def test_mass_on_the_hook_whatever_layer_pays_out():
+    rope = sb.loads.RopeLayers("30 mm", 5, 14)
+    given = {"drum_radius": 0.4, "line_count": 8, "count": 1, "rope": rope}
+    load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 80.0, 100.0, **given)
+    run = sb.simulate(stop_scene(n=4, C=None, T0=0.0, w0=20.0, load=load, end=1.5))
+    assert len({*run.series(np.linspace(0.3, 1.5, 50)).rope_layer}) > 1
+    t, drawn = plot.panels.hook_mass(run).lines[0].get_data()
+    all_near(drawn[t > 0.21], 68.0, 1e-12)
+
+
 # --- wheels and maps ----------------------------------------------------------------
 
 
