@@ -778,7 +778,8 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
         M_b = (1 − s) M_w   where it is lowered,   M_w = M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − φ_r)]
 
     - `speed`: `ω_r(t)` (rad/s), straight lines between points, 0 at rest; on a line it
-      does not change its sign
+      does not change its sign, but for the last of a lowering, which may aim below 0
+      to be at rest before its end
     - `angles` (n,): `φ_r` (rad) at the points, the integral of the speed
     - `limit` (N): maximum slack tension in lowering;  `pull` (N): slack tension at rest
     - `motor_share` (n,): `s` from each point on, the share that the motor takes of a
@@ -827,8 +828,8 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
     def way(self, piece: Piece) -> Array:
         """Sense of the motion on a piece: 1 lowered, −1 hoisted, 0 at rest."""
         piece = jnp.asarray(piece)
-        speeds = self.speed.values
-        inside = (piece > 0) & (piece < np.shape(speeds)[0])
+        (times, speeds) = (self.speed.times, self.speed.values)
+        inside = (piece > 0) & (point(times, piece) > point(times, piece - 1))
         return jnp.where(
             inside, jnp.sign(point(speeds, piece - 1) + point(speeds, piece)), 0.0
         )
@@ -891,7 +892,8 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
             for name, x in (("angles", self.angles), ("motor_share", self.motor_share))
             if np.shape(x) != (n,)
         ]
-        turns = np.flatnonzero(speeds[1:] * speeds[:-1] < 0)
+        aims = (speeds[:-1] > 0) & (np.append(speeds[2:], np.inf) == 0)
+        turns = np.flatnonzero((speeds[1:] * speeds[:-1] < 0) & ~aims)
         if turns.size:
             what = (
                 f"changes its sign between {float(speeds[turns[0]]):g} and "

@@ -47,6 +47,11 @@ _LATE = 2.05
 #: share a program
 _PLACES = 4
 _FEWEST = 64
+#: at the end of a lowering the share of its last speed that the brake alone stops,
+#: without the motor, and the share of that by which it aims below 0: a pulley that still
+#: slid when the lever is pulled would show the tension of that pull
+_LEFT = 0.02
+_BEYOND = 0.5
 #: times at which a run is looked at in one series, which has many columns
 _AT_ONCE = 1 << 14
 
@@ -213,15 +218,20 @@ def _points(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     at[1:-1] = np.sign(mean) * np.minimum(
         np.abs(mean), 2 * np.minimum(np.abs(chord[1:]), np.abs(chord[:-1]))
     )
-    # (a stop under the pulled lever is found in fewer steps than a speed that only
-    # touches 0)
-    at[-1] = max(1e-3 * chord[-1], 0.0)
+    # (the rest of a lowering is left to the brake)
+    at[-1] = max(_LEFT * chord[-1], 0.0)
     middle = 0.5 * (t[1:] + t[:-1])
     between = 2 * chord - 0.5 * (at[1:] + at[:-1])
     times, speeds = (
         np.stack(x, axis=1).ravel() for x in ((t[:-1], middle), (at[:-1], between))
     )
-    return np.append(times, [t[-1], t[-1]]), np.append(speeds, [at[-1], 0.0])
+    ends = [t[-1]]
+    aims = [at[-1]]
+    if at[-1] > 0:
+        slowing = (between[-1] - at[-1]) / (t[-1] - middle[-1])
+        ends += [t[-1] + (1 + _BEYOND) * at[-1] / slowing] * 2
+        aims += [-_BEYOND * at[-1], 0.0]
+    return np.append(times, ends), np.append(speeds, aims)
 
 
 def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -242,6 +242,8 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     low, high = peaks
     assert high == replay.bound["peak_rim_temperature"] > low + 20
     assert alone.bound is None
+    # the pulled lever holds what rests: sliding under it, the band would have 104 kN
+    assert max(run.result.metrics["max_tension"] for run in (replay, alone)) < 90e3
 
 
 @pytest.mark.slow
