@@ -153,7 +153,7 @@ class Pads(AbstractLinings):
         "rad", "angle of a pad about the shaft", high=2 * math.pi
     )
     faces: int = whole("pads on the disc, two of each calliper", high=1000, default=2)
-    pressure: AbstractPadPressure = struct_field(default_factory=UniformWear)
+    pressure: AbstractPadPressure = struct_field(default=UniformWear())
     permissible_pressure: Scalar | None = positive_quantity(
         "Pa", "permissible mean pressure", default=None
     )

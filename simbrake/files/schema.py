@@ -226,13 +226,8 @@ def parts_of(maker: Maker) -> tuple[Part, ...]:
 
 
 def _of_field(field: dataclasses.Field, hint: object) -> Part:
-    default = (
-        field.default
-        if field.default_factory is dataclasses.MISSING
-        else field.default_factory()
-    )
     about = about_of(field, "SI") or field.metadata.get("whole")
-    return _part(field.name, hint, about, default, unit_below(field, "SI"))
+    return _part(field.name, hint, about, field.default, unit_below(field, "SI"))
 
 
 def _of_parameter(parameter: inspect.Parameter, hint: object) -> Part:
