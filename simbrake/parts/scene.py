@@ -709,6 +709,7 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
         return []
     t = jnp.asarray(scene.initial.time)
     omega = jnp.asarray(scene.start_speed)
+    speed = abs(float(omega)) * float(scene.brake.track_radius)
     errors = dict[str, Fault]()
     each = ((), (1,), (scene.brake.linings.count,))
 
@@ -716,11 +717,12 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
         path: str,
         law: Any,
         where: str,
-        evaluate: Callable[[], Any],
+        function: Callable[..., Any],
+        *arguments: Any,
         shapes: Any = ((),),
     ) -> None:
         try:
-            given = evaluate()
+            given = function(*arguments)
             value = np.asarray(given, np.float64)
         except Exception:  # which the run raises, with the line of the user's code
             return
@@ -744,7 +746,7 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
         if any(below.startswith(path) for below, _ in own):
             rubbing = scene.brake.rubbing_part(pair)
             T = sensed_at_start(scene, i)
-            for v in (0.0, abs(float(omega)) * float(scene.brake.track_radius)):
+            for v in (0.0, speed):
                 try:
                     contact = unloaded(
                         rubbing, jnp.full(scene.brake.linings.count, v), T, t
@@ -754,51 +756,26 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
                 where = f"v = {v:g} m/s" + ("" if contact.p is None else ", p = 0 Pa")
                 where += "" if T is None else f", T = {np.min(T):g} K"
                 for coefficient in (law.static, law.kinetic):
-                    look(
-                        path, law, where, functools.partial(coefficient, contact), each
-                    )
+                    look(path, law, where, coefficient, contact, shapes=each)
     instant = f"t = {float(t):g} s"
     for path, course in own:
         if isinstance(course, AbstractProfile) and not course.controls_speed:
-            look(
-                path,
-                course,
-                instant,
-                lambda course=course: course.value(t, course.first_piece(t)),
-            )
+            look(path, course, instant, lambda x: x.value(t, x.first_piece(t)), course)
     for path, rate in own:
         if isinstance(rate, AbstractWearRate):
-            v = abs(float(omega)) * float(scene.brake.track_radius)
             T = sensed_at_start(scene, 0)
-            where = f"p = 0 Pa, v = {v:g} m/s" + (
-                "" if T is None else f", T = {np.min(T):g} K"
-            )
-            look(
-                path,
-                rate,
-                where,
-                lambda rate=rate, v=v, T=T: rate(jnp.zeros(()), jnp.asarray(v), T),
-            )
+            where = f"p = 0 Pa, v = {speed:g} m/s"
+            where += "" if T is None else f", T = {np.min(T):g} K"
+            look(path, rate, where, rate, jnp.zeros(()), jnp.asarray(speed), T)
     load = scene.duty.load
     turning = f"{instant}, ω = {float(omega):g} rad/s"
     if _is_own(load):
-        piece: Any = scene.duty.load_piece(t)
-        phi = jnp.zeros(())
-        look(
-            "duty.load",
-            load,
-            turning,
-            lambda: load.torque_by_angle(t, omega, piece, phi),
-        )
+        at = t, omega, scene.duty.load_piece(t), jnp.zeros(())
+        look("duty.load", load, turning, load.torque_by_angle, *at)
     for i, law in enumerate(scene.shaft):
         if _is_own(law):
-            piece: Any = first_piece(law.profile, t)
-            look(
-                f"shaft[{i}]",
-                law,
-                turning,
-                lambda law=law, piece=piece: law.torque(t, omega, piece, 0.0),
-            )
+            at = t, omega, first_piece(law.profile, t), 0.0
+            look(f"shaft[{i}]", law, turning, law.torque, *at)
     return list(errors.values())
 
 

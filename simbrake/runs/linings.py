@@ -16,7 +16,7 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError, input_error
 from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
-from ..brakes.design import Brake, under_a_band
+from ..brakes.design import AbstractBrake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid.arrays import Array, Vector
 from ..hybrid.struct import Struct, structural
@@ -31,7 +31,6 @@ from ..outputs.probe import (
     record_of,
 )
 from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
-from ..parts.scene import band_brake
 from ..physics._brake import BrakeSystem
 from ..physics.heated import thermal_of
 from .result import Result, look, require_one
@@ -467,7 +466,7 @@ class Overlap(NamedTuple):
 
 
 @explained
-def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
+def geometric_overlap(brake: AbstractBrake) -> tuple[float | None, float]:
     """`Σ A_i/A_track` of the external pair (`None` on a standard brake) and of linings
     and rim; about 0.75 (S).
 
@@ -511,7 +510,7 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
         array([0.75, 0.75])
     """
     s = result.series(ts)
-    nominal = geometric_overlap(band_brake(result.scene))
+    nominal = geometric_overlap(result.scene.brake)
     coefficients = []
     for pair, share in zip(
         s.pairs.values(),
