@@ -139,9 +139,8 @@ def of_answers(first: Any, second: Any) -> PreparedAccuracy:
         )
     errors: dict[str, Any] = {}
     for name, value in first.metrics.items():
-        error = errors_between(value, second.metrics[name], first.accepted)
-        errors[name] = (
-            error if error.ndim else None if np.isnan(error) else float(error)
+        errors[name] = _told(
+            errors_between(value, second.metrics[name], first.accepted)
         )
     return PreparedAccuracy(errors, *counts)
 
@@ -159,13 +158,15 @@ def with_layers(found: PreparedAccuracy, first: Any, finer: Any) -> PreparedAccu
             - np.asarray(finer.metrics[name], float)
         )
         error = np.asarray(np.nan if error is None else error)
-        whole = np.where(
-            np.isfinite(apart), error + error_of_layers(apart, error), np.nan
-        )
-        errors[name] = (
-            whole if whole.ndim else None if np.isnan(whole) else float(whole)
+        errors[name] = _told(
+            np.where(np.isfinite(apart), error + error_of_layers(apart, error), np.nan)
         )
     return found._replace(errors=errors)
+
+
+def _told(error: np.ndarray) -> Any:
+    """Errors as they are in an answer: of one number itself, `None` without a value."""
+    return error if error.ndim else None if np.isnan(error) else float(error)
 
 
 def errors_between(a: Any, b: Any, steps: Any) -> np.ndarray:
@@ -949,15 +950,14 @@ class Prepared:
             )
         heat = self.scene.network
         finer = self._finer.scene.network
+        numbers = np.asarray(self.vector(values))
         given = {
-            path: np.asarray(self.vector(values))[place]
+            path: np.squeeze(numbers[place])[None]
             for path, place in self.places.items()
         }
-        given = {path: np.squeeze(array)[None] for path, array in given.items()}
-        numbers = {
-            path: array[0] for path, array in finer_values(heat, finer, given).items()
-        }
-        return with_layers(found, first, self._finer(numbers))
+        finer_numbers = finer_values(heat, finer, given)
+        answer = self._finer({path: array[0] for path, array in finer_numbers.items()})
+        return with_layers(found, first, answer)
 
     def result(self, values: Values = None) -> Result:
         """The whole `Result` of a run with these numbers, by `simulate`."""
