@@ -389,7 +389,7 @@ _WEAR = Requirement(
 _BAND = Requirement(
     "band brake", "its brake has no band", lambda scene: scene.brake.banded
 )
-_LOAD = Requirement("load", "it has no load", lambda scene: has_load(scene))
+_LOAD = Requirement("load", "it has no load", has_load)
 _STRENGTH = Requirement(
     "`Strength` of the band",
     "its band has no `strength`",
