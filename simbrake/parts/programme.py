@@ -107,15 +107,13 @@ class Cycle(NamedTuple):
     count: int
 
 
-def parse_programme(
-    lines: tuple[str, ...] | list[str], path: str = "programme"
-) -> list[Cycle]:
+def parse_programme(lines: tuple[str, ...] | list[str]) -> list[Cycle]:
     """Cycles of work. Raises `InputError` with every line that cannot be read."""
     reader = NumberReader()
     steps = list[Step]()
     cycles = list[Cycle]()
     for i, line in enumerate(lines):
-        line_path = f"{path}[{i}]"
+        line_path = f"programme[{i}]"
         text = " ".join(line.lower().replace("set it", "set").split())
         command = next(
             (
@@ -156,7 +154,7 @@ def parse_programme(
             steps.append(Step(i, what, values, match.groupdict().get("by") or ""))
     cycles = [*cycles, Cycle(steps, 1)] if steps else cycles
     if not any(cycle.steps for cycle in cycles) and not reader.faults:
-        reader.fault(path, "has no step", f"as in {FORMS[0]!r}")
+        reader.fault("programme", "has no step", f"as in {FORMS[0]!r}")
     reader.faults.report()
     return cycles
 
