@@ -121,30 +121,15 @@ def first_slips(record):
 
 @functools.partial(eqx.filter_jit)
 def looked(record):
-    """Flows, static limits, stored energy and states at the start of every row."""
+    """Flows, states and modes at the start of every row."""
     flat = record.flat
 
     def at(t, y, mode):
         y = flat.unpack_state(y)
         mode = flat.unpack_mode(mode)
-        q = record.system.variables(t, y, mode).contact
-        return q, q.limit, sum(record.system.stored(t, y, mode)), y, mode
+        return record.system.variables(t, y, mode).contact, y, mode
 
     return jax.vmap(at)(record.rows.t, record.rows.y, record.rows.mode)
-
-
-def closure(record):
-    """Residual of the energies over the largest of them, at its worst over all rows."""
-    k = int(record.count) + 1
-    _, _, stored, y, _ = looked(record)
-    work = y.ledger
-    stored = np.asarray(stored)[:k]
-    given = np.asarray(
-        work.load_work + work.lever_work - work.friction[0] - work.damper_heat
-    )[:k]
-    parts = (work.load_work, work.lever_work, *work.friction, work.damper_heat)
-    largest = max(np.max(np.abs(np.asarray(leaf)[:k])) for leaf in (*parts, stored))
-    return float(np.max(np.abs(stored - stored[0] - given)) / largest)
 
 
 def first_and_stop(scene, rtol=1e-13, max_steps=8192):

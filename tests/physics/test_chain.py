@@ -8,7 +8,6 @@ from chain_scenes import (
     ARM,
     chain,
     changes,
-    closure,
     drawworks,
     first_slips,
     full_slip_of,
@@ -16,11 +15,10 @@ from chain_scenes import (
     run,
     stop_of,
 )
-from helpers import all_equal, all_near, near
+from helpers import all_equal, all_near, closes, near
 from scenes import lining_ratio
 
 import simbrake as sb
-from simbrake.hybrid import INSTANT
 
 Z_ANGLE = math.tan(math.radians(13.5))
 MU = lining_ratio(0.3, math.radians(27.0))
@@ -70,25 +68,11 @@ def test_converges_to_the_quasi_static_band():
 
 
 def test_a_whole_stop_of_26_linings():
-    scene = drawworks(26)
-    record = run(scene)
-    assert int(record.code) == 0
-    k = int(record.count) + 1
-    q, limit, _, y, mode = looked(record)
-    assert closure(record) < 1e-9
-    scale = float(record.system.sizes.tension)
-    assert np.all(np.diff(np.asarray(y.ledger.friction[0])[:k]) >= -1e-9 * scale)
-    assert np.all(np.diff(np.asarray(y.ledger.damper_heat)[:k]) >= -1e-9 * scale)
-    assert np.min(np.asarray(q.tension)[:k]) >= 0
-    linings = np.asarray(mode.own.linings)[:k]
-    past = np.where(
-        linings == 0, np.abs(np.asarray(q.force)[:k]) - np.asarray(limit)[:k], -1.0
-    )
-    # a mode that is not left again at the same instant
-    final = np.asarray(record.rows.kind)[:k] != INSTANT
-    assert np.max(past[final]) < 1e-9 * scale
-    slides = linings * np.asarray(q.lining_slip)[:k]
-    assert np.min(slides) > -1e-9
+    result = sb.simulate(drawworks(26))
+    closes(result, 1e-9)
+    record = result.record
+    _, y, mode = looked(record)
+    linings = np.asarray(mode.own.linings)[: int(record.count) + 1]
     # a lining that comes to stick has exactly the speed of the pulley from then on
     rows = np.flatnonzero(np.any((linings[1:] == 0) & (linings[:-1] != 0), axis=1)) + 1
     caught = (linings[rows] == 0) & (linings[rows - 1] != 0)
@@ -128,19 +112,17 @@ def test_sudden_load_moves_a_chain_its_way(sense):
 def test_segments_go_slack_and_taut_again():
     # let go, and thrown in again
     lever = (0.0, 0.5, 0.5, 1.0, 1.0), (1.0, 1.0, 0.0, 0.0, 1.0)
-    record = run(chain(lever=lever, m=2e-2, K=100.0, end=3.0), 1e-11)
-    assert int(record.code) == 0
+    scene = chain(lever=lever, m=2e-2, K=100.0, end=3.0)
+    result = sb.simulate(scene, rtol=1e-11)
+    closes(result, 1e-10)
+    record = result.record
     found = changes(record)
     for bit in (1, 2):  # a segment pulls, a segment is stretched
         was = np.stack([after.own.segments & bit for _, _, after in found]) > 0
         gone = [i for i in range(4) if np.any(~was[:, i]) and was[-1, i]]
-        print("bit", bit, "lost and regained by segments", [i + 1 for i in gone])
         assert gone
-    q, _, _, y, _ = looked(record)
-    k = int(record.count) + 1
-    assert np.min(np.asarray(q.tension)[:k]) >= -1e-14
-    assert np.all(np.diff(np.asarray(y.ledger.damper_heat)[:k]) >= -1e-12)
-    assert closure(record) < 1e-10
+    tension = np.asarray(looked(record)[0].tension)[: int(record.count) + 1]
+    assert np.min(tension) >= -1e-14
 
 
 @pytest.mark.slow
