@@ -4,11 +4,10 @@ numbers."""
 import dataclasses
 import json
 
-import jax
 import numpy as np
 import pytest
 from commands import python
-from helpers import near
+from helpers import near, nothing_compiled
 from scenes import stop_scene
 
 import simbrake as sb
@@ -71,25 +70,15 @@ def test_a_result_is_read_without_compiling(folder, scenarios, name):
     assert python(READ, scenarios / name, **off).stdout.split() == ["0", "False"]
 
 
-def test_other_limits_and_times_compile_nothing(folder):
+def test_other_limits_and_times_compile_nothing(folder, caplog):
     """What is wanted of a run is picked from what two programs show of it."""
-    compiled = []
     scene = stop_scene()
     str(sb.simulate(scene))
-    jax.monitoring.register_event_duration_secs_listener(
-        lambda name, seconds, **about: (
-            compiled.append(about.get("fun_name"))
-            if "backend_compile" in name
-            else None
-        )
-    )
-    limited = dataclasses.replace(
-        scene, limits=sb.Limits(max_drum_speed=1.0, max_tension="1 kN")
-    )
-    result = sb.simulate(limited)
-    assert "over_limit: tension" in str(result)
-    assert len(result.series(np.linspace(0.0, 0.5, 7)).t) == 7
-    assert compiled == []
+    limits = sb.Limits(max_drum_speed=1.0, max_tension="1 kN")
+    with nothing_compiled(caplog):
+        result = sb.simulate(dataclasses.replace(scene, limits=limits))
+        assert "over_limit: tension" in str(result)
+        assert len(result.series(np.linspace(0.0, 0.5, 7)).t) == 7
 
 
 SLOPE = """

@@ -290,28 +290,16 @@ def test_thirty_stands_in_and_out_have_their_masses():
     empty = 8e3
     string = 40e3
     stand = 800.0
-    inwards = (*up(27.0), Phase(30e3, 5.0, "make up"), *down(27.0), HOLD)
-    inwards = tuple(
-        sb.loads.Phase(
-            x.lever,
-            x.until,
-            x.name,
-            string_on_hook=x.name in ("lower", "brake"),
-            motor=x.motor,
+
+    def cycle(pause, hooked):
+        phases = (*up(27.0), Phase(30e3, 5.0, pause), *down(27.0), HOLD)
+        return tuple(
+            dataclasses.replace(phase, string_on_hook=phase.name in hooked)
+            for phase in phases
         )
-        for x in inwards
-    )
-    out = (*up(27.0), Phase(30e3, 5.0, "lay down"), *down(27.0), HOLD)
-    out = tuple(
-        sb.loads.Phase(
-            x.lever,
-            x.until,
-            x.name,
-            string_on_hook=x.name in ("hoist", "slow"),
-            motor=x.motor,
-        )
-        for x in out
-    )
+
+    inwards = cycle("make up", ("lower", "brake"))
+    out = cycle("lay down", ("hoist", "slow"))
     phases = Phases(inwards, count, then=Phases(out, count, stands=-1))
     result = run(phases, StringLoad(empty, string, RADIUS, LINES, stand=stand), end=1e5)
     assert int(result.code) == 0

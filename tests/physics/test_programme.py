@@ -6,15 +6,11 @@ import math
 import numpy as np
 import pytest
 from helpers import all_near, closes, input_error, near
-from scenes import lining_ratio
+from scenes import drawworks_brake, lining_ratio
 
 import simbrake as sb
 
-BRAKE = sb.Brake(
-    pulley=sb.Pulley(radius=0.59, inertia=1200.0),
-    band=sb.Band(radius=0.623),
-    linings=sb.uniform_linings(20, math.radians(270), 0.35),
-)
+BRAKE = drawworks_brake(20)
 HOOK = sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8)
 TRIP = (
     "take the string",
