@@ -31,8 +31,8 @@ with (pathlib.Path(__file__).parent / "bad_input.csv").open(encoding="utf-8") as
 
 
 def rows_of(kind):
-    rows = [(row["input"], row["path"], row["hint"]) for row in ROWS]
-    return [row for row, all_ in zip(rows, ROWS, strict=True) if all_["kind"] == kind]
+    rows = (row for row in ROWS if row["kind"] == kind)
+    return [(row["input"], row["path"], row["hint"]) for row in rows]
 
 
 @pytest.fixture(autouse=True)

@@ -1,6 +1,5 @@
 """The FMU of a scene, run by FMPy, beside the `Stepper` under the same held inputs."""
 
-import shutil
 import subprocess
 import sys
 
@@ -10,13 +9,13 @@ import fmpy.fmi3
 import fmpy.validation
 import numpy as np
 import pytest
+from c_compiler import COMPILER
 from commands import call
 from helpers import all_equal, all_near, paths_of
 from scenes import drawworks_brake
 
 import simbrake as sb
 
-COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 OUTPUTS = ("omega", "phi", "brake_torque", "slack_tension", "tight_tension")
 COMMANDS = [(3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)]
 

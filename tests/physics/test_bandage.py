@@ -149,14 +149,6 @@ def test_random_duties_end_well():
         sb.check_scene(made)
         result = run(made)
         record = result.record
-        energy = result.energy
         assert int(record.code) == 0, seed
-        assert float(energy["closure"]) < 1e-8, seed
-        ledger = record.states.ledger
-        n = int(record.count) + 1
-        for heat in (*ledger.friction, ledger.damper_heat):
-            assert np.min(np.diff(np.asarray(heat)[:n])) >= -1e-12 * max(
-                1.0, float(energy["friction_heat"])
-            ), seed
-        if seed % 6 == 0:
-            check_conditions(record)
+        closes(result, 1e-8)
+        check_conditions(record)
