@@ -107,12 +107,13 @@ def test_rope_wound_up_again_and_rope_ending():
     inertia = J + m * (r / LINES) ** 2
     torque = m * GRAVITY * r / LINES
     assert result.status == "rope_end"
-    assert names_of(result) == ["layer_change", "layer_change"]
+    assert names_of(result) == ["layer_change", "reversal", "layer_change"]
     up = math.sqrt(w0**2 - 2 * torque[0] * 2 * math.pi / inertia[0])
     first = (-w0 - up) * inertia[0] / torque[0]
     beyond = up * math.sqrt(inertia[0] / inertia[1])
-    second = first + 2 * beyond * inertia[1] / torque[1]
-    all_near(result.events.times, [first, second], 1e-9)
+    rise = beyond * inertia[1] / torque[1]
+    second = first + 2 * rise
+    all_near(result.events.times, [first, first + rise, second], 1e-9)
     down = math.sqrt(up**2 + 2 * torque[0] * 2 * math.pi * per_layer / inertia[0])
     near(result.record.t_end, second + (down - up) * inertia[0] / torque[0], 1e-9)
     near(result.record.y_end.phi, 6 * math.pi, 1e-10)
