@@ -32,8 +32,8 @@ from .simulate import EPS, error_of_layers, rounding, second_rtol, simulate, sol
 
 #: share of a run to which instants near 0 are resolved, relative to rounding
 _INSTANT = 1e-3
-#: segments that last less than this share of a run may come in one of two runs only
-_BRIEF = 1e-12
+#: segments that last less than such a share of a run may come in one of two runs only
+_BRIEFS = (0.0, 1e-12, 1e-9)
 #: instants at which the states of two runs are compared, at most
 _INSTANTS = 4096
 #: shares of each step of the first run at which they are compared
@@ -170,9 +170,16 @@ def _words(event: Event | None) -> str:
     return f"{event.name}{lining} at {event.time:.9g} s"
 
 
-def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]], str]:
+def _in_pairs(
+    a: list[Event], b: list[Event], brief: float
+) -> tuple[list[tuple[Event, Event]], str]:
     """The same events of two runs, those of one name in the order of time; or where the
-    runs differ first, in words."""
+    runs differ first, in words.
+
+    An event that rounding shows in one run alone, as a speed that passes 0 where it
+    stops, is left out if the other run has any event within `brief` (s) of it.
+    """
+    a, b = _without_brief(a, b, brief), _without_brief(b, a, brief)
     if Counter(map(_named, a)) == Counter(map(_named, b)):
         others: dict[tuple[str, int | None], list[Event]] = {}
         for event in b:
@@ -185,6 +192,19 @@ def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]]
                 f"event {i + 1} is {_words(mine)} in this run, {_words(theirs)} in the second",
             )
     return [], ""
+
+
+def _without_brief(a: list[Event], b: list[Event], brief: float) -> list[Event]:
+    """The events `a` without those of a name that is more frequent than in `b`, where
+    `b` has others alone."""
+    more = Counter(map(_named, a)) - Counter(map(_named, b))
+
+    def is_brief(event: Event) -> bool:
+        near = [other for other in b if abs(other.time - event.time) <= brief]
+        same = [other for other in near if _named(other) == _named(event)]
+        return _named(event) in more and bool(near) and not same
+
+    return [event for event in a if not is_brief(event)]
 
 
 class Difference(NamedTuple):
@@ -235,8 +255,10 @@ def difference(a: Result, b: Result) -> Difference:
         other = others.get(name)
         apart = None if value is None or other is None else abs(value - other)
         metrics.append(ErrorEstimate(name, about_output(name)["units"], value, apart))
-    pairs, problem = _in_pairs(mine.events, theirs.events)
-    segments = None if problem else _matched(mine.scan, theirs.scan)
+    times = a.record.rows.t
+    briefs = [share * float(times[int(a.record.count)] - times[0]) for share in _BRIEFS]
+    pairs, problem = _in_pairs(mine.events, theirs.events, briefs[-1])
+    segments = None if problem else _matched(mine.scan, theirs.scan, briefs)
     if segments is None:
         return Difference(
             metrics,
@@ -251,9 +273,10 @@ def difference(a: Result, b: Result) -> Difference:
     return Difference(metrics, events, _of_states(mine.scan, theirs.scan, segments))
 
 
-def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
-    span = float(np.max(a.steps.t1) - np.min(a.steps.t0))
-    for brief in (0.0, _BRIEF * span, 1e3 * _BRIEF * span):
+def _matched(
+    a: Scan, b: Scan, briefs: list[float]
+) -> list[tuple[Segment, Segment]] | None:
+    for brief in briefs:
         mine = _segments(a, brief)
         theirs = _segments(b, brief)
         if [segment.mode for segment in mine] == [segment.mode for segment in theirs]:
