@@ -136,7 +136,7 @@ def compare(
         for event, marker in _EVENTS.items()
         if event in marked
     ]
-    name_marks(figure, [], marks)
+    name_marks(figure, marks)
     figure.suptitle("results compared")
     return figure
 
@@ -310,7 +310,7 @@ def sweep(
         handles.append(Line2D([], [], label="the sequence of events changes", **look))
     if grid and blank:
         handles.append(Patch(**_BLANK, label=_NO_VALUE))
-    name_marks(figure, [], handles)
+    name_marks(figure, handles)
     lost = f", {failed.sum()} failed" if failed.any() else ""
     figure.suptitle(f"{failed.size} runs{lost}")
     return figure

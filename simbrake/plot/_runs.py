@@ -60,7 +60,7 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     for panel, ax in zip(draw, column, strict=True):
         panel(result, series=series, ax=ax)
         ax.set_xlabel("" if ax is not column[-1] else "time, s")
-    name_marks(figure, [], rule=result.scene.brake.force_words)
+    name_marks(figure, rule=result.scene.brake.force_words)
     banded = result.scene.brake.banded
     head(figure, result.scene, f"{'lever' if banded else 'actuator'} and load")
     return figure
@@ -108,7 +108,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         window.label_time(column[-1])
         # all at one height, above the legend of the first column
         column[0].set_title(window.title, pad=above_legend(axes[0, 0]))
-    name_marks(figure, marked, rule=result.scene.brake.force_words)
+    name_marks(figure, events=marked, rule=result.scene.brake.force_words)
     head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure
 
@@ -127,36 +127,29 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     table = result.stops
     if not len(table):
         raise input_error("result", "has no stop", "a run in which the pulley stops")
-    names = [column.name for column in table.columns]
-    every = np.asarray(table["braking_time"])
-    shown = (every > 0) | ~np.any(every > 0)
-    hot = [name for name in names if name.startswith("peak_")]
-    figure = sheet(figure, 8.5, 7.6 if hot else 5.4)
-    rows = figure.subplots(3 if hot else 2, 1, sharex=True)
-    number = np.asarray(table["stop"])[shown]
-    rows[0].plot(number, every[shown], "o-", ms=3, color=BLUE, label="contact time")
-    rows[0].set_ylabel("time, s")
-    rows[1].plot(
-        number,
-        np.asarray(table["energy"])[shown] / 1e3,
-        "o-",
-        ms=3,
-        color=VERMILLION,
-        label="friction heat",
-    )
-    rows[1].set_ylabel("heat, kJ")
-    for name in hot:
+    every = table.frame()
+    braked = every[every["braking_time"] > 0]
+    shown = braked if len(braked) else every
+    curves = [
+        (0, shown["braking_time"], BLUE, "contact time"),
+        (1, shown["energy"] / 1e3, VERMILLION, "friction heat"),
+    ]
+    for name in shown.filter(like="peak_"):
         place = (
             name.removeprefix("peak_")
             .removesuffix("_temperature")
             .replace("lining", "linings")
         )
-        T = np.asarray(table[name])[shown] - ZERO
-        rows[2].plot(
-            number, T, "o-", ms=3, color=panels.HOT[place], label=f"hottest {place}"
-        )
-    if hot:
-        rows[2].set_ylabel("temperature, °C")
+        colour = panels.HOT[place]
+        curves.append((2, shown[name] - ZERO, colour, f"hottest {place}"))
+    labels = ("time, s", "heat, kJ", "temperature, °C")[: curves[-1][0] + 1]
+    figure = sheet(figure, 8.5, 2.2, rows=len(labels), room=1.0)
+    rows = figure.subplots(len(labels), 1, sharex=True)
+    for row, values, colour, label in curves:
+        look = {"ms": 3, "color": colour, "label": label}
+        rows[row].plot(shown["stop"], values, "o-", **look)
+    for ax, label in zip(rows, labels, strict=True):
+        ax.set_ylabel(label)
     finish(rows)
     rows[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     rows[-1].set_xlabel("number of the stop")
@@ -164,7 +157,7 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
         figure,
         result.scene,
         "the stops of the run"
-        if np.all(shown)
+        if len(shown) == len(every)
         else "the stops of the run by the brake",
     )
     return figure
@@ -232,7 +225,7 @@ def stages(
     for ax in rows[:-1]:
         ax.set_xlabel("")
     speed.set_xlim(start, end)
-    name_marks(figure, [], named.values())
+    name_marks(figure, named.values())
     head(figure, result.scene, f"stages of the brake: {result.message}")
     return figure
 
@@ -270,7 +263,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
         window.label_time(ax)
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
     named = [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds]
-    name_marks(figure, [], named)
+    name_marks(figure, named)
     head(figure, result.scene, "stick and slip of each lining")
     return figure
 
@@ -437,7 +430,7 @@ def depth(
     )
     fields[0].set(ylabel="depth below the front face, mm", ylim=(depths[-1], 0.0))
     which = f" {index + 1} of {chosen.copies}" if chosen.copies > 1 else ""
-    name_marks(figure, marked, rule=f"means of {chosen.layers} layers")
+    name_marks(figure, events=marked, rule=f"means of {chosen.layers} layers")
     head(figure, result.scene, f"temperature through the depth: {chosen.name}{which}")
     return figure
 
@@ -505,6 +498,6 @@ def lining_map(
         if surfaces == 1 < brake.linings.count:
             note = " (one surface for all linings)"
     words = panels.view_of(quantity)[1]
-    name_marks(figure, marked, rule=brake.force_words)
+    name_marks(figure, events=marked, rule=brake.force_words)
     head(figure, result.scene, f"{where}{words}, {lining} by {lining}{note}")
     return figure

@@ -317,10 +317,9 @@ def windows(result: Result) -> list[Window]:
 def strong_applications(result: Result) -> Times:
     """When the brake applications begin (s) that give at least a third of the friction
     heat of the strongest one."""
-    table = result.stops
-    begin = np.asarray(table["time"]) - np.asarray(table["motion_time"])
-    heat = np.asarray(table["energy"])
-    return begin[3 * heat >= heat.max()] if len(table) else begin
+    stops = result.stops.frame()
+    strong = 3 * stops["energy"] >= stops["energy"].max()
+    return (stops["time"] - stops["motion_time"])[strong].to_numpy(float)
 
 
 def application(
@@ -379,8 +378,8 @@ def words_of_mark(words: str) -> str:
 
 def name_marks(
     figure: Figure,
-    events: Iterable[Event],
     others: Iterable[Artist] = (),
+    events: Iterable[Event] = (),
     rule: str = "",
 ) -> None:
     """Below the panels what the lines at events mean, after `others`; above them a

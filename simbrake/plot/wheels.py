@@ -306,7 +306,7 @@ def draw_moment(
         handles.append(
             Patch(fill=False, ec=GREY, label="load of a lining on the rim, kN")
         )
-    name_marks(figure, [], [*handles, *_contact_legend(contacts)], "\n".join(rules))
+    name_marks(figure, [*handles, *_contact_legend(contacts)], rule="\n".join(rules))
 
 
 def _draw_band_of(
@@ -598,7 +598,7 @@ def pressed(
         figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}"
     )
     _draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
-    name_marks(figure, [], _contact_legend(contacts, brake.words.lining))
+    name_marks(figure, _contact_legend(contacts, brake.words.lining))
     return figure
 
 
