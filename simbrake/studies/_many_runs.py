@@ -6,7 +6,6 @@ import functools
 import hashlib
 import json
 import math
-import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -110,7 +109,6 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
     try:
         import cloudpickle
         from distributed import Client, KilledWorker
-        from distributed.comm import get_address_host_port
     except ImportError as error:
         hint = "pip install 'simbrake[ensemble]'"
         what = "needs dask.distributed, which is not installed"
@@ -122,15 +120,12 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
     place = ("", "") if store is None else (str(store.folder.resolve()), store.study)
     own: Any = contextlib.nullcontext(scheduler)
     if isinstance(scheduler, str):
-        try:  # a client that finds nobody keeps on looking
-            socket.create_connection(
-                get_address_host_port(scheduler), _PATIENCE
-            ).close()
-        except (OSError, ValueError, OverflowError) as error:
+        try:
+            own = Client(scheduler, timeout=_PATIENCE)
+        except (OSError, ValueError) as error:
             what = f"no Dask scheduler answers at {scheduler!r}: {error}"
             hint = "an address as tcp://10.0.0.1:8786"
             raise input_error("client", what, hint) from error
-        own = Client(scheduler)
     with own as client:
         executor = client.get_executor(pure=False)
 
