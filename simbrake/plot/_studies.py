@@ -253,8 +253,8 @@ class _Sample(NamedTuple):
 
 
 def _sample(found: Uncertainty, name: str) -> _Sample:
-    values = found.data[name].values.astype(float)
-    good = np.isfinite(values) & (found.data["code"].values == 0)
+    values = np.asarray(found.data[name], np.float64)
+    good = np.isfinite(values) & (np.asarray(found.data["code"]) == 0)
     x = np.sort(values[good])
     top = float(np.abs(x).max(initial=0.0))
     factor, offset, unit = scale(found.statistics[name].unit, top, absolute=True)
