@@ -850,10 +850,8 @@ def _start(log: Log, t: float) -> str | None:
     """Time in ISO 8601 of `t` seconds after the first row."""
     if log.start is None:
         return None
-    zone = "Z" if log.start.endswith("Z") else ""
-    return (
-        datetime.fromisoformat(log.start.removesuffix("Z")) + timedelta(seconds=t)
-    ).isoformat() + zone
+    at = datetime.fromisoformat(log.start) + timedelta(seconds=t)
+    return at.isoformat().replace("+00:00", "Z")
 
 
 def _mean_of_runs(inside: np.ndarray, x: np.ndarray) -> np.ndarray:
