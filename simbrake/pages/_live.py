@@ -33,7 +33,13 @@ from ..plot.drawing import (
     span,
     windows,
 )
-from ..plot.wheels import CONTACT_COLOURS, LINING, lining_edges, on_circle
+from ..plot.wheels import (
+    CONTACT_COLOURS,
+    LINING,
+    lining_edges,
+    on_circle,
+    pressed_angles,
+)
 from ..runs.linings import WORDS, lining_contacts
 from ..runs.result import Result, look
 
@@ -286,29 +292,15 @@ def _places(scene: Scene) -> list[list[float]]:
         return [
             [*sorted(ends), *LINING] for ends in on_circle(lining_edges(brake)).tolist()
         ]
+    angles = pressed_angles(brake).tolist()
     if isinstance(brake, DiscBrake):
         pads = brake.linings
-        callipers = -(-brake.linings.count // 2)
-        half = 0.5 * float(pads.angle)
         inner = float(pads.inner_radius) / float(pads.outer_radius)
         middle = 0.5 * (inner + 0.97)
         # the pad in front of the disc outside, that behind it inside
         radii = [(middle, 0.97), (inner, middle)]
-        angles = [
-            0.5 * math.pi + 2 * math.pi * (i // 2) / callipers
-            for i in range(pads.count)
-        ]
-        return [
-            [angle - half, angle + half, *radii[i % 2]]
-            for i, angle in enumerate(angles)
-        ]
-    start = float(brake.linings.start)
-    end = float(brake.linings.end)
-    pins = [(-0.5 * math.pi + side * 0.12, side) for side in (-1.0, 1.0)]
-    return [
-        [*sorted((pin + side * start, pin + side * end)), 0.82, 0.93]
-        for pin, side in pins
-    ]
+        return [[*ends, *radii[i % 2]] for i, ends in enumerate(angles)]
+    return [[*ends, 0.82, 0.93] for ends in angles]
 
 
 def film(

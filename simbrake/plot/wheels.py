@@ -61,6 +61,10 @@ LINING = (1.02, 1.18)
 #: speed (rad/s) that is rounding: what is left at the instant of a stop
 _STILL = 1e-9
 BAND = 1.21
+#: sides of the two shoes, and angles of their pins: a little beside the vertical through
+#: the shaft
+SIDES = np.array([-1.0, 1.0])
+PINS = -0.5 * math.pi + 0.12 * SIDES
 
 
 def lining_edges(brake: AbstractBandBrake, band: int = 0) -> Ends:
@@ -96,6 +100,22 @@ def on_circle(edges: Ends) -> Ends:
     band at the right, the tight end, and off at the left.
     """
     return math.pi / 2 + float(np.max(edges)) / 2 - edges
+
+
+def pressed_angles(brake: DiscBrake | ShoeBrake) -> Ends:
+    """Angles in the figure at which pads and shoes begin and end: two pads at each
+    calliper, these evenly around the disc; left the leading shoe, as the drum turns
+    counter-clockwise to its pin."""
+    if isinstance(brake, DiscBrake):
+        pads = brake.linings
+        callipers = -(-pads.count // 2)
+        middle = 0.5 * math.pi + 2 * math.pi * (np.arange(pads.count) // 2) / callipers
+        half = 0.5 * float(pads.angle)
+        return np.stack([middle - half, middle + half], axis=1)
+    shoes = brake.linings
+    # angles count from the pin, up along the side of a shoe
+    along = np.array([float(shoes.start), float(shoes.end)])
+    return np.sort(PINS[:, None] + SIDES[:, None] * along, axis=1)
 
 
 def spot(radius: float | Array, angle: float | Array) -> Float[np.ndarray, "... 2"]:
@@ -605,24 +625,20 @@ def pressed(
 def _disc(
     wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colours: list[str]
 ) -> float:
-    """Pads at their callipers, evenly around the disc, the one in front of the two
-    faces; returns the extent."""
+    """Pads at their callipers, the one in front of the two faces; returns the
+    extent."""
     pads = brake.linings
     inner = float(pads.inner_radius)
     outer = float(pads.outer_radius)
-    angle = math.degrees(float(pads.angle))
     edge = 1.06 * outer
     wheel.add_patch(
         Wedge((0, 0), edge, 0, 360, width=edge - 0.9 * inner, color="0.85", zorder=1)
     )
-    callipers = -(-pads.count // 2)
-    for i in range(callipers):
-        middle = 90.0 + 360.0 * i / callipers
-        ends = (middle - angle / 2, middle + angle / 2)
+    for i, ends in enumerate(pressed_angles(brake)[::2]):
         pad = Wedge(
             (0, 0),
             outer,
-            *ends,
+            *np.degrees(ends),
             width=outer - inner,
             fc=colours[2 * i],
             ec=GREY,
@@ -630,7 +646,7 @@ def _disc(
             zorder=2,
         )
         wheel.add_patch(pad)
-        x, y = spot(0.5 * (inner + outer), math.radians(middle))
+        x, y = spot(0.5 * (inner + outer), ends.mean())
         words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
         wheel.text(x, y, words, ha="center", va="center", zorder=3)
     wheel.add_patch(
@@ -661,8 +677,7 @@ def _disc(
 def _drum(
     wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colours: list[str]
 ) -> float:
-    """Shoes with their pins at the bottom; left the leading one, as the drum turns
-    counter-clockwise, to its pin."""
+    """Shoes with their pins at the bottom."""
     shoes = brake.linings
     r = float(shoes.radius)
     start = float(shoes.start)
@@ -673,16 +688,13 @@ def _drum(
     theta = np.linspace(start, end, 200)
     pressures = [float(brake.greatest_pressure(N)) for N in normal]
     highest = math.sin(min(max(0.5 * math.pi, start), end))
-    for i, (pressure, side) in enumerate(zip(pressures, (-1.0, 1.0), strict=True)):
-        # a pin a little beside the vertical through the shaft; angles count from it, up
-        # along the shoe's side
-        pin = -0.5 * math.pi + side * 0.12
-        ends = sorted(np.degrees(pin + side * np.array([start, end])).tolist())
+    each = zip(pressures, SIDES, PINS, pressed_angles(brake), strict=True)
+    for i, (pressure, side, pin, ends) in enumerate(each):
         wheel.add_patch(
             Wedge(
                 (0, 0),
                 1.02 * r,
-                *ends,
+                *np.degrees(ends),
                 width=0.1 * r,
                 fc=colours[i],
                 ec=GREY,
@@ -711,7 +723,7 @@ def _drum(
             lw=0,
             gid="pressure",
         )
-        x, y = spot(0.97 * r, pin + side * 0.5 * (start + end))
+        x, y = spot(0.97 * r, ends.mean())
         wheel.text(x, y, str(i + 1), ha="center", va="center")
         words = "leading ahead" if i == 0 else "trailing ahead"
         course.plot(
