@@ -183,7 +183,7 @@ _ALIASES = {
 #: tons that may be metric, short or long; a general units parser reads `ton` as short,
 #: and `mt` as a kilogram
 _TONS = re.compile(
-    r"(?<![A-Za-z_])(?:k?tons?f?|ton_force|force_ton|[mM]t)(?![A-Za-z_])"
+    r"(?<![A-Za-z_])(?:k?(?:short|long)?tons?f?|ton_force|force_ton|[mM]t)(?![A-Za-z_])"
 )
 #: names, products, quotients and one-digit powers: input that a general units parser
 #: reads in bounded time
@@ -244,8 +244,8 @@ def unit(text: str, si: str) -> Unit:
             *filter(None, units),
             *_EXAMPLES.get(si, ()),
         ]
-        # in another case, or a weight where its mass was written
-        meant = {name.lower(), f"{name.lower()}f"}
+        # in another case, a weight where its mass was written, degrees of temperature
+        meant = {name.lower(), f"{name.lower()}f", f"deg{name.lower()}"}
         similar = [known for known in names if known.lower() in meant]
         nearest = f"nearest: {' or '.join(similar)}; " if similar else ""
         raise ValueError(f"{nearest}known here: {', '.join(names)}{error}") from None
