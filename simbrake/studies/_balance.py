@@ -3,10 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from .._base._table import digits, number
-from ..outputs.duty import DutyKind, rows_of
+from ..outputs.duty import DutyKind, first_greatest, rows_of
 from ..outputs.log import labels_of
 from ..outputs.metrics import energies_between
 from ..parts.scene import Scene
@@ -83,7 +81,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     t = record.rows.t
     phi = record.states.phi
     stops = rows_of(labels_of(record), result.report().turned)
-    number_of = int(np.argmax([t[stop.stop] - t[stop.onset] for stop in stops]))
+    number_of = first_greatest([t[stop.stop] - t[stop.onset] for stop in stops])
     stop = stops[number_of]
     first = stop.start if kind == DutyKind.STOP else stop.onset
     last = stop.stop
