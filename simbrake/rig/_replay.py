@@ -628,7 +628,18 @@ class Replay(Tabular):
         yield from self.answer
         yield from self.book.answer
         yield self.readable
-        yield f"replay: {', '.join(f'{name} = {x}' for name, x in self.settings.items())}"
+        limit, pull = (
+            number(self.settings[x], "N", count=4) for x in ("limit", "pull")
+        )
+        given = self.settings["auxiliary"]
+        shares = given.items() if isinstance(given, Mapping) else [("", given or 0.0)]
+        share = ", ".join(
+            f"{digits(x or 0.0, 4)} {kind}".rstrip() for kind, x in shares
+        )
+        yield (
+            f"replay: share of the auxiliary brake {share}; tension that the lever gives: "
+            f"{pull} at rest, at most {limit} in lowering"
+        )
         yield from (f"- {note}" for note in self.notes)
         yield from list(self.book.parts())[len(self.book.answer) :]
 
