@@ -93,35 +93,26 @@ SPEED = {"initial.omega": [1.0]}
 ROPE = sb.loads.RopeLayers("35 mm", turns_per_layer=30, turns=50)
 
 
-@pytest.mark.parametrize(
-    ("make", "paths"),
-    [
-        (lambda: sb.Pulley(None, 1200, {}), ["Pulley.radius", "Pulley.width"]),
-        (lambda: sb.Pulley(0.5, 10**400), ["Pulley.inertia"]),
-        (lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35), ["Brake.band", "Brake.linings"]),
-        (lambda: sb.Bandage(65.0, 0.3, [1.0, "x"]), ["Bandage.preload[1]"]),
-        (lambda: sb.Bandage(65.0, 0.3, [1.0, -2.0]), ["Bandage.preload[1]"]),
-        (lambda: sb.Initial(jax.numpy.float32(3)), ["Initial.omega"]),
-        *(
-            (
-                lambda option=option, bad=bad: sb.simulate(SCENE, **{option: bad}),
-                [option],
-            )
-            for option, every in OPTIONS.items()
-            for bad in every
-        ),
-        (lambda: sb.simulate_heat(HEAT, [0.0, 1.0], rtol=np.nan), ["rtol"]),
-        (lambda: sb.ensemble(stop_scene(), SPEED, workers="a"), ["workers"]),
-        (lambda: sb.ensemble(stop_scene(), [1, 2]), ["values"]),
-        (
-            lambda: sb.read_measured("x.csv", sigma={"omega": None}),
-            ["sigma of omega", "x.csv"],
-        ),
-        (lambda: sb.save(None, "x.nc"), ["x.nc"]),
-    ],
-)
-def test_value_or_option(make, paths):
-    assert [fault.path for fault in faults_of(make)] == paths
+def test_value_or_option(request):
+    calls = [
+        lambda: sb.Pulley(None, 1200, {}),
+        lambda: sb.Pulley(0.5, 10**400),
+        lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35),
+        lambda: sb.Bandage(65.0, 0.3, [1.0, "x"]),
+        lambda: sb.Bandage(65.0, 0.3, [1.0, -2.0]),
+        lambda: sb.Initial(jax.numpy.float32(3)),
+        lambda: sb.simulate_heat(HEAT, [0.0, 1.0], rtol=np.nan),
+        lambda: sb.ensemble(SCENE, SPEED, workers="a"),
+        lambda: sb.ensemble(SCENE, [1, 2]),
+        lambda: sb.read_measured("x.csv", sigma={"omega": None}),
+        lambda: sb.save(None, "x.nc"),
+    ]
+    calls += [
+        lambda option=option, bad=bad: sb.simulate(SCENE, **{option: bad})
+        for option, every in OPTIONS.items()
+        for bad in every
+    ]
+    assert_refused(request, "values", calls)
 
 
 def test_argument_near_an_unknown_one(request):

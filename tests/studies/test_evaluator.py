@@ -3,7 +3,8 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import all_equal, all_near, input_error, near, nothing_compiled, paths_of
+from goldens import assert_refused
+from helpers import all_equal, all_near, input_error, near, nothing_compiled
 from scenes import GAIN, stop_scene
 from shoe_scenes import shoe_scene
 
@@ -152,24 +153,30 @@ def test_a_metric_of_ones_own_that_fails_is_named(metric, words):
         assert len(caught.value.faults) == 1
 
 
-@pytest.mark.parametrize(
-    ("parameters", "metrics", "paths"),
-    [
-        ({"initial.omeg": (1.0, 2.0)}, [max, max], ["initial.omeg", "max"]),
-        ({ANGLE: (0.1, 0.2), f"{ANGLE}[2]": (0.1, 0.2)}, NAMES, [f"{ANGLE}[2]"]),
-        ({PATHS[0]: ("10 m", "20 m")}, NAMES, [PATHS[0]] * 2),
-        ({PATHS[1]: (-1.0, 2.0), PATHS[2]: (2.0, 1.0)}, NAMES, PATHS[1:]),
-        (["brake.linings.count"], NAMES, ["brake.linings.count"]),
-        ([], NAMES, ["parameters"]),
-    ],
-)
-def test_all_errors_of_the_input(parameters, metrics, paths):
-    assert paths_of(sb.studies.evaluator, scene(), parameters, metrics) == [*paths]
-
-
-@pytest.mark.parametrize(
-    "X", [[20.0, -800.0, 8e3], [np.nan, 800.0, 8e3], 1.0, [20.0, 800.0], "20 rad/s"]
-)
-def test_points_that_cannot_be(X):
-    with input_error():
-        sb.studies.evaluator(scene(), PATHS).evaluate(X)
+def test_all_errors_of_the_input(request):
+    given = scene()
+    studies = [
+        lambda parameters=parameters, metrics=metrics: sb.studies.evaluator(
+            given, parameters, metrics
+        )
+        for parameters, metrics in (
+            ({"initial.omeg": (1.0, 2.0)}, [max, max]),
+            ({ANGLE: (0.1, 0.2), f"{ANGLE}[2]": (0.1, 0.2)}, NAMES),
+            ({PATHS[0]: ("10 m", "20 m")}, NAMES),
+            ({PATHS[1]: (-1.0, 2.0), PATHS[2]: (2.0, 1.0)}, NAMES),
+            (["brake.linings.count"], NAMES),
+            ([], NAMES),
+        )
+    ]
+    evaluate = sb.studies.evaluator(given, PATHS).evaluate
+    points = [
+        lambda x=x: evaluate(x)
+        for x in (
+            [20.0, -800.0, 8e3],
+            [np.nan, 800.0, 8e3],
+            1.0,
+            [20.0, 800.0],
+            "20 rad/s",
+        )
+    ]
+    assert_refused(request, "evaluators", studies + points)
