@@ -19,8 +19,9 @@ from fit_scenes import (
     rigid,
     speeds,
 )
+from goldens import assert_refused
 from heat_scenes import fading, lump, rigid_stop
-from helpers import all_near, faults_of, input_error, near, nothing_compiled
+from helpers import all_near, input_error, near, nothing_compiled
 from scenes import stop_scene
 from scipy.stats import chi2, norm, t
 
@@ -225,16 +226,16 @@ def test_events_that_the_model_does_not_have():
     assert np.isfinite(late[F].value)
 
 
-def test_all_errors_of_a_fit_come_at_once():
+def test_all_errors_of_a_fit_come_at_once(request):
     bad = {F: (0.5, 0.4), "brake.pulley.mass": (1.0, 2.0), J: (-5.0, 900.0)}
     bad |= {T0: (2e3, 6e3), OMEGA: (1.0, np.inf)}
     options = {"loss": "square", "start": {"end_time": 3.0}, "confidence": 1.0}
     tension = sb.studies.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0})
     twice = {"brake.linings.angle[3]": (0.2, 0.3), "brake.linings.angle": (0.2, 0.3)}
-    for count, scene, bounds, data, more in (
-        (8, rigid(), bad, speeds(line()), options),
-        (1, rigid(), LINE, tension, {}),
-        (1, rigid(end=0.3), LINE, speeds(line()), {}),
-        (1, rigid(), twice, speeds(line()), {}),
-    ):
-        assert len(faults_of(sb.calibrate, scene, bounds, data, **more)) == count
+    cases = (
+        lambda: sb.calibrate(rigid(), bad, speeds(line()), **options),
+        lambda: sb.calibrate(rigid(), LINE, tension),
+        lambda: sb.calibrate(rigid(end=0.3), LINE, speeds(line())),
+        lambda: sb.calibrate(rigid(), twice, speeds(line())),
+    )
+    assert_refused(request, "fits", cases)
