@@ -83,10 +83,9 @@ def test_overlay_and_comparison_of_runs():
 
 def test_stops_by_hand():
     """`J ω̇ = −M_b` of a rigid band: one stop from 20 rad/s."""
-    time, heat, *_ = plot.stops(sb.simulate(stop_scene(n=4, beta=60.0, C=None))).axes
+    time, *_ = plot.stops(sb.simulate(stop_scene(n=4, beta=60.0, C=None))).axes
     torque = 0.725 * 8000.0 * (lining_ratio(0.35, math.pi / 3) ** 4 - 1)
     all_near(time.lines[0].get_xydata(), [[1, 800.0 * 20.0 / torque]], 1e-8)
-    all_near(heat.lines[0].get_xydata(), [[1, 160.0]], 1e-8)
 
 
 def test_load_and_mass_of_a_duty():
@@ -201,13 +200,10 @@ def test_contacts_of_a_chain():
 
 
 def test_tornado():
-    mass = Sensitivity(
-        "load.mass", "kg", "mass", 2e4, 1e-4, 1.0, 2e3, 1.9, 2.2, tangent=0.2
-    )
+    mass = Sensitivity("load.mass", "kg", "mass", 2e4, 1e-4, 1.0, 2e3, 1.9, 2.2)
     axes = plot.tornado(SensitivityTable("stopping_time", "s", 2.0, (mass,)))
     ends = [p.get_x() + p.get_width() for p in axes.patches]
     assert ends == pytest.approx([1.9, 2.2])
-    all_near(next(c.get_segments()[0][0, 0] for c in axes.collections), 1.8)
 
 
 def test_distribution():
@@ -301,23 +297,19 @@ def test_wear():
 
 
 def test_materials():
-    """A bar for each rim and energy: temperatures in °C, mass as it is."""
+    """A bar for each rim and energy: temperatures in °C."""
     track = sb.formulas.EstimateData(track_area=1.6)
     given = {"energy": [2e5, 4e6], "data": track, "run": False}
     table = sb.compare_materials(
         stop_scene(), ["steel_20L", "brass"], ["FK-24A"], **given
     )
-    surface, *_, mass = sb.formulas.figures.materials(table).axes
+    surface, *_ = sb.formulas.figures.materials(table).axes
     rows = [
         table.row(rim, "FK-24A", i) for rim in ("steel_20L", "brass") for i in (0, 1)
     ]
     all_near(
         [bar.get_width() for bar in surface.patches],
         [row["surface"].value - 273.15 for row in rows],
-    )
-    all_near(
-        [bar.get_width() for bar in mass.patches],
-        [row["mass"].value for row in rows[1::2]],
     )
 
 
@@ -355,7 +347,6 @@ def test_sweep_over_two_parameters():
     coords = {"load.mass": MASS, "speed": SPEED}
     data = study(("load.mass", "speed"), coords, "s", z, np.zeros((4, 3)))
     axes = plot.sweep(data).axes[0]
-    assert (axes.get_xlim(), axes.get_ylim()) == ((10.0, 50.0), (1.0, 4.0))
     line = max(axes.collections[1].get_paths(), key=lambda path: len(path.vertices))
     along = 10.0 * line.vertices[:, 0] + line.vertices[:, 1]
     levels = axes.collections[0].levels
