@@ -59,6 +59,12 @@ def without_effect():
     )
 
 
+def integral(of, points):
+    """From rest to the speed at the start; `points`: where it bends most."""
+    exact = {"epsabs": 1e-13, "epsrel": 1e-12, "limit": 500}
+    return quad(of, 0.0, OMEGA, points=points, **exact)[0]
+
+
 def truths():
     """Derivatives of the stopping time `∫ J dω/M` in closed form or by quadrature, each
     with the number's size."""
@@ -70,19 +76,7 @@ def truths():
     time = J * OMEGA / M
 
     def by_torque(shape):
-        return (
-            -J
-            / M**2
-            * quad(
-                shape,
-                0.0,
-                OMEGA,
-                points=[0.1, 0.3, 1.0],
-                epsabs=1e-13,
-                epsrel=1e-12,
-                limit=500,
-            )[0]
-        )
+        return -J / M**2 * integral(shape, [0.1, 0.3, 1.0])
 
     pressure = (tension[1:] + tension[:-1]) * math.sin(BETA / 2) / AREA
     drop = -F * np.sum(np.log1p(pressure / P_R)) * by_friction
@@ -177,18 +171,7 @@ def test_value_with_and_without_derivative():
     def by_static(w):
         return (1 / torque(w, 0.45 + 1e-5) - 1 / torque(w, 0.45 - 1e-5)) / 2e-5
 
-    truth = (
-        J
-        * quad(
-            by_static,
-            0.0,
-            OMEGA,
-            points=[0.5, 1.0, 3.0],
-            epsabs=1e-12,
-            epsrel=1e-11,
-            limit=500,
-        )[0]
-    )
+    truth = J * integral(by_static, [0.5, 1.0, 3.0])
     near(slope, truth, 1e-7)
 
 
