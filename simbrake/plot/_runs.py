@@ -81,12 +81,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         >>> float(figure.axes[0].lines[0].get_ydata()[0])
         24.0
     """
-    columns = windows(result)
-    if len(result.stops) > 1:
-        table = result.stops
-        strongest = float(table["time"][first_greatest(table["energy"])])
-        words = "the stop with the maximum friction heat"
-        columns = [columns[0], *application(result, strongest, words, 0.3)]
+    columns = _whole_and_detail(result)
     figure = sheet(figure, 11.5 if len(columns) > 1 else 8.0, 9.6)
     ratios = [1.5, 1][: len(columns)]
     axes = figure.subplots(
@@ -111,6 +106,18 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     name_marks(figure, events=marked, rule=result.scene.brake.force_words)
     head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure
+
+
+def _whole_and_detail(result: Result) -> list[Window]:
+    """The whole motion; and of several stops the one with the maximum friction heat, of
+    a single one the onset of slip where it is short."""
+    columns = windows(result)
+    if len(result.stops) < 2:
+        return columns
+    table = result.stops
+    strongest = float(table["time"][first_greatest(table["energy"])])
+    words = "the stop with the maximum friction heat"
+    return [columns[0], *application(result, strongest, words, 0.3)]
 
 
 @styled
@@ -456,7 +463,8 @@ def lining_map(
     figure: Figure | None = None,
 ) -> Figure:
     """A quantity of every lining over time as a map, linings of a band from the slack
-    to the tight end, with lines at events; a short onset of slip enlarged at the right.
+    to the tight end, with lines at events; at the right a short onset of slip, or of
+    several stops the one with the maximum friction heat.
 
     - `quantity`: `temperature` (°C), `normal_load`, `tension` behind the lining,
       `tension_increment`, `friction_force` (kN), `pressure`, `slack_edge_pressure`,
@@ -473,7 +481,7 @@ def lining_map(
         >>> figure.axes[-1].get_ylabel()
         'normal load $N$, kN'
     """
-    columns = windows(one_run(result))
+    columns = _whole_and_detail(one_run(result))
     brake = result.scene.brake
     figure = sheet(figure, 11.5 if len(columns) > 1 else 8.5, 5.4)
     ratios = [1.5, 1][: len(columns)]

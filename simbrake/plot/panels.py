@@ -689,6 +689,9 @@ def lining_values_map(
     """A quantity of every lining over time as a map with its colour bar, linings of a
     band from the slack to the tight end.
 
+    In a run with several stops what lasts for less than a line of the map is drawn by
+    its greatest value, so that no brake application is lost.
+
     - `quantity`, `pair`: as of `simbrake.plot.lining_map`
     - `start`, `end` (s): default those of the run
 
@@ -707,6 +710,8 @@ def lining_values_map(
     brake = result.scene.brake
     n = brake.linings.count
     shown = np.broadcast_to(view.factor * values + view.offset, (len(edges) - 1, n)).T
+    if len(result.stops) > 1:
+        edges, shown = _wide_enough(edges, shown)
     bottom = float(shown.min())
     top = float(shown.max())
     mesh = axes.pcolormesh(
@@ -730,6 +735,29 @@ def lining_values_map(
 
 
 _HEATS = ("temperature", "friction_heat", "friction_power")
+#: lines of a map over time that has narrower cells: no more than its pixels
+_LINES = 400
+
+
+def _wide_enough(
+    edges: Float[np.ndarray, " m"], values: Float[np.ndarray, "n cells"]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edges and values of a map whose cells all can be seen: where some are narrower
+    than a line, even lines with the value of the greatest magnitude in each."""
+    wide = (edges[-1] - edges[0]) / _LINES
+    if np.min(np.diff(edges)) >= wide:
+        return edges, values
+    lines = np.linspace(edges[0], edges[-1], _LINES + 1)
+    first = np.clip(np.searchsorted(lines, edges[:-1], "right") - 1, 0, _LINES - 1)
+    last = np.clip(np.searchsorted(lines, edges[1:], "left"), first + 1, _LINES)
+    greatest = np.zeros((len(values), _LINES))
+    size = np.full(greatest.shape, -1.0)
+    for i, column in enumerate(values.T):
+        inside = (slice(None), slice(first[i], last[i]))
+        new = np.abs(column)[:, None] > size[inside]
+        greatest[inside] = np.where(new, column[:, None], greatest[inside])
+        size[inside] = np.where(new, np.abs(column)[:, None], size[inside])
+    return lines, greatest
 
 
 def view_of(quantity: str) -> tuple[View, str]:

@@ -167,6 +167,19 @@ def test_lining_map():
     all_near(shown, np.asarray(truth).T - 273.15, 1e-9)
 
 
+def test_short_applications_are_seen_on_a_long_map():
+    """In each of twenty cycles of 50 s the load falls for 1 s, and is stopped in some
+    tenths of a second."""
+    cycle = ([0.0, 1.0, 1.0, 1.3, 1.3, 50.0], [0.0, 0.0, 8e3, 8e3, 2e3, 2e3])
+    lever = sb.Repeated(*cycle, "50 s", 20)
+    run = sb.simulate(stop_scene(n=4, C=None, lever=lever, w0=0.0, load=200.0, end=1e3))
+    assert len(run.stops) == 20
+    axes = plot.lining_map(run, "normal_load").axes[0]
+    last = np.asarray(axes.collections[0].get_array())[-1]
+    most = float(run.metrics["max_normal_load"]) / 1e3
+    assert np.count_nonzero(last > 0.98 * most) == 20
+
+
 def test_friction_heat_of_a_map():
     staged = staged_result()
     for pair in ("external", "internal"):
