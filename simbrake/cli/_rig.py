@@ -143,9 +143,9 @@ def rig(
             raise InputError([_as_option(fault) for fault in error.faults]) from None
         with sb.results.display_units(units):
             cli.tell(answer, json_)
-        if out is not None:
-            progress.now("page and figure")
-            cli.print_written(sb.pages.write_ledger(answer, out), json_)
+            if out is not None:
+                progress.now("page and figure")
+                cli.print_written(sb.pages.write_ledger(answer, out), json_)
     return cli.exit_code(answer is book or answer.result.ok)
 
 

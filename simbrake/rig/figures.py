@@ -154,13 +154,17 @@ def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
         ):
             axes.plot(of.t / unit, factor * x, **how)
         axes.set_ylabel(f"{label}, {name}")
+    factor, offset, degrees = scale("K", 0.0, absolute=True)
     for (name, x), colour in zip(
         shown.items(), (VERMILLION, ORANGE, GREEN), strict=False
     ):
         panels[2].plot(
-            series.t / unit, np.max(x, axis=1) - 273.15, color=colour, label=name
+            series.t / unit,
+            factor * np.max(x, axis=1) + offset,
+            color=colour,
+            label=name,
         )
-        panels[2].set_ylabel("temperature, °C")
+        panels[2].set_ylabel(f"temperature, {degrees}")
     panels[-1].set_xlabel(f"time from the first row, {word}")
     for axes in panels[1:]:
         axes.legend(loc="upper left", frameon=False)

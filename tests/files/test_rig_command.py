@@ -103,7 +103,7 @@ def test_a_log_is_replayed_on_a_scene(capsys, log, tmp_path):
         assert words in err
 
 
-def test_json_and_options(capsys, log):
+def test_json_and_options(capsys, log, tmp_path):
     names = (
         "--auxiliary",
         "not decidable=0.5",
@@ -141,8 +141,12 @@ def test_json_and_options(capsys, log):
     near(row["mean_load"], 5e5)
     assert row["hook_work_low"] <= row["hook_work"] <= row["hook_work_high"]
     near((row["drum_work"], row["drum_speed"], row["drum_torque"]), (9e6, 20.0, 22.5e3))
-    _, out, _ = call(capsys, "rig", log, "--lines", "8", "--units", "rig")
+    given = ("--lines", "8", "--units", "rig", "--out", str(tmp_path / "field"))
+    _, out, _ = call(capsys, "rig", log, *given)
+    page = (tmp_path / "field" / "ledger.html").read_text("utf-8")
     assert "klbf" in out
+    assert "klbf" in page
+    assert not re.search(r"\d (kN|MJ)\b", page)
 
 
 def test_names_stay_out_unless_asked_for(capsys, tmp_path):
