@@ -469,9 +469,8 @@ class Phases(Part):
         """The group of the phase that runs after `passed` others."""
         rows = np.asarray(self._groups, np.int32)
         runs = (rows[:, 0] <= passed) & (passed < rows[:, 1])
-        return _Group(
-            *jnp.sum(jnp.where(runs[:, None], rows, 0), axis=0, dtype=jnp.int32)
-        )
+        row: Any = jnp.sum(jnp.where(runs[:, None], rows, 0), axis=0, dtype=jnp.int32)
+        return _Group(*row)
 
     def place(self, passed: IntScalar) -> IntScalar:
         """Place among `each` of the phase that runs after `passed` others."""

@@ -62,7 +62,7 @@ class HookNow(NamedTuple):
 
     travel: Array
     speed: Array
-    weight: Array
+    weight: Any
     force: Array
     rope: Array
     fast: Any = None

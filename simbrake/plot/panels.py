@@ -580,7 +580,8 @@ def _envelope(
         (T.max(axis=1), np.argmax, "-"),
         (T.min(axis=1), np.argmin, ":"),
     ):
-        at = np.asarray([a + extreme(values[a:b]) for a, b in pairwise(cuts) if b > a])
+        inside = [a + extreme(values[a:b]) for a, b in pairwise(cuts) if b > a]
+        at = np.array(inside, np.intp)
         label = words if style == "-" else None
         axes.plot(t[at], values[at], color=colour, ls=style, label=label)
         lines.append(np.interp(t, t[at], values[at]))
