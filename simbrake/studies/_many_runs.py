@@ -121,7 +121,8 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
     own: Any = contextlib.nullcontext(scheduler)
     if isinstance(scheduler, str):
         try:
-            own = Client(scheduler, timeout=_PATIENCE)
+            # (as a default it would be left to Dask even where it never answers)
+            own = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             what = f"no Dask scheduler answers at {scheduler!r}: {error}"
             hint = "an address as tcp://10.0.0.1:8786"

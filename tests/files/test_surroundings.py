@@ -276,8 +276,10 @@ def test_a_forked_process_says_so():
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "http://x:99999"])
 def test_a_scheduler_that_does_not_answer(address):
-    pytest.importorskip("distributed")
+    """It is told, and is no scheduler of what Dask computes afterwards."""
+    dask = pytest.importorskip("dask")
     start = time.perf_counter()
     with input_error(match="client: no Dask scheduler answers"):
         sb.ensemble(stop_scene(), {SPEED: [1.0]}, client=address)
     assert time.perf_counter() - start < 10
+    assert dask.config.get("scheduler", None) is None
