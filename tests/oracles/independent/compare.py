@@ -23,8 +23,8 @@ USUALLY = 5e-8
 #: slowly: springs without dampers, and friction that falls with the speed, let speeds
 #: come together over seconds, and the time at which they do is ill-posed
 FLAT = {"resolved bandage": 1e-9}
-#: marks of heat, which change no mode
-MARKS = ("grip_lost", "permissible_temperature", "self_locking")
+#: marks, which change no mode: of heat, and of a speed that passes 0
+MARKS = ("grip_lost", "permissible_temperature", "self_locking", "reversal")
 #: events nearer than this are at one instant
 _INSTANT = 2e-7
 #: a mode that lasts less (s) counts as one that lasts no time
