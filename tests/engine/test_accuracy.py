@@ -16,6 +16,7 @@ from scenes import closed_form, lining_ratio, replaced, stop_scene, tension_for
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
+from simbrake.runs.accuracy import difference
 
 #: what an estimate may be of the true error, in its own size and in that of the value
 SAFE = (3.0, 1e-13)
@@ -209,6 +210,26 @@ def test_other_events_are_no_estimate():
     found = resolved.accuracy()
     for one, event in zip(found.events, truth.events, strict=True):
         assert holds(abs(one.value - event.time), one.error, max(event.time, 1e-3))
+
+
+def test_a_reversal_at_a_stop_in_one_run_alone():
+    """A hoist comes to rest where the lever is pulled; in one of two runs it is seen to
+    turn back 4e-8 s before."""
+
+    def hoisted(last):
+        speed = sb.PiecewiseLinear([0.0, 2.0], [-5.0, last])
+        motor = sb.loads.Motor("60 kN*m", "1 MW", "40 rad/s", speed=speed)
+        lever = sb.profiles.held([0.0, 2.0], [0.0, 12e3])
+        load = sb.HookLoad("20 t", 0.4, 8)
+        scene = stop_scene(C=None, lever=lever, w0=-5.0, load=load, end=100.0)
+        return sb.simulate(dataclasses.replace(scene, motor=motor))
+
+    plain, turned = (hoisted(last) for last in (1e-8, 1e-7))
+    assert names_of(turned) == ["reversal", *names_of(plain)]
+    for pair in ((plain, turned), (turned, plain)):
+        found = difference(*pair)
+        assert not found.problem
+        assert [one.name for one in found.events] == names_of(plain)
 
 
 def test_run_ended_early_has_no_estimate():
