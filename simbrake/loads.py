@@ -778,8 +778,8 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
         M_b = (1 − s) M_w   where it is lowered,   M_w = M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − φ_r)]
 
     - `speed`: `ω_r(t)` (rad/s), straight lines between points, 0 at rest; on a line it
-      does not change its sign, but for the last of a lowering, which may aim below 0
-      to be at rest before its end
+      does not change its sign; only the last of a lowering may end below 0, with a jump
+      to 0 there: the pulley is at rest before
     - `angles` (n,): `φ_r` (rad) at the points, the integral of the speed
     - `limit` (N): maximum slack tension in lowering;  `pull` (N): slack tension at rest
     - `motor_share` (n,): `s` from each point on, the share that the motor takes of a
@@ -892,7 +892,9 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
             for name, x in (("angles", self.angles), ("motor_share", self.motor_share))
             if np.shape(x) != (n,)
         ]
-        aims = (speeds[:-1] > 0) & (np.append(speeds[2:], np.inf) == 0)
+        # (a lowering that aims below 0 is at rest from that instant on)
+        at_once = np.append(np.diff(self.speed.times)[1:] == 0, False)
+        aims = (speeds[:-1] > 0) & at_once & (np.append(speeds[2:], np.inf) == 0)
         turns = np.flatnonzero((speeds[1:] * speeds[:-1] < 0) & ~aims)
         if turns.size:
             what = (

@@ -354,6 +354,31 @@ def heat_and_work(masses, share):
     return (1 - share) * braked, heavy * G * 24 + drive * 45 - share * braked
 
 
+def test_a_recorded_speed_passes_zero_in_a_point():
+    """But where a lowering aims below 0, and rests from that instant on."""
+
+    def followed(times, speeds):
+        times, speeds = np.array(times), np.array(speeds)
+        moved = np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))
+        speed = sb.PiecewiseLinear(times, speeds)
+        angles = np.append(0.0, moved)
+        share = np.zeros(times.size)
+        lever = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", share)
+        duty = dataclasses.replace(scene_of().duty, slack_tension=lever)
+        motor = sb.loads.Motor("90 kN*m", "3 MW", "60 rad/s")
+        return sb.simulate(scene_of(duty=duty, motor=motor, end_time=3.0))
+
+    for times, speeds in (
+        ([0.0, 0.5], [5.0, -5.0]),
+        ([0.0, 0.5, 0.9], [5.0, -5.0, 0.0]),
+        ([0.0, 0.5, 0.5], [-5.0, 5.0, 0.0]),
+    ):
+        with input_error(match="changes its sign between"):
+            followed(times, speeds)
+    rests = followed([0.0, 1.0, 1.5, 1.5], [0.0, 2.0, -1.0, 0.0])
+    near(rests.stopping_time, 1.0 + 2.0 / 6.0, 1e-9)
+
+
 @pytest.mark.slow
 def test_a_recorded_motion_is_followed_to_the_last_digit():
     """Angles of the points, heat and work of the motor in closed form."""
