@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
 from ._base._faults import Fault, Faults, Issues, input_error
+from ._base._numbers import number
 from ._base._part import (
     Part,
     as_part,
@@ -24,7 +25,6 @@ from ._base._part import (
     whole,
 )
 from ._base._quantity import Quantity, Scalar, in_si
-from ._base._table import number
 from .hybrid.arrays import Array, IntScalar, Mark, ScalarArray
 from .hybrid.struct import struct_field
 from .profiles import FEW, AbstractProfile, Constant, Piece, PiecewiseLinear, Real

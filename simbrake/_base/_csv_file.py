@@ -11,9 +11,9 @@ import numpy as np
 
 from ._faults import Fault, InputError, Issues
 from ._nulls import EMPTY, NULLS, take_nulls, told_as_null
-from ._table import Unit, spelled
-from ._table import unit as unit_of_text
 from ._text_table import HEAD, Rows, cells_of, opened
+from ._units import Unit, spelled
+from ._units import unit as unit_of_text
 
 #: errors of values listed in full; a broken logger makes thousands
 _LISTED = 50

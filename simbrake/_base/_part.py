@@ -17,6 +17,7 @@ from jax.core import Tracer
 from ..hybrid.struct import Struct, struct_field, structural
 from ._arguments import explained, with_nearest
 from ._faults import Fault, Faults, Issues, of_radius
+from ._numbers import plain_text, value_text
 from ._packing import is_traced
 from ._quantity import (
     IndexedBy,
@@ -29,7 +30,7 @@ from ._quantity import (
     shown,
     unit_suffix,
 )
-from ._table import part_text, rows_table, value_text
+from ._table import rows_table
 
 #: family of parts → class made from a bare number where one of them is expected
 _SHORT: dict[type, type] = {}
@@ -312,7 +313,7 @@ class Part(Struct, metaclass=_PartMeta):
         return []
 
     def __repr__(self) -> str:
-        return part_text(self, about_of, unit_below)
+        return _part_text(self)
 
     def _repr_html_(self) -> str:
         rows = [
@@ -326,6 +327,50 @@ class Part(Struct, metaclass=_PartMeta):
             for leaf in leaves(self)
         ]
         return rows_table(rows, type(self).__name__)._repr_html_()
+
+
+#: characters of a printed part that fit on a line
+_WIDTH = 100
+
+
+def _entries(name: str, entries: list[str], brackets: str = "()") -> str:
+    """`Name(a, b)` on one line where it fits, else with one entry a line."""
+    first, last = brackets
+    line = f"{name}{first}{', '.join(entries)}{last}"
+    if len(line) <= _WIDTH and "\n" not in line:
+        return line
+    body = "".join(
+        f"  {entry},\n".replace("\n", "\n  ").rstrip(" ") for entry in entries
+    )
+    return f"{name}{first}\n{body}{last}"
+
+
+def _part_text(node: Any, unit: str = "SI") -> str:
+    """A part and all below it with values in readable units; what is absent, or as
+    usual and no number, is left out.
+
+    `unit` is what the unit `SI` of a field means here. A value that is no part is
+    written as it is.
+    """
+    if not (isinstance(node, Struct) and dataclasses.is_dataclass(node)):
+        return plain_text(node)
+    entries = []
+    for field in dataclasses.fields(node):
+        value = getattr(node, field.name)
+        about = about_of(field, unit)
+        inner = unit_below(field, unit)
+        if isinstance(value, Struct):
+            text = _part_text(value, inner)
+        elif isinstance(value, tuple) and any(isinstance(x, Struct) for x in value):
+            text = _entries("", [_part_text(entry, inner) for entry in value])
+        elif about is not None and value is not None and np.size(value):
+            text = value_text(value, about.unit, absolute=not about.difference)
+        elif about is None and value not in (None, (), field.default):
+            text = plain_text(value)
+        else:
+            continue
+        entries.append(f"{field.name}={text}")
+    return _entries(type(node).__name__, entries)
 
 
 def tried_for(maker: object) -> Iterable[str]:

@@ -19,7 +19,8 @@ from ..hybrid.arrays import Array, Floats
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, Faults, Issues
 from ._faults import shown as shown
-from ._table import pretty, to_si, unit
+from ._numbers import pretty
+from ._units import to_si, unit
 
 if TYPE_CHECKING:
     Scalar = Values = Any  # accepted inputs: a number, a list, an array

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import input_error
-from .._base._table import Column, Table, plain, pretty
+from .._base._numbers import pretty
+from .._base._table import Column, Table, plain
 from ..results.stored import (
     FORMAT,
     POINTS,

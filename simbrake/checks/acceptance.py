@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Issues, existing_file, input_error, near, text_of_file
-from .._base._table import Table, number
+from .._base._numbers import number
+from .._base._table import Table
 from ..files._scene_file import read_scene
 from ..files.shipped_scenes import shipped_tests
 from ..outputs.log import Status

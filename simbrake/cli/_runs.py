@@ -60,7 +60,7 @@ def run(
     scene = cli.opened(
         file, set_, rtol, folder=None if single else out, faults=lost, **counts
     )
-    from .._base._table import display_units
+    from .._base._numbers import display_units
     from ..runs.measure import limit_checks, with_limits
     from ..runs.verdict import summary_with_limits, text_with_limits
 

@@ -11,9 +11,10 @@ from typing import TypeAlias
 import numpy as np
 
 from .._base._faults import input_error, nearest
+from .._base._numbers import numbers
 from .._base._part import Whole, leaves, short_of
 from .._base._quantity import Quantity
-from .._base._table import Column, Table, numbers
+from .._base._table import Column, Table
 from ..files.schema import FORMAT, PLAIN, VERSION, Maker, Part, makers_of, parts_of
 from ..parts.scene import Scene
 from ..thermal.materials import LIBRARY, Material

@@ -16,10 +16,10 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._compiling import LONGEST, Program, megabytes, program_of, run_device
 from .._base._faults import Fault, InputError, input_error
+from .._base._numbers import number
 from .._base._packing import Packing, pack
 from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
 from .._base._store import MEMORY, kept
-from .._base._table import number
 from ..hybrid import AbstractMethod, Code, Given, Record, hybridsolve
 from ..hybrid.arrays import Array
 from ..hybrid.struct import with_fields, with_value_at

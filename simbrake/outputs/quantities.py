@@ -17,7 +17,8 @@ from jax.core import Tracer
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError, input_error, near
-from .._base._table import Table, number, rows_table, value_text
+from .._base._numbers import number, value_text
+from .._base._table import Table, rows_table
 from ..brakes.band import pressure_within
 from ..hybrid.arrays import Array, numpy_of
 from ..physics._brake import BrakeSystem

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import InputError
+from .._base._numbers import scale
 from .._base._part import Leaf, leaves
-from .._base._table import scale
 from ..files._scene_file import scene_text
 from ..loads import Cylinder, Lever
 from ..parts.scene import Scene, check_scene, paths_without_meaning

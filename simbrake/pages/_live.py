@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Issues
-from .._base._table import ZERO
+from .._base._numbers import ZERO
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake
 from ..outputs.log import Event, plain_words

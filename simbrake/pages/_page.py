@@ -21,8 +21,9 @@ from markupsafe import Markup
 
 from .. import plot
 from .._base._faults import InputError, Issues, whole_file, whole_folder
+from .._base._numbers import Number, digits, number
 from .._base._progress import Progress, shown_progress
-from .._base._table import Column, Number, Table, digits, number
+from .._base._table import Column, Table
 from ..brakes._bands import MultiBandBrake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake

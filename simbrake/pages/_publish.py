@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .._base._faults import input_error, whole_file
+from .._base._numbers import pretty, scale, scales
 from .._base._part import leaves
 from .._base._progress import Progress
-from .._base._table import pretty, scale, scales
 from ..export import Export, c_text, possible_inputs
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE
 from ..outputs.log import FAILURES, Event, Status, status_words

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .._base._faults import whole_folder
-from .._base._table import Number, Table, number
+from .._base._numbers import Number, number
+from .._base._table import Table
 from ..outputs.judgement import Colour
 from ..rig import figures
 from ..rig._ledger import Ledger

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from .._base._numbers import Number, digits, number, numbers, scale
 from .._base._part import about_of, below, parts_below
-from .._base._table import Column, Number, Table, digits, number, numbers, scale
+from .._base._table import Column, Table
 from ..loads import (
     AbstractLoad,
     Cylinder,

@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, Faults, input_error
+from .._base._numbers import number
 from .._base._part import takes_values
 from .._base._quantity import BAD, NumberReader, Quantity, positive
-from .._base._table import number
 from ..brakes._bands import MultiBandBrake
 from ..brakes.design import Brake, unloaded
 from ..hoists import AbstractLoad, CounterweightLoad, RopesNow, WindlassLoad

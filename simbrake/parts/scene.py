@@ -13,6 +13,7 @@ import numpy as np
 
 from .._base._compiling import Compiled
 from .._base._faults import Fault, InputError, input_error
+from .._base._numbers import ZERO, number, pretty
 from .._base._part import (
     Numbers,
     Part,
@@ -27,7 +28,6 @@ from .._base._part import (
 )
 from .._base._quantity import Scalar, meant_within, shown
 from .._base._store import cached_by_values
-from .._base._table import ZERO, number, pretty
 from ..brakes.band import ParallelBands
 from ..brakes.design import (
     USUAL_CIRCLE,

@@ -20,8 +20,8 @@ from matplotlib.tri import Triangulation
 from scipy.interpolate import RegularGridInterpolator
 
 from .._base._faults import input_error
+from .._base._numbers import scale
 from .._base._quantity import shown as about
-from .._base._table import scale
 from ..outputs.judgement import Colour
 from ..outputs.log import Status
 from ..results.stored import Dataset, Source, dataset, read_result

@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._table import digits
+from .._base._numbers import digits
 from ..loads import AbstractString
 from ..outputs.duty import first_greatest
 from ..outputs.log import Event

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .._base._faults import Fault, Issues
-from .._base._table import number, pretty, scale
+from .._base._numbers import number, pretty, scale
 from ..runs.measure import Metric, name_of
 from ..runs.result import Result
 from ..runs.simulate import simulate

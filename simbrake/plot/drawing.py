@@ -23,8 +23,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from .._base._faults import Issues, input_error
+from .._base._numbers import number
 from .._base._quantity import as_number
-from .._base._table import number
 from ..outputs.log import Event
 from ..outputs.metrics import marks as known_marks
 from ..outputs.quantities import Series, fault_of_times

@@ -18,7 +18,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._table import number
+from .._base._numbers import number
 from ..loads import AbstractString
 from ..outputs.quantities import LINING_QUANTITIES, Series, View
 from ..runs.findings import in_words_of

@@ -15,7 +15,7 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._table import digits
+from .._base._numbers import digits
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.band import AbstractStiffness, ParallelBands
 from ..brakes.design import AbstractBandBrake

@@ -1,6 +1,6 @@
 """Public names of runs and results that are defined in the packages of the run."""
 
-from .._base._table import display_units
+from .._base._numbers import display_units
 from ..outputs.duty import DutyKind
 from ..outputs.log import (
     EVENTS,

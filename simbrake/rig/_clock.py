@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Issues
-from .._base._table import unit
+from .._base._units import unit
 from ._formats import Table
 from ._grammar import (
     TimeParts,

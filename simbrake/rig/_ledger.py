@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Issues, input_error
+from .._base._numbers import digits, number
 from .._base._retired import answers
-from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
+from .._base._table import Column, Table, Tabular, frozen, plain
 from ._log import Log
 from ._lowerings import (
     COLUMNS,

@@ -12,8 +12,10 @@ import numpy as np
 
 from .._base._faults import Fault, InputError, Issues
 from .._base._nulls import NULLS, take_nulls, told_as_null
+from .._base._numbers import digits
 from .._base._progress import counting
-from .._base._table import Column, Table, Tabular, Unit, digits, frozen, plain, unit
+from .._base._table import Column, Table, Tabular, frozen, plain
+from .._base._units import Unit, unit
 from ._clock import start_of, times_of
 from ._formats import Table as FileTable
 from ._formats import tables_of

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Issues, input_error
-from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
+from .._base._numbers import digits, number
+from .._base._table import Column, Table, Tabular, frozen, plain
 from ._log import Channel, Log
 
 #: of the block in a row of the log

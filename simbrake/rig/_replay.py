@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import InputError, input_error
+from .._base._numbers import digits, number
 from .._base._retired import answers
-from .._base._table import Column, Table, Tabular, digits, frozen, number, plain
+from .._base._table import Column, Table, Tabular, frozen, plain
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..outputs.metrics import HOT
 from ..parts.scene import Initial, Scene, require_scene

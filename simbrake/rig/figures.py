@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from .._base._arguments import explained
-from .._base._table import scale
+from .._base._numbers import scale
 from ..plot.drawing import BLUE, GREEN, GREY, ORANGE, VERMILLION, finish, sheet, styled
 from ._ledger import Ledger
 from ._lowerings import LOADS, Lowering

@@ -16,7 +16,8 @@ import jax
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
+from .._base._numbers import Number, digits, number, pretty
+from .._base._table import Column, Table, Tabular, plain
 from ..hybrid import Code, Record, Rodas5P
 from ..outputs.log import Event, segments_of
 from ..outputs.metrics import HOT, METRICS, RESIDUALS, about_output

@@ -9,8 +9,8 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Float
 
 from .._base._compiling import Compiled
+from .._base._numbers import digits
 from .._base._store import cached_by_values
-from .._base._table import digits
 from ..brakes.design import AbstractLinings, Bandage, unloaded
 from ..hybrid.arrays import Array
 from ..parts.scene import Scene, remembering_at_start

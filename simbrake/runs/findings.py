@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._table import Column, Table, digits, number
+from .._base._numbers import digits, number
+from .._base._table import Column, Table
 from ..hybrid import Code
 from ..hybrid.extremes import first_largest
 from ..loads import TabulatedLoad

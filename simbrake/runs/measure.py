@@ -13,9 +13,10 @@ from jaxtyping import Bool
 
 from .._base._arguments import explained, faults_of_tracing
 from .._base._faults import Fault, Faults, InputError, Issues, input_error
+from .._base._numbers import ZERO, digits, number
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
-from .._base._table import ZERO, digits, number, plain
+from .._base._table import plain
 from ..hybrid.arrays import Array
 from ..hybrid.extremes import first_largest
 from ..hybrid.struct import struct_field

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from .._base._arguments import explained
 from .._base._faults import InputError
-from .._base._table import Table, coloured, number, plain, rows_table
+from .._base._numbers import number
+from .._base._table import Table, coloured, plain, rows_table
 from ..outputs._wants import Want
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
 from ..outputs.metrics import HOT, METRICS

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from .._base._table import digits, number
+from .._base._numbers import digits, number
 from ..outputs.duty import DutyKind, first_greatest, rows_of
 from ..outputs.log import labels_of
 from ..outputs.metrics import energies_between

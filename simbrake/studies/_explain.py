@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from .._base._faults import InputError
+from .._base._numbers import digits, number
 from .._base._progress import Progress, shown_progress
-from .._base._table import Table, Tabular, digits, frozen, number, plain
+from .._base._table import Table, Tabular, frozen, plain
 from ..outputs.stability import least_outweighed
 from ..parts.scene import Scene, self_locking_ratios
 from ..results import rerun

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import InputError
+from .._base._numbers import digits, number
 from .._base._progress import Progress
-from .._base._table import digits, number
 from ..outputs.duty import DutyKind
 from ..outputs.judgement import REASONS
 from ..outputs.log import failure_of

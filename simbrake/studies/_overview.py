@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .._base._table import ZERO, Column, Table, number
+from .._base._numbers import ZERO, number
+from .._base._table import Column, Table
 from ..outputs.judgement import REASONS
 from ..outputs.metrics import HOLDING
 from ..parts.scene import Scene

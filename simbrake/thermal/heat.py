@@ -10,9 +10,9 @@ from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._faults import Fault, Faults, Issues, require_share
+from .._base._numbers import number
 from .._base._part import Part, part, positive_quantity, quantity, short_for, structural
 from .._base._quantity import IndexedBy, Scalar, Values
-from .._base._table import number
 from ..hybrid.arrays import Array, Floats
 from ..hybrid.struct import struct_field
 from ..profiles import AbstractProfile

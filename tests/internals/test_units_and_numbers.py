@@ -11,15 +11,9 @@ import pint
 import pytest
 
 import simbrake as sb
-from simbrake._base._table import (
-    Column,
-    Table,
-    Unit,
-    digits,
-    number,
-    to_si,
-    unit,
-)
+from simbrake._base._numbers import digits, number
+from simbrake._base._table import Column, Table
+from simbrake._base._units import Unit, to_si, unit
 
 POUND = 0.45359237
 G = 9.80665

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ..._base._arguments import explained
 from ..._base._faults import Issues
-from ..._base._table import scale
+from ..._base._numbers import scale
 from ...brakes.design import Brake, Lining
 from ...parts.scene import Scene, band_brake
 from ...plot.drawing import (
