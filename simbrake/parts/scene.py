@@ -1180,6 +1180,8 @@ _OF_DRAWWORKS = {
     **dict.fromkeys(("linings.area", "bandage.area"), (1e-3, 0.5)),
     "area": (1e-4, 50.0),
 }
+#: radius (m) above those of drawworks' rims, whose diameters are 0.9…1.6 m
+_LARGEST_RIM = 0.85
 #: a drum has so many track radii at most, and the same part of one at least; that of a
 #: drawworks is inside its rims
 _DRUM_OVER_TRACK = 5.0
@@ -1256,8 +1258,16 @@ def _of_other_sizes(scene: Scene) -> Iterator[str]:
 
 
 def _of_other_ratios(brake: AbstractBrake, load: AbstractLoad) -> Iterator[str]:
-    """Warnings of a band circle and of a drum that do not fit the track."""
+    """Warnings of a track under a tackle that no drawworks has, and of a band circle
+    and a drum that do not fit the track."""
     track = float(brake.track_radius)
+    if brake.banded and track > _LARGEST_RIM and (load.lines or 1) > 1:
+        yield _said(
+            "brake.pulley.radius",
+            f"{track:g} m",
+            "beyond the rims of any drawworks",
+            f"{track / 2:g} m, half of a diameter",
+        )
     about = f"beside a track of {track:g} m"
     circle = float(brake.radius)
     drum = float(getattr(load, "drum_radius", track))
