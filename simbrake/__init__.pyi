@@ -71,8 +71,8 @@ from .runs.measure import Limits as Limits
 from .runs.networks import cyclic_steady_state as cyclic_steady_state
 from .runs.networks import simulate_heat as simulate_heat
 from .runs.networks import steady_state as steady_state
+from .runs.prepared import prepare as prepare
 from .runs.result import Result as Result
-from .runs.simulate import prepare as prepare
 from .runs.simulate import simulate as simulate
 from .studies._calibration import calibrate as calibrate
 from .studies._ensemble import ensemble as ensemble

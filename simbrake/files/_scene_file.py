@@ -32,16 +32,7 @@ from ..parts.scene import Scene, check_scene, paths_without_meaning, require_sce
 from ..phases import AbstractEnd, AfterTime, read_end
 from ..runs.edit import unknown_paths, with_values
 from ..thermal.materials import LIBRARY, Material, material
-from .schema import (
-    FORMAT,
-    VERSION,
-    Maker,
-    Part,
-    history,
-    makers_of,
-    parts_of,
-    several,
-)
+from .schema import FORMAT, VERSION, Maker, Part, history, makers_of, parts_of, several
 from .shipped_scenes import scene_file
 
 #: value of a TOML file: a text, number, flag, date, list or table

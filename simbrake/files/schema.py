@@ -12,13 +12,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import InputError
-from .._base._part import (
-    Whole,
-    about_of,
-    alternatives,
-    takes_values,
-    unit_below,
-)
+from .._base._part import Whole, about_of, alternatives, takes_values, unit_below
 from .._base._quantity import Quantity
 from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
 from ..brakes import _pressed as _pressed

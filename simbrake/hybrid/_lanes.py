@@ -38,11 +38,7 @@ from ._search import Carry
 from ._solve import Given, Record, problem_of
 from .arrays import Array, Count, Mark, State, templates
 from .extremes import Followed, Watched, follow, greatest_of_steps, nothing_followed
-from .system import (
-    SKIPPED,
-    STOPPED,
-    Rows,
-)
+from .system import SKIPPED, STOPPED, Rows
 
 
 class Lane(NamedTuple):

@@ -15,13 +15,7 @@ from jaxtyping import Float, Int
 from ..hybrid import LANDED, STOPPED
 from ..hybrid.arrays import Array, TwoArrays, Vector, VectorM
 from .metrics import HOT, marked_quantity
-from .probe import (
-    LONG,
-    Probe,
-    look_at,
-    record_of,
-    states_inside,
-)
+from .probe import LONG, Probe, look_at, record_of, states_inside
 
 #: places in every step at which a run is sampled, both ends included; in a long run
 #: every part has many steps

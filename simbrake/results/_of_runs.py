@@ -39,6 +39,6 @@ from ..runs.networks import (
     steady_state,
     with_temperatures,
 )
+from ..runs.prepared import Prepared, PreparedAccuracy, PreparedResult, prepare
 from ..runs.result import Result
-from ..runs.simulate import Prepared, PreparedAccuracy, PreparedResult, prepare
 from ..runs.verdict import Verdict, verdict

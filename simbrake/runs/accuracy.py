@@ -26,10 +26,11 @@ from ..outputs.scan import Scan
 from ..physics.heated import thermal_of
 from ..thermal.heat import Heat
 from ..thermal.mesh import merged
+from .errors import EPS, error_of_layers, rounding, second_rtol
 from .measure import title_of
 from .mesh import cuts_of, with_finer_layers
 from .result import Result, require_one
-from .simulate import EPS, error_of_layers, rounding, second_rtol, simulate, solver_of
+from .simulate import simulate, solver_of
 
 #: share of a run to which instants near 0 are resolved, relative to rounding
 _INSTANT = 1e-3

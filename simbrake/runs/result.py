@@ -19,11 +19,7 @@ from .._base._packing import is_traced
 from .._base._table import Table
 from ..hybrid import Record
 from ..hybrid.arrays import Array
-from ..outputs.log import (
-    Events,
-    Stage,
-    status_of_run,
-)
+from ..outputs.log import Events, Stage, status_of_run
 from ..outputs.metrics import (
     METRICS,
     ByName,

@@ -19,16 +19,10 @@ from ..outputs.metrics import RESIDUALS
 from ..parts.scene import Scene, require_scene
 from ..physics.mechanism import Label
 from ..results.stored import Dataset
+from ..runs.errors import error_of_layers, errors_between, second_rtol
 from ..runs.measure import Metric, name_of, unit_of
 from ..runs.mesh import cuts_of, with_finer_layers
-from ..runs.simulate import (
-    error_of_layers,
-    errors_between,
-    require_64_bits,
-    require_compiling,
-    second_rtol,
-    simulate,
-)
+from ..runs.simulate import require_64_bits, require_compiling, simulate
 from ..thermal.mesh import finer_values
 from ._many_runs import NOT_RUN, Client, Show, run_all
 from ._plan import Plan, plan_of

@@ -11,7 +11,8 @@ from .._base._faults import Issues, input_error, shown
 from ..parts.scene import Scene, require_scene
 from ..runs.edit import entry_of, with_inputs
 from ..runs.measure import Metric, check_metrics, unit_of
-from ..runs.simulate import Prepared, Solver, prepare
+from ..runs.prepared import Prepared, prepare
+from ..runs.simulate import Solver
 from .bounds import Inputs, Paths, bounds_of, faults_of_runs
 from .evaluating import Metrics, PointEvaluator, as_metrics, failure_name
 
