@@ -25,16 +25,10 @@ from ..loads import (
     TrippingLoad,
 )
 from ..outputs.duty import totals
+from ..outputs.energies import ENERGY_WORDS, Balance, energy_balance, heat_balance
 from ..outputs.judgement import Colour
 from ..outputs.log import Event, plain_words
-from ..outputs.metrics import (
-    ENERGY_WORDS,
-    HOLDING,
-    METRICS,
-    Balance,
-    energy_balance,
-    heat_balance,
-)
+from ..outputs.metrics import HOLDING, METRICS
 from ..parts.scene import Scene, paths_without_meaning
 from ..phases import Phases
 from ..profiles import (

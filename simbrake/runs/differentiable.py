@@ -13,8 +13,9 @@ from .._base._jacobian import with_precompiled_jacobian
 from .._base._no_slope import without_slope
 from ..hybrid import Code, Record
 from ..hybrid.arrays import Array
+from ..outputs.energies import energies
 from ..outputs.extremes import maxima
-from ..outputs.metrics import METRICS, Metric, Peak, energies, identity_of
+from ..outputs.metrics import METRICS, Metric, Peak, identity_of
 from ..parts.scene import Scene
 
 

@@ -18,18 +18,15 @@ from ..hybrid import Code
 from ..hybrid.extremes import first_largest
 from ..loads import TabulatedLoad
 from ..outputs.duty import DutyKind, end_of, totals
+from ..outputs.energies import ENERGY_WORDS, Balance, energy_balance, heat_balance
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
 from ..outputs.log import STAGES, Event, Status, failure_of, labels_of, status_words
 from ..outputs.metrics import (
-    ENERGY_WORDS,
     HOLDING,
     HOT,
     METRICS,
     RESIDUAL_SEES,
-    Balance,
     allowable_values,
-    energy_balance,
-    heat_balance,
     metric_of,
 )
 from ..outputs.probe import Entry, RunJit, ends_of, lowers_steadily, terminal_speed

@@ -19,6 +19,7 @@ from ..outputs.duty import (
     stop_table,
     stops_of,
 )
+from ..outputs.energies import energies
 from ..outputs.extremes import Maxima, maxima
 from ..outputs.judgement import Judgement, held_throughout, judge
 from ..outputs.log import (
@@ -33,15 +34,7 @@ from ..outputs.log import (
     stages_of,
     with_phases,
 )
-from ..outputs.metrics import (
-    HOLDING,
-    METRICS,
-    Peak,
-    energies,
-    event_of,
-    marks_of,
-    metrics_of,
-)
+from ..outputs.metrics import HOLDING, METRICS, Peak, event_of, marks_of, metrics_of
 from ..outputs.probe import Entry, RunJit, record_of
 from ..outputs.scan import Scan, ScanColumns
 from ..outputs.stability import shortage

@@ -19,15 +19,9 @@ from .._base._packing import is_traced
 from .._base._table import Table
 from ..hybrid import Record
 from ..hybrid.arrays import Array
+from ..outputs.energies import energies, stored_heat
 from ..outputs.log import Events, Stage, status_of_run
-from ..outputs.metrics import (
-    METRICS,
-    ByName,
-    energies,
-    metric_names,
-    stored_heat,
-    worn_thickness,
-)
+from ..outputs.metrics import METRICS, ByName, metric_names, worn_thickness
 from ..outputs.probe import (
     Entry,
     Probe,

@@ -5,8 +5,8 @@ from typing import Any
 
 from .._base._numbers import digits, number
 from ..outputs.duty import DutyKind, first_greatest, rows_of
+from ..outputs.energies import energies_between
 from ..outputs.log import labels_of
-from ..outputs.metrics import energies_between
 from ..parts.scene import Scene
 from ..runs.findings import (
     Finding,
