@@ -2,19 +2,11 @@
 
 from .._base._numbers import display_units
 from ..outputs.duty import DutyKind
-from ..outputs.log import (
-    EVENTS,
-    FAILURES,
-    Event,
-    Events,
-    SimulationError,
-    Stage,
-    Status,
-    internal_slip_tension,
-)
+from ..outputs.log import EVENTS, FAILURES, Event, Events, SimulationError, Status
 from ..outputs.metrics import METRICS, Mark, Metric, metric_names
 from ..outputs.probe import integral
 from ..outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
+from ..outputs.stages import Stage, internal_slip_tension
 from ..physics.mechanism import BandMode
 from ..runs.accuracy import Accuracy, ErrorEstimate, accuracy
 from ..runs.findings import Finding

@@ -20,7 +20,7 @@ from ..loads import TabulatedLoad
 from ..outputs.duty import DutyKind, end_of, totals
 from ..outputs.energies import ENERGY_WORDS, Balance, energy_balance, heat_balance
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
-from ..outputs.log import STAGES, Event, Status, failure_of, labels_of, status_words
+from ..outputs.log import Event, Status, failure_of, labels_of, status_words
 from ..outputs.metrics import (
     HOLDING,
     HOT,
@@ -30,6 +30,7 @@ from ..outputs.metrics import (
     metric_of,
 )
 from ..outputs.probe import Entry, RunJit, ends_of, lowers_steadily, terminal_speed
+from ..outputs.stages import STAGES
 from ..parts.scene import Scene, plausibility, warnings
 from ..phases import AfterTravel, AtHeight, AtRest
 from ..physics._brake import Capacity

@@ -25,19 +25,17 @@ from ..outputs.judgement import Judgement, held_throughout, judge
 from ..outputs.log import (
     Event,
     ModeSpan,
-    Stage,
     Status,
-    absent_stages,
     event_log,
     labels_of,
     segments_of,
-    stages_of,
     with_phases,
 )
 from ..outputs.metrics import HOLDING, METRICS, Peak, event_of, marks_of, metrics_of
 from ..outputs.probe import Entry, RunJit, record_of
 from ..outputs.scan import Scan, ScanColumns
 from ..outputs.stability import shortage
+from ..outputs.stages import Stage, absent_stages, stages_of
 from ..phases import Ended, Phases
 from ..physics.heated import sensed
 from ..physics.mechanism import BandMode, Mode, turned_since_rest

@@ -20,7 +20,7 @@ from .._base._table import Table
 from ..hybrid import Record
 from ..hybrid.arrays import Array
 from ..outputs.energies import energies, stored_heat
-from ..outputs.log import Events, Stage, status_of_run
+from ..outputs.log import Events, status_of_run
 from ..outputs.metrics import METRICS, ByName, metric_names, worn_thickness
 from ..outputs.probe import (
     Entry,
@@ -38,6 +38,7 @@ from ..outputs.quantities import (
     series_of,
     times_within,
 )
+from ..outputs.stages import Stage
 from ..parts.scene import Scene
 from ..physics._brake import BrakeSystem, Capacity
 from ..physics.heated import thermal_of

@@ -13,7 +13,7 @@ from ...brakes.band import grip, running_product, tension_ratio
 from ...brakes.design import Bandage, unloaded
 from ...friction import SurfaceState, memory_at_start
 from ...hybrid.arrays import Array
-from ...outputs.log import internal_slip_tension
+from ...outputs.stages import internal_slip_tension
 from ...parts.scene import Scene, band_brake, banded_brake, sensed_at_start
 from ...physics.shaft import Shaft
 from ...physics.staged import InternalPair, RimInputs
