@@ -51,10 +51,10 @@ _BLACK = "#1c2430"
 
 class Detail(NamedTuple):
     """How finely a run is drawn: times of a curve spread evenly over each window, ends
-    of steps, which are dense where much changes, and moments of the film."""
+    of steps, which are dense where much changes, and evenly over the film."""
 
-    even: int = 300
-    steps: int = 400
+    even: int = 150
+    steps: int = 300
     frames: int = 240
 
 
@@ -175,24 +175,26 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     ]
 
 
-def rounded(values: Any) -> Any:
-    """Nested lists of numbers with seven significant digits; what is not finite is
+def rounded(values: Any, digits: int = 7) -> Any:
+    """Nested lists of numbers with so many significant digits; what is not finite is
     `None`."""
     x = np.asarray(values, np.float64)
     size = np.where(np.isfinite(x) & (x != 0), np.abs(x), 1.0)
-    places = 10.0 ** (6 - np.floor(np.log10(size)))
+    places = 10.0 ** (digits - 1 - np.floor(np.log10(size)))
     shown = np.round(np.where(np.isfinite(x), x, 0.0) * places) / places
     if np.all(np.isfinite(x)):
         return shown.tolist()
     return np.where(np.isfinite(x), shown, None).tolist()  # pyright: ignore
 
 
-def times_of(result: Result, detail: Detail) -> Times:
-    """Times at which the curves of a run are drawn."""
+def times_of(result: Result, detail: Detail, film: "Film") -> Times:
+    """Times at which the curves of a run and its film are drawn."""
     start, end = span(result)
     t = result.record.rows.t[: result.record.count + 1]
     spans = {(start, end), *((window.start, window.end) for window in windows(result))}
     even = [np.linspace(*ends, detail.even) for ends in spans]
+    moments = np.linspace(0.0, film.film[-1], detail.frames)
+    even.append(np.interp(moments, film.film, film.run))
     times = np.unique(np.concatenate([*even, t[:: 1 + len(t) // detail.steps]]))
     return times[np.append(True, np.diff(times) > 1e-12 * (end - start))]
 
@@ -226,6 +228,8 @@ def _css(colour: str) -> str:
 
 # --- the brake, moment by moment ----------------------------------------------------
 
+#: digits of what the film draws of each lining
+_DRAWN = 5
 #: share of a film for a short onset of slip
 _SHARE = 0.45
 
@@ -237,10 +241,11 @@ class Film(NamedTuple):
     run: tuple[float, ...]
     film: tuple[float, ...]
 
-    def rate(self, film: float) -> float:
-        """Seconds of film for one second of the run."""
-        i = min(int(np.searchsorted(self.film, film, side="right")), len(self.film) - 1)
-        return (self.film[i] - self.film[i - 1]) / (self.run[i] - self.run[i - 1])
+    def as_dict(self) -> Data:
+        """Its data for the script, with the speed of each part in words."""
+        rates = np.diff(self.film) / np.diff(self.run)
+        words = [words_of_rate(rate) for rate in rates.tolist()]
+        return {"run": rounded(self.run), "film": self.film, "words": words}
 
 
 def film_of(
@@ -303,20 +308,9 @@ def _places(scene: Scene) -> list[list[float]]:
     return [[*ends, 0.82, 0.93] for ends in angles]
 
 
-def film(
-    result: Result,
-    count: int,
-    duration: float = 8.0,
-    start: Any = None,
-    end: Any = None,
-) -> Data:
-    """The brake at `count` moments of a film of a run: angles, speeds, contacts,
-    tensions, loads, temperatures.
-
-    Raises `InputError` for times outside the run.
-    """
-    window = film_of(result, duration, start, end)
-    t = np.interp(np.linspace(0.0, duration, count), window.film, window.run)
+def film(result: Result, t: Times, clock: Film) -> Data:
+    """The brake at the times `t` (s) of a run: angles, speeds, contacts, tensions,
+    loads, temperatures; `clock`: which of them are played, and how fast."""
     p = look(result, t)
     brake = result.scene.brake
     contacts = lining_contacts(result, p)
@@ -326,18 +320,13 @@ def film(
             "contacts": [
                 "".join(map(str, row)) for row in contacts[name].astype(int).tolist()
             ],
-            "load": rounded(now.normal / 1e3),
+            "load": rounded(now.normal / 1e3, _DRAWN),
         }
         for name, now in zip(contacts, p.shown.pairs, strict=True)
     ]
     hook = result.scene.duty.load.travelled(p.y.phi)
     data: Data = {
-        "t": rounded(t),
-        "seconds": duration,
-        "rates": [
-            {"until": until, "words": words_of_rate(window.rate(0.999 * until))}
-            for until in window.film[1:]
-        ],
+        "clock": clock.as_dict(),
         "phi": rounded(p.y.phi),
         "omega": rounded(p.y.omega),
         "torque": rounded(p.flows.contact.brake_torque / 1e3),
@@ -353,7 +342,7 @@ def film(
             [p.flows.contact.slack_tension[:, None], p.shown.tension],
             axis=1,
         )
-        data["tension"] = rounded(tension / 1e3)
+        data["tension"] = rounded(tension / 1e3, _DRAWN)
     heat = {
         name: T - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")
     }
@@ -361,7 +350,7 @@ def film(
         low = min(T.min() for T in heat.values())
         high = max(T.max() for T in heat.values())
         shown = {
-            name: rounded(T if name == "linings" else T.max(axis=1))
+            name: rounded(T if name == "linings" else T.max(axis=1), _DRAWN)
             for name, T in heat.items()
         }
         data["heat"] = {"low": float(low), "high": float(max(high, low + 1.0)), **shown}
@@ -386,27 +375,38 @@ def still(scene: Scene) -> Data:
     }
 
 
-def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
-    """Curves, events and film of a concrete result of positive duration."""
+def live(
+    result: Result,
+    detail: Detail = Detail(),  # noqa: B008
+    duration: float = 8.0,
+    start: float | None = None,
+    end: float | None = None,
+) -> Data:
+    """Curves, events and film of a concrete result of positive duration; the film of
+    `duration` (s) plays the run from `start` to `end` (s).
+
+    Raises `InputError` for times outside the run.
+    """
+    clock = film_of(result, duration, start, end)
     series = both_sides(
         result,
-        times_of(result, detail),
+        times_of(result, detail, clock),
         np.unique([event.time for event in result.events]),
     )
     charts = charts_of(result.scene, series)
     shown = windows(result)
-    (start, end) = span(result)
-    shown += [Window(start, end)] if shown[0].end < end else []
+    first, last = span(result)
+    shown += [Window(first, last)] if shown[0].end < last else []
     return {
         "charts": [chart.as_dict() for chart in charts],
         "t": rounded(series.t),
         "y": [rounded(np.stack(chart.values(series))) for chart in charts],
         "windows": [
-            {"words": window.title, "start": window.start, "end": window.end}
-            for window in shown
+            {"words": name, "start": rounded(start), "end": rounded(end)}
+            for start, end, _, name in shown
         ],
         "events": events_of(result),
-        "film": film(result, detail.frames) if drawable(result.scene) else None,
+        "film": film(result, series.t, clock) if drawable(result.scene) else None,
     }
 
 

@@ -55,7 +55,7 @@ from ..runs.verdict import summary_with_limits, text_with_limits
 from ..studies._sensitivity import sensitivity as tables_of
 from ..studies._sensitivity_table import Sensitivity, SensitivityTable
 from ..thermal.heat import place_count
-from ._live import Data, Detail, drawable, embedded, film, live, still
+from ._live import Data, Detail, drawable, embedded, live, still
 from ._rows import (
     BADGES,
     duty_words,
@@ -377,10 +377,7 @@ def film_page(
 
     Raises `InputError` for times outside the run.
     """
-    run = {
-        **live(result, Detail(frames=2)),
-        "film": film(result, count, duration, start, end),
-    }
+    run = live(result, Detail(frames=count), duration, start, end)
     data = {"still": still(result.scene), "run": run}
     return render(
         {**head(result, limit_checks(result, {}), title), "kind": "film", "data": data}

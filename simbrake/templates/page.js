@@ -39,6 +39,12 @@
     return low;
   }
 
+  /** Value at x of the line through rising points, outside of them that of its ends. */
+  function along(xs, ys, x) {
+    const i = Math.min(place(xs, x), xs.length - 2), share = (x - xs[i]) / (xs[i + 1] - xs[i]);
+    return ys[i] + (ys[i + 1] - ys[i]) * Math.min(Math.max(share, 0), 1);
+  }
+
   // --- charts: values at the cursor, zoom by dragging or with two fingers ------------------------------------------
 
   let run = null;  // what is drawn now
@@ -86,7 +92,7 @@
   }
 
   function followed(u) {
-    if (u === hovered && u.cursor.idx !== null && u.cursor.idx !== undefined) showFilm(run.t[u.cursor.idx], u);
+    if (u === hovered && picture !== null && u.cursor.idx !== null && u.cursor.idx !== undefined) drawFrame(u.cursor.idx);
   }
 
   function fingers(u) {
@@ -210,6 +216,11 @@
     }
   }
 
+  const most = (rows) => Math.max(...rows.map((row) => Math.max(...row)), 1e-9);
+
+  /** Which part of the film, each with its speed, has a moment. */
+  const partOf = ({run: times, words}, i) => Math.min(place(times, run.t[i]), words.length - 1);
+
   function drawFilm(film) {
     const svg = $("wheel"), {places, tension, pairs} = film, banded = tension !== null;
     svg.replaceChildren();
@@ -223,8 +234,8 @@
     const low = Math.max(1.8, -2.2 * Math.min(Math.sin(from), Math.sin(to)));
     svg.setAttribute("viewBox", banded ? `-2.2 -2.15 4.4 ${2.15 + low}` : "-1.2 -1.2 2.4 2.4");
     if (banded) {
-      picture.topTension = Math.max(...tension.flat(), 1e-9);
-      picture.topLoad = Math.max(...pairs.flatMap((pair) => pair.load.flat()), 1e-9);
+      picture.topTension = most(tension);
+      picture.topLoad = most(pairs.flatMap((pair) => pair.load));
       rings(svg, picture.topTension, TENSION, from, to);
       rings(svg, picture.topLoad, LOAD, from, to);
       picture.curve = made(svg, "path", {class: "tension"});
@@ -252,7 +263,7 @@
       const [x, y] = spot((inner + outer) / 2, (a + b) / 2).split(" ");
       if (places.length <= 30 || i % 5 === 4) made(svg, "text", {x, y, class: "count"}, String(i + 1));
     });
-    $("at").max = film.t.length - 1;
+    $("at").max = run.t.length - 1;
     drawLegend(film);
   }
 
@@ -274,11 +285,11 @@
   }
 
   function drawFrame(i) {
-    const {film} = picture, turns = film.phi[i] / (2 * Math.PI);
+    const {film} = picture, {clock} = film, turns = film.phi[i] / (2 * Math.PI), k = partOf(clock, i);
     frame = i;
     picture.turning.setAttribute("transform", `rotate(${(-360 * (turns % 1)).toFixed(3)})`);
-    const fast = i > 0 && Math.abs(film.phi[i] - film.phi[i - 1]) > 2;
-    picture.turning.style.opacity = fast ? 0.25 : 1;
+    const speed = film.omega[i] * (clock.run[k + 1] - clock.run[k]) / (clock.film[k + 1] - clock.film[k]);  // rad/s as it is played
+    picture.turning.style.opacity = Math.abs(speed) > 60 ? 0.25 : 1;
     picture.rings.forEach((ring, k) => ring.forEach((path, j) => {
       path.style.fill = data.still.states[film.pairs[k].contacts[i][j]].colour;
     }));
@@ -305,12 +316,12 @@
   }
 
   function tell() {
-    const {film} = picture, i = frame, T = film.tension && film.tension[i];
-    const at = film.seconds * i / (film.t.length - 1), rate = film.rates.find((r) => at <= r.until * 1.0001) || film.rates[0];
-    const now = [`t = ${shown(film.t[i], 4)} s`, `ω = ${shown(film.omega[i])} rad/s`, `${shown(film.phi[i] / (2 * Math.PI))} turns`];
+    const {film} = picture, {clock} = film, i = frame, t = run.t[i], T = film.tension && film.tension[i];
+    const now = [`t = ${shown(t, 4)} s`, `ω = ${shown(film.omega[i])} rad/s`, `${shown(film.phi[i] / (2 * Math.PI))} turns`];
     if (film.hook) now.push(`${film.hook_name} ${shown(film.hook[i])} m`);
     if (T) now.push(`T₀ = ${shown(T[0])} kN`, `Tₙ = ${shown(T[T.length - 1])} kN`);
-    now.push(`brake torque ${shown(film.torque[i])} kN·m`, rate.words);
+    now.push(`brake torque ${shown(film.torque[i])} kN·m`);
+    if (t <= clock.run.at(-1)) now.push(clock.words[partOf(clock, i)]);
     $("now").textContent = now.join(" · ");
     if (!picture.looked) return;
     const [k, j] = picture.looked, pair = film.pairs[k], words = data.still.states[pair.contacts[i][j]].words;
@@ -321,25 +332,12 @@
     $("looked").textContent = said.join(" · ");
   }
 
-  /** The moment of the film at a time of the run; `from`: the chart whose cursor is there already. */
-  function showFilm(t, from) {
-    if (picture === null) return;
-    const i = place(picture.film.t, t), next = Math.min(i + 1, picture.film.t.length - 1);
-    drawFrame(t - picture.film.t[i] > picture.film.t[next] - t ? next : i);
-    if (!from) cursors();
-  }
-
-  /** Cursors of the charts at the moment of the film, once the charts are laid out. */
-  function cursors() {
-    hovered = null;
-    requestAnimationFrame(() => {
-      for (const u of plots) u.setCursor({left: u.valToPos(picture.film.t[frame], "x"), top: 1}, false, false);
-    });
-  }
-
+  /** A moment of the film, with the cursors of the charts at it, or nowhere where they are zoomed to others. */
   function jump(i) {
-    drawFrame(Math.min(Math.max(i, 0), picture.film.t.length - 1));
-    cursors();
+    drawFrame(Math.min(Math.max(i, 0), run.t.length - 1));
+    hovered = null;
+    const t = run.t[frame];
+    for (const u of plots) u.setCursor({left: t > u.scales.x.max ? -1 : u.valToPos(t, "x"), top: 1}, false, false);
   }
 
   function stop() {
@@ -349,26 +347,29 @@
 
   function tick(now) {
     if (begun === null) return;
-    const last = picture.film.t.length - 1, i = beganAt + Math.floor((now - begun) / 1000 / picture.film.seconds * last);
+    const {film, run: times} = picture.film.clock, at = beganAt + (now - begun) / 1000, i = place(run.t, along(film, times, at));
     if (i !== frame) jump(i);
-    if (i >= last) stop(); else requestAnimationFrame(tick);
+    if (at >= film.at(-1)) stop(); else requestAnimationFrame(tick);
   }
 
   function play() {
     if (begun !== null) return stop();
-    beganAt = frame >= picture.film.t.length - 1 ? 0 : frame;
+    const {film, run: times} = picture.film.clock, at = along(times, film, run.t[frame]);
+    beganAt = at < film.at(-1) ? at : 0;
     begun = performance.now();
     $("play").textContent = "❚❚ pause";
     requestAnimationFrame(tick);
   }
 
   function drawRun(found, first) {
-    const t = picture && picture.film.t[frame];
+    const t = picture && run.t[frame];
     drawCharts(found);
     if (!found.film) return;
     drawFilm(found.film);
-    if (first) jump(found.film.torque.indexOf(Math.max(...found.film.torque)));
-    else showFilm(t);
+    const {torque, clock} = found.film, played = torque.map((x, i) => run.t[i] >= clock.run[0] && run.t[i] <= clock.run.at(-1) ? x : -Infinity);
+    const i = first ? played.indexOf(Math.max(...played)) : place(run.t, t);
+    drawFrame(i);
+    requestAnimationFrame(() => jump(i));  // once the charts are laid out
   }
 
   // --- results beside the pictures ---------------------------------------------------------------------------------

@@ -63,6 +63,16 @@ def scene():
     return stop_scene(load=300.0, T0=8e3)
 
 
+#: moves a film by steps; times at which the cursors of the charts are
+_MOVE = """(step) => {
+  const at = document.getElementById("at");
+  at.value = Number(at.value) + step;
+  at.dispatchEvent(new Event("input"));
+}"""
+_CURSORS = """() => [...document.querySelectorAll(".chart .u-legend")]
+  .map((legend) => legend.querySelector(".u-value").textContent)"""
+
+
 # --- report -------------------------------------------------------------------------
 
 
@@ -85,7 +95,7 @@ def test_curves_and_film_of_a_report(scene, browser, tmp_path):
         wanted = factor * np.asarray(getattr(s, column))
         all_near(drawn, wanted, 1e-4, 1e-5)
     film = data["film"]
-    s = run.series(film["t"][50:60])
+    s = run.series(t[50:60])
     tension = np.asarray(film["tension"])[50:60, 1:]
     all_near(tension, np.asarray(s.tension) / 1e3, 1e-4)
     all_near(film["phi"][50:60], s.phi, 1e-4)
@@ -93,6 +103,11 @@ def test_curves_and_film_of_a_report(scene, browser, tmp_path):
         with opened(browser, file.as_uri()) as page:
             assert page.title() != "run"
             assert page.inner_text("h1") == f"A stop {NASTY}"
+            # the film and all charts are at one moment, or these are zoomed to others
+            for step, shown in ((1, True), (20, True), (1e9, False)):
+                page.evaluate(_MOVE, step)
+                now = page.inner_text("#now").split(" ")[2] if shown else "—"
+                assert set(page.evaluate(_CURSORS)) == {now}
 
 
 # --- app ----------------------------------------------------------------------------
