@@ -375,6 +375,12 @@ class AbstractString(AbstractHookLoad):
     string: AbstractVar[Scalar]
     stand: AbstractVar[Scalar]
 
+    @classmethod
+    def meant_by(cls, name: str, given: Mapping[str, Any]) -> str:
+        if name == "mass":
+            return "it is `duty.load.string` + `duty.load.empty`: change the string"
+        return super().meant_by(name, given)
+
     @abc.abstractmethod
     def hangs(self, piece: Piece) -> TwoArrays:
         """Whether it hangs on the hook on a piece, and how many stands it has more than

@@ -92,7 +92,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         path, i = entry_of(full)
         slot = _slot(scene, path)
         if slot is None:
-            faults.append(_unknown(scene, full))
+            faults.append(unknown_number(scene, full))
             continue
         if isinstance(value, str):
             reader = NumberReader()
@@ -180,9 +180,9 @@ def _with_count(scene: Scene, value: Any, faults: Faults) -> Scene:
     return scene
 
 
-def _unknown(scene: Scene, full: str) -> Fault:
+def unknown_number(scene: Scene, full: str) -> Fault:
     """Error of a path that is no number of a scene, with what to write instead where
-    that is known."""
+    that is known, also of a key of a file: `load.mass` for `duty.load.mass`."""
     path, _ = entry_of(full)
     there = [
         below(where, field)
@@ -192,7 +192,10 @@ def _unknown(scene: Scene, full: str) -> Fault:
     ]
     fault = fault_of_path(full, there)
     where, _, name = path.rpartition(".")
-    part = next((part for at, part, _ in parts_below(scene) if at == where), None)
+    part = next(
+        (part for at, part, _ in parts_below(scene) if f".{at}".endswith(f".{where}")),
+        None,
+    )
     hint = part.meant_by(name, vars(part)) if isinstance(part, Part) else ""
     return dataclasses.replace(fault, hint=hint) if hint else fault
 
@@ -206,7 +209,7 @@ def fault_of_path(full: str, there: Collection[str]) -> Fault:
         name for name in there if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]
     ]
     names = list(dict.fromkeys([*tail, *near]))[:4]
-    hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(there)}"
+    hint = f"nearest: {', '.join(names)}" if names else f"as {', '.join([*there][:4])}"
     return Fault(full, "there is no such number in the scene", hint)
 
 
@@ -244,7 +247,7 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[
     """
     slot = _slot(scene, entry_of(path)[0])
     if slot is None:
-        raise InputError([_unknown(scene, path)])
+        raise InputError([unknown_number(scene, path)])
     reader = NumberReader()
     values = [reader.number(text, slot.about, path, slot.about.unit) for text in texts]
     bare = [text for text in map(str, texts) if _is_float(text)]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, Issues, input_error, nearest
+from .._base._faults import Fault, InputError, Issues, input_error
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity
@@ -15,7 +15,7 @@ from ..hybrid.arrays import Array
 from ..outputs.log import labels_of
 from ..parts.scene import Scene
 from ..physics.mechanism import Label
-from ..runs.edit import fault_of_limit, with_values
+from ..runs.edit import fault_of_limit, unknown_number, with_values
 from ..runs.measure import Metric, check_metrics, happened, name_of, unit_of
 from ..runs.one_sided import one_sided
 from ..runs.result import Result
@@ -204,12 +204,7 @@ def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
             if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))
         ]
         if not here:
-            some = f"as {', '.join(leaf.path for leaf in known[:4])}"
-            hint = nearest(path, (leaf.path for leaf in known), some, cutoff=0.4)
-            issues.append(
-                fault_of_limit(path)
-                or Fault(path, "unknown parameter of the scene", hint)
-            )
+            issues.append(fault_of_limit(path) or unknown_number(scene, path))
         chosen |= {leaf.path: leaf for leaf in here}
     issues.report()
     return list(chosen.values())

@@ -242,6 +242,22 @@ def test_every_command_has_help_and_json(capsys, monkeypatch):
         assert (code, "--json" in out) == (0, True), name
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("sweep", "--vary", "load.mass=80 t:90 t:3"),
+        ("sensitivity", "--wrt", "load.mass"),
+    ],
+)
+def test_a_key_of_the_file_in_place_of_a_path(capsys, command):
+    """`--set load.mass` changes the file; in the scene the string is a number of its
+    own."""
+    name, *options = command
+    code, _, said = call(capsys, name, "tripping", *options)
+    assert code == 2
+    assert "duty.load.string" in said
+
+
 def test_one_file_instead_of_a_folder(capsys, tmp_path):
     file = tmp_path / "run.nc"
     assert call(capsys, "run", SCENE, "--out", str(file))[0] == 0
