@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from .._base._faults import InputError
 from .._base._numbers import ZERO, number
 from .._base._table import Column, Table
 from ..outputs.judgement import REASONS
 from ..outputs.metrics import HOLDING
 from ..parts.scene import Scene
 from ..results.stored import Dataset
-from ..runs.measure import unit_of
+from ..runs.measure import read_limits, unit_of
 from .limits import LimitsOfManyRuns
 
 #: what a verdict of many runs leaves out
@@ -169,20 +170,25 @@ def overview(
     scene: Scene,
     data: Dataset,
     metrics: Sequence[str],
-    limits: Mapping[str, float] | None = None,
+    limits: Mapping[str, int | float | str] | None = None,
 ) -> Overview:
     """An `Overview` of the runs of a scene.
 
     - `data`: of `simbrake.sweep` or `simbrake.ensemble`; `metrics`: names in it
-    - `limits`: metric → permissible value (SI), besides those that the parts of the
-      scene have
+    - `limits`: metric → permissible value (SI, or with its unit as "3 s"), besides
+      those that the parts of the scene have
+
+    Raises `InputError` for limits of unknown metrics or in other units.
 
     Example:
         >>> data = sb.sweep(scene, {"duty.load.mass": [18e3, 22e3]}, ["stopping_time"], progress=False)
         >>> print(str(sb.studies.overview(scene, data, ["stopping_time"])).splitlines()[0])
         2 runs: 2 stopped
     """
-    return Overview(data, metrics, LimitsOfManyRuns.of(scene, limits or {}, metrics))
+    bounds, faults = read_limits(scene, limits or {})
+    if faults:
+        raise InputError(faults)
+    return Overview(data, metrics, LimitsOfManyRuns.of(scene, bounds, metrics))
 
 
 def _colours(data: Dataset, limited: LimitsOfManyRuns) -> Any:

@@ -453,3 +453,14 @@ def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
         code, out, _ = call(capsys, "sweep", file, *vary)
         (row,) = json.loads(out)["limits"]["checked"]
         assert (code, row["exceeded"], row["of"]) == (0, count, 2)
+
+
+def test_limits_of_runs_have_units(kept):
+    data = kept_study(kept)
+    between = f"{1e3 * data.stopping_time.values.mean()} ms"
+    asked = (stop_scene(), data, ["stopping_time"])
+    found = sb.studies.overview(*asked, {"stopping_time": between})
+    (row,) = found.limits["checked"]
+    assert (row["exceeded"], row["of"]) == (1, 2)
+    with input_error(match="is not a unit of limit"):
+        sb.studies.overview(*asked, {"stopping_time": "3 kg"})
