@@ -827,7 +827,10 @@ def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> Faults:
                 f"{shown(raw)} cannot be read here, as the unit depends on the "
                 "field that holds it"
             )
-            return [Fault(leaf.path, what, "give it in SI units, without a unit")]
+            hint = (
+                "give it in SI units, without a unit; in a scene file it may have one"
+            )
+            return [Fault(leaf.path, what, hint)]
         reader = NumberReader()
         reader.number(
             list(raw) if isinstance(raw, tuple) else raw, about, leaf.path, about.unit
