@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import InputError
-from .._base._numbers import digits, number
+from .._base._numbers import digits, number, scale
 from .._base._progress import Progress
 from ..outputs.duty import DutyKind
 from ..outputs.judgement import REASONS
@@ -67,9 +67,13 @@ def most_influential(result: Result, progress: Progress) -> list[Finding]:
     except InputError as error:
         return [Finding("influence", f"No derivative: {error.faults[0].problem}.", {})]
 
+    degrees, _, degree = scale("K", 1.0)  # of the units shown in a kelvin
+
     def change(row: Sensitivity) -> float:
-        """By 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)."""
-        return row.derivative if row.unit == "K" else table.value * row.elasticity / 100
+        """By 1 % of a parameter, but by 1 K or °F (a percentage of them says
+        nothing)."""
+        hot = row.unit == "K"
+        return row.derivative / degrees if hot else table.value * row.elasticity / 100
 
     rows = [
         row
@@ -93,7 +97,7 @@ def most_influential(result: Result, progress: Progress) -> list[Finding]:
         )
         side = " (one-sided derivative)" if row.note.startswith("one-sided") else ""
         return (
-            f"{'1 K' if row.unit == 'K' else '1 %'} more of {row.path} "
+            f"1 {degree if row.unit == 'K' else '%'} more of {row.path} "
             f"({number(row.value, row.unit)}) {shown}{side}"
         )
 

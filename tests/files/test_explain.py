@@ -4,12 +4,14 @@ form."""
 import dataclasses
 import json
 import math
+import re
 
 import pytest
 from commands import call
 from disc_scenes import FRICTION, RATIO, F, N, disc_scene
 from disc_scenes import LOAD as DISC_LOAD
 from disc_scenes import TORQUE as DISC_TORQUE
+from heat_scenes import lump
 from helpers import near
 from scenes import stop_scene
 from shoe_scenes import shoe_scene
@@ -186,3 +188,13 @@ def test_command_explains_scenes_and_results(tmp_path, capsys, stop):
     assert (first[0], topics) == (3, parts)
     rig = ("--no-influence", "--units", "rig")
     assert " klbf" in call(capsys, "explain", scene, *rig)[1]
+
+
+@pytest.mark.parametrize(("system", "degree"), [("si", "K"), ("rig", "°F")])
+def test_a_step_of_a_temperature_is_in_the_unit_shown(system, degree):
+    """A rim without cooling that starts by a degree hotter ends by a degree hotter."""
+    parts = {"lever": sb.SpeedHold(T0), "load": LOAD, "heat": lump()}
+    with sb.results.display_units(system):
+        text = explain(stop_scene(C=None, end=3.0, **parts))["influence"].text
+    step = rf"1 {degree} more of heat.bodies\[0\].temperature \([^)]*\) 1 {degree};"
+    assert re.search(step, text)
