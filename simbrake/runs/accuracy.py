@@ -3,7 +3,6 @@ states."""
 
 import dataclasses
 import difflib
-import functools
 import itertools
 import math
 import operator
@@ -32,24 +31,25 @@ from .mesh import cuts_of, with_finer_layers
 from .result import Result, require_one
 from .simulate import simulate, solver_of
 
-#: share of a run to which instants near 0 are resolved, relative to rounding
-_INSTANT = 1e-3
-#: segments that last less than such a share of a run may come in one of two runs only
+#: times near 0 are rounded as this share of the duration of the run is
+_LEAST_TIME = 1e-3
+#: shares of a run, tried in this order: a segment that is shorter may be missing in one
+#: of two runs
 _BRIEFS = (0.0, 1e-12, 1e-9)
-#: instants at which the states of two runs are compared, at most
-_INSTANTS = 4096
-#: shares of each step of the first run at which they are compared
-_SHARES = np.array([0.0, 0.25, 0.5, 0.75])
+#: the states of two runs are compared at these shares of each step of the first run, at
+#: this many times at most
+_SHARES_OF_STEP = np.array([0.0, 0.25, 0.5, 0.75])
+_MOST_TIMES = 4096
 
 
 class ErrorEstimate(NamedTuple):
     """A number of a run with its estimated error, both in its SI unit; `None` where it
     has no value.
 
-    - `value`: of a metric or an energy; of an event its time; of a kind of states the
-      largest in the run
-    - `layers`: part of the error that the layers of walls make; of temperatures with
-      those of the surfaces
+    - `value`: of a metric or an energy; the time of an event; the largest magnitude of
+      a kind of states in the run
+    - `layers`: the part of the error that comes from the layers of walls; for
+      temperatures surfaces are included
     - `lining` of an event;  `time` (s) at which states have their largest error
 
     Example:
@@ -115,7 +115,7 @@ _KINDS = {
 }
 
 
-#: states that only tell a phase when it ends
+#: states by which phases find their own end: no result of a run
 _OF_PHASES = ("begun", "turned", "way")
 
 
@@ -124,16 +124,13 @@ def kinds_of(record: Record) -> list[Kind]:
     kinds = []
     for path, leaf in jax.tree_util.tree_leaves_with_path(record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
-        name = (
-            names[-1]
-            if names[0] in ("own", "phase")
-            else ".".join(names)
-            if names[0] == "hook"
-            else names[0]
-        )
-        kinds += [_KINDS.get(name, Kind(name, name.replace("_", " "), ""))] * int(
-            np.size(leaf)
-        )
+        name = names[0]
+        if name == "hook":
+            name = ".".join(names)
+        elif name in ("own", "phase"):
+            name = names[-1]
+        kind = _KINDS.get(name, Kind(name, name.replace("_", " "), ""))
+        kinds += [kind] * int(np.size(leaf))
     return kinds
 
 
@@ -161,8 +158,8 @@ def _segments(scan: Scan, brief: float) -> list[Segment]:
     return [Segment(a, b, tuple(modes[a].tolist())) for a, b in spans]
 
 
-#: what tells events apart
-_named = operator.attrgetter("name", "lining")
+#: what the same event of two runs has in common
+_event_key = operator.attrgetter("name", "lining")
 
 
 def _words(event: Event | None) -> str:
@@ -172,23 +169,23 @@ def _words(event: Event | None) -> str:
     return f"{event.name}{lining} at {event.time:.9g} s"
 
 
-def _in_pairs(
+def _paired_events(
     a: list[Event], b: list[Event], brief: float
 ) -> tuple[list[tuple[Event, Event]], str]:
-    """The same events of two runs, those of one name in the order of time; or where the
-    runs differ first, in words.
+    """Pairs of the same event in two runs, events of one name in the order of time; or
+    the first difference between the runs, in words.
 
-    An event that rounding shows in one run alone, as a speed that passes 0 where it
-    stops, is left out if the other run has any event within `brief` (s) of it.
+    By rounding an event may come in one run alone, as a speed that passes 0 at a stop.
+    It is left out if the other run has any event within `brief` (s) of it.
     """
     a, b = _without_brief(a, b, brief), _without_brief(b, a, brief)
-    if Counter(map(_named, a)) == Counter(map(_named, b)):
+    if Counter(map(_event_key, a)) == Counter(map(_event_key, b)):
         others: dict[tuple[str, int | None], list[Event]] = {}
         for event in b:
-            others.setdefault(_named(event), []).append(event)
-        return [(event, others[_named(event)].pop(0)) for event in a], ""
+            others.setdefault(_event_key(event), []).append(event)
+        return [(event, others[_event_key(event)].pop(0)) for event in a], ""
     for i, (mine, theirs) in enumerate(itertools.zip_longest(a, b)):
-        if mine is None or theirs is None or _named(mine) != _named(theirs):
+        if mine is None or theirs is None or _event_key(mine) != _event_key(theirs):
             return (
                 [],
                 f"event {i + 1} is {_words(mine)} in this run, {_words(theirs)} in the second",
@@ -197,21 +194,24 @@ def _in_pairs(
 
 
 def _without_brief(a: list[Event], b: list[Event], brief: float) -> list[Event]:
-    """The events `a` without those of a name that is more frequent than in `b`, where
-    `b` has others alone."""
-    more = Counter(map(_named, a)) - Counter(map(_named, b))
+    """The events `a` without those that `b` has less often, where `b` has only other
+    events within `brief` (s)."""
+    more = Counter(map(_event_key, a)) - Counter(map(_event_key, b))
 
     def is_brief(event: Event) -> bool:
         near = [other for other in b if abs(other.time - event.time) <= brief]
-        same = [other for other in near if _named(other) == _named(event)]
-        return _named(event) in more and bool(near) and not same
+        same = [other for other in near if _event_key(other) == _event_key(event)]
+        return _event_key(event) in more and bool(near) and not same
 
     return [event for event in a if not is_brief(event)]
 
 
 class Difference(NamedTuple):
-    """How far two runs lie apart: the `error` of metrics, of times of events in the
-    order of the log, and of states by kind; and why only metrics can be compared."""
+    """Differences between two runs as `error` of metrics, of times of events in the
+    order of the log, and of states by kind.
+
+    - `problem`: empty, or why only metrics can be compared
+    """
 
     metrics: list[ErrorEstimate]
     events: list[ErrorEstimate]
@@ -222,9 +222,10 @@ class Difference(NamedTuple):
 def metrics_of_run(result: Result) -> dict[str, float | None]:
     """Metrics of a concrete result and its energies as `energy.…`; no residuals, which
     are no values of the run."""
-    energies = {f"energy.{name}": float(value) for name, value in result.energy.items()}
     energies = {
-        name: value for name, value in energies.items() if name not in RESIDUALS
+        key: float(value)
+        for name, value in result.energy.items()
+        if (key := f"energy.{name}") not in RESIDUALS
     }
     metrics = {
         name: value
@@ -232,112 +233,119 @@ def metrics_of_run(result: Result) -> dict[str, float | None]:
         if f"energy.{name}" not in energies
     }
     times = {
-        f"{name}_time": float(peak.time) for name, peak in result.report().peaks.items()
+        f"{name}_time": float(peak.time)
+        for name, peak in result.report().peaks.items()
+        if metrics.get(name) is not None
     }
-    return {
-        **metrics,
-        **{
-            k: v
-            for k, v in times.items()
-            if metrics.get(k.removesuffix("_time")) is not None
-        },
-        **energies,
-    }
+    return {**metrics, **times, **energies}
 
 
 def difference(a: Result, b: Result) -> Difference:
-    """How far two runs of one scene lie apart; states at the ends of the first one's
-    steps and inside them."""
-    mine = a.report()
-    theirs = b.report()
-    ours = metrics_of_run(a)
-    others = metrics_of_run(b)
+    """Differences between two runs of one scene; states are compared at the ends of the
+    steps of `a` and inside them."""
+    log_a = a.report().events
+    log_b = b.report().events
+    values_b = metrics_of_run(b)
     metrics = []
-    for name, value in ours.items():
-        other = others.get(name)
+    for name, value in metrics_of_run(a).items():
+        other = values_b.get(name)
         apart = None if value is None or other is None else abs(value - other)
         metrics.append(ErrorEstimate(name, about_output(name)["units"], value, apart))
     times = a.record.rows.t
     briefs = [share * float(times[int(a.record.count)] - times[0]) for share in _BRIEFS]
-    pairs, problem = _in_pairs(mine.events, theirs.events, briefs[-1])
-    segments = None if problem else _matched(mine.scan, theirs.scan, briefs)
+    pairs, problem = _paired_events(log_a, log_b, briefs[-1])
+    if problem:
+        return Difference(metrics, [], [], problem)
+    scans = a.report().scan, b.report().scan
+    segments = _matched(*scans, briefs)
     if segments is None:
-        return Difference(
-            metrics,
-            [],
-            [],
-            problem or "between two events the modes of the runs differ",
-        )
+        problem = "between two events the modes of the runs differ"
+        return Difference(metrics, [], [], problem)
     events = [
         ErrorEstimate(x.name, "s", float(x.time), abs(x.time - y.time), lining=x.lining)
         for x, y in pairs
     ]
-    return Difference(metrics, events, _of_states(mine.scan, theirs.scan, segments))
+    return Difference(metrics, events, _of_states(*scans, segments))
 
 
 def _matched(
     a: Scan, b: Scan, briefs: list[float]
 ) -> list[tuple[Segment, Segment]] | None:
+    """The same segments of two runs, without the shortest that one run alone may have;
+    `None` where their modes differ."""
     for brief in briefs:
-        mine = _segments(a, brief)
-        theirs = _segments(b, brief)
-        if [segment.mode for segment in mine] == [segment.mode for segment in theirs]:
-            return list(zip(mine, theirs, strict=True))
+        of_a = _segments(a, brief)
+        of_b = _segments(b, brief)
+        if [segment.mode for segment in of_a] == [segment.mode for segment in of_b]:
+            return list(zip(of_a, of_b, strict=True))
     return None
+
+
+class Places(NamedTuple):
+    """Instants of a run: rows of its record, and shares of their steps."""
+
+    row: np.ndarray
+    share: np.ndarray
+
+
+def _common_places(
+    a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]
+) -> tuple[Places, Places] | None:
+    """The same instants in two runs, by the steps of `a`; `None` without any."""
+    pairs = []
+    for of_a, of_b in segments:
+        # times that lie between the same events in both runs: after an event of one of
+        # them alone, states may jump
+        begin = max(a.steps.t0[of_a.first], b.steps.t0[of_b.first])
+        end = min(a.steps.t1[of_a.last], b.steps.t1[of_b.last])
+        if begin > end:
+            continue
+        t0 = a.steps.t0[of_a.first : of_a.last + 1, None]
+        t1 = a.steps.t1[of_a.first : of_a.last + 1, None]
+        inside = t0 + _SHARES_OF_STEP * (t1 - t0)
+        times = np.unique(np.clip(np.append(inside, end), begin, end))
+        pairs.append((_places(a, of_a, times), _places(b, of_b, times)))
+    if not pairs:
+        return None
+    count = sum(len(in_a.row) for in_a, _ in pairs)
+    some = np.linspace(0, count - 1, min(count, _MOST_TIMES)).round().astype(int)
+
+    def joined(parts: Iterable[Places]) -> Places:
+        columns = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return Places(*(column[np.unique(some)] for column in columns))
+
+    in_a, in_b = zip(*pairs, strict=True)
+    return joined(in_a), joined(in_b)
 
 
 def _of_states(
     a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]
 ) -> list[ErrorEstimate]:
-    pairs = []
-    for mine, theirs in segments:
-        # times that lie between the same events in both runs: after an event of one of
-        # them alone, states may jump
-        begin = max(a.steps.t0[mine.first], b.steps.t0[theirs.first])
-        end = min(a.steps.t1[mine.last], b.steps.t1[theirs.last])
-        if begin > end:
-            continue
-        t0 = a.steps.t0[mine.first : mine.last + 1, None]
-        t1 = a.steps.t1[mine.first : mine.last + 1, None]
-        times = np.unique(np.clip(np.append(t0 + _SHARES * (t1 - t0), end), begin, end))
-        pairs.append((*_places(a, mine, times), *_places(b, theirs, times)))
-    if not pairs:
+    places = _common_places(a, b, segments)
+    if places is None:
         return []
-    own, place, row, share = (
-        np.concatenate(column) for column in zip(*pairs, strict=True)
-    )
-    some = np.unique(
-        np.linspace(0, len(own) - 1, min(len(own), _INSTANTS)).round().astype(int)
-    )
-    own = own[some]
-    place = place[some]
-    row = row[some]
-    share = share[some]
-    t = a.steps.t0[own] + place * (a.steps.t1[own] - a.steps.t0[own])
-    y = _states_at(a, own, place)
-    other = _states_at(b, row, share)
-    kinds = kinds_of(a.record)
-    others = kinds_of(b.record)
+    at_a, at_b = places
+    t0 = a.steps.t0[at_a.row]
+    t = t0 + at_a.share * (a.steps.t1[at_a.row] - t0)
+    y_a = _states_at(a, at_a)
+    y_b = _states_at(b, at_b)
+    kinds_a = kinds_of(a.record)
+    kinds_b = kinds_of(b.record)
     states = []
-    finer = kinds != others
-    for kind in dict.fromkeys(kinds):
+    for kind in dict.fromkeys(kinds_a):
         if kind.name in _OF_PHASES:
             continue
-        u = y[:, [i for i, entry in enumerate(kinds) if entry == kind]]
-        v = other[:, [i for i, entry in enumerate(others) if entry == kind]]
+        u = y_a[:, [entry == kind for entry in kinds_a]]
+        v = y_b[:, [entry == kind for entry in kinds_b]]
         if kind.name == "temperature":
             u = _node_temperatures(a, u)
             v = _node_temperatures(b, v)
-        if kind.name == "temperature" and finer:
-            v = merged(*(thermal_of(scan.record.system).heat for scan in (a, b)), v)  # pyright: ignore
-            faces = (
-                scan.look(*at).hot
-                for scan, at in ((a, (own, place)), (b, (row, share)))
-            )
-            u, v = (
-                np.column_stack([T, *hot.values()])
-                for T, hot in zip((u, v), faces, strict=True)
-            )
+            if kinds_a != kinds_b:  # `b` has finer layers
+                coarse, fine = (thermal_of(scan.record.system).heat for scan in (a, b))  # pyright: ignore
+                u = np.column_stack([u, *a.look(*at_a).hot.values()])
+                v = np.column_stack(
+                    [merged(coarse, fine, v), *b.look(*at_b).hot.values()]
+                )
         apart = np.max(np.abs(u - v), axis=1)
         worst = int(np.argmax(apart))
         largest = float(np.max(np.abs(u)))
@@ -349,28 +357,25 @@ def _of_states(
     return states
 
 
-def _places(
-    scan: Scan, segment: Segment, times: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and shares of their steps at times between the ends of a segment."""
+def _places(scan: Scan, segment: Segment, times: np.ndarray) -> Places:
+    """Where times between the ends of a segment lie."""
     starts = scan.steps.t0[segment.first : segment.last + 1]
     row = segment.first + np.searchsorted(starts, times, side="right") - 1
-    span = scan.steps.t1[row] - scan.steps.t0[row]
+    t0 = scan.steps.t0[row]
+    span = scan.steps.t1[row] - t0
     # (the end of a segment is that of its last step that lasts)
-    share = np.where(
-        span > 0, (times - scan.steps.t0[row]) / np.where(span > 0, span, 1.0), 1.0
-    )
-    return row, np.clip(share, 0.0, 1.0)
+    share = np.where(span > 0, (times - t0) / np.where(span > 0, span, 1.0), 1.0)
+    return Places(row, np.clip(share, 0.0, 1.0))
 
 
-def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Flat states at a share of the steps named; at their ends as recorded, not changed
-    by rounding, but before the jump of the speed at a change of the rope's layer."""
-    steps = scan.steps
+def _states_at(scan: Scan, at: Places) -> np.ndarray:
+    """Flat states; at ends of steps as recorded, without the rounding of a partial
+    step, but before the jump of the speed at a change of the rope's layer."""
+    row, share = at
     inside = (share > 0.0) & (share < 1.0)
     if scan.record.system.load.layers is not None:  # pyright: ignore
         inside = share > 0.0
-    y = np.where(share[:, None] == 0.0, steps.y0[row], steps.y1[row])
+    y = np.where(share[:, None] == 0.0, scan.steps.y0[row], scan.steps.y1[row])
     if inside.any():
         y[inside] = scan.states(row[inside], share[inside])[1]
     return y
@@ -386,19 +391,18 @@ def _node_temperatures(scan: Scan, u: np.ndarray) -> np.ndarray:
 
 
 def longest_step(record: Record) -> float:
-    """Longest step (s) of the second run: such that it cuts the steps of the first, all
-    but the shortest, in two."""
+    """Longest step (s) of the second run: the shortest with which the steps of the first
+    run, cut by it, become at most twice as many."""
     h = np.diff(np.asarray(record.rows.t)[: int(record.count) + 1])
     h = h[h > 0]
     low = 0.0
     high = float(np.max(h, initial=0.0))
     for _ in range(60 if high else 0):
         middle = 0.5 * (low + high)
-        low, high = (
-            (low, middle)
-            if np.sum(np.ceil(h / middle)) <= 2 * len(h)
-            else (middle, high)
-        )
+        if np.sum(np.ceil(h / middle)) <= 2 * len(h):
+            high = middle
+        else:
+            low = middle
     return high or math.inf
 
 
@@ -415,7 +419,7 @@ def second_run(result: Result, progress: Any = False) -> Result:
         "progress": progress,
     }
     second = simulate(result.scene, max_steps=limits.max_steps, **options)
-    # it needs more of them than the first
+    # the limit suited the first run; the second one needs more steps
     if limits.max_steps is not None and int(second.code) == Code.STEP_LIMIT:
         second = simulate(result.scene, **options)
     return second
@@ -426,14 +430,13 @@ def finer_run(result: Result, progress: Any = False) -> Result | None:
     walls."""
     if not result.scene.network.walls:
         return None
-    scene = with_finer_layers(result.scene, cuts_of(result))
-    limits = result.limits
-    options: dict[str, Any] = {
-        "max_step": float(limits.max_step),
-        "max_events": int(limits.max_events),
-    }
     return simulate(
-        scene, rtol=float(result.rtol), throw=False, progress=progress, **options
+        with_finer_layers(result.scene, cuts_of(result)),
+        rtol=float(result.rtol),
+        max_step=float(result.limits.max_step),
+        max_events=int(result.limits.max_events),
+        throw=False,
+        progress=progress,
     )
 
 
@@ -528,8 +531,8 @@ class Accuracy(Tabular):
         return _worst(self.events).error if self.events else None
 
     def _layers_of(self, state: ErrorEstimate) -> str:
-        """Words behind an error that is mostly that of the layers of walls: often of
-        the first instants of a heating, so that maxima are more exact."""
+        """Words that follow an error that comes mostly from the layers of walls: it is
+        often that of the first instants of a heating, so that maxima are more exact."""
         if not state.is_of_layers:
             return ""
         maxima = [
@@ -537,53 +540,42 @@ class Accuracy(Tabular):
             for metric in self.metrics
             if metric.name in HOT and metric.error is not None
         ]
-        beside = (
-            f"; maxima {_size(_worst(maxima).error, 'K')}"
-            if state.unit == "K" and maxima
-            else ""
-        )
-        return f" (by the layers of walls{beside})"
+        more = ""
+        if state.unit == "K" and maxima:
+            more = f"; maxima {_size(_worst(maxima).error, 'K')}"
+        return f" (by the layers of walls{more})"
 
     @property
     def how(self) -> str:
         """From which runs."""
-        longest = (
-            f" and steps of at most {number(self.max_step, 's', count=3)}"
-            if math.isfinite(self.max_step)
-            else ""
-        )
-        again = f"a second run with rtol {digits(self.second_rtol, 2)}{longest}"
-        finer = (
-            f", and one with finer layers: {self.finer_steps} steps"
-            if self.finer_steps
-            else ""
-        )
-        return f"{again}: {self.second_steps} steps after {self.steps}{finer}"
+        words = f"a second run with rtol {digits(self.second_rtol, 2)}"
+        if math.isfinite(self.max_step):
+            words += f" and steps of at most {number(self.max_step, 's', count=3)}"
+        words += f": {self.second_steps} steps after {self.steps}"
+        if self.finer_steps:
+            words += f", and one with finer layers: {self.finer_steps} steps"
+        return words
 
     @property
     def line(self) -> str:
         """The estimate in one line."""
         if self.problem:
             return f"no estimate of the error: {self.problem}"
-        phrases = (
-            []
-            if self.event_time is None
-            else [f"event times {_size(self.event_time, 's')}"]
-        )
+        phrases = []
+        if self.events:
+            phrases.append(f"event times {_size(self.event_time, 's')}")
         phrases += [
             f"{_KIND_WORDS[state.name]} {_size(state.error, state.unit)}{self._layers_of(state)}"
             for state in self.states
             if state.error
         ]
-        without = (
-            f"; not all have that of the layers of walls: {self.finer_problem}"
-            if self.finer_problem
-            else ""
-        )
-        return (
+        line = (
             f"estimated errors of at most: {', '.join(phrases) or 'nothing moves'}; "
-            f"from {self.how}{without}"
+            f"from {self.how}"
         )
+        if self.finer_problem:
+            line += f"; not all have that of the layers of walls: {self.finer_problem}"
+        return line
 
     def parts(self) -> Iterator[str | Table]:
         """The errors; then how they were found, and what the estimate does not
@@ -744,35 +736,38 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         ''
     """
     rtol = float(require_one(result).rtol)
-    steps = int(result.record.stats.accepted)
     network = result.scene.network
+    found = Accuracy(
+        rtol,
+        second_rtol(rtol),
+        max_step=math.inf,
+        steps=int(result.record.stats.accepted),
+        second_steps=0,
+        seconds=0.0,
+        scope=_scope(network, "no estimate"),
+    )
     if not result.ok:
         why = f"the run ended early ({result.status}) and was not repeated"
-        scope = _scope(network, "no estimate")
-        return Accuracy(
-            rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why, scope=scope
-        )
+        return dataclasses.replace(found, problem=why)
     start = time.perf_counter()
     second = second_run(result, progress)
-    seconds = time.perf_counter() - start
-    second_steps = int(second.record.stats.accepted)
-    longest = min(longest_step(result.record), float(result.limits.max_step))
-    estimate = functools.partial(
-        Accuracy, rtol, second_rtol(rtol), longest, steps, second_steps, seconds
+    found = dataclasses.replace(
+        found,
+        max_step=min(longest_step(result.record), float(result.limits.max_step)),
+        second_steps=int(second.record.stats.accepted),
+        seconds=time.perf_counter() - start,
     )
     if not second.ok:
         why = f"the second run failed ({second.status}): {second.message}"
-        return estimate(problem=why, scope=_scope(network, "no estimate"))
+        return dataclasses.replace(found, problem=why)
     apart = difference(result, second)
     if apart.problem:
-        return estimate(problem=apart.problem, scope=_scope(network, "no estimate"))
-    metrics, events, states = _estimates(result, apart)
-    found = estimate(metrics, events, states, scope=_scope(network, ""))
+        return dataclasses.replace(found, problem=apart.problem)
+    found = _with_errors(found, result, apart)
     start = time.perf_counter()
     finer = finer_run(result, progress)
     if finer is None:
         return found
-    cost: dict[str, Any] = {"finer_steps": int(finer.record.stats.accepted)}
     if finer.ok:
         found = _with_layers(found, difference(result, finer))
     else:
@@ -780,7 +775,11 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         found = dataclasses.replace(
             found, finer_problem=why, scope=_scope(network, why)
         )
-    return dataclasses.replace(found, **cost, finer_seconds=time.perf_counter() - start)
+    return dataclasses.replace(
+        found,
+        finer_steps=int(finer.record.stats.accepted),
+        finer_seconds=time.perf_counter() - start,
+    )
 
 
 def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
@@ -823,55 +822,51 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
     )
 
 
-def _estimates(
-    result: Result, apart: Difference
-) -> Iterator[tuple[ErrorEstimate, ...]]:
-    """Errors of metrics, events and states: how far two runs lie apart, and what
-    rounding leaves."""
-    steps = int(result.record.stats.accepted)
+def _with_errors(found: Accuracy, result: Result, apart: Difference) -> Accuracy:
+    """The estimate with the errors in time: the differences to the second run, and
+    rounding."""
+    steps = found.steps
     scan = result.report().scan
     times_of_peaks = {
         f"{name}_time" for name, metric in METRICS.items() if metric.greatest
     }
     span = float(np.max(scan.steps.t1)) - float(np.min(scan.steps.t0))
-    energy = max(
-        (
-            abs(estimate.value)
-            for estimate in apart.metrics
-            if estimate.name.startswith("energy.") and estimate.value
-        ),
-        default=0.0,
-    )
+    energies = [
+        abs(estimate.value or 0.0)
+        for estimate in apart.metrics
+        if estimate.name.startswith("energy.")
+    ]
+    least_of_unit = {"s": _LEAST_TIME * span, "J": max(energies, default=0.0)}
 
     def with_rounding(estimate: ErrorEstimate, least: float = 0.0) -> ErrorEstimate:
-        return estimate._replace(
-            error=float(
-                (estimate.error or 0.0)
-                + rounding(steps, max(abs(estimate.value or 0.0), least))
-            )
-        )
+        size = max(abs(estimate.value or 0.0), least)
+        error = float((estimate.error or 0.0) + rounding(steps, size))
+        return estimate._replace(error=error)
 
-    metrics = []
-    for estimate in apart.metrics:
-        # (what is 0 in both is no sum)
-        if estimate.error is not None and (estimate.error or estimate.value):
-            estimate = with_rounding(
-                estimate, {"s": _INSTANT * span, "J": energy}.get(estimate.unit, 0.0)
-            )
-            if estimate.name in times_of_peaks:
-                estimate = estimate._replace(
-                    error=(estimate.error or 0.0)
-                    + _root_of_rounding(scan, estimate.value or 0.0)
-                )
-        metrics.append(estimate)
-    yield tuple(metrics)
-    yield tuple(with_rounding(event, _INSTANT * span) for event in apart.events)
-    yield tuple(map(with_rounding, apart.states))
+    def of_metric(estimate: ErrorEstimate) -> ErrorEstimate:
+        # (what is 0 in both runs is no sum)
+        if estimate.error is None or not (estimate.error or estimate.value):
+            return estimate
+        estimate = with_rounding(estimate, least_of_unit.get(estimate.unit, 0.0))
+        if estimate.name not in times_of_peaks:
+            return estimate
+        by_rounding = _root_of_rounding(scan, estimate.value or 0.0)
+        return estimate._replace(error=(estimate.error or 0.0) + by_rounding)
+
+    return dataclasses.replace(
+        found,
+        metrics=tuple(map(of_metric, apart.metrics)),
+        events=tuple(
+            with_rounding(event, least_of_unit["s"]) for event in apart.events
+        ),
+        states=tuple(map(with_rounding, apart.states)),
+        scope=_scope(result.scene.network, ""),
+    )
 
 
 def _root_of_rounding(scan: Scan, t: float) -> float:
-    """How exactly the time of a maximum inside a step is known: over √ε of the step it
-    changes by rounding alone."""
+    """Error of the time of a maximum inside a step by rounding: within √ε of the step
+    the value changes by rounding alone."""
     steps = scan.steps
     row = int(
         np.clip(np.searchsorted(steps.t0, t, side="right") - 1, 0, len(steps.t0) - 1)
