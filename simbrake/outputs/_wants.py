@@ -1,5 +1,5 @@
-"""What a brake is to do in a run: from the input and from the course before the end,
-never from the motion at the end.
+"""What a brake is to do in a run. The input says it, or what happened before the end;
+the motion at the end itself never does.
 
 Everything here can be traced.
 """
@@ -24,8 +24,8 @@ from .probe import in_lanes, is_traced_run
 
 
 class Want(enum.IntEnum):
-    """What a brake is to do at the end of a run; the first five can be said (`wants`),
-    the others only follow."""
+    """What a brake is to do at the end of a run; a duty can name the first five
+    (`wants`), the others follow from it alone."""
 
     REST = 0
     HOLD = 1
@@ -33,93 +33,91 @@ class Want(enum.IntEnum):
     HOIST = 3
     FREE = 4
     RELEASED = 5  # the lever was let go
-    # a phase with an applied lever that nothing names a stop, a hold or a lowering
+    # the lever is applied in a phase, and it may be a stop, a hold or a lowering
     UNSAID = 6
 
     def __str__(self) -> str:
         return self.name.lower()
 
 
-def by_speed(speed: Array) -> Array:
+def want_of_speed(speed: Array) -> Array:
     """The want of a set speed (rad/s)."""
     return jnp.where(
         speed > 0,
-        int(Want.LOWER),
-        jnp.where(speed < 0, int(Want.HOIST), int(Want.REST)),
+        Want.LOWER,
+        jnp.where(speed < 0, Want.HOIST, Want.REST),
     )
 
 
 def _wants_of_phases(phases: Phases, begins_at_rest: Array) -> Int[Array, " phases"]:
-    """The want of each phase, from its words, or else its lever, its motor and its end.
+    """The want of each phase: as it names it, or else by its lever, its motor and its
+    end.
 
-    An applied brake behind a stop, another hold or a start at rest is to hold.
+    A brake that is applied after a stop, after another hold or after a start at rest is
+    to hold.
     """
     wants = list[Array]()
     may_hold = begins_at_rest
     for phase in phases.each:
         want = _want_of(phase, may_hold)
         wants.append(want)
-        may_hold = (want == int(Want.HOLD)) | isinstance(phase.until, AtRest)
+        may_hold = (want == Want.HOLD) | isinstance(phase.until, AtRest)
     return jnp.stack(wants).astype(jnp.int32)
 
 
 def _want_of(phase: Phase, may_hold: Array) -> Array:
     lever = phase.lever
     if phase.wants:
-        return jnp.asarray(int(Want[phase.wants.upper()]))
+        return jnp.asarray(Want[phase.wants.upper()])
     if isinstance(phase.until, AtRest) and phase.motor is None:
-        return jnp.asarray(int(Want.REST))
+        return jnp.asarray(Want.REST)
     if isinstance(lever, AbstractFollower):
-        return by_speed(jnp.asarray(lever.speed.values)[-1])
+        return want_of_speed(jnp.asarray(lever.speed.values)[-1])
     if lever.controls_speed:
-        return jnp.asarray(int(Want.LOWER))
+        return jnp.asarray(Want.LOWER)
     if phase.motor is not None:
-        return by_speed(jnp.asarray(phase.motor.values)[-1])
+        return want_of_speed(jnp.asarray(phase.motor.values)[-1])
     if isinstance(phase.until, AfterTravel | AtHeight):
-        return jnp.asarray(int(Want.LOWER))
+        return jnp.asarray(Want.LOWER)
     pulls = (
         lever.greatest_from(
             jnp.zeros(()), jnp.asarray(getattr(phase.until, "duration", 0.0))
         )
         > 0
     )
-    applied = jnp.where(may_hold, int(Want.HOLD), int(Want.UNSAID))
-    return jnp.where(pulls, applied, int(Want.LOWER))
+    applied = jnp.where(may_hold, Want.HOLD, Want.UNSAID)
+    return jnp.where(pulls, applied, Want.LOWER)
 
 
 def want_of_input(
     system: BrakeSystem, lever: Any, start_speed: Array
 ) -> tuple[Array, Array]:
-    """The want of the duty, or of its phase that runs, and whether words name it;
-    `UNSAID` where only the course shows it."""
+    """The want of the duty or of its present phase, and whether it is named; `UNSAID`
+    where the input does not tell."""
     if isinstance(lever, PhaseNow):
         wants = _wants_of_phases(lever.whole, start_speed == 0)
         named = jnp.asarray([bool(phase.wants) for phase in lever.whole.each])
         return jnp.sum(jnp.where(lever.here, wants, 0)), jnp.any(lever.here & named)
-    named = Want[system.wants.upper()] if system.wants else Want.UNSAID
-    return jnp.asarray(int(named)), jnp.asarray(bool(system.wants))
+    want = Want[system.wants.upper()] if system.wants else Want.UNSAID
+    return jnp.asarray(want), jnp.asarray(bool(system.wants))
 
 
-def _set_speed(part: Any, t: Array, start_speed: Array) -> Array:
-    """Speed (rad/s) that a lever or a motor is to keep at its own time `t`, NaN of one
-    that keeps none."""
-    if isinstance(part, AbstractFollower):
-        return jnp.asarray(part.speed.value(t, part.speed.first_piece(t)))
-    return (
-        start_speed
-        if isinstance(part, SpeedHold)
-        else jnp.full_like(start_speed, jnp.nan)
-    )
+def set_speed_of(now: Any, t: Array, start_speed: Array) -> Array:
+    """Speed (rad/s) that a lever or a motor, or that of the present phase, is to keep;
+    NaN where it keeps none."""
+
+    def of_part(part: Any, t: Array) -> Array:
+        if isinstance(part, AbstractFollower):
+            return jnp.asarray(part.speed.value(t, part.speed.first_piece(t)))
+        if isinstance(part, SpeedHold):
+            return start_speed
+        return jnp.full_like(start_speed, jnp.nan)
+
+    return of_running(now, t, of_part)
 
 
-def paced(now: Any, t: Array, start_speed: Array) -> Array:
-    """Speed (rad/s) that a lever or a motor is to keep, also of the phase that runs;
-    NaN of one that keeps none."""
-    return of_running(now, t, lambda part, t: _set_speed(part, t, start_speed))
-
-
-def command_waits(lever: Any, t: Array) -> Array:
-    """Whether an actuator has been told to pull, and its force is still to come."""
+def is_commanded(lever: Any, t: Array) -> Array:
+    """Whether an actuator is commanded to pull; its force may be still to come."""
 
     def command(lever: Any, t: Array) -> Any:
         if isinstance(lever, Lever):
@@ -132,8 +130,8 @@ def command_waits(lever: Any, t: Array) -> Array:
 
 
 def dead_time_of(lever: Any, passed: Array) -> Any:
-    """Dead time (s) between a command and the pull of a lever, in a duty in phases in
-    the phase behind so many that have `passed`."""
+    """Dead time (s) between a command and the pull of a lever; of a duty in phases that
+    of the phase after `passed` others."""
     if isinstance(lever, Phases):
         each = [dead_time_of(phase.lever, passed) for phase in lever.each]
         return jnp.stack(jnp.broadcast_arrays(*each))[lever.place(passed)]
@@ -146,8 +144,8 @@ def dead_time_of(lever: Any, passed: Array) -> Any:
 
 
 class LeverNow(NamedTuple):
-    """The lever at one instant: its pull (N), whether motion is meant there, and
-    whether a phase is to hold there."""
+    """The lever at one instant: its pull (N), whether the pulley is to move, and
+    whether the brake is to hold."""
 
     pull: Array
     moves: Array
@@ -161,13 +159,13 @@ def _lever_now(
     piece = piece_of(mode, "lever")
     pull = jnp.asarray(lever.value(t, piece), jnp.float64)
     want, named = want_of_input(system, lever, start_speed)
-    moves = (
-        (want == int(Want.LOWER)) | (want == int(Want.HOIST)) | (want == int(Want.FREE))
-    )
+    moves = (want == Want.LOWER) | (want == Want.HOIST) | (want == Want.FREE)
     motor = system.feature(Drive)
     if motor is not None and not isinstance(lever, PhaseNow):
-        moves = jnp.where(named, moves, paced(motor.now(y, mode), t, start_speed) != 0)
-    return LeverNow(pull, moves | lever.follows(piece), want == int(Want.HOLD))
+        moves = jnp.where(
+            named, moves, set_speed_of(motor.now(y, mode), t, start_speed) != 0
+        )
+    return LeverNow(pull, moves | lever.follows(piece), want == Want.HOLD)
 
 
 def _levers(
@@ -192,17 +190,41 @@ class Holding(NamedTuple):
     pull: Float[Array, " rows"]
 
 
-#: tensions that differ by less than this share of the greatest one are the same
+#: tensions that differ by less than this share of the greatest are the same
 _SAME = 1e-9
+
+
+def _lever_at_ends(record: Record, ends: Array) -> tuple[LeverNow, LeverNow]:
+    """The lever at the start of each row, and at its end, the time `ends` (s)."""
+    system: BrakeSystem = record.system  # pyright: ignore
+    y = record.states
+    start_speed = y.omega[0]
+    modes = record.modes
+    if is_traced_run(record):
+        first, last = (
+            _levers(system, t, y, modes, start_speed) for t in (record.rows.t, ends)
+        )
+        return first, last
+    columns = jax.tree.map(np.asarray, (record.rows.t, ends, y, modes))
+    start_speed = np.asarray(start_speed)
+
+    def look(index: np.ndarray) -> tuple[LeverNow, LeverNow]:
+        t, later, *state = jax.tree.map(lambda column: column[index], columns)
+        return _LEVERS(system, t, *state, start_speed), _LEVERS(
+            system, later, *state, start_speed
+        )
+
+    return in_lanes(look, np.arange(len(ends), dtype=np.int32))
 
 
 def holding_rows(record: Record) -> Holding:
     """When the brake is to hold the pulley at rest, and when a held load broke away.
 
-    The lever is let go where it falls, the load moves off, and the brake opens before
-    the pulley rests again, unless a phase is to hold. A load that moves off otherwise
-    has broken away, unless its motion is meant. So has one that begins to move as a
-    phase begins that is to hold it, if the run does not end in that motion.
+    A load that moves off has broken away, unless it is meant to move or the lever is
+    let go: the lever falls, the load moves off, and the brake opens before the pulley
+    rests again. In a phase that is to hold, the lever is never let go; there a load has
+    also broken away that moves from the start of the phase, if the run does not end in
+    that motion.
     """
     rows = record.rows
     xp = numpy_of(record.rows.t)
@@ -210,31 +232,11 @@ def holding_rows(record: Record) -> Holding:
     number_of = xp.arange(n, dtype=np.int32)
     used = number_of < record.count
     ends = rows.t[xp.minimum(number_of + 1, record.count)]
-    system: BrakeSystem = record.system  # pyright: ignore
-    y = record.states
-    start_speed = y.omega[0]
-    modes = record.modes
-
-    def look(index: np.ndarray) -> tuple[LeverNow, LeverNow]:
-        at = jax.tree.map(
-            lambda column: np.asarray(column)[index], (rows.t, ends, y, modes)
-        )
-        t, later, *state = at
-        return _LEVERS(system, t, *state, start_speed), _LEVERS(
-            system, later, *state, start_speed
-        )
-
-    if is_traced_run(record):
-        first, last = (
-            _levers(system, t, y, modes, start_speed) for t in (rows.t, ends)
-        )
-    else:
-        start_speed = np.asarray(start_speed)
-        modes = jax.tree.map(np.asarray, modes)
-        first, last = in_lanes(look, number_of)
+    first, last = _lever_at_ends(record, ends)
+    modes = jax.tree.map(xp.asarray, record.modes)
     held = holds(modes)
-    # (rows without duration say nothing; one of many runs at once may last though
-    # nothing happens at its end)
+    # (the duration decides: a row of many runs at once may last though nothing happens
+    # at its end)
     lasts = used & (ends > rows.t)
     slack = _SAME * xp.max(xp.where(used, xp.abs(first.pull), 0.0))
     falls = last.pull < first.pull - slack
@@ -246,8 +248,8 @@ def holding_rows(record: Record) -> Holding:
     # the first row from each on in which the brake is open, and in which the pulley
     # rests
     there = number_of <= record.count
-    opens = next_marked(there & ((modes.band == OPEN) | (first.pull <= 0)), n, xp)
-    rest_again = next_marked(there & rests(modes), n, xp)
+    opens = next_marked(there & ((modes.band == OPEN) | (first.pull <= 0)))
+    rest_again = next_marked(there & rests(modes))
     let_go = drops & (opens < rest_again) & ~first.is_hold
     broken = moves_off & ~let_go & ~first.moves
     if modes.phase is not None:
@@ -255,9 +257,9 @@ def holding_rows(record: Record) -> Holding:
         last_phase = xp.max(xp.where(lasts, modes.phase, 0))
         goes_on = (modes.phase == last_phase) & ~resting[record.count]
         broken = broken | (lasts & ~resting & first.is_hold & ~goes_on)
-    # of a fall that lets go nothing is to be held from where it begins
+    # where the lever is let go nothing is to be held from the begin of its fall
     falling = lasts & held & falls & ~first.is_hold
-    steady = next_marked(lasts & ~falling, n, xp)
+    steady = next_marked(lasts & ~falling)
     after = xp.minimum(steady, n - 1)
     released = (
         falling & (steady < n) & ~held[after] & (opens[after] < rest_again[after])
@@ -265,14 +267,16 @@ def holding_rows(record: Record) -> Holding:
     jumps = (before >= 0) & (first.pull > last.pull[before] + slack)
     return Holding(
         to_hold=lasts & held & ~released,
-        broken=broken & (y.omega == 0.0),
+        broken=broken & (record.states.omega == 0.0),
         rises=lasts & (jumps | (last.pull > first.pull + slack)),
         pull=first.pull,
     )
 
 
-def next_marked(marked: Bool[Array, " n"], n: int, xp: Any) -> Int[Array, " n"]:
-    """Of each row the first one from it on that is marked, `n` where none is."""
+def next_marked(marked: Bool[Array, " n"]) -> Int[Array, " n"]:
+    """For each row the number of the first marked row from it on, `n` without any."""
+    xp = numpy_of(marked)
+    n = marked.shape[0]
     places = xp.where(marked, xp.arange(n, dtype=np.int32), np.int32(n))
     return xp.minimum.accumulate(places[::-1])[::-1]
 
@@ -297,8 +301,8 @@ def past_of(record: Record) -> Past:
     resting = there & rests(jax.tree.map(xp.asarray, record.modes))
     moved_last = xp.max(xp.where(there & ~resting, number_of, -1))
     return Past(
-        xp.any(holding.broken),
-        xp.any(resting & (number_of < moved_last)),
-        holding.pull[0] > 0,
-        xp.any(there & (holding.pull > 0)),
+        broke_away=xp.any(holding.broken),
+        rested=xp.any(resting & (number_of < moved_last)),
+        began_pulling=holding.pull[0] > 0,
+        pulled=xp.any(there & (holding.pull > 0)),
     )

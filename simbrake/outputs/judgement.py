@@ -24,13 +24,13 @@ from ..shaft import EddyCurrentBrake
 from ._wants import (
     Past,
     Want,
-    by_speed,
-    command_waits,
     holding_rows,
+    is_commanded,
     next_marked,
-    paced,
     past_of,
+    set_speed_of,
     want_of_input,
+    want_of_speed,
 )
 from .metrics import held_share
 from .probe import RunJit, balance_of, capacity, ends_of, holding, is_led, is_traced_run
@@ -226,7 +226,7 @@ def _motor_now(
     given = jnp.abs(motor.torque(system, t, y.omega, y, mode))
     full = given >= (1 - _ROUNDING) * motor.motor.available(y.omega)
     still = jnp.abs(y.omega) <= _STILL * motor.motor.max_speed
-    set_speed = jnp.where(engaged, paced(course, t, start_speed), jnp.nan)
+    set_speed = jnp.where(engaged, set_speed_of(course, t, start_speed), jnp.nan)
     return _MotorNow(engaged, engaged & full, engaged & still, set_speed)
 
 
@@ -246,11 +246,9 @@ def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
     shaft = system.feature(Shaft)
     laws = () if shaft is None else shaft.laws
     speeds = [law.critical_speed for law in laws if isinstance(law, EddyCurrentBrake)]
-    return (
-        jnp.any(jnp.stack([jnp.asarray(jnp.abs(omega) > speed) for speed in speeds]))
-        if speeds
-        else jnp.asarray(False)
-    )
+    if not speeds:
+        return jnp.asarray(False)
+    return jnp.any(jnp.stack([jnp.asarray(jnp.abs(omega) > each) for each in speeds]))
 
 
 def _end_of(
@@ -259,9 +257,9 @@ def _end_of(
     y: State,
     mode: Mode,
     start: TwoArrays,
-    met: TwoArrays | None,
+    greatest_loads: TwoArrays | None,
 ) -> _End:
-    """The brake at the end; `start`: time and speed at the start, `met`: greatest loads
+    """The brake at the end; `start`: time and speed at the start, `greatest_loads`
     of the run (N·m, ≥ 0) in either sense, where they depend on the angle."""
     start_time, start_speed = start
     omega = y.omega
@@ -293,7 +291,7 @@ def _end_of(
         jnp.stack([to_come, here])
     )
     reserve = over_load(jnp.where(at_rest & closed, here, most), way, static=True)
-    for most_load, side in zip(met or (), (1.0, -1.0), strict=False):
+    for most_load, side in zip(greatest_loads or (), (1.0, -1.0), strict=False):
         side = jnp.asarray(side)
         pairs = system.capacity(most, side, y.own, surfaces, static=True)
         pulls = most_load > _ROUNDING * size
@@ -301,7 +299,7 @@ def _end_of(
         reserve = jnp.minimum(reserve, jnp.where(pulls, share, jnp.inf))
     balance = balance_of(system, t, y, mode)
     drags = jnp.abs(_drag(system, t, y, mode, load)) > _ROUNDING * size
-    by_lever = paced(lever, t, start_speed)
+    by_lever = set_speed_of(lever, t, start_speed)
     awaits_rest = jnp.asarray(False)
     if isinstance(lever, PhaseNow):
         ends_with_stop = np.asarray(
@@ -324,7 +322,7 @@ def _end_of(
         away=capacity(system, t, y, mode, start_time).exceeded & ~balance.tends,
         rests=at_rest,
         closed=closed,
-        pulls=(tension > 0) | command_waits(lever, t),
+        pulls=(tension > 0) | is_commanded(lever, t),
         follows=follows,
         at_limit=follows & (tension >= (1 - _ROUNDING) * limit),
         engaged=motor.engaged,
@@ -342,50 +340,47 @@ def _want_at_end(
     lever = system.lever_at(y, mode)
     want, named = want_of_input(system, lever, start_speed)
     if isinstance(lever, PhaseNow):
-        return jnp.where(
-            (want == int(Want.UNSAID)) & ~end.pulls, int(Want.RELEASED), want
-        ), named
-    applied = jnp.where(
-        past.began_pulling & (start_speed == 0) | past.rested,
-        int(Want.HOLD),
-        int(Want.REST),
-    )
-    never = jnp.where(end.drags, int(Want.LOWER), int(Want.FREE))
+        released = (want == Want.UNSAID) & ~end.pulls
+        return jnp.where(released, Want.RELEASED, want), named
+    to_hold = past.began_pulling & (start_speed == 0) | past.rested
+    applied = jnp.where(to_hold, Want.HOLD, Want.REST)
+    never = jnp.where(end.drags, Want.LOWER, Want.FREE)
+    shown = jnp.where(end.pulls, applied, jnp.where(past.pulled, Want.RELEASED, never))
     shown = jnp.where(
-        end.pulls, applied, jnp.where(past.pulled, int(Want.RELEASED), never)
-    )
-    shown = jnp.where(
-        jnp.isnan(end.set_speed), shown, by_speed(jnp.nan_to_num(end.set_speed))
+        jnp.isnan(end.set_speed), shown, want_of_speed(jnp.nan_to_num(end.set_speed))
     )
     return jnp.where(named, want, shown), named
+
+
+def _colour_of_reserve(reserve: Array) -> Array:
+    xp = numpy_of(reserve)
+    small = xp.where(reserve < SMALL_RESERVE, _AMBER, _GREEN)
+    return xp.where(reserve <= 1, _RED, small)
 
 
 def _rules(
     end: _End, want: Array, named: Array, code: Array, past: Past
 ) -> Iterator[tuple[str, Any, Any]]:
     """Reason, whether it fits, and its colour, in the order of `REASONS`."""
-    to_rest = want == int(Want.REST)
-    hold = want == int(Want.HOLD)
-    lower = want == int(Want.LOWER)
-    hoist = want == int(Want.HOIST)
-    free = want == int(Want.FREE)
-    unsaid = want == int(Want.UNSAID)
-    paced = ~jnp.isnan(end.set_speed)
-    to_move = (lower | hoist) & ~(paced & (jnp.abs(end.set_speed) <= 0))
+    to_rest = want == Want.REST
+    hold = want == Want.HOLD
+    lower = want == Want.LOWER
+    hoist = want == Want.HOIST
+    free = want == Want.FREE
+    unsaid = want == Want.UNSAID
+    has_set_speed = ~jnp.isnan(end.set_speed)
+    to_move = (lower | hoist) & ~(has_set_speed & (jnp.abs(end.set_speed) <= 0))
     stays = ~to_move
     moves = ~end.rests
     kept = jnp.maximum(_KEPT * jnp.abs(end.set_speed), _KEPT_AT_LEAST)
-    ahead = (
-        jnp.where(end.set_speed < 0, -1.0, 1.0) * end.omega
-    )  # speed in the sense of the set one
-    slow = ahead < jnp.abs(end.set_speed) - kept
-    fast = ahead > jnp.abs(end.set_speed) + kept
-    small = jnp.where(end.reserve < SMALL_RESERVE, _AMBER, _GREEN)
-    by_reserve = jnp.where(end.reserve <= 1, _RED, small)
+    speed_its_way = jnp.where(end.set_speed < 0, -1.0, 1.0) * end.omega
+    slow = speed_its_way < jnp.abs(end.set_speed) - kept
+    fast = speed_its_way > jnp.abs(end.set_speed) + kept
+    by_reserve = _colour_of_reserve(end.reserve)
     strong = end.sliding > 1
 
-    never_ends = code == int(BrakeCode.PHASE_NEVER_ENDS)
-    yield "F1", (code != int(Code.COMPLETED)) & ~never_ends, _RED
+    never_ends = code == BrakeCode.PHASE_NEVER_ENDS
+    yield "F1", (code != Code.COMPLETED) & ~never_ends, _RED
     yield "T1", never_ends, jnp.where(end.awaits_rest & moves & ~strong, _RED, _AMBER)
     yield "H1", past.broke_away, _RED
     yield (
@@ -397,8 +392,8 @@ def _rules(
     yield "H2", end.rests & stays & end.hangs & (end.reserve <= 1), _RED
     yield "H3", hold & moves, _RED
     yield "H4", end.rests & stays & (end.closed | to_rest | hold), by_reserve
-    yield "X0", ~end.hangs & ~paced & ~to_rest & ~unsaid, _GREEN
-    yield "H5", (want == int(Want.RELEASED)) & moves, _AMBER
+    yield "X0", ~end.hangs & ~has_set_speed & ~to_rest & ~unsaid, _GREEN
+    yield "H5", (want == Want.RELEASED) & moves, _AMBER
     yield "S3", to_rest & moves & ~strong & end.rises & ~end.steady, _RED
     yield "S1", to_rest & moves & ~strong, _RED
     yield (
@@ -411,12 +406,12 @@ def _rules(
     yield "M2", hoist & slow & (end.at_full_torque | end.hauls_down), _RED
     yield "M0", hoist & slow, _AMBER
     yield "M1", hoist, jnp.where(end.reserve <= 1, _AMBER, _GREEN)
-    yield "L2", lower & paced & (fast | end.at_limit), _RED
-    yield "L0", lower & paced & slow & end.rises, _AMBER
-    yield "L3", lower & (paced & slow | end.rests), _AMBER
+    yield "L2", lower & has_set_speed & (fast | end.at_limit), _RED
+    yield "L0", lower & has_set_speed & slow & end.rises, _AMBER
+    yield "L3", lower & (has_set_speed & slow | end.rests), _AMBER
     yield (
         "L1",
-        lower & paced,
+        lower & has_set_speed,
         jnp.where(end.pull > 0, by_reserve, jnp.where(end.hangs, _AMBER, _GREEN)),
     )
     yield "L7", lower & end.past_critical, _RED
@@ -439,9 +434,9 @@ def _judged(
     start: TwoArrays,
     code: Array,
     past: Past,
-    met: TwoArrays | None,
+    greatest_loads: TwoArrays | None,
 ) -> Judgement:
-    end = _end_of(system, t, y, mode, start, met)
+    end = _end_of(system, t, y, mode, start, greatest_loads)
     want, named = _want_at_end(system, y, mode, end, start[1], past)
     ids, fits, colours = zip(*_rules(end, want, named, code, past), strict=True)
     assert ids == tuple(reason.id for reason in REASONS)
@@ -449,11 +444,11 @@ def _judged(
     colours = jnp.stack([jnp.asarray(colour, jnp.int32) for colour in colours])
     number_of = jnp.arange(len(ids), dtype=jnp.int32)
     first = jnp.argmax(fits).astype(jnp.int32)
-    # a phase that did not end is no better than what the brake did in it
-    next_one = jnp.argmax(fits & (number_of != ids.index("T1")))
-    chosen = (number_of == first) | (
-        (first == ids.index("T1")) & (number_of == next_one.astype(jnp.int32))
-    )
+    # of a phase that did not end the worse colour counts, its own or that of the next
+    # rule, which judges what the brake did in it
+    never_ends = ids.index("T1")
+    second = jnp.argmax(fits & (number_of != never_ends)).astype(jnp.int32)
+    chosen = (number_of == first) | ((first == never_ends) & (number_of == second))
     return Judgement(
         reason=first,
         colour=jnp.max(jnp.where(chosen, colours, 0)).astype(jnp.int32),
@@ -472,7 +467,7 @@ def _judged(
 _JUDGED = RunJit(_judged, quick=True)
 
 
-def _loads_met(record: Record) -> TwoArrays:
+def _greatest_loads(record: Record) -> TwoArrays:
     """Greatest load (N·m, ≥ 0) on a pulley at rest in either sense, over both ends of
     all steps of a run."""
     system: BrakeSystem = record.system  # pyright: ignore
@@ -494,7 +489,7 @@ def _loads_met(record: Record) -> TwoArrays:
     return jnp.max(loads, initial=0.0), -jnp.min(loads, initial=0.0)
 
 
-_LOADS_MET = RunJit(_loads_met, quick=True)
+_GREATEST_LOADS = RunJit(_greatest_loads, quick=True)
 
 
 def judge(record: Record) -> Judgement:
@@ -504,41 +499,45 @@ def judge(record: Record) -> Judgement:
     past = past_of(record)
     decide: Callable[..., Judgement] = _judged if is_traced_run(record) else _JUDGED
     system: BrakeSystem = record.system  # pyright: ignore
-    met = _LOADS_MET(record) if system.load.by_angle else None
+    loads = _GREATEST_LOADS(record) if system.load.by_angle else None
     start = (start, first.omega)
-    return decide(system, t, y, mode, start, record.code, past, met)
+    return decide(system, t, y, mode, start, record.code, past, loads)
 
 
 def held_throughout(found: Judgement, least: Any) -> Judgement:
-    """The decision on a load at rest by its `least` holding reserve while the brake was
-    to hold, `inf`: none was; in NumPy outside of programs."""
+    """The decision with the `least` holding reserve of the whole run, `inf` where the
+    brake was never to hold; it counts for a load at rest. NumPy's outside of programs."""
     xp = numpy_of(found.reserve)
-    h1, h2, h4 = (
-        at for at, reason in enumerate(REASONS) if reason.id in ("H1", "H2", "H4")
-    )
-    at_rest = xp.isfinite(least) & (
-        (found.reason == h1) | (found.reason == h2) | (found.reason == h4)
-    )
-    reserve = xp.where(at_rest, xp.minimum(found.reserve, least), found.reserve)
-    holds = at_rest & (found.reason != h1)
-    small = xp.where(reserve < SMALL_RESERVE, _AMBER, _GREEN)
+    ids = [reason.id for reason in REASONS]
+    broke_away = found.reason == ids.index("H1")
+    weak = ids.index("H2")
+    held = ids.index("H4")
+    at_rest = broke_away | (found.reason == weak) | (found.reason == held)
+    examined = xp.isfinite(least) & at_rest
+    reserve = xp.where(examined, xp.minimum(found.reserve, least), found.reserve)
+    decided = examined & ~broke_away
     return found._replace(
         reserve=reserve,
-        reason=xp.where(holds, xp.where(reserve <= 1, h2, h4), found.reason),
-        colour=xp.where(holds, xp.where(reserve <= 1, _RED, small), found.colour),
+        reason=xp.where(decided, xp.where(reserve <= 1, weak, held), found.reason),
+        colour=xp.where(decided, _colour_of_reserve(reserve), found.colour),
     )
 
 
 def _least_at_ends(record: Record) -> Array:
+    """Least holding reserve at events and at both ends of every hold, `inf` without
+    any."""
     rows = record.rows
     system = record.system
-    to_hold, broken, *_ = holding_rows(record)
+    holding_of = holding_rows(record)
+    to_hold = holding_of.to_hold
     n = rows.t.shape[0]
     after = jnp.minimum(jnp.arange(1, n + 1, dtype=jnp.int32), record.count)
     goes_on = to_hold & to_hold[after] & (rows.kind < LANDED)
-    begins = broken | (to_hold & ~jnp.concatenate([jnp.zeros(1, bool), goes_on[:-1]]))
+    begins = holding_of.broken | (
+        to_hold & ~jnp.concatenate([jnp.zeros(1, bool), goes_on[:-1]])
+    )
     following = next_marked(
-        jnp.concatenate([begins, to_hold & ~goes_on, jnp.ones(1, bool)]), 2 * n + 1, jnp
+        jnp.concatenate([begins, to_hold & ~goes_on, jnp.ones(1, bool)])
     )
 
     def look(search: TwoArrays) -> TwoArrays:
