@@ -1,6 +1,7 @@
 """Temperatures of surfaces without capacity, and the heat flows through them: the faces
 of linings and rims."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -9,17 +10,17 @@ import jax.numpy as jnp
 
 from ..hybrid.arrays import Array
 
-#: values at places, or of surfaces by their number
+#: values of surfaces by their number, or of two coupled ones by both
 Values = dict[Any, Array]
 
-# steps where laws depend on surface temperatures: flows are exact to 1e-10 on rims,
-# 1e-6 on linings
+#: Newton steps where laws depend on surface temperatures: flows are exact to 1e-10 on
+#: rims, 1e-6 on linings
 _SURFACE_STEPS = 2
 
 
 class End(NamedTuple):
-    """End of a link: its temperature where the network has it (of a wall: of the
-    outermost layer), else its surface."""
+    """End of a link: the temperature (of a wall: of its outermost layer), and the
+    number of the surface where the link ends at one without capacity."""
 
     T: Array
     surface: int | None
@@ -28,9 +29,9 @@ class End(NamedTuple):
 class Path(NamedTuple):
     """A link between two ends.
 
-    - `flows`: their number
-    - `g` (W/K) where it does not depend on temperatures, else `law(T_a, T_b)` gives it
-    - `constant`: whether the balances already have `g` where it adds to `e`
+    - `flows`: how many flows it has side by side
+    - `g` (W/K): its conductance, or `None` where `law(T_a, T_b)` gives it
+    - `constant`: whether the balances began with `g` in their `e`
     """
 
     a: End
@@ -42,10 +43,8 @@ class Path(NamedTuple):
 
     def flow(self, T_a: Array, T_b: Array) -> Array:
         """Flow from `b` to `a` (W)."""
-        return jnp.broadcast_to(
-            (self.law(T_a, T_b) if self.g is None else self.g) * (T_b - T_a),
-            (self.flows,),
-        )
+        g = self.law(T_a, T_b) if self.g is None else self.g
+        return jnp.broadcast_to(g * (T_b - T_a), (self.flows,))
 
 
 class Tangent(NamedTuple):
@@ -59,40 +58,36 @@ class Tangent(NamedTuple):
     S_b: Array
 
 
+@dataclasses.dataclass
 class Balances:
     """Linear balances of surfaces without capacity, gathered flow by flow.
 
-    (e_c + Σ_d W_cd) S_c = b_c + Σ_d W_cd S_d
+        (e_c + Σ_d W_cd) S_c = b_c + Σ_d W_cd S_d
+
+    `sizes`: how many temperatures each surface has
     """
 
-    def __init__(self) -> None:
-        self.sizes: dict[int, int] = {}
-        self.e: Values = {}
-        self.b: Values = {}
-        self.W: Values = {}
+    sizes: dict[int, int] = dataclasses.field(default_factory=dict)
+    e: Values = dataclasses.field(default_factory=dict)
+    b: Values = dataclasses.field(default_factory=dict)
+    W: Values = dataclasses.field(default_factory=dict)
 
     def copy(self) -> "Balances":
-        """Balances that are gathered further."""
-        other = Balances()
-        other.sizes = dict(self.sizes)
-        other.e = dict(self.e)
-        other.b = dict(self.b)
-        other.W = dict(self.W)
-        return other
+        return Balances(dict(self.sizes), dict(self.e), dict(self.b), dict(self.W))
 
     def _add(self, to: Values, key: Any, size: int, value: Array, flows: int) -> None:
         value = gathered(value, size, flows)
         to[key] = to[key] + value if key in to else value
 
     def begin(self, c: int, size: int, e: Array | None) -> None:
-        """Begin the balance of a surface of `size` temperatures, with what is constant
-        in `e`."""
+        """Begin the balance of a surface of `size` temperatures; `e`: its constant
+        part."""
         self.sizes[c] = size
         if e is not None:
             self.e[c] = e
 
     def enter(self, c: int, e: Array | None, b: Array, flows: int) -> None:
-        """Enter flows `b − e S_c`; `e` `None`: it is in the balance."""
+        """Enter flows `b − e S_c`; `e`: `None` where the balance began with it."""
         if e is not None:
             self._add(self.e, c, self.sizes[c], e, flows)
         self._add(self.b, c, self.sizes[c], b, flows)
@@ -133,78 +128,76 @@ class Balances:
         """Temperatures of all surfaces, by elimination without subtractions (Grassmann,
         Taksar & Heyman 1985).
 
-        First go surfaces with one temperature per lining: their rows are independent of
-        each other, and what is left of them in the row of a single temperature is a
-        sum.
+        Surfaces with one temperature per lining go first: their linings are independent
+        of each other, and add up in the balance of a surface with a single temperature.
         """
         order = sorted(self.e, key=lambda c: self.sizes[c] == 1)
         rows = []
         for i, c in enumerate(order):
-            near = [d for d in order[i + 1 :] if (c, d) in self.W]
+            neighbours = [d for d in order[i + 1 :] if (c, d) in self.W]
             per_kelvin = self.e[c]
             n = self.sizes[c]
-            for d in near:
+            for d in neighbours:
                 per_kelvin = per_kelvin + self.W[c, d]
             inverse = 1 / per_kelvin
-            for d in near:
+            for d in neighbours:
                 share = self.W[d, c] * inverse
                 self.enter(d, share * self.e[c], share * self.b[c], n)
-                for other in near:
+                for other in neighbours:
                     if other != d:
                         self._couple(d, other, share * self.W[c, other], n)
-            rows.append((c, near, inverse))
+            rows.append((c, neighbours, inverse))
         S: Values = {}
-        for c, near, inverse in reversed(rows):
+        for c, neighbours, inverse in reversed(rows):
             b = self.b[c]
-            for d in near:
+            for d in neighbours:
                 b = b + self.W[c, d] * S[d]
             S[c] = b * inverse
         return S
 
 
 def gathered(values: Array, size: int, flows: int) -> Array:
-    """Values of so many flows where there are `size` temperatures: each, or the sum
-    over all of them."""
+    """Values of `flows` flows at a surface of `size` temperatures: as they are, or where
+    it has a single temperature their sum."""
     if size > 1 or flows == 1:
         return values
     return jnp.sum(jnp.broadcast_to(values, (flows,)), keepdims=True)
 
 
-def flows_of(paths: list[Path], rows: Balances) -> tuple[list[Array], Values]:
+def flows_of(paths: list[Path], linear: Balances) -> tuple[list[Array], Values]:
     """Flow through each path from `b` to `a` (W), and the temperatures of the surfaces.
 
-    Linear paths are exact. Laws of the temperatures take two steps of Newton's method
-    from the ends' own.
+    Linear paths are exact. Where a law depends on temperatures of surfaces, Newton's
+    method takes two steps from the temperatures behind them.
 
-    - `rows`: balances of the surfaces without the flows of the paths
+    - `linear`: balances of the surfaces without the flows of the paths
     """
     for path in paths:
         if path.g is not None:
-            rows.conduct(path, path.g)
-    bent = [
+            linear.conduct(path, path.g)
+    nonlinear = [
         i
         for i, path in enumerate(paths)
         if path.g is None and {path.a.surface, path.b.surface} != {None}
     ]
     S: Values = {}
     tangents: dict[int, Tangent] = {}
-    for _ in range(_SURFACE_STEPS if bent else 1):
-        balances = rows.copy()
-        for i in bent:
-            tangents[i] = _tangent(
-                paths[i], *(_at(end, S) for end in (paths[i].a, paths[i].b))
-            )
+    for _ in range(_SURFACE_STEPS if nonlinear else 1):
+        balances = linear.copy()
+        for i in nonlinear:
+            path = paths[i]
+            tangents[i] = _tangent(path, _T_at(path.a, S), _T_at(path.b, S))
             balances.follow(paths[i], tangents[i])
         S = balances.solve()
     flows = []
     for i, path in enumerate(paths):
-        T_a = _at(path.a, S)
-        T_b = _at(path.b, S)
+        T_a = _T_at(path.a, S)
+        T_b = _T_at(path.b, S)
         if i not in tangents:
             flows.append(path.flow(T_a, T_b))
             continue
-        flow = tangents[i].q
         at = tangents[i]
+        flow = at.q
         if path.a.surface is not None:
             flow = flow - at.g_a * (T_a - at.S_a)
         if path.b.surface is not None:
@@ -213,7 +206,7 @@ def flows_of(paths: list[Path], rows: Balances) -> tuple[list[Array], Values]:
     return flows, S
 
 
-def _at(end: End, S: Values) -> Array:
+def _T_at(end: End, S: Values) -> Array:
     return end.T if end.surface is None else S.get(end.surface, end.T)
 
 
