@@ -44,19 +44,19 @@ class Spans(NamedTuple):
 
 def spans(heat: Heat) -> Spans:
     ends = {True: 0, False: 0}
-    numbers = Spans({}, {})
+    where = Spans({}, {})
     for body in heat.bodies:
         if isinstance(body, Reservoir):
             continue
         store = not isinstance(body, Junction)
         here = slice(ends[store], ends[store] + body.count)
         ends[store] = here.stop
-        (numbers.stores if store else numbers.junctions)[body.name] = here
-    return numbers
+        (where.stores if store else where.junctions)[body.name] = here
+    return where
 
 
 def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
-    """Nodes of a place: of those with capacity, or of the junctions."""
+    """Nodes of a place, among those with capacity or among the junctions."""
     name, face = place_of(place)
     here = where.stores[name] if name in where.stores else where.junctions[name]
     nodes = range(here.start, here.stop)[nodes_at(heat.by_name[name], face)]
@@ -182,15 +182,12 @@ class Thermal(Struct):
     ) -> tuple[dict[str, Array], list[Array], dict[int, Array]]:
         """Temperatures of the reservoirs, powers of the sources and flows of the
         jackets at one instant."""
-        left = iter(pieces)
+        piece_of_each = iter(pieces)
 
         def value(given: AbstractProfile | Array | float) -> Array:
-            now = (
-                given.value(t, next(left))
-                if isinstance(given, AbstractProfile)
-                else given
-            )
-            return jnp.reshape(jnp.asarray(now), (1,))
+            if isinstance(given, AbstractProfile):
+                given = given.value(t, next(piece_of_each))
+            return jnp.reshape(jnp.asarray(given), (1,))
 
         temperatures = {
             b.name: value(b.temperature)
@@ -198,25 +195,22 @@ class Thermal(Struct):
             if isinstance(b, Reservoir)
         }
         powers = [value(source.power) for source in self.heat.sources]
-        return (
-            temperatures,
-            powers,
-            {i: value(jacket.flow)[0] for i, jacket in self.heat.jackets.items()},
-        )
+        streams = {i: value(each.flow)[0] for i, each in self.heat.jackets.items()}
+        return temperatures, powers, streams
 
     def _reader(
         self, T: Array, T_J: Array, reservoirs: dict[str, Array]
     ) -> Callable[[str], Array]:
-        """Temperatures of a place (of a wall: in its outermost layer)."""
+        """Function from a place to its temperatures (of a wall: in its outermost
+        layer)."""
         where = self.spans
 
         def at(place: str) -> Array:
             name, _ = place_of(place)
             if name in reservoirs:
                 return reservoirs[name]
-            return (T if name in where.stores else T_J)[
-                nodes_of(self.heat, where, place)
-            ]
+            temperatures = T if name in where.stores else T_J
+            return temperatures[nodes_of(self.heat, where, place)]
 
         return at
 
@@ -273,9 +267,10 @@ class Thermal(Struct):
         if half is not None and any(
             isinstance(body, Wall) and body.layers > 1 for body in self.heat.bodies
         ):
-            q = (
-                _between(self.heat, half) if self.between is None else self.between
-            ) * (T[:-1] - T[1:])
+            between = self.between
+            if between is None:
+                between = _between(self.heat, half)
+            q = between * (T[:-1] - T[1:])
             nodes = nodes + (
                 jax.lax.pad(q, 0.0, [(1, 0, 0)]) - jax.lax.pad(q, 0.0, [(0, 1, 0)])
             )
@@ -427,81 +422,76 @@ class Thermal(Struct):
         S: dict[int, Array],
         streams: dict[int, Array],
     ) -> dict[int, Path]:
-        """The links but for perfect contacts inside a surface; `S`: temperatures of
+        """The links, except perfect contacts inside a surface; `S`: temperatures of
         surfaces that lumps set."""
         surfaces = self.heat.surfaces
         paths = {}
-        of = {face: i for i, surface in enumerate(surfaces) for face in surface.faces}
+        surface_of = {face: i for i, each in enumerate(surfaces) for face in each.faces}
 
         def end(place: str) -> End:
-            i = of.get(place)
+            i = surface_of.get(place)
             return End(S[i], None) if i in S else End(at(place), i)
 
         for i, (link, g) in enumerate(zip(self.heat.links, self.through, strict=True)):
-            places = (link.a, link.b)
-            halves = [
-                _half_at(self.heat, place, half) for place in places if place not in of
-            ]
-
-            seen = self._around(link, around, streams.get(i, 0.0))
-            parts = _parts(self.heat, link, self.lifts)
-
-            def law(
-                T_a: Array,
-                T_b: Array,
-                link: Any = link,
-                seen: Any = seen,
-                halves: Any = halves,
-                parts: bool = parts,
-            ) -> Array:
-                g = _in_series(link.conductance(T_a, T_b, seen), halves)
-                return g * seen.closed if parts else g
-
+            places = {link.a, link.b}
             if is_perfect(link, self.heat.bodies) and any(
-                set(places) <= {*s.faces, *s.nodes} for s in surfaces
+                places <= {*each.faces, *each.nodes} for each in surfaces
             ):
                 continue
-            a, b = (end(place) for place in places)
-            booked = g is not None and self._keeps_halves and not parts
-            if g is None and not depends_on_temperatures(link, self.heat.bodies):
-                g = law(a.T, b.T)
-            elif g is not None and parts:
-                g = g * seen.closed
-            paths[i] = Path(
-                a,
-                b,
-                max(place_count(self.heat, place) for place in places),
-                g,
-                law,
-                booked,
-            )
+            halves = [
+                _half_at(self.heat, place, half)
+                for place in (link.a, link.b)
+                if place not in surface_of
+            ]
+            conditions = self._around(link, around, streams.get(i, 0.0))
+            paths[i] = self._path(link, g, end(link.a), end(link.b), halves, conditions)
         return paths
+
+    def _path(
+        self,
+        link: AbstractLink,
+        g: Array | None,
+        a: End,
+        b: End,
+        halves: list[Array | None],
+        around: Surroundings,
+    ) -> Path:
+        """The path of a link; `g`: its conductance where that cannot change (W/K), but
+        for a contact that opens."""
+        can_open = _can_open(self.heat, link, self.lifts)
+
+        def law(T_a: Array, T_b: Array) -> Array:
+            closed = _in_series(link.conductance(T_a, T_b, around), halves)
+            return closed * around.closed if can_open else closed
+
+        constant = g is not None and self._keeps_halves and not can_open
+        if g is None and not depends_on_temperatures(link, self.heat.bodies):
+            g = law(a.T, b.T)
+        elif g is not None and can_open:
+            g = g * around.closed
+        flows = max(place_count(self.heat, place) for place in (link.a, link.b))
+        return Path(a, b, flows, g, law, constant)
 
     def _around(
         self, link: AbstractLink, around: Conditions, flow: Array | float
     ) -> Surroundings:
         """Conditions at the surfaces of one link; `flow` of its coolant."""
-        covered = self.heat.stays_covered(link)
+        single = place_count(self.heat, link.a) == 1
         kind = self.heat.kinds.get(place_of(link.a)[0])
         speed = around.speed
-        if kind in ("linings", "band"):
-            speed = around.lining_speed if kind == "linings" else 0.0
-            speed = (
-                jnp.mean(speed)
-                if jnp.ndim(speed) and place_count(self.heat, link.a) == 1
-                else speed
-            )
-        closed = around.closed
-        if covered:
-            counts = [place_count(self.heat, place) for place in (link.a, link.b)]
-            closed = (
-                1.0
-                if around.seated is None
-                else around.seated
-                if max(counts) > 1
-                else jnp.mean(around.seated)
-            )
-        return Surroundings(speed, closed, around.pressures[-1 if covered else 0], flow)
+        if kind == "band":
+            speed = 0.0
+        elif kind == "linings":
+            speed = around.lining_speed
+            if single and jnp.ndim(speed):
+                speed = jnp.mean(speed)
+        if not self.heat.stays_covered(link):
+            return Surroundings(speed, around.closed, around.pressures[0], flow)
+        closed = 1.0
+        if around.seated is not None:
+            each = not single or place_count(self.heat, link.b) > 1
+            closed = around.seated if each else jnp.mean(around.seated)
+        return Surroundings(speed, closed, around.pressures[-1], flow)
 
     def _divide(
         self,
@@ -511,13 +501,13 @@ class Thermal(Struct):
         half: Array | None,
         into: dict[str, Array],
     ) -> None:
-        """Distributes the flows into faces in perfect contact: what is left goes to the
-        lump that sets their temperature, or to the last of them."""
+        """Distributes the flows into faces in perfect contact: the rest goes to the lump
+        that sets their temperature, or to the last face."""
         counts = {face: place_count(self.heat, face) for face in surface.faces}
         rest = (
             surface.nodes[0]
             if surface.nodes
-            else max(f for f, n in counts.items() if n == surface.size)
+            else max(face for face, n in counts.items() if n == surface.size)
         )
         if len(surface.faces) == 1 and rest in counts:
             return
@@ -581,7 +571,7 @@ class Thermal(Struct):
         of `n` linings."""
         return self._at_linings(T[nodes_of(self.heat, self.spans, place)], n)
 
-    def tells_apart(self, pair: FrictionHeat | None) -> bool:
+    def needs_each_lining(self, pair: FrictionHeat | None) -> bool:
         """Whether the heat of each lining of a pair matters, or only their sum."""
         if pair is None:
             return False
@@ -605,21 +595,20 @@ class Thermal(Struct):
         """Distribution of the friction powers `P` of the linings in a pair, as far as
         they are heat (W, or J); linear in `P`.
 
-        Where `tells_apart` is false their sum is sufficient, (1,).
+        Where `needs_each_lining` is false their sum is sufficient, (1,).
         """
         n = P.shape[0]
         P = P if self.shares is None else self.shares.heat * P
         zero = jnp.zeros(())
         if pair is None:
-            none = self._none_to_coolant
             return Deposit(
-                jnp.zeros_like(T),
-                jnp.zeros_like(T_J),
-                zero,
-                zero,
-                jnp.sum(P),
-                {},
-                coolant=none,
+                into=jnp.zeros_like(T),
+                into_junctions=jnp.zeros_like(T_J),
+                to_metal=zero,
+                to_linings=zero,
+                lost=jnp.sum(P),
+                faces={},
+                coolant=self._none_to_coolant,
             )
         at = self._reader(T, T_J, {})  # heat enters no reservoir
 
@@ -662,27 +651,22 @@ class Thermal(Struct):
                 for place in change.faces
             }
             coolant = None if change.coolant is None else change.coolant.heat
-        beyond = None if behind is None else jnp.sum(behind)
         return Deposit(
-            nodes,
-            rise,
-            jnp.sum(to_metal),
-            jnp.sum(to_lining),
-            away,
-            faces,
-            beyond,
-            coolant,
+            into=nodes,
+            into_junctions=rise,
+            to_metal=jnp.sum(to_metal),
+            to_linings=jnp.sum(to_lining),
+            lost=away,
+            faces=faces,
+            beyond=None if behind is None else jnp.sum(behind),
+            coolant=coolant,
         )
 
     @property
     def _none_to_coolant(self) -> Float[Array, " wetted"] | None:
         """No heat into the coolant at each wetted node."""
-        jackets = self.heat.jackets.values()
-        return (
-            jnp.zeros(sum(place_count(self.heat, jacket.a) for jacket in jackets))
-            if jackets
-            else None
-        )
+        wetted = [place_count(self.heat, each.a) for each in self.heat.jackets.values()]
+        return jnp.zeros(sum(wetted)) if wetted else None
 
     def rise_at_once(self, into: VectorK) -> VectorK:
         """Temperature rise (K) by heat (J) released instantaneously: in walls it goes
@@ -714,7 +698,7 @@ class Thermal(Struct):
         return here if half is None else here + half * faces.get(place, 0.0)
 
 
-def _parts(heat: Heat, link: AbstractLink, lifts: bool) -> bool:
+def _can_open(heat: Heat, link: AbstractLink, lifts: bool) -> bool:
     """Whether the contact of a link can open in a run; `lifts`: linings of a staged
     brake can lift off the rim."""
     return opens(link) and (lifts or not heat.stays_covered(link))
@@ -768,32 +752,18 @@ def _each(per_metre: Array, wall: Wall) -> Array:
     ).reshape(-1)
 
 
-def _numbers(
-    body: Lump | Wall, left: Array | float
-) -> tuple[Array | float | None, ...]:
+def _numbers(body: Lump | Wall, left: Array | float) -> tuple[Any, ...]:
     """Capacity, its slope, reference and start temperature, resistance of half a layer,
     slope of conductivity."""
     if isinstance(body, Lump):
-        return (
-            body.capacity,
-            body.capacity_slope,
-            body.reference,
-            body.temperature,
-            None,
-            None,
-        )
+        slope = body.capacity_slope
+        return body.capacity, slope, body.reference, body.temperature, None, None
     m = body.material
     area = jnp.asarray(body.area)
     capacity = _each(m.density * m.specific_heat * area * left, body)
     half = _each(left / (2 * area * m.conductivity), body)
-    return (
-        capacity,
-        m.specific_heat_slope,
-        m.reference,
-        body.temperature,
-        half,
-        m.conductivity_slope,
-    )
+    slope = m.specific_heat_slope
+    return capacity, slope, m.reference, body.temperature, half, m.conductivity_slope
 
 
 def _joined(
@@ -829,11 +799,9 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     alone = [_half_at(heat, place, half) for place in apart]
     T_a, T_b = (jnp.zeros(place_count(heat, place)) for place in (link.a, link.b))
     g = link.conductance(T_a, T_b, Surroundings())
-    return (
-        None
-        if g is None and not any(R is not None for R in alone)
-        else _in_series(g, alone)
-    )
+    if g is None and not any(R is not None for R in alone):
+        return None
+    return _in_series(g, alone)
 
 
 def _per_kelvin(
@@ -861,7 +829,7 @@ def _per_kelvin(
                 g is not None
                 and here in surface.faces
                 and there not in free
-                and not _parts(heat, link, lifts)
+                and not _can_open(heat, link, lifts)
             ):
                 parts.append(
                     (g, max((here, there), key=lambda place: place_count(heat, place)))
@@ -892,24 +860,17 @@ def assemble_thermal(
     """
     stores = [body for body in heat.bodies if isinstance(body, Lump | Wall)]
     counts = [body.count for body in stores]
-    columns = list(
-        zip(
-            *(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores),
-            strict=True,
-        )
-    )
-    C, slope, reference, start = (_joined(column, counts) for column in columns[:4])
-    half = _joined(columns[4], counts, absent=1.0)
-    bend = _joined(columns[5], counts)
+    each = [_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores]
+    *columns, halves, bends = zip(*each, strict=True)
+    C, slope, reference, start = (_joined(column, counts) for column in columns)
+    half = _joined(halves, counts, absent=1.0)
+    bend = _joined(bends, counts)
     between = None if half is None or bend is not None else _between(heat, half)
     through = tuple(_fixed(heat, link, half) for link in heat.links)
-    none = tuple(None for _ in heat.surfaces)
     layered = any(wall.surface_layer is not None for wall in heat.walls)
-    per_kelvin = (
-        none
-        if half is None or bend is not None or layered
-        else _per_kelvin(heat, half, through, lifts)
-    )
+    per_kelvin: tuple[Array | None, ...] = (None,) * len(heat.surfaces)
+    if half is not None and bend is None and not layered:
+        per_kelvin = _per_kelvin(heat, half, through, lifts)
     thermal = Thermal(
         heat,
         C,

@@ -181,7 +181,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
         (place, worn) = given[name]
         seen = place is not None and place.sensor is not None
         memory = rates_read(part.friction, n, T=seen, p=part.area is not None)
-        apart = thermal is not None and thermal.tells_apart(place)
+        apart = thermal is not None and thermal.needs_each_lining(place)
         by_band = (
             brake.banded and name == "external" and memory is not None and memory.q
         )
