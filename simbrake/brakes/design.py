@@ -614,6 +614,14 @@ class Brake(AbstractBandBrake):
         return (self.band.stiffness,)
 
     @property
+    def force_words(self) -> str:
+        words = super().force_words
+        if not isinstance(self.band.stiffness, ParallelBands):
+            return words
+        of_all = f"forces are sums of {len(self.band.stiffness.bands)} parallel bands"
+        return f"{words}; {of_all}" if words else of_all
+
+    @property
     def kind(self) -> str:
         return (
             "staged brake"

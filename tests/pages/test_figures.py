@@ -180,6 +180,15 @@ def test_title_stands_above_a_legend_of_two_lines():
     check(plot.stop(sb.simulate(scene)))
 
 
+def test_forces_of_parallel_bands_are_sums():
+    bands = sb.brakes.ParallelBands((2e5, 3e5))
+    scene = replaced(small_stop(), {"brake.band.stiffness": bands})
+    figure = plot.stop(sb.simulate(scene))
+    assert figure.legends[0].get_title().get_text() == (
+        "forces are sums of 2 parallel bands"
+    )
+
+
 #: runs that are no example, how they are drawn, and which of these figures obey the
 #: rules by themselves
 OTHER = {
