@@ -148,6 +148,33 @@ def scale(
     return 1.0, 0.0, pretty(unit)
 
 
+class Reading(NamedTuple):
+    """Turns numbers in SI into those for reading, in the unit `name`."""
+
+    factor: float
+    offset: float
+    name: str
+
+    def __call__(self, values: Any) -> Any:
+        return self.factor * np.asarray(values) + self.offset
+
+
+#: SI unit → a size of brakes, by which axes of figures have their units
+_OF_BRAKES = {"N": 1e4, "N*m": 1e4, "J": 1e4, "W": 1e4, "Pa": 1e6, "kg": 1e4}
+
+
+def reading(unit: str, like: float | None = None) -> Reading:
+    """How an axis shows a quantity: in the unit for values such as `like` (SI), by
+    default in that of brakes: kN, kN·m, kJ, kW, MPa, t, °C.
+
+    Example:
+        >>> reading("N").name, reading("J", 3e7)(3e7).item()
+        ('kN', 30.0)
+    """
+    size = _OF_BRAKES.get(unit, 1.0) if like is None else like
+    return Reading(*scale(unit, size, absolute=True))
+
+
 def number(
     value: Any,
     unit: str = "",

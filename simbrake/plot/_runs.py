@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._numbers import digits
+from .._base._numbers import digits, reading
 from ..loads import AbstractString
 from ..outputs.duty import first_greatest
 from ..outputs.log import Event
@@ -137,9 +137,11 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     every = table.frame()
     braked = every[every["braking_time"] > 0]
     shown = braked if len(braked) else every
+    heat = reading("J", float(shown["energy"].max()))
+    hot = reading("K")
     curves = [
         (0, shown["braking_time"], BLUE, "contact time"),
-        (1, shown["energy"] / 1e3, VERMILLION, "friction heat"),
+        (1, heat(shown["energy"]), VERMILLION, "friction heat"),
     ]
     for name in shown.filter(like="peak_"):
         place = (
@@ -148,8 +150,9 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
             .replace("lining", "linings")
         )
         colour = panels.HOT[place]
-        curves.append((2, shown[name] - ZERO, colour, f"hottest {place}"))
-    labels = ("time, s", "heat, kJ", "temperature, °C")[: curves[-1][0] + 1]
+        curves.append((2, hot(shown[name]), colour, f"hottest {place}"))
+    labels = ("time, s", f"heat, {heat.name}", f"temperature, {hot.name}")
+    labels = labels[: curves[-1][0] + 1]
     figure = sheet(figure, 8.5, 2.2, rows=len(labels), room=1.0)
     rows = figure.subplots(len(labels), 1, sharex=True)
     for row, values, colour, label in curves:

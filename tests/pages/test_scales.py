@@ -81,11 +81,15 @@ def test_overlay_and_comparison_of_runs():
     )
 
 
-def test_stops_by_hand():
-    """`J ω̇ = −M_b` of a rigid band: one stop from 20 rad/s."""
-    time, *_ = plot.stops(sb.simulate(stop_scene(n=4, beta=60.0, C=None))).axes
+@pytest.mark.parametrize(("size", "unit"), [(1.0, "kJ"), (1e3, "MJ")])
+def test_stops_by_hand(size, unit):
+    """`J ω̇ = −M_b` of a rigid band: one stop from 20 rad/s, with the heat `J ω²/2`."""
+    scene = stop_scene(n=4, beta=60.0, C=None, J=800.0 * size, T0=8e3 * size)
+    time, heat = plot.stops(sb.simulate(scene)).axes
     torque = 0.725 * 8000.0 * (lining_ratio(0.35, math.pi / 3) ** 4 - 1)
     all_near(time.lines[0].get_xydata(), [[1, 800.0 * 20.0 / torque]], 1e-8)
+    all_near(heat.lines[0].get_xydata(), [[1, 160.0]], 1e-8)
+    assert heat.get_ylabel() == f"heat, {unit}"
 
 
 def test_load_and_mass_of_a_duty():
