@@ -169,7 +169,9 @@ def _linings(result: Result) -> list[Finding]:
         lining = at[f"{name}_lining"]
         time = at[f"{name}_time"]
         value = summary["metrics"][name]
-        each = getattr(result.series([time]), column)[0]
+        # (a maximum at an event is on one side of it)
+        sides = (result.series([time], left=left) for left in (True, False))
+        each = max((getattr(side, column)[0] for side in sides), key=np.max)
         zero = 293.15 if column.endswith("temperature") else 0.0
         mean = float(np.mean(each)) - zero
         over = (float(np.max(each)) - zero) / mean if mean > 0 else 1.0
