@@ -16,6 +16,7 @@ from .._base._table import Table
 from ..files._scene_file import read_scene
 from ..files.shipped_scenes import shipped_tests
 from ..outputs.log import Status
+from ..outputs.metrics import is_least, keeps, margin_to
 from ..parts.scene import Scene
 from ..runs.edit import numbers_in_si, with_values
 from ..runs.findings import in_words_of
@@ -134,7 +135,7 @@ class Answer(NamedTuple):
         for name, limit in self.test.within.items():
             value, at = self.worst[name]
             unit = "Pa" if name == PRESSURE else unit_of(name)
-            sign = "≥" if name.startswith("min_") else "≤"
+            sign = "≥" if is_least(name) else "≤"
             found = "no value" if value is None else str(number(value, unit))
             failed = "" if _keeps(name, value, limit) else "failed"
             words = name.removeprefix("energy.").replace("_", " ")
@@ -429,10 +430,8 @@ def _is_worse(name: str, value: float | None, than: float | None) -> bool:
     """Whether a value is farther from what is permissible; none is the farthest."""
     if value is None or than is None:
         return value is None
-    return value < than if name.startswith("min_") else value > than
+    return margin_to(than, name, value) < 0
 
 
 def _keeps(name: str, value: float | None, limit: float) -> bool:
-    if value is None:
-        return False
-    return value >= limit if name.startswith("min_") else value <= limit
+    return value is not None and bool(keeps(limit, name, value))

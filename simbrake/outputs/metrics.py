@@ -1212,6 +1212,21 @@ def metric_of(name: str) -> Metric | None:
     return _energy(energy, words, lambda a: None)[name]
 
 
+def is_least(metric: str) -> bool:
+    """Whether a limit of a metric is its least permissible value, not its greatest."""
+    return metric.startswith("min_")
+
+
+def margin_to(limit: Any, metric: str, value: Any) -> Any:
+    """How far a value is within its limit: `limit − value`, or `value − limit`."""
+    return value - limit if is_least(metric) else limit - value
+
+
+def keeps(limit: Any, metric: str, value: Any) -> Any:
+    """Whether a value is within its limit. What did not happen has none, and is not."""
+    return np.isfinite(value) & (margin_to(limit, metric, value) >= 0)
+
+
 def about_output(name: str) -> dict[str, str]:
     """Unit and meaning of a metric, or of the time (`…_time`) or lining (`…_lining`) of
     a maximum value."""

@@ -231,7 +231,7 @@ def report(
       shown; metrics without a value in this run are named
     - `span`: half of the range of each parameter in the tornado charts, 1 % of its
       value, or as in `simbrake.sensitivity` by path; the page says which
-    - `limits`: maximum permissible values of metrics (SI, or texts such as "450 degC"),
+    - `limits`: permissible values of metrics (SI, or texts such as "450 degC"),
       and of `max_pressure`, the maximum mean pressure on a lining (Pa); the scene's own
       permissible temperature is always evaluated. The heading of the page says which
       are exceeded

@@ -24,6 +24,7 @@ from .._base._numbers import scale
 from .._base._quantity import shown as about
 from ..outputs.judgement import Colour
 from ..outputs.log import Status
+from ..outputs.metrics import is_least, margin_to
 from ..results.stored import Dataset, Source, dataset, read_result
 from ..runs.result import Result
 from .drawing import (
@@ -396,13 +397,14 @@ def permissible(
     lines = []
     for metric, limit in limits.items():
         value = data[metric].values.astype(float)
-        least = metric.startswith("min_")
-        margin = (value - limit) * (1.0 if least else -1.0)
+        margin = margin_to(limit, metric, value)
         margins.append(np.where(good & np.isfinite(value), margin, np.nan))
         factor, offset, unit = _scale(data, metric, np.asarray([limit]))
         unit = unit.replace(",", "").replace(" (–)", "")
         most = f"{factor * limit + offset:.4g}{unit}"
-        lines.append(f"{metric_words(metric)} {'≥' if least else '≤'} {most}")
+        lines.append(
+            f"{metric_words(metric)} {'≥' if is_least(metric) else '≤'} {most}"
+        )
     axes = drawn_in(ax, 8.0, 5.6)
     axes.set(
         xlabel=name, ylabel=other, xlim=(x.min(), x.max()), ylim=(y.min(), y.max())

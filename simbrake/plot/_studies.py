@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 
 from .._base._faults import Fault, Issues
 from .._base._numbers import number, pretty, scale
+from ..outputs.metrics import is_least
 from ..runs.measure import Metric, name_of
 from ..runs.result import Result
 from ..runs.simulate import simulate
@@ -268,9 +269,8 @@ def _draw_limit(axes: Axes, found: Uncertainty, name: str, sample: _Sample) -> N
     limit = found.limits.get(name)
     if limit is None or np.ndim(limit) > 0:
         return
-    judged = (
-        f for words, f in found.failures.items() if words.startswith(f"{name} > ")
-    )
+    side = f"{name} {'<' if is_least(name) else '>'} "
+    judged = (f for words, f in found.failures.items() if words.startswith(side))
     p = next(judged).probability
     words = (
         f"limit, exceeded with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"

@@ -26,7 +26,10 @@ from ..outputs.metrics import (
     HOT,
     METRICS,
     allowable_values,
+    is_least,
+    keeps,
     lever_of,
+    margin_to,
     metric_names,
     metric_of,
     values_of_marks,
@@ -364,12 +367,12 @@ class LimitCheck(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """`limit − value`, below 0 where the limit is exceeded; `None` without one of
-        the two."""
+        """`limit − value`, of a least value `value − limit`: below 0 where the limit is
+        exceeded; `None` without one of the two."""
         return (
             None
             if self.limit is None or self.value is None
-            else self.limit - self.value
+            else margin_to(self.limit, self.name, self.value)
         )
 
     @property
@@ -392,7 +395,8 @@ class LimitCheck(NamedTuple):
             margin += f" ({digits(percent, 3)} %)"
             if state == LimitVerdict.WITHIN and percent < 100 * SMALL_MARGIN:
                 state = LimitVerdict.SMALL
-        limit = f"≤ {number(self.limit, self.unit)}"
+        sign = "≥" if is_least(self.name) else "≤"
+        limit = f"{sign} {number(self.limit, self.unit)}"
         title = title_of(self.name, scene)
         if self.value is None:
             return VerdictRow(title, self.note, limit, margin, state)
@@ -455,9 +459,10 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
     """All limits of a concrete result with their verdicts: temperatures, the hottest
     place first, then the others.
 
-    `limits`: metric (or `max_pressure`) → maximum permissible value in SI, as
-    `read_limits` gives them; beside them the allowable values of the scene's own parts
-    (`Heat`, `Lining`, `Strength`, `Lever`, `Wear`) are evaluated. Also listed, without
+    `limits`: metric (or `max_pressure`) → permissible value in SI, the greatest, or the
+    least of a metric that begins with `min_`, as `read_limits` gives them; beside them
+    the allowable values of the scene's own parts (`Heat`, `Lining`, `Strength`,
+    `Lever`, `Wear`) are evaluated. Also listed, without
     a verdict, are temperatures, tension and load on a lining that have no limit. A
     value equal to its limit is within it. What did not happen (a stop that never came)
     exceeds its limit in a run that reached its end time; in a run that failed it is not
@@ -553,7 +558,7 @@ def _judged(
         bound,
         value,
         unit,
-        within if value <= bound else LimitVerdict.EXCEEDED,
+        within if keeps(bound, name, value) else LimitVerdict.EXCEEDED,
         note,
     )
 
@@ -568,7 +573,7 @@ def _when(
     if time is None:
         return ""
     mark = METRICS[name].mark
-    note = f"maximum at {number(time, 's')}"
+    note = f"{'minimum' if is_least(name) else 'maximum'} at {number(time, 's')}"
     if mark is None or value is None or value <= bound or bound != marked:
         return note
     times = [

@@ -321,7 +321,7 @@ class Result:
         """Whether limits are exceeded or near: colour, one line, and every limit with
         its margin.
 
-        - `limits`: maximum permissible values by metric, as
+        - `limits`: permissible values by metric, as
           `{"max_tension": "120 kN"}`, beside those of the scene
 
         `simbrake.results.verdict` describes what it says.

@@ -92,14 +92,15 @@ def verdict(
 ) -> Verdict:
     """The verdict on a concrete result.
 
-    - `limits`: maximum permissible values by metric (or `max_pressure`), in SI or as
-      texts with a unit, beside those of the scene itself; or the `limit_checks` that
-      were made of them
+    - `limits`: permissible values by metric (or `max_pressure`), the greatest, or the
+      least of a metric that begins with `min_`, in SI or as texts with a unit, beside
+      those of the scene itself; or the `limit_checks` that were made of them
 
-    A margin is `limit − value`, its percentage that of the limit; of a temperature that
-    of the rise above 20 °C. The holding reserve is the static capacity of the friction
-    brake alone over the torque of the hanging load: at rest its minimum while the brake
-    is to hold, of a load that moves that under the greatest pull of the duty.
+    A margin is `limit − value` (`value − limit` of a least value), its percentage that
+    of the limit; of a temperature that of the rise above 20 °C. The holding reserve is
+    the static capacity of the friction brake alone over the torque of the hanging load:
+    at rest its minimum while the brake is to hold, of a load that moves that under the
+    greatest pull of the duty.
 
     Raises `InputError` for unknown metrics and what is not a number.
 

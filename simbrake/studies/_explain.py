@@ -84,7 +84,7 @@ def explain(
 
     - `run`: a concrete result; a scene, which is run; or a file or folder of results,
       whose scene is run again
-    - `limits`: maximum permissible values as in `simbrake.report`, beside those of the
+    - `limits`: permissible values as in `simbrake.report`, beside those of the
       scene
     - `influence`: differentiate the run, to name the parameters with the largest
       elasticities

@@ -11,7 +11,7 @@ from .._base._faults import InputError
 from .._base._numbers import ZERO, number
 from .._base._table import Column, Table
 from ..outputs.judgement import REASONS
-from ..outputs.metrics import HOLDING
+from ..outputs.metrics import HOLDING, is_least, keeps
 from ..parts.scene import Scene
 from ..results.stored import Dataset
 from ..runs.measure import read_limits, unit_of
@@ -65,8 +65,8 @@ class Overview:
 
         for name, bound in self._limited.limits.items():
             # what did not happen, as a stop that never came, exceeds its limit
-            check(name, bound, ~(self.data[name].values[done] <= bound))
-        if HOLDING in self.metrics:
+            check(name, bound, ~keeps(bound, name, self.data[name].values[done]))
+        if HOLDING in self.metrics and HOLDING not in self._limited.limits:
             # a reserve is of runs in which something holds; all others exceed a limit
             # with what never happened
             reserves = self.data[HOLDING].values[done]
@@ -151,8 +151,9 @@ class Overview:
         texts = []
         for check in self.limits["checked"]:
             name = check["name"]
-            bound = f"above {number(check['limit'], unit_of(name))}"
-            if name == HOLDING:
+            side = "below" if is_least(name) else "above"
+            bound = f"{side} {number(check['limit'], unit_of(name))}"
+            if name == HOLDING and HOLDING not in self._limited.limits:
                 bound = "of 1 or less"
             without = self.limits["runs"] - check["of"]
             has = "has" if without == 1 else "have"
@@ -175,8 +176,9 @@ def overview(
     """An `Overview` of the runs of a scene.
 
     - `data`: of `simbrake.sweep` or `simbrake.ensemble`; `metrics`: names in it
-    - `limits`: metric → permissible value (SI, or with its unit as "3 s"), besides
-      those that the parts of the scene have
+    - `limits`: metric → permissible value (SI, or with its unit as "3 s"), the greatest,
+      or the least of a metric that begins with `min_`, besides those that the parts of
+      the scene have
 
     Raises `InputError` for limits of unknown metrics or in other units.
 
@@ -201,6 +203,6 @@ def _colours(data: Dataset, limited: LimitsOfManyRuns) -> Any:
     if HOLDING in data:
         colours = colours.where(failed | ~(data[HOLDING] <= 1), "red")
     for name, bound in limited.limits.items():
-        colours = colours.where(failed | (data[name] <= bound), "red")
+        colours = colours.where(failed | keeps(bound, name, data[name]), "red")
     meaning = "colour of the reason, red where a limit that was checked is exceeded"
     return colours.assign_attrs(meaning=meaning)

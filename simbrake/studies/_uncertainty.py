@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Fault, Issues
+from .._base._numbers import pretty
 from .._base._table import Column, Table, Tabular, frozen, plain
 from ..outputs.judgement import REASONS
 from ..outputs.log import SimulationError
+from ..outputs.metrics import is_least, keeps
 from ..parts.scene import Scene, require_scene
 from ..runs.measure import Metric, name_of, unit_of
 from ._draws import METHODS, Distribution, Method, checked, power_of_two, unit_points
@@ -53,7 +55,7 @@ class Uncertainty(Tabular):
     - `statistics`: by metric
     - `failures`: by failure criterion
     - `codes`: runs that failed, by name
-    - `limits`: metric → its maximum permissible value (n,) or one number
+    - `limits`: metric → its permissible value (n,) or one number
     - `inputs`: path → (unit, 5 %, median, 95 %)
     """
 
@@ -128,7 +130,7 @@ class Uncertainty(Tabular):
         yield Table([("path", "drawn"), *shares, "unit"], rows)
         for name, s in self.statistics.items():
             yield ""
-            yield f"{name}{', ' + s.unit if s.unit else ''}: {self._share(s.count)}"
+            yield f"{', '.join(filter(None, (name, pretty(s.unit))))}: {self._share(s.count)}"
             if s.count:
                 columns = [
                     ("statistic", ""),
@@ -186,7 +188,8 @@ def uncertainty(
 
     - `distributions`: as for `samples`, independent of each other
     - `metrics`: names, or functions of a result; `n`: minimum number of runs
-    - `limits`: maximum permissible value of metrics (SI). The scene's permissible
+    - `limits`: permissible value of metrics (SI), the greatest, or the least of a
+      metric that begins with `min_`. The scene's permissible
       temperature of the linings applies by default (another number replaces it, `None`
       takes it away)
     - `method`, `replicates`: `"sobol"` takes that many independently scrambled sets of
@@ -220,7 +223,7 @@ def uncertainty(
         Fault(
             f"limits[{name!r}]",
             f"{value!r} is not a number",
-            "the maximum permissible value in SI units",
+            "the permissible value in SI units",
         )
         for name, value in bounds.items()
         if not isinstance(value, int | float | np.floating) or np.isnan(value)
@@ -334,11 +337,12 @@ def _evaluate(
         )
     for name, limit in bounds.items():
         shown = (
-            f"{limit:g} {unit_of(name)}".rstrip()
+            f"{limit:g} {pretty(unit_of(name))}".rstrip()
             if np.ndim(limit) == 0
             else "its sampled limit"
         )
-        failures[f"{name} > {shown}"] = ~(data[name].values <= limit) | failed
+        within = keeps(limit, name, data[name].values)
+        failures[f"{name} {'<' if is_least(name) else '>'} {shown}"] = ~within | failed
     if len(failures) > 1:
         failures[ANY] = np.any(list(failures.values()), axis=0)
     return statistics, {

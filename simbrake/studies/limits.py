@@ -21,7 +21,7 @@ class LimitsOfManyRuns(NamedTuple):
     def of(
         cls, scene: Scene, limits: Mapping[str, float], metrics: Sequence[str]
     ) -> "LimitsOfManyRuns":
-        """All limits of a run that are maxima: those given, and of the parts of the
+        """All limits of a run by metric: those given, and those of the parts of the
         scene.
 
         Of linings that are alike a pressure is limited by the load that gives it, and
@@ -54,5 +54,5 @@ class LimitsOfManyRuns(NamedTuple):
         aside += [name for name in wanted if name not in metrics]
         return cls(
             {name: limit for name, limit in every.items() if name in metrics},
-            tuple(aside),
+            tuple(dict.fromkeys(aside)),
         )

@@ -54,8 +54,9 @@
       const si = values[n];
       if (metric.limit === null) return;
       // (what never happened exceeds its limit)
-      const limit = `≤ ${read(metric, metric.limit, 5)}`, margin = metric.limit - si;
-      const judged = stateOf(!(margin >= 0), margin < metric.small);
+      const limit = `${metric.least ? "≥" : "≤"} ${read(metric, metric.limit, 5)}`;
+      const margin = metric.least ? si - metric.limit : metric.limit - si;
+      const judged = stateOf(!(Number.isFinite(si) && margin >= 0), margin < metric.small);
       rows.push([metric.words, read(metric, si, 4), limit, read(metric, margin, 3, true), ...judged]);
     });
     const named = (kind) => rows.filter((row) => row[5] === kind).map(([name]) => name).join(", ");

@@ -51,6 +51,25 @@ def test_margin_sets_the_colour(stop, factor, colour, state):
     near(check.margin_percent, 100 * (1 - 1 / factor), 1e-9)
 
 
+@pytest.mark.parametrize(
+    ("factor", "colour", "state"),
+    [
+        (1.01, "red", "exceeded"),
+        (0.95, "amber", "small margin"),
+        (0.8, "green", "within limit"),
+    ],
+)
+def test_limit_of_a_least_value(stop, factor, colour, state):
+    """A holding reserve is to be at least its limit."""
+    least = factor * TORQUE / LOAD
+    said = stop.verdict({"min_holding_reserve": least, **AMPLE})
+    (row,) = [row for row in said.rows if row.name == "Minimum holding reserve"]
+    assert (said.colour, row.state) == (colour, state)
+    assert (row.limit, row.note) == (f"≥ {least:.6g}", f"minimum at {STOP:.6g} s")
+    check = check_of("min_holding_reserve", stop, {"min_holding_reserve": least})
+    near(check.margin_percent, 100 * (1 / factor - 1), 1e-9)
+
+
 def test_notebook_shows_a_run_with_heat():
     assert "peak_rim_temperature" in sb.simulate(hot_stop())._repr_html_()
 

@@ -464,3 +464,22 @@ def test_limits_of_runs_have_units(kept):
     assert (row["exceeded"], row["of"]) == (1, 2)
     with input_error(match="is not a unit of limit"):
         sb.studies.overview(*asked, {"stopping_time": "3 kg"})
+
+
+def test_the_command_counts_reserves_below_a_limit(capsys, tmp_path):
+    """Loads of 0.7 and 0.9 times the torque of the brake have reserves of 1.43 and 1.11;
+    that of 1.1 times is not held, and has none."""
+    torque = 8e3 * GAIN
+    file = str(tmp_path / "held.toml")
+    sb.write_scene(stop_scene(C=None, w0=0.0, end=0.1, load=0.7 * torque), file)
+    loads = f"duty.load.profile.level={0.7 * torque},{0.9 * torque},{1.1 * torque}"
+    reserve = (
+        "--metrics",
+        "min_holding_reserve",
+        "--limit",
+        "min_holding_reserve=1.25",
+    )
+    _, out, _ = call(capsys, "sweep", file, "--vary", loads, *reserve)
+    assert "limits   min_holding_reserve below 1.25 in 2 of 3 runs\n" in out
+    _, out, _ = call(capsys, "sweep", file, "--vary", loads, *reserve, "--json")
+    assert [run["colour"] for run in json.loads(out)["runs"]] == ["green", "red", "red"]

@@ -311,7 +311,7 @@ def test_all_search_errors_in_one_report(request):
         "initial.omega": (3.0, 2.0),
         "brake.pulley.inertia": 5.0,
     }
-    limits = {"peak_rim_temperature": 500.0}
+    limits = {"peak_rim_temperature": 500.0, "min_holding_reserve": 1.25}
     options = {"free": "areas", "over": "day", "pair": "internal", "start": "best"}
     searches = (
         lambda: sb.least_tension(scene, -2.0, free, limits=limits),

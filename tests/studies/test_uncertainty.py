@@ -165,6 +165,21 @@ def test_runs_that_do_not_stop_are_counted():
     assert covered(s.quantiles[0.5], TYPICAL * math.exp(S * ndtri(0.4)))
 
 
+def test_limit_of_a_least_value():
+    """A reserve `M_b/M` of loads even between 0.6 and 1.2 `M_b` is at least 1.25 up to
+    a load of 0.8 `M_b`; loads above `M_b` are not held, and have none."""
+    torque = 8e3 * GAIN
+    loads = {"duty.load.profile.level": (0.6 * torque, 1.2 * torque)}
+    scene = stop_scene(C=None, w0=0.0, end=0.1, load=0.8 * torque)
+    found = sb.uncertainty(
+        scene, loads, "min_holding_reserve", 256, limits={"min_holding_reserve": 1.25}
+    )
+    weak = found.failures["min_holding_reserve < 1.25"]
+    near(weak.probability.value, 2 / 3, abs=5e-3)
+    (line,) = sb.plot.histogram(found, "min_holding_reserve").get_lines()
+    assert line.get_xdata()[0] == 1.25
+
+
 def test_interrupted_ensemble_is_no_sample():
     def stop(done, total):
         if done:

@@ -13,6 +13,7 @@ from ..._base._faults import Fault, InputError, Issues
 from ..._base._progress import Progress
 from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...hybrid.arrays import Array
+from ...outputs.metrics import is_least
 from ...parts.scene import Scene, faults
 from ...runs.measure import check_metrics, measure, unit_of
 from ...runs.result import Result
@@ -262,6 +263,9 @@ def least_tension(
                 f"a limit of {value:g} is not possible",
                 "it must be positive and finite",
             )
+        if is_least(name):
+            hint = "give limits of greatest values"
+            errors.add(name, "a least value is no limit of this search", hint)
     errors.report()
     names = (objective, *allowed)
     reverse = len(box.low) > 4 * len(names)
