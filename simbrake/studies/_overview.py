@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import InputError
-from .._base._numbers import ZERO, number
+from .._base._numbers import digits, number, reading
 from .._base._table import Column, Table
 from ..outputs.judgement import REASONS
 from ..outputs.metrics import HOLDING, is_least, keeps
@@ -17,6 +17,8 @@ from ..results.stored import Dataset
 from ..runs.measure import read_limits, unit_of
 from .limits import LimitsOfManyRuns
 
+#: minimum, median and maximum
+_RANGE = (0.0, 0.5, 1.0)
 #: what a verdict of many runs leaves out
 _UNJUDGED = "; of parts without a limit, and of small margins, they say nothing"
 
@@ -131,17 +133,17 @@ class Overview:
         return "\n".join([*lines, *self._limits_in_words()])
 
     def _ranges(self) -> Table:
-        """The range of every metric, temperatures in °C."""
+        """The range of every metric, in the unit that suits its largest value."""
         rows = []
         for name in self.metrics:
             values = self.data[name].values
             values = values[np.isfinite(values)]
-            unit = self.data[name].attrs.get("units", "")
-            hot = unit == "K"
-            shown = (None, "—", None)
+            most = float(np.abs(values).max(initial=0.0))
+            shown = reading(self.data[name].attrs.get("units", ""), most)
+            texts = [None, "—", None]
             if values.size:
-                shown = np.quantile(values, [0.0, 0.5, 1.0]) - ZERO * hot
-            rows.append((name, *shown, "°C" if hot else unit, values.size))
+                texts = [digits(x, 5) for x in shown(np.quantile(values, _RANGE))]
+            rows.append((name, *texts, shown.name, values.size))
         three = [Column(title) for title in ("minimum", "median", "maximum")]
         return Table(["metric", *three, "unit", Column("of how many runs")], rows)
 

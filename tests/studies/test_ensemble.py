@@ -483,3 +483,13 @@ def test_the_command_counts_reserves_below_a_limit(capsys, tmp_path):
     assert "limits   min_holding_reserve below 1.25 in 2 of 3 runs\n" in out
     _, out, _ = call(capsys, "sweep", file, "--vary", loads, *reserve, "--json")
     assert [run["colour"] for run in json.loads(out)["runs"]] == ["green", "red", "red"]
+
+
+def test_ranges_of_runs_are_in_units_of_their_size():
+    """Heat of stops of a rigid band without load: `J ω²/2`."""
+    heat = "energy.friction_heat"
+    scene = stop_scene(C=None)
+    data = sb.ensemble(scene, {SPEED: [10.0, 20.0]}, [heat], progress=False)
+    found = str(sb.studies.overview(scene, data, [heat]))
+    (row,) = [line.split() for line in found.splitlines() if line.startswith(heat)]
+    assert row == [heat, "40", "100", "160", "kJ", "2"]
