@@ -1,5 +1,5 @@
-"""The bandage on springs: every lining of a staged brake is a separate body, held or
-sliding on band and rim."""
+"""The bandage on springs: every lining of a staged brake is a body of its own that
+sticks or slides on the band and on the rim."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -49,21 +49,23 @@ from .sliding import LiningFriction, coefficients_of
 # --- at rest -------------------------------------------------------------------------
 
 
+#: intervals of the grid on which a share is searched for, and how often it is narrowed
+#: to one of them: to 2/32³, near enough for so many Newton steps to converge
 _GRID = 32
 _ROUNDS = 3
 _NEWTON = 4
 
 
 class Resting(NamedTuple):
-    """Linings while the pulley is at rest; some of them may still move.
+    """Equations of the linings on a pulley at rest; some linings may still move.
 
         fixed:   R_b (T_i − T_{i−1}) = θ M_i + Q_i, but T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i;   M_i = q_i (T_i+T_{i−1}) + p_i
-        others:  T_i = a_i T_{i−1} + b_i,   λ_i = σ_i M_i
+        moving:  T_i = a_i T_{i−1} + b_i,   λ_i = σ_i M_i
 
-    `arm` `R_b`; `mu` static ratios on the band; `pull` `Q_i`; of the rim `grip`
-    `q_i = R f_i s_i` and `floor` `p_i = R f_i (N_pre,i − m_i r_m ω_i²)`, 0 of linings
-    that have lifted off; `gain` `a_i`, `offset` `b_i` and `sense` `σ_i` of linings that
-    are not `fixed`.
+    - `arm` `R_b`; `mu`: static ratios on the band; `pull` `Q_i`
+    - `grip` `q_i = R f_i s_i` and `floor` `p_i = R f_i (N_pre,i − m_i r_m ω_i²)` of the
+      rim, 0 where a lining has lifted off
+    - `gain` `a_i`, `offset` `b_i` and `sense` `σ_i` of linings that move
     """
 
     fixed: Marks
@@ -78,17 +80,17 @@ class Resting(NamedTuple):
 
 
 class LoadShare(NamedTuple):
-    """A load shared by the linings at rest: `θ`, tensions, and the load torques between
-    which the pulley stays."""
+    """A load shared by the linings: the tensions, and at rest the load torques between
+    which the pulley stays there."""
 
-    share: ScalarArray
     tension: Vector
     least: ScalarArray
     most: ScalarArray
 
 
 def unclipped_tension(r: Resting, before: Array, share: Array) -> Array:
-    """`T_i` of fixed linings by the share of their grip on the rim alone."""
+    """`T_i` of fixed linings for a share `θ` of their grip on the rim, whatever the
+    limits on the band."""
     return ((r.arm + share * r.grip) * before + share * r.floor + r.pull) / (
         r.arm - share * r.grip
     )
@@ -108,19 +110,24 @@ def resting_tensions(r: Resting, T_0: ScalarArray, share: ScalarArray) -> Vector
     return jax.lax.scan(lining, T_0, each)[1]
 
 
+def tensions_before(T_0: ScalarArray, along: Vector) -> Vector:
+    """Tensions `T_0…T_{n−1}` ahead of the linings."""
+    return jnp.concatenate([T_0[None], along[:-1]])
+
+
 def yields_on_band(
     r: Resting, T_0: ScalarArray, along: Vector, way: Int[Array, ""]
 ) -> Marks:
     """Linings that break away on the band (the others on the rim) when the pulley
     starts to move `way` (±1)."""
-    before = jnp.concatenate([T_0[None], along[:-1]])
-    wanted = unclipped_tension(r, before, way.astype(jnp.float64))
-    return jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)
+    before = tensions_before(T_0, along)
+    on_rim = unclipped_tension(r, before, way.astype(jnp.float64))
+    return jnp.where(way > 0, on_rim >= before * r.mu, on_rim <= before / r.mu)
 
 
-def carried(r: Resting, T_0: ScalarArray, along: Vector) -> ScalarArray:
-    """Torque `Σ λ_i` that all linings together take from the pulley (N·m)."""
-    before = jnp.concatenate([T_0[None], along[:-1]])
+def transmitted_torque(r: Resting, T_0: ScalarArray, along: Vector) -> ScalarArray:
+    """Torque `Σ λ_i` (N·m) from the pulley to all linings."""
+    before = tensions_before(T_0, along)
     moving = r.sense * (r.grip * (along + before) + r.floor)
     return jnp.sum(jnp.where(r.fixed, r.arm * (along - before) - r.pull, moving))
 
@@ -130,28 +137,26 @@ def holding_range(r: Resting, T_0: ScalarArray) -> TwoArrays:
     of its weaker pair (θ = ∓1)."""
     ends = jnp.asarray([-1.0, 1.0])
     least, most = jax.vmap(
-        lambda share: carried(r, T_0, resting_tensions(r, T_0, share))
+        lambda share: transmitted_torque(r, T_0, resting_tensions(r, T_0, share))
     )(ends)
     return least, most
 
 
 def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> LoadShare:
-    """The share `θ` of their grip on the rim with which all fixed linings carry the
-    load, and the tensions.
+    """The load carried by all fixed linings with one share `θ` of their grip on the rim.
 
-    `Σ λ_i(θ) = M_load` is one equation for one number, with corners where linings come
-    to their limit on the band. It rises with `θ` while all linings are fixed; where
-    springs move some of them it need not (these press harder on the rim when the
-    tension before them rises), and the last root at which it rises is taken. Three
-    passes over a grid of 32 intervals bracket the root, Newton inside the bracket
-    sharpens it, and one last Newton step with a frozen slope carries the exact
-    derivative. A load outside the range is carried up to `θ = ±1`.
+    `Σ λ_i(θ) = M_load` is solved for `θ`. Its left side has corners where linings come
+    to their limit on the band. It rises with `θ` while all linings are fixed. Where
+    springs move some of them it may fall, as these press harder on the rim when the
+    tension before them rises; then the last root with a rise counts. Narrowing grids
+    bracket the root, Newton's method finds it, and one last Newton step with a frozen
+    slope carries the exact derivative. A load outside the range ends at `θ = ±1`.
     """
     frozen, T_f, load_f = jax.lax.stop_gradient((r, T_0, load))
     steps = jnp.linspace(0.0, 1.0, _GRID + 1)
 
     def sum_at(r: Resting, T_0: Array, share: Array) -> Array:
-        return carried(r, T_0, resting_tensions(r, T_0, share))
+        return transmitted_torque(r, T_0, resting_tensions(r, T_0, share))
 
     def narrow(_: Array, ends: TwoArrays) -> TwoArrays:
         grid = ends[0] + (ends[1] - ends[0]) * steps
@@ -183,7 +188,7 @@ def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> LoadShare:
     inside = (least < load) & (load < most)
     correction = (sum_at(r, T_0, share) - load) / slope_at(share)[1]
     share = jnp.where(inside, share - correction, share)
-    return LoadShare(share, resting_tensions(r, T_0, share), least, most)
+    return LoadShare(resting_tensions(r, T_0, share), least, most)
 
 
 # --- sprung linings -----------------------------------------------------------------
@@ -200,11 +205,11 @@ class SprungState(NamedTuple):
 class SprungMode(NamedTuple):
     """Mode of every lining.
 
-    - `outer` (n,): 0 while lining `i` is held on the band, else the sign of `ω_i` (of
-      no meaning while open)
+    - `outer` (n,): 0 while lining `i` is held on the band, else the sign of `ω_i`
+      (meaningless while the brake is open)
     - `inner` (n,): 0 while it sticks on the rim, else the sign of `ω − ω_i`
-    - `lifted` (n,): 1 of linings that have lifted off the rim (`inner` is then not 0,
-      its sign of no meaning); `None` without centrifugal force
+    - `lifted` (n,): 1 for linings that have lifted off the rim (`inner` is then not 0,
+      its sign meaningless); `None` without centrifugal force
 
     Both 0 means that the lining is at rest on a pulley at rest. The label of the band
     is `OPEN` while the lever does not pull, `HELD` while every lining rests on the
@@ -257,13 +262,12 @@ class SprungGuards(NamedTuple):
     """Guards of a bandage on springs, or which of them fired.
 
     - `lever`: its force
-    - `high`, `low`: to the ends of the load that a brake at rest holds; turning, `high`
-      is the motion of the pulley in its sense
-    - of each lining (n,): `inner` and `outer`, friction left of a pair that sticks,
-      else its slip
-    - `locking` of the linings, `None` where that cannot change
-    - `rim` (n,): load of each on the rim, `None` where none
-      lifts off
+    - `high`, `low`: at rest distances of the load from both ends of what the brake
+      holds; else `high` is the speed of the pulley in its sense
+    - `inner`, `outer` (n,): for each lining the friction that is left where the pair
+      sticks, else its slip
+    - `locking`: distance of the linings from it, `None` where that cannot change
+    - `rim` (n,): load of each lining on the rim, `None` where none can lift off
     """
 
     lever: Array
@@ -295,7 +299,6 @@ class SprungNow(MechanismNow):
     outer_limit: Vector
     resting: Resting  # the linings as equations for the tensions
     locking: ScalarArray  # by how much the lining nearest to locking is away from it
-    share: ScalarArray  # θ of a pulley at rest, else 0
     # load torques between which a pulley at rest stays there (N·m), else 0
     least_hold: ScalarArray
     most_hold: ScalarArray
@@ -479,27 +482,28 @@ class SprungBandage(AbstractMechanism):
 
         def in_motion() -> LoadShare:
             zero = jnp.zeros_like(T_0)
-            return LoadShare(zero, affine_tensions(T_0, r.gain, r.offset), zero, zero)
+            return LoadShare(affine_tensions(T_0, r.gain, r.offset), zero, zero)
 
         shared = jax.lax.cond(rests, at_rest, in_motion)
         along = shared.tension
-        before = jnp.concatenate([T_0[None], along[:-1]])
+        before = tensions_before(T_0, along)
         G = along - before
         total = along + before
         capacity = r.grip * total + r.floor
         needed = R_b * G - Q
         slid = r.sense * capacity
-        joined = jnp.sum(jnp.where(stuck, self.inertias, 0.0))
+        inertia = acting.inertia + jnp.sum(jnp.where(stuck, self.inertias, 0.0))
         taken = jnp.sum(jnp.where(stuck, needed, slid))
-        alpha = acceleration(acting.load, taken, acting.inertia + joined, rests)
+        alpha = acceleration(acting.load, taken, inertia, rests)
         torque = jnp.where(stuck, needed + self.inertias * alpha, slid)
-        apart = acceleration(torque, needed, self.inertias, held)
+        not_stuck = acceleration(torque, needed, self.inertias, held)
         stretching = -R_b * jnp.diff(own.speeds)
         on_rim = self.track_radius * c.inner_static * self.grip.sine / R_b
         load = total * self.grip.sine + self._seat(own)
         margin = None
         if lifted is not None:
-            load, margin = jnp.where(lifted != 0, 0.0, load), rim_margin(lifted, load)
+            margin = rim_margin(lifted, load)
+            load = jnp.where(lifted != 0, 0.0, load)
         return SprungNow(
             slack_tension=T_0,
             tight_tension=along[-1],
@@ -517,13 +521,12 @@ class SprungBandage(AbstractMechanism):
             capacity=capacity,
             inner_slip=self.track_radius * (omega - own.speeds),
             outer_slip=R_b * own.speeds,
-            accelerations=jnp.where(stuck, alpha, apart),
+            accelerations=jnp.where(stuck, alpha, not_stuck),
             stretching=stretching,
             spring_torque=Q,
             outer_limit=c.grip_static * total,
             resting=r,
             locking=1 - jnp.maximum(largest(c.grip_static), largest(on_rim)),
-            share=shared.share,
             least_hold=shared.least,
             most_hold=shared.most,
         )
@@ -569,11 +572,9 @@ class SprungBandage(AbstractMechanism):
         above, below = limit_margins(acting.load, z.least_hold, z.most_hold)
         high = jnp.where(rests, above / size.torque, turning)
         low = jnp.where(rests, below / size.torque, 1.0)
-        rim = (
-            None
-            if z.rim_margin is None
-            else jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension)
-        )
+        rim = None
+        if z.rim_margin is not None:
+            rim = jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension)
         linings = self._lining_guards(omega, own, mode, z)
         return SprungGuards(
             lever, high, low, *linings, z.locking if self.fades else None, rim
@@ -597,12 +598,12 @@ class SprungBandage(AbstractMechanism):
         inner = contact_margin(
             mode.own.inner, left, (omega - own.speeds) / self.sizes.speed
         )
-        apart = held & ~stuck  # its slip is the pulley's speed
-        inner = jnp.where(
-            apart if mode.own.lifted is None else apart | (mode.own.lifted != 0),
-            1.0,
-            inner,
-        )
+        # a lining that is held on the band slips on the rim at the pulley's speed, whose
+        # guard decides
+        unguarded = held & ~stuck
+        if mode.own.lifted is not None:
+            unguarded = unguarded | (mode.own.lifted != 0)
+        inner = jnp.where(unguarded, 1.0, inner)
         inner = jnp.where(mode.own.fixed, self._spring_margin(z) / torque_scale, inner)
         left = (z.outer_limit - jnp.abs(z.outer_force)) / self.sizes.tension
         outer = contact_margin(mode.own.outer, left, own.speeds / self.sizes.speed)
@@ -611,11 +612,11 @@ class SprungBandage(AbstractMechanism):
         return inner, jnp.where(stuck | (mode.band == OPEN), 1.0, outer)
 
     def _spring_margin(self, z: SprungNow) -> Array:
-        """Capacity of both pairs of a fixed lining less the torque of its springs
-        (N·m)."""
+        """Torque (N·m) that both pairs of a fixed lining can hold, less that of its
+        springs."""
         r = z.resting
         Q = z.spring_torque
-        before = jnp.concatenate([z.slack_tension[None], z.tension[:-1]])
+        before = tensions_before(z.slack_tension, z.tension)
         most = jnp.where(Q > 0, before * r.mu, before / r.mu)
         return (
             r.grip * (most + before)
@@ -643,8 +644,8 @@ class SprungBandage(AbstractMechanism):
         gone = fired.outer
         new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
 
-        # the lever begins to pull: moving linings slide, resting ones are held unless
-        # that exceeds their limit
+        # where the lever begins to pull, linings that move slide on the band, the others
+        # are held on it up to their limit
         grips = was_open & pulls
         starts = grips & (omega == 0)
         sense = jnp.where(
@@ -685,21 +686,32 @@ class SprungBandage(AbstractMechanism):
         if self.fades:
             locks = locks | (z.locking < 0)
         if old.own.lifted is not None:
-            turning = self.with_stuck_speeds(omega, own, old, new)
-            z = evaluate(new, *turning)[1]
-            inner = new.own.inner
-            assert fired.rim is not None
-            lifted = lifted_after(
-                old.own.lifted, z.rim_margin, fired.rim, outer == 0, rounding
-            )
-            # it slides by the torque that it had before, or where it touches again by
-            # its speed
-            slip = jnp.sign(turning[0] - turning[1].speeds).astype(jnp.int32)
-            inner = sense_after(inner, (lifted != 0) & (inner == 0), z.inner_torque)
-            back = (lifted == 0) & (old.own.lifted != 0) & (slip != 0)
-            inner = jnp.where(back, slip, inner).astype(jnp.int32)
-            new = new._replace(own=new.own._replace(inner=inner, lifted=lifted))
-        return new, jnp.where(locks, int(BrakeCode.SINGULAR_GEOMETRY), 0)
+            new = self._with_lift_off(now, new, fired, evaluate)
+        return new, jnp.where(locks, BrakeCode.SINGULAR_GEOMETRY, 0)
+
+    def _with_lift_off(
+        self, now: EventState, new: Mode, fired: SprungGuards, evaluate: EvaluateInMode
+    ) -> Mode:
+        """The new mode with the linings that lift off the rim or touch it again."""
+        before = now.mode.own
+        assert fired.rim is not None
+        omega, own = self.with_stuck_speeds(now.omega, now.own, now.mode, new)
+        z = evaluate(new, omega, own)[1]
+        lifted = lifted_after(
+            before.lifted,
+            z.rim_margin,
+            fired.rim,
+            new.own.outer == 0,
+            self.sizes.slight_tension,
+        )
+        # a lining that lifts off slides the way of the torque that it had before, and
+        # touches again at the slip that it has
+        slip = jnp.sign(omega - own.speeds).astype(jnp.int32)
+        inner = new.own.inner
+        inner = sense_after(inner, (lifted != 0) & (inner == 0), z.inner_torque)
+        touches = (lifted == 0) & (before.lifted != 0) & (slip != 0)
+        inner = jnp.where(touches, slip, inner).astype(jnp.int32)
+        return new._replace(own=new.own._replace(inner=inner, lifted=lifted))
 
     def _each_lining(
         self,
@@ -712,8 +724,8 @@ class SprungBandage(AbstractMechanism):
     ) -> SprungMode:
         """Mode of each lining after its own guards fired.
 
-        A lining without speed on a pulley without speed, which starts, goes with the
-        stronger pair.
+        Where pulley and lining are both without speed and the pulley starts, the lining
+        sticks in its stronger pair.
         """
         old = mode.own
         stuck = old.inner == 0
@@ -751,12 +763,11 @@ class SprungBandage(AbstractMechanism):
         forced: Array,
         evaluate: EvaluateInMode,
     ) -> Mode:
-        """The mode where the pulley has no speed, and the linings named have none
-        either.
+        """The mode of a pulley without speed, and of the linings `together` with it.
 
-        They rest if the load is within what all of them hold (each at the limit of its
-        weaker pair). Otherwise the pulley starts the way of the load, or of the guard
-        that fired (`forced`), and each breaks away at its weaker pair.
+        These rest if the load is within what all of them hold, each at the limit of its
+        weaker pair. Otherwise the pulley starts in the sense of the load, or of the
+        guard that fired (`forced`, ±1), and each lining breaks away at its weaker pair.
         """
         own_mode = new.own._replace(
             outer=jnp.where(together, 0, new.own.outer),
@@ -851,17 +862,16 @@ class SprungBandage(AbstractMechanism):
         *,
         static: bool = False,
     ) -> Float[Array, " pairs"]:
-        # one sum: every lining in its weaker pair, as at the limit of a pulley at rest
-        # (but kinetic unless `static`)
-        n = self.count
+        # every lining is at the limit of its weaker pair, as on a pulley at rest, but
+        # with kinetic friction unless `static`
         speed = jnp.abs(omega)
         arms = self.band_radius * speed, self.track_radius * speed
         on_band, on_rim = self._friction(surfaces, *arms, static=static)
         mu = tension_ratio(on_band * self.grip.tangent)[0]
         on_rim = self.track_radius * on_rim
         floor = on_rim * jnp.asarray(self.bandage.preload)
-        none = jnp.zeros(n)
-        every = jnp.ones(n, bool)
+        none = jnp.zeros(self.count)
+        every = jnp.ones(self.count, bool)
         _, Q = self._springs(own)
         r = Resting(
             every,
