@@ -38,13 +38,14 @@ from .mechanism import (
 )
 from .sliding import BandFriction, Limit, where_static
 
-#: Newton iterations of a slip speed under states of the law, and those after them that
-#: carry derivatives
-_SEARCH = 8
-_CARRY = 2
-#: search range, and threshold for no solution, over typical speeds
-_FAR = 1e3
-_OFF = 1e-9
+#: Newton steps to a slip speed under states of the law, and steps after them that carry
+#: its first and second derivatives
+_SEARCH_STEPS = 8
+_DERIVATIVE_STEPS = 2
+#: over typical speeds: where a slip speed is searched for, and the residual from which
+#: there is none
+_RANGE = 1e3
+_NO_SOLUTION = 1e-9
 
 
 class BandState(NamedTuple):
@@ -58,11 +59,9 @@ class BandState(NamedTuple):
 class ElasticNow(MechanismNow):
     """Variables of an elastic band; `lever_power` is `T_0 ẋ`."""
 
-    net_tension: Float[
-        Array, ""
-        # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of
-        # the tensions
-    ]
+    # T_n − T_0 (N) against the motion, 0 on a pulley at rest: the part of the tensions
+    # that rates need
+    net_tension: ScalarArray
     band_speed: ScalarArray  # ẋ (m/s)
     upper: ScalarArray  # limits of T_n by friction (N)
     lower: ScalarArray
@@ -83,9 +82,12 @@ class Slide(NamedTuple):
 
 
 class AtLimit(NamedTuple):
-    """The tension `upper` (N) at the limit forwards, or of the way the band slides;
-    `push(rates)`: how it moves with slack tension, speed of the carrier and surfaces;
-    the linings there."""
+    """A band at its limit of friction: forwards, or in the sense in which it slides.
+
+    - `upper` (N): tight tension there;  `push`: its rate, from the rates of slack
+      tension, speed of the carrier and surfaces
+    - `limit` of the linings
+    """
 
     upper: ScalarArray
     push: Callable[..., Array]
@@ -100,8 +102,8 @@ class AbstractElasticBand(AbstractBand):
 
     While it slides the tension moves with the lever, the speed and the temperatures,
     and these with the heat of the slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`,
-    `v_s = (R_b ω − ẋ_0)/(1 + γ)`. States of the friction law whose rates depend on the
-    slip make `ẋ(v_s)` a curve; `1 + γ` is then `1 + dẋ/dv_s`.
+    `v_s = (R_b ω − ẋ_0)/(1 + γ)`. Where rates of states of the friction law depend on
+    the slip, `ẋ(v_s)` is a curve and `1 + γ` is `1 + dẋ/dv_s`.
 
     - `stiffness` `C` (N/m); `None`: the band is rigid
     """
@@ -114,15 +116,19 @@ class AbstractElasticBand(AbstractBand):
 
     @property
     def _follows_slip(self) -> bool:
-        """Whether friction changes by the slip itself, with its heat or with states of
-        the law."""
+        """Whether the slip itself changes friction, by its heat or by states of the
+        law."""
         rates = self.pairs[0].memory
         return self.grip.reads.T or (rates is not None and rates.slip)
 
     @property
     def codes(self) -> tuple[BrakeCode, ...]:
-        codes = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
-        return (*codes, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(codes)
+        codes = list[BrakeCode]()
+        if self._follows_slip and self.stretches:
+            codes.append(BrakeCode.BAND_SNAP)
+        if self.grip.implicit:
+            codes.append(BrakeCode.FLASH_FOLD)
+        return tuple(codes)
 
     # --- at one instant; `omega` is the speed of the carrier -------------------------
 
@@ -150,15 +156,16 @@ class AbstractElasticBand(AbstractBand):
         upper: Array,
         held: Array,
     ) -> TwoArrays:
-        """Slack tension, also that of an open band, and tight one (N): `stretched` is
-        `C x`, `held` that at rest."""
+        """Slack tension, as if the band were closed, and tight tension (N).
+
+        - `stretched`: `C x`;  `held`: the tight tension at rest
+        """
         tight = where_static(band == HELD, held, where_static(slips(band), upper, 0.0))
         if stretched is None:
             return slack, tight
         take_up = band == TAKE_UP
-        return where_static(take_up, stretched, slack), where_static(
-            take_up | (band == ELASTIC), stretched, tight
-        )
+        slack = where_static(take_up, stretched, slack)
+        return slack, where_static(take_up | (band == ELASTIC), stretched, tight)
 
     def band_kinematics(
         self,
@@ -169,11 +176,9 @@ class AbstractElasticBand(AbstractBand):
         carrier: TwoArrays,
         inner: Array | None = None,
     ) -> dict[str, Any]:
-        """State of the band on a `carrier` (`ω`, `ω̇`): variables of every elastic
-        band.
+        """Variables of every elastic band, on a `carrier` (`ω`, `ω̇`).
 
-        - `inner` (W): friction power of the internal pair, which warms the linings as
-          well
+        - `inner` (W): friction power of the internal pair, which also heats the linings
         """
         band = mode.band
         speed = self.wrap.radius * carrier[0]
@@ -183,9 +188,9 @@ class AbstractElasticBand(AbstractBand):
         band_speed = zero
         if self.stretches:
             slide = self._slide(acting, band == SLIP_BACK, at, speed, carrier[1], inner)
-            carried = (band == TAKE_UP) | (band == ELASTIC)
+            sticks = (band == TAKE_UP) | (band == ELASTIC)
             band_speed = where_static(
-                carried, speed, where_static(sliding, slide.growth, 0.0)
+                sticks, speed, where_static(sliding, slide.growth, 0.0)
             )
         return {
             "slip_speed": where_static(sliding, slide.slip, 0.0),
@@ -214,11 +219,10 @@ class AbstractElasticBand(AbstractBand):
         surface = acting.surfaces[0]
         pair = self.pairs[0]
         rates = pair.memory
-        others = len(self.pairs) - 1
         each, normal = self.wrap.sliding(acting.tension, at.limit.fz, back)
         friction = each if pair.apart else at.upper - acting.tension
 
-        def ageing(slip: Array) -> PyTree:
+        def memory_rates(slip: Array) -> PyTree:
             if rates is None or surface is None:
                 return None
             return pair.memory_rates(
@@ -232,40 +236,35 @@ class AbstractElasticBand(AbstractBand):
             memory_rate: PyTree,
             swing: Array | None = None,
         ) -> Array:
-            if fixed is not None or surface is None:
-                return at.push(pull, alpha, None) / self.stiffness
-            if surface.factor is not None and swing is None:
-                swing = jnp.zeros_like(surface.factor)
-            return (
-                at.push(pull, alpha, SurfaceState(T_rate, memory_rate, swing))
-                / self.stiffness
-            )
+            surface_rate = None
+            if fixed is None and surface is not None:
+                if surface.factor is not None and swing is None:
+                    swing = jnp.zeros_like(surface.factor)
+                surface_rate = SurfaceState(T_rate, memory_rate, swing)
+            return at.push(pull, alpha, surface_rate) / self.stiffness
 
-        drift = None if fixed is not None else acting.heating_rate(None)[0]
-        if drift is not None and inner is not None:
-            drift = drift + acting.heating_rate((None, inner))[0]
-        at_rest = ageing(still)
+        T_rate = None if fixed is not None else acting.heating_rate(None)[0]
+        if T_rate is not None and inner is not None:
+            T_rate = T_rate + acting.heating_rate((None, inner))[0]
+        at_rest = memory_rates(still)
         swing = None if acting.factor_rates is None else acting.factor_rates[0]
         growth = stretch(
-            acting.pull, alpha if fixed is None else still, drift, at_rest, swing
+            acting.pull, alpha if fixed is None else still, T_rate, at_rest, swing
         )
         uncorrected_slip = speed - growth
         if not self._follows_slip:
             return Slide(growth, uncorrected_slip, uncorrected_slip, None)
-        heating = acting.heating_rate((friction, *(None,) * others))[0]
+        forces = (friction, *(None,) * (len(self.pairs) - 1))
+        heating = acting.heating_rate(forces)[0]
 
         def change(slip: Array) -> PyTree:
-            return jax.tree.map(jnp.subtract, ageing(slip), at_rest)
+            return jax.tree.map(jnp.subtract, memory_rates(slip), at_rest)
 
         if rates is not None and rates.bends:
 
             def more(slip: Array) -> Array:
-                return stretch(
-                    still,
-                    still,
-                    None if heating is None else slip * heating,
-                    change(slip),
-                )
+                T_rate = None if heating is None else slip * heating
+                return stretch(still, still, T_rate, change(slip))
 
             slip, slip_gain = _slip_of(
                 more, uncorrected_slip, self.wrap.radius * self.sizes.speed
@@ -283,7 +282,7 @@ class AbstractElasticBand(AbstractBand):
         R_b = self.wrap.radius
         held = band == HELD
         take_up = band == TAKE_UP
-        # at rest a difference of tensions is one of torques
+        # at rest a difference of tensions counts by its torque
         per_newton = jnp.where(held, R_b / size.torque, 1 / size.tension)
         bounded = (held | (band == ELASTIC)) & ~self.locked_in(mode)
         uncorrected_slip = z.uncorrected_slip / (R_b * size.speed)
@@ -338,7 +337,8 @@ class AbstractElasticBand(AbstractBand):
         """Mode of an elastic band that the lever pulls, on a carrier that moves or
         starts to.
 
-        - `there(mode)`: the variables in another mode;  `rest`: those at rest
+        - `there(mode)`: the variables at this instant in another mode;  `rest`: those of
+          a pulley at rest
         """
         old = now.mode.band
         C = self.stiffness
@@ -348,8 +348,8 @@ class AbstractElasticBand(AbstractBand):
         speed = self.wrap.radius * motion.omega
         was_slack = (old == OPEN) | (old == TAKE_UP)
         tension = self.tension_of(now.own.x, now.mode, now.z)
-        # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between
-        # the speeds of the band on them
+        # where the lever begins to pull from 0 both limits of the tension are 0 as well:
+        # rates decide, and that of T_0 lies between those of the limits
         lags = C * speed < acting.pull
         takes_up = jnp.where(motion.rising, lags, tension < T_0 - rounding)
         takes_up = (
@@ -357,8 +357,7 @@ class AbstractElasticBand(AbstractBand):
         )
         low = jnp.where(locked, 0.0, rest.lower)
         high = jnp.where(locked, jnp.inf, rest.upper)
-        # the lever itself draws a slack band tight on a pulley that does not run into
-        # it
+        # on a pulley that does not run into a slack band the lever draws it tight
         tension = jnp.where(
             was_slack & (motion.omega <= 0), greater(tension, low), tension
         )
@@ -368,9 +367,8 @@ class AbstractElasticBand(AbstractBand):
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(
                 locked, 1.0, rest.limit.other
             )
-        # at a limit of the tension it slides if the slip speed that it would have there
-        # has the right sign; with no slip speed yet, the direction in which the pulley
-        # starts decides
+        # at a limit of its tension the band slides if it would slip there in the sense
+        # of that limit; without slip speed the sense in which the pulley starts decides
         at_high = tension >= high - rounding
         at_low = tension <= low + rounding
         lags = lags | ((C * speed == acting.pull) & (motion.direction < 0))
@@ -378,8 +376,8 @@ class AbstractElasticBand(AbstractBand):
         trial = jnp.where(back, SLIP_BACK, SLIP)
         way = jnp.where(back, -1.0, 1.0)
         slid = there(new._replace(band=trial))
-        # a band that slides stays at its kinetic limit; at rest and elastic the static
-        # one counts
+        # a band that slides goes on at its kinetic limit; for others the static limit
+        # counts
         past = way * (tension - slid.upper)
         limited = jnp.where(back, at_low, at_high) | (
             (old == trial) & (past >= -rounding)
@@ -553,8 +551,9 @@ def _slip_of(
     """The slip speed `v` with `v + more(v) = uncorrected_slip`, `more(0) = 0`, and
     `1 + d more/dv`.
 
-    Where there is none it is `uncorrected_slip`, and the slope negative.  `size`: a
-    typical speed
+    Without a solution `v` is `uncorrected_slip`, and the slope negative.
+
+    - `size`: a typical speed
     """
 
     def residual(v: Array) -> TwoArrays:
@@ -569,16 +568,16 @@ def _slip_of(
     def search(v: Array, _: None) -> tuple[Array, None]:
         return jnp.clip(newton(v, None)[0], -far, far), None
 
-    far = jax.lax.stop_gradient(_FAR * (jnp.abs(uncorrected_slip) + size))
+    far = jax.lax.stop_gradient(_RANGE * (jnp.abs(uncorrected_slip) + size))
     v = jax.lax.stop_gradient(
         jax.lax.scan(
-            search, jax.lax.stop_gradient(uncorrected_slip), None, length=_SEARCH
+            search, jax.lax.stop_gradient(uncorrected_slip), None, length=_SEARCH_STEPS
         )[0]
     )
-    for _ in range(_CARRY):  # each carries derivatives one order further
+    for _ in range(_DERIVATIVE_STEPS):  # each carries derivatives one order further
         v = newton(v, None)[0]
     r, slope = residual(v)
     off = jnp.abs(r) / size
-    return jnp.where(off > _OFF, uncorrected_slip, v), jnp.where(
-        off > _OFF, -jnp.minimum(off, 1.0), slope
-    )
+    fails = off > _NO_SOLUTION
+    slope = jnp.where(fails, -jnp.minimum(off, 1.0), slope)
+    return jnp.where(fails, uncorrected_slip, v), slope
