@@ -13,6 +13,7 @@ import numpy as np
 from jax.core import Tracer
 
 from ._arguments import explained
+from ._faults import input_error
 from ._units import FOOT_POUND, POUND, PSI, WEIGHTS
 
 #: SI unit → from which magnitude on, factor and name of a unit for reading; smaller
@@ -65,13 +66,15 @@ _UPPER = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 @contextmanager
 def display_units(system: str) -> Iterator[None]:
     """Within it numbers for reading are shown in `si` or in `rig` units; data and JSON
-    stay in SI.
+    stay in SI. Raises `InputError` for another name.
 
     Example:
         >>> with sb.results.display_units("rig"):
         ...     print(sb.Pulley("600 mm", 1200))
         Pulley(radius=1.9685 ft, inertia=1200 kg·m²)
     """
+    if system not in ("si", "rig"):
+        raise input_error("system", f"{system!r} is unknown", "there are: si, rig")
     token = _SYSTEM.set(system)
     try:
         yield

@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pint
 import pytest
+from helpers import input_error
 
 import simbrake as sb
 from simbrake._base._numbers import digits, number
@@ -129,6 +130,11 @@ def test_numbers_for_reading(value, si, text, in_rig):
     assert str(number(value, si, count=3)) == text
     with sb.results.display_units("rig"):
         assert str(number(value, si, count=3)) == in_rig
+
+
+def test_unknown_units_for_reading():
+    with input_error(match="there are: si, rig"), sb.results.display_units("imperial"):
+        pass
 
 
 @pytest.mark.parametrize(
