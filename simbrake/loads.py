@@ -717,7 +717,7 @@ class AbstractFollower(AbstractSpeedLever):
         return self.position_gain is not None
 
     @property
-    def rises(self) -> bool:
+    def has_simple_pieces(self) -> bool:
         own = (type(self).wanted_torque, type(self.speed).value)
         own = own == (AbstractFollower.wanted_torque, PiecewiseLinear.value)
         return own and self.corrects_position  # (the angle is a parabola of the time)
@@ -828,7 +828,7 @@ class RecordedMotion(AbstractFollower, AbstractHistory):
         return int(np.shape(self.angles)[0])
 
     @property
-    def rises(self) -> bool:
+    def has_simple_pieces(self) -> bool:
         return True  # (the angle is a parabola of the time)
 
     def way(self, piece: Piece) -> Array:
@@ -1122,7 +1122,7 @@ class AbstractActuator(AbstractProfile):
             x = (
                 x
                 - self.lag * command.slope(piece)
-                + command.decayed(t, piece, self.lag)
+                + command.transient(t, piece, self.lag)
             )
         return x
 
@@ -1163,9 +1163,9 @@ class AbstractActuator(AbstractProfile):
         return self.input.knot_count
 
     @property
-    def rises(self) -> bool:
+    def has_simple_pieces(self) -> bool:
         plain = isinstance(self.input, AbstractPoints | Constant) or (
-            self.lag is None and self.input.rises
+            self.lag is None and self.input.has_simple_pieces
         )
         return type(self) in (Actuator, Cylinder) and plain
 

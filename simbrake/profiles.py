@@ -114,9 +114,9 @@ class AbstractProfile(Part):
         return 0
 
     @property
-    def rises(self) -> bool:
-        """Whether on every piece it is a straight line, a parabola or one exponential
-        of time, whatever its program."""
+    def has_simple_pieces(self) -> bool:
+        """Whether on every piece it is known to be a straight line, a parabola or one
+        exponential of time (`is_piecewise_simple`)."""
         return False
 
     @property
@@ -135,14 +135,11 @@ class AbstractProfile(Part):
         return False
 
     def with_sums(self) -> "AbstractProfile":
-        """The same for a run: sums over long lists of points, up to each of them, are
-        formed once."""
-        inside = {
-            field.name: getattr(self, field.name) for field in dataclasses.fields(self)
-        }
+        """The same profile for a run: with sums over long lists of points, up to each
+        point, that are formed once."""
         summed = {
             name: x.with_sums()
-            for name, x in inside.items()
+            for name, x in vars(self).items()
             if isinstance(x, AbstractProfile)
         }
         return with_fields(self, **summed) if summed else self
@@ -152,8 +149,8 @@ class AbstractProfile(Part):
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
 
     def greatest_from(self, begin: Array, end: Array) -> Array:
-        """Greatest value from the time `begin` (s) on, whenever that is; of a function
-        that is known by its values alone that of samples up to `end` (s)."""
+        """Greatest value from the time `begin` (s) on; of a function that is known by
+        its values alone the greatest of samples up to `end` (s)."""
         times = jnp.linspace(begin, jnp.maximum(begin, end), _SAMPLES)
         return jnp.max(
             jax.vmap(
@@ -170,36 +167,32 @@ class AbstractProfile(Part):
 def faults_of_sign(
     course: Part, path: str, unit: str, hint: str = "a band cannot push"
 ) -> Faults:
-    """Errors of negative values in a profile, and in those that it is made of: of
-    numbers in its own `unit`."""
+    """Errors of negative values in a profile and in the profiles inside it, where these
+    have the same `unit`."""
     faults = Issues()
     for where, profile, own_unit in parts_below(course, path, unit):
-        for field in (
-            dataclasses.fields(profile)
-            if isinstance(profile, AbstractProfile) and own_unit == unit
-            else ()
-        ):
+        if not isinstance(profile, AbstractProfile) or own_unit != unit:
+            continue
+        for field in dataclasses.fields(profile):
             about = field.metadata.get("quantity")
             values = getattr(profile, field.name)
             if (
-                about is not None
-                and about.unit == "SI"
-                and np.any(np.asarray(values) < 0)
+                about is None
+                or about.unit != "SI"
+                or not np.any(np.asarray(values) < 0)
             ):
-                faults.add(
-                    f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint
-                )
+                continue
+            low = f"{np.min(values):g} is below 0"
+            faults.add(f"{where}.{field.name}", low, hint)
     return faults
 
 
-def first_piece(profile: Any, t: Real) -> Piece | None:
+def starting_piece(profile: Any, t: Real) -> Piece | None:
     """The piece of a profile at the start of a run; `None` if it has no time
     breakpoints (not part of the mode)."""
-    return (
-        None
-        if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float)
-        else profile.first_piece(t)
-    )
+    if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float):
+        return None
+    return profile.first_piece(t)
 
 
 def next_known_time(
@@ -208,17 +201,17 @@ def next_known_time(
     waits: Callable[[Array], Array] | None = None,
 ) -> tuple[ScalarArray | float, dict[Name, Any]]:
     """The next time breakpoint of several profiles (`inf`: none), and for each profile
-    whether it belongs to it.
+    whether the time breakpoint is its own.
 
-    It belongs to one profile only, also where knots of several coincide (within
-    rounding): they are passed one after the other, with steps of length 0 in between,
-    and each keeps its own derivative. The order is that of `profiles`, but the first
-    one comes last where `waits(time)`.
+    It is that of one profile only. Where knots of several coincide (within rounding)
+    they are passed one after the other, with steps of length 0 in between, so that each
+    keeps its own derivative: in the order of `profiles`, but the first profile comes
+    last where `waits(time)`.
     """
     knots = {
         name: profile.next_knot(pieces[name]) for name, profile in profiles.items()
     }
-    # a plain number is that of a profile without knots: it takes no part
+    # (a profile without knots gives a plain number)
     varying = {
         name: jnp.asarray(knot)
         for name, knot in knots.items()
@@ -247,12 +240,13 @@ def next_known_time(
         turns[i] = due[i] & ~assigned
         assigned = assigned | due[i]
     time = sum(jnp.where(turns[i], knot, 0.0) for i, knot in varying.items())
-    # of knots that differ by rounding all are passed at the first
+    # knots that differ by rounding are all passed at the time of the first
     late = jnp.where(time > first, time - first, 0.0)
     return time - jax.lax.stop_gradient(late), turns
 
 
-#: points up to which a list is short: all of it is looked at where that is simpler
+#: a list of up to so many points is short: its entries are searched and summed anew at
+#: each use
 FEW = 16
 
 
@@ -269,8 +263,8 @@ class Entries(Struct):
 
 
 def point(x: Any, i: Piece) -> Array:
-    """The entry `i` of a list, of the nearest end beyond it; its cost does not depend
-    on how long it is."""
+    """The entry `i` of a list, or the first or last beyond its ends; its cost does not
+    depend on the length of the list."""
     i = jnp.clip(jnp.asarray(i, jnp.int32), 0, np.shape(x)[0] - 1)
     if isinstance(x, Entries):
         x, i = x.values, jnp.argmax(x.numbers == i).astype(jnp.int32)
@@ -278,19 +272,18 @@ def point(x: Any, i: Piece) -> Array:
 
 
 class AbstractHistory(Part):
-    """A part with lists of which each piece reads a few entries: those of its
-    points."""
+    """A part with lists of points: each piece reads only the entries of a few points."""
 
     #: names of these lists, all of one length
     by_piece: ClassVar[tuple[str, ...]]
 
     def number(self, i: Array, size: int) -> Array:
-        """Number of the point `i` among so many."""
+        """Place of the point `i` in a list of `size` entries."""
         return jnp.clip(i, 0, size - 1)
 
     def near(self, before: Piece, after: Piece) -> Self:
-        """The part with long lists cut down to what it reads on a piece, and on the one
-        that follows."""
+        """The part with long lists cut down to what it reads on the pieces `before` and
+        `after`."""
         lists = {
             name: x
             for name in self.by_piece
@@ -312,7 +305,7 @@ class AbstractHistory(Part):
         )
 
 
-def near(tree: Tree, courses: Iterable[tuple[Any, Piece, Piece]]) -> Tree:
+def with_near_points(tree: Tree, courses: Iterable[tuple[Any, Piece, Piece]]) -> Tree:
     """A tree of parts in which the histories of some courses are cut down to what they
     read on two pieces (`AbstractHistory.near`).
 
@@ -335,11 +328,10 @@ def near(tree: Tree, courses: Iterable[tuple[Any, Piece, Piece]]) -> Tree:
 
 
 def jump_time(before: Array, time: Array) -> Array:
-    """The time of a point, where the second of two at one time has the derivative of
-    their mean.
+    """The time of a point, for a jump with the derivative of the mean of its two points.
 
-    The values between the two points of a jump are those of a line, however steep:
-    moving one of the points moves the mean by half.
+    A jump is the limit of a steep line: moving one of its points moves the mean by
+    half.
     """
     return jnp.where(time > before, time, 0.5 * (before + time))
 
@@ -379,11 +371,13 @@ def _slopes(rise: Array, span: Array) -> Array:
     return jnp.where(span > 0, rise / jnp.where(span > 0, span, 1.0), 0.0)
 
 
-def _decaying(
+def _transients(
     lag: Scalar, since: Vector, turn: Vector, jump: Vector, late: Vector
 ) -> Vector:
-    """`D_j = D_{j−1} e^{−s_j/τ} + τ Δm_j − Δv_j e^{−l_j/τ}` at all points, `l_j` (0)
-    being how late a jump is seen."""
+    """`D_j = D_{j−1} e^{−s_j/τ} + τ Δm_j − Δv_j e^{−l_j/τ}` at all points.
+
+    - `late` `l_j`: from the `jump_time` of a jump to its point, 0 with a derivative
+    """
 
     def joined(
         a: tuple[Vector, Vector], b: tuple[Vector, Vector]
@@ -409,8 +403,8 @@ class AbstractPoints(AbstractProfile, AbstractHistory):
         )[1]
 
     @abc.abstractmethod
-    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
-        """Remaining effect of past corners and jumps on a first-order lag of the time
+    def transient(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+        """What is left of past corners and jumps in a first-order lag of the time
         constant `τ`:
 
             Σ_j (τ Δm_j − Δv_j) e^{−(t − t_j)/τ}
@@ -419,11 +413,11 @@ class AbstractPoints(AbstractProfile, AbstractHistory):
         """
 
     @abc.abstractmethod
-    def left_at_points(self, lag: Scalar) -> Vector:
-        """`decayed` just after each point."""
+    def transient_at_points(self, lag: Scalar) -> Vector:
+        """`transient` just after each point, of the corners and jumps up to it."""
 
     def with_sums(self, lag: Scalar | None = None) -> "AbstractPoints":
-        """Also those of `decayed` for a `lag`."""
+        """Also with the sums of `transient` for a `lag`."""
         return self
 
     def scale(self) -> ScalarArray:
@@ -438,21 +432,13 @@ class AbstractPoints(AbstractProfile, AbstractHistory):
     def faults(self, path: str) -> Faults:
         times = np.asarray(self.times)
         if times.ndim != 1 or times.shape != np.shape(self.values):
-            return [
-                Fault(path, "times and values must be lists of one length, at least 1")
-            ]
-        falls = np.any(np.diff(times) < 0)
-        return (
-            [
-                Fault(
-                    f"{path}.times",
-                    "the times must not decrease",
-                    "two equal times make a jump",
-                )
-            ]
-            if falls
-            else []
-        )
+            words = "times and values must be lists of one length, at least 1"
+            return [Fault(path, words)]
+        faults: Faults = []
+        if np.any(np.diff(times) < 0):
+            words = "the times must not decrease"
+            faults.append(Fault(f"{path}.times", words, "two equal times make a jump"))
+        return faults
 
 
 class PiecewiseLinear(AbstractPoints):
@@ -498,7 +484,7 @@ class PiecewiseLinear(AbstractPoints):
         since = t - start
         return point(self.areas(), piece - 1) + (base + 0.5 * slope * since) * since
 
-    def left_at_points(self, lag: Scalar) -> Vector:
+    def transient_at_points(self, lag: Scalar) -> Vector:
         times = jnp.asarray(self.times)
         values = jnp.asarray(self.values)
         zero = jnp.zeros(1)
@@ -507,15 +493,15 @@ class PiecewiseLinear(AbstractPoints):
         turn = jnp.diff(jnp.concatenate([zero, _slopes(rise, span), zero]))
         jump = jnp.concatenate([zero, jnp.where(span > 0, 0.0, rise)])
         before = jnp.concatenate([times[:1], times[:-1]])
-        return _decaying(
+        return _transients(
             lag, times - before, turn, jump, times - jump_time(before, times)
         )
 
-    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+    def transient(self, t: Real, piece: Piece, lag: Scalar) -> Real:
         since = jnp.where(piece > 0, t - point(self.times, piece - 1), 0.0)
         return jnp.where(
             piece > 0,
-            point(self.left_at_points(lag), piece - 1) * jnp.exp(-since / lag),
+            point(self.transient_at_points(lag), piece - 1) * jnp.exp(-since / lag),
             0.0,
         )
 
@@ -529,7 +515,7 @@ class PiecewiseLinear(AbstractPoints):
             self.times,
             self.values,
             self.areas(),
-            None if lag is None else self.left_at_points(lag),
+            None if lag is None else self.transient_at_points(lag),
         )
 
     def first_piece(self, t: Real) -> Piece:
@@ -556,14 +542,14 @@ class _Summed(PiecewiseLinear):
     """Straight lines between many points with the sums over them, up to each point."""
 
     area_at: Any = None
-    left_at: Any = None
-    by_piece: ClassVar[tuple[str, ...]] = ("times", "values", "area_at", "left_at")
+    transient_at: Any = None
+    by_piece: ClassVar[tuple[str, ...]] = ("times", "values", "area_at", "transient_at")
 
     def areas(self) -> Vector:
         return self.area_at
 
-    def left_at_points(self, lag: Scalar) -> Vector:
-        return self.left_at
+    def transient_at_points(self, lag: Scalar) -> Vector:
+        return self.transient_at
 
 
 @takes_values
@@ -661,8 +647,8 @@ class Repeated(AbstractPoints):
         return jnp.where(since > 0, time, time - 0.5 * since)
 
     def _place(self, piece: Piece) -> tuple[Array, Array]:
-        """The cycle and the point in it after which a piece begins, of the first piece
-        the first."""
+        """The cycle, and the point in it, with which a piece begins; the first piece,
+        before all points, has the first point."""
         passed = jnp.clip(jnp.asarray(piece, jnp.int32) - 1, 0, self.knot_count - 1)
         k = np.shape(self.times)[0]
         return passed // k, passed % k
@@ -678,9 +664,9 @@ class Repeated(AbstractPoints):
             t - (self._begun(cycle) + point(self.times, i))
         )
 
-    def left_at_points(self, lag: Scalar) -> Vector:
-        """What is left just after each point of the corners and jumps before it in its
-        cycle, one amid others."""
+    def transient_at_points(self, lag: Scalar) -> Vector:
+        """`transient` just after each point, of the corners and jumps of its own cycle
+        alone; the cycle lies between others."""
         times = jnp.asarray(self.times)
         values = jnp.asarray(self.values)
         span = jnp.diff(times, append=self.period + times[:1])
@@ -689,14 +675,14 @@ class Repeated(AbstractPoints):
         jump = jnp.roll(jnp.where(span > 0, 0.0, rise), 1)
         since = jnp.roll(span, 1)
         late = jnp.where(since > 0, 0.0, 0.5 * since)
-        return _decaying(lag, since, slope - jnp.roll(slope, 1), jump, late)
+        return _transients(lag, since, slope - jnp.roll(slope, 1), jump, late)
 
-    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
-        # the cycles before leave a geometric series at the last point of the last of
-        # them
+    def transient(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+        # the transients of all cycles before are a geometric series at the last point of
+        # the latest one
         last = np.shape(self.times)[0] - 1
         piece, (cycle, i) = jnp.asarray(piece, jnp.int32), self._place(piece)
-        each = self.left_at_points(lag)
+        each = self.transient_at_points(lag)
         ratio = -self.period / lag
         series = jnp.expm1(cycle.astype(jnp.float64) * ratio) / jnp.expm1(ratio)
         way = self.period + point(self.times, i) - point(self.times, last)
@@ -724,7 +710,7 @@ class Repeated(AbstractPoints):
     def with_sums(self, lag: Scalar | None = None) -> AbstractPoints:
         if type(self) is not Repeated or np.size(self.times) <= FEW or lag is None:
             return self
-        return _SummedCycle(**vars(self), left_at=self.left_at_points(lag))
+        return _SummedCycle(**vars(self), transient_at=self.transient_at_points(lag))
 
     def next_knot(self, piece: Piece) -> Floats | float:
         piece = jnp.asarray(piece, jnp.int32)
@@ -762,11 +748,11 @@ class Repeated(AbstractPoints):
 class _SummedCycle(Repeated):
     """A cycle of many points with the sums over them, up to each point."""
 
-    left_at: Any = None
-    by_piece: ClassVar[tuple[str, ...]] = ("times", "values", "left_at")
+    transient_at: Any = None
+    by_piece: ClassVar[tuple[str, ...]] = ("times", "values", "transient_at")
 
-    def left_at_points(self, lag: Scalar) -> Vector:
-        return self.left_at
+    def transient_at_points(self, lag: Scalar) -> Vector:
+        return self.transient_at
 
 
 class ExponentialRise(AbstractProfile):
@@ -785,7 +771,7 @@ class ExponentialRise(AbstractProfile):
     begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
 
     @property
-    def rises(self) -> bool:
+    def has_simple_pieces(self) -> bool:
         return type(self) is ExponentialRise  # a subclass may have another value
 
     def value(self, t: Real, piece: Piece) -> Real:
@@ -836,13 +822,8 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
             # stay on this side of a jump: the piece ends just before its knot
             end = jnp.where(piece < n, point(self.knots, piece), jnp.inf)
             start = jnp.where(piece > 0, point(self.knots, piece - 1), -jnp.inf)
-            inside = jnp.clip(
-                t,
-                start,
-                jnp.where(
-                    jnp.isfinite(end), end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0), end
-                ),
-            )
+            before = end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0)
+            inside = jnp.clip(t, start, jnp.where(jnp.isfinite(end), before, end))
             t = jax.lax.stop_gradient(inside - t) + t
         return jnp.asarray(self.function(t, self.parameters), jnp.float64)
 
@@ -857,32 +838,29 @@ class FunctionProfile(AbstractProfile, AbstractHistory):
 
     def faults(self, path: str) -> Faults:
         knots = np.asarray(self.knots)
-        return (
-            [Fault(f"{path}.knots", "the knots must increase")]
-            if np.any(np.diff(knots) < 0)
-            else []
-        )
+        if np.any(np.diff(knots) < 0):
+            return [Fault(f"{path}.knots", "the knots must increase")]
+        return []
 
 
 def is_piecewise_simple(part: PyTree, course: Callable) -> bool:
     """Whether the function of time `course(part, t, piece)` has no short features
     between two time breakpoints.
 
-    That holds where the function is a straight line on every piece, or a sum of
-    straight lines and exponential rises. The straight line is proved by a calculation
-    with `_Time` as the time, with addition and scaling only; any other operation on the
-    time (a comparison, any function of JAX) counts as a short feature. Derivatives
-    cannot prove it: they are zero on both sides of a jump. Found once for each
-    structure of a part.
+    That holds where it is a sum of straight lines and of profiles that have simple
+    pieces. Straight lines are proved by a calculation with `_Time` as the time, with
+    addition and scaling only; any other operation on the time (a comparison, any
+    function of JAX) counts as a short feature. Derivatives cannot prove it: they are
+    zero on both sides of a jump. Each structure of a part is examined once.
     """
 
-    def rises(x: object) -> bool:
-        return isinstance(x, AbstractProfile) and x.rises
+    def is_simple(x: object) -> bool:
+        return isinstance(x, AbstractProfile) and x.has_simple_pieces
 
-    straight = jax.tree.map(
-        lambda x: Constant(0.0) if rises(x) else x, part, is_leaf=rises
+    rest = jax.tree.map(
+        lambda x: Constant(0.0) if is_simple(x) else x, part, is_leaf=is_simple
     )
-    return _is_straight(straight, course)
+    return _is_straight(rest, course)
 
 
 @cached_by_structure

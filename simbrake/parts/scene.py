@@ -58,7 +58,7 @@ from ..profiles import (
     FunctionProfile,
     Piece,
     faults_of_sign,
-    first_piece,
+    starting_piece,
 )
 from ..shaft import (
     NO_TACKLE,
@@ -99,7 +99,7 @@ class AbstractDuty(Part):
             return self.load.piece_in_phase(
                 *self.lever.string_at(jnp.asarray(0, jnp.int32))
             )
-        return first_piece(self.load.profile, t)
+        return starting_piece(self.load.profile, t)
 
 
 class Duty(AbstractDuty):
@@ -774,7 +774,7 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
         look("duty.load", load, turning, load.torque_by_angle, *at)
     for i, law in enumerate(scene.shaft):
         if _is_own(law):
-            at = t, omega, first_piece(law.profile, t), 0.0
+            at = t, omega, starting_piece(law.profile, t), 0.0
             look(f"shaft[{i}]", law, turning, law.torque, *at)
     return list(errors.values())
 

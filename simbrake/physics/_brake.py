@@ -26,8 +26,8 @@ from ..profiles import (
     Piece,
     Real,
     is_piecewise_simple,
-    near,
     next_known_time,
+    with_near_points,
 )
 from .mechanism import (
     OPEN,
@@ -862,7 +862,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             name: "lever" if isinstance(course, RecordedMotion) else name
             for name, course in courses.items()
         }
-        return near(
+        return with_near_points(
             self,
             (
                 (courses[name], piece_of(mode, own), piece_of(after, own))

@@ -13,7 +13,7 @@ from ..hybrid.arrays import Array
 from ..parts.scene import Scene
 from ..parts.worn import walls_left, worn_scene
 from ..phases import Phases
-from ..profiles import AbstractProfile, first_piece
+from ..profiles import AbstractProfile, starting_piece
 from ..thermal.heat import FrictionHeat
 from ..wear import AbstractWearRate, Wear
 from ._brake import BrakeSystem, Feature, State
@@ -129,7 +129,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
             name: x.at(pieces["phase"], t_0) if isinstance(x, Phases) else x
             for name, x in given.items()
         }
-    pieces |= {name: first_piece(profile, t_0) for name, profile in given.items()}
+    pieces |= {name: starting_piece(profile, t_0) for name, profile in given.items()}
     mode = Mode(jnp.asarray(band), sense, own_mode, pieces, layer=layer)
     return system, *system.start(t_0, omega_0, own, u, mode)
 

@@ -42,7 +42,12 @@ from ..parts.scene import Scene, remembering_at_start
 from ..physics._brake import course_of_profile
 from ..physics._sparsity import couplings
 from ..physics._thermal import Conditions, HeatFlows, Thermal, assemble_thermal
-from ..profiles import AbstractProfile, is_piecewise_simple, near, next_known_time
+from ..profiles import (
+    AbstractProfile,
+    is_piecewise_simple,
+    next_known_time,
+    with_near_points,
+)
 from ..thermal.heat import Heat, initial_temperatures, node_names
 from ..thermal.network import Junction, Reservoir, Source
 from .choice import stiff_heat
@@ -173,7 +178,9 @@ class NetworkSystem(AbstractHybridSystem):
         return next_known_time(self.profiles, mode)[0]
 
     def near(self, mode: Pieces, after: Pieces) -> "NetworkSystem":
-        return near(self, zip(self.profiles.values(), mode, after, strict=True))
+        return with_near_points(
+            self, zip(self.profiles.values(), mode, after, strict=True)
+        )
 
     def scales(self) -> PyTree:
         return (
