@@ -223,7 +223,10 @@ _FIRST = (
 
 @styled
 def sweep(
-    data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure | None = None
+    data: Dataset,
+    metrics: str | Sequence[str] | None = None,
+    *,
+    figure: Figure | None = None,
 ) -> Figure:
     """Metrics over the parameters of `simbrake.sweep` or `simbrake.ensemble`.
 
@@ -458,7 +461,7 @@ def _label(axes: Axes, lines: Any, **look: Any) -> None:
         text.set_visible(0.05 < x < 0.95 and 0.05 < y < 0.95)
 
 
-def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
+def _shown(data: Dataset, asked: str | Sequence[str] | None) -> list[str]:
     """Names of the metrics to be drawn."""
     names = [
         str(name)
@@ -466,6 +469,7 @@ def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
         if "meaning" not in variable.attrs
     ]
     if asked is not None:
+        asked = [asked] if isinstance(asked, str) else asked
         if missing := [name for name in asked if name not in names]:
             hint = f"there are: {', '.join(names)}"
             raise input_error(

@@ -46,6 +46,11 @@ from .result import Result
 Metric = str | Callable[[Result], Any]
 
 
+def as_metrics(metrics: Metric | Sequence[Metric]) -> list[Metric]:
+    """One metric, or several, as a list."""
+    return [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
+
+
 def name_of(metric: Metric) -> str:
     """Name of a metric in tables."""
     return (

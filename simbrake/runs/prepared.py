@@ -26,7 +26,7 @@ from ..parts.scene import Scene, check_scene, checked
 from ..thermal.mesh import finer_values
 from .edit import entry_of, fault_of_path, numbers_in_si, with_inputs
 from .errors import error_of_layers, errors_between, second_rtol
-from .measure import Metric, check_metrics, measure_all, name_of, unit_of
+from .measure import Metric, as_metrics, check_metrics, measure_all, name_of, unit_of
 from .mesh import cuts_of, with_finer_layers
 from .result import Result
 from .simulate import DIFFERENTIATED, Solver, room_for, simulate, solver_name, solver_of
@@ -437,7 +437,11 @@ class Prepared:
 @explained
 def prepare(
     scene: Scene,
-    metrics: Sequence[Metric] = ("slip_onset_time", "full_slip_time", "stopping_time"),
+    metrics: Metric | Sequence[Metric] = (
+        "slip_onset_time",
+        "full_slip_time",
+        "stopping_time",
+    ),
     *,
     solver: Solver | None = None,
     rtol: float = 1e-10,
@@ -468,6 +472,7 @@ def prepare(
         slice(19, 20, None)
     """
     scene = checked(scene)
+    metrics = as_metrics(metrics)
     check_metrics(scene, metrics)
     solver = solver_of(scene, solver)
     limits = {"max_step": max_step, "max_events": max_events}

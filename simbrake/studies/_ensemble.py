@@ -206,7 +206,7 @@ def _as_grid(flat: Dataset, axes: Columns) -> Dataset:
 def ensemble(
     scene: Scene,
     values: Mapping[str, object],
-    metrics: Sequence[Metric] | None = None,
+    metrics: Metric | Sequence[Metric] | None = None,
     *,
     rtol: float = 1e-10,
     solver: Solver | None = None,
@@ -318,7 +318,7 @@ def ensemble(
 def sweep(
     scene: Scene,
     values: Mapping[str, object],
-    metrics: Sequence[Metric] | None = None,
+    metrics: Metric | Sequence[Metric] | None = None,
     **settings: Any,
 ) -> Dataset:
     """Runs a scene on the full grid of the values given, `{path: (k,)}`: a data set
@@ -343,6 +343,9 @@ def sweep(
             hint = "a grid needs every value once"
             issues.add(path, "is not a list of different numbers", hint)
         axes[path] = array
+    if issues and axes:  # what else is wrong, in the same report
+        firsts = {path: axis[:1] for path, axis in axes.items()}
+        issues.attempt(plan_of, scene, firsts, metrics, 1e-10, None, None, None)
     issues.report()
     grid = np.meshgrid(*axes.values(), indexing="ij") if axes else []
     columns = {path: part.ravel() for path, part in zip(axes, grid, strict=True)}

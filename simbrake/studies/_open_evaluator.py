@@ -10,11 +10,11 @@ from .._base._arguments import explained
 from .._base._faults import Issues, input_error, shown
 from ..parts.scene import Scene, require_scene
 from ..runs.edit import entry_of, with_inputs
-from ..runs.measure import Metric, check_metrics, unit_of
+from ..runs.measure import Metric, as_metrics, check_metrics, unit_of
 from ..runs.prepared import Prepared, prepare
 from ..runs.simulate import Solver
 from .bounds import Inputs, Paths, bounds_of, faults_of_runs
-from .evaluating import Metrics, PointEvaluator, as_metrics, failure_name
+from .evaluating import Metrics, PointEvaluator, failure_name
 
 
 @explained

@@ -14,7 +14,7 @@ from ..outputs.judgement import REASONS
 from ..outputs.metrics import HOLDING, is_least, keeps
 from ..parts.scene import Scene
 from ..results.stored import Dataset
-from ..runs.measure import read_limits, unit_of
+from ..runs.measure import as_metrics, read_limits, unit_of
 from .limits import LimitsOfManyRuns
 
 #: minimum, median and maximum
@@ -172,7 +172,7 @@ class Overview:
 def overview(
     scene: Scene,
     data: Dataset,
-    metrics: Sequence[str],
+    metrics: str | Sequence[str],
     limits: Mapping[str, int | float | str] | None = None,
 ) -> Overview:
     """An `Overview` of the runs of a scene.
@@ -192,7 +192,8 @@ def overview(
     bounds, faults = read_limits(scene, limits or {})
     if faults:
         raise InputError(faults)
-    return Overview(data, metrics, LimitsOfManyRuns.of(scene, bounds, metrics))
+    names: Any = as_metrics(metrics)
+    return Overview(data, names, LimitsOfManyRuns.of(scene, bounds, names))
 
 
 def _colours(data: Dataset, limited: LimitsOfManyRuns) -> Any:

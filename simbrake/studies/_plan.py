@@ -12,7 +12,7 @@ from .._base._quantity import Quantity, unit_suffix
 from ..parts.scene import Scene
 from ..runs.choice import stiffness
 from ..runs.edit import with_inputs, with_values
-from ..runs.measure import Metric, check_metrics
+from ..runs.measure import Metric, as_metrics, check_metrics
 from ..runs.simulate import check_limits, solver_for
 from .bounds import Inputs, Paths, array_in_si, faults_of_runs, named_runs
 from .evaluating import Solver, own_part
@@ -99,7 +99,7 @@ class Plan:
 def plan_of(
     scene: Scene,
     values: Mapping[str, object],
-    metrics: Sequence[Metric] | None,
+    metrics: Metric | Sequence[Metric] | None,
     rtol: float,
     solver: Solver | None,
     max_steps: int | None,
@@ -115,14 +115,17 @@ def plan_of(
             count,
             f"{name} > 0",
         )
+    asked = default_metrics(scene) if metrics is None else tuple(as_metrics(metrics))
+    firsts = {path: array[0] for path, array in arrays.items()}
+    first = issues.attempt(with_inputs, scene, firsts)
+    if first is not None:
+        known = Inputs(first)
+        for path, array in arrays.items():
+            issues += _outside(path, array, known.about(path))
+    issues.attempt(check_metrics, scene if first is None else first, asked)
     issues.report()
-    asked = default_metrics(scene) if metrics is None else tuple(metrics)
     plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, chunk)
-    first = plan.first  # raises for names that the scene does not have
-    for path, about in plan.abouts.items():
-        issues += _outside(path, arrays[path], about)
-    issues.attempt(check_metrics, first, asked)
-    issues += [] if issues else _of_times(plan)
+    issues += _of_times(plan)
     issues += [] if issues else _of_scenes(plan)
     issues.report()
     return plan
@@ -140,8 +143,9 @@ def _arrays(scene: Scene, values: Mapping[str, object], issues: Issues) -> Colum
         if array.ndim not in (1, 2) or array.size == 0:
             hint = "an array (runs,), or (runs, entries) for a number with entries"
             issues.add(path, f"has the shape {array.shape}", hint)
+            continue
         arrays[path] = array
-    counts = {path: len(array) for path, array in arrays.items() if array.ndim}
+    counts = {path: len(array) for path, array in arrays.items()}
     if len(set(counts.values())) > 1:
         each = ", ".join(f"{path} {count}" for path, count in counts.items())
         hint = "give every number once for every run"

@@ -14,11 +14,11 @@ from ..outputs.judgement import REASONS
 from ..outputs.log import SimulationError
 from ..outputs.metrics import is_least, keeps
 from ..parts.scene import Scene, require_scene
-from ..runs.measure import Metric, name_of, unit_of
+from ..runs.measure import Metric, as_metrics, name_of, unit_of
 from ._draws import METHODS, Distribution, Method, checked, power_of_two, unit_points
 from ._ensemble import Dataset, ensemble
 from ._estimates import Estimate, mean_and_deviation, probability, quantile
-from .evaluating import as_metrics, failure_name
+from .evaluating import failure_name
 
 _HOT = "peak_lining_temperature"
 #: the criterion of runs that fail by any of the others

@@ -53,11 +53,6 @@ def failure_name(code: int) -> str:
     return FAILURES[code][0] if code in FAILURES else f"code {code}"
 
 
-def as_metrics(metrics: Metric | Sequence[Metric]) -> list[Metric]:
-    """One metric, or several, as a list."""
-    return [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
-
-
 def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[Metric]) -> str:
     """Name of a class or function that is the user's own, or of a library that simbrake
     does not know; else empty."""

@@ -348,12 +348,23 @@ def test_sweep_is_a_full_grid_of_single_runs(caplog):
     near(got.stopping_time, closed_form(w0=20.0, T0=1e4)["stop"], 1e-10)
 
 
+def test_one_metric_needs_no_list():
+    scene = stop_scene()
+    data = sb.sweep(scene, {SPEED: [10.0, 20.0]}, "stopping_time", progress=False)
+    assert sb.studies.overview(scene, data, "stopping_time").metrics == (
+        "stopping_time",
+    )
+    assert len(sb.plot.sweep(data, "stopping_time").axes) == 1
+    run = sb.prepare(scene, "stopping_time")
+    near(run({SPEED: 10.0}).metrics["stopping_time"], data.stopping_time[0], 1e-12)
+
+
 ANGLE = "brake.linings.angle"
 INERTIA = "brake.pulley.inertia"
 #: values and options of ensembles that cannot be
 WRONG = (
     ({SPEED: [1.0, np.nan, 3.0], INERTIA: [-1, -2, 1]}, {"metrics": ["stoping_time"]}),
-    ({"initial.omeg": [1.0]}, {}),
+    ({"initial.omeg": [1.0], SPEED: ["fast"]}, {"metrics": ["stoping_time"]}),
     ({SPEED: [1.0], LEVER: [1.0, 2.0]}, {}),
     ({"initial.time": [1.0, 7.0]}, {}),
     ({SPEED: ["fast"]}, {"rtol": 2.0, "chunk": 0}),
@@ -376,7 +387,7 @@ def test_all_faults_at_once(request):
         )
         for values, options in WRONG
     ]
-    studies.append(lambda: sb.sweep(stop_scene(), grid))
+    studies.append(lambda: sb.sweep(stop_scene(), grid, ["stoping_time"]))
     assert_refused(request, "ensembles", studies)
 
 
