@@ -27,6 +27,7 @@ from jaxtyping import PyTree
 from ..hybrid.arrays import Array
 from ._faults import input_error
 from ._packing import is_traced, pack, pack_small, unpack_small
+from ._progress import compiling
 from ._store import MEMORY, file_of, kept, kept_on_disk
 
 #: of the compiler, by name
@@ -373,7 +374,11 @@ def program_of(
         program = program or compiled(False)
         return program, outputs[0]  # pyright: ignore
 
-    program, like = keep(file, make)
+    def make_and_say() -> tuple[Program, PyTree]:
+        with compiling():
+            return make()
+
+    program, like = keep(file, make_and_say)
     unpack = unpack_small(like)
     if not packed:
         unpack = functools.partial(jax.tree.unflatten, jax.tree.structure(like))

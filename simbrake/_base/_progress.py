@@ -1,10 +1,14 @@
-"""Progress of long tasks on a terminal: what is being done, the time spent, and the
-time left."""
+"""Progress of long tasks: what is being done, the time spent, and the time left.
+
+On a terminal it is a line that changes. Commands whose stderr is a file or a pipe write
+lines there, for what takes longer than some seconds; nothing is written to stdout.
+"""
 
 import contextlib
 import contextvars
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
@@ -15,6 +19,10 @@ Report: TypeAlias = Callable[[float, float], object]
 _CURRENT: contextvars.ContextVar["Progress | None"] = contextvars.ContextVar(
     "progress", default=None
 )
+#: whether lines are written where stderr is no terminal
+IN_LINES: contextvars.ContextVar[bool] = contextvars.ContextVar("lines", default=False)
+#: seconds of silence up to which nothing is written there
+_SILENT = 3.0
 
 
 def piece(done: int, total: int) -> None:
@@ -23,6 +31,22 @@ def piece(done: int, total: int) -> None:
     progress = _CURRENT.get()
     if progress is not None:
         progress.piece(done, total)
+
+
+@contextlib.contextmanager
+def compiling() -> Iterator[None]:
+    """Say of the current task that it compiles."""
+    progress = _CURRENT.get()
+    if progress is None:
+        yield
+        return
+    progress.compiles += 1
+    progress.refresh()
+    try:
+        yield
+    finally:
+        progress.compiles -= 1
+        progress.refresh()
 
 
 @contextlib.contextmanager
@@ -41,7 +65,7 @@ def saying(words: str) -> Iterator[None]:
 
 class Progress:
     """Show a task on a terminal after half a second, with the time spent, and the time
-    left where pieces are counted.
+    left where pieces are counted; in lines after 3 s where a command has no terminal.
 
     A context: `with Progress("run", "compiling…") as progress:`. `now` names the next
     task and the number of its pieces done, if any; `reach` reports the simulated time
@@ -58,9 +82,13 @@ class Progress:
         *,
         keep: bool = False,
     ) -> None:
-        self.shown = sys.stderr.isatty() if shown is None else shown
+        terminal = sys.stderr.isatty()
+        self.shown = terminal if shown is None else shown
+        self.compiles = 0  # programs that are being made
+        self._in_lines = shown is None and not terminal and IN_LINES.get()
         self._name = f"{name}: " if name else ""
         self._doing = what
+        self._done = ""
         self._counted = False
         self._after = after
         self._keep = keep
@@ -95,15 +123,33 @@ class Progress:
     ) -> None:
         anew = what != self._doing
         self._doing = what
+        self._done = (f" {done:.4g} of {total:.4g}{unit}" if total else "") + also
         if self._bar is not None:
-            counted = f" {done:.4g} of {total:.4g}{unit}" if total else ""
-            values = {
-                "description": f"{self._name}{what}{counted}{also}",
-                "total": total or None,
-                "completed": done,
-            }
+            values = {"total": total or None, "completed": done}
             again = anew or done < self._bar.tasks[0].completed
             (self._bar.reset if again else self._bar.update)(self._task, **values)
+            self.refresh()
+
+    @property
+    def _words(self) -> str:
+        compiles = self.compiles > 0 and "compiling" not in self._doing
+        return f"{self._name}{self._doing}{self._done}{', compiling' * compiles}"
+
+    def refresh(self) -> None:
+        """Show what is being done now."""
+        if self._bar is not None:
+            self._bar.update(self._task, description=self._words)
+
+    def _write_lines(self) -> None:
+        """Write what is being done, each task once it has lasted, and again after twice
+        the time, so that a log stays short."""
+        start = time.monotonic()
+        written, due = "", 0.0
+        while not self._over.wait(_SILENT):
+            spent = time.monotonic() - start
+            if self._doing != written or spent >= due:
+                print(f"{self._words} ({spent:.0f} s)", file=sys.stderr, flush=True)
+                written, due = self._doing, 2 * spent
 
     def __enter__(self) -> "Progress":
         if self.shown:
@@ -124,12 +170,19 @@ class Progress:
             self._timer = threading.Timer(self._after, self._bar.start)
             self._timer.daemon = True
             self._timer.start()
+        if self._in_lines:
+            self._over = threading.Event()
+            threading.Thread(target=self._write_lines, daemon=True).start()
+        if self.shown or self._in_lines:
             self._token = _CURRENT.set(self)
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._bar is not None:
+        if self.shown or self._in_lines:
             _CURRENT.reset(self._token)
+        if self._in_lines:
+            self._over.set()
+        if self._bar is not None:
             self._timer.cancel()
             self._timer.join()
             self._bar.stop()

@@ -4,6 +4,7 @@ import contextlib
 import os
 import pathlib
 import pty
+import re
 import subprocess
 import sys
 
@@ -68,11 +69,26 @@ def test_runs_of_an_ensemble_are_counted(capsys):
     assert seen == sorted(seen)
 
 
-def test_terminal_is_told_and_pipe_is_not(tmp_path):
+def test_what_compiles_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("SIMBRAKE_CACHE_DIR", str(tmp_path))
+    scene = stop_scene(n=3, beta=40.0)
+    sb.sensitivity(scene, "stopping_time", "initial.omega", span=None, progress=True)
+    assert "derivatives, compiling" in capsys.readouterr().err
+
+
+def test_terminal_and_pipe_are_told(tmp_path):
     """`simbrake run` with stderr on a terminal of its own, where it says its first word
-    before it compiles, and with stderr in a pipe: the same on stdout."""
+    before it compiles, and with stderr in a pipe, where it writes lines: the same on
+    stdout."""
     scene = pathlib.Path(__file__).parents[2] / "scenarios" / "u2_5_5_stop.toml"
-    command = [sys.executable, "-m", "simbrake", "run", str(scene)]
+    program = f"""if True:
+    import sys
+    from simbrake._base import _progress
+    from simbrake.__main__ import main
+    _progress._SILENT = 0.3
+    sys.argv = ["simbrake", "run", {str(scene)!r}]
+    main()"""
+    command = [sys.executable, "-c", program]
 
     def empty(name):
         """Nothing is compiled yet, so that it takes a while."""
@@ -87,7 +103,10 @@ def test_terminal_is_told_and_pipe_is_not(tmp_path):
     piped = subprocess.run(
         command, stderr=subprocess.PIPE, env=empty("piped"), **options
     )
-    assert (piped.returncode, piped.stderr) == (0, b"")
+    assert piped.returncode == 0
+    lines = piped.stderr.decode().splitlines()
+    assert re.fullmatch(r"run: compiling… \(\d s\)", lines[0])
+    assert len(lines) < 6
     ours, theirs = pty.openpty()
     shown = subprocess.run(command, stderr=theirs, env=empty("shown"), **options)
     os.close(theirs)
