@@ -45,8 +45,8 @@ class Carry(NamedTuple):
 
     t: Scalar
     h: Scalar  # what the step-size controller proposes
-    # longest next attempt: of a retake; of the two looks after a restart (0, then the
-    # first length); to just before a known crossing; else infinite
+    # longest next attempt: of a retake, of the two looks after a restart (0, then the
+    # first length), or to just before a known crossing; else infinite
     h_limit: Scalar
     crosses_within: Scalar  # time within which a guard is known to cross
     t_event: Scalar
@@ -54,17 +54,17 @@ class Carry(NamedTuple):
     f: State
     g: Guards
     g_rate: Guards
-    # of the state, where its derivatives steer the steps as well
+    # derivatives of the state, where they steer the steps as well
     tangents: tuple[State, ...]
     status: Count
     retakes: Count
     events_at_instant: Count  # events at this very instant
     zeno_count: Count  # repeated firings in the present cluster
-    # just after a restart: 2 rates and guards are unknown, 1 the first step's length;
-    # else 0
+    # 2 just after a restart: rates and guards are unknown; then 1: the first step's
+    # length is unknown; else 0
     restart_stage: Count
     stats: Stats
-    armed: GuardMarks  # has stood clear of zero since the last restart
+    armed: GuardMarks  # clear of zero at some time since the last restart
     # limits reached at the time breakpoint where the segment begins
     touched_at_breakpoint: GuardMarks
     # fired in the present cluster of events with hardly any time between
@@ -72,10 +72,8 @@ class Carry(NamedTuple):
     mode: Int[Array, " mode"]
 
 
-#: the first whole number of a carry among its fields, and how many there are beside its
-#: marks and its mode
+#: the first field of a carry with whole numbers or marks
 _WHOLE = Carry._fields.index("status")
-_COUNTS = 5 + len(Stats._fields)
 
 Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
 
@@ -85,7 +83,7 @@ def pack(carry: Carry) -> Packed:
 
 
 def unpack(packed: Packed, like: Carry) -> Carry:
-    """The carry of the shapes of another one."""
+    """The carry in two vectors, with the shapes of the carry `like`."""
     x, n = packed
     carry = Carry(*unravel(x, like[:_WHOLE]), *unravel(n, like[_WHOLE:]))
     return carry._replace(
@@ -95,11 +93,6 @@ def unpack(packed: Packed, like: Carry) -> Carry:
     )
 
 
-def carried_size(ny: int, ng: int, nm: int) -> int:
-    """Numbers of a packed carry, whole ones included."""
-    return 5 + 2 * ny + 2 * ng + _COUNTS + 3 * ng + nm
-
-
 # --- where a guard reaches zero inside a step: the cubic through its end values and end rates
 
 
@@ -107,15 +100,15 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     """First root in (0, 1] of the cubic Hermite interpolant of each guard.
 
     `g0, g1` are the values at the ends and `d0, d1` the rates times the step. A guard
-    with `g0 <= 0` is taken to start at exactly 0 and that root is divided out, so that
-    what is found is its return. The caller ensures `g1 < 0`.
+    with `g0 <= 0` counts as 0 at the start, and that root is divided out: the next one
+    is found, at which it returns to 0. The caller ensures `g1 < 0`.
     """
     from_zero = g0 <= 0
     start = jnp.where(from_zero, 0.0, g0)
     c2 = 3 * (g1 - start) - 2 * d0 - d1
     c3 = 2 * (start - g1) + d0 + d1
 
-    # one column counts for all
+    # (places s may be one column for all guards)
     def value(s: Float[Array, "*points columns"]) -> Float[Array, "*points guard"]:
         full = ((c3 * s + c2) * s + d0) * s + start
         return jnp.where(from_zero, (c3 * s + c2) * s + d0, full)
@@ -136,7 +129,7 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
         high = jnp.where(v > 0, high, s)
         k = slope(s)
         newton = s - v / jnp.where(k == 0, 1.0, k)
-        # (at the ends as well: a root that is found stays where it is)
+        # (the ends are inside: a root that is found stays where it is)
         inside = (newton >= low) & (newton <= high) & (k != 0)
         return low, high, jnp.where(inside, newton, 0.5 * (low + high))
 
@@ -169,13 +162,15 @@ def interior_minimum(
 
 
 class Found(NamedTuple):
-    step_fraction: Scalar  # of the step, `inf` where the attempt is valid
+    """The first event of an attempt."""
+
+    step_fraction: Scalar  # where it is, `inf` where the attempt is valid
     guard: Count
     instant: Mark  # `guard` fires where the step started
 
 
 def leaving(carry: Carry, h: Scalar) -> GuardMarks:
-    """Guards that rise out of zero over an attempt, not by rounding alone."""
+    """Guards that rise from zero over an attempt by more than rounding."""
     return ~carry.armed & (carry.g_rate * h > at.RISING * at.TINY)
 
 
@@ -198,8 +193,8 @@ def exceeded(
     """Whether a guard is clearly negative at the end of an attempt, or will be before a
     time breakpoint in `room`.
 
-    Further on it follows the curvature that its cubic has at the end, as far as that is
-    no rounding.
+    After the attempt the guard is continued with the curvature that its cubic has at
+    the end, if that is more than rounding.
     """
     d0 = carry.g_rate * h
     d1 = g_rate1 * h
@@ -212,8 +207,8 @@ def exceeded(
 
 
 def inconsistent(carry: Carry, tol: Scalar) -> GuardMarks:
-    """Guards that are negative already where the attempt starts (and not on their way
-    back up from rounding)."""
+    """Guards that are negative where the attempt starts, except those that rise after
+    rounding."""
     return (carry.g < -tol) & ((carry.g_rate <= 0) | (carry.g < -at.DEEP * tol))
 
 
@@ -225,7 +220,7 @@ def suspicious(
     tol: Scalar,
     crosses: GuardMarks,
 ) -> GuardMarks:
-    """Guards of which `search` could find anything: the cheap test of every attempt."""
+    """Guards at which `search` could find an event: the cheap test of every attempt."""
     dips = (g_rate1 > 0) & (
         (carry.g_rate < 0) | (3 * (g1 - carry.g) < h * (carry.g_rate + g_rate1))
     )
@@ -241,15 +236,15 @@ def search(
     crosses: GuardMarks,
     negative_from: Guards | float,
 ) -> Found:
-    """First crossing or dip of any guard over the attempt from `c` with length `h`.
+    """First crossing or dip of any guard over an attempt of length `h`.
 
     `negative_from` is the share of the step from which a guard was seen to be negative,
     `inf` where it was not.
     """
     d0 = carry.g_rate * h
     d1 = g_rate1 * h
-    # from 0 downwards, also after a rise of rounding: at once if the slope at the start
-    # explains the drop, else halve until it is clear
+    # a guard that falls from 0 (a rise by rounding is none) fires at the start if its
+    # slope there explains the drop; else attempts are halved until it does
     sinking = ~carry.armed & (carry.g <= tol) & ~leaving(carry, h) & crosses
     # (just above -tol the steps that are left would be too short to move a state)
     at_start = inconsistent(carry, tol) | (
@@ -260,7 +255,7 @@ def search(
     )
     step_fraction = jnp.where(crosses, root, jnp.inf)
 
-    # the cubic is a guess: a minimum near zero is sampled at its predicted location
+    # the cubic is an estimate: an attempt to a minimum near zero shows the guard there
     s, lowest, exists = interior_minimum(carry.g, d0, g1, d1)
     high = jnp.maximum(carry.g, g1)
     near = exists & ~crosses & (lowest < at.LOW * high) & (high > at.HIGH * tol)

@@ -25,7 +25,7 @@ from ._derivative import (
 )
 from ._loop import Problem, advanced, empty_rows, started, with_last_row
 from ._method import AbstractMethod
-from ._search import Stats, carried_size, pack, unpack
+from ._search import Stats, pack, unpack
 from .arrays import Array, Count, IntScalar, Scalar, templates
 from .struct import Struct, with_fields
 from .system import (
@@ -630,9 +630,8 @@ def problem_of(given: Given) -> tuple[Problem, Array, Array]:
 
 def beginning(given: Given) -> np.ndarray:
     """Start of a run for `solve_segment`."""
-    p, y, mode = problem_of(given)
-    ng = jax.eval_shape(p.flat.guards, p.t0, y, mode).size
-    return np.full(carried_size(y.size, ng, mode.size), np.nan)
+    carry = jax.eval_shape(lambda: started(*problem_of(given)))
+    return np.full(sum(leaf.size for leaf in jax.tree.leaves(carry)), np.nan)
 
 
 def concatenate(parts: Sequence[Rows], last: Record, room: int) -> Record:
