@@ -1,10 +1,10 @@
 """Greatest values of quantities over a recorded run.
 
-Where a quantity is greatest inside a step, its rate changes from + to −. Values and
-rates at both ends of every row, on both sides of each event, tell where that may be: at
-a maximum of the cubic through them. There the zero of the rate is found on partial
-steps of the method itself. No step of the run changes, and a maximum is as exact as the
-run.
+Where a quantity is greatest inside a step, its rate changes from + to −: a turning
+point. It is estimated as the maximum of the cubic through values and rates at both ends
+of the step, on both sides of each event. From there a few looks at the quantity, on
+partial steps of the method itself, find the zero of the rate. No step of the run
+changes, and a maximum is as exact as the run.
 """
 
 import itertools
@@ -26,17 +26,17 @@ from .system import ADVANCED, SKIPPED, Flat
 #: with the rates of the state
 Watch = Callable[[Scalar, State, Int[Array, " mode"], State], TwoArrays]
 
-#: a value that exceeds another by less than this share is no new maximum: the
-#: difference is rounding
+#: a value is a new maximum if it exceeds the last by more than this share: less is
+#: rounding
 SAME = 1e-13
-#: turning points whose places (shares of the step) differ by less are one
+#: turning points of quantities are the same if their shares of the step differ by less
 _ONE_TURN = 1e-9
-#: a look that moves the place by less than this share of the step is the last: the next
-#: would by about its square
+#: a look is the last that moves the place by less than this share of the step: the next
+#: would move it by about the square
 _FOUND = 1e-6
-#: looks at one turning point at most: two or three are the rule; a corner inside the
-#: step takes bisections, every second look from the sixth on
+#: most looks at one turning point; two or three are usual
 _LOOKS = 40
+#: looks after which every second one bisects, as a corner inside the step needs
 _BISECTS = 6
 #: the cubic tells the place only where values differ by more than this share: 10⁴
 #: roundings
@@ -48,9 +48,9 @@ _NOTHING = -1e300
 
 
 class Watched(NamedTuple):
-    """Quantities (k,) whose greatest values are wanted.
+    """Quantities (k,) whose greatest values are wanted, one for each group.
 
-    - `groups`: how many of them, in their order, each maximum is of
+    - `groups`: how many quantities each group has, in their order
     """
 
     watch: Watch
@@ -58,10 +58,11 @@ class Watched(NamedTuple):
 
 
 class Extremes(NamedTuple):
-    """Greatest values, (groups,) each; `value`: −10³⁰⁰ where nothing counts.
+    """Greatest values, (groups,) each.
 
-    - `row` of the record that has it, the `share` of the time to the next row, and the
-      `entry` of the group
+    - `value`: −10³⁰⁰ where nothing counts
+    - `row` of the record, `share` of the time to the next row, and `entry` of the group
+      that have it
     """
 
     value: Float[Array, "*spans group"]
@@ -71,19 +72,18 @@ class Extremes(NamedTuple):
 
 
 def first_largest(values: Float[Array, "*rows n"]) -> Int[Array, "*rows"]:
-    """The first entry of each row that is the largest but for rounding."""
+    """The first entry of each row that is the largest within rounding."""
     xp = numpy_of(values)
     top = xp.max(values, axis=-1, keepdims=True)
     return xp.argmax(values >= top - _EQUAL * xp.abs(top), axis=-1).astype(np.int32)
 
 
 class _Bracket(NamedTuple):
-    """A turning point inside a row that is looked at, or one of each of many rows.
+    """The search for a turning point inside a row, or in each of many rows.
 
-    - `share` of the step: the next place to look at
-    - `looks` so far
-    - `low`, `high`, `before`: place, value and rate at both ends, and at the look
-      before
+    - `share` of the step: the next place to look at;  `looks` so far
+    - `low`, `high`: place, value and rate at both ends of the bracket;  `before`: at
+      the last look
     """
 
     share: Float[Array, "*rows"]
@@ -97,10 +97,10 @@ class _Turns(NamedTuple):
     """Turning points of the quantities (k,) inside a row, or inside each of many rows.
 
     - `place`: estimated share of the step
-    - `bound`: what the value there hardly exceeds
-    - `left`: not looked at yet
-    - `entry`: quantity whose turning point is looked at, −1 if none is
-    - `bracket` around this turning point
+    - `bound`: estimated upper bound of the value there
+    - `left`: whether it is still to be searched for
+    - `entry`: quantity whose turning point is searched for, −1 if none is
+    - `bracket` of this search
     """
 
     place: Float[Array, "*rows k"]
@@ -111,8 +111,8 @@ class _Turns(NamedTuple):
 
 
 class _Visit(NamedTuple):
-    """A row that is looked at: at its start, its end, then at one turning point after
-    the other."""
+    """The looks at a row: at its start, at its end, then at one turning point after the
+    other."""
 
     looks: Count
     best: Extremes  # (group,)
@@ -122,16 +122,16 @@ class _Visit(NamedTuple):
 
 
 def greatest(
-    record: Record, watched: Watched, counts: Int[Array, "row group"] | None = None
+    record: Record, watched: Watched, counts: Int[Array, "row group"] | None
 ) -> Extremes:
     """Greatest values of quantities over a traced run, in one walk over its rows.
 
-    - `counts`: by row and group 0 where nothing counts, 1 where the start of the row
-      alone does, 2 all of it
+    - `counts`: for each row and group how much counts: 0 nothing, 1 the start of the
+      row, 2 all of it (also by `None`)
 
-    Of equal values the first counts. A quantity that turns twice inside a step, so that
-    its rates at both ends do not show it, is seen at the ends alone, as a guard is. Not
-    differentiable: the value at `row` and `share` is.
+    Of equal values the first counts. Where a quantity turns twice inside a step, rates
+    at both ends do not show it, and only the ends count; so it is with guards. The
+    places are not differentiable, values at `row` and `share` are.
     """
     rows = record.rows
     groups = len(watched.groups)
@@ -157,8 +157,11 @@ def greatest(
 def _visitor(
     record: Record, watched: Watched, counts: Int[Array, "row group"] | None
 ) -> Callable[[Count, Extremes, TwoArrays, Mark], tuple[Extremes, TwoArrays]]:
-    """`visit(row, best, start, known)`: maxima with those of a row, and values and
-    rates at its end; `known`: whether `start` are those at its start."""
+    """`visit(row, best, start, known)`: the maxima with those of a row, and values and
+    rates at its end.
+
+    - `start`: values and rates at the start of the row, where these are `known`
+    """
     rows = record.rows
     flat = record.flat
     method = record.method.rolled()
@@ -177,7 +180,7 @@ def _visitor(
             return flat.rhs(t, y, mode)
 
         def look(share: Scalar) -> TwoArrays:
-            # (behind an event the next row begins after its jump)
+            # (the row after an event begins behind the jump)
             at_next = (share == 1.0) & (rows.kind[i] == ADVANCED)
             which = jnp.where(share == 0.0, 0, jnp.where(at_next, 1, 2))
             t = t0 + share * h
@@ -239,7 +242,7 @@ def _visitor(
         def goes_on(v: _Visit) -> Mark:
             return (v.looks < 1) | ((h > 0) & ((v.looks < 2) | (v.turns.entry >= 0)))
 
-        # (the end of the row before it may not have counted)
+        # (as the end of the row before, the start may not have counted)
         if counts is not None:
             best = _chosen(
                 known, with_values(best, start[0], jnp.zeros(()), jnp.asarray(1)), best
@@ -256,8 +259,10 @@ def _visitor(
 
 
 def _is_of(best: Extremes, row: Count, tops: Array) -> Array:
-    """Whether maxima lie inside this row, at the turning point whose last look saw
-    `tops`: an earlier look at it may be as high but for rounding."""
+    """Whether maxima are those at the turning point inside this row that has `tops`.
+
+    An earlier look at the turning point may have been as high within rounding.
+    """
     inside = (best.row == row) & (best.share > 0) & (best.share < 1)
     return inside & (tops >= best.value - 2 * SAME * abs(best.value))
 
@@ -268,23 +273,22 @@ def _tops(q: Array, ends: Sequence[int]) -> Array:
 
 
 def _chosen(mark: Array, new: PyTree, old: PyTree) -> PyTree:
-    """Of two trees the one by a mark for each row, `(*rows)`."""
+    """The `new` tree in the rows that are marked, `(*rows)`, else the `old` one."""
     xp = numpy_of(mark)
 
-    def one(x: Array, y: Array) -> Array:
-        return xp.where(
-            xp.reshape(mark, (*mark.shape, *(1,) * (x.ndim - mark.ndim))), x, y
-        )
+    def choose(x: Array, y: Array) -> Array:
+        marks = xp.reshape(mark, (*mark.shape, *(1,) * (x.ndim - mark.ndim)))
+        return xp.where(marks, x, y)
 
-    return jax.tree.map(one, new, old)
+    return jax.tree.map(choose, new, old)
 
 
 # --- turning points, of one row or of many: (*rows, k) ------------------------------
 
 
 def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
-    """Turning points of quantities with these values and rates at the ends of rows;
-    none is looked at yet."""
+    """Turning points of quantities with these values and rates at the ends of rows,
+    before any search."""
     (q0, r0) = start
     (q1, r1) = end
     xp = numpy_of(q0)
@@ -293,8 +297,8 @@ def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
     edge = xp.maximum(q0, q1)
     rise = xp.where(exists, xp.maximum(-least - edge, 0.0), 0.0)
     turns = (r0 > 0) & (r1 < 0)
-    # the cubic is an estimate: the value may rise by as much again; between two slopes
-    # it stays below both tangents
+    # the cubic is an estimate: the value may rise by as much again, but between a rise
+    # and a fall not above the tangents at both ends
     tangents = q0 + r0 * (q1 - q0 - h * r1) / xp.where(turns, r0 - r1, 1.0)
     bound = xp.maximum(edge + 2 * rise, xp.where(turns, tangents, edge))
     left = (rise > 0) | turns
@@ -306,20 +310,20 @@ def _turns(start: TwoArrays, end: TwoArrays, h: Array) -> _Turns:
 
 
 def _of_entry(x: Array, place: Array) -> Array:
-    """Of each row the entry at its place."""
+    """In each row the entry at its place."""
     return numpy_of(x).take_along_axis(x, place[..., None], axis=-1)[..., 0]
 
 
 def _next_turn(
     turns: _Turns, best: Float[Array, "*rows k"], start: TwoArrays, end: TwoArrays
 ) -> _Turns:
-    """The turning point that may be the highest of those left that may exceed the
-    `best` of their group."""
+    """The next search: for the turning point with the highest bound, if that exceeds
+    the `best` of its group."""
     xp = numpy_of(best)
     left = turns.left & (turns.bound > best + SAME * xp.abs(best))
     entry = xp.argmax(xp.where(left, turns.bound, -xp.inf), axis=-1).astype(np.int32)
     place = _of_entry(turns.place, entry)
-    # (what turns at the same place is seen with it)
+    # (a look sees all quantities that turn at the same place)
     near = xp.abs(turns.place - place[..., None]) <= _ONE_TURN
     of_entry = xp.arange(left.shape[-1], dtype=np.int32) == entry[..., None]
     zero = xp.zeros_like(place)
@@ -337,9 +341,11 @@ def _next_turn(
 
 
 def _narrowed(bracket: _Bracket, q: Array, r: Array, h: Array) -> _Bracket:
-    """After a look at `share`, where the value is `q` and the rate `r`: the bracket by
-    the sign of the rate, and the next place in it; `looks` is at its limit where that
-    is the last."""
+    """The bracket after a look at `share` found the value `q` and the rate `r`: one end
+    moves there, by the sign of the rate, and the next place is chosen.
+
+    `looks` is at its limit where the search ends.
+    """
     xp = numpy_of(q)
     here = xp.stack([bracket.share, q, r], axis=-1)
     rises = here[..., 2:] > 0
@@ -357,8 +363,7 @@ def _narrowed(bracket: _Bracket, q: Array, r: Array, h: Array) -> _Bracket:
     line = r0 / xp.where(r0 == r1, 1.0, r0 - r1)
     s = xp.where(exists & clear, s, xp.where((line > 0) & (line < 1), line, 0.5))
     share = a + s * width
-    # the zero of the line through the rates of the last two looks is nearer, once these
-    # are
+    # after two looks the zero of the line through their rates is nearer
     change = here[..., 2] - bracket.before[..., 2]
     step = (
         here[..., 2]
@@ -370,7 +375,7 @@ def _narrowed(bracket: _Bracket, q: Array, r: Array, h: Array) -> _Bracket:
         (bracket.looks > 0) & (change != 0) & (nearer > a) & (nearer < b), nearer, share
     )
     share = xp.where((looks >= _BISECTS) & (looks % 2 == 1), a + 0.5 * width, share)
-    # where what is left has no turning point the estimate was wrong
+    # a bracket without a turning point: the estimate was wrong, and the search ends
     turns_there = exists | ((r0 > 0) & (r1 < 0))
     share = xp.where(turns_there, share, bracket.share)
     last = xp.abs(share - bracket.share) <= _FOUND
@@ -378,56 +383,71 @@ def _narrowed(bracket: _Bracket, q: Array, r: Array, h: Array) -> _Bracket:
     return bracket._replace(share=share, looks=looks, low=low, high=high, before=here)
 
 
-# --- of a concrete run, all of whose rows are looked at together --------------------
+# --- of a concrete run: looks at all rows together ----------------------------------
+
+
+def _at_ends(
+    record: Record, h: Array, start: TwoArrays, look: Callable[..., TwoArrays]
+) -> TwoArrays:
+    """Values and rates at the ends of rows that last `h`: those at the start of the
+    next row, except before an event."""
+    values, rates = (np.concatenate([x[1:], x[-1:]]) for x in start)
+    ended = np.flatnonzero((record.rows.kind[: len(h)] != ADVANCED) & (h > 0))
+    if ended.size:
+        values[ended], rates[ended] = look(ended, np.ones(len(ended)))
+    return values, rates
 
 
 def greatest_of_rows(
     record: Record,
     look: Callable[[Array, Array], tuple[list[Array], list[Array]]],
-    counts: Int[Array, "row group"] | None = None,
-    span: Int[Array, " row"] | None = None,
-    spans: int = 1,
+    counts: Int[Array, "row group"] | None,
+    span: Int[Array, " row"],
+    spans: int,
     *,
-    each: bool = False,
+    each: bool,
 ) -> Extremes:
     """As `greatest`, of a compact record outside of jit: (spans, group) each.
 
-    - `look`: of rows and shares of their steps (m,) values and rates of all quantities,
-      by group (m, n) each
-    - `each`: whether each quantity has a maximum of its own
-    - `span`: to which of so many `spans` each row belongs; each span has maxima of its
-      own
+    - `look(rows, shares)`: values and rates of all quantities at these places (m,), by
+      group (m, n) each
+    - `span`: to which of so many `spans` each row belongs; each span has its maxima
+    - `each`: whether each quantity is a group of its own
     """
-    rows = record.rows
-    count = max(int(record.count), 1)
-    index = np.arange(count, dtype=np.int32)
-    h = np.diff(rows.t[: count + 1])
-    span_of = np.zeros(count, np.int32) if span is None else span
-    at_start = look(index, np.zeros(count))
-    sizes = [values.shape[1] for values in at_start[0]]
-    sizes = [1] * sum(sizes) if each else sizes
-    groups = range(len(sizes))
-    ends = np.cumsum([0, *sizes])
-    group_of = np.repeat(groups, sizes)
-    shape = (spans, len(sizes))
-    rows_and_entries = (
-        np.zeros(shape, np.int32),
-        np.zeros(shape),
-        np.zeros(shape, np.int32),
-    )
-    best = Extremes(np.full(shape, _NOTHING), *rows_and_entries)
 
     def joined(parts: tuple[list[Array], list[Array]]) -> TwoArrays:
         values, rates = (np.concatenate(part, axis=1) for part in parts)
         return values, rates
 
+    def look_at(rows: Array, shares: Array) -> TwoArrays:
+        return joined(look(rows, shares))
+
+    count = max(int(record.count), 1)
+    index = np.arange(count, dtype=np.int32)
+    h = np.diff(record.rows.t[: count + 1])
+    by_group = look(index, np.zeros(count))
+    start = joined(by_group)
+    sizes = [values.shape[1] for values in by_group[0]]
+    sizes = [1] * sum(sizes) if each else sizes
+    groups = range(len(sizes))
+    ends = np.cumsum([0, *sizes])
+    group_of = np.repeat(groups, sizes)
+    shape = (spans, len(sizes))
+    best = Extremes(
+        value=np.full(shape, _NOTHING),
+        row=np.zeros(shape, np.int32),
+        share=np.zeros(shape),
+        entry=np.zeros(shape, np.int32),
+    )
+
     def take(which: Array, share: Array, q: Array, whole: int) -> None:
-        """Takes what is seen in rows into the maxima, the earlier rows first."""
+        """Takes values `q` in rows into the maxima; among equal ones the first row
+        counts."""
         top = np.maximum.reduceat(q, ends[:-1], axis=1)
         if counts is not None:
             top = np.where(counts[which] >= whole, top, -np.inf)
-        for s in np.unique(span_of[which]):
-            some = np.flatnonzero(span_of[which] == s)
+        for s in np.unique(span[which]):
+            some = np.flatnonzero(span[which] == s)
             for g in groups:
                 value = best.value[s, g]
                 most = np.max(top[some, g])
@@ -438,17 +458,7 @@ def greatest_of_rows(
                     for column, number in zip(best, new, strict=True):
                         column[s, g] = number
 
-    start = joined(at_start)
-    end = (
-        np.concatenate([start[0][1:], start[0][-1:]]),
-        np.concatenate([start[1][1:], start[1][-1:]]),
-    )
-    apart = np.flatnonzero((rows.kind[:count] != ADVANCED) & (h > 0))
-    if apart.size:
-        for column, seen in zip(
-            end, joined(look(apart, np.ones(len(apart)))), strict=True
-        ):
-            column[apart] = seen
+    end = _at_ends(record, h, start, look_at)
     lasts = np.flatnonzero(h > 0)
     take(index, np.zeros(count), start[0], 1)
     take(lasts, np.ones(len(lasts)), end[0][lasts], 2)
@@ -456,15 +466,14 @@ def greatest_of_rows(
     end = (end[0][lasts], end[1][lasts])
     index = index[lasts]
     h = h[lasts]
-    span_of_last = span_of[lasts]
 
     def following(turns: _Turns) -> _Turns:
-        return _next_turn(turns, best.value[span_of_last][:, group_of], start, end)
+        return _next_turn(turns, best.value[span[index]][:, group_of], start, end)
 
     turns = following(_turns(start, end, h))
     while (some := np.flatnonzero(turns.entry >= 0)).size:
         bracket = jax.tree.map(lambda column: column[some], turns.bracket)
-        q, r = joined(look(index[some], bracket.share))
+        q, r = look_at(index[some], bracket.share)
         take(index[some], bracket.share, q, 2)
         value, rate = (_of_entry(x, turns.entry[some]) for x in (q, r))
         narrowed = _narrowed(bracket, value, rate, h[some])
@@ -482,8 +491,8 @@ def greatest_of_rows(
 
 # --- of a run that is not recorded: its steps are followed as they are made ---------
 
-#: steps that are kept for each maximum: of nearly equal swings the cubic alone does not
-#: tell the highest
+#: steps that are kept for each maximum: the cubic alone does not tell which of nearly
+#: equal swings is the highest
 _KEPT = 4
 
 
@@ -493,8 +502,8 @@ class Followed(NamedTuple):
 
     - `start`: values and rates (k,) where the next step begins
     - `best` (k,): greatest values at ends of steps
-    - of the steps that are kept, (4, k) each: `bound` of the value inside, `ends`:
-      value and rate at the start, then at the end; `step`: time, length, state and mode
+    - of the steps that are kept, (4, k) each: `bound` of the value inside;  `ends`:
+      value and rate at the start, then at the end;  `step`: time, length, state, mode
     """
 
     start: TwoArrays
@@ -505,8 +514,8 @@ class Followed(NamedTuple):
 
 
 def nothing_followed(count: int, step: Array) -> Followed:
-    """At the start of a run, of so many quantities; `step`: any time, length, state and
-    mode in one vector."""
+    """The beginning, for `count` quantities; `step`: any time, length, state and mode in
+    one vector."""
     kept = (_KEPT, count)
     nothing = jnp.full(count, _NOTHING)
     return Followed(
@@ -521,13 +530,13 @@ def nothing_followed(count: int, step: Array) -> Followed:
 def follow(
     f: Followed, end: TwoArrays, step: Array, begins: Mark, stepped: Mark
 ) -> Followed:
-    """After an attempt with the values and rates `end`; whether a segment `begins`
-    there, or a step was taken to it."""
+    """After an attempt that led to the values and rates `end`: where it was accepted as
+    a step (`stepped`), or a segment `begins`."""
     counts = begins | stepped
     best = jnp.where(counts, jnp.maximum(f.best, end[0]), f.best)
     turns = _turns(f.start, end, step[1])
     bound = jnp.where(turns.left, turns.bound, _NOTHING)
-    # in place of the lowest of those that are kept
+    # the new step replaces the kept one with the lowest bound
     numbers = jnp.arange(_KEPT, dtype=jnp.int32)[:, None]
     lowest = numbers == jnp.argmin(f.bound, axis=0).astype(jnp.int32)
     new = lowest & stepped & (bound > best + SAME * jnp.abs(best)) & (bound > f.bound)
@@ -565,8 +574,8 @@ def greatest_of_steps(
         return bounds > best[of] + SAME * jnp.abs(best[of])
 
     def next_step(carry: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Looks at the step with the highest bound of the first quantity that has
-        any."""
+        """Searches the step with the highest bound, of the first quantity that has
+        steps left."""
         best, bounds = carry
         waits = left(best, bounds)
         g = jnp.asarray(of)[jnp.argmax(waits)]
@@ -585,7 +594,7 @@ def greatest_of_steps(
             turn,
             (best, chosen._replace(looks=looks)),
         )
-        # (what turns at the same place is seen with it)
+        # (a look sees all quantities that turn at the same place)
         near = jnp.abs(brackets.share - chosen.share) <= _ONE_TURN
         seen = near & (step[:, 0] == its_step[0])
         return best, jnp.where(seen, _NOTHING, bounds)
