@@ -58,7 +58,7 @@ from .parts.scene import Duty as Duty
 from .parts.scene import ForceDuty as ForceDuty
 from .parts.scene import Initial as Initial
 from .parts.scene import Scene as Scene
-from .parts.scene import check_scene as check_scene
+from .parts.scene_checks import check_scene as check_scene
 from .profiles import Constant as Constant
 from .profiles import PiecewiseLinear as PiecewiseLinear
 from .profiles import Repeated as Repeated

@@ -173,7 +173,7 @@ def check(
         Print {faults, warnings} as JSON, alone on stdout.
     """
     cli.prepare_jax()
-    from ..parts.scene import plausibility, warnings
+    from ..parts.unusual import plausibility, warnings
     from ._scene_format import count_text
 
     try:

@@ -25,7 +25,8 @@ from ..outputs.log import FAILURES, STATUS_MESSAGES, Status, status_of
 from ..outputs.metrics import HOLDING, metric_names
 from ..outputs.probe import ends_driven, seen_at
 from ..outputs.quantities import SERIES_COLUMNS, series_of
-from ..parts.scene import Scene, checked
+from ..parts.scene import Scene
+from ..parts.scene_checks import checked
 from ..physics.assemble import assemble
 from ..physics.mechanism import BandMode, Label, Mode, events_of_change
 from ..runs.measure import check_metrics, measure_all, unit_of

@@ -24,7 +24,8 @@ import numpy as np
 from .._base._faults import input_error, whole_file
 from .._base._quantity import Quantity, shown
 from ..outputs.quantities import SERIES_COLUMNS
-from ..parts.scene import Scene, checked
+from ..parts.scene import Scene
+from ..parts.scene_checks import checked
 from ._c_export import (
     Export,
     c_name,

@@ -28,7 +28,8 @@ from ..loads import AbstractActuator, Cylinder, Driller, Lever, SpeedHold, Torqu
 from ..outputs.log import Event, SimulationError, labels_of
 from ..outputs.probe import Probe, RunJit, seen_at
 from ..outputs.quantities import Series, flat, series_of
-from ..parts.scene import Scene, checked
+from ..parts.scene import Scene
+from ..parts.scene_checks import checked
 from ..phases import Phases
 from ..physics.mechanism import Label, Mode, events_of_change
 from ..profiles import PiecewiseLinear

@@ -28,7 +28,8 @@ from .._base._part import Whole, faults_of_whole, leaves, meant_by, short_of, tr
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from ..hybrid.struct import Struct
 from ..parts.programme import programme_scene, undriven_scene
-from ..parts.scene import Scene, check_scene, paths_without_meaning, require_scene
+from ..parts.scene import Scene, paths_without_meaning, require_scene
+from ..parts.scene_checks import check_scene
 from ..phases import AbstractEnd, AfterTime, read_end
 from ..runs.edit import unknown_paths, with_values
 from ..thermal.materials import LIBRARY, Material, material

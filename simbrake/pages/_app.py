@@ -20,7 +20,8 @@ from .._base._numbers import scale
 from .._base._part import Leaf, leaves
 from ..files._scene_file import scene_text
 from ..loads import Cylinder, Lever
-from ..parts.scene import Scene, check_scene, paths_without_meaning
+from ..parts.scene import Scene, paths_without_meaning
+from ..parts.scene_checks import check_scene
 from ..runs.edit import with_values
 from ..runs.measure import limit_checks
 from ..runs.result import Result

@@ -31,15 +31,9 @@ from ..profiles import AbstractProfile, Constant, PiecewiseLinear
 from ..shaft import AbstractAuxiliaryBrake, AbstractShaftTorque
 from ..thermal.heat import Heat
 from ..wear import Wear
-from .scene import (
-    AbstractLimits,
-    Duty,
-    Initial,
-    Scene,
-    banded_brake,
-    faults,
-    sensed_at_start,
-)
+from .at_start import sensed_at_start
+from .scene import AbstractLimits, Duty, Initial, Scene, banded_brake
+from .scene_checks import faults
 
 #: loads that a programme can move
 Hoist = HookLoad | CounterweightLoad | WindlassLoad

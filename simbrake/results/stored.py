@@ -33,7 +33,8 @@ from ..outputs.quantities import (
     flat,
     times_within,
 )
-from ..parts.scene import Scene, warnings
+from ..parts.scene import Scene
+from ..parts.unusual import warnings
 from ..runs.result import Result, require_one
 from ..thermal.network import Junction, Reservoir, Wall
 

@@ -13,7 +13,8 @@ from .._base._numbers import digits
 from .._base._store import cached_by_values
 from ..brakes.design import AbstractLinings, Bandage, unloaded
 from ..hybrid.arrays import Array
-from ..parts.scene import Scene, remembering_at_start
+from ..parts.at_start import remembering_at_start
+from ..parts.scene import Scene
 from ..profiles import AbstractProfile
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._coolant import WaterJacket

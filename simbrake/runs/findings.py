@@ -31,7 +31,8 @@ from ..outputs.metrics import (
 )
 from ..outputs.probe import Entry, RunJit, ends_of, lowers_steadily, terminal_speed
 from ..outputs.stages import STAGES
-from ..parts.scene import Scene, plausibility, warnings
+from ..parts.scene import Scene
+from ..parts.unusual import plausibility, warnings
 from ..phases import AfterTravel, AtHeight, AtRest
 from ..physics._brake import Capacity
 from ..physics._rope import ElasticRope

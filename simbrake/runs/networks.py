@@ -38,7 +38,8 @@ from ..hybrid.struct import with_fields
 from ..outputs.metrics import closure_of
 from ..outputs.probe import Number
 from ..outputs.quantities import array_of_times
-from ..parts.scene import Scene, remembering_at_start
+from ..parts.at_start import remembering_at_start
+from ..parts.scene import Scene
 from ..physics._brake import course_of_profile
 from ..physics._sparsity import couplings
 from ..physics._thermal import Conditions, HeatFlows, Thermal, assemble_thermal

@@ -22,7 +22,8 @@ from ..hybrid import Code
 from ..hybrid.arrays import Array, VectorK
 from ..outputs.log import FAILURES
 from ..outputs.metrics import ByName, identity_of
-from ..parts.scene import Scene, check_scene, checked
+from ..parts.scene import Scene
+from ..parts.scene_checks import check_scene, checked
 from ..thermal.mesh import finer_values
 from .edit import entry_of, fault_of_path, numbers_in_si, with_inputs
 from .errors import error_of_layers, errors_between, second_rtol

@@ -50,7 +50,9 @@ from ..outputs.extremes import watched_metrics
 from ..outputs.log import SimulationError
 from ..outputs.metrics import METRICS, Peak
 from ..outputs.probe import Number
-from ..parts.scene import Scene, checked, read_by_linings
+from ..parts.at_start import read_by_linings
+from ..parts.scene import Scene
+from ..parts.scene_checks import checked
 from ..physics.assemble import assemble
 from ..thermal.heat import node_names
 from .choice import stiffness

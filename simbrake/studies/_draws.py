@@ -7,7 +7,8 @@ import numpy as np
 
 from .._base._faults import Fault, Issues
 from .._base._quantity import Quantity, unit_suffix
-from ..parts.scene import Scene, faults
+from ..parts.scene import Scene
+from ..parts.scene_checks import faults
 from ..runs.edit import with_inputs, with_values
 from ..runs.measure import Metric, check_metrics
 from .bounds import Inputs, bounds_of

@@ -13,7 +13,8 @@ from .._base._numbers import digits, number
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, frozen, plain
 from ..outputs.stability import least_outweighed
-from ..parts.scene import Scene, self_locking_ratios
+from ..parts.at_start import self_locking_ratios
+from ..parts.scene import Scene
 from ..results import rerun
 from ..runs.findings import Finding, course, holding, upper, wear, worded
 from ..runs.measure import LimitVerdict, read_limits, unit_of, with_limits

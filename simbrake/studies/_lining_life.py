@@ -8,7 +8,8 @@ import numpy as np
 
 from .._base._faults import Issues, input_error
 from .._base._table import Column, Table, Tabular, frozen, plain
-from ..parts.scene import Scene, check_scene, require_scene
+from ..parts.scene import Scene, require_scene
+from ..parts.scene_checks import check_scene
 from ..parts.worn import worn_scene as worn_scene
 from ..runs.edit import with_values
 from ..runs.result import Result

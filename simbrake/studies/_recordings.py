@@ -11,7 +11,8 @@ import numpy as np
 from .._base._faults import Fault, InputError, Issues, input_error
 from .._base._quantity import shown
 from ..hybrid.arrays import Array
-from ..parts.scene import Scene, check_scene, require_scene
+from ..parts.scene import Scene, require_scene
+from ..parts.scene_checks import check_scene
 from ..runs.choice import stiffness
 from ..runs.edit import entry_of, with_inputs, with_values
 from ..runs.measure import Metric, measure

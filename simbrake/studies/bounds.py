@@ -13,7 +13,8 @@ from .._base._faults import Fault, InputError, Issues
 from .._base._part import Leaf, leaves
 from .._base._quantity import Quantity, unit_suffix
 from ..hybrid.arrays import Array
-from ..parts.scene import Scene, faults, require_scene
+from ..parts.scene import Scene, require_scene
+from ..parts.scene_checks import faults
 from ..runs.edit import entry_of, numbers_in_si, with_inputs, with_values
 
 #: runs named in one error

@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 from ..._base._faults import InputError, input_error
 from ..._base._table import Column, Table, Tabular, frozen, plain
-from ...parts.scene import Scene, banded_brake, check_scene
+from ...parts.scene import Scene, banded_brake
+from ...parts.scene_checks import check_scene
 from ...runs.result import Result, require_one
 from ._braking import Braking
 from ._heated import run_values

@@ -18,7 +18,8 @@ from ..._base._progress import counting
 from ..._base._quantity import unit_suffix
 from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...hybrid.struct import with_value_at
-from ...parts.scene import Scene, band_brake, check_scene
+from ...parts.scene import Scene, band_brake
+from ...parts.scene_checks import check_scene
 from ...runs.choice import stiffness
 from ...runs.edit import with_values
 from ...runs.linings import lining_wear

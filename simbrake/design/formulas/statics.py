@@ -14,7 +14,8 @@ from ...brakes.design import Bandage, unloaded
 from ...friction import SurfaceState, memory_at_start
 from ...hybrid.arrays import Array
 from ...outputs.stages import internal_slip_tension
-from ...parts.scene import Scene, band_brake, banded_brake, sensed_at_start
+from ...parts.at_start import sensed_at_start
+from ...parts.scene import Scene, band_brake, banded_brake
 from ...physics.shaft import Shaft
 from ...physics.staged import InternalPair, RimInputs
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..._base._faults import Issues, input_error
 from ..._base._table import Table, frozen, plain
-from ...parts.scene import Scene, banded_brake, faults
+from ...parts.scene import Scene, banded_brake
+from ...parts.scene_checks import faults
 from ...runs.measure import LimitVerdict
 from ...runs.result import Result
 from ...thermal.heat import AbstractPartition

@@ -25,7 +25,9 @@ from ...hybrid.struct import with_value_at
 from ...outputs.log import FAILURES, SimulationError
 from ...outputs.probe import as_tree
 from ...outputs.quantities import Rubbing
-from ...parts.scene import Scene, band_brake, faults, read_by_linings
+from ...parts.at_start import read_by_linings
+from ...parts.scene import Scene, band_brake
+from ...parts.scene_checks import faults
 from ...physics.assemble import assemble
 from ...physics.sliding import LiningFriction
 from ...runs.linings import (

@@ -14,7 +14,8 @@ from ..._base._progress import Progress
 from ..._base._table import Column, Table, Tabular, frozen, plain
 from ...hybrid.arrays import Array
 from ...outputs.metrics import is_least
-from ...parts.scene import Scene, faults
+from ...parts.scene import Scene
+from ...parts.scene_checks import faults
 from ...runs.measure import check_metrics, measure, unit_of
 from ...runs.result import Result
 from ...runs.simulate import Solver
