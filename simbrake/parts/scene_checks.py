@@ -398,7 +398,8 @@ def _is_own(part: Any) -> bool:
 
 
 def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
-    """Laws and profiles of a user that are not finite where the run begins."""
+    """Laws and profiles of a user that are not finite where the run begins, and
+    coefficients of friction that are negative, or larger for sliding than at rest."""
     own = [(path, part) for path, part in parts if _is_own(part)]
     if not own:
         return []
@@ -415,14 +416,14 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
         function: Callable[..., Any],
         *arguments: Any,
         shapes: Any = ((),),
-    ) -> None:
+    ) -> np.ndarray | None:
         try:
             given = function(*arguments)
             value = np.asarray(given, np.float64)
         except Exception:  # which the run raises, with the line of the user's code
-            return
+            return None
         if path in errors:
-            return
+            return None
         if given is None:
             errors[path] = Fault(
                 path, f"{type(law).__name__} gives nothing", "return its number"
@@ -434,6 +435,7 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
             worst = value[~np.isfinite(value)].flat[0]
             what = f"{type(law).__name__} is {worst:g} at {where}"
             errors[path] = Fault(path, what, "make it finite where a run begins")
+        return None if path in errors else value
 
     for i, (pair, (law, _, path, _)) in enumerate(
         zip(scene.brake.pairs, pairs_of(scene), strict=True)
@@ -450,8 +452,21 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
                     continue
                 where = f"v = {v:g} m/s" + ("" if contact.p is None else ", p = 0 Pa")
                 where += "" if T is None else f", T = {np.min(T):g} K"
-                for coefficient in (law.static, law.kinetic):
+                rest, sliding = (
                     look(path, law, where, coefficient, contact, shapes=each)
+                    for coefficient in (law.static, law.kinetic)
+                )
+                if rest is None or sliding is None:
+                    continue
+                name = type(law).__name__
+                least = min(rest.min(), sliding.min())
+                if least < 0:
+                    what = f"{name} is {least:g} at {where}"
+                    errors[path] = Fault(path, what, "a coefficient is 0 or more")
+                elif v == 0 and np.any(sliding > rest * (1 + 1e-9)):
+                    what = f"{name} sticks up to {rest.min():g}, and slides with {sliding.max():g} at {where}"
+                    hint = "static friction is at least the kinetic one at rest"
+                    errors[path] = Fault(path, what, hint)
     instant = f"t = {float(t):g} s"
     for path, course in own:
         if isinstance(course, AbstractProfile) and not course.controls_speed:

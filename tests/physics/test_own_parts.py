@@ -344,7 +344,17 @@ class TooFast(sb.friction.AbstractFriction):
         return 0.3 * jnp.sqrt(10.0 - contact.v)
 
     def static(self, contact):
-        return jnp.full_like(contact.v, 0.3)
+        return jnp.full_like(contact.v, 1.0)
+
+
+class Pushing(TooFast):
+    def kinetic(self, contact):
+        return 0.3 - 0.1 * contact.v
+
+
+class Slippery(TooFast):
+    def kinetic(self, contact):
+        return 1.1 - 0.01 * contact.v
 
 
 class Spring(sb.loads.AbstractLoad):
@@ -380,11 +390,13 @@ class WearAtPressure(sb.wear.AbstractWearRate):
         return 1e-9 / p
 
 
-def test_law_that_is_not_finite_at_the_start_is_named_once(request):
+def test_law_that_is_impossible_at_the_start_is_named_once(request):
     changes = (
         {"wear": sb.Wear(WearAtPressure())},
         {"law": AtNoPressure()},
         {"law": TooFast()},
+        {"law": Pushing()},
+        {"law": Slippery()},
         {"law": sb.friction.ProductFriction(AtNoPressure(), ())},
         {"duty": sb.Duty(of(lambda t: 8e3 / t), 0.0)},
         {"duty": sb.Duty(8e3, sb.TorqueLoad(of(jnp.log)))},
