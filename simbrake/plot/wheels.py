@@ -125,6 +125,11 @@ def spot(radius: float | Array, angle: float | Array) -> Float[np.ndarray, "... 
     )
 
 
+def _step(angles: Ends) -> int:
+    """Of how many linings one has its numbers, so that they stay readable."""
+    return -(-len(angles) // 30)
+
+
 def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> None:
     """The rim, and on it a ring of linings for each friction pair, that under the band
     outermost, by stick and slip."""
@@ -137,7 +142,7 @@ def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> No
             look: dict[str, Any] = {
                 "fc": CONTACT_COLOURS[state],
                 "ec": "white",
-                "lw": 0.8,
+                "lw": min(0.8, 24 / len(angles)),
                 "gid": pair,
                 "zorder": 2,
             }
@@ -394,6 +399,8 @@ def _draw_around(
     # of the outermost ring
     middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(loads)
     for i, angle in enumerate(angles.mean(axis=1)):
+        if i % _step(angles):
+            continue
         x, y = spot(middle, angle)
         axes.text(x, y, str(first + i + 1), ha="center", va="center", zorder=4)
     _draw_tension(axes, tension, angles, tops[0])
@@ -499,7 +506,7 @@ def _draw_tension(
     axes.plot(
         *spot(r, turn).T, color=BLUE, marker="o", ms=3, lw=1.2, gid="tension", zorder=4
     )
-    step = -(-len(angles) // 30)
+    step = _step(angles)
     for i, angle in enumerate(np.append(angles[:, 0], angles[-1, 1])):
         axes.plot(
             *spot(np.array([_TENSION[0], radius[i]]), angle).T,
@@ -518,7 +525,7 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) ->
     """Loads of the linings inwards: filled those of the first friction pair, as
     outlines those of the others."""
     top = _rings(axes, most, 2, _LOAD, angles, "load scale")
-    step = -(-len(angles) // 30)
+    step = _step(angles)
     for i, (begin, end) in enumerate(np.degrees(angles)):
         middle = (begin + end) / 2
         width = 0.36 * (begin - end)

@@ -162,9 +162,12 @@ def test_panel_in_given_axes(given):
     assert not figure.get_suptitle()
 
 
-@pytest.mark.parametrize("wrap", ["290 deg", "320 deg", "345 deg"])
-def test_labels_of_a_wide_wrap_lie_apart(wrap):
-    linings = sb.uniform_linings(8, wrap, 0.35)
+@pytest.mark.parametrize(
+    ("count", "wrap"),
+    [(8, "290 deg"), (8, "320 deg"), (8, "345 deg"), (200, "270 deg")],
+)
+def test_labels_of_wide_wraps_and_many_linings_lie_apart(count, wrap):
+    linings = sb.uniform_linings(count, wrap, 0.35)
     scene = replaced(small_stop(), {"brake.linings": linings})
     check(plot.pulley(sb.simulate(scene), 0.1))
 
