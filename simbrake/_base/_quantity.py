@@ -339,6 +339,12 @@ class NumberReader:
                 return float(value)
             except OverflowError:
                 return self.fault(path, f"{shown(value)} is too large")
+        if re.search(r"\d/\d", value):
+            return self.fault(
+                path,
+                f"{shown(value)} has a fraction",
+                'write a decimal number, as in "1.125 in"',
+            )
         match = _NUMBER.fullmatch(value.replace("\N{MINUS SIGN}", "-"))
         if match is None:
             return self.fault(
