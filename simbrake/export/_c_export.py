@@ -23,8 +23,9 @@ from ..hybrid.system import SKIPPED, unravel
 from ..outputs.judgement import REASONS, held_throughout, judge_of_many
 from ..outputs.log import FAILURES, STATUS_MESSAGES, Status, status_of
 from ..outputs.metrics import HOLDING, metric_names
-from ..outputs.probe import ends_driven, seen_at
+from ..outputs.probe import probe_of
 from ..outputs.quantities import SERIES_COLUMNS, series_of
+from ..outputs.torques import ends_driven
 from ..parts.scene import Scene
 from ..parts.scene_checks import checked
 from ..physics.assemble import assemble
@@ -255,7 +256,7 @@ class Export:
         state, modes = jax.vmap(
             lambda y, mode: (unravel(y, templates[0]), unravel(mode, templates[1]))
         )(y[None], mode[None])
-        series = series_of(seen_at(system, t[None], state, modes), system)
+        series = series_of(probe_of(system, t[None], state, modes), system)
         columns = {name: getattr(series, name) for name in SERIES_COLUMNS}
         columns = {
             name: jnp.asarray(column)

@@ -26,7 +26,8 @@ from ..hybrid.struct import with_fields, with_value_at
 from ..hybrid.system import pack_mode, ravel, unravel
 from ..loads import AbstractActuator, Cylinder, Driller, Lever, SpeedHold, TorqueLoad
 from ..outputs.log import Event, SimulationError, labels_of
-from ..outputs.probe import Probe, RunJit, seen_at
+from ..outputs.probe import Probe, probe_of
+from ..outputs.programs import RunJit
 from ..outputs.quantities import Series, flat, series_of
 from ..parts.scene import Scene
 from ..parts.scene_checks import checked
@@ -356,7 +357,7 @@ def _events(record: Record, first: bool) -> list[Event]:
 
 @functools.partial(RunJit, quick=True)
 def _seen(system: Any, t: Array, y: Any, mode: Mode) -> Probe:
-    return seen_at(
+    return probe_of(
         system, *jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], (t, y, mode))
     )
 

@@ -20,7 +20,7 @@ from ..phases import AfterTravel, AtHeight, AtRest, Phase, PhaseNow, Phases, of_
 from ..physics._brake import BrakeSystem, State, piece_of
 from ..physics.mechanism import OPEN, Mode, holds
 from ..physics.shaft import Drive, rests
-from .probe import in_lanes, is_traced_run
+from .programs import in_lanes, is_traced_run
 
 
 class Want(enum.IntEnum):

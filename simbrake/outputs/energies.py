@@ -15,7 +15,7 @@ from ..physics.shaft import Shaft
 from ..shaft import names_of
 from ..thermal.heat import PowerSplit
 from .metrics import HEAT, METRICS, RESIDUALS, Account, ByName
-from .probe import EndOfRun, RunJit, ends_of
+from .programs import EndOfRun, RunJit, ends_of
 
 #: energies of a run by name (J), `None` in a failed run for what left the range of
 #: numbers

@@ -22,15 +22,8 @@ from ..parts.scene import Scene
 from ..physics._brake import BrakeSystem
 from ._wants import holding_rows
 from .metrics import HOLDING, METRICS, Peak, identity_of
-from .probe import (
-    Probe,
-    RunJit,
-    Sight,
-    SightOfOne,
-    in_lanes,
-    is_traced_run,
-    states_inside,
-)
+from .probe import LazyProbe, Probe, WithTimeAxis, states_inside
+from .programs import RunJit, in_lanes, is_traced_run
 
 #: of a system and its probe, (m, n): that of which the maximum over the run is wanted.
 #: Hashable by what it picks, as programs are compiled for it
@@ -56,12 +49,12 @@ def _picks_of(names: Sequence[str]) -> tuple[_OfMetric, ...]:
 _Entries = list[Array]
 
 
-def _sighted(
+def _entries_at(
     system: BrakeSystem, t: Array, y: PyTree, mode: PyTree, picks: Sequence[Pick]
 ) -> _Entries:
     """The entries of each pick at one instant."""
-    sight: Any = SightOfOne(Sight(system, t, y, mode))
-    return [jnp.ravel(pick(system, sight)) for pick in picks]
+    probe: Any = WithTimeAxis(LazyProbe(system, t, y, mode))
+    return [jnp.ravel(pick(system, probe)) for pick in picks]
 
 
 def _rated(
@@ -74,7 +67,9 @@ def _rated(
 ) -> tuple[_Entries, _Entries]:
     """Values and rates of the entries of each pick; `f`: the rates of the states."""
     return jax.jvp(
-        lambda t, y: _sighted(system, t, y, mode, picks), (t, y), (jnp.ones_like(t), f)
+        lambda t, y: _entries_at(system, t, y, mode, picks),
+        (t, y),
+        (jnp.ones_like(t), f),
     )
 
 
@@ -90,7 +85,7 @@ def _watched(flat: Flat, picks: Sequence[Pick], *, each: bool = False) -> Watche
         return jnp.concatenate(values), jnp.concatenate(rates)
 
     def entries_at(t: Array, y: PyTree, mode: PyTree) -> _Entries:
-        return _sighted(system, t, y, mode, picks)
+        return _entries_at(system, t, y, mode, picks)
 
     entries = jax.eval_shape(
         entries_at, jax.ShapeDtypeStruct((), np.float64), flat.y_like, flat.mode_like

@@ -33,7 +33,8 @@ from ._wants import (
     want_of_speed,
 )
 from .metrics import held_share
-from .probe import RunJit, balance_of, capacity, ends_of, holding, is_led, is_traced_run
+from .programs import RunJit, ends_of, is_traced_run
+from .torques import balance_of, capacity, holding, is_led
 
 #: a holding reserve below this is small: a convention of simbrake
 SMALL_RESERVE = 1.25

@@ -15,7 +15,8 @@ from ..parts.scene import Scene
 from ..phases import Ended
 from ..physics.mechanism import BandMode, BrakeCode, Label, Mode, events_of_change
 from .metrics import marks
-from .probe import Entry, ends_driven, lowers_steadily, runs_away
+from .probe import Entry
+from .torques import ends_driven, lowers_steadily, runs_away
 
 # --- how a run ends ------------------------------------------------------------------
 

@@ -26,8 +26,10 @@ from ..physics._rope import ElasticRope
 from ..physics.mechanism import BandMode, Ledger, Mode, comes_to_rest, holds, slips
 from ..shaft import TackleLoss, names_of
 from ..thermal.heat import PowerSplit
-from .probe import Probe, RunJit, can_lose_grip, terminal_speed
+from .probe import Probe
+from .programs import RunJit
 from .quantities import coolant_outlet, deceleration, thickness
+from .torques import can_lose_grip, terminal_speed
 
 # --- strength of the band and travel of the lever ------------------------------------
 

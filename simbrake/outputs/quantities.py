@@ -25,7 +25,8 @@ from ..physics._brake import BrakeSystem
 from ..physics.heated import sensed, thermal_of
 from ..physics.mechanism import PairNow
 from ..thermal.heat import PowerShares
-from .probe import Number, Probe, slowing, tension_before
+from .hook import slowing
+from .probe import Number, Probe, tension_before
 
 #: a value at each time, one of each lining, and whole numbers
 Values = Float[Array, " m"]

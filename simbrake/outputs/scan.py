@@ -15,7 +15,8 @@ from jaxtyping import Float, Int
 from ..hybrid import LANDED, STOPPED
 from ..hybrid.arrays import Array, TwoArrays, Vector, VectorM
 from .metrics import HOT, marked_quantity
-from .probe import LONG, Probe, look_at, record_of, states_inside
+from .probe import LONG, Probe, evaluate_at, states_inside
+from .programs import record_of
 
 #: places in every step at which a run is sampled, both ends included; in a long run
 #: every part has many steps
@@ -60,7 +61,7 @@ class ScanColumns(NamedTuple):
     hot: dict[str, VectorM]
 
 
-def _sight(p: Probe, marks: tuple[str, ...]) -> ScanColumns:
+def _columns(p: Probe, marks: tuple[str, ...]) -> ScanColumns:
     return ScanColumns(
         p.t,
         p.y.omega,
@@ -135,35 +136,35 @@ class Scan:
         n = self.samples
         if self.record.method.order >= _LONG_STEPS and count * n <= _SHORT:
             _, self._states = self._inside(self.row, self.share)
-            return look_at(
-                self.record, np.arange(count * n), self.instants, self._sight
+            return evaluate_at(
+                self.record, np.arange(count * n), self.instants, self._columns_of
             )
         t0, t1, y0, y1, mode = self.steps
         numbers = np.arange(count)
 
-        def see(p: Probe, rates: Array) -> tuple[ScanColumns, Array]:
-            return self._sight(p, rates), rates
+        def with_rates(p: Probe, rates: Array) -> tuple[ScanColumns, Array]:
+            return self._columns_of(p, rates), rates
 
         # the cubic between takes the rates of both ends; where nothing happens one step
         # ends as the next one begins
-        first, self._f0 = look_at(
-            self.record, numbers, lambda i: (t0[i], y0[i], mode[i]), see
+        first, self._f0 = evaluate_at(
+            self.record, numbers, lambda i: (t0[i], y0[i], mode[i]), with_rates
         )
         goes_on = np.append(
             (y1[:-1] == y0[1:]).all(1) & (mode[:-1] == mode[1:]).all(1), False
         )
-        apart = look_at(
+        apart = evaluate_at(
             self.record,
             np.flatnonzero(~goes_on),
             lambda i: (t1[i], y1[i], mode[i]),
-            see,
+            with_rates,
         )
         source = np.where(goes_on, numbers + 1, count + np.cumsum(~goes_on) - 1)
         last, self._f1 = jax.tree.map(
             lambda a, b: np.concatenate([a, b])[source], (first, self._f0), apart
         )
         between = np.flatnonzero((self.share > 0) & (self.share < 1))
-        inner = look_at(self.record, between, self.instants, self._sight)
+        inner = evaluate_at(self.record, between, self.instants, self._columns_of)
 
         def in_order(a: Array, x: Array, b: Array) -> Array:
             parts = a[:, None], x.reshape(count, n - 2, *x.shape[1:]), b[:, None]
@@ -171,8 +172,8 @@ class Scan:
 
         return jax.tree.map(in_order, first, inner, last)
 
-    def _sight(self, p: Probe, _: Array) -> ScanColumns:
-        return _sight(p, self._marks)
+    def _columns_of(self, p: Probe, _: Array) -> ScanColumns:
+        return _columns(p, self._marks)
 
     def _inside(self, row: Array, share: Array) -> TwoArrays:
         """Times and states at a share of the steps named, by partial steps of the
@@ -213,6 +214,9 @@ class Scan:
         """Everything at a share of the steps named, of a concrete run and as exact as
         the run itself."""
         t, y, mode = self.states(row, share)
-        return look_at(
-            self.record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), self._sight
+        return evaluate_at(
+            self.record,
+            np.arange(len(t)),
+            lambda i: (t[i], y[i], mode[i]),
+            self._columns_of,
         )

@@ -7,8 +7,8 @@ from ..hybrid.arrays import Array
 from ..physics._brake import BrakeSystem
 from ..physics.mechanism import BandMode, Mode, slips
 from .duty import speed_is_led
-from .probe import capacities_at
 from .scan import Scan
+from .torques import capacities_at
 
 #: the lever pulls hardest from this far below the maximum that it had
 _NEARLY = 1e-3

@@ -29,8 +29,10 @@ from ..outputs.metrics import (
     allowable_values,
     metric_of,
 )
-from ..outputs.probe import Entry, RunJit, ends_of, lowers_steadily, terminal_speed
+from ..outputs.probe import Entry
+from ..outputs.programs import RunJit, ends_of
 from ..outputs.stages import STAGES
+from ..outputs.torques import lowers_steadily, terminal_speed
 from ..parts.scene import Scene
 from ..parts.unusual import plausibility, warnings
 from ..phases import AfterTravel, AtHeight, AtRest

@@ -21,15 +21,8 @@ from ..hybrid import SKIPPED, Record
 from ..hybrid.arrays import Array, Vector
 from ..hybrid.struct import Struct, structural
 from ..outputs.extremes import peak_of_each
-from ..outputs.probe import (
-    POINTS,
-    Number,
-    Probe,
-    as_tree,
-    integral,
-    probe_many,
-    record_of,
-)
+from ..outputs.probe import POINTS, Number, Probe, as_tree, integral, probe_many
+from ..outputs.programs import record_of
 from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
 from ..physics._brake import BrakeSystem
 from ..physics.heated import thermal_of

@@ -32,7 +32,8 @@ from ..outputs.log import (
     with_phases,
 )
 from ..outputs.metrics import HOLDING, METRICS, Peak, event_of, marks_of, metrics_of
-from ..outputs.probe import Entry, RunJit, record_of
+from ..outputs.probe import Entry
+from ..outputs.programs import RunJit, record_of
 from ..outputs.scan import Scan, ScanColumns
 from ..outputs.stability import shortage
 from ..outputs.stages import Stage, absent_stages, stages_of

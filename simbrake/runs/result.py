@@ -22,14 +22,8 @@ from ..hybrid.arrays import Array
 from ..outputs.energies import energies, stored_heat
 from ..outputs.log import Events, status_of_run
 from ..outputs.metrics import METRICS, ByName, metric_names, worn_thickness
-from ..outputs.probe import (
-    Entry,
-    Probe,
-    end_capacity,
-    is_traced_run,
-    probe_at,
-    probe_many,
-)
+from ..outputs.probe import Entry, Probe, probe_at, probe_many
+from ..outputs.programs import is_traced_run
 from ..outputs.quantities import (
     SERIES_COLUMNS,
     Series,
@@ -39,6 +33,7 @@ from ..outputs.quantities import (
     times_within,
 )
 from ..outputs.stages import Stage
+from ..outputs.torques import end_capacity
 from ..parts.scene import Scene
 from ..physics._brake import BrakeSystem, Capacity
 from ..physics.heated import thermal_of

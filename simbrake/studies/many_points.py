@@ -16,7 +16,7 @@ from ..hybrid import LANDED, Record, Rodas5P
 from ..hybrid.arrays import Array, numpy_of
 from ..outputs.judgement import COLOURS, REASONS, Judgement, judge_of_many
 from ..outputs.metrics import HOLDING, METRICS, identity_of, metric_names
-from ..outputs.probe import ends_driven
+from ..outputs.torques import ends_driven
 from ..parts.scene import Scene
 from ..runs.measure import Metric, measure, measure_all, name_of
 from ..runs.result import Result
