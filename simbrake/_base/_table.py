@@ -16,6 +16,9 @@ import numpy as np
 
 from ._numbers import digits, pretty, scale
 
+#: an object of JSON
+JsonObject = dict[str, Any]
+
 #: default number format of a table
 _SHOWN = ".6g"
 

@@ -38,6 +38,7 @@ Count = IntScalar = Int[Array, ""]
 Mark = Bool[Array, ""]
 Marks = Bool[Array, " n"]
 TwoArrays = tuple[Array, Array]
+NumberOrArray = float | int | Array
 State = Float[Array, " state"]
 Guards = Float[Array, " guard"]
 GuardMarks = Bool[Array, " guard"]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._base._table import Column, Table
+from .._base._table import Column, JsonObject, Table
 from ..hybrid import Record
 from ..parts.scene import Scene
 from ..phases import Phases
@@ -17,7 +17,6 @@ from ..physics.mechanism import BandMode, Label
 from ..profiles import AbstractProfile
 from .log import Status
 from .metrics import HOT, hook_travel_at_end, stretched
-from .probe import Entry
 
 #: values that differ by less than this share of them are the same
 _SAME = 1e-9
@@ -67,7 +66,7 @@ def duty_of(scene: Scene, status: str, stops: int) -> DutyKind:
     return DutyKind.DRAG if speed_is_led(scene.duty.lever) else DutyKind.TURNING
 
 
-def end_of(record: Record, scene: Scene) -> Entry:
+def end_of(record: Record, scene: Scene) -> JsonObject:
     """State of a concrete run at its end, in SI: time, angle, speed, travel of a hook
     where there is one."""
     states = record.states
@@ -84,12 +83,12 @@ def end_of(record: Record, scene: Scene) -> Entry:
     }
 
 
-def totals(rows: Sequence[Entry]) -> Entry:
+def totals(rows: Sequence[JsonObject]) -> JsonObject:
     """Sums over the stops of a summary in SI, of angles and travel in either sense, and
     what of the travel is `upwards`; the worst: `slowest` by its braking, `hottest` by
     its heat."""
     names = ("motion_time", "braking_time", "angle", "travel", "energy")
-    sums: Entry = {
+    sums: JsonObject = {
         name: sum(abs(row[name]) for row in rows) for name in names if name in rows[0]
     }
     sums["upwards"] = sum(max(-row.get("travel", 0.0), 0.0) for row in rows)
@@ -112,7 +111,7 @@ def first_greatest(values: ArrayLike) -> int:
 _HOT = {name: f"hottest {place}" for name, place in HOT.items() if place != "outer"}
 
 
-def stop_table(rows: Sequence[Entry], scene: Scene) -> Table:
+def stop_table(rows: Sequence[JsonObject], scene: Scene) -> Table:
     """The stops of a run, in the system of units in force."""
     body = "rim" if scene.brake.banded else scene.brake.words.body
     motion = "time from the restart to the stop"
@@ -171,7 +170,7 @@ def stops_of(
     scene: Scene,
     stops: Sequence[Stop],
     maxima: Mapping[str, np.ndarray],
-) -> list[Entry]:
+) -> list[JsonObject]:
     """The stops of a concrete run in SI; `maxima`: by metric, its maximum until the
     restart after each stop."""
     states = record.states
@@ -186,7 +185,7 @@ def stops_of(
     if states.hook is not None:
         travelled = travelled + stretched(record.system, states, record.modes)
     names = [name for name in _HOT if name in maxima]
-    rows = list[Entry]()
+    rows = list[JsonObject]()
     before = 0
     for i, stop in enumerate(stops):
         row = {

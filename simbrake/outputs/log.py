@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._table import JsonObject
 from ..brakes.design import Brake, BrakeWords
 from ..hybrid import FINISHED, Code, Record
 from ..loads import Driller
@@ -15,7 +16,6 @@ from ..parts.scene import Scene
 from ..phases import Ended
 from ..physics.mechanism import BandMode, BrakeCode, Label, Mode, events_of_change
 from .metrics import marks
-from .probe import Entry
 from .torques import ends_driven, lowers_steadily, runs_away
 
 # --- how a run ends ------------------------------------------------------------------
@@ -438,8 +438,8 @@ class Event(NamedTuple):
     lining: int | None = None
     phase: Ended | None = None
 
-    def as_dict(self) -> Entry:
-        entry: Entry = {"time": self.time, "name": self.name}
+    def as_dict(self) -> JsonObject:
+        entry: JsonObject = {"time": self.time, "name": self.name}
         if self.lining is not None:
             entry["lining"] = self.lining
         if self.phase is not None:

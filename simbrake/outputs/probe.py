@@ -49,11 +49,6 @@ _MANY_STATES = 24
 #: instants inside the steps of a long run from which an optimised program pays
 _MANY_INSTANTS = 2048
 
-#: one number, or an array of them
-Number = float | int | Array
-#: what JSON has as a mapping
-Entry = dict[str, Any]
-
 
 class Probe(NamedTuple):
     """States, forces and margins at the times `t` (m,)."""

@@ -20,13 +20,13 @@ from .._base._faults import Fault, InputError, input_error, near
 from .._base._numbers import number, value_text
 from .._base._table import Table, rows_table
 from ..brakes.band import pressure_within
-from ..hybrid.arrays import Array, numpy_of
+from ..hybrid.arrays import Array, NumberOrArray, numpy_of
 from ..physics._brake import BrakeSystem
 from ..physics.heated import sensed, thermal_of
 from ..physics.mechanism import PairNow
 from ..thermal.heat import PowerShares
 from .hook import slowing
-from .probe import Number, Probe, tension_before
+from .probe import Probe, tension_before
 
 #: a value at each time, one of each lining, and whole numbers
 Values = Float[Array, " m"]
@@ -61,7 +61,7 @@ class Rubbing(NamedTuple):
         """Friction power of each lining (W)."""
         return self.increment * self.speed
 
-    def pressure_at(self, place: Number | Array) -> Array | None:
+    def pressure_at(self, place: NumberOrArray | Array) -> Array | None:
         """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack
         end of the band, 1 at the other; the mean where they are not under a band."""
         ratio = self.tension_ratio
@@ -91,7 +91,7 @@ class PairSeen:
         return self.system.grip.shares
 
     @property
-    def hot(self) -> Number:
+    def hot(self) -> NumberOrArray:
         """Share of the friction work that is heat."""
         return 1.0 if self.shares is None else self.shares.heat
 
@@ -854,7 +854,7 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
 # --- times --------------------------------------------------------------------------
 
 
-def outside(ts: Array, start: Number, end: Number) -> Bool[Array, " m"]:
+def outside(ts: Array, start: NumberOrArray, end: NumberOrArray) -> Bool[Array, " m"]:
     """Whether times `ts` are outside a run from `start` to `end`, rounding at the two
     ends allowed for."""
     rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))

@@ -8,12 +8,12 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._corners import greater
+from .._base._table import JsonObject
 from ..brakes.band import band_torque, grip, product, running_product, tension_ratio
 from ..brakes.design import Bandage, Brake, under_a_band, unloaded
 from ..hybrid import Record, largest
-from ..hybrid.arrays import Array, ScalarArray, Vector
+from ..hybrid.arrays import Array, NumberOrArray, ScalarArray, Vector
 from ..physics.mechanism import BandMode, Label
-from .probe import Entry, Number
 
 
 class Stage(NamedTuple):
@@ -37,7 +37,7 @@ class Stage(NamedTuple):
     def duration(self) -> float:
         return self.end - self.start
 
-    def as_dict(self) -> Entry:
+    def as_dict(self) -> JsonObject:
         return {**self._asdict(), "duration": self.duration}
 
 
@@ -64,10 +64,10 @@ def stage_of(label: Label) -> str:
 
 def onset_bracket(
     brake: Brake,
-    inertia: Number,
-    T_external: Number | None = None,
-    T_internal: Number | None = None,
-    omega: Number = 0.0,
+    inertia: NumberOrArray,
+    T_external: NumberOrArray | None = None,
+    T_internal: NumberOrArray | None = None,
+    omega: NumberOrArray = 0.0,
 ) -> tuple[ScalarArray, Vector, Vector, ScalarArray]:
     """Growth of the two torques between which the internal pair decides, per unit of
     slack tension (m); the torque of preload and centrifugal force (N·m); and the share
@@ -110,11 +110,11 @@ def onset_bracket(
 @explained
 def internal_slip_tension(
     brake: Brake,
-    inertia: Number,
-    load_torque: Number = 0.0,
-    T_external: Number | None = None,
-    T_internal: Number | None = None,
-    omega: Number | None = None,
+    inertia: NumberOrArray,
+    load_torque: NumberOrArray = 0.0,
+    T_external: NumberOrArray | None = None,
+    T_internal: NumberOrArray | None = None,
+    omega: NumberOrArray | None = None,
 ) -> ScalarArray:
     """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to
     slide, at any rate of the lever.

@@ -16,11 +16,10 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._numbers import Number, digits, number, pretty
-from .._base._table import Column, Table, Tabular, plain
+from .._base._table import Column, JsonObject, Table, Tabular, plain
 from ..hybrid import Code, Record, Rodas5P
 from ..outputs.log import Event, segments_of
 from ..outputs.metrics import HOT, METRICS, RESIDUALS, about_output
-from ..outputs.probe import Entry
 from ..outputs.scan import Scan
 from ..physics.heated import thermal_of
 from ..thermal.heat import Heat
@@ -638,7 +637,7 @@ class Accuracy(Tabular):
         ]
         return Table(columns, rows)
 
-    def as_dict(self) -> Entry:
+    def as_dict(self) -> JsonObject:
         """`{estimated, problem, scope, metrics, events, states, cost}` of JSON, numbers
         in SI."""
         cost = (
@@ -681,7 +680,7 @@ class Accuracy(Tabular):
         return plain(entry)
 
 
-def _values(part: Any, *names: str, **more: Any) -> Entry:
+def _values(part: Any, *names: str, **more: Any) -> JsonObject:
     return {name: getattr(part, name) for name in names} | more
 
 

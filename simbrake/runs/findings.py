@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._numbers import digits, number
-from .._base._table import Column, Table
+from .._base._table import Column, JsonObject, Table
 from ..hybrid import Code
 from ..hybrid.extremes import first_largest
 from ..loads import TabulatedLoad
@@ -29,7 +29,6 @@ from ..outputs.metrics import (
     allowable_values,
     metric_of,
 )
-from ..outputs.probe import Entry
 from ..outputs.programs import RunJit, ends_of
 from ..outputs.stages import STAGES
 from ..outputs.torques import lowers_steadily, terminal_speed
@@ -180,7 +179,7 @@ _WARNED = {
 }
 
 
-def summary_of(report: Report) -> Entry:
+def summary_of(report: Report) -> JsonObject:
     """What `Result.summary` gives: numbers of a run, its message and its warnings."""
     found = remarks(report)
     facts = report.summary
@@ -447,7 +446,7 @@ def _stopped(report: Report) -> str:
     return "Not brought to rest" if report.holding is None else "Held from the start"
 
 
-def _number_of_stops(rows: Sequence[Entry]) -> str:
+def _number_of_stops(rows: Sequence[JsonObject]) -> str:
     """How many stops there are, and how many of them end a hoist."""
     hoists = sum(row.get("travel", 0.0) < 0 for row in rows)
     return f"{len(rows)} stops" + (f", {hoists} after hoisting" if hoists else "")
@@ -472,7 +471,7 @@ def course(report: Report) -> Finding:
     return Finding("course", text, end | numbers)
 
 
-def _one_stop(report: Report) -> tuple[list[str], Entry]:
+def _one_stop(report: Report) -> tuple[list[str], JsonObject]:
     """Onset, stop and end of a run with one stop or none; in words and numbers."""
     summary = report.summary
     scene = report.result.scene
@@ -510,7 +509,7 @@ def _way(angle: float, travel: float | None) -> str:
     return f"{number(angle, 'rad')}{hook}"
 
 
-def at_end(end: Entry, turned: float = 0.0) -> str:
+def at_end(end: JsonObject, turned: float = 0.0) -> str:
     """Where the shaft is at the end of a run that does not end with its stop.
 
     `turned` (rad): angle to and fro, against which a difference from the start counts.
@@ -540,7 +539,7 @@ def _onset(scene: Scene, m: Mapping[str, float | None]) -> list[str]:
     return [", ".join(phrases)] if phrases else []
 
 
-def _stops(summary: Entry) -> tuple[list[str], Entry]:
+def _stops(summary: JsonObject) -> tuple[list[str], JsonObject]:
     """Totals of several stops, and the longest of them; in words and numbers."""
     rows = summary["stops"]
     end = summary["end"]
@@ -572,7 +571,7 @@ def _stops(summary: Entry) -> tuple[list[str], Entry]:
     return phrases, {"stops": len(rows), **sums, "longest": longest}
 
 
-def _up_and_down(total: Entry) -> str:
+def _up_and_down(total: JsonObject) -> str:
     """Travel of the hook in all stops, down and up where there is both."""
     whole = total["travel"]
     upwards = total["upwards"]
@@ -842,7 +841,7 @@ _STAGE = {
 }
 
 
-def stage_table(summary: Entry) -> Table:
+def stage_table(summary: JsonObject) -> Table:
     """Stages of a staged brake in order: start, end, duration, heat of both pairs, work
     of load and lever."""
     columns = [Column(name, heading=heading) for name, (heading, _) in _STAGE.items()]

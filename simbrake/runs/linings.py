@@ -18,10 +18,10 @@ from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
 from ..brakes.design import AbstractBrake, under_a_band
 from ..hybrid import SKIPPED, Record
-from ..hybrid.arrays import Array, Vector
+from ..hybrid.arrays import Array, NumberOrArray, Vector
 from ..hybrid.struct import Struct, structural
 from ..outputs.extremes import peak_of_each
-from ..outputs.probe import POINTS, Number, Probe, as_tree, integral, probe_many
+from ..outputs.probe import POINTS, Probe, as_tree, integral, probe_many
 from ..outputs.programs import record_of
 from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
 from ..physics._brake import BrakeSystem
@@ -30,7 +30,7 @@ from .result import Result, look, require_one
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of
 #: pressure, slip speed, temperature
-WearRate = Number | Callable[..., Any]
+WearRate = NumberOrArray | Callable[..., Any]
 #: a result, or its record
 Run = Result | Record
 #: a quantity of linings that maps alone have, as it is summed over their cells
@@ -82,7 +82,9 @@ _OF_EDGES = ("slack_edge_pressure", "tight_edge_pressure", "edge_pressure_ratio"
 _OF_BAND = ("tension", "displacement", *_OF_EDGES)
 
 
-def wearing(rate: WearRate, r: Rubbing, place: Number | Array | None = None) -> Array:
+def wearing(
+    rate: WearRate, r: Rubbing, place: NumberOrArray | Array | None = None
+) -> Array:
     """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` and `place` as in
     `lining_wear`."""
     pressure = r.pressure if place is None else r.pressure_at(place)
@@ -223,7 +225,7 @@ def lining_wear(
     rate: WearRate,
     *,
     pair: str = "external",
-    place: Number | None = None,
+    place: NumberOrArray | None = None,
     points: int = POINTS,
 ) -> Vector:
     """Depth worn off every lining over a run, in m (model §7; Archard).

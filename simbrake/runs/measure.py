@@ -16,8 +16,8 @@ from .._base._faults import Fault, Faults, InputError, Issues, input_error
 from .._base._numbers import ZERO, digits, number
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
-from .._base._table import plain
-from ..hybrid.arrays import Array
+from .._base._table import JsonObject, plain
+from ..hybrid.arrays import Array, NumberOrArray
 from ..hybrid.extremes import first_largest
 from ..hybrid.struct import struct_field
 from ..outputs.judgement import Colour
@@ -34,7 +34,6 @@ from ..outputs.metrics import (
     metric_of,
     values_of_marks,
 )
-from ..outputs.probe import Entry, Number
 from ..parts.scene import AbstractLimits, Scene, require_scene
 from .differentiable import greatest_values
 from .findings import PRESSURE, body_of, hottest_first, in_words_of, title_of
@@ -164,7 +163,7 @@ def named(result: Result, name: str) -> Any:
     return float(value) if result.concrete else value
 
 
-def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
+def happened(value: NumberOrArray) -> Bool[np.ndarray, "*shape"] | np.bool_:
     """Whether a metric has a value: times of what did not happen are infinite."""
     return np.isfinite(np.asarray(value))
 
@@ -408,7 +407,7 @@ class LimitCheck(NamedTuple):
         value = str(number(self.value, self.unit))
         return VerdictRow(title, value, limit, margin, state, self.note)
 
-    def as_dict(self) -> Entry:
+    def as_dict(self) -> JsonObject:
         """`{name, verdict, value, limit, margin, margin_percent, unit, note}`, numbers
         in SI."""
         names = (
@@ -569,7 +568,7 @@ def _judged(
 
 
 def _when(
-    result: Result, summary: Entry, name: str, bound: float, marked: float | None
+    result: Result, summary: JsonObject, name: str, bound: float, marked: float | None
 ) -> str:
     """When a maximum value was reached, and when it first passed its limit, where that
     is an event."""

@@ -33,10 +33,9 @@ from ..hybrid import (
     Settings,
     hybridsolve,
 )
-from ..hybrid.arrays import Array, VectorM
+from ..hybrid.arrays import Array, NumberOrArray, VectorM
 from ..hybrid.struct import with_fields
 from ..outputs.metrics import closure_of
-from ..outputs.probe import Number
 from ..outputs.quantities import array_of_times
 from ..parts.at_start import remembering_at_start
 from ..parts.scene import Scene
@@ -60,7 +59,7 @@ from .simulate import Solver, as_method, simulate, solver_for
 Course = tuple[Array, Array, Array, Any]
 Pieces = tuple[Int[Array, ""], ...]
 #: what acts on a network: the same at all times, or over time
-Acting: TypeAlias = AbstractProfile | Number
+Acting: TypeAlias = AbstractProfile | NumberOrArray
 
 
 class Operation(Part):
@@ -289,7 +288,7 @@ _LONG = 32_768
 
 
 def _points(profile: AbstractProfile) -> int:
-    """Number of points of a profile, at least roughly."""
+    """NumberOrArray of points of a profile, at least roughly."""
     return max([profile.knot_count, *map(np.size, jax.tree.leaves(profile))])
 
 
@@ -376,7 +375,7 @@ def simulate_heat(
     closed: Acting = 0.0,
     pressure: Acting = 0.0,
     solver: Solver | None = None,
-    rtol: Number = 1e-10,
+    rtol: NumberOrArray = 1e-10,
     max_steps: int | None = None,
 ) -> HeatResult:
     """Temperatures of a network at the times `ts` (m,), without a brake.

@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._base._table import Table, plain
+from .._base._table import JsonObject, Table, plain
 from ..outputs._wants import holding_rows
 from ..outputs.duty import (
     Stop,
@@ -32,7 +32,6 @@ from ..outputs.log import (
     with_phases,
 )
 from ..outputs.metrics import HOLDING, METRICS, Peak, event_of, marks_of, metrics_of
-from ..outputs.probe import Entry
 from ..outputs.programs import RunJit, record_of
 from ..outputs.scan import Scan, ScanColumns
 from ..outputs.stability import shortage
@@ -156,7 +155,7 @@ class Report:
         return marks_of(self._record.system, self.result.scene)  # pyright: ignore
 
     @functools.cached_property
-    def _energies(self) -> Entry:
+    def _energies(self) -> JsonObject:
         return energies(self._record)
 
     @functools.cached_property
@@ -219,7 +218,7 @@ class Report:
         return lever.ended(phase) if isinstance(lever, Phases) else None
 
     @property
-    def pull(self) -> Entry | None:
+    def pull(self) -> JsonObject | None:
         """Of a lever that holds the speed: `limit` of its tension, the largest `value`
         in the run (N), and its `time` (s)."""
         if not speed_is_led(self.result.scene.duty.lever):
@@ -315,7 +314,7 @@ class Report:
         return rows_of(labels_of(self._record), self.turned)
 
     @functools.cached_property
-    def _stops(self) -> list[Entry]:
+    def _stops(self) -> list[JsonObject]:
         maxima = self._maxima.between
         return stops_of(self._record, self.result.scene, self._stop_rows, maxima)
 
@@ -491,7 +490,7 @@ class Report:
         """Stages of a staged brake in order."""
         return stages_of(self._record, labels_of(self._record))
 
-    def _staged(self) -> Entry:
+    def _staged(self) -> JsonObject:
         """The stages of a staged brake, and why one is missing."""
         scene = self.result.scene
         if not scene.brake.in_series:
@@ -518,7 +517,7 @@ class Report:
         }
 
     @property
-    def _held(self) -> Entry | None:
+    def _held(self) -> JsonObject | None:
         """Torques of the load and of the brake at the minimum holding reserve."""
         least = self.metrics.get(HOLDING)
         if least is None:
@@ -539,13 +538,15 @@ class Report:
         return list(thick_layers(self.result.scene, self.scan, self.peaks))
 
     @functools.cached_property
-    def summary(self) -> Entry:
+    def summary(self) -> JsonObject:
         """Numbers of a run, as `Result.summary` gives them with its words."""
         r = self.result
         scene = r.scene
         stats = r.record.stats
         widths = self._maxima.widths
-        at: Entry = {f"{name}_time": peak.time for name, peak in self.peaks.items()}
+        at: JsonObject = {
+            f"{name}_time": peak.time for name, peak in self.peaks.items()
+        }
         for name, peak in self.peaks.items():
             # not of all linings as one body
             if METRICS[name].of_linings and widths[name] == scene.brake.linings.count:

@@ -16,13 +16,13 @@ from jaxtyping import Float, Int
 
 from .._base._faults import input_error, near
 from .._base._packing import is_traced
-from .._base._table import Table
+from .._base._table import JsonObject, Table
 from ..hybrid import Record
 from ..hybrid.arrays import Array
 from ..outputs.energies import energies, stored_heat
 from ..outputs.log import Events, status_of_run
 from ..outputs.metrics import METRICS, ByName, metric_names, worn_thickness
-from ..outputs.probe import Entry, Probe, probe_at, probe_many
+from ..outputs.probe import Probe, probe_at, probe_many
 from ..outputs.programs import is_traced_run
 from ..outputs.quantities import (
     SERIES_COLUMNS,
@@ -308,7 +308,7 @@ class Result:
         happen."""
         return ByName(self.report().metrics)
 
-    def summary(self) -> Entry:
+    def summary(self) -> JsonObject:
         """Everything that `simbrake run --json` prints."""
         return copy.deepcopy(summary_of(self.report()))
 

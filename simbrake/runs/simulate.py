@@ -43,13 +43,12 @@ from ..hybrid import (
     solve_segment,
 )
 from ..hybrid._lanes import hybridsolve_lane
-from ..hybrid.arrays import Array, VectorK
+from ..hybrid.arrays import Array, NumberOrArray, VectorK
 from ..hybrid.struct import with_value_at
 from ..hybrid.system import flatten
 from ..outputs.extremes import watched_metrics
 from ..outputs.log import SimulationError
 from ..outputs.metrics import METRICS, Peak
-from ..outputs.probe import Number
 from ..parts.at_start import read_by_linings
 from ..parts.scene import Scene
 from ..parts.scene_checks import checked
@@ -293,8 +292,8 @@ def require_compiling() -> None:
 
 
 def check_limits(
-    rtol: Number,
-    max_step: Number = np.inf,
+    rtol: NumberOrArray,
+    max_step: NumberOrArray = np.inf,
     max_steps: int | None = None,
     max_events: int = 0,
 ) -> None:
@@ -355,8 +354,8 @@ def simulate(
     scene: Scene,
     *,
     solver: Solver | None = None,
-    rtol: Number = 1e-10,
-    max_step: Number = np.inf,
+    rtol: NumberOrArray = 1e-10,
+    max_step: NumberOrArray = np.inf,
     max_steps: int | None = None,
     max_events: int = 10_000,
     throw: bool = True,

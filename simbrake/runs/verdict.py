@@ -9,11 +9,10 @@ from typing import NamedTuple
 from .._base._arguments import explained
 from .._base._faults import InputError
 from .._base._numbers import number
-from .._base._table import Table, coloured, plain, rows_table
+from .._base._table import JsonObject, Table, coloured, plain, rows_table
 from ..outputs._wants import Want
 from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE, Colour
 from ..outputs.metrics import HOT, METRICS
-from ..outputs.probe import Entry
 from .findings import (
     Finding,
     body_of,
@@ -76,7 +75,7 @@ class Verdict(NamedTuple):
         """Whether it is no pass: red, or not shown by the run."""
         return self.colour == Colour.RED or not self.shown
 
-    def as_dict(self) -> Entry:
+    def as_dict(self) -> JsonObject:
         """`{colour, headline, rows, judged, reason, wants, sentence, numbers, shown}`
         of JSON."""
         return plain(self)
@@ -231,12 +230,12 @@ def _indented(table: Table) -> list[str]:
     return [f"         {line}" for line in str(table).splitlines()]
 
 
-def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
+def limit_dicts(checks: Sequence[LimitCheck]) -> list[JsonObject]:
     """Limits as numbers and words of JSON."""
     return [check.as_dict() for check in checks if check.limit is not None]
 
 
-def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
+def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> JsonObject:
     """The same as `run --json` prints it: `Result.summary`, `limits`, `verdict`, and
     the findings with their words."""
     report = result.report()
