@@ -741,7 +741,7 @@ class Series(NamedTuple):
             (name, getattr(self, name), about) for name, about in SERIES_COLUMNS.items()
         ]
         rows = [
-            (name, _range(values, about.unit), about.meaning)
+            (name, range_text(values, about.unit), about.meaning)
             for name, values, about in there
             if values is not None
         ]
@@ -760,7 +760,7 @@ class Series(NamedTuple):
         return self._table()._repr_html_()
 
 
-def _range(values: Any, unit: str) -> str:
+def range_text(values: Any, unit: str) -> str:
     """Range of a column with its unit and the count of what it has at each time."""
     if isinstance(values, Tracer | tuple):
         return value_text(values)

@@ -25,6 +25,7 @@ from .._base._part import (
 )
 from .._base._quantity import faults_of_tolerance
 from .._base._store import MEMORY
+from .._base._table import Table, rows_table
 from ..hybrid import (
     QUADRATURE,
     AbstractHybridSystem,
@@ -36,7 +37,7 @@ from ..hybrid import (
 from ..hybrid.arrays import Array, NumberOrArray, VectorM
 from ..hybrid.struct import with_fields
 from ..outputs.metrics import closure_of
-from ..outputs.quantities import array_of_times
+from ..outputs.quantities import array_of_times, range_text
 from ..parts.at_start import remembering_at_start
 from ..parts.scene import Scene
 from ..physics._brake import course_of_profile
@@ -218,6 +219,27 @@ class HeatResult(NamedTuple):
     closure: Array
     record: Record
     coolant: VectorM | None = None
+
+    def _table(self) -> Table:
+        nodes = node_names(self.record.system.thermal.heat)
+        heats = {"lost": self.lost, "supplied": self.supplied, "coolant": self.coolant}
+        rows = [("t", range_text(self.t, "s"), "time")]
+        rows += [
+            (f"temperature[:, {i}]", range_text(self.temperature[..., i], "K"), name)
+            for i, name in enumerate(nodes)
+        ]
+        rows += [
+            (name, range_text(heat, "J"), "heat")
+            for name, heat in heats.items()
+            if heat is not None
+        ]
+        return rows_table(rows, f"Network at {np.shape(self.t)[-1]} times")
+
+    def __repr__(self) -> str:
+        return str(self._table())
+
+    def _repr_html_(self) -> str:
+        return self._table()._repr_html_()
 
 
 def _run(

@@ -2,6 +2,7 @@
 contact, junctions, steady states."""
 
 import math
+import re
 
 import jax
 import jax.numpy as jnp
@@ -81,6 +82,8 @@ def test_source_changes_before_first_result():
     run = sb.simulate_heat(heat, [0.0, 6.0, 9.0], rtol=1e-12)
     warm = 300.0 + (2 * 300.0 + 0.5 * 3 * 900.0) / 15.0
     all_near(run.temperature[:, 0], [300.0, warm, warm], 1e-12)
+    assert "0 … 9 s" in str(run)
+    assert re.search(r"temperature\[:, 0\] +26.85 … 156.85 °C +a", str(run))
 
 
 @pytest.mark.parametrize(("begin", "after"), [(0.0, 30.0), (40.0, 61.0), (40.0, 80.0)])
