@@ -227,6 +227,9 @@ class Tabular(abc.ABC):
     def __str__(self) -> str:
         return "\n".join(str(part) for part in self.parts())
 
+    def __repr__(self) -> str:
+        return str(self)
+
     def _repr_html_(self) -> str:
         return "".join(
             part._repr_html_()

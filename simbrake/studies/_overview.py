@@ -1,7 +1,7 @@
 """Many runs in one text: how they ended, the range of every metric, and its limits."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._faults import InputError
 from .._base._numbers import digits, number, reading
-from .._base._table import Column, Table
+from .._base._table import Column, Table, Tabular
 from ..outputs.judgement import REASONS
 from ..outputs.metrics import HOLDING, is_least, keeps
 from ..parts.scene import Scene
@@ -23,7 +23,7 @@ _RANGE = (0.0, 0.5, 1.0)
 _UNJUDGED = "; of parts without a limit, and of small margins, they say nothing"
 
 
-class Overview:
+class Overview(Tabular):
     """What the runs of `simbrake.sweep` or `simbrake.ensemble` say together: print it,
     or take `as_dict()` (SI).
 
@@ -114,7 +114,7 @@ class Overview:
     def _counts(self, column: str) -> dict[str, int]:
         return dict(sorted(Counter(self.table[column]).items()))
 
-    def __str__(self) -> str:
+    def parts(self) -> Iterator[str | Table]:
         ended = [
             f"{n} {x.replace('_', ' ')}" for x, n in self._counts("status").items()
         ]
@@ -125,12 +125,10 @@ class Overview:
             f"{n} {colour} {id} ({words[id]})"
             for (colour, id), n in sorted(judged.items())
         )
-        lines = [
-            f"{len(self.table)} runs: {', '.join(ended)}",
-            f"verdicts {verdicts or 'none'}{_UNJUDGED}",
-            str(self._ranges()),
-        ]
-        return "\n".join([*lines, *self._limits_in_words()])
+        yield f"{len(self.table)} runs: {', '.join(ended)}"
+        yield f"verdicts {verdicts or 'none'}{_UNJUDGED}"
+        yield self._ranges()
+        yield from self._limits_in_words()
 
     def _ranges(self) -> Table:
         """The range of every metric, in the unit that suits its largest value."""

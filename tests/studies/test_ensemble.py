@@ -351,9 +351,10 @@ def test_sweep_is_a_full_grid_of_single_runs(caplog):
 def test_one_metric_needs_no_list():
     scene = stop_scene()
     data = sb.sweep(scene, {SPEED: [10.0, 20.0]}, "stopping_time", progress=False)
-    assert sb.studies.overview(scene, data, "stopping_time").metrics == (
-        "stopping_time",
-    )
+    found = sb.studies.overview(scene, data, "stopping_time")
+    assert found.metrics == ("stopping_time",)
+    assert repr(found) == str(found)
+    assert "<td>stopping_time" in found._repr_html_()
     assert len(sb.plot.sweep(data, "stopping_time").axes) == 1
     run = sb.prepare(scene, "stopping_time")
     near(run({SPEED: 10.0}).metrics["stopping_time"], data.stopping_time[0], 1e-12)
