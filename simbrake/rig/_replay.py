@@ -48,9 +48,13 @@ _LATE = 2.05
 #: share a program
 _PLACES = 4
 _FEWEST = 64
-#: at the end of a lowering the share of its last speed that the brake alone stops,
-#: without the motor, and the share of that by which it aims below 0: a pulley that still
-#: slid when the lever is pulled would show the tension of that pull
+#: least time (s) that a change of speed takes, at most this share of the time between
+#: two updates
+_SOON = 0.5
+_SHARE = 0.25
+#: share of its last line that the brake alone stops a lowering in, without the motor,
+#: and the share of that by which it aims below 0: a pulley that still slid when the
+#: lever is pulled would show the tension of that pull
 _LEFT = 0.02
 _BEYOND = 0.5
 #: times at which a run is looked at in one series, which has many columns
@@ -73,7 +77,8 @@ class Motion(NamedTuple):
 class Reconstruction:
     """The motion of the drum and the load on the hook that a replay takes from a log.
 
-    - `t` (n,): updates of the height in motions, and a point between two of them
+    - `t` (n,): updates of the height in motions, a point between two of them, and where
+      a lowering comes to rest
     - `angle`, `speed` (n,): of the drum since the first row (rad, rad/s), positive
       downwards; straight lines of the speed, so that the angle is a parabola between
       two points, monotone in each motion, and meets each update
@@ -106,11 +111,8 @@ class Reconstruction:
     def slope(self) -> np.ndarray:
         """Acceleration of the drum (rad/s²) after each point."""
         span = np.diff(self.t, append=self.t[-1])
-        return np.where(
-            span > 0,
-            np.diff(self.speed, append=0.0) / np.where(span > 0, span, 1.0),
-            0.0,
-        )
+        rise = np.diff(self.speed, append=0.0)
+        return np.divide(rise, span, out=np.zeros(span.size), where=span > 0)
 
     def hook_work(self, begin: float, end: float) -> float:
         """`∫F dx` (J) between two times, the load in straight lines between its
@@ -193,46 +195,47 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
         if not jumps and np.max(step / np.diff(t)) <= limits["fastest"]:
             h = (np.minimum if h[-1] < h[0] else np.maximum).accumulate(h)
             h = h if (a, b) in known else _from(at, h, heave)
-            # the ends of a rest, and no rest where a height was only read late
-            still = np.diff(h) == 0
-            ends = np.concatenate([[True], ~(still[1:] & still[:-1]), [True]])
-            t = t[ends]
-            h = h[ends]
-            late = (np.diff(h)[:-1] == 0) & (t[2:] - t[:-2] <= _LATE * height.interval)
-            rests = np.concatenate([[True], ~late, [True]])
-            yield Motion(t[rests], h[rests], known.get((a, b)))
+            # no rest where a height was only read late
+            still = np.append(False, np.diff(h) == 0)
+            late = still[1:-1] & ~still[2:] & ~still[:-2]
+            late &= t[2:] - t[:-2] <= _LATE * height.interval
+            read = np.concatenate([[True], ~late, [True]])
+            yield Motion(t[read], h[read], known.get((a, b)))
             at += h[-1] - h[0]
 
 
 def _points(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times and speeds of straight lines that lead from rest to rest through monotone
+    """Times and speeds of straight lines that lead from rest to rest through rising
     angles (k,).
 
-    The speed at an update is the mean of those of the chords beside it, weighted as in
-    a parabola, and at most twice each of them, so that it never changes its sign (van
-    Leer's limiter, *J. Comput. Phys.* 32, 1979).
+    The speed at an update is the mean of the chords beside it, weighted as in a
+    parabola, within limits that keep changes of speed from being too short: it is that
+    of a chord which is the fastest around, and at most so many times its difference
+    from the slower neighbour above any (as of Colella and Woodward, *J. Comput. Phys.*
+    54, 1984). Of the two lines along a chord one is level, at the speed of its update,
+    as far as it goes, so that neither is above both ends (Schumaker, *SIAM J. Numer.
+    Anal.* 20, 1983).
     """
     span = np.diff(t)
     chord = np.diff(angle) / span
-    at = np.zeros(t.size)
+    soon = np.minimum(_SOON / span, _SHARE)
+    steep = 1 / soon - 0.5
+    beside = np.stack([np.append(0.0, chord[:-1]), np.append(chord[1:], 0.0)])
+    least = chord - steep * np.maximum(np.max(beside, axis=0) - chord, 0.0)
+    most = chord + np.maximum(steep * (chord - np.min(beside, axis=0)), chord)
     mean = (chord[1:] * span[:-1] + chord[:-1] * span[1:]) / (span[1:] + span[:-1])
-    at[1:-1] = np.sign(mean) * np.minimum(
-        np.abs(mean), 2 * np.minimum(np.abs(chord[1:]), np.abs(chord[:-1]))
-    )
-    # (the rest of a lowering is left to the brake)
-    at[-1] = max(_LEFT * chord[-1], 0.0)
-    middle = 0.5 * (t[1:] + t[:-1])
-    between = 2 * chord - 0.5 * (at[1:] + at[:-1])
-    times, speeds = (
-        np.stack(x, axis=1).ravel() for x in ((t[:-1], middle), (at[:-1], between))
-    )
-    ends = [t[-1]]
-    aims = [at[-1]]
-    if at[-1] > 0:
-        slowing = (between[-1] - at[-1]) / (t[-1] - middle[-1])
-        ends += [t[-1] + (1 + _BEYOND) * at[-1] / slowing] * 2
-        aims += [-_BEYOND * at[-1], 0.0]
-    return np.append(times, ends), np.append(speeds, aims)
+    mean = np.maximum(mean, np.maximum(least[1:], least[:-1]))
+    mean = np.minimum(mean, np.minimum(most[1:], most[:-1]))
+    first = np.append(0.0, mean)
+    last = np.append(mean, 0.0)
+    rise = last - first
+    level = np.full(span.size, 0.5)
+    np.divide(2 * chord - first - last, rise, out=level, where=rise != 0)
+    share = np.clip(np.where(level > 0, 1 - level, -level), soon, 1 - soon)
+    between = 2 * chord - share * first - (1 - share) * last
+    between = np.maximum(np.round(between, 9), 0.0)  # (0 at rest, not 1e-17)
+    times = np.append(np.stack([t[:-1], t[:-1] + share * span], axis=1), t[-1])
+    return times, np.append(np.stack([first, between], axis=1), 0.0)
 
 
 def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -317,9 +320,9 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
                 f"pay out {most} of the hook, the log has {far}",
                 hint,
             )
-        left = [np.interp(np.append(x, 0.0) - highest, paid, grid) for x in travels]
-        angles = [2 * np.pi * (x[-1] - x[:-1]) for x in left]
         rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))
+        left = [np.interp(x - highest, paid, grid) for x in travels]
+        angles = [2 * np.pi * (rope.turns - x) for x in left]
     points = [np.zeros((4, 1))]  # t, angle, speed, skipped
     for motion, travel, turned in zip(motions, travels, angles, strict=True):
         off = height.value[0] - motion.height[0] - travel[0]
@@ -327,7 +330,16 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         for a, b in np.flatnonzero(
             np.diff(np.diff(turned) != 0, prepend=False, append=False)
         ).reshape(-1, 2):
-            times, speeds = _points(motion.t[a : b + 1], turned[a : b + 1])
+            way = np.sign(turned[b] - turned[a])
+            times, speeds = _points(motion.t[a : b + 1], way * turned[a : b + 1])
+            speeds = way * speeds
+            if way > 0:  # (the rest of a lowering is left to the brake)
+                i = np.flatnonzero(speeds)[-1]
+                left = _LEFT * np.array([1, -_BEYOND])
+                ends = times[i + 1] - left * (times[i + 1] - times[i])
+                times = np.concatenate([times[: i + 1], ends, ends[1:], times[i + 2 :]])
+                ends = [*left * speeds[i], 0.0]
+                speeds = np.concatenate([speeds[: i + 1], ends, speeds[i + 2 :]])
             along = turned[a] + np.append(
                 0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))
             )
@@ -427,13 +439,15 @@ def _scene_of(
 ) -> Scene:
     """The scene with lever, load and motor of the reconstruction."""
     share = np.zeros(path.t.size)
+    alone = np.append(path.speed[1:], 0.0) < 0  # (the brake, before a rest)
     for t, _, lowering in path.motions:
         kind = (
             LOADS[found.load[np.searchsorted(found.log.t, 0.5 * (t[0] + t[-1]))]]
             if lowering is None
             else lowering.kind
         )
-        share[(path.t >= t[0]) & (path.t < t[-1])] = shares.get(kind) or 0.0
+        inside = (path.t >= t[0]) & (path.t < t[-1]) & ~alone
+        share[inside] = shares.get(kind) or 0.0
     speed = PiecewiseLinear(_filled(path.t, path.t[-1]), _filled(path.speed))
     lever = RecordedMotion(
         speed, _filled(path.angle), *_tensions(scene), _filled(share)
@@ -756,8 +770,8 @@ def replay(
     Recorded are the motion of the drum and the weight on the hook; brake, rope, tackle,
     heat and wear are the scene's:
 
-    - **motion**: monotone parabolas through all updates of the height in a motion;
-      lever and motor follow it (`RecordedMotion`). Between motions the drum rests; slow
+    - **motion**: the speed of the drum in straight lines through all updates of the
+      height in a motion; lever and motor follow it (`RecordedMotion`). Between motions the drum rests; slow
       ways of more than `heave` in between, as in drilling, are one motion. Smaller ones
       are made up for in the next of these or in the next hoisting
     - **weight**: levels of the load in quiet intervals, in which the hook is

@@ -112,6 +112,29 @@ def test_travel_work_and_temperature_of_a_known_trip(tmp_path, kind):
     )
 
 
+@pytest.mark.parametrize(
+    ("interval", "rope"),
+    [
+        pytest.param(2.0, sb.loads.RopeLayers("32 mm", 20, 100), id="in layers"),
+        pytest.param(5.0, None, id="seldom read", marks=pytest.mark.slow),
+    ],
+)
+def test_between_updates_no_speed_is_above_that_of_the_log(tmp_path, interval, rope):
+    """The drum is turned in trapezoids of its speed, whose ramps begin and end between
+    updates of the height: at the top of one the parabola through three updates is above
+    it by up to an eighth."""
+    t, h, _, _ = truth(STANDS)
+    angle = (42.0 - h) * LINES / (0.45 if rope else RADIUS)
+    hook = sb.HookLoad("60 t", RADIUS, LINES, rope=rope)
+    height = 42.0 - np.asarray(hook.travelled(angle))
+    at = slice(None, None, round(interval / (t[1] - t[0])))
+    log = recording(tmp_path, t[at], height[at].round(3), np.full(t[at].size, STRING))
+    replay = sb.rig.replay(log, scene_of(duty=sb.Duty("20 kN", hook)))
+    assert len(replay.lowerings) == 3
+    near(replay.result["max_drum_speed"], np.gradient(angle, t).max(), 0.01)
+    assert sb.rig.compare(replay).position.total.rmse < 5e-3
+
+
 def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
     """A light block that is lowered fast: its load dips and rises by 15 %, its weight
     does not."""
@@ -126,9 +149,8 @@ def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
     hung = np.asarray(replay.path.hook.masses)
     all_near(hung, mass, 0.01)
     compared = sb.rig.compare(replay)
-    # the simulated load dips and rises as the recorded one the simulated load dips and
-    # rises as the recorded one: with the inertia in the masses too it would be off by 9
-    # %
+    # the simulated load dips and rises as the recorded one: with the inertia in the
+    # masses too it would be off by 9 %
     assert compared.load.total.rmse < 0.055 * BLOCK / 1e3
     assert abs(compared.load.total.bias) < 0.005 * BLOCK / 1e3
     assert compared.position.total.rmse < 0.01
