@@ -330,16 +330,18 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         for a, b in np.flatnonzero(
             np.diff(np.diff(turned) != 0, prepend=False, append=False)
         ).reshape(-1, 2):
+            until = motion.t[a : b + 1].copy()
             way = np.sign(turned[b] - turned[a])
-            times, speeds = _points(motion.t[a : b + 1], way * turned[a : b + 1])
+            if way > 0:  # (the lever is pulled before a hoisting begins)
+                until[-1] -= _LEFT * (until[-1] - until[-2])
+            times, speeds = _points(until, way * turned[a : b + 1])
             speeds = way * speeds
             if way > 0:  # (the rest of a lowering is left to the brake)
                 i = np.flatnonzero(speeds)[-1]
                 left = _LEFT * np.array([1, -_BEYOND])
                 ends = times[i + 1] - left * (times[i + 1] - times[i])
-                times = np.concatenate([times[: i + 1], ends, ends[1:], times[i + 2 :]])
-                ends = [*left * speeds[i], 0.0]
-                speeds = np.concatenate([speeds[: i + 1], ends, speeds[i + 2 :]])
+                times = np.concatenate([times[: i + 1], ends, ends[1:], motion.t[[b]]])
+                speeds = np.concatenate([speeds[: i + 1], left * speeds[i], [0.0, 0.0]])
             along = turned[a] + np.append(
                 0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))
             )

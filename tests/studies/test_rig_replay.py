@@ -244,6 +244,14 @@ def test_the_lever_holds_in_a_pause_of_a_lowering(tmp_path):
     all_equal(replay.result.series([66.0, 70.0, 74.0]).omega, 0.0)
 
 
+def test_the_lever_holds_between_a_lowering_and_a_hoisting(tmp_path):
+    """Both meet in an update of the height: the band is not judged open at rest."""
+    t = np.arange(0.0, 200.0, 2.0)
+    height = np.interp(t, [40.0, 80.0, 120.0], [40.0, 20.0, 40.0])
+    log = recording(tmp_path, t, height, np.full(t.size, STRING))
+    assert sb.rig.replay(log, scene_of()).result["min_holding_reserve"] > 1.0
+
+
 def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     t, h, load, _ = truth(STANDS)
     log = recording(tmp_path, *sampled(t, h, load, "held", np.random.default_rng(4)))
