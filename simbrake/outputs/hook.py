@@ -6,12 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..hybrid.arrays import Array, numpy_of
-from ..physics._brake import (
-    BrakeNow,
-    BrakeSystem,
-    State,
-    load_piece,
-)
+from ..physics._brake import BrakeNow, BrakeSystem, State, load_piece
 from ..physics._rope import ElasticRope
 from ..physics.mechanism import OPEN, Mode, slips
 from ..physics.shaft import Shaft, rests, way_of

@@ -17,12 +17,7 @@ from ..hybrid.arrays import Array, TwoArrays, VectorM, numpy_of
 from ..hybrid.system import ravel, unravel
 from ..loads import Lever, cylinder_of, cylinders
 from ..phases import of_running
-from ..physics._brake import (
-    BrakeNow,
-    BrakeSystem,
-    State,
-    piece_of,
-)
+from ..physics._brake import BrakeNow, BrakeSystem, State, piece_of
 from ..physics.heated import surface_temperatures
 from ..physics.mechanism import MechanismOutputs, Mode
 from ..profiles import AbstractProfile

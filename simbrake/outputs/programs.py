@@ -13,9 +13,7 @@ from .._base._progress import piece
 from ..hybrid import Record
 from ..hybrid.arrays import Array
 from ..hybrid.system import unravel
-from ..physics._brake import (
-    State,
-)
+from ..physics._brake import State
 from ..physics.mechanism import Mode
 
 T = TypeVar("T")

@@ -11,12 +11,7 @@ import numpy as np
 from .._base._compiling import Compiled
 from ..hybrid import Record, smallest
 from ..hybrid.arrays import Array, Mark, ScalarArray, TwoArrays
-from ..physics._brake import (
-    BrakeSystem,
-    Capacity,
-    State,
-    piece_of,
-)
+from ..physics._brake import BrakeSystem, Capacity, State, piece_of
 from ..physics.mechanism import OPEN, Mode
 from ..physics.shaft import Drive, Shaft
 from .programs import Instants, RunJit, at_samples, ends_of

@@ -1,4 +1,10 @@
 from . import figures as figures
+from ._found import LOADS as LOADS
+from ._found import STATES as STATES
+from ._found import Gap as Gap
+from ._found import Level as Level
+from ._found import Lowering as Lowering
+from ._found import Lowerings as Lowerings
 from ._ledger import BRAKES as BRAKES
 from ._ledger import POSITIVE as POSITIVE
 from ._ledger import Entry as Entry
@@ -10,13 +16,7 @@ from ._log import ROLES as ROLES
 from ._log import Channel as Channel
 from ._log import Log as Log
 from ._log import read as read
-from ._lowerings import LOADS as LOADS
-from ._lowerings import STATES as STATES
 from ._lowerings import THRESHOLDS as THRESHOLDS
-from ._lowerings import Gap as Gap
-from ._lowerings import Level as Level
-from ._lowerings import Lowering as Lowering
-from ._lowerings import Lowerings as Lowerings
 from ._lowerings import faults_of_thresholds as faults_of_thresholds
 from ._lowerings import lowerings as lowerings
 from ._of_file import ledger_of as ledger_of

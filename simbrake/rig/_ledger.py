@@ -11,17 +11,9 @@ from .._base._faults import Issues, input_error
 from .._base._numbers import digits, number
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, frozen, plain
+from ._found import COLUMNS, LOADS, Lowering, Lowerings, column_of, counted, in_seconds
 from ._log import Log
-from ._lowerings import (
-    COLUMNS,
-    LOADS,
-    Lowering,
-    Lowerings,
-    column_of,
-    counted,
-    in_seconds,
-    lowerings,
-)
+from ._lowerings import lowerings
 
 _GRAVITY = 9.80665  # m/s^2
 #: tension of a rope after a turning sheave with roller bearings over that before it

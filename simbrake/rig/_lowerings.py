@@ -1,22 +1,17 @@
-"""States of the block and lowerings in a rig's log, by the updates of its height, and
-the work of the hook in them."""
+"""States of the block and lowerings in a rig's log, by the updates of its height."""
 
-import dataclasses
 from collections.abc import Iterator, Mapping
 from datetime import datetime, timedelta
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .._base._faults import Issues, input_error
-from .._base._numbers import digits, number
-from .._base._table import Column, Table, Tabular, frozen, plain
-from ._log import Channel, Log
+from .._base._numbers import digits
+from ._found import CUT, LOADS, Gap, Level, Lowering, Lowerings
+from ._log import Log
+from ._works import SLOWEST, Course, Works, course_of
 
-#: of the block in a row of the log
-STATES = ("no data", "down", "up", "at rest", "in slips", "set down", "slack")
-#: of the load on the hook
-LOADS = ("not decidable", "block", "string")
 #: share of the rows that makes a level of loads, width of a class of loads, ratio of
 #: two levels
 _SHARE = 0.03
@@ -36,355 +31,6 @@ THRESHOLDS = {
     **dict.fromkeys(("end_speed", "fastest"), "m/s"),
     **dict.fromkeys(("alone", "string", "slack", "set_down"), "1"),
 }
-#: SI unit → quantities in it; how a number is shown where four digits are too few or
-#: too many
-_QUANTITIES = {
-    "s": "begin duration",
-    "m": "height travel recorded_travel change",
-    "m/s": "top_speed",
-    "N": "mean_load static_load",
-    "J": "hook_work hook_work_low hook_work_high recorded_work kinetic_energy "
-    "tackle_loss drum_work drum_work_low "
-    "drum_work_high auxiliary_work friction_work friction_heat",
-    "W": "mean_power",
-    "rad/s": "drum_speed",
-    "N*m": "drum_torque",
-}
-_UNITS = {name: unit for unit, names in _QUANTITIES.items() for name in names.split()}
-_SHOWN = {"begin": ".6g", "height": ".6g", "top_speed": ".3g", "change": "+.3g"}
-#: flag of a lowering that goes on in a gap
-_CUT = "cut by a gap"
-#: update interval (s) above which no lowering can be followed
-_SLOWEST = 15.0
-
-
-class Level(NamedTuple):
-    """A load (N) with the interval that holds 90 % of its readings."""
-
-    value: float
-    low: float
-    high: float
-
-
-@frozen
-class Lowering:
-    """One lowering of the hook, in SI units; times are seconds from the first row of
-    the log.
-
-    - `start`: in ISO 8601, `None` in a log without date
-    - `begin`, `duration`; `height` at the begin, `travel` down
-    - `top_speed`: the highest mean speed between two updates of the height, over their
-      usual interval at least
-    - `mean_load`: `hook_work`/`travel`
-    - `static_load`: median over the middle half of the travel, hardly accelerated
-    - `hook_work`, `hook_work_low`, `hook_work_high`: `∫F dx` with its interval, see
-      `lowerings`
-    - `kind`: `string`, `block` or `not decidable`
-    - `flags`: reasons to look at it, left out of totals
-    - `activity`: the log's own code, for comparison
-    """
-
-    start: str | None
-    begin: float
-    duration: float
-    height: float
-    travel: float
-    top_speed: float
-    mean_load: float
-    static_load: float
-    hook_work: float
-    hook_work_low: float
-    hook_work_high: float
-    kind: str
-    flags: tuple[str, ...] = ()
-    activity: str = ""
-
-    @property
-    def end(self) -> float:
-        return self.begin + self.duration
-
-
-class Gap(NamedTuple):
-    """A time without heights that is longer than a pause; times are seconds from the
-    first row of the log.
-
-    - `start`: in ISO 8601, `None` in a log without date;  `begin`, `duration`
-    - `change`: of the height of the block over it, negative where the block is lower
-      after it
-    - `cut`: number of lowerings that go on in it
-    - `rest`: whether the block is where it was, and nothing is cut
-    """
-
-    start: str | None
-    begin: float
-    duration: float
-    change: float
-    cut: int
-    rest: bool
-
-
-@frozen
-class Lowerings(Tabular):
-    """Lowerings of a log in the order of time, and the states of the block.
-
-    - `gaps`: times without heights; what the block does in those that are no rest is
-      unknown, and in no total
-    - `state`, `load` (n,): places in `simbrake.rig.STATES` and `LOADS` of each row of
-      the log
-    - `tare`: what the hook load shows without a string (block, top drive and the zero
-      of the gauge), `None` if unknown
-    - `decidable`: whether a second, heavier level tells string and block apart
-    - `interval_by`: what the intervals of the work are from
-    - `thresholds`: the arguments
-    - `notes`: to be read
-    """
-
-    log: Log = dataclasses.field(repr=False)
-    lowerings: tuple[Lowering, ...]
-    gaps: tuple[Gap, ...]
-    state: np.ndarray = dataclasses.field(repr=False)
-    load: np.ndarray = dataclasses.field(repr=False)
-    tare: Level | None
-    decidable: bool
-    interval_by: str
-    thresholds: dict[str, Any]
-    notes: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.lowerings)
-
-    @property
-    def valid(self) -> tuple[Lowering, ...]:
-        """Those without flags, of which totals are made."""
-        return tuple(lowering for lowering in self.lowerings if not lowering.flags)
-
-    def parts(self) -> Iterator[str | Table]:
-        work, low, high = (
-            sum(getattr(lowering, name) for lowering in self.valid) for name in _WORKS
-        )
-        flagged = len(self) - len(self.valid)
-        total = (
-            f"{number(work, 'J', count=4)} ({number(low, 'J', count=4)} to "
-            f"{number(high, 'J', count=4)})"
-        )
-        are = "is" if flagged == 1 else "are"
-        aside = f"; {flagged} more {are} flagged and left out" if flagged else ""
-        yield f"{counted(len(self.valid))}, {total} at the hook{aside}"
-        yield from self.lost
-        kinds = [
-            f"{kind}: {sum(lowering.kind == kind for lowering in self.valid)}"
-            for kind in reversed(LOADS)
-        ]
-        yield f"load {', '.join(kinds)}"
-        yield self.table
-        yield from [self.gap_table] if self.gaps else []
-        yield self._shares
-        yield from self.basis
-        yield from (f"- {note}" for note in self.notes)
-
-    @property
-    def left_out(self) -> dict[str, Any]:
-        """What no total has: flagged lowerings, those of them that gaps cut, gaps that
-        are no rest, with their time (s) and by what the block is lower or higher after
-        them (m); its travel and work, `None` where it is unknown."""
-        lost = [gap for gap in self.gaps if not gap.rest]
-        flagged = len(self) - len(self.valid)
-        unknown = None if lost or flagged else 0.0
-        return {
-            "flagged": flagged,
-            "cut": sum(_CUT in lowering.flags for lowering in self.lowerings),
-            "gaps": len(lost),
-            "gap_duration": float(sum(gap.duration for gap in lost)),
-            "gap_fall": float(sum(max(-gap.change, 0.0) for gap in lost)),
-            "gap_rise": float(sum(max(gap.change, 0.0) for gap in lost)),
-            "travel": unknown,
-            "hook_work": unknown,
-        }
-
-    @property
-    def lost(self) -> tuple[str, ...]:
-        """What gaps leave unknown, in words; empty without gaps."""
-        if not self.gaps:
-            return ()
-        out = self.left_out
-        opening = (
-            f"gaps in the log: {len(self.gaps)}, "
-            f"{_long(sum(gap.duration for gap in self.gaps))} in all"
-        )
-        if not out["gaps"]:
-            return (
-                f"{opening}; after each of them the block is where it was: taken as a rest",
-            )
-        ways = {"fall": "lower", "rise": "higher"}
-        moved = [
-            f"{number(x, 'm', count=3)} {word}"
-            for way, word in ways.items()
-            if (x := out[f"gap_{way}"])
-        ]
-        cut = (
-            f", and of {out['cut']} pieces of lowerings that they cut"
-            if out["cut"]
-            else ""
-        )
-        where = f"after which the block is {' and '.join(moved)} in all"
-        return (
-            f"{opening}; unknown, and in no total: travel and energy in {out['gaps']} of "
-            f"them, {where}{cut}",
-        )
-
-    @property
-    def gap_table(self) -> Table:
-        """A row for each gap."""
-        columns = [*map(column_of, ("start", "begin", "duration", "change"))]
-        return Table(
-            [*columns, Column("cut", heading="lowerings cut"), Column("rest")],
-            self.gaps,
-            "gaps",
-        )
-
-    @property
-    def basis(self) -> tuple[str, ...]:
-        """Load without string, thresholds, and what the intervals are from, in
-        words."""
-        limits = ", ".join(
-            f"{name} = {'by the log' if x is None else x}"
-            for name, x in self.thresholds.items()
-        )
-        return (
-            self._level,
-            f"thresholds: {limits}",
-            f"interval of the work by {self.interval_by}",
-        )
-
-    @property
-    def _level(self) -> str:
-        if self.tare is None:
-            return "load without string: unknown, the block is nowhere at rest"
-        value, low, high = (number(x, "N", count=4) for x in self.tare)
-        unsure = (
-            "" if self.decidable else "; no second level: it may contain a light string"
-        )
-        return f"load without string: {value} ({low} to {high}){unsure}"
-
-    @property
-    def _shares(self) -> str:
-        words = (
-            f"{name} {100 * x:.0f} %"
-            for name, x in self._share_by_state.items()
-            if x > 0
-        )
-        return f"rows: {', '.join(words)}"
-
-    @property
-    def _share_by_state(self) -> dict[str, float]:
-        share = np.bincount(self.state, minlength=len(STATES)) / max(self.state.size, 1)
-        return dict(zip(STATES, share.tolist(), strict=True))
-
-    @property
-    def table(self) -> Table:
-        """A row for each lowering."""
-        return Table(
-            map(column_of, COLUMNS), (vars(lowering) for lowering in self.lowerings)
-        )
-
-    def as_dict(self) -> dict[str, Any]:
-        """Lowerings with totals, thresholds and states as shares; SI units."""
-        return plain(
-            {
-                "source": self.log.source,
-                "start": self.log.start,
-                "lowerings": self.table,
-                "totals": {
-                    name: sum(getattr(lowering, name) for lowering in self.valid)
-                    for name in ("travel", *_WORKS)
-                },
-                "gaps": self.gap_table,
-                "left_out": self.left_out,
-                "tare": self.tare,
-                "decidable": self.decidable,
-                "states": self._share_by_state,
-                "interval_by": self.interval_by,
-                "thresholds": self.thresholds,
-                "notes": self.notes,
-                "guesses": self.log.guesses,
-            }
-        )
-
-
-def counted(lowerings: int) -> str:
-    return f"{lowerings} lowering" + ("" if lowerings == 1 else "s")
-
-
-def in_seconds(start: str) -> str:
-    """A time in ISO 8601 without what is after its seconds."""
-    return start[:19].replace("T", " ")
-
-
-def column_of(name: str) -> Column:
-    """The column of a quantity of a lowering, a gap, the drum or a replay, by its
-    name."""
-    if name in _UNITS:
-        return Column(
-            name, _UNITS[name], show=_SHOWN.get(name, ".4g"), hidden=name == "height"
-        )
-    words = {"start": in_seconds, "flags": ", ".join}
-    return Column(name, show=words.get(name, str), left=True)
-
-
-#: columns of a lowering
-COLUMNS = [field.name for field in dataclasses.fields(Lowering)]
-
-
-def _long(seconds: float) -> str:
-    """A time in words."""
-    return (
-        f"{digits(seconds, 3)} s"
-        if seconds < 3600.0
-        else f"{digits(seconds / 3600.0, 3)} h"
-    )
-
-
-_WORKS = ("hook_work", "hook_work_low", "hook_work_high")
-
-
-class Course(NamedTuple):
-    """A channel as a line through its updates: `value` (k,) at `t` (k,), and the time
-    (s) between two of them."""
-
-    t: np.ndarray
-    value: np.ndarray
-    interval: float
-
-    def at(self, t: np.ndarray) -> np.ndarray:
-        return np.interp(t, self.t, self.value)
-
-
-def course_of(channel: Channel, spacing: float = 0.0) -> Course:
-    """The line through the updates of a channel, held values left out, at least
-    `spacing` (s) apart.
-
-    A value that did not change for longer than its interval began to change, on
-    average, half an interval before the row that shows it: the last row before that
-    time still has it.
-    """
-    t = channel.t
-    x = channel.value
-    rows = np.flatnonzero(~np.isnan(x))
-    interval = float(np.median(np.diff(t[rows]))) if rows.size > 1 else 0.0
-    if channel.held:
-        interval = channel.interval
-        updates = channel.updates
-        before = rows[
-            np.searchsorted(t[rows], t[updates[1:]] - 0.5 * interval, side="right") - 1
-        ]
-        long = t[updates[1:]] - t[updates[:-1]] > 1.5 * interval
-        rows = np.union1d(np.union1d(updates, before[long]), rows[-1:])
-    elif spacing > interval > 0.0:
-        # the first row of each `spacing`
-        number = np.floor((t[rows] - t[rows[0]]) / spacing + 1e-9)
-        rows = rows[np.append(True, np.diff(number) > 0)]
-        interval = spacing
-    return Course(t[rows], x[rows], interval)
 
 
 def lowerings(
@@ -456,9 +102,9 @@ def lowerings(
     thresholds = {name: value for name, value in locals().items() if name != "log"}
     faults = faults_of_thresholds(thresholds)
     position = log.position
-    if log.interval > _SLOWEST or position.interval > _SLOWEST:
+    if log.interval > SLOWEST or position.interval > SLOWEST:
         rate = digits(max(log.interval, position.interval if position.held else 0.0), 3)
-        what = f"is updated each {rate} s: lowerings cannot be followed above {_SLOWEST:g} s"
+        what = f"is updated each {rate} s: lowerings cannot be followed above {SLOWEST:g} s"
         faults.add(
             f"{log.source} column {position.mnemonic}",
             what,
@@ -552,7 +198,7 @@ class _Finder:
     def result(self) -> Lowerings:
         tare, decidable = self._tare()
         spans = self._spans()
-        works = _Works(self.log, self.height, self.load)
+        works = Works(self.log, self.height, self.load)
         limits = self.limits
         if tare is not None and decidable:
             self.heavy = limits["alone"] * tare.high, limits["string"] * tare.high
@@ -692,14 +338,14 @@ class _Finder:
         drop = self.height.value
         return [(a, b) for a, b in spans if drop[a] - drop[b] >= self.limits["travel"]]
 
-    def _lowering(self, works: "_Works", a: int, b: int, *, cut: bool) -> Lowering:
+    def _lowering(self, works: Works, a: int, b: int, *, cut: bool) -> Lowering:
         t = self.height.t[a : b + 1]
         h = self.height.value[a : b + 1]
         begin, end = t[[0, -1]].tolist()
         top, bottom = h[[0, -1]].tolist()
         travel = top - bottom
         work, low, high = works.between(a, b)
-        flags = [_CUT] if cut else []
+        flags = [CUT] if cut else []
         speed = self.mean_speed[a:b]
         if self.fall[a:b].max() > max(self.limits["jump"], _SINGLE * travel):
             flags.append("single update")
@@ -861,112 +507,3 @@ def _mean_of_runs(inside: np.ndarray, x: np.ndarray) -> np.ndarray:
     total = np.bincount(run, np.where(inside, x, 0.0))
     count = np.bincount(run)
     return (total / np.maximum(count, 1))[run]
-
-
-class _Works:
-    """Work of the hook between two knots of the height, with its interval, by sums from
-    the begin of the log."""
-
-    def __init__(self, log: Log, height: Course, load: Course) -> None:
-        self.log = log
-        self.height = height
-        self.load = load
-        heights = np.round(height.value, 6)
-        apart = np.diff(np.unique(heights))
-        moves = np.count_nonzero(np.diff(heights))
-        #: of a height that is written coarsely, so that the block comes to the same
-        #: ones again and again; 0.7 of it is the 90 % of the two ends of a lowering
-        self.step = float(apart.min()) if 0 < 3 * apart.size < moves else 0.0
-        self.sums = self._cumulative(0.0)
-        late = 0.5 * (height.interval + load.interval)
-        self.shifted = [self._cumulative(x) for x in (-late, late)]
-        channel = log["hook_load"]
-        self.read = channel.t[~np.isnan(channel.value)]
-        low, high = (log.channels.get(f"hook_load_{end}") for end in ("min", "max"))
-        self.bounds = None
-        if (
-            low is not None
-            and high is not None
-            and not (np.isnan(low.value).all() or np.isnan(high.value).all())
-        ):
-            self.bounds = self._bounds(low, high)
-        self.interval_by = (
-            "lowest and highest loads, bounds"
-            if self.bounds
-            else "the spread of quadratures, 90 %"
-        )
-
-    def _cumulative(self, shift: float) -> np.ndarray:
-        """`∫F dx` from the first knot to each one, with the load `shift` s later."""
-        knots = self.height.t
-        times = self.load.t + shift
-        grid = np.union1d(knots, times[(times > knots[0]) & (times < knots[-1])])
-        x = self.height.at(grid)
-        f = np.interp(grid, times, self.load.value)
-        work = np.append(0.0, np.cumsum(-0.5 * (f[1:] + f[:-1]) * np.diff(x)))
-        return work[np.searchsorted(grid, knots)]
-
-    def _bounds(self, low: Channel, high: Channel) -> tuple[np.ndarray, np.ndarray]:
-        """`Σ min F Δh` and `Σ max F Δh` from the first knot to each one; upwards the
-        bounds change places."""
-        fall = -np.diff(self.height.value)
-        first = np.searchsorted(low.t, self.height.t[:-1], side="left")
-        last = np.searchsorted(low.t, self.height.t[1:], side="right")
-        last = np.maximum(last, first + 1)
-        rows = np.stack([first, last], axis=1).ravel().clip(0, low.t.size)
-        low_x = np.append(np.where(np.isnan(low.value), np.inf, low.value), np.inf)
-        high_x = np.append(np.where(np.isnan(high.value), -np.inf, high.value), -np.inf)
-        least = np.minimum.reduceat(low_x, rows)[::2]
-        most = np.maximum.reduceat(high_x, rows)[::2]
-        ends = [np.where(np.isfinite(x), x, np.nan) * fall for x in (least, most)]
-        ends = [np.minimum(*ends), np.maximum(*ends)]
-        return tuple(np.append(0.0, np.cumsum(np.nan_to_num(x))) for x in ends)  # pyright: ignore
-
-    def between(self, a: int, b: int) -> tuple[float, float, float]:
-        """Work between two knots, and its interval."""
-        begin, end = self.height.t[[a, b]]
-        work = float(self.sums[b] - self.sums[a])
-        first = np.searchsorted(self.read, begin, side="right")
-        last = np.searchsorted(self.read, end)
-        around = self.read[max(first - 1, 0) : last + 1]
-        longest = max(
-            np.max(np.diff(around), initial=0.0), around[0] - begin, end - around[-1]
-        )
-        if longest > max(_SLOWEST, 3.0 * self.load.interval):
-            return np.nan, np.nan, np.nan
-        if self.bounds is not None:
-            low, high = (float(x[b] - x[a]) for x in self.bounds)
-            return work, min(low, work), max(high, work)
-        timing = max(abs(x[b] - x[a] - work) for x in self.shifted)
-        # what the cut of the ends leaves out
-        first, top, bottom, last = self.height.value[
-            [max(a - 1, 0), a, b, min(b + 1, self.height.t.size - 1)]
-        ]
-        travel = top - bottom
-        ends = abs(work) * ((abs(top - first) + abs(last - bottom)) / travel)
-        steps = 0.7 * self.step * abs(work) / travel
-        half = float(np.sqrt(timing**2 + ends**2 + steps**2 + self._scatter(a, b) ** 2))
-        return work, work - half, work + half
-
-    def _scatter(self, a: int, b: int) -> float:
-        """Error of the work (90 %) by the scatter of the readings of the load around
-        the line between them."""
-        from scipy.special import stdtrit
-
-        t = self.load.t
-        i, j = np.searchsorted(t, (self.height.t[a], self.height.t[b]))
-        if j - i < 3:
-            i = max(i - 1, 0)
-            j = min(j + 1, t.size)
-        t = t[i:j]
-        f = self.load.value[i:j]
-        if t.size < 3:
-            return 0.0
-        share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
-        off = f[1:-1] - (1 - share) * f[:-2] - share * f[2:]
-        spread = np.sqrt(np.mean(off**2 / (1 + share**2 + (1 - share) ** 2)))
-        middle = np.concatenate([t[:1], 0.5 * (t[1:] + t[:-1]), t[-1:]]).clip(
-            self.height.t[a], self.height.t[b]
-        )
-        weight = np.diff(self.height.at(middle))
-        return float(stdtrit(f.size - 2, 0.95) * spread * np.sqrt(np.sum(weight**2)))

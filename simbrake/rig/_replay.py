@@ -22,19 +22,11 @@ from ..runs.result import Result
 from ..runs.simulate import Progress, Report, simulate
 from ..runs.verdict import Verdict
 from ..shaft import AbstractAuxiliaryBrake, TackleLoss
+from ._found import LOADS, Lowering, Lowerings, column_of, in_seconds
 from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of
 from ._log import Channel, Log
-from ._lowerings import (
-    LOADS,
-    Course,
-    Lowering,
-    Lowerings,
-    column_of,
-    course_of,
-    in_seconds,
-    lowerings,
-    spans_of,
-)
+from ._lowerings import lowerings, spans_of
+from ._works import Course, course_of
 
 #: acceleration of the hook (m/s²) below which its load is that of the weight; share by
 #: which readings are off, and time (s) for which they are, where the weight has changed

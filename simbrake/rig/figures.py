@@ -7,8 +7,8 @@ from matplotlib.patches import Patch
 from .._base._arguments import explained
 from .._base._numbers import scale
 from ..plot.drawing import BLUE, GREEN, GREY, ORANGE, VERMILLION, finish, sheet, styled
+from ._found import LOADS, Lowering
 from ._ledger import Ledger
-from ._lowerings import LOADS, Lowering
 from ._replay import Comparison
 
 #: colours of the kinds of load
