@@ -82,8 +82,8 @@ MaxSteps = Annotated[
 ]
 Json = Annotated[Flag, Parameter(help="Print the results as JSON, alone on stdout.")]
 _UNITS = (
-    "Units of the printed summary: SI, or those of a rig (klbf, ft, ft·lbf, hp, "
-    "°F). JSON and files stay in SI."
+    "Units of what is printed, and of a report: SI, or those of a rig (klbf, ft, "
+    "ft·lbf, hp, °F). JSON and other files stay in SI."
 )
 Units = Annotated[Literal["si", "rig"], Parameter(help=_UNITS)]
 _SIMULATE = (

@@ -112,6 +112,7 @@ def report(
     check: bool = True,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
+    units: cli.Units = "si",
     json_: cli.Flag = False,
 ) -> int:
     """Run a scene and write its report: one self-contained HTML page.
@@ -150,7 +151,7 @@ def report(
             progress.now("second run, for the error estimate")
         errors = result.accuracy() if check else None
         asked = {"sensitivity": metrics, "limits": limits, "check": errors or False}
-        with sb.plot.titled(title):
+        with sb.plot.titled(title), sb.results.display_units(units):
             sb.report(result, out, title=title, files=files, progress=progress, **asked)  # pyright: ignore
         checks = limit_checks(result, limits)  # pyright: ignore
         verdict = result.verdict(checks)
@@ -161,7 +162,8 @@ def report(
         "limits": limit_dicts(checks),
     }
     about |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
-    lines = head_lines(result, checks)  # pyright: ignore
+    with sb.results.display_units(units):
+        lines = head_lines(result, checks)  # pyright: ignore
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
     cli.tell("\n".join(lines), json_, about, cli.is_good(verdict))
     return cli.exit_code(result.ok, fail_on_limit and verdict.fails)

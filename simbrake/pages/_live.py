@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Issues
-from .._base._numbers import ZERO
+from .._base._numbers import reading
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake
 from ..outputs.log import Event, plain_words
@@ -88,6 +88,12 @@ class Chart(NamedTuple):
     offset: float = 0.0
     stepped: bool = False
 
+    @classmethod
+    def of(cls, title: str, unit: str, lines: Sequence[Line]) -> "Chart":
+        """Curves of one quantity, by its SI unit."""
+        factor, offset, name = reading(unit)
+        return cls(title, name, tuple(lines), factor, offset)
+
     def values(self, series: Series) -> list[Any]:
         """The curves in the unit for reading."""
         return [self.factor * line.find(series) + self.offset for line in self.lines]
@@ -109,7 +115,6 @@ class Chart(NamedTuple):
 def charts_of(scene: Scene, s: Series) -> list[Chart]:
     """The charts of a run, by the columns that its series has."""
     words = scene.brake.words
-    kilo = 1e-3
     speed = [Line(f"{words.body} ω", _BLACK, "omega")]
     if s.bandage_speed is not None:
         speed.append(Line("bandage", BLUE, "bandage_speed", dashed=True))
@@ -132,15 +137,11 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
         )
         force = [normal, Line("actuator", SKY, "lever_force", dashed=True)]
     forces = "Tension of the band" if scene.brake.banded else "Forces"
+    forces = ", ".join(filter(None, (forces, scene.brake.force_words)))
     charts = [
-        Chart("Speed", "rad/s", tuple(speed)),
-        Chart("Torque", "kN·m", tuple(torque), kilo),
-        Chart(
-            ", ".join(filter(None, (forces, scene.brake.force_words))),
-            "kN",
-            tuple(force),
-            kilo,
-        ),
+        Chart.of("Speed", "rad/s", speed),
+        Chart.of("Torque", "N*m", torque),
+        Chart.of(forces, "N", force),
     ]
     hot = {
         f"hottest {words.body if not scene.brake.banded else 'rim'}": (
@@ -150,12 +151,12 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
         f"hottest {words.lining}": ("lining_temperature", ORANGE),
         "band": ("band_temperature", BLUE),
     }
-    lines = tuple(
+    lines = [
         Line(label, colour, column, "max")
         for label, (column, colour) in hot.items()
         if getattr(s, column) is not None
-    )
-    charts += [Chart("Surface temperature", "°C", lines, 1.0, -ZERO)] if lines else []
+    ]
+    charts += [Chart.of("Surface temperature", "K", lines)] if lines else []
     if s.friction_coefficient is not None:
         low = Line(
             f"lowest of the {words.lining}s", BLUE, "friction_coefficient", "min"
@@ -165,7 +166,7 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     if s.hook_position is not None:
         hook = scene.duty.load.words.hook
         travel = Line(f"{hook}, downwards", _BLACK, "hook_position")
-        charts.append(Chart(f"Travel of the {hook}", "m", (travel,)))
+        charts.append(Chart.of(f"Travel of the {hook}", "m", [travel]))
     used = Line(f"{words.lining}s at their friction limit", ORANGE, "at_limit")
     return [
         *charts,
@@ -312,6 +313,8 @@ def film(result: Result, t: Times, clock: Film) -> Data:
     """The brake at the times `t` (s) of a run: angles, speeds, contacts, tensions,
     loads, temperatures; `clock`: which of them are played, and how fast."""
     p = look(result, t)
+    force = reading("N")
+    degrees = reading("K")
     brake = result.scene.brake
     contacts = lining_contacts(result, p)
     pairs = [
@@ -320,7 +323,7 @@ def film(result: Result, t: Times, clock: Film) -> Data:
             "contacts": [
                 "".join(map(str, row)) for row in contacts[name].astype(int).tolist()
             ],
-            "load": rounded(now.normal / 1e3, _DRAWN),
+            "load": rounded(force(now.normal), _DRAWN),
         }
         for name, now in zip(contacts, p.shown.pairs, strict=True)
     ]
@@ -328,9 +331,9 @@ def film(result: Result, t: Times, clock: Film) -> Data:
     data: Data = {
         "clock": clock.as_dict(),
         "phi": rounded(p.y.phi),
-        "omega": rounded(p.y.omega),
-        "torque": rounded(p.flows.contact.brake_torque / 1e3),
-        "hook": None if hook is None else rounded(hook),
+        "omega": rounded(reading("rad/s")(p.y.omega)),
+        "torque": rounded(reading("N*m")(p.flows.contact.brake_torque)),
+        "hook": None if hook is None else rounded(reading("m")(hook)),
         "hook_name": result.scene.duty.load.words.hook,
         "places": rounded(_places(result.scene)),
         "pairs": pairs,
@@ -342,9 +345,9 @@ def film(result: Result, t: Times, clock: Film) -> Data:
             [p.flows.contact.slack_tension[:, None], p.shown.tension],
             axis=1,
         )
-        data["tension"] = rounded(tension / 1e3, _DRAWN)
+        data["tension"] = rounded(force(tension), _DRAWN)
     heat = {
-        name: T - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")
+        name: degrees(T) for name, T in p.surfaces.items() if name in ("linings", "rim")
     }
     if heat:
         low = min(T.min() for T in heat.values())
@@ -361,14 +364,19 @@ def film(result: Result, t: Times, clock: Film) -> Data:
 
 
 def still(scene: Scene) -> Data:
-    """Words and colours of the film, which do not depend on the numbers of a scene."""
+    """Words, colours and units of the film, which do not depend on the numbers of a
+    scene."""
     words = scene.brake.words
     states = {
         int(state): {"colour": _css(CONTACT_COLOURS[state]), "words": WORDS[state]}
         for state in WORDS
     }
+    si = {"speed": "rad/s", "travel": "m", "force": "N", "torque": "N*m", "heat": "K"}
+    units = {name: reading(unit) for name, unit in si.items()}
     return {
         "states": states,
+        "units": {name: unit.name for name, unit in units.items()},
+        "turning": units["speed"].factor,
         "lining": words.lining,
         "body": words.body,
         "banded": scene.brake.banded,

@@ -21,7 +21,6 @@ from .drawing import (
     GREEN,
     ORANGE,
     VERMILLION,
-    ZERO,
     Times,
     Window,
     above_legend,
@@ -347,8 +346,7 @@ def depth(
     *,
     figure: Figure | None = None,
 ) -> Figure:
-    """Temperature (°C) through the depth (mm) of a wall over time as a map, beside it
-    profiles.
+    """Temperature through the depth of a wall over time as a map, beside it profiles.
 
     Of a run with several brake applications the hottest one is enlarged; the lines of
     its map are those on the colour bar. The profiles are those at its start, while the
@@ -371,6 +369,8 @@ def depth(
         why = f"there is no {chosen.name} {copy}"
         raise input_error("copy", why, f"there are 1…{chosen.copies}")
     window = windows(result)[0]
+    degrees = reading("K")
+    deep = reading("m", 0.01)
 
     def layers(
         window: Window,
@@ -378,15 +378,15 @@ def depth(
         edges = cells(result, window.start, window.end)
         middle = 0.5 * (edges[1:] + edges[:-1])
         nodes = np.asarray(result.series(middle).temperature)
-        return edges, middle, panels.layers_of(result, chosen, nodes) - ZERO
+        return edges, middle, panels.layers_of(result, chosen, degrees(nodes))
 
     edges, middle, T = layers(window)
     index = int(np.argmax(T.max(axis=(0, 2)))) if copy is None else copy - 1
     near = application(
         result, float(middle[int(np.argmax(T[:, index, 0]))]), "the hottest application"
     )
-    depths = 1e3 * np.append(0.0, np.cumsum(np.asarray(chosen.steps)))
-    centres = 1e3 * np.asarray(chosen.centres)
+    depths = deep(np.append(0.0, np.cumsum(np.asarray(chosen.steps))))
+    centres = deep(chosen.centres)
     low = T[:, index].min()
     high = T[:, index].max()
     figure = sheet(figure, 12.5, 6.0)
@@ -408,7 +408,9 @@ def depth(
         field.set(xlabel="time, s", xlim=(part.start, part.end))
         field.set_title(part.title, loc="left", pad=16.0)
     T = T[:, index]
-    bar = figure.colorbar(mesh, ax=fields, label="temperature, °C", pad=0.01)
+    bar = figure.colorbar(
+        mesh, ax=fields, label=f"temperature, {degrees.name}", pad=0.01
+    )
     if np.ptp(T) > 1e-9 and chosen.layers > 1:
         levels = MaxNLocator(7).tick_values(T.min(), T.max())
         # none along what is still cold
@@ -433,12 +435,14 @@ def depth(
         fields[-1].plot(
             [middle[i]], [1.02], marker=7, color=colour, transform=above, clip_on=False
         )
-    profile.set_xlabel("temperature, °C")
+    profile.set_xlabel(f"temperature, {degrees.name}")
     profile.grid(alpha=0.3)
     profile.legend(
         loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, handlelength=1.2
     )
-    fields[0].set(ylabel="depth below the front face, mm", ylim=(depths[-1], 0.0))
+    fields[0].set(
+        ylabel=f"depth below the front face, {deep.name}", ylim=(depths[-1], 0.0)
+    )
     which = f" {index + 1} of {chosen.copies}" if chosen.copies > 1 else ""
     name_marks(figure, events=marked, rule=f"means of {chosen.layers} layers")
     head(figure, result.scene, f"temperature through the depth: {chosen.name}{which}")

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .._base._faults import Fault, Issues
-from .._base._numbers import number, pretty, scale
+from .._base._numbers import Reading, number, pretty, reading, scale
 from ..outputs.metrics import is_least
 from ..runs.measure import Metric, name_of
 from ..runs.result import Result
@@ -63,12 +63,15 @@ def tornado(table: SensitivityTable, *, most: int = 12, ax: Axes | None = None) 
     colours = {"low": BLUE, "high": VERMILLION}
     labels = []
     names = _parameters([row for row, _ in bars])
+    shown = reading(table.unit, abs(table.value)) if ranged else Reading(1.0, 0.0, "")
+    middle = shown(base)
     for y, (name, (row, ends)) in enumerate(zip(names, bars, strict=True)):
         for side, end in ends.items():
-            axes.barh(y, end - base, left=base, color=colours[side], height=0.7)
+            length = shown(end) - middle
+            axes.barh(y, length, left=middle, color=colours[side], height=0.7)
         if row.tangent is not None:
-            tangents = [base - row.tangent, base + row.tangent]
-            axes.vlines(tangents, y - 0.35, y + 0.35, ink(), lw=1.5)
+            tangents = np.asarray([base - row.tangent, base + row.tangent])
+            axes.vlines(shown(tangents), y - 0.35, y + 0.35, ink(), lw=1.5)
         value = number(row.value, row.unit, count=4)
         half = ""
         if ranged:
@@ -76,13 +79,13 @@ def tornado(table: SensitivityTable, *, most: int = 12, ax: Axes | None = None) 
             half = f" ± {number(row.half, row.unit, absolute=False, **about)}"
         labels.append(f"{name}\n{value}{half}")
     axes.set_yticks(range(len(bars)), labels)
-    axes.axvline(base, color=ink(), lw=0.9)
+    axes.axvline(middle, color=ink(), lw=0.9)
     name = metric_words(table.metric)
     if not ranged:
         axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
         finish([axes])
         return axes
-    axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
+    axes.set_xlabel(f"{name}{', ' * bool(shown.name)}{shown.name}")
     axes.set_title(f"{name} {number(table.value, table.unit, count=4)}")
     handles = [
         Patch(color=BLUE, label="parameter at its lower bound"),

@@ -18,12 +18,11 @@ from matplotlib.colors import ListedColormap
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._numbers import number
+from .._base._numbers import in_rig_units, number, reading
 from ..loads import AbstractString
 from ..outputs.quantities import LINING_QUANTITIES, Series, View
 from ..runs.findings import in_words_of
 from ..runs.linings import (
-    HEAT,
     VIEW_OF_HEAT,
     Contact,
     RunningIn,
@@ -40,7 +39,6 @@ from .drawing import (
     PURPLE,
     SKY,
     VERMILLION,
-    ZERO,
     Times,
     cells,
     dense_grid,
@@ -115,18 +113,24 @@ def speed(result: Result, s: Series, axes: Axes) -> None:
     """
     body = result.scene.brake.words.body
     way = "" if s.motor_torque is None else ", below 0 upwards"
-    axes.plot(s.t, s.omega, color=ink(), label=rf"speed of the {body} $\omega${way}")
-    axes.set_ylabel(r"$\omega$, rad/s")
+    turning = reading("rad/s")
+    omega = turning(s.omega)
+    axes.plot(s.t, omega, color=ink(), label=rf"speed of the {body} $\omega${way}")
+    axes.set_ylabel(rf"$\omega$, {turning.name}")
     if s.hook_speed is not None and np.any(s.omega):
         keep_level(axes)
+        moving = reading("m/s")
+        v = moving(s.hook_speed)
         hook = axes.twinx()
-        hook.plot(s.t, s.hook_speed, color=SKY, ls="--")
+        hook.plot(s.t, v, color=SKY, ls="--")
         label = in_words_of(result.scene, "speed of the hook $v$")
         axes.plot([], [], color=SKY, ls="--", label=label)
         # in the scale of the fast line, on the curve of the pulley where the rope is
         # rigid and in one layer
-        ratio = float(np.abs(s.hook_speed).max() / np.abs(s.omega).max())
-        hook.set(ylabel="$v$, m/s", ylim=tuple(ratio * x for x in axes.get_ylim()))
+        ratio = float(np.abs(v).max() / np.abs(omega).max())
+        hook.set(
+            ylabel=f"$v$, {moving.name}", ylim=tuple(ratio * x for x in axes.get_ylim())
+        )
 
 
 @over_time
@@ -138,15 +142,16 @@ def torques(result: Result, s: Series, axes: Axes) -> None:
         >>> axes.get_ylabel()
         'torque, kN·m'
     """
-    axes.plot(s.t, s.brake_torque / 1e3, color=BLUE, label="brake $M_b$")
+    torque = reading("N*m")
+    axes.plot(s.t, torque(s.brake_torque), color=BLUE, label="brake $M_b$")
     load = {"color": PURPLE, "ls": "-.", "label": r"load $M_\mathrm{load}$"}
-    axes.plot(s.t, s.load_torque / 1e3, **load)  # pyright: ignore
+    axes.plot(s.t, torque(s.load_torque), **load)  # pyright: ignore
     if s.motor_torque is not None:
-        axes.plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
+        axes.plot(s.t, torque(s.motor_torque), color=GREEN, ls="--", label="motor $M$")
         if s.shaft_torque is not None:
             others = r"others $\Sigma M_\mathrm{shaft}$"
-            axes.plot(s.t, s.shaft_torque / 1e3, color=ORANGE, ls=":", label=others)
-    axes.set_ylabel("torque, kN·m")
+            axes.plot(s.t, torque(s.shaft_torque), color=ORANGE, ls=":", label=others)
+    axes.set_ylabel(f"torque, {torque.name}")
 
 
 @over_time
@@ -159,19 +164,20 @@ def forces(result: Result, s: Series, axes: Axes) -> None:
         >>> axes.get_ylabel()
         'tension, kN'
     """
+    force = reading("N")
     if s.slack_tension is not None:
-        axes.plot(s.t, s.tight_tension / 1e3, color=BLUE, label="tight end $T_n$")
-        axes.plot(s.t, s.slack_tension / 1e3, color=SKY, label="slack end $T_0$")
-        axes.set_ylabel("tension, kN")
+        axes.plot(s.t, force(s.tight_tension), color=BLUE, label="tight end $T_n$")
+        axes.plot(s.t, force(s.slack_tension), color=SKY, label="slack end $T_0$")
+        axes.set_ylabel(f"tension, {force.name}")
     elif s.lever_force is not None:
-        axes.plot(s.t, s.lever_force / 1e3, color=SKY, label="actuator $F$")
+        axes.plot(s.t, force(s.lever_force), color=SKY, label="actuator $F$")
         lining = result.scene.brake.words.lining
         differ = np.ptp(s.normal_load, axis=1).max() > 0
         for i in range(s.normal_load.shape[1] if differ else 1):
             which = f" on {lining} {i + 1}" if differ else ""
             load = {"ls": "--", "label": f"normal force $N${which}"}
-            axes.plot(s.t, s.normal_load[:, i] / 1e3, **load)  # pyright: ignore
-        axes.set_ylabel("force, kN")
+            axes.plot(s.t, force(s.normal_load[:, i]), **load)  # pyright: ignore
+        axes.set_ylabel(f"force, {force.name}")
 
 
 @over_time
@@ -200,15 +206,16 @@ def lever(result: Result, s: Series, axes: Axes) -> None:
         >>> axes.get_ylabel()
         'tension, kN'
     """
+    force = reading("N")
     if result.scene.brake.banded:
         given = s.slack_tension
         words = "slack tension $T_0$"
-        axes.set_ylabel("tension, kN")
+        axes.set_ylabel(f"tension, {force.name}")
     else:
         given = s.lever_force
         words = "force of the actuator $F$"
-        axes.set_ylabel("force, kN")
-    axes.plot(s.t, np.asarray(given) / 1e3, color=BLUE, label=words)
+        axes.set_ylabel(f"force, {force.name}")
+    axes.plot(s.t, force(given), color=BLUE, label=words)
     _from_zero(axes)
 
 
@@ -222,10 +229,11 @@ def load(result: Result, s: Series, axes: Axes) -> None:
         'torque, kN·m'
     """
     words = "load torque on the shaft"
-    axes.plot(s.t, s.load_torque / 1e3, color=VERMILLION, label=words)
+    torque = reading("N*m")
+    axes.plot(s.t, torque(s.load_torque), color=VERMILLION, label=words)
     if s.motor_torque is not None:
-        axes.plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
-    axes.set_ylabel("torque, kN·m")
+        axes.plot(s.t, torque(s.motor_torque), color=GREEN, ls="--", label="motor $M$")
+    axes.set_ylabel(f"torque, {torque.name}")
     _from_zero(axes)
 
 
@@ -248,8 +256,9 @@ def hook_mass(result: Result, s: Series, axes: Axes) -> None:
     assert hook is not None
     mass = np.asarray(hook.weight) / float(string.gravity)
     label = "mass on the hook"
-    axes.step(s.t, mass / 1e3, where="post", color=PURPLE, label=label)
-    axes.set_ylabel("mass, t")
+    shown = reading("kg")
+    axes.step(s.t, shown(mass), where="post", color=PURPLE, label=label)
+    axes.set_ylabel(f"mass, {shown.name}")
     _from_zero(axes)
 
 
@@ -274,10 +283,11 @@ def pair_speeds(result: Result, s: Series, axes: Axes) -> None:
         'speed, rad/s'
     """
     _check_staged(result)
-    axes.plot(s.t, s.omega, color=ink(), label=r"pulley $\omega$")
+    turning = reading("rad/s")
+    axes.plot(s.t, turning(s.omega), color=ink(), label=r"pulley $\omega$")
     bandage = {"color": GREEN, "ls": "--", "label": r"bandage $\omega_b$"}
-    axes.plot(s.t, s.bandage_speed, **bandage)  # pyright: ignore
-    axes.set_ylabel("speed, rad/s")
+    axes.plot(s.t, turning(s.bandage_speed), **bandage)  # pyright: ignore
+    axes.set_ylabel(f"speed, {turning.name}")
 
 
 @over_time
@@ -292,13 +302,14 @@ def pair_torques(result: Result, s: Series, axes: Axes) -> None:
     """
     _check_staged(result)
     internal = s.pairs["internal"]
+    torque = reading("N*m")
     for values, colour, style, words in (
         (s.pairs["external"].torque, GREEN, "-", r"band on bandage $M_\mathrm{ext}$"),
         (internal.torque, BLUE, "-", r"pulley on bandage $\Lambda$"),
         (internal.capacity, BLUE, ":", r"it sticks up to $M_\mathrm{int}$"),
     ):
-        axes.plot(s.t, np.asarray(values) / 1e3, color=colour, ls=style, label=words)
-    axes.set_ylabel("torque, kN·m")
+        axes.plot(s.t, torque(values), color=colour, ls=style, label=words)
+    axes.set_ylabel(f"torque, {torque.name}")
 
 
 @over_time
@@ -311,10 +322,11 @@ def pair_heats(result: Result, s: Series, axes: Axes) -> None:
         'friction heat, kJ'
     """
     _check_staged(result)
+    energy = reading("J")
     for name, colour in _PAIRS.items():
-        heat = s.pairs[name].heat / 1e3
+        heat = energy(s.pairs[name].heat)
         axes.plot(s.t, heat, color=colour, label=f"{name} pair")
-    axes.set_ylabel("friction heat, kJ")
+    axes.set_ylabel(f"friction heat, {energy.name}")
 
 
 @styled
@@ -439,19 +451,20 @@ def surface_temperatures(
         if name != "outer"
     }
     limits["coolant, outlet"] = "coolant boils at", ":", heat.boiling
+    degrees = reading("K")
     coldest = min(T.min() for T in shown.values())
     hottest = max(T.max() for T in shown.values())
     for name, (words, style, most) in limits.items():
         if most is None:
             continue
-        limit = float(most) - ZERO
+        limit = float(degrees(most))
         look = {"color": HOT[name], "lw": 1.3, "ls": style}
         if limit < hottest + 1.5 * (hottest - coldest):
-            axes.axhline(limit, label=f"{words} {limit:.4g} °C", **look)
+            axes.axhline(limit, label=f"{words} {limit:.4g} {degrees.name}", **look)
         else:
-            axes.plot([], [], label=f"{words} {limit:.4g} °C above", **look)
+            axes.plot([], [], label=f"{words} {limit:.4g} {degrees.name} above", **look)
     axes.set_xlim(low, high)
-    axes.set(xlabel="time, s", ylabel="surface temperature, °C")
+    axes.set(xlabel="time, s", ylabel=f"surface temperature, {degrees.name}")
     finish([axes])
     return axes
 
@@ -521,13 +534,17 @@ def wall_profile(
         own = {"rim": brake.words.body, "lining": brake.words.lining}
         words = own.get(words, words)
     axes = drawn_in(ax, *_SIZE)
-    depths = 1e3 * np.asarray(chosen.centres)
-    T = np.asarray(result.series([time]).temperature)[0] - ZERO
+    depth = reading("m", 0.01)
+    degrees = reading("K")
+    T = degrees(result.series([time]).temperature)[0]
     layers = layers_of(result, chosen, T)
-    axes.plot(depths, layers.T, color=VERMILLION, marker=".", lw=1.0)
+    axes.plot(depth(chosen.centres), layers.T, color=VERMILLION, marker=".", lw=1.0)
     when = number(time, "s", count=4)
     axes.set_title(f"through the {words} at {when}", loc="left")
-    axes.set(xlabel="depth below the friction surface, mm", ylabel="temperature, °C")
+    axes.set(
+        xlabel=f"depth below the friction surface, {depth.name}",
+        ylabel=f"temperature, {degrees.name}",
+    )
     axes.grid(alpha=0.3)
     return axes
 
@@ -549,7 +566,8 @@ def _between(
 
 
 def temperatures_at(result: Result, t: Times) -> dict[str, Float[np.ndarray, "t n"]]:
-    """Temperatures (°C) of the surfaces that the scene names, else of all nodes."""
+    """Temperatures (°C or °F) of the surfaces that the scene names, else of all
+    nodes."""
     s = result.series(t)
     surfaces = {
         "rim": s.rim_temperature,
@@ -561,7 +579,8 @@ def temperatures_at(result: Result, t: Times) -> dict[str, Float[np.ndarray, "t 
     }
     named = {name: T for name, T in surfaces.items() if T is not None}
     shown = named or {"nodes": s.temperature}
-    return {name: np.asarray(T) - ZERO for name, T in shown.items()}
+    degrees = reading("K")
+    return {name: degrees(T) for name, T in shown.items()}
 
 
 def _envelope(
@@ -763,7 +782,11 @@ def _wide_enough(
 
 def view_of(quantity: str) -> tuple[View, str]:
     """How a quantity of linings is shown, and its words with symbols set."""
-    view = VIEW_OF_HEAT if quantity == HEAT else LINING_QUANTITIES[quantity].view
+    about = LINING_QUANTITIES.get(quantity)
+    view = VIEW_OF_HEAT if about is None else about.view
     assert view is not None
+    if in_rig_units():
+        shown = reading("J" if about is None else about.unit, 5 / view.factor)
+        view = view._replace(factor=shown.factor, offset=shown.offset, unit=shown.name)
     symbols = re.sub(r"\b([NTFfuv])\b", r"$\1$", view.words)
     return view, symbols.replace("|Tᵢ − Tᵢ₋₁|", "$|T_i - T_{i-1}|$")

@@ -15,7 +15,7 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import input_error
-from .._base._numbers import digits
+from .._base._numbers import digits, number, reading
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.band import AbstractStiffness, ParallelBands
 from ..brakes.design import AbstractBandBrake
@@ -209,7 +209,10 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
-    words = f"$\\omega$\n{omega:.3g}\nrad/s" if turns else "at rest"
+    speed = reading("rad/s")
+    words = (
+        f"$\\omega$\n{float(speed(omega)):.3g}\n{speed.name}" if turns else "at rest"
+    )
     axes.text(0, 0, words, ha="center", va="center")
 
 
@@ -246,8 +249,8 @@ def pulley(
     """Tension of the band and normal load of every lining on the pulley's circle at one
     time (Z, Fig. 5).
 
-    Outwards the tension `T_0…T_n` (kN) at the ends of each lining, joined by a line to
-    guide the eye; inwards the normal load `N_i` (kN) of each lining. Linings at their
+    Outwards the tension `T_0…T_n` at the ends of each lining, joined by a line to
+    guide the eye; inwards the normal load `N_i` of each lining. Linings at their
     true angles, coloured by stick and slip. Of a staged brake the outer half of a
     lining shows the band on it, the inner half the lining on the rim, whose load has an
     outline.
@@ -280,12 +283,15 @@ def pulley(
 
 
 def tops_of(p: Probe) -> tuple[float, float]:
-    """Largest tension and load (kN) at some instants: the ends of the two scales."""
+    """Largest tension and load (in kN, or klbf) at some instants: the ends of the two
+    scales."""
+    force = reading("N")
     tensions = tension_before(p.shown, p.flows.contact.slack_tension), p.shown.tension
     loads = [pair.normal for pair in p.shown.pairs]
-    return max(float(np.max(x)) for x in tensions) / 1e3, max(
-        float(np.max(x)) for x in loads
-    ) / 1e3
+    return (
+        max(float(np.max(force(x))) for x in tensions),
+        max(float(np.max(force(x))) for x in loads),
+    )
 
 
 def draw_moment(
@@ -304,7 +310,9 @@ def draw_moment(
         _draw_band_of(axes, result, p, j, tops)
         axes.set_title(f"band {j + 1}" if bands > 1 else "")
     title = f"tension of the band and normal load of the linings at $t$ = {digits(t, 4)} s{why}"
-    title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
+    torque = reading("N*m")
+    brakes = float(torque(p.flows.contact.brake_torque[0]))
+    title += f"\nbrake torque {brakes:.4g} {torque.name}"
     title += f" of {brake.rims} rims" if brake.rims > 1 else ""
     rules = [brake.force_words] if brake.force_words else []
     rules += ["outer half of a lining: band on lining, inner half: lining on rim"] * (
@@ -314,6 +322,7 @@ def draw_moment(
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
         rules.append(f"load sharing of sticking linings: {distribution}")
     head(figure, result.scene, title)
+    unit = reading("N").name
     handles: list[Artist] = [
         Line2D(
             [],
@@ -321,15 +330,17 @@ def draw_moment(
             color=BLUE,
             marker="o",
             ms=3,
-            label="tension $T$ of the band, kN, outwards",
+            label=f"tension $T$ of the band, {unit}, outwards",
         ),
         Patch(
-            color=GREEN, alpha=0.75, label="normal load $N$ of a lining, kN, inwards"
+            color=GREEN,
+            alpha=0.75,
+            label=f"normal load $N$ of a lining, {unit}, inwards",
         ),
     ]
     if len(contacts) > 1:
         handles.append(
-            Patch(fill=False, ec=GREY, label="load of a lining on the rim, kN")
+            Patch(fill=False, ec=GREY, label=f"load of a lining on the rim, {unit}")
         )
     name_marks(figure, [*handles, *_contact_legend(contacts)], rule="\n".join(rules))
 
@@ -347,10 +358,11 @@ def _draw_band_of(
     states = {pair: each[0, own] for pair, each in contacts.items()}
     _draw_wheel(axes, angles, states)
     before = tension_before(p.shown, p.flows.contact.slack_tension)
-    ahead = before[0, own] / 1e3
-    behind = p.shown.tension[0, own] / 1e3
+    force = reading("N")
+    ahead = force(before[0, own])
+    behind = force(p.shown.tension[0, own])
     tension = np.append(ahead[0], behind)
-    loads = [np.asarray(pair.normal)[0, own] / 1e3 for pair in p.shown.pairs]
+    loads = [force(pair.normal)[0, own] for pair in p.shown.pairs]
     _draw_around(axes, angles, first, tension, loads, tops)
     _draw_rotation(axes, float(p.y.omega[0]), 0.2)
 
@@ -392,7 +404,7 @@ def _draw_around(
     tops: tuple[float, float],
 ) -> None:
     """Numbers of the linings of a band, of which `first` are before it, its tension and
-    loads (kN), and its ends.
+    loads (kN, or klbf), and its ends.
 
     `tops`: maxima of the two scales
     """
@@ -411,9 +423,10 @@ def _draw_around(
         if reverse
         else ("slack end", "tight end")
     )
+    unit = reading("N").name
     ends = (
-        f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} kN",
-        f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN",
+        f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} {unit}",
+        f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} {unit}",
     )
     _draw_band(axes, angles, ends)
     # the curve of a wide wrap comes down between the ends
@@ -447,6 +460,7 @@ def _rings(
     gid: str,
 ) -> float:
     """Arcs of a scale with their values; returns the value at its far end."""
+    unit = reading("N").name
     top = top if top > 0 else 1.0
     ticks = [
         x
@@ -461,7 +475,7 @@ def _rings(
         x, y = spot(radius, turn[0] + 0.05 / radius)
         # the outermost
         words = (
-            f"{value:g} kN"
+            f"{value:g} {unit}"
             if value == (ticks[0] if scale[1] < 0 else ticks[-1])
             else f"{value:g}"
         )
@@ -564,7 +578,7 @@ def pressed(
     pressure and the forces on them.
 
     Left the linings at their true angles and radii, coloured by stick and slip; right
-    the pressure along a lining (MPa): of pads over the radius, of shoes over the angle
+    the pressure along a lining: of pads over the radius, of shoes over the angle
     from the pin.
 
     - `time` (s): default that of the maximum normal force; at an event the values after
@@ -604,10 +618,11 @@ def pressed(
         edge = _drum(wheel, course, brake, normal, colours)
     wheel.set(aspect="equal", xlim=(-edge, edge), ylim=(-edge, edge))
     wheel.axis("off")
-    course.set(ylabel="pressure, MPa", ylim=(0.0, None))
+    course.set(ylabel=f"pressure, {reading('Pa').name}", ylim=(0.0, None))
     finish([course])
     lines = [
-        f"{brake.words.lining} {i + 1}: $N$ = {N / 1e3:.4g} kN, friction {F / 1e3:.4g} kN"
+        f"{brake.words.lining} {i + 1}: $N$ = {number(N, 'N', count=4)}, "
+        f"friction {number(F, 'N', count=4)}"
         for i, (N, F) in enumerate(zip(normal, friction, strict=True))
     ]
     shown = (
@@ -618,9 +633,9 @@ def pressed(
     wheel.text(
         0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top"
     )
-    force = float(p.flows.contact.slack_tension[0]) / 1e3
-    torque = float(p.flows.contact.brake_torque[0]) / 1e3
-    forces = f"force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m"
+    force = number(p.flows.contact.slack_tension[0], "N", count=4)
+    torque = number(p.flows.contact.brake_torque[0], "N*m", count=4)
+    forces = f"force of the actuator {force}, brake torque {torque}"
     head(
         figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}"
     )
@@ -669,15 +684,16 @@ def _disc(
     )
     radius = np.linspace(inner, outer, 100)
     highest = float(pads.greatest_pressure(normal.max()))
-    pressure = 1e-6 * highest * np.asarray(pads.pressure.share(radius, inner))
-    course.plot(1e3 * radius, pressure, color=GREEN, label="pressure on a pad")
-    mean = 1e-6 * float(normal.max()) / float(pads.area)
-    effective = 1e3 * float(brake.radius)
-    course.axhline(mean, color="0.5", ls=":", label=f"mean {mean:.4g} MPa")
-    course.axvline(
-        effective, color=BLUE, ls="--", label=f"effective radius {effective:.4g} mm"
-    )
-    course.set_xlabel("radius, mm")
+    length = reading("m", 0.01)
+    press = reading("Pa")
+    pressure = press(highest * np.asarray(pads.pressure.share(radius, inner)))
+    course.plot(length(radius), pressure, color=GREEN, label="pressure on a pad")
+    mean = float(press(normal.max() / float(pads.area)))
+    effective = float(length(brake.radius))
+    course.axhline(mean, color="0.5", ls=":", label=f"mean {mean:.4g} {press.name}")
+    words = f"effective radius {effective:.4g} {length.name}"
+    course.axvline(effective, color=BLUE, ls="--", label=words)
+    course.set_xlabel(f"radius, {length.name}")
     return 1.1 * edge
 
 
@@ -733,8 +749,7 @@ def _drum(
         x, y = spot(0.97 * r, ends.mean())
         wheel.text(x, y, str(i + 1), ha="center", va="center")
         words = "leading ahead" if i == 0 else "trailing ahead"
-        course.plot(
-            np.degrees(theta), 1e-6 * p, color=colour, label=f"shoe {i + 1}, {words}"
-        )
+        look = {"color": colour, "label": f"shoe {i + 1}, {words}"}
+        course.plot(np.degrees(theta), reading("Pa")(p), **look)
     course.set_xlabel("angle from the pin, °")
     return 1.15 * r

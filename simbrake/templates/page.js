@@ -268,7 +268,7 @@
   }
 
   function drawLegend(film) {
-    const there = new Set(film.pairs.flatMap((pair) => pair.contacts).join(""));
+    const {units} = data.still, there = new Set(film.pairs.flatMap((pair) => pair.contacts).join(""));
     $("legend").replaceChildren();
     const item = (colour, words) => {
       const box = made($("legend"), "span", {class: "item"});
@@ -277,18 +277,18 @@
     };
     for (const [state, look] of Object.entries(data.still.states)) if (there.has(state)) item(look.colour, `${data.still.lining} ${look.words}`);
     if (film.tension) {
-      item("var(--blue-line)", "outwards: tension T of the band, kN");
-      item("var(--green-line)", "inwards: normal load N of a lining, kN");
+      item("var(--blue-line)", `outwards: tension T of the band, ${units.force}`);
+      item("var(--green-line)", `inwards: normal load N of a lining, ${units.force}`);
     }
     if (film.pairs.length > 1) item("none", "outer half of a lining: band on lining; inner half: lining on rim");
-    if (film.heat) item("linear-gradient(90deg,#000004,#932667,#fca50a)", `surface ${shown(film.heat.low, 3)}…${shown(film.heat.high, 3)} °C`);
+    if (film.heat) item("linear-gradient(90deg,#000004,#932667,#fca50a)", `surface ${shown(film.heat.low, 3)}…${shown(film.heat.high, 3)} ${units.heat}`);
   }
 
   function drawFrame(i) {
     const {film} = picture, {clock} = film, turns = film.phi[i] / (2 * Math.PI), k = partOf(clock, i);
     frame = i;
     picture.turning.setAttribute("transform", `rotate(${(-360 * (turns % 1)).toFixed(3)})`);
-    const speed = film.omega[i] * (clock.run[k + 1] - clock.run[k]) / (clock.film[k + 1] - clock.film[k]);  // rad/s as it is played
+    const speed = film.omega[i] * (clock.run[k + 1] - clock.run[k]) / (clock.film[k + 1] - clock.film[k]) / data.still.turning;  // rad/s as it is played
     picture.turning.style.opacity = Math.abs(speed) > 60 ? 0.25 : 1;
     picture.rings.forEach((ring, k) => ring.forEach((path, j) => {
       path.style.fill = data.still.states[film.pairs[k].contacts[i][j]].colour;
@@ -316,19 +316,19 @@
   }
 
   function tell() {
-    const {film} = picture, {clock} = film, i = frame, t = run.t[i], T = film.tension && film.tension[i];
-    const now = [`t = ${shown(t, 4)} s`, `ω = ${shown(film.omega[i])} rad/s`, `${shown(film.phi[i] / (2 * Math.PI))} turns`];
-    if (film.hook) now.push(`${film.hook_name} ${shown(film.hook[i])} m`);
-    if (T) now.push(`T₀ = ${shown(T[0])} kN`, `Tₙ = ${shown(T[T.length - 1])} kN`);
-    now.push(`brake torque ${shown(film.torque[i])} kN·m`);
+    const {film} = picture, {clock} = film, {units} = data.still, i = frame, t = run.t[i], T = film.tension && film.tension[i];
+    const now = [`t = ${shown(t, 4)} s`, `ω = ${shown(film.omega[i])} ${units.speed}`, `${shown(film.phi[i] / (2 * Math.PI))} turns`];
+    if (film.hook) now.push(`${film.hook_name} ${shown(film.hook[i])} ${units.travel}`);
+    if (T) now.push(`T₀ = ${shown(T[0])} ${units.force}`, `Tₙ = ${shown(T[T.length - 1])} ${units.force}`);
+    now.push(`brake torque ${shown(film.torque[i])} ${units.torque}`);
     if (t <= clock.run.at(-1)) now.push(clock.words[partOf(clock, i)]);
     $("now").textContent = now.join(" · ");
     if (!picture.looked) return;
     const [k, j] = picture.looked, pair = film.pairs[k], words = data.still.states[pair.contacts[i][j]].words;
-    const said = [`${data.still.lining} ${j + 1} ${words}`, `N = ${shown(pair.load[i][j])} kN`];
+    const said = [`${data.still.lining} ${j + 1} ${words}`, `N = ${shown(pair.load[i][j])} ${units.force}`];
     if (film.pairs.length > 1) said.unshift(pair.words);
-    if (T) said.push(`T behind it ${shown(T[j + 1])} kN`);
-    if (film.heat && film.heat.linings) said.push(`${shown(film.heat.linings[i][film.heat.linings[i].length > 1 ? j : 0])} °C`);
+    if (T) said.push(`T behind it ${shown(T[j + 1])} ${units.force}`);
+    if (film.heat && film.heat.linings) said.push(`${shown(film.heat.linings[i][film.heat.linings[i].length > 1 ? j : 0])} ${units.heat}`);
     $("looked").textContent = said.join(" · ");
   }
 

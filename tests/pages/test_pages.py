@@ -8,6 +8,7 @@ import contextlib
 import http.client
 import itertools
 import json
+import math
 import re
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import numpy as np
 import pytest
 from browsers import browser_path, chromium
 from commands import call, output
-from helpers import all_near
+from helpers import all_near, near
 from scenes import stop_scene
 
 import simbrake as sb
@@ -108,6 +109,30 @@ def test_curves_and_film_of_a_report(scene, browser, tmp_path):
                 page.evaluate(_MOVE, step)
                 now = page.inner_text("#now").split(" ")[2] if shown else "—"
                 assert set(page.evaluate(_CURSORS)) == {now}
+
+
+def test_report_in_units_of_a_rig(tmp_path, capsys, scene):
+    """Texts and charts, all in one system."""
+    file = tmp_path / "stop.toml"
+    sb.write_scene(scene, file)
+    page = tmp_path / "stop.html"
+    asked = ("--units", "rig", "--no-check", "--out", str(page))
+    assert call(capsys, "report", str(file), *asked)[0] == 0
+    text = page.read_text("utf-8")
+    run = data_of(text)["run"]
+    units = [chart["unit"] for chart in run["charts"]]
+    assert units == ["rpm", "ft·lbf", "klbf", "–"]
+    s = sb.simulate(scene).series(run["t"][50:51])
+    pound = 0.45359237 * 9.80665
+    drawn = [line[50] for lines in run["y"][:3] for line in lines]
+    near(drawn[0] * math.pi / 30, s.omega[0], 1e-6)
+    near(drawn[1] * pound * 0.3048, s.brake_torque[0], 1e-6)
+    near(drawn[3] * 1e3 * pound, s.tight_tension[0], 1e-6)
+    near(run["film"]["torque"][50] * pound * 0.3048, s.brake_torque[0], 1e-6)
+    parts = r"<(script|style|pre).*?</\1>|data:[^\"]*|<[^>]*>"
+    shown = re.sub(parts, "", text, flags=re.DOTALL)
+    found = re.search(r".{40}(\b(kN(?!/m)|MPa|kJ|rad/s|m/s)\b|°C)", shown)
+    assert not found
 
 
 # --- app ----------------------------------------------------------------------------
