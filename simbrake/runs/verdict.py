@@ -268,6 +268,8 @@ def page_of(result: Result) -> str:
 # --- capacity of a brake ------------------------------------------------------------
 
 
+#: a ratio that is 1 but for rounding: where a load breaks away without a jump
+_ROUNDING = 1e-9
 #: what a friction brake has over the load, at rest and sliding
 RESERVE = "Holding reserve (static capacity over load)"
 SLIDING = "Torque of the sliding brake over load"
@@ -276,13 +278,18 @@ STILL_MOVING = ("T1", "H3", "S1", "S2", "S3", "S4", "U1")
 
 
 def _row(
-    name: str, value: str, limit: str, margin: str, share: float, small: float
+    name: str,
+    value: str,
+    limit: str,
+    margin: str,
+    share: float,
+    small: float,
+    least: float = _ROUNDING,
 ) -> tuple[float, VerdictRow]:
-    """A margin as a share of its limit, and the row of it; one below `small` is
-    small."""
+    """A margin as a share of its limit, and the row of it: small below `small`,
+    exceeded up to `least`."""
     state = LimitVerdict.SMALL if share < small else LimitVerdict.WITHIN
-    # where a load breaks away without a jump the ratio is 1 but for rounding
-    state = LimitVerdict.EXCEEDED if share <= 1e-9 else state
+    state = LimitVerdict.EXCEEDED if share <= least else state
     return share, VerdictRow(name, value, limit, margin, state)
 
 
@@ -294,7 +301,8 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
     reason = REASONS[judgement.reason].id
     if not math.isfinite(judgement.reserve):
         return []
-    known = judgement.pull > 0 or COLOURS[judgement.colour] == Colour.RED
+    red = COLOURS[judgement.colour] == Colour.RED
+    known = judgement.pull > 0 or red
     if judgement.pull <= 0:
         when = "no pull of the friction brake is given"
     elif report.by_worst_angle:
@@ -312,7 +320,8 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
         value = f"{ratio:.4g} ({note})"
         margin = f"{100 * (ratio - 1):+.3g} %".replace("-", "−")
         value = in_words_of(result.scene, value)
-        row = _row(name, value, "> 1", margin, ratio - 1, SMALL_RESERVE - 1)
+        small = SMALL_RESERVE - 1
+        row = _row(name, value, "> 1", margin, ratio - 1, small, _ROUNDING * red)
         rows.append(row)
     if not known:
         share, row = rows[0]

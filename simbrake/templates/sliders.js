@@ -67,7 +67,7 @@
       if (!Number.isFinite(ratio) || !reasons.includes(said.reason)) continue;
       const known = key !== "reserve" || said.pull > 0 || colour === "red";
       const margin = known ? `${ratio < 1 ? "" : "+"}${shown(100 * (ratio - 1), 3)} %` : "—";
-      const judged = known ? stateOf(!(ratio > 1 + 1e-9), ratio < small) : ["not evaluated", ""];
+      const judged = known ? stateOf(!(ratio > 1 + (colour === "red" ? 1e-9 : 0)), ratio < small) : ["not evaluated", ""];
       rows.push([words, shown(ratio, 4), "> 1", margin, ...judged]);
     }
     const near = named("open"), headline = status + (over ? `. Exceeded: ${over}` : near ? `. Small margin: ${near}` : "");

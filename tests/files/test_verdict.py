@@ -70,6 +70,17 @@ def test_limit_of_a_least_value(stop, factor, colour, state):
     near(check.margin_percent, 100 * (1 / factor - 1), 1e-9)
 
 
+@pytest.mark.parametrize(
+    ("load", "colour", "state"),
+    [(1 - 1e-12, "amber", "small margin"), (1 + 1e-6, "red", "exceeded")],
+)
+def test_hold_at_the_limit(load, colour, state):
+    """No row is exceeded in a verdict that is not red."""
+    said = sb.simulate(rigid(load * TORQUE, w0=0.0, end=0.1)).verdict(AMPLE)
+    rows = [row.state for row in said.rows if row.name.startswith("Holding")]
+    assert (said.colour, rows) == (colour, [state])
+
+
 def test_notebook_shows_a_run_with_heat():
     assert "peak_rim_temperature" in sb.simulate(hot_stop())._repr_html_()
 
