@@ -80,7 +80,7 @@ def sweep(
     vary: cli.Many = None,
     sample: int | None = None,
     seed: int = 0,
-    metrics: str | None = None,
+    metrics: cli.Many = None,
     out: cli.Out = None,
     json_: cli.Json = False,
     set_: cli.Set = None,
@@ -191,7 +191,7 @@ _MOST_VALUES = 1_000_000
 
 
 def _metrics_of(
-    scene: cli.Scene, text: str | None, limits: Iterable[str]
+    scene: cli.Scene, texts: list[str] | None, limits: Iterable[str]
 ) -> tuple[str, ...]:
     """`--metrics`: names with commas between them, `all`, or the default metrics of an
     ensemble; and those that have `limits`, where a pressure is compared by the load
@@ -200,9 +200,12 @@ def _metrics_of(
     from ..runs.measure import PRESSURE
     from ..studies.many_points import default_metrics
 
-    named = default_metrics(scene) if text is None else metric_names(scene)
-    if text not in (None, "all"):
-        named = tuple(name.strip() for name in text.split(",") if name.strip())
+    asked = [name.strip() for text in texts or () for name in text.split(",")]
+    named: Iterable[str] = (
+        metric_names(scene) if "all" in asked else filter(None, asked)
+    )
+    if texts is None:
+        named = default_metrics(scene)
     return tuple(
         dict.fromkeys(
             (

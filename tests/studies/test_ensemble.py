@@ -458,12 +458,19 @@ def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
     form."""
     stop = closed_form(T0=6e3)["stop"]
     file = str(tmp_path / "s.toml")
-    vary = ("--vary", f"{LEVER}=0,6000", "--metrics", "stopping_time", "--json")
+    metrics = ("--metrics", "stopping_time", "--metrics", "stopping_angle, max_tension")
+    vary = ("--vary", f"{LEVER}=0,6000", *metrics, "--json")
     for share, count in ((0.99, 2), (1.01, 1)):
         limits = sb.Limits(stopping_time=share * stop)
         sb.write_scene(stop_scene(limits=limits), file)
         code, out, _ = call(capsys, "sweep", file, *vary)
-        (row,) = json.loads(out)["limits"]["checked"]
+        found = json.loads(out)
+        (row,) = found["limits"]["checked"]
+        assert [*found["runs"][0]["metrics"]] == [
+            "stopping_time",
+            "stopping_angle",
+            "max_tension",
+        ]
         assert (code, row["exceeded"], row["of"]) == (0, count, 2)
 
 
