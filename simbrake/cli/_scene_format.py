@@ -12,7 +12,7 @@ import numpy as np
 
 from .._base._faults import input_error, nearest
 from .._base._numbers import numbers
-from .._base._part import Whole, leaves, short_of
+from .._base._part import Leaf, Whole, leaves, parts_below, short_of
 from .._base._quantity import Quantity
 from .._base._table import Column, Table
 from ..files.schema import FORMAT, PLAIN, VERSION, Maker, Part, makers_of, parts_of
@@ -122,7 +122,18 @@ def _numbers(about: Quantity) -> list[Json]:
 
 
 def parameter_table(scene: Scene) -> Table:
-    """Every parameter of a scene: path, value (SI), unit, meaning."""
+    """Every parameter of a scene: path, value (SI), unit, meaning with the name of its
+    body or phase, or the ends of its link."""
+    names = {}
+    for path, part, _ in parts_below(scene):
+        own = [getattr(part, field, None) for field in ("name", "a", "b")]
+        if words := " to ".join(word for word in own if word and isinstance(word, str)):
+            names[path] = words
+
+    def meaning(leaf: Leaf) -> str:
+        around = [names[path] for path in names if leaf.path.startswith(f"{path}.")]
+        return leaf.about.meaning + (f" ({', '.join(around)})" if around else "")
+
     columns = [
         "path",
         Column("value", show=lambda value: numbers(value, count=10).text),
@@ -134,7 +145,7 @@ def parameter_table(scene: Scene) -> Table:
     return Table(
         columns,
         [
-            (leaf.path, leaf.value, leaf.about.unit, leaf.about.meaning)
+            (leaf.path, leaf.value, leaf.about.unit, meaning(leaf))
             for leaf in leaves(scene)
         ],
     )

@@ -60,6 +60,13 @@ def test_numbers_of_a_run(capsys):
     assert [event["lining"] for event in limits] == list(range(1, 21))
 
 
+def test_numbers_have_the_names_of_their_bodies(capsys):
+    _, text, _ = call(capsys, "scene", "show", "tripping")
+    assert re.search(r"heat\.bodies\[2\]\.capacity .*heat capacity \(linings\)\n", text)
+    assert re.search(r"heat\.links\[0\]\.value .* \(rim to air\)\n", text)
+    assert re.search(r"phases\[2\]\.until\.duration .* \(hold\)\n", text)
+
+
 def test_keys_that_are_set(capsys):
     """Of the file, also those that its numbers are made of; with their units."""
     changes = {
