@@ -221,7 +221,7 @@ class HeatResult(NamedTuple):
     coolant: VectorM | None = None
 
     def _table(self) -> Table:
-        nodes = node_names(self.record.system.thermal.heat)
+        nodes = node_names(self.record.system.thermal.heat)  # pyright: ignore
         heats = {"lost": self.lost, "supplied": self.supplied, "coolant": self.coolant}
         rows = [("t", range_text(self.t, "s"), "time")]
         rows += [
