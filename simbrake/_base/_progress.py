@@ -1,14 +1,10 @@
-"""Progress of long tasks: what is being done, the time spent, and the time left.
-
-On a terminal it is a line that changes. Commands whose stderr is a file or a pipe write
-lines there, for what takes longer than some seconds; nothing is written to stdout.
-"""
+"""Progress of long tasks on a terminal: what is being done, the time spent, and the
+time left."""
 
 import contextlib
 import contextvars
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
@@ -19,10 +15,6 @@ Report: TypeAlias = Callable[[float, float], object]
 _CURRENT: contextvars.ContextVar["Progress | None"] = contextvars.ContextVar(
     "progress", default=None
 )
-#: whether lines are written where stderr is no terminal
-IN_LINES: contextvars.ContextVar[bool] = contextvars.ContextVar("lines", default=False)
-#: seconds of silence up to which nothing is written there
-_SILENT = 3.0
 
 
 def piece(done: int, total: int) -> None:
@@ -65,7 +57,7 @@ def saying(words: str) -> Iterator[None]:
 
 class Progress:
     """Show a task on a terminal after half a second, with the time spent, and the time
-    left where pieces are counted; in lines after 3 s where a command has no terminal.
+    left where pieces are counted.
 
     A context: `with Progress("run", "compiling…") as progress:`. `now` names the next
     task and the number of its pieces done, if any; `reach` reports the simulated time
@@ -82,10 +74,8 @@ class Progress:
         *,
         keep: bool = False,
     ) -> None:
-        terminal = sys.stderr.isatty()
-        self.shown = terminal if shown is None else shown
+        self.shown = sys.stderr.isatty() if shown is None else shown
         self.compiles = 0  # programs that are being made
-        self._in_lines = shown is None and not terminal and IN_LINES.get()
         self._name = f"{name}: " if name else ""
         self._doing = what
         self._done = ""
@@ -140,17 +130,6 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._task, description=self._words)
 
-    def _write_lines(self) -> None:
-        """Write what is being done, each task once it has lasted, and again after twice
-        the time, so that a log stays short."""
-        start = time.monotonic()
-        written, due = "", 0.0
-        while not self._over.wait(_SILENT):
-            spent = time.monotonic() - start
-            if self._doing != written or spent >= due:
-                print(f"{self._words} ({spent:.0f} s)", file=sys.stderr, flush=True)
-                written, due = self._doing, 2 * spent
-
     def __enter__(self) -> "Progress":
         if self.shown:
             # loaded where somebody looks
@@ -170,19 +149,12 @@ class Progress:
             self._timer = threading.Timer(self._after, self._bar.start)
             self._timer.daemon = True
             self._timer.start()
-        if self._in_lines:
-            self._over = threading.Event()
-            threading.Thread(target=self._write_lines, daemon=True).start()
-        if self.shown or self._in_lines:
             self._token = _CURRENT.set(self)
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self.shown or self._in_lines:
-            _CURRENT.reset(self._token)
-        if self._in_lines:
-            self._over.set()
         if self._bar is not None:
+            _CURRENT.reset(self._token)
             self._timer.cancel()
             self._timer.join()
             self._bar.stop()

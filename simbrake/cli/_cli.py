@@ -17,7 +17,6 @@ import cyclopts
 import simbrake as sb
 
 from .._base._faults import InputError
-from .._base._progress import IN_LINES
 from . import _checks, _rig, _runs, _scenes, _studies
 from . import _options as cli
 
@@ -206,8 +205,6 @@ def main(arguments: list[str] | None = None) -> None:
         if getattr(sys, name) is None:  # closed by the caller
             setattr(sys, name, StringIO())
     print_readably()
-    if arguments is None:  # a process of its own
-        IN_LINES.set(True)
     named = sys.argv[1:] if arguments is None else arguments
     for gone, instead in _GONE.items():
         command, *option = gone.split()

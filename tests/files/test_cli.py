@@ -207,7 +207,7 @@ def test_output_in_ascii(tmp_path):
     """Symbols are spelled where the encoding lacks them."""
     asked = os.environ | {"PYTHONIOENCODING": "ascii"}
     done = process("run", SCENE, env=asked)
-    assert (done.returncode, b"Traceback" in done.stderr) == (0, False)
+    assert (done.returncode, done.stderr) == (0, b"")
     assert b"lining limits 1...20 0.00152167...0.00896396 s" in done.stdout
     done = process("run", "ω.toml", env=asked, cwd=tmp_path)
     assert done.returncode == 2
@@ -236,7 +236,7 @@ def test_reader_that_goes_away_ends_no_work(tmp_path):
     asked = ("run", "standard", "--json", "--out", str(tmp_path / "x"))
     done = process(*asked, capture_output=False, stdout=theirs, stderr=subprocess.PIPE)
     os.close(theirs)
-    assert (done.returncode, b"Traceback" in done.stderr) == (0, False)
+    assert (done.returncode, done.stderr) == (0, b"")
     assert (tmp_path / "x" / "summary.json").exists()
 
 
