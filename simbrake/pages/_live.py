@@ -414,7 +414,9 @@ def live(
             for start, end, _, name in shown
         ],
         "events": events_of(result),
-        "film": film(result, series.t, clock) if drawable(result.scene) else None,
+        "film": film(result, np.asarray(series.t), clock)
+        if drawable(result.scene)
+        else None,
     }
 
 

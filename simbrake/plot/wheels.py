@@ -749,7 +749,7 @@ def _drum(
         x, y = spot(0.97 * r, ends.mean())
         wheel.text(x, y, str(i + 1), ha="center", va="center")
         words = "leading ahead" if i == 0 else "trailing ahead"
-        look = {"color": colour, "label": f"shoe {i + 1}, {words}"}
-        course.plot(np.degrees(theta), reading("Pa")(p), **look)
+        label = f"shoe {i + 1}, {words}"
+        course.plot(np.degrees(theta), reading("Pa")(p), color=colour, label=label)
     course.set_xlabel("angle from the pin, °")
     return 1.15 * r
