@@ -3,12 +3,10 @@
 import dataclasses
 import math
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 import simbrake as sb
-from simbrake.friction import AbstractFriction, Contact
 from simbrake.loads import AbstractLoad
 
 # --- scenes with closed-form solutions -----------------------------------------------
@@ -96,30 +94,6 @@ def closed_form(
 PI = closed_form()["Pi"]
 #: torque of that brake (N·m) per newton of slack tension
 GAIN = 0.725 * (PI - 1)
-
-
-class FallingFriction(AbstractFriction):
-    """Friction with which the torque of one lining of 0.5 rad falls as `M_0/(1 + κ ω)`,
-    for `R_b` = 1 m.
-
-    A stop then takes `(J/M_0)(ω_0 + κ ω_0²/2)` and the angle
-    `(J/M_0)(ω_0²/2 + κ ω_0³/3)`.
-    """
-
-    M0: jax.Array
-    kappa: jax.Array
-    T_0: jax.Array
-
-    def kinetic(self, contact):
-        torque = self.M0 / (1 + self.kappa * contact.v)
-        r = 1 + torque / self.T_0  # Π for R_b = 1
-        return (r - 1) / (r + 1) / jnp.tan(0.25)
-
-    def static(self, contact):
-        return self.kinetic(Contact(v=0.0 * contact.v))
-
-    def faults(self, path):
-        return []
 
 
 def tension_for(torque, n, f, beta, R=1.0):

@@ -120,28 +120,6 @@ def test_equal_increment_layout(f, k):
     near((1 / z[k - 1] + f) / (1 / z[0] - f), layout.ratio, 1e-11)
 
 
-def test_equal_increments_unequal_friction():
-    f = np.linspace(0.25, 0.35, 8)
-    layout = sb.layouts.equal_increment_angles(f, 8, 8, math.radians(240))
-    forces = sb.brakes.sliding_tensions(
-        jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle)
-    )
-    increments = np.diff(np.append(1.0, forces.tension))
-    all_near(increments, increments[0], 1e-10)
-    near(forces.tension[-1], layout.ratio, 1e-11)
-
-
-@pytest.mark.parametrize("area", [1.0, np.linspace(1.0, 1.5, 10)])
-def test_equal_load_layout(area):
-    layout = sb.layouts.equal_load_angles(0.3, 10, math.radians(270), area=area)
-    near(np.sum(layout.angle), math.radians(270), 1e-10)
-    forces = sb.brakes.sliding_tensions(
-        jnp.asarray(1.0), jnp.full(10, 0.3), jnp.asarray(layout.angle)
-    )
-    pressure = np.asarray(forces.normal) / area
-    all_near(pressure, pressure[0], 1e-9)
-
-
 def test_chord_layout_and_infeasible_case():
     twenty = math.radians(20)
     beta = sb.layouts.chord_equal_load_angles(0.2, 7, twenty, twenty)

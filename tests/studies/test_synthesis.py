@@ -7,7 +7,7 @@ import runpy
 import numpy as np
 import pytest
 from helpers import all_near, input_error, near
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.optimize import brentq, root
 from scipy.special import erfc
 from synthesis_by_hand import by_hand
@@ -232,23 +232,13 @@ def test_heat_reaches_back_of_rational_rim():
 
 
 def test_the_back_of_a_held_slab():
-    """Series and images meet; against the half-space, and volumes integrated by
-    SciPy."""
+    """Series and images meet; against two images of the half-space."""
     rise = sb.formulas.held_face_rise
     early = 2 * math.sqrt(0.05)
     close = 2 * (erfc(1 / early) - erfc(3 / early))
     near(rise(0.05), close, 1e-12)
     near(rise(0.2 * (1 - 1e-12)), rise(0.2 * (1 + 1e-12)), 1e-10)
     assert (rise(0.0), rise(20.0)) == (0.0, pytest.approx(1.0, abs=1e-15))
-    cells = 40
-
-    def rates(_, T):
-        left = np.concatenate([[2 * (1.0 - T[0])], -np.diff(T)])
-        return (left - np.concatenate([-np.diff(T), [0.0]])) * cells**2
-
-    given = {"method": "BDF", "rtol": 1e-9, "atol": 1e-11}
-    end = solve_ivp(rates, (0.0, 0.5), np.zeros(cells), **given).y[:, -1]
-    near(1.125 * end[-1] - 0.125 * end[-2], rise(0.5), abs=2e-4)
 
 
 def test_a_rational_lining():
