@@ -141,6 +141,15 @@ def written(folder, name, text, encoding="utf-8"):
     return file
 
 
+WRITERS = {"a.xml": witsml, "a.las": las, "a.csv": table}
+
+
+def recording(folder, t, height, load, name="a.xml", **other):
+    """What is read of a file of heights (m) and hook loads (N)."""
+    columns = {"BPOS": ("m", height), "HKLD": ("kN", load), **other}
+    return sb.rig.read(written(folder, name, WRITERS[name](t, columns)))
+
+
 def values(columns, name):
     return np.array([np.nan if x is None else x for x in columns[name][1]])
 

@@ -35,12 +35,12 @@ def distance(T_n=None):
     return J * W0**2 / 2 / (T0 * ((statics()[0][-1] if T_n is None else T_n) - 1))
 
 
-def stop(wear, heat=None, angle=None, end=8.0, law=None):
+def stop(wear, heat=None, angle=None, end=8.0, law=None, area=AREA):
     """Rigid band, constant lever, no load."""
     linings = sb.Lining(
         law or sb.ConstantFriction(F),
         np.full(N, BETA) if angle is None else angle,
-        AREA,
+        area,
     )
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
     return sb.Scene(

@@ -15,17 +15,9 @@ import pytest
 from goldens import assert_refused
 from helpers import all_equal, all_near, near
 from scenes import lining_ratio, stop_scene
+from wear_scenes import AREA, BETA, T0, W0, F, J, N, R, statics, stop
 
 import simbrake as sb
-
-N = 4
-F = 0.3
-R = 0.6
-J = 900.0
-T0 = 6e3
-W0 = 20.0
-AREA = 0.03
-BETA = math.radians(60.0)
 
 
 class HotWear(eqx.Module):
@@ -47,9 +39,6 @@ def heated_stop(fade=0.0, angle=None):
     """Rigid band, constant lever, no load; each lining a lump, whose temperature lowers
     its friction."""
     law = sb.friction.ProductFriction(F, (sb.LinearFade(fade, 293.15, 0.2, 0.05),))
-    linings = sb.Lining(
-        law, np.full(N, BETA) if angle is None else angle, np.full(N, AREA)
-    )
     heat = sb.Heat(
         bodies=(
             sb.thermal.Lump("rim", 1e5),
@@ -61,14 +50,7 @@ def heated_stop(fade=0.0, angle=None):
         rim="rim",
         linings="linings",
     )
-    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
-    return sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0, heat)
-
-
-def statics(angle, f=F):
-    """Tensions `T_1…T_n` and loads over the slack tension."""
-    T = np.append(1.0, np.cumprod(lining_ratio(f, angle)))
-    return T, (T[1:] + T[:-1]) * np.sin(angle / 2)
+    return stop(None, heat, angle, law=law, area=np.full(N, AREA))
 
 
 # --- integrals ----------------------------------------------------------------------
@@ -77,7 +59,7 @@ def statics(angle, f=F):
 @pytest.mark.slow
 def test_work_wear_and_means_in_closed_form():
     result = sb.simulate(heated_stop())
-    T, normal = statics(np.full(N, BETA))
+    T, normal = statics()
     energy = J * W0**2 / 2
     work = np.asarray(sb.results.friction_work(result))
     all_near(work, energy * np.diff(T) / (T[-1] - 1), 1e-10)
@@ -185,16 +167,18 @@ def test_static_layouts_are_the_closed_forms(target):
     design = sb.equal_layout(scene, target, start="given")
     wrap = 5 * math.radians(44.0)
     if target == "tension_increment":
-        expected = sb.layouts.equal_increment_angles(f, 5, 5, wrap).angle
+        layout = sb.layouts.equal_increment_angles(f, 5, 5, wrap)
     else:
-        expected = sb.layouts.equal_load_angles(
+        layout = sb.layouts.equal_load_angles(
             f, 5, wrap, area=area if target == "pressure" else 1.0
-        ).angle
+        )
+    expected = layout.angle
     all_near(design.angle, expected, atol=1e-8)
     assert design.non_uniformity <= 1 + 1e-8
     near(design.angle.sum(), wrap, 1e-14)
     assert design.row("given").non_uniformity > 1.3
     T, normal = statics(expected, f)
+    near(T[-1], layout.ratio, 1e-11)
     level = {
         "tension_increment": np.diff(T),
         "normal_load": normal,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from goldens import assert_refused
 from helpers import all_near, input_error, near
-from rig_recordings import SMALL, TIMES, las, sampled, table, trip, witsml, written
+from rig_recordings import SMALL, TIMES, recording, sampled, trip, witsml, written
 
 import simbrake as sb
 
@@ -24,12 +24,6 @@ STANDS = [
     (30.0, 0.9, 0.6, 0.9 * STRING, BLOCK),
     (28.0, 1.3, 0.3, STRING, BLOCK),
 ]
-WRITERS = {"a.xml": witsml, "a.las": las, "a.csv": table}
-
-
-def recording(folder, t, height, load, name="a.xml", **other):
-    columns = {"BPOS": ("m", height), "HKLD": ("kN", load), **other}
-    return sb.rig.read(written(folder, name, WRITERS[name](t, columns)))
 
 
 @pytest.mark.parametrize(

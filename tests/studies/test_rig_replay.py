@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_equal, all_near, closes, input_error, jacobians, near
-from rig_recordings import sampled, trip, witsml, written
+from rig_recordings import recording, sampled, trip, witsml, written
 from scenes import drawworks_brake
 from scipy.integrate import solve_ivp
 
@@ -48,9 +48,13 @@ def scene_of(cooling=COOLING, **parts):
     )
 
 
-def recording(folder, t, height, load, **other):
-    columns = {"BPOS": ("m", height), "HKLD": ("kN", load), **other}
-    return sb.rig.read(written(folder, "a.xml", witsml(t, columns)))
+def replayed(folder, t, height, **parts):
+    """The replay of a constant load, and by how much its block is below that of the
+    log."""
+    log = recording(folder, t, height, np.full(t.size, STRING))
+    replay = sb.rig.replay(log, scene_of(**parts))
+    lowered = np.asarray(replay.path.hook.travelled(replay.path.angle_at(t)))
+    return replay, height - (height[0] - lowered)
 
 
 def truth(stands, *, inertia=STRING / G):
@@ -128,8 +132,9 @@ def test_between_updates_no_speed_is_above_that_of_the_log(tmp_path, interval, r
     hook = sb.HookLoad("60 t", RADIUS, LINES, rope=rope)
     height = 42.0 - np.asarray(hook.travelled(angle))
     at = slice(None, None, round(interval / (t[1] - t[0])))
-    log = recording(tmp_path, t[at], height[at].round(3), np.full(t[at].size, STRING))
-    replay = sb.rig.replay(log, scene_of(duty=sb.Duty("20 kN", hook)))
+    replay, _ = replayed(
+        tmp_path, t[at], height[at].round(3), duty=sb.Duty("20 kN", hook)
+    )
     assert len(replay.lowerings) == 3
     near(replay.result["max_drum_speed"], np.gradient(angle, t).max(), 0.01)
     assert sb.rig.compare(replay).position.total.rmse < 5e-3
@@ -190,12 +195,7 @@ def test_small_movements_at_rest_are_given_back(tmp_path, cycle):
     height = np.concatenate(pieces)
     t = 2.0 * np.arange(height.size)
     down = [-x for x in cycle * 4 if x < -2]
-    replay = sb.rig.replay(
-        recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of()
-    )
-    away = height - (
-        height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t)))
-    )
+    replay, away = replayed(tmp_path, t, height)
     resting = np.append(height[1:] == height[:-1], True)
     assert np.abs(away[resting]).max() < 0.3
     all_near([one.travel for one in replay.lowerings], down, 0.01)
@@ -215,12 +215,7 @@ def test_a_slow_motion_follows_the_log(tmp_path):
     t = np.arange(0.0, 2600.0, 2.0)
     times = [0.0, 40, 45, 85, 1285, 1685, 2485, 2600]
     height = np.interp(t, times, 30.0 - np.array([0.0, 0, 5, 5, 17, 17, 25, 25]))
-    replay = sb.rig.replay(
-        recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of()
-    )
-    away = height - (
-        height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t)))
-    )
+    replay, away = replayed(tmp_path, t, height)
     assert np.abs(away).max() < 0.31
     near(replay.result.energy["load_work"], 25.0 * STRING, 1e-3)
 
@@ -230,9 +225,7 @@ def test_the_lever_holds_in_a_pause_of_a_lowering(tmp_path):
     """At rest the tension is the pull, not what is left of that in motion."""
     t = np.arange(0.0, 200.0, 2.0)
     height = 40.0 - np.clip(0.5 * (t - 40), 0, 12) - np.clip(0.5 * (t - 76), 0, 14)
-    replay = sb.rig.replay(
-        recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of()
-    )
+    replay, _ = replayed(tmp_path, t, height)
     assert len(replay.lowerings) == 1
     scene = scene_of()
     held = float(
@@ -248,8 +241,8 @@ def test_the_lever_holds_between_a_lowering_and_a_hoisting(tmp_path):
     """Both meet in an update of the height: the band is not judged open at rest."""
     t = np.arange(0.0, 200.0, 2.0)
     height = np.interp(t, [40.0, 80.0, 120.0], [40.0, 20.0, 40.0])
-    log = recording(tmp_path, t, height, np.full(t.size, STRING))
-    assert sb.rig.replay(log, scene_of()).result["min_holding_reserve"] > 1.0
+    replay, _ = replayed(tmp_path, t, height)
+    assert replay.result["min_holding_reserve"] > 1.0
 
 
 def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
@@ -285,16 +278,9 @@ def test_through_gaps_the_block_of_a_replay_moves_evenly(tmp_path):
     height = np.interp(t, times, [30, 30, 14, 14, 26, 26, 16, 16])
     kept = (t <= 46) | ((t >= 52) & (t <= 180)) | (t >= 260)
     t = np.where(t >= 52, t + 20.0, t)  # 26 s for these 6 m
-    replay = sb.rig.replay(
-        recording(tmp_path, t[kept], height[kept], np.full(t.size, STRING)[kept]),
-        scene_of(),
-    )
+    replay, away = replayed(tmp_path, t[kept], height[kept])
     assert replay.result.ok
     near(replay.result.energy["load_work"], 14.0 * STRING, 1e-3)
-    away = height[kept] - (
-        height[0]
-        - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t[kept])))
-    )
     assert np.abs(away).max() < 0.3
     assert [one.lowering.flags for one in replay.lowerings] == [
         ("cut by a gap",),
