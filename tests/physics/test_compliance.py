@@ -238,19 +238,6 @@ def test_lever_of_the_textbook():
     near(lever.value(0.0, 0), 0.9 * 200.0 * 0.75 / 0.12, 1e-15)
 
 
-@pytest.mark.slow
-def test_lever_in_a_scene():
-
-    def stop(arm):
-        scene = stop_scene(lever=sb.Lever(1e3, arm, 0.1))
-        return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
-
-    truth = jax.jit(jax.grad(lambda arm: closed_form(T0=1e4 * arm, xp=jnp)["stop"]))(
-        0.8
-    )
-    near(jax.jit(jax.grad(stop))(0.8), truth, 1e-9)
-
-
 def test_a_differential_lever_locks_itself():
     T_0 = float(sb.loads.differential_lever_tension(200.0, 0.75, 0.12, 0.02, 4.0))
     moments = T_0 * 0.12 - 4.0 * T_0 * 0.02 - 200.0 * 0.75

@@ -137,14 +137,3 @@ def test_tripping_with_layers():
     fall = (10.5e3 * GAIN - 4e3 * GRAVITY * r / LINES) * 0.4 / inertia
     assert float(first.record.y_end.phi) < 3 * math.pi
     near(first.record.y_end.omega, 24.0 - fall, 1e-10)
-
-
-def test_rope_in_a_scene_file_and_in_checks(tmp_path):
-    layers = RopeLayers(0.03, 20.0, 50.0)
-    near(
-        layers.paid_out(jnp.asarray(R_1), jnp.asarray(100 * math.pi)),
-        2
-        * math.pi
-        * (20 * R_1 + 20 * (R_1 + 0.03 * PITCH) + 10 * (R_1 + 2 * 0.03 * PITCH)),
-        1e-12,
-    )

@@ -1,5 +1,5 @@
-"""Validation of duties: phases that end cool, a driller, snubs, strings that an elastic
-rope takes."""
+"""Validation of duties: phases that end cool, a driller, strings that an elastic rope
+takes."""
 
 import cmath
 import math
@@ -17,20 +17,13 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 from simbrake import (
-    DiscBrake,
     Driller,
     Duty,
-    ForceDuty,
     Heat,
-    Initial,
-    Pads,
     PiecewiseLinear,
-    Repeated,
     Scene,
-    TorqueLoad,
     TrippingLoad,
 )
-from simbrake.brakes import UniformWear
 from simbrake.loads import (
     GRAVITY,
     Phase,
@@ -152,79 +145,6 @@ def driller_cases():
     return cases_with_slopes(
         "driller", scene, rows, lambda result: result.energy["friction_heat"]
     )
-
-
-def snub_cases():
-    """Fade test of a car's disc brake after UN R13, Type-I: 15 snubs from 120 to 60
-    km/h every 45 s.
-
-    Heat input is linear in time and decays with `exp(−b t)`. The rise at the end of one
-    snub of the length `τ` from `v_1`, `P(t) = s m a (v_1 − a t)`, is
-    `∫ P(t) e^{−b (τ − t)} dt/C`; the snubs add up.
-    """
-    # m/s, m/s, m/s², s, kg
-    fast = 120 / 3.6
-    slow = 60 / 3.6
-    a = 3.0
-    period = 45.0
-    mass = 400.0
-    # J/K, share of the heat, rate of cooling (1/s)
-    C = 3500.0
-    share = 0.95
-    b = 1 / 900
-    tau = (fast - slow) / a
-    wheel = 0.3
-    J = mass * wheel**2
-    n = 4
-    f = 0.4
-    r_i = 0.30
-    r_o = 0.50
-    force = (
-        mass * a * wheel / (n * f * (r_i + r_o) / 2)
-    )  # uniform wear: the mean radius
-    again = J * (fast - slow) / wheel / (period - tau)  # torque that restores the speed
-    lever, load = (
-        Repeated([0.0, tau, tau, period], values, period, 15)
-        for values in ([force, force, 0.0, 0.0], [0.0, 0.0, again, again])
-    )
-    heat = Heat(
-        (Lump("disc", C, 293.15), Reservoir("air", 293.15)),
-        (Conductance("disc", "air", C * b),),
-        FrictionHeat("disc", None, share),
-        rim="disc",
-    )
-    fall = math.exp(-b * tau)
-    one = (
-        share
-        * mass
-        * a
-        / C
-        * (fast * (1 - fall) / b - a * (tau / b - (1 - fall) / b**2))
-    )
-
-    def rise(k):
-        return lambda r: (
-            float(r.series([(k - 1) * period + tau]).temperature[0, 0]) - 293.15
-        )
-
-    rows = [
-        (
-            f"rise after {k}",
-            "UN R13 Type-I; closed form: Σ ∫ s P e^(−b (t_e − t)) dt/C",
-            one * sum(math.exp(-b * period * i) for i in range(k)),
-            rise(k),
-        )
-        for k in (1, 5, 15)
-    ]
-    brake = DiscBrake(J, Pads(f, r_i, r_o, 0.7, n, UniformWear()))
-    scene = Scene(
-        brake,
-        ForceDuty(lever, TorqueLoad(load)),
-        Initial(fast / wheel),
-        15 * period,
-        heat,
-    )
-    return cases_of_run("snubs", scene, rows, tolerance=1e-9)
 
 
 _BALANCE = "first law"
@@ -414,6 +334,5 @@ CASES = (
     tripping_cases,
     cooling_cases,
     driller_cases,
-    snub_cases,
     moving_string_cases,
 )
