@@ -28,7 +28,7 @@ from ..loads import AbstractActuator, Cylinder, Driller, Lever, SpeedHold, Torqu
 from ..outputs.log import Event, SimulationError, labels_of
 from ..outputs.probe import Probe, probe_of
 from ..outputs.programs import RunJit
-from ..outputs.quantities import Series, flat, series_of
+from ..outputs.quantities import Series, columns_by_name, series_of
 from ..parts.scene import Scene
 from ..parts.scene_checks import checked
 from ..phases import Phases
@@ -599,7 +599,7 @@ class Stepper:
         each lining or node."""
         # (a series has no reserve where no load is held; here the next step may hold
         # one)
-        columns = flat(self.series(), pairs=True)
+        columns = columns_by_name(self.series(), pairs=True)
         columns.setdefault("holding_reserve", np.full(1, np.nan))
         if name not in columns:
             raise KeyError(

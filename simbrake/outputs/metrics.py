@@ -28,7 +28,7 @@ from ..shaft import TackleLoss, names_of
 from ..thermal.heat import PowerSplit
 from .probe import Probe
 from .programs import RunJit
-from .quantities import coolant_outlet, deceleration, thickness
+from .quantities import coolant_outlet, deceleration, sum_of
 from .torques import can_lose_grip, terminal_speed
 
 # --- strength of the band and travel of the lever ------------------------------------
@@ -75,7 +75,7 @@ def lever_travel(record: Record, scene: Scene) -> Array:
     x = getattr(end.own, "x", None)
     gap = lever.clearance
     if scene.wear is not None:
-        gap = gap + scene.wear.worn + (0.0 if end.worn is None else thickness(end.worn))
+        gap = gap + scene.wear.worn + (0.0 if end.worn is None else sum_of(end.worn))
     slack = (brake.linings.angle * gap).sum()  # pyright: ignore
     return lever.arm / lever.slack_arm * (slack if x is None else slack + x)
 
@@ -340,7 +340,7 @@ def hook_travel_at_end(record: Record, scene: Scene) -> Any:
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:
     """Thickness that every lining lost in a run (m)."""
-    return thickness(record.y_end.worn)
+    return sum_of(record.y_end.worn)
 
 
 def _greatest_wear_over(

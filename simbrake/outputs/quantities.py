@@ -1,13 +1,14 @@
-"""What a run has at every instant: each quantity once, with its unit, meaning, how it
-is found and drawn.
+"""The quantities that a run has at every instant: unit, meaning, how each is found, and
+how figures draw it.
 
-Columns of series, files and tables, views of linings, and what means and maxima are
-taken of are read from here.
+Series, files and tables take their columns from here; figures, means and maxima over a
+run their quantities of linings.
 """
 
 import functools
+import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 import jax
@@ -20,7 +21,7 @@ from .._base._faults import Fault, InputError, input_error, near
 from .._base._numbers import number, value_text
 from .._base._table import Table, rows_table
 from ..brakes.band import pressure_within
-from ..hybrid.arrays import Array, NumberOrArray, numpy_of
+from ..hybrid.arrays import Array, NumberOrArray, VectorM, numpy_of
 from ..physics._brake import BrakeSystem
 from ..physics.heated import sensed, thermal_of
 from ..physics.mechanism import PairNow
@@ -28,14 +29,12 @@ from ..thermal.heat import PowerShares
 from .hook import slowing
 from .probe import Probe, tension_before
 
-#: a value at each time, one of each lining, and whole numbers
-Values = Float[Array, " m"]
-Each = Float[Array, "m n"]
-Whole = Int[Array, " m"]
+#: a value of each lining at each time
+EachLining = Float[Array, "m n"]
 if TYPE_CHECKING:
-    OfBand = Any  # whoever knows that there is a band need not ask
+    OfBand = Any  # code that knows that there is a band need not test for `None`
 else:
-    OfBand = Values | None  # no band
+    OfBand = VectorM | None
 
 
 class Rubbing(NamedTuple):
@@ -51,9 +50,9 @@ class Rubbing(NamedTuple):
     normal: Array
     speed: Array  # |v| ≥ 0, 0 while the lining sticks
     pressure: Array | None  # N/A, `None` without areas
-    # that the pair's friction law sees, `None` where the scene has none
+    # seen by the pair's friction law, `None` without heat
     temperature: Array | None
-    # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
+    # T_i/T_{i−1} > 0, 1 without tension; `None` for a pair that is not under a band
     tension_ratio: Array | None = None
 
     @property
@@ -64,19 +63,16 @@ class Rubbing(NamedTuple):
     def pressure_at(self, place: NumberOrArray | Array) -> Array | None:
         """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack
         end of the band, 1 at the other; the mean where they are not under a band."""
-        ratio = self.tension_ratio
-        return (
-            self.pressure
-            if self.pressure is None or ratio is None
-            else pressure_within(self.pressure, ratio, place)
-        )
+        if self.pressure is None or self.tension_ratio is None:
+            return self.pressure
+        return pressure_within(self.pressure, self.tension_ratio, place)
 
     def edge_pressure(self, place: float) -> Array | None:
-        """The same, `None` where there is no band."""
+        """As `pressure_at`, but `None` for linings that are not under a band."""
         return None if self.tension_ratio is None else self.pressure_at(place)
 
 
-class PairSeen:
+class PairInProbe:
     """The friction pair numbered `i` of a brake in a probe: what its quantities are
     found from."""
 
@@ -91,37 +87,27 @@ class PairSeen:
         return self.system.grip.shares
 
     @property
-    def hot(self) -> NumberOrArray:
+    def heat_share(self) -> NumberOrArray:
         """Share of the friction work that is heat."""
         return 1.0 if self.shares is None else self.shares.heat
 
     @property
-    def work(self) -> Values:
+    def work(self) -> VectorM:
         """Friction work of the pair (J)."""
         return self.p.y.ledger.friction[self.i]
 
     @property
-    def all_work(self) -> Values:
+    def all_work(self) -> VectorM:
         """Friction work of all pairs (J)."""
-        first, *more = self.p.y.ledger.friction
-        return sum(more, start=first)  # pyright: ignore
+        return sum_of(self.p.y.ledger.friction)
 
     @property
     def memory(self) -> Array | None:
         """States of the pair's friction law."""
         states = jax.tree.leaves(self.p.y.memory and self.p.y.memory[self.i])
-        return (
-            numpy_of(states[0]).stack(states, axis=1)
-            if len(states) > 1
-            else states[0]
-            if states
-            else None
-        )
-
-    @property
-    def worn(self) -> Each | None:
-        """Thickness worn off the linings of the pair (m)."""
-        return self.p.y.worn and self.p.y.worn[self.i]
+        if len(states) > 1:
+            return numpy_of(states[0]).stack(states, axis=1)
+        return states[0] if states else None
 
     @property
     def surface(self) -> Array | None:
@@ -155,11 +141,11 @@ class PairSeen:
         return Rubbing(abs(now.force), now.normal, abs(now.slip), pressure, None, ratio)
 
 
-def _of_band(p: Probe, tension: Values) -> Values | None:
+def _of_band(p: Probe, tension: VectorM) -> VectorM | None:
     return None if p.shown.tension is None else tension
 
 
-def _reserve(p: Probe) -> Values | None:
+def _reserve(p: Probe) -> VectorM | None:
     """Static capacity over the load: not a number where there is no load, `None` where
     there never is."""
     load, capacity = p.holding
@@ -197,20 +183,20 @@ def _nodes(p: Probe) -> Float[Array, "m k"] | None:
     )
 
 
-def thickness(worn: tuple[Array | None, ...]) -> Array:
-    """Thickness that linings have lost at all their faces (m)."""
-    first, *more = (loss for loss in worn if loss is not None)
-    return sum(more, start=first)
+def sum_of(values: Iterable[Array | None]) -> Array:
+    """Sum of those that are not `None`: of the friction work of all pairs, or of the
+    wear of linings at all their faces."""
+    return functools.reduce(operator.add, (x for x in values if x is not None))
 
 
-def deceleration(p: Probe) -> Values:
+def deceleration(p: Probe) -> VectorM:
     """Deceleration `−d|ω|/dt` (rad/s²) of the pulley, 0 at rest."""
     return slowing(p.mode, p.y.omega, p.flows.contact.alpha)
 
 
 class View(NamedTuple):
-    """How figures name a quantity of linings: its unit for people, what the SI value is
-    multiplied by and added to."""
+    """How figures show a quantity of linings: its words, and the unit, in which the
+    value is `factor` times that in SI, plus `offset`."""
 
     words: str
     unit: str
@@ -218,38 +204,38 @@ class View(NamedTuple):
     offset: float = 0.0
 
 
-class About(NamedTuple):
-    """A quantity: its unit, "" where there is none, its meaning, and how it is found,
-    `None` where a run has none.
+class SeriesColumn(NamedTuple):
+    """A quantity over time: its unit (SI, "" for a number), its meaning, and how it is
+    found.
 
-    - `find(p, s)`: of a probe `p` of m times and a friction pair `s` (`PairSeen`), (m,)
-      or (m, n)
-    - `view`: of linings, how figures name it
-    - `size`: means, maxima and figures take it without its sign
+    - `find(p, s)`: its values (m,) or (m, n) in a probe `p` of m times; `s`: the friction
+      pair (`PairInProbe`). `None` where a run does not have it
+    - `view`: how figures show it, of a quantity of linings
+    - `unsigned`: means, maxima and figures take its absolute value
     """
 
     unit: str
     meaning: str
     find: Callable[[Any, Any], Any]
     view: View | None = None
-    size: bool = False
+    unsigned: bool = False
 
     def of(self, p: Any, s: Any) -> Any:
         """The quantity as means, maxima and figures take it."""
         value = self.find(p, s)
-        return abs(value) if self.size and value is not None else value
+        return abs(value) if self.unsigned and value is not None else value
 
 
-# columns of each pair, and of the whole brake, which has those of its first pair
+# columns of `PairSeries` that `Series` has too, of the first pair
 FrictionForce = Annotated[
-    Each,
+    EachLining,
     "N",
     "friction force on each lining",
     lambda p, s: s.pair.friction,
     View("friction force F", "kN", 1e-3),
 ]
 FrictionCoefficient = Annotated[
-    Each | None,
+    EachLining | None,
     "",
     "coefficient of friction of each lining, sliding",
     lambda p, s: s.pair.coefficient,
@@ -262,14 +248,14 @@ FrictionMemory = Annotated[
     lambda p, s: s.memory,
 ]
 FrictionPower = Annotated[
-    Each,
+    EachLining,
     "W",
     "friction power of each lining",
     lambda p, s: s.rubbing.power,
     View("friction power", "kW", 1e-3),
 ]
 MeanPressure = Annotated[
-    Each | None,
+    EachLining | None,
     "Pa",
     "mean pressure on each lining",
     lambda p, s: s.rubbing.pressure,
@@ -283,8 +269,8 @@ class PairSeries(NamedTuple):
 
     `None`: `capacity` where the mechanism does not tell, `friction_coefficient` where
     it cannot change, `worn_thickness` without wear of the pair, `friction_memory` of a
-    law without states (of one with several (m, s, n)), pressures without areas, those
-    at edges and their ratio where no band presses, `temperature` without heat.
+    law without states ((m, s, n) where it has several), pressures without areas, edge
+    pressures and their ratio where no band presses, `temperature` without heat.
 
     Example:
         >>> float(result.series([0.5]).pairs["external"].torque[0].round(1))
@@ -292,7 +278,7 @@ class PairSeries(NamedTuple):
     """
 
     normal_load: Annotated[
-        Each,
+        EachLining,
         "N",
         "normal load on each lining, with preload and centrifugal force of a bandage",
         lambda p, s: s.pair.normal,
@@ -300,7 +286,7 @@ class PairSeries(NamedTuple):
     ]
     friction_force: FrictionForce
     slip_speed: Annotated[
-        Each,
+        EachLining,
         "m/s",
         "slip speed of each lining",
         lambda p, s: s.pair.slip,
@@ -314,32 +300,35 @@ class PairSeries(NamedTuple):
         lambda p, s: s.pair.sense,
     ]
     torque: Annotated[
-        Values, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque
+        VectorM, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque
     ]
     friction_work: Annotated[
-        Values, "J", "friction work since the start", lambda p, s: s.work
+        VectorM, "J", "friction work since the start", lambda p, s: s.work
     ]
     heat: Annotated[
-        Values, "J", "friction heat since the start", lambda p, s: s.hot * s.work
+        VectorM,
+        "J",
+        "friction heat since the start",
+        lambda p, s: s.heat_share * s.work,
     ]
     capacity: Annotated[
-        Values | None,
+        VectorM | None,
         "N*m",
         "torque up to which the pair sticks, or with which it slides",
         lambda p, s: s.pair.capacity,
     ]
     friction_coefficient: FrictionCoefficient
     worn_thickness: Annotated[
-        Each | None,
+        EachLining | None,
         "m",
         "thickness that each lining lost since the start",
-        lambda p, s: s.worn,
+        lambda p, s: p.y.worn and p.y.worn[s.i],
         View("thickness worn off since the start", "µm", 1e6),
     ]
     friction_memory: FrictionMemory
     friction_power: FrictionPower
     tension_increment: Annotated[
-        Each,
+        EachLining,
         "N",
         "friction of each lining at the radius of its slip, under a band |T_i - T_(i-1)|",
         lambda p, s: s.rubbing.increment,
@@ -347,21 +336,21 @@ class PairSeries(NamedTuple):
     ]
     pressure: MeanPressure
     slack_edge_pressure: Annotated[
-        Each | None,
+        EachLining | None,
         "Pa",
         "pressure at the edge of each lining towards the slack end",
         lambda p, s: s.rubbing.edge_pressure(0.0),
         View("pressure at the edge towards the slack end", "MPa", 1e-6),
     ]
     tight_edge_pressure: Annotated[
-        Each | None,
+        EachLining | None,
         "Pa",
         "pressure at the edge of each lining towards the tight end",
         lambda p, s: s.rubbing.edge_pressure(1.0),
         View("pressure at the edge towards the tight end", "MPa", 1e-6),
     ]
     edge_pressure_ratio: Annotated[
-        Each | None,
+        EachLining | None,
         "",
         "pressure at the tight edge of each lining over that at the slack edge",
         lambda p, s: s.rubbing.tension_ratio,
@@ -380,12 +369,11 @@ class Series(NamedTuple):
     """States and forces at the times `t` (m,), SI units; arrays over linings are (m,
     n).
 
-    `pairs` has each friction pair by its name: `external` is that on which the lever
-    acts, of which normal loads, friction forces and coefficients are columns here as
-    well; a staged brake has `internal` beside it. A column that the scene does not have
-    is `None`: tensions without a band, temperatures without heat or where it names no
-    such place, coefficients of friction that cannot change, the elongation of a rigid
-    band, …
+    `pairs` has each friction pair by its name: the lever acts on `external`, whose
+    normal loads, friction forces and coefficients are columns here as well; a staged
+    brake also has `internal`. A column that the scene does not have is `None`: tensions
+    without a band, temperatures without heat or where it names no such place,
+    coefficients of friction that cannot change, the elongation of a rigid band, …
 
     On several alike rims (`Brake.rims`) tensions, forces, pressures, wear and the power
     of each lining are those of one rim; torques, works and heat are those of the brake.
@@ -410,18 +398,18 @@ class Series(NamedTuple):
             )
             raise AttributeError(f"'Series' object has no attribute {name!r}{hint}")
 
-    t: Annotated[Values, "s", "time", lambda p, s: p.t]
+    t: Annotated[VectorM, "s", "time", lambda p, s: p.t]
     phi: Annotated[
-        Values, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi
+        VectorM, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi
     ]
     omega: Annotated[
-        Values,
+        VectorM,
         "rad/s",
         "speed of the pulley, positive in the braking direction",
         lambda p, s: p.y.omega,
     ]
     elongation: Annotated[
-        Values | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation
+        VectorM | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation
     ]
     slack_tension: Annotated[
         OfBand,
@@ -438,109 +426,110 @@ class Series(NamedTuple):
         lambda p, s: _of_band(p, p.flows.contact.tight_tension),
     ]
     load_torque: Annotated[
-        Values,
+        VectorM,
         "N*m",
         "torque of the load on the pulley",
         lambda p, s: p.flows.load_torque,
     ]
     shaft_torque: Annotated[
-        Values | None,
+        VectorM | None,
         "N*m",
         "torque on the shaft beside load and brake, against the rotation",
         lambda p, s: None if p.flows.shaft is None else p.flows.shaft.total,
     ]
     shaft_work: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "heat of the torques on the shaft beside load and brake since the start",
-        lambda p, s: (
-            p.y.ledger.shaft and sum(p.y.ledger.shaft[1:], start=p.y.ledger.shaft[0])
-        ),
+        lambda p, s: p.y.ledger.shaft and sum_of(p.y.ledger.shaft),
     ]
     motor_torque: Annotated[
-        Values | None,
+        VectorM | None,
         "N*m",
         "torque of the motor, against the braking direction",
         lambda p, s: p.flows.motor,
     ]
     motor_power: Annotated[
-        Values | None,
+        VectorM | None,
         "W",
         "power of the motor, negative where it holds the load back",
         lambda p, s: None if p.flows.motor is None else -p.flows.motor * p.y.omega,
     ]
     motor_work: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "work of the motor since the start",
         lambda p, s: p.y.ledger.motor,
     ]
     brake_torque: Annotated[
-        Values,
+        VectorM,
         "N*m",
         "torque of the brake against the pulley",
         lambda p, s: p.flows.contact.brake_torque,
     ]
     slip_speed: Annotated[
-        Values,
+        VectorM,
         "m/s",
         "speed of the track past the linings of the band",
         lambda p, s: p.flows.contact.slip_speed,
     ]
     at_limit: Annotated[
-        Whole,
+        Int[Array, " m"],
         "",
         "number of linings at their limit of friction",
         lambda p, s: s.pair.at_limit.sum(axis=1),
     ]
     band_mode: Annotated[
-        Whole,
+        Int[Array, " m"],
         "",
         "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held",
         lambda p, s: p.mode.band,
     ]
     rope_layer: Annotated[
-        Whole | None,
+        Int[Array, " m"] | None,
         "",
         "layer of the rope on the drum that pays out, from 1",
         lambda p, s: p.mode.layer,
     ]
     load_work: Annotated[
-        Values,
+        VectorM,
         "J",
         "work of the load since the start",
         lambda p, s: p.y.ledger.load_work,
     ]
     rope_work: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "work of the weight of ropes or chain since the start",
         lambda p, s: p.y.ledger.ropes,
     ]
     pick_up_heat: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "energy lost since the start as chain and anchor begin or end their motion",
         lambda p, s: p.y.ledger.pick_up,
     ]
     lever_work: Annotated[
-        Values,
+        VectorM,
         "J",
         "work of the lever since the start",
         lambda p, s: p.y.ledger.lever_work,
     ]
     friction_heat: Annotated[
-        Values, "J", "friction heat since the start", lambda p, s: s.hot * s.all_work
+        VectorM,
+        "J",
+        "friction heat since the start",
+        lambda p, s: s.heat_share * s.all_work,
     ]
     tension: Annotated[
-        Each | None,
+        EachLining | None,
         "N",
         "tension of the band behind each lining, counted from the slack end",
         lambda p, s: p.shown.tension,
         View("tension T behind the lining", "kN", 1e-3),
     ]
     lever_force: Annotated[
-        Values | None,
+        VectorM | None,
         "N",
         "force of the actuator on each pad or shoe, or on the lever of a band",
         lambda p, s: (
@@ -548,13 +537,13 @@ class Series(NamedTuple):
         ),
     ]
     actuator_pressure: Annotated[
-        Values | None,
+        VectorM | None,
         "Pa",
         "gauge pressure of the cylinder of the actuator",
         lambda p, s: p.actuator_pressure,
     ]
     normal_load: Annotated[
-        Each, "N", "normal load on each lining", lambda p, s: s.pair.normal
+        EachLining, "N", "normal load on each lining", lambda p, s: s.pair.normal
     ]
     friction_force: FrictionForce
     temperature: Annotated[
@@ -582,13 +571,13 @@ class Series(NamedTuple):
         lambda p, s: p.surfaces.get("band"),
     ]
     heat_lost: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "heat lost to the surroundings since the start",
         lambda p, s: p.y.ledger.heat and p.y.ledger.heat.lost,
     ]
     heat_to_coolant: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "heat that the coolant of all jackets carried away since the start",
         lambda p, s: p.y.ledger.heat and p.y.ledger.heat.coolant,
@@ -619,78 +608,81 @@ class Series(NamedTuple):
         lambda p, s: p.surfaces.get("outer"),
     ]
     bandage_speed: Annotated[
-        Values | None,
+        VectorM | None,
         "rad/s",
         "speed of the bandage (the mean of the linings where each has its own)",
         lambda p, s: p.shown.bandage_speed,
     ]
     lining_speed: Annotated[
-        Each | None, "rad/s", "speed of each lining", lambda p, s: p.shown.lining_speed
+        EachLining | None,
+        "rad/s",
+        "speed of each lining",
+        lambda p, s: p.shown.lining_speed,
     ]
     displacement: Annotated[
-        Each | None,
+        EachLining | None,
         "m",
         "displacement of each lining along the band circle",
         lambda p, s: p.shown.displacement,
         View("displacement u along the band", "mm", 1e3),
     ]
     damper_heat: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "heat of dampers since the start",
         lambda p, s: p.y.ledger.damper_heat,
     ]
     electrical_work: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "electrical part of the friction work since the start",
         lambda p, s: s.shares and s.shares.electrical * s.all_work,
     ]
     mechanical_work: Annotated[
-        Values | None,
+        VectorM | None,
         "J",
         "mechanical part of the friction work since the start",
         lambda p, s: s.shares and s.shares.mechanical * s.all_work,
     ]
     worn_thickness: Annotated[
-        Each | None,
+        EachLining | None,
         "m",
         "thickness that each lining lost since the start",
-        lambda p, s: p.y.worn and thickness(p.y.worn),
+        lambda p, s: p.y.worn and sum_of(p.y.worn),
     ]
     friction_memory: FrictionMemory
     hook_position: Annotated[
-        Values | None,
+        VectorM | None,
         "m",
         "travel of the hook downwards since the start",
         lambda p, s: p.hook and p.hook.travel,
     ]
     hook_speed: Annotated[
-        Values | None,
+        VectorM | None,
         "m/s",
         "speed of the hook, positive downwards",
         lambda p, s: p.hook and p.hook.speed,
     ]
     deceleration: Annotated[
-        Values,
+        VectorM,
         "rad/s^2",
         "deceleration −d|ω|/dt of the pulley, positive while it slows, 0 at rest",
         lambda p, s: deceleration(p),
     ]
     hook_deceleration: Annotated[
-        Values | None,
+        VectorM | None,
         "m/s^2",
         "deceleration −d|v|/dt of the hook, positive while it slows",
         lambda p, s: p.hook and p.hook.deceleration,
     ]
     hook_load: Annotated[
-        Values | None,
+        VectorM | None,
         "N",
         "force on the hook, weight less inertia",
         lambda p, s: p.hook and p.hook.force,
     ]
     rope_tension: Annotated[
-        Values | None,
+        VectorM | None,
         "N",
         "tension of the tightest line of the rope: hook load over lines strung; with a "
         "`TackleLoss` of the fast line "
@@ -698,26 +690,26 @@ class Series(NamedTuple):
         lambda p, s: p.hook and p.hook.rope,
     ]
     fast_line_tension: Annotated[
-        Values | None,
+        VectorM | None,
         "N",
         "tension of the line on the drum, with a `TackleLoss`; at rest the largest that it can be",
         lambda p, s: p.hook and p.hook.fast,
     ]
     dead_line_tension: Annotated[
-        Values | None,
+        VectorM | None,
         "N",
         "tension of the line at the dead-line anchor, with a `TackleLoss`; at rest the "
         "largest that it can be",
         lambda p, s: p.hook and p.hook.dead,
     ]
     rope_stretch: Annotated[
-        Values | None,
+        VectorM | None,
         "m",
         "stretch of the elastic rope at the hook, below 0: slack by that",
         lambda p, s: p.hook and p.hook.stretch,
     ]
     holding_reserve: Annotated[
-        Values | None,
+        VectorM | None,
         "",
         "static capacity of the brake over the load on a pulley at rest, under the "
         "tension of that instant, "
@@ -729,7 +721,7 @@ class Series(NamedTuple):
     pairs: dict[str, PairSeries]
 
     @property
-    def friction_work(self) -> Values:
+    def friction_work(self) -> VectorM:
         """Friction work (J): heat, and the electrical and mechanical parts where the
         scene has them."""
         if self.electrical_work is None or self.mechanical_work is None:
@@ -737,20 +729,19 @@ class Series(NamedTuple):
         return self.friction_heat + self.electrical_work + self.mechanical_work
 
     def _table(self) -> Table:
-        there = [
-            (name, getattr(self, name), about) for name, about in SERIES_COLUMNS.items()
-        ]
+        columns = columns_by_name(self, pairs=False).items()
         rows = [
-            (name, range_text(values, about.unit), about.meaning)
-            for name, values, about in there
-            if values is not None
+            (
+                name,
+                range_text(x, SERIES_COLUMNS[name].unit),
+                SERIES_COLUMNS[name].meaning,
+            )
+            for name, x in columns
         ]
-        first = next(iter(self.pairs), "")
-        pairs = (
-            ""
-            if len(self.pairs) < 2
-            else f"; pairs {', '.join(self.pairs)}, as pairs[{first!r}]"
-        )
+        pairs = ""
+        if len(self.pairs) > 1:
+            first = next(iter(self.pairs))
+            pairs = f"; pairs {', '.join(self.pairs)}, as pairs[{first!r}]"
         return rows_table(rows, f"Series at {np.shape(self.t)[0]} times{pairs}")
 
     def __repr__(self) -> str:
@@ -761,7 +752,7 @@ class Series(NamedTuple):
 
 
 def range_text(values: Any, unit: str) -> str:
-    """Range of a column with its unit and the count of what it has at each time."""
+    """Range of a column with its unit, and the shape of its values at each time."""
     if isinstance(values, Tracer | tuple):
         return value_text(values)
     array = np.asarray(values)
@@ -783,20 +774,18 @@ def range_text(values: Any, unit: str) -> str:
     )
 
 
-def _columns(series: type) -> dict[str, About]:
-    """The columns of a `Series` or a `PairSeries`, as their annotations say."""
-    hints = series.__annotations__.items()
+def _columns_in(series: type) -> dict[str, SeriesColumn]:
+    """The columns that the annotations of `Series` or `PairSeries` describe."""
     return {
-        name: About(*get_args(hint)[1:])
-        for name, hint in hints
+        name: SeriesColumn(*get_args(hint)[1:])
+        for name, hint in series.__annotations__.items()
         if get_origin(hint) is Annotated
     }
 
 
-SERIES_COLUMNS = _columns(Series)
-PAIR_COLUMNS = _columns(PairSeries)
-#: quantities of linings, each of one friction pair: of these there are means, maxima
-#: and maps
+SERIES_COLUMNS = _columns_in(Series)
+PAIR_COLUMNS = _columns_in(PairSeries)
+#: quantities of linings, which have means, maxima and maps
 LINING_QUANTITIES = {
     name: about
     for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items()
@@ -806,16 +795,15 @@ LINING_QUANTITIES = {
 
 def series_of(p: Probe, system: BrakeSystem) -> Series:
     """All columns of a probe."""
-    pairs = {}
-    first = PairSeen(system, p, 0)
-    for i, name in enumerate(system.pair_names):
-        view = PairSeen(system, p, i)
-        pairs[name] = PairSeries(
-            **{key: column.find(p, view) for key, column in PAIR_COLUMNS.items()}
-        )
+    pairs = [PairInProbe(system, p, i) for i in range(len(system.pair_names))]
+
+    def find(columns: dict[str, SeriesColumn], pair: PairInProbe) -> dict[str, Any]:
+        return {name: column.find(p, pair) for name, column in columns.items()}
+
+    each = [PairSeries(**find(PAIR_COLUMNS, pair)) for pair in pairs]
     return Series(
-        **{key: column.find(p, first) for key, column in SERIES_COLUMNS.items()},
-        pairs=pairs,
+        **find(SERIES_COLUMNS, pairs[0]),
+        pairs=dict(zip(system.pair_names, each, strict=True)),
     )
 
 
@@ -823,24 +811,25 @@ _OF_PAIR = re.compile(rf"(?P<pair>[a-z][a-z_]*?)_(?P<column>{'|'.join(PAIR_COLUM
 
 
 def pair_column(name: str) -> tuple[str, str] | None:
-    """Friction pair and column of a name as `internal_torque`; `None` of any other
+    """Friction pair and column of a name as `internal_torque`, `None` for any other
     name."""
     match = None if name in SERIES_COLUMNS else _OF_PAIR.fullmatch(name)
     return None if match is None else (match["pair"], match["column"])
 
 
-def about_column(name: str) -> About:
-    """Unit and meaning of a column of `flat`."""
+def about_column(name: str) -> SeriesColumn:
+    """Unit and meaning of a column of `columns_by_name`."""
     if (of_pair := pair_column(name)) is None:
         return SERIES_COLUMNS[name]
-    about = PAIR_COLUMNS[of_pair[1]]
-    return about._replace(meaning=f"{of_pair[0]} pair: {about.meaning}")
+    pair, column = of_pair
+    about = PAIR_COLUMNS[column]
+    return about._replace(meaning=f"{pair} pair: {about.meaning}")
 
 
-def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
-    """The columns of a series by name, those that it does not have left out.
+def columns_by_name(series: Series, *, pairs: bool) -> dict[str, Any]:
+    """The columns that a series has, by name.
 
-    - `pairs`: with those of every friction pair, called as `internal_torque`
+    - `pairs`: also those of every friction pair, with names as `internal_torque`
     """
     by_name = {name: getattr(series, name) for name in SERIES_COLUMNS}
     if pairs:
@@ -855,8 +844,8 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
 
 
 def outside(ts: Array, start: NumberOrArray, end: NumberOrArray) -> Bool[Array, " m"]:
-    """Whether times `ts` are outside a run from `start` to `end`, rounding at the two
-    ends allowed for."""
+    """Whether times `ts` are outside a run from `start` to `end` by more than
+    rounding."""
     rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
     # written so that a NaN is outside
     return ~((ts >= start - rounding) & (ts <= end + rounding))
@@ -894,8 +883,8 @@ def array_of_times(ts: Any, path: str) -> np.ndarray:
 def times_within(
     ts: Any, start: float, end: float, path: str, hint: str = ""
 ) -> np.ndarray:
-    """Times (m,) in a run, those that only rounding puts outside moved to its ends.
-    Raises `InputError` for others."""
+    """Times (m,) in a run; times outside by rounding alone are moved to its ends.
+    Raises `InputError` for times further outside."""
     times = array_of_times(ts, path)
     if fault := fault_of_times(times, start, end, path, hint):
         raise InputError([fault])

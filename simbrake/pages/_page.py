@@ -29,8 +29,7 @@ from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..brakes.design import Brake
 from ..files._scene_file import scene_text
 from ..outputs.metrics import RESIDUAL_SEES
-from ..outputs.quantities import about_column
-from ..outputs.quantities import flat as flat_series
+from ..outputs.quantities import about_column, columns_by_name
 from ..parts.scene import Scene
 from ..plot.drawing import Axes, Figure, both_sides, data_uri, span
 from ..results.stored import provenance, save
@@ -561,7 +560,7 @@ def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m colum
     )
     names: list[str] = []
     columns: list[np.ndarray] = []
-    for name, values in flat_series(series, pairs=result.tells_pairs_apart).items():
+    for name, values in columns_by_name(series, pairs=result.tells_pairs_apart).items():
         unit = f" [{about_column(name).unit}]" if about_column(name).unit else ""
         each = [
             "_".join(str(i + 1) for i in place)

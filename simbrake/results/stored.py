@@ -30,7 +30,7 @@ from ..outputs.quantities import (
     SERIES_COLUMNS,
     Series,
     about_column,
-    flat,
+    columns_by_name,
     times_within,
 )
 from ..parts.scene import Scene
@@ -190,7 +190,9 @@ def _columns(result: Result, series: Series) -> Variables:
     time."""
     n = series.normal_load.shape[1]
     data = {}
-    for field, values in flat(series, pairs=result.tells_pairs_apart).items():
+    for field, values in columns_by_name(
+        series, pairs=result.tells_pairs_apart
+    ).items():
         if field == "t":
             continue
         value = np.asarray(values)

@@ -23,7 +23,7 @@ from ..hybrid.struct import Struct, structural
 from ..outputs.extremes import peak_of_each
 from ..outputs.probe import POINTS, Probe, as_tree, integral, probe_many
 from ..outputs.programs import record_of
-from ..outputs.quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
+from ..outputs.quantities import LINING_QUANTITIES, PairInProbe, Rubbing, View
 from ..physics._brake import BrakeSystem
 from ..physics.heated import thermal_of
 from .result import Result, look, require_one
@@ -66,7 +66,7 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     system = _system(record)
     if fault := fault_of_pair(pair, system.pair_names):
         raise InputError([fault])
-    view = PairSeen(system, p, system.pair_names.index(pair))
+    view = PairInProbe(system, p, system.pair_names.index(pair))
     return view.rubbing._replace(temperature=view.sensed)
 
 
@@ -123,11 +123,11 @@ def _system(run: Run) -> BrakeSystem:
     return getattr(run, "record", run).system  # pyright: ignore
 
 
-def _seen(run: Run, p: Probe, pair: str) -> PairSeen:
-    return PairSeen(_system(run), p, _system(run).pair_names.index(pair))
+def _seen(run: Run, p: Probe, pair: str) -> PairInProbe:
+    return PairInProbe(_system(run), p, _system(run).pair_names.index(pair))
 
 
-def _each(view: PairSeen, quantity: str) -> Array:
+def _each(view: PairInProbe, quantity: str) -> Array:
     """A quantity of every lining. Raises `InputError` where the run does not have
     it."""
     value = LINING_QUANTITIES[quantity].of(view.p, view)
@@ -306,7 +306,7 @@ class _OfEachLining(NamedTuple):
 
     def __call__(self, system: BrakeSystem, p: Probe) -> Array:
         i = system.pair_names.index(self.pair)
-        return _each(PairSeen(system, p, i), self.quantity)
+        return _each(PairInProbe(system, p, i), self.quantity)
 
 
 @explained
@@ -379,7 +379,7 @@ def lining_values(
     view = _seen(result, p, pair)
     if quantity == HEAT:
         return np.cumsum(
-            float(view.hot) * np.asarray(view.rubbing.power) * np.diff(edges)[:, None],
+            float(view.heat_share) * np.asarray(view.rubbing.power) * np.diff(edges)[:, None],
             axis=0,
         )
     values = LINING_QUANTITIES[quantity].of(p, view)

@@ -15,7 +15,7 @@ from ..outputs.quantities import (
     SERIES_COLUMNS,
     Series,
     about_column,
-    flat,
+    columns_by_name,
     outside,
     pair_column,
 )
@@ -318,7 +318,7 @@ def pick(
 ) -> Array | Fault:
     """The values (m,) of a measured column in a series of a run, or the error of the
     column."""
-    known = flat(series, pairs=True)
+    known = columns_by_name(series, pairs=True)
     name = column if entry is None else f"{column}[{entry}]"
     values = known.get(column)
     if values is None:
