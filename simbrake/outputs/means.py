@@ -37,7 +37,7 @@ def mean_deceleration(
     rows = record.rows
     xp = numpy_of(rows.t)
     number_of = xp.arange(rows.t.shape[0], dtype=np.int32)
-    stopped = at_first_stop(record, scene, number_of.astype(np.float64))
+    stopped = at_first_stop(record, number_of.astype(np.float64))
     stops = xp.isfinite(stopped)
     count = xp.where(stops, stopped, 0.0).astype(np.int32)
     count = xp.where(stops, count, record.count)

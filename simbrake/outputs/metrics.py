@@ -81,30 +81,26 @@ def lever_travel(record: Record, scene: Scene) -> Array:
 
 
 def allowable_values(scene: Scene) -> dict[str, float]:
-    """Allowable values of metrics, in SI, of the parts of a scene that have them; its
-    `limits` come first."""
-    limited = {
-        name: metric.limit
+    """Allowable values of metrics (SI), from the parts of a scene; its `limits` replace
+    them."""
+    values = {
+        name: metric.limit(scene)
         for name, metric in METRICS.items()
         if metric.limit and not metric.needs.lacks(scene)
     }
-    values = {name: limit(scene) for name, limit in limited.items()}
     values |= {} if scene.limits is None else scene.limits.given
     return {name: float(most) for name, most in values.items() if most is not None}
 
 
 def values_of_marks(scene: Scene) -> dict[str, float]:
-    """Values (SI) at which metrics have their events: their allowable ones, but where
-    the mark says otherwise."""
+    """Values (SI) at which metrics have their events: the limit of the mark, or else
+    the allowable value."""
     limits = allowable_values(scene)
-    marked = {name: metric.mark for name, metric in METRICS.items() if metric.mark}
-    values = {name: limits[name] for name in marked if name in limits}
-    own = {
-        name: mark.limit(scene)
-        for name, mark in marked.items()
-        if mark.limit and name in limits
+    return {
+        name: float(metric.mark.limit(scene)) if metric.mark.limit else limits[name]
+        for name, metric in METRICS.items()
+        if metric.mark and name in limits
     }
-    return values | {name: float(value) for name, value in own.items()}
 
 
 # --- metrics ------------------------------------------------------------------------
@@ -118,13 +114,13 @@ Happens = Callable[[Mode, Mode], Array]
 HOLDING = "min_holding_reserve"
 #: differences of the friction heat below this share of it are rounding
 _NOTHING_LEFT = 1e-12
-#: in place of a capacity of 0 (N·m)
+#: in place of a capacity of 0 (N·m), so that the share held is large, but finite
 _NO_CAPACITY = 1e-100
 
 
 class Requirement(NamedTuple):
-    """Condition on a number of a run: the `scenes` that have it, what is `missing` in
-    others, and a check.
+    """What a scene needs for its runs to have a number: such `scenes` in words, what is
+    `missing` in others, and whether a scene has `met` it.
 
     Example:
         >>> sb.results.METRICS["peak_rim_temperature"].needs.lacks(scene)
@@ -144,13 +140,12 @@ NOTHING = Requirement("every scene", "", lambda scene: True)
 
 
 class Mark(NamedTuple):
-    """An event of the log of which the motion takes no notice: a quantity passes its
-    limit.
+    """An event of the log that does not change the motion: a quantity passes its limit.
 
     - `event`: its name
     - `meaning`, and which `brakes` can have it
-    - `plain`: a sentence
-    - `words`: what is counted
+    - `plain`: the meaning as a sentence in plain words
+    - `words`: noun for the event where events are counted
     - `limit(scene)`: where the event is, if not at the allowable value of the metric;
       without an allowable value there is no event either
 
@@ -173,17 +168,17 @@ class Metric(NamedTuple):
     - `unit` (SI), `meaning` in words, `title` above it in pages
     - `find(record, scene)`: the number, `inf` for the time of what did not happen
     - `greatest`: the metric is the maximum of `find(probe)`, (m, n), over the run
-    - `energy`: it is `find(account)`, of the terms of the ledger
-    - `needs`: what a scene has whose runs have it
-    - `shown_anyway`: as `inf` where it lacks that
+    - `energy`: the metric is `find(account)` of an `Account`
+    - `needs`: what a scene needs for its runs to have the metric
+    - `shown_anyway`: a scene that lacks this shows the metric as `inf`
     - `if_asked`: a run has it only if it is asked for, by name or as a limit
     - `of_linings`: whether a maximum value tells the lining
-    - `number(maximum, scene)`: what the number is in terms of
-      that maximum, `None`: itself
+    - `number(maximum, scene)`: the metric as a function of the maximum, by default the
+      maximum itself
     - `limit(scene)`: its allowable value from the parts of the scene (`None`: not
       given)
-    - `mark`: the event of a maximum value whose quantity passes its limit;  `place`:
-      whose temperature it is, of those that heat names
+    - `mark`: the event at which the quantity of a `greatest` metric passes its limit
+    - `place`: name of the place whose temperature the metric is, in the heat part
 
     Example:
         >>> metric = sb.results.METRICS["max_tension"]
@@ -207,12 +202,10 @@ class Metric(NamedTuple):
     energy: bool = False
 
     def of_peak(self, peak: "Peak", scene: Scene) -> "Peak":
-        """The number in place of the maximum over the run that it is found from."""
-        return (
-            peak
-            if self.number is None
-            else peak._replace(value=self.number(peak.value, scene))
-        )
+        """A maximum over the run, with the metric in place of its value."""
+        if self.number is None:
+            return peak
+        return peak._replace(value=self.number(peak.value, scene))
 
 
 class Peak(NamedTuple):
@@ -245,7 +238,7 @@ def _first(record: Record, happens: Happens, values: Array) -> Array:
 
 
 def _time_of(happens: Happens) -> Callable[[Record, Scene], Array]:
-    """The time of the first such event."""
+    """The time of the first event at which `happens`."""
     return lambda record, scene: _first(record, happens, record.rows.t)
 
 
@@ -280,13 +273,13 @@ def held_share(load: Array, capacity: Array, held: Array) -> Array:
 
 
 def _held_share(p: Probe) -> Float[Array, "m 1"]:
-    """The same at instants at which the pulley is at rest, or only begins to move."""
+    """`held_share` while the pulley is at rest, or only begins to move."""
     return held_share(*p.holding, holds(p.mode) | (p.y.omega == 0.0))[:, None]
 
 
-def at_first_stop(record: Record, scene: Scene, values: Array) -> Array:
-    """Value at the first stop. Where the pulley may come to rest with the band open, an
-    instant of rest is a stop only if it has turned since the last one."""
+def at_first_stop(record: Record, values: Array) -> Array:
+    """Value at the first stop. Where the pulley may rest with the band open, it stops
+    only where it has turned since it rested last."""
     if not record.system.rests_open or record.modes.turn is not None:  # pyright: ignore
         return _first(record, comes_to_rest, values)
     phi = record.states.phi
@@ -300,23 +293,15 @@ def at_first_stop(record: Record, scene: Scene, values: Array) -> Array:
     return _first(record, functools.partial(comes_to_rest, turned=turned), values)
 
 
-def _stopping_time(record: Record, scene: Scene) -> Array:
-    return at_first_stop(record, scene, record.rows.t)
-
-
-def _stopping_angle(record: Record, scene: Scene) -> Array:
-    return at_first_stop(record, scene, record.states.phi)
-
-
 def _hook_travel(record: Record, scene: Scene) -> Any:
-    travel = scene.duty.load.travelled(_stopping_angle(record, scene))
+    travel = scene.duty.load.travelled(at_first_stop(record, record.states.phi))
     system: BrakeSystem = record.system  # pyright: ignore
     if travel is None:
         return np.asarray(np.inf)
     if system.feature(ElasticRope) is None:
         return travel
     return travel + at_first_stop(
-        record, scene, stretched(system, record.states, record.modes)
+        record, stretched(system, record.states, record.modes)
     )
 
 
@@ -330,7 +315,7 @@ def stretched(system: Any, states: Any, modes: Mode) -> Any:
 
 def hook_travel_at_end(record: Record, scene: Scene) -> Any:
     """Travel of the hook (m) over the run, with the stretch of an elastic rope; `None`
-    of a load on no hook."""
+    for a load on no hook."""
     travel = scene.duty.load.travelled(record.y_end.phi)
     system: BrakeSystem = record.system  # pyright: ignore
     if system.feature(ElasticRope) is None:
@@ -344,20 +329,21 @@ def worn_thickness(record: Record) -> Float[Array, " n"]:
 
 
 def _greatest_wear_over(
-    other: Callable[[Array], Array],
+    base_of: Callable[[Array], Array],
 ) -> Callable[[Record, Scene], Array]:
-    """Maximum wear over another one, `inf` where there is none."""
+    """Maximum wear over a base, such as the mean of all linings; `inf` where the base
+    is 0."""
 
     def find(record: Record, scene: Scene) -> Array:
         h = worn_thickness(record)
-        below = other(h)
+        base = base_of(h)
         xp = numpy_of(h)
-        return xp.where(below > 0, largest(h) / xp.where(below > 0, below, 1.0), np.inf)
+        return xp.where(base > 0, largest(h) / xp.where(base > 0, base, 1.0), np.inf)
 
     return find
 
 
-# --- their conditions ---------------------------------------------------------------
+# --- what a scene needs for a metric ------------------------------------------------
 
 _HOOK = Requirement(
     "load on a hook",
@@ -505,13 +491,13 @@ class Account(NamedTuple):
 
     ledger: Ledger  # at the end
     friction: PowerSplit  # what became of the work of all friction pairs
-    kinetic: Array  # change since the start, as the next
-    elastic: Array | None  # None where nothing is elastic
+    kinetic: Array  # change since the start
+    elastic: Array | None  # change since the start, None where nothing is elastic
     stored: Mapping[str, Array]  # heat in every body of the network since the start
 
     @property
     def shaft_work(self) -> Array | None:
-        """Work taken by the torques on the shaft beside load and brake, all of it
+        """Work of the torques on the shaft other than load and brake; all of it becomes
         heat."""
         each = self.ledger.shaft
         return None if each is None else sum(each, start=jnp.zeros(()))
@@ -533,46 +519,29 @@ class Account(NamedTuple):
 def closure_of(*terms: Array | None) -> Array:
     """Sum of terms that should balance, over the largest of them."""
     each = jnp.stack([term for term in terms if term is not None])
-    largest = jnp.max(jnp.abs(each))
+    size = jnp.max(jnp.abs(each))
     return jnp.where(
-        largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0
+        size > 0, jnp.abs(jnp.sum(each)) / jnp.where(size > 0, size, 1.0), 0.0
     )
+
+
+def _taken(given: Array | None) -> Array | None:
+    """A term of `closure_of` for the other side of the balance."""
+    return None if given is None else -given
 
 
 def _elsewhere(a: Account) -> Array:
     heat = a.ledger.heat
-    away = a.friction.heat - (
-        heat.to_metal
-        + heat.to_linings
-        + (0.0 if heat.to_band is None else heat.to_band)
-    )
+    away = a.friction.heat - (heat.to_metal + heat.to_linings + a.heat_to_band)
     return jnp.where(
         jnp.abs(away) > _NOTHING_LEFT * jnp.abs(a.friction.heat), away, 0.0
     )
 
 
 def _energy_closure(a: Account) -> Array:
-    spent = [
-        term
-        for term in (
-            *a.friction,
-            a.ledger.damper_heat,
-            a.shaft_work,
-            a.ledger.pick_up,
-        )
-        if term is not None
-    ]
-    given = [
-        work
-        for work in (
-            a.ledger.load_work,
-            a.ledger.ropes,
-            a.ledger.lever_work,
-            a.ledger.motor,
-        )
-        if work is not None
-    ]
-    return closure_of(a.kinetic, a.elastic, *(-work for work in given), *spent)
+    given = (a.ledger.load_work, a.ledger.ropes, a.ledger.lever_work, a.ledger.motor)
+    spent = (*a.friction, a.ledger.damper_heat, a.shaft_work, a.ledger.pick_up)
+    return closure_of(a.kinetic, a.elastic, *map(_taken, given), *spent)
 
 
 def _energy(
@@ -608,7 +577,7 @@ METRICS: dict[str, Metric] = {
         "s",
         "first time at which the brake brings the pulley to rest",
         "Stopping time",
-        _stopping_time,
+        lambda record, scene: at_first_stop(record, record.rows.t),
     ),
     "terminal_speed": Metric(
         "rad/s",
@@ -621,7 +590,7 @@ METRICS: dict[str, Metric] = {
         "rad",
         "angle from the start to the first stop",
         "Angle to the first stop",
-        _stopping_angle,
+        lambda record, scene: at_first_stop(record, record.states.phi),
     ),
     "hook_travel": Metric(
         "m",
@@ -700,7 +669,7 @@ METRICS: dict[str, Metric] = {
         "m",
         "maximum thickness that a lining lost in the run",
         "Maximum wear of a lining",
-        lambda r, scene: largest(worn_thickness(r)),
+        lambda record, scene: largest(worn_thickness(record)),
         _WEAR,
     ),
     "wear_over_mean": Metric(
@@ -725,7 +694,7 @@ METRICS: dict[str, Metric] = {
         _held_share,
         _LOAD,
         greatest=True,
-        number=_inverse,  # of the greatest load over capacity
+        number=_inverse,  # the maximum is that of load over capacity
     ),
     "max_band_stress": Metric(
         "Pa",
@@ -1036,7 +1005,7 @@ METRICS: dict[str, Metric] = {
         _JACKET,
     ),
 }
-#: what the residual of a balance does not see
+#: what the residual of a balance shows, and what it cannot show
 RESIDUAL_SEES = (
     "it shows energy that is lost, not the errors in time, of the mesh, or of the model"
 )
@@ -1058,7 +1027,7 @@ RESIDUALS = {
             a.ledger.heat.supplied,
             -a.heat_stored,
             -a.ledger.heat.lost,
-            None if a.heat_to_coolant is None else -a.heat_to_coolant,
+            _taken(a.heat_to_coolant),
         ),
         HEAT,
         "1",
@@ -1077,14 +1046,14 @@ GRIP_LOST = Mark(
     "the sliding brake no longer outweighs the load",
     "grip lost",
 )
-#: load that a brake has to lack (share of a typical torque), as a lever that holds the
-#: speed balances it to rounding
+#: grip is lost where the brake lacks more of the load's torque than this share of a
+#: typical torque: a lever that holds the speed balances the load only to rounding
 _ROUNDING = 1e-9
 
 
 def _missing_torque(p: Probe) -> Array:
-    """By how much a brake that slides ahead lacks the torque of its load (N·m); a
-    release is intended, and no loss."""
+    """Torque (N·m) that a brake which slides ahead lacks to balance its load; below 0
+    while the lever is released, as that is intended."""
     slides = (
         (p.mode.band == BandMode.SLIP) & (p.mode.sense > 0) & (p.flows.lever_rate >= 0)
     )
@@ -1102,27 +1071,23 @@ def marks() -> list[Mark]:
 
 
 def marks_of(system: BrakeSystem, scene: Scene) -> dict[str, float]:
-    """What a run can pass: the metric with the mark, or the name of the event, and the
-    limit of its quantity."""
-    mark_limits = (
-        {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)}
-        if can_lose_grip(system)
-        else {}
-    )
-    return mark_limits | values_of_marks(scene)
+    """Marks that a run can pass, each with the limit of its quantity: by the name of
+    its metric, or `grip_lost`."""
+    limits = values_of_marks(scene)
+    if not can_lose_grip(system):
+        return limits
+    return {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)} | limits
 
 
 def marked_quantity(name: str, p: Probe) -> Float[Array, "m k"]:
-    """The quantity of a mark of `marks_of`: of every lining where the event names it,
-    else its maximum."""
+    """The quantity of a mark of `marks_of`: of every lining where the event names the
+    lining, else the maximum."""
     if name == GRIP_LOST.event:
         return _missing_torque(p)
     value = METRICS[name].find(p)
-    return (
-        value
-        if METRICS[name].of_linings
-        else numpy_of(value).max(value, axis=1, keepdims=True)
-    )
+    if METRICS[name].of_linings:
+        return value
+    return numpy_of(value).max(value, axis=1, keepdims=True)
 
 
 def event_of(name: str) -> str:
@@ -1131,7 +1096,7 @@ def event_of(name: str) -> str:
     return mark.event  # pyright: ignore
 
 
-# --- the names in it ----------------------------------------------------------------
+# --- metrics by name ----------------------------------------------------------------
 
 
 @jax.tree_util.register_pytree_with_keys_class
@@ -1161,7 +1126,7 @@ class ByName(dict[str, Any]):
 
 
 def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
-    """Metrics of the runs of a scene but energies: its maximum values, or all
+    """Metrics of the runs of a scene, without energies: the maximum values, or all
     others."""
     return {
         name: metric
@@ -1173,14 +1138,12 @@ def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
 
 
 def identity_of(metric: str | Callable[..., Any]) -> object:
-    """Return what a compiled program depends on: the name of one of simbrake's own
-    metrics, else the function."""
+    """What a compiled program depends on: the name of one of simbrake's own metrics, or
+    else the function."""
     entry = METRICS.get(metric) if isinstance(metric, str) else None
-    return (
-        metric
-        if entry is None or entry.find.__module__.startswith("simbrake.")
-        else entry.find
-    )
+    if entry is None or entry.find.__module__.startswith("simbrake."):
+        return metric
+    return entry.find
 
 
 @explained
@@ -1200,8 +1163,8 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
 
 
 def metric_of(name: str) -> Metric | None:
-    """The entry of a name; also of the friction heat of a pair (`energy.heat_…`) and
-    the work of a torque on the shaft (`energy.shaft_…`), which single scenes have."""
+    """The metric of a name, also the friction heat of a pair (`energy.heat_…`) or the
+    work of a torque on the shaft (`energy.shaft_…`), which `METRICS` does not list."""
     entry = METRICS.get(name) or RESIDUALS.get(name)
     if entry is not None or not name.startswith("energy."):
         return entry
@@ -1215,7 +1178,7 @@ def metric_of(name: str) -> Metric | None:
 
 
 def is_least(metric: str) -> bool:
-    """Whether a limit of a metric is its least permissible value, not its greatest."""
+    """Whether a limit of a metric is its least permissible value, not the greatest."""
     return metric.startswith("min_")
 
 
@@ -1225,7 +1188,7 @@ def margin_to(limit: Any, metric: str, value: Any) -> Any:
 
 
 def keeps(limit: Any, metric: str, value: Any) -> Any:
-    """Whether a value is within its limit. What did not happen has none, and is not."""
+    """Whether a value is within its limit; what did not happen is not."""
     return np.isfinite(value) & (margin_to(limit, metric, value) >= 0)
 
 
