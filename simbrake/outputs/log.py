@@ -20,7 +20,7 @@ from .torques import ends_driven, lowers_steadily, runs_away
 
 # --- how a run ends ------------------------------------------------------------------
 
-#: codes of failed runs: name, what happened, what to do
+#: failure codes of runs: name, what happened, what to do
 FAILURES = {
     Code.STEP_LIMIT: (
         "step_limit",
@@ -101,12 +101,9 @@ FAILURES = {
 
 def failure_of(code: int, words: BrakeWords) -> tuple[str, str]:
     """What a failure code means for a kind of brake, and what to do."""
-    _, what, hint = FAILURES[code]
-    return (
-        (words.locking, words.unlocking)
-        if code == BrakeCode.SINGULAR_GEOMETRY
-        else (what, hint)
-    )
+    if code == BrakeCode.SINGULAR_GEOMETRY:
+        return words.locking, words.unlocking
+    return FAILURES[code][1:]
 
 
 class SimulationError(RuntimeError):
@@ -170,9 +167,10 @@ def status_of(
 ) -> Status:
     """Status of a run that ended in the mode `end`.
 
-    `moved`: whether the pulley turned at any time;  `driven`: whether the motor runs at
-    the end;  `exceeded`: whether the load exceeds what the brake can hold, asked only
-    where the pulley still turns;  `steady`: whether it does at a steady speed
+    - `moved`: whether the pulley turned at any time
+    - `driven`: whether the motor runs at the end
+    - `exceeded`: whether the load exceeds what the brake can hold, and `steady`: whether
+      the speed is steady; called only where the pulley still turns
     """
     if driven and end.band == BandMode.OPEN:
         return Status.DRIVEN
@@ -186,8 +184,8 @@ def status_of(
 
 
 def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
-    """Modes as in the log, in rows of a concrete record, by default in all of them and
-    at its end."""
+    """Modes as in the log, in `rows` of a concrete record; by default in all rows, with
+    the mode at the end."""
     mode: Mode = record.modes
     rows = np.arange(int(record.count) + 1) if rows is None else rows
     columns = (np.asarray(column)[rows].tolist() for column in mode.label)
@@ -195,17 +193,15 @@ def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
 
 
 def segments_of(record: Record) -> tuple[np.ndarray, np.ndarray]:
-    """First and last rows of a concrete record from one event or time breakpoint to the
-    next."""
+    """First and last rows (k,) of the spans of a concrete record between events and
+    time breakpoints."""
     n = int(record.count)
     kind = np.asarray(record.rows.kind)[:n]
-    last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(
-        int
-    )
-    return np.concatenate([[0], last[:-1] + 1]).astype(int)[: len(last)], last
+    last = np.union1d(np.flatnonzero(kind >= FINISHED), np.arange(n)[-1:])
+    return np.append(0, last[:-1] + 1)[: len(last)], last
 
 
-#: a speed that is missed by more than this share of the greatest one is not followed
+#: a speed within this share of the greatest set speed is followed
 _FOLLOWED = 1e-2
 
 
@@ -227,27 +223,28 @@ def _never_follows(record: Record, scene: Scene) -> bool:
     """Whether a lever or a motor that is to keep a speed throughout never brings the
     pulley near it."""
     lever = scene.duty.lever
-    course = None if scene.motor is None else scene.motor.speed
+    profile = None if scene.motor is None else scene.motor.speed
     if isinstance(lever, Driller):
-        course = lever.speed
-    if course is None:
+        profile = lever.speed
+    if profile is None:
         return False
     n = int(record.count) + 1
-    speeds = np.asarray(course.values)
+    speeds = np.asarray(profile.values)
     t = np.asarray(record.rows.t)[:n]
-    wanted = np.interp(t, np.asarray(course.times), speeds)
+    set_speed = np.interp(t, np.asarray(profile.times), speeds)
     most = np.max(np.abs(speeds))
-    asked = np.abs(wanted) > 0.5 * most
-    away = np.abs(np.asarray(record.rows.y)[:n, 1] - wanted)[asked]
-    return bool(away.size and np.all(away > _FOLLOWED * most))
+    # (at a small set speed a pulley that never moves would count as near it)
+    asked = np.abs(set_speed) > 0.5 * most
+    off = np.abs(np.asarray(record.rows.y)[:n, 1] - set_speed)[asked]
+    return bool(off.size and np.all(off > _FOLLOWED * most))
 
 
 # --- what an event means ------------------------------------------------------------
 
 
 class EventMeaning(NamedTuple):
-    """What an event of the log means: by its condition, which brakes can have it, and
-    in plain words."""
+    """What an event of the log means: its condition, which brakes can have it, and the
+    meaning in plain words."""
 
     meaning: str
     brakes: str
@@ -262,15 +259,14 @@ _CHAIN = "resolved chain"
 _RESOLVED = "resolved bandage"
 
 
-def _of_marks() -> dict[str, EventMeaning]:
+def _meanings_of_marks() -> dict[str, EventMeaning]:
     return {
         mark.event: EventMeaning(f"{mark.meaning}; a mark", mark.brakes, mark.plain)
         for mark in marks()
     }
 
 
-#: every name that an `Event` can have; a lining is named beside it where the event
-#: concerns one
+#: every name that an `Event` can have
 EVENTS = {
     "slip_onset": EventMeaning(
         "t0: the band is taut, `C x = T_0` (rigid band, pads, shoes: the lever pulls)",
@@ -405,18 +401,18 @@ EVENTS = {
         "elastic band whose friction varies in the run",
         "a lining came to lock itself",
     ),
-    **_of_marks(),
+    **_meanings_of_marks(),
 }
 
 
 def known_events() -> dict[str, EventMeaning]:
-    """`EVENTS`, and those of marks that were added since."""
-    return {**EVENTS, **_of_marks()}
+    """`EVENTS`, and events of metrics that were added to `METRICS` since."""
+    return {**EVENTS, **_meanings_of_marks()}
 
 
 def plain_words(event: str) -> str:
-    """What an event of a log means in plain words; empty for one that is not known, as
-    of an earlier file."""
+    """What an event of a log means in plain words; empty for an unknown event, as from
+    an earlier file."""
     meanings = known_events()
     return meanings[event].plain if event in meanings else ""
 
@@ -448,15 +444,16 @@ class Event(NamedTuple):
                 "cycle": self.phase.cycle,
                 "until": self.phase.until,
             }
-            entry |= {"phase_name": self.phase.name} if self.phase.name else {}
+            if self.phase.name:
+                entry["phase_name"] = self.phase.name
         return entry
 
 
 class Events(list[Event]):
-    """The event log in order of time: a list, of which `events["stop"]` are the events
-    of one name.
+    """The event log in order of time: a list; `events["stop"]` are its events of that
+    name.
 
-    Raises `KeyError` with the nearest names for one that no run has.
+    Raises `KeyError` with the nearest names for a name that no run has.
 
     Example:
         >>> log = sb.results.Events([sb.results.Event(0.1, "slip_onset"), sb.results.Event(1.2, "stop")])
@@ -482,11 +479,10 @@ class Events(list[Event]):
 
 
 class ModeSpan(NamedTuple):
-    """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays
-    handed to `event_log`.
+    """Consecutive steps in one mode, from sample `first` to sample `last` of a scan.
 
-    `turned`: whether the pulley of a scene with a motor has turned since it last was at
-    rest
+    `turned`: whether the pulley has turned since it last was at rest, where it may rest
+    in an open band
     """
 
     label: Label
@@ -497,8 +493,12 @@ class ModeSpan(NamedTuple):
     turned: bool = False
 
 
+#: a margin of a lining above this is past the limit, not at it to rounding
+_PAST = 1e-12
+
+
 def event_log(
-    phases: list[ModeSpan],
+    spans: list[ModeSpan],
     margins: np.ndarray,
     locate: Callable[[list[tuple[int, int]]], np.ndarray],
     linings: int,
@@ -507,76 +507,66 @@ def event_log(
     """All events in order of time; entries at one instant in the order of cause and
     effect, linings by index.
 
-    - `margins` (samples, 2 n): by how much each lining is past its limit (first `n`
-      from the slack end, last `n` from the anchor) at samples along the run;  `locate`
-      finds the time at which margin `j` rises through 0 between the samples `i` and
-      `i + 1` for a list of `(i, j)`;  `start`: the mode from which the first phase came
+    - `margins` (samples, 2 n): by how much each lining is past its limit at samples
+      along the run; the first `n` for slip that begins at the slack end, the last `n`
+      for slip that begins at the anchor
+    - `locate`: for a list of `(i, j)` the times at which margin `j` rises through 0
+      between the samples `i` and `i + 1`
+    - `start`: the mode before the first span
     """
     events: list[Event] = []
     crossings: list[tuple[int, int]] = []
     places: list[int] = []
     label = start
+    slips = (BandMode.SLIP, BandMode.SLIP_BACK)
     reached = np.zeros(2 * linings, bool)
-    # the last lining of either count comes with full slip, whatever rounding leaves of
-    # its margin there
+    # the last lining to slip comes with full slip, whatever rounding leaves of its
+    # margin there
     last = slice(max(linings - 1, 0), linings + 1)
-    for number, phase in enumerate(phases):
-        before = label.band
-        for name in events_of_change(label, phase.label, number == 0, phase.turned):
-            # linings that come to their limit in that very moment, in the order of the
-            # slip
+    for number, span in enumerate(spans):
+        time = float(span.start)
+        for name in events_of_change(label, span.label, number == 0, span.turned):
+            # linings that reach their limit only now, in the order of the slip
             if name == "full_slip":
-                ahead = phase.label.band == BandMode.SLIP
+                ahead = span.label.band == BandMode.SLIP
                 order = range(linings) if ahead else reversed(range(linings))
                 late = [i for i in order if not reached[i if ahead else linings + i]]
-                events += [
-                    Event(float(phase.start), "lining_limit", i + 1) for i in late
-                ]
-            events.append(Event(float(phase.start), name))
-        if phase.label.band == BandMode.ELASTIC:
-            if before not in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
+                events += [Event(time, "lining_limit", i + 1) for i in late]
+            events.append(Event(time, name))
+        if span.label.band == BandMode.ELASTIC:
+            if label.band not in (BandMode.ELASTIC, *slips):
                 reached = np.zeros(2 * linings, bool)
-            phase_margins = margins[phase.first : phase.last + 1]
-            # at the start: past the limit, or at 0 (a ramp from nothing) and on the way
-            # up
-            # a run that fails where the phase begins has no more
-            soon = phase_margins[min(1, len(phase_margins) - 1)]
-            at_once = (phase_margins[0] > 1e-12) | (
-                (np.abs(phase_margins[0]) <= 1e-12)
-                & (soon > 1e-12)
-                & (phase_margins[0] >= 0)
-            )
+            within = margins[span.first : span.last + 1]
+            # past the limit as the span begins, or on the way up from 0 (as under a
+            # lever force that begins at 0); a run that fails there has no second sample
+            soon = within[:2][-1]
+            at_once = (within[0] > _PAST) | ((within[0] >= 0) & (soon > _PAST))
             events += [
-                Event(float(phase.start), "lining_limit", 1 + int(j) % linings)
+                Event(time, "lining_limit", 1 + int(j) % linings)
                 for j in np.flatnonzero(at_once & ~reached)
             ]
-            reached = reached | at_once
-            rises = (phase_margins[:-1] <= 0) & (phase_margins[1:] > 0)
+            rises = (within[:-1] <= 0) & (within[1:] > 0)
             rises[:1] &= ~at_once
             rises[:, last] = False
             for i, j in np.argwhere(rises):
-                crossings.append((phase.first + int(i), int(j)))
+                crossings.append((span.first + int(i), int(j)))
                 places.append(len(events))
                 events.append(Event(np.nan, "lining_limit", 1 + int(j) % linings))
-            reached = phase_margins[-1] > 1e-12
+            reached = within[-1] > _PAST
             reached[last] = False
         else:
-            reached = np.full(
-                2 * linings, phase.label.band in (BandMode.SLIP, BandMode.SLIP_BACK)
-            )
-        label = phase.label
+            reached = np.full(2 * linings, span.label.band in slips)
+        label = span.label
     if crossings:
         for place, time in zip(places, locate(crossings), strict=True):
             events[place] = events[place]._replace(time=float(time))
-    # stable: cause before effect
-    order = sorted(range(len(events)), key=lambda k: events[k].time)
-    return [events[k] for k in order]
+    # (a stable sort keeps cause before effect)
+    return sorted(events, key=lambda event: event.time)
 
 
 def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:
-    """A log with the ends of phases and begins of changes of friction: at one instant
-    after the stop that brings them, and before what follows."""
-    # the last one of an instant
+    """A log with the ends of phases and the begins of changes of friction (`ends`), each
+    after the last stop of its instant, which causes it, and before other events then."""
     stops = {event.time: i for i, event in enumerate(events) if event.name == "stop"}
     ranked = [
         ((event.time, 0 if i <= stops.get(event.time, -1) else 2), event)
