@@ -1,8 +1,9 @@
-"""A run seen in all of its steps at little cost.
+"""A run sampled in all of its steps at little cost.
 
-States at the ends of steps are those of the run; between them lies the cubic through
-states and rates of both ends, on which everything algebraic is evaluated. Where that
-calls for a closer look, states come from a partial step of the method itself.
+At the ends of steps the states are those of the run. Between them they lie on the cubic
+through states and rates of both ends; forces and other algebraic quantities are
+evaluated on it. Where that is not exact enough, `look` and `states` make a partial step
+of the method itself.
 """
 
 from collections.abc import Sequence
@@ -18,14 +19,14 @@ from .metrics import HOT, marked_quantity
 from .probe import LONG, Probe, evaluate_at, states_inside
 from .programs import record_of
 
-#: places in every step at which a run is sampled, both ends included; in a long run
-#: every part has many steps
+#: samples in every step, both ends included; fewer in a long run, whose motion is
+#: spread over many steps
 _SAMPLES = 9
 _SAMPLES_OF_LONG = 5
-#: up to as many samples are partial steps, of a method whose steps are too long for
-#: anything else
-_SHORT = 1024
+#: the steps of methods from this order on are too long for the cubic: up to so many
+#: samples are partial steps
 _LONG_STEPS = 6
+_SHORT = 1024
 
 
 class Steps(NamedTuple):
@@ -42,8 +43,8 @@ class Steps(NamedTuple):
 class ScanColumns(NamedTuple):
     """Forces, margins and temperatures of a run at many times, for a report.
 
-    - `passing`: by mark, the quantity that passes its limit
-    - `friction_heat`: friction work of each pair since the start (J)
+    - `friction_work`: of each pair since the start (J)
+    - `marked`: by mark, the quantity that passes its limit
     - `holding`: load on a pulley at rest, and static capacity of the brake in its
       direction (N·m)
     - `hot`: by metric, the highest temperature of its place (K)
@@ -54,43 +55,11 @@ class ScanColumns(NamedTuple):
     alpha: VectorM
     lever_tension: VectorM
     load_torque: VectorM
-    friction_heat: Float[Array, "m pairs"]
+    friction_work: Float[Array, "m pairs"]
     margins: Float[Array, "m marks"]
-    passing: dict[str, Float[Array, "m k"]]
+    marked: dict[str, Float[Array, "m k"]]
     holding: TwoArrays
     hot: dict[str, VectorM]
-
-
-def _columns(p: Probe, marks: tuple[str, ...]) -> ScanColumns:
-    return ScanColumns(
-        p.t,
-        p.y.omega,
-        p.flows.contact.alpha,
-        p.flows.lever_tension,
-        p.flows.load_torque,
-        np.stack(p.y.ledger.friction, axis=1),
-        p.margins,
-        {name: marked_quantity(name, p) for name in marks},
-        p.holding,
-        {
-            name: np.max(p.surfaces[place], axis=1)
-            for name, place in HOT.items()
-            if place in p.surfaces
-        },
-    )
-
-
-def _between(steps: Steps, f0: Array, f1: Array, share: Array) -> Array:
-    """States at a share of each step, on the cubic through states and rates of its
-    ends."""
-    s = share[:, None]
-    h = (steps.t1 - steps.t0)[:, None]
-    blend = s * s * (3 - 2 * s)
-    return (
-        (1 - blend) * steps.y0
-        + blend * steps.y1
-        + h * s * (1 - s) * ((1 - s) * f0 - s * f1)
-    )
 
 
 class Scan:
@@ -98,10 +67,10 @@ class Scan:
 
     - `row` (m,) and `share` (m,): the row of each sample, and where in its step it is,
       0…1
-    - `seen`: what is seen there
-    - `samples` in every step
-    - `rtol`: to which the run was integrated
-    - `marks` (`marks_of`) that are looked at
+    - `columns`: quantities at all samples
+    - `samples`: their number in every step
+    - `rtol`: tolerance of the run
+    - `marks`: names of `marks_of` whose quantities are sampled
     """
 
     def __init__(
@@ -121,17 +90,15 @@ class Scan:
             rows.y[following],
             rows.mode[:count],
         )
-        self._states: Array | None = None  # at all samples, of a short run
         self.steps = self.steps._replace(y1=self._before_jumps(rows.kind[:count]))
         self.samples = _SAMPLES_OF_LONG if count > LONG else _SAMPLES
-        self.row, self.share = (
-            np.repeat(row_numbers, self.samples),
-            np.tile(np.linspace(0.0, 1.0, self.samples), count),
-        )
-        self.seen = self._seen()
+        self.row = np.repeat(row_numbers, self.samples)
+        self.share = np.tile(np.linspace(0.0, 1.0, self.samples), count)
+        self._states: Array | None = None  # at all samples, of a short run
+        self.columns = self._sampled()
 
-    def _seen(self) -> ScanColumns:
-        """What is seen at all samples of a concrete run."""
+    def _sampled(self) -> ScanColumns:
+        """Quantities at all samples."""
         count = len(self.steps.t0)
         n = self.samples
         if self.record.method.order >= _LONG_STEPS and count * n <= _SHORT:
@@ -145,8 +112,8 @@ class Scan:
         def with_rates(p: Probe, rates: Array) -> tuple[ScanColumns, Array]:
             return self._columns_of(p, rates), rates
 
-        # the cubic between takes the rates of both ends; where nothing happens one step
-        # ends as the next one begins
+        # the cubic needs the rates at both ends; where nothing happens the end of a step
+        # is the begin of the next
         first, self._f0 = evaluate_at(
             self.record, numbers, lambda i: (t0[i], y0[i], mode[i]), with_rates
         )
@@ -173,46 +140,64 @@ class Scan:
         return jax.tree.map(in_order, first, inner, last)
 
     def _columns_of(self, p: Probe, _: Array) -> ScanColumns:
-        return _columns(p, self._marks)
+        return ScanColumns(
+            p.t,
+            p.y.omega,
+            p.flows.contact.alpha,
+            p.flows.lever_tension,
+            p.flows.load_torque,
+            np.stack(p.y.ledger.friction, axis=1),
+            p.margins,
+            {name: marked_quantity(name, p) for name in self._marks},
+            p.holding,
+            {
+                name: np.max(p.surfaces[place], axis=1)
+                for name, place in HOT.items()
+                if place in p.surfaces
+            },
+        )
 
     def _inside(self, row: Array, share: Array) -> TwoArrays:
-        """Times and states at a share of the steps named, by partial steps of the
-        method."""
+        """Times and states at a share of the steps in these rows, by partial steps of
+        the method."""
         return states_inside(
             self.record, row, share * (self.steps.t1[row] - self.steps.t0[row])
         )
 
     def _before_jumps(self, kind: Array) -> Array:
-        """States at the ends of all steps. Where nothing jumps, events change speeds by
-        rounding alone."""
+        """States at the ends of all steps, before events change them. (Of a system
+        without jumps events change speeds by rounding alone.)"""
         steps = self.steps
-        system = self.record.system
-        none = steps.t1 == steps.t0
-        ends = np.where(none[:, None], steps.y0, steps.y1)
-        jumps = ~none & ((kind == LANDED) | (kind == STOPPED))
-        some = np.flatnonzero(jumps)
-        if system.jumps and some.size:  # pyright: ignore
-            ends[some] = self._inside(some, np.ones(len(some)))[1]
+        empty = steps.t1 == steps.t0
+        ends = np.where(empty[:, None], steps.y0, steps.y1)
+        at_event = np.flatnonzero(~empty & ((kind == LANDED) | (kind == STOPPED)))
+        if self.record.system.jumps and at_event.size:  # pyright: ignore
+            ends[at_event] = self._inside(at_event, np.ones(len(at_event)))[1]
         return ends
 
     def instants(self, sample: Array) -> tuple[Array, Array, Array]:
-        """Times, states and modes of a concrete run at the samples numbered."""
+        """Times, states and modes at these samples."""
         row = self.row[sample]
         share = self.share[sample]
-        steps = Steps(*(column[row] for column in self.steps))
-        t = steps.t0 + share * (steps.t1 - steps.t0)
+        t0, t1, y0, y1, mode = (column[row] for column in self.steps)
+        t = t0 + share * (t1 - t0)
         if self._states is not None:
-            return t, self._states[sample], steps.mode
-        return t, _between(steps, self._f0[row], self._f1[row], share), steps.mode
+            return t, self._states[sample], mode
+        # the cubic through states and rates of both ends
+        s = share[:, None]
+        h = (t1 - t0)[:, None]
+        blend = s * s * (3 - 2 * s)
+        bend = (1 - s) * self._f0[row] - s * self._f1[row]
+        return t, (1 - blend) * y0 + blend * y1 + h * s * (1 - s) * bend, mode
 
     def states(self, row: Array, share: Array) -> tuple[Array, Array, Array]:
-        """Times, states and modes at a share of the steps named, of a concrete run and
-        as exact as the run itself."""
+        """Times, states and modes at a share of the steps in these rows, as exact as
+        the run itself."""
         return *self._inside(row, share), self.steps.mode[row]
 
     def look(self, row: Array, share: Array) -> ScanColumns:
-        """Everything at a share of the steps named, of a concrete run and as exact as
-        the run itself."""
+        """Quantities at a share of the steps in these rows, as exact as the run
+        itself."""
         t, y, mode = self.states(row, share)
         return evaluate_at(
             self.record,

@@ -20,7 +20,7 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
     """Load and torque (N·m) and time (s) at the minimum of torque over load while the
     brake slides under its maximum lever force, at the ends and in the middle of all
     steps; `margin`: `torque/load − 1`. `None` without a load."""
-    columns = scan.seen
+    columns = scan.columns
     some = np.flatnonzero(
         _slides(scan)
         & _hardest(scan)
@@ -47,7 +47,7 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
 
 def shortage(scan: Scan) -> dict[str, float] | None:
     """The same where the load exceeded the torque; `None` where it never did."""
-    columns = scan.seen
+    columns = scan.columns
     system: BrakeSystem = scan.record.system  # pyright: ignore
     rate = np.sign(columns.omega) * columns.alpha
     # a pulley that stops is there at last
@@ -73,7 +73,7 @@ def _hardest(scan: Scan) -> Array:
     """Samples at which the lever pulls as hard as it can, or as it ever does."""
 
     lever = scan.record.system.lever  # pyright: ignore
-    pull = scan.seen.lever_tension
+    pull = scan.columns.lever_tension
     greatest = float(lever.greatest()) if speed_is_led(lever) else np.max(pull)  # pyright: ignore
     return (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
 

@@ -925,7 +925,7 @@ def _over_limits(report: Report) -> Iterator[str]:
 def _beyond_tables(report: Report) -> Iterator[str]:
     """Torques over speed as tables that a run leaves."""
     scene = report.result.scene
-    omega = np.asarray(report.scan.seen.omega)
+    omega = np.asarray(report.scan.columns.omega)
     tables = [(f"shaft[{i}]", law, abs(omega)) for i, law in enumerate(scene.shaft)]
     for path, table, speeds in [("duty.load", scene.duty.load, omega), *tables]:
         if not isinstance(table, TabulatedLoad | TabulatedDrag):

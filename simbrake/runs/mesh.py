@@ -48,10 +48,10 @@ def heatings(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> Iterator[He
     for name, kind in HOT.items():
         if kind in places and name in peaks:
             body, face = place_of(places[kind])
-            work = np.asarray(scan.seen.friction_heat)[:, _pairs(scene, kind)].sum(
+            work = np.asarray(scan.columns.friction_work)[:, _pairs(scene, kind)].sum(
                 axis=1
             )
-            stretch = _stretch(np.asarray(scan.seen.t), work, float(peaks[name].time))
+            stretch = _stretch(np.asarray(scan.columns.t), work, float(peaks[name].time))
             if stretch is not None:
                 yield Heating(walls[body], face, peaks[name], *stretch)
 

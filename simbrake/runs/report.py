@@ -205,7 +205,7 @@ class Report:
         over the load then."""
         rows = np.flatnonzero(holding_rows(self._record).broken)
         t = float(np.asarray(self._record.rows.t)[rows[0]])
-        columns = self.scan.seen
+        columns = self.scan.columns
         at = int(np.flatnonzero(self.scan.row == rows[0])[0])
         load, capacity = (float(np.asarray(x)[at]) for x in columns.holding)
         return t, capacity / load if load > 0 else np.inf
@@ -223,7 +223,7 @@ class Report:
         in the run (N), and its `time` (s)."""
         if not speed_is_led(self.result.scene.duty.lever):
             return None
-        columns = self.scan.seen
+        columns = self.scan.columns
         i = int(np.argmax(columns.lever_tension))
         limit = self._record.system.lever.greatest()  # pyright: ignore
         numbers = (limit, columns.lever_tension[i], columns.t[i])
@@ -261,7 +261,7 @@ class Report:
             and phases[0].end == phases[0].start
         ):
             phases = phases[1:]  # the settling of the first mode
-        margins = np.asarray(self.scan.seen.margins)
+        margins = np.asarray(self.scan.columns.margins)
         locate = functools.partial(self._locate, lambda columns: columns.margins)
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
         known = {event.time for event in events if event.name in ("stop", "reversal")}
@@ -331,11 +331,11 @@ class Report:
             def excess(
                 columns: ScanColumns, name: str = name, limit: float = limit
             ) -> np.ndarray:
-                return (np.asarray(columns.passing[name]) - limit) / max(
+                return (np.asarray(columns.marked[name]) - limit) / max(
                     abs(limit), 1.0
                 )
 
-            values = excess(self.scan.seen)
+            values = excess(self.scan.columns)
             row = np.asarray(self.scan.row)
             # (a jump between two steps belongs to no crossing)
             rises = (
@@ -360,14 +360,14 @@ class Report:
         ]
         if not stops:
             return False
-        t = np.asarray(self.scan.seen.t)
-        speed = np.abs(np.asarray(self.scan.seen.omega))
+        t = np.asarray(self.scan.columns.t)
+        speed = np.abs(np.asarray(self.scan.columns.omega))
         slight = _SLOW * float(self.result.rtol) * np.max(speed)
         return bool(np.all(speed[(t >= time) & (t <= min(stops))] <= slight))
 
     def _reversals(self) -> list[Event]:
         """Instants at which the speed of the pulley changes its sign without a rest."""
-        seen = self.scan.seen
+        seen = self.scan.columns
         row = np.asarray(self.scan.row)
         omega = np.asarray(seen.omega)
         t = np.asarray(seen.t)
@@ -419,7 +419,7 @@ class Report:
         sample, mark = np.asarray(crossings, int).T
         row = scan.row[sample]
         steps = scan.steps
-        margins = margins_of(scan.seen)
+        margins = margins_of(scan.columns)
 
         def margin(some: np.ndarray, share: np.ndarray) -> np.ndarray:
             looked = margins_of(scan.look(row[some], share))
@@ -497,8 +497,8 @@ class Report:
             return {}
         stages = self.stages
         system = self.result.record.system
-        greatest = np.max(self.scan.seen.lever_tension)
-        load = self.scan.seen.load_torque[0]
+        greatest = np.max(self.scan.columns.lever_tension)
+        load = self.scan.columns.load_torque[0]
         hot = _sensed(
             system, jax.tree.map(lambda column: column[0], self._record.states.heat)
         )
@@ -522,7 +522,7 @@ class Report:
         least = self.metrics.get(HOLDING)
         if least is None:
             return None
-        seen = self.scan.seen
+        seen = self.scan.columns
         load = np.interp(self.peaks[HOLDING].time, seen.t, seen.load_torque)
         return {"load_torque": abs(load), "capacity": least * abs(load)}
 
