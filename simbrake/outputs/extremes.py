@@ -1,7 +1,7 @@
 """Maximum values over a run: of metrics, and of any quantity of a probe.
 
-Values and places are found on the run as it is (`hybrid.extremes`); derivatives are
-those of a probe at the place.
+`hybrid.extremes` finds values and places on the run; derivatives are those of a probe
+at the place.
 """
 
 import functools
@@ -25,27 +25,26 @@ from .metrics import HOLDING, METRICS, Peak, identity_of
 from .probe import LazyProbe, Probe, WithTimeAxis, states_inside
 from .programs import RunJit, in_lanes, is_traced_run
 
-#: of a system and its probe, (m, n): that of which the maximum over the run is wanted.
-#: Hashable by what it picks, as programs are compiled for it
+#: the quantity (m, n) of a system and its probe whose maximum over the run is wanted;
+#: equal picks have to be the same quantity, as programs are compiled for each
 Pick = Callable[[BrakeSystem, Probe], Array]
 
 
 class _OfMetric(NamedTuple):
-    """What a metric is the maximum of, by its `identity_of`."""
+    """The quantity whose maximum a metric is, by its `identity_of`."""
 
     metric: Any
 
     def __call__(self, system: BrakeSystem, p: Probe) -> Array:
-        known = isinstance(self.metric, str)
-        find = METRICS[self.metric].find if known else self.metric
-        return find(p)
+        by_name = isinstance(self.metric, str)
+        return (METRICS[self.metric].find if by_name else self.metric)(p)
 
 
 def _picks_of(names: Sequence[str]) -> tuple[_OfMetric, ...]:
     return tuple(_OfMetric(identity_of(name)) for name in names)
 
 
-#: by pick, each with its entries
+#: for each pick its entries
 _Entries = list[Array]
 
 
@@ -95,11 +94,11 @@ def _watched(flat: Flat, picks: Sequence[Pick], *, each: bool = False) -> Watche
 
 
 def watched_metrics(flat: Flat, names: Sequence[str]) -> Watched:
-    """What metrics are the greatest values of, to be followed in a run that is not
+    """The quantities whose maxima metrics are, to be followed in a run that is not
     recorded.
 
-    Of each metric the largest entry alone: where one lining takes over from another
-    inside a step, only the ends of the step show it.
+    Only the largest entry of each metric is followed: where another lining becomes the
+    largest inside a step, only the ends of the step show it.
     """
 
     def largest(pick: Pick) -> Pick:
@@ -109,7 +108,7 @@ def watched_metrics(flat: Flat, names: Sequence[str]) -> Watched:
 
 
 def _counts(record: Record, picks: Sequence[Pick]) -> Int[Array, "row group"] | None:
-    """What of each row counts (see `greatest`): all of it, but for the holding
+    """What of each row counts (see `greatest`): all of it, except for the holding
     reserve."""
     reserve = _OfMetric(HOLDING)
     if reserve not in picks:
@@ -151,12 +150,13 @@ def _(
     primals: tuple[Record],
     tangents: tuple[Record],
 ) -> tuple[Any, Any]:
-    """Derivatives of values are those of a probe at the places, which stay where they
-    are in their steps. Inside a step the time `t` of a maximum moves on top of that, so
-    that the rate `r` of its quantity stays 0: by `−dr/(dr/dt)`."""
-    found, t = _found(*primals, picks, each)
+    """Derivatives of values are those of a probe at places that stay where they are in
+    their steps. The time `t` of a maximum inside a step also moves by `−dr/(dr/dt)`, as
+    the rate `r` of its quantity stays 0."""
+    (record,) = primals
+    found, t = _found(record, picks, each)
     numbers = jnp.arange(found.entry.size, dtype=jnp.int32)
-    system: BrakeSystem = primals[0].system  # pyright: ignore
+    system: BrakeSystem = record.system  # pyright: ignore
 
     def places(record: Record) -> tuple[Array, PyTree, PyTree]:
         t, y = record.inside(*_into(record, found))
@@ -183,7 +183,7 @@ def _(
         return jax.jvp(rate, (t, y), along)[1]
 
     _, ((moves, of_rate), of_time) = jax.jvp(there, primals, tangents)
-    curved = jax.vmap(curvature)(numbers, *places(primals[0]))
+    curved = jax.vmap(curvature)(numbers, *places(record))
     inside = (found.share > 0) & (found.share < 1) & (curved != 0)
     shift = of_rate / jnp.where(inside, curved, 1.0)
     of_time = of_time - jnp.where(inside, shift, 0.0)
@@ -238,7 +238,7 @@ def _looked_at(
 
 
 class _Found(NamedTuple):
-    """Maxima (group,) over a run, and their times; of a concrete one also the values
+    """Maxima (group,) over a run, and their times; of a concrete run also the maxima
     between pairs of rows (k, group), and how many entries each pick has."""
 
     whole: Extremes
@@ -267,7 +267,7 @@ def _found_in_rows(
     found = greatest_of_rows(
         record, look, _counts(record, picks), span, len(spans) + 1, each=each
     )
-    # over the whole run: of equal ones the first
+    # of equal maxima the first
     top = np.max(found.value, axis=0)
     same = found.value >= top - SAME * np.abs(top)
     first = np.argmin(np.where(same, found.row + found.share, np.inf), axis=0)
@@ -298,8 +298,8 @@ class Maxima(NamedTuple):
     """Maximum values over a run by metric.
 
     - `whole`: over the whole run
-    - of a concrete run `between` pairs of rows (k,), and in `widths` how many entries
-      each quantity has
+    - `between`: between pairs of rows (k,) of a concrete run
+    - `widths`: how many entries the quantity has, of a concrete run
     """
 
     whole: dict[str, Peak]
@@ -313,15 +313,18 @@ def maxima(
     names: Sequence[str],
     spans: Sequence[tuple[int, int]] = (),
 ) -> Maxima:
-    """Maximum values over a run, with their derivatives, all from one walk; `spans`:
-    pairs of rows of a concrete run between which they are wanted as well."""
+    """Maximum values over a run, with their derivatives, all from one pass over it;
+    `spans`: pairs of rows of a concrete run between which they are wanted as well."""
     if not names:
         return Maxima({}, {}, {})
     found = _search(record, _picks_of(names), spans=spans)
     whole = {}
     columns = found.whole.value, found.time, found.whole.entry + 1
     for name, *column in zip(names, *columns, strict=True):
-        peak = _or_none(name, Peak(*column))
+        peak = Peak(*column)
+        if name == HOLDING:  # 0 where nothing was to be held
+            value = numpy_of(peak.value).where(peak.value >= 0, peak.value, 0.0)
+            peak = peak._replace(value=value)
         whole[name] = METRICS[name].of_peak(peak, scene)
     between = np.transpose(found.between)
     return Maxima(
@@ -331,14 +334,6 @@ def maxima(
     )
 
 
-def _or_none(name: str, peak: Peak) -> Peak:
-    """The maximum, 0 of a holding reserve where nothing was to be held."""
-    if name != HOLDING:
-        return peak
-    xp = numpy_of(peak.value)
-    return peak._replace(value=xp.where(peak.value >= 0, peak.value, 0.0))
-
-
 def peak_of_each(record: Record, pick: Pick) -> Vector:
-    """Maximum values over a run of each of the entries (n,) that `pick` (m, n) has."""
+    """Maximum value over a run of each entry (n,) of `pick` (m, n)."""
     return _search(record, (pick,), each=True).whole.value
