@@ -51,7 +51,9 @@ def heatings(scene: Scene, scan: Scan, peaks: Mapping[str, Peak]) -> Iterator[He
             work = np.asarray(scan.columns.friction_work)[:, _pairs(scene, kind)].sum(
                 axis=1
             )
-            stretch = _stretch(np.asarray(scan.columns.t), work, float(peaks[name].time))
+            stretch = _stretch(
+                np.asarray(scan.columns.t), work, float(peaks[name].time)
+            )
             if stretch is not None:
                 yield Heating(walls[body], face, peaks[name], *stretch)
 

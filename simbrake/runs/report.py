@@ -1,5 +1,4 @@
-"""Event log, metrics and summary of a run, from one scan of all its steps, and as
-text."""
+"""Event log, metrics and summary of a run, from one scan of all its steps."""
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
@@ -42,12 +41,12 @@ from ..physics.mechanism import BandMode, Mode, turned_since_rest
 from .choice import stiffness
 from .mesh import ThickLayers, thick_layers
 
-#: from the place in a step where the samples have a zero that of the run is at most
-#: this far (share of the step)
+#: how far a zero of the run usually is from that of the polynomial through the samples
+#: (share of the step)
 _NEAR = 1e-3
-#: a speed below this share of the maximum and of the run's tolerance is rounding
+#: in units of maximum speed × tolerance of the run: a speed up to `_STILL` is rounding,
+#: up to `_SLOW` it may be an error of the run
 _STILL = 1e-2
-#: one below this share may be an error of the run
 _SLOW = 1e2
 #: torques that differ by less than this share of a typical one balance each other
 _ROUNDING = 1e-9
@@ -65,14 +64,16 @@ def rising_roots(
     low: np.ndarray,
     high: np.ndarray,
 ) -> np.ndarray:
-    """Places (k,) where many functions rise through 0, each between `low` and `high`
-    (Illinois); NaN where none does.
+    """Places (k,) where k functions rise through 0, each between its `low` and `high`
+    (Illinois method); NaN where it does not.
 
-    `function(some, x)` evaluates those numbered `some` at `x`; each only until its own
-    zero is found. (SciPy's elementwise solvers do the same, and take half a second to
-    import before the first answer.)
+    `function(some, x)` evaluates the functions numbered `some` at `x`, each only until
+    its zero is found. (SciPy's elementwise solvers do the same, but their import takes
+    half a second.)
     """
-    low, high, some = low.copy(), high.copy(), np.arange(len(low))
+    low = low.copy()
+    high = high.copy()
+    some = np.arange(len(low))
     f_low, f_high = np.split(function(np.tile(some, 2), np.concatenate([low, high])), 2)
     bracketed = (f_low <= 0) & (f_high > 0)
     side = np.zeros(len(low), int)
@@ -111,23 +112,21 @@ def events_of_linings(modes: Mode, t: Sequence[float] | np.ndarray) -> list[Even
     ]
     if modes.lifted is not None:
         columns.append(("lining", modes.lifted, ("lift_off", "touchdown")))
-    for name, column, whats in columns:
-        sticks = np.asarray(column) == 0
-        for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
-            what = whats[int(sticks[i + 1, lining])]
-            events.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
+    for name, column, verbs in columns:
+        touches = np.asarray(column) == 0
+        for i, lining in np.argwhere(touches[1:] != touches[:-1]):
+            verb = verbs[int(touches[i + 1, lining])]
+            events.append(Event(float(t[i + 1]), f"{name}_{verb}", int(lining) + 1))
     return events
 
 
 def friction_changes(modes: Mode, t: Sequence[float] | np.ndarray) -> list[Event]:
-    """Begins of the changes of friction that begin when something happens, of modes as
-    in `events_of_linings`."""
-    onset = modes.onset
-    begins = (
-        []
-        if onset is None
-        else np.argwhere(np.diff(np.asarray(onset.begun, np.int32), axis=0))
-    )
+    """Begins of changes of friction that wait for a temperature or a stop; `modes` and
+    `t` as in `events_of_linings`."""
+    if modes.onset is None:
+        return []
+    begun = np.asarray(modes.onset.begun, np.int32)
+    begins = np.argwhere(np.diff(begun, axis=0))
     return [Event(float(t[i + 1]), "friction_change") for i, _ in begins]
 
 
@@ -137,8 +136,8 @@ def _sensed(system: Any, heat: Any) -> Any:
 
 
 class Report:
-    """Event log, metrics and summary of one concrete result, from one scan when they
-    are first needed."""
+    """Event log, metrics and summary of a concrete result, each computed when it is
+    first needed."""
 
     def __init__(self, result: Any) -> None:
         self.result = result
@@ -146,12 +145,12 @@ class Report:
 
     @functools.cached_property
     def scan(self) -> Scan:
-        """The run as it was scanned."""
+        """Samples in all steps of the run."""
         return Scan(self._record, float(self.result.rtol), tuple(self._limits))
 
     @functools.cached_property
     def _limits(self) -> dict[str, float]:
-        """Limits of the quantities that have marks."""
+        """Limits of the quantities with marks, see `marks_of`."""
         return marks_of(self._record.system, self.result.scene)  # pyright: ignore
 
     @functools.cached_property
@@ -184,16 +183,16 @@ class Report:
 
     @functools.cached_property
     def judgement(self) -> Judgement:
-        """Whether the brake did what it was to do. At rest the reserve is the minimum
-        while it was to hold."""
+        """Whether the brake did what it was to do. Its reserve at rest is the minimum
+        over the times at which it was to hold."""
         least = np.inf if self.holding is None else float(self.holding.value)
         found = held_throughout(judge(self._record), least)
         return Judgement(*(np.asarray(number).item() for number in found))
 
     @property
     def by_worst_angle(self) -> bool:
-        """Whether the reserve is that of another angle than the one at which the load
-        is held."""
+        """Whether the reserve is that at another angle, where the load is heavier than
+        where it is held."""
         if not self.result.scene.duty.load.by_angle:
             return False
         held = np.inf if self.holding is None else float(self.holding.value)
@@ -205,9 +204,8 @@ class Report:
         over the load then."""
         rows = np.flatnonzero(holding_rows(self._record).broken)
         t = float(np.asarray(self._record.rows.t)[rows[0]])
-        columns = self.scan.columns
         at = int(np.flatnonzero(self.scan.row == rows[0])[0])
-        load, capacity = (float(np.asarray(x)[at]) for x in columns.holding)
+        load, capacity = (float(x[at]) for x in self.scan.columns.holding)
         return t, capacity / load if load > 0 else np.inf
 
     @property
@@ -219,8 +217,8 @@ class Report:
 
     @property
     def pull(self) -> JsonObject | None:
-        """Of a lever that holds the speed: `limit` of its tension, the largest `value`
-        in the run (N), and its `time` (s)."""
+        """Tension of a lever that holds the speed: its `limit`, the largest `value` in
+        the run (N), and the `time` of that (s)."""
         if not speed_is_led(self.result.scene.duty.lever):
             return None
         columns = self.scan.columns
@@ -241,37 +239,28 @@ class Report:
         places = (first * samples).tolist(), ((last + 1) * samples - 1).tolist()
         times = (t[first].tolist(), t[last + 1].tolist())
         turned = self.turned
-        spans = zip(labels, *places, *times, turned[first].tolist(), strict=True)
-        phases = [ModeSpan(*span) for span in spans]
-        start, *_, end = labels_of(record, np.asarray([0, n]))
+        columns = zip(labels, *places, *times, turned[first].tolist(), strict=True)
+        spans = [ModeSpan(*column) for column in columns]
+        start, end = labels_of(record, np.asarray([0, n]))
         if n and end != labels[-1]:  # an event at the very end
-            phases.append(
-                ModeSpan(
-                    end,
-                    n * samples - 1,
-                    n * samples - 1,
-                    float(t[n]),
-                    float(t[n]),
-                    bool(turned[n]),
-                )
-            )
+            at = n * samples - 1
+            time = float(t[n])
+            spans.append(ModeSpan(end, at, at, time, time, bool(turned[n])))
+        first_mode = spans[0] if spans else None
         if (
-            phases
-            and phases[0].label.band == BandMode.OPEN
-            and phases[0].end == phases[0].start
+            first_mode is not None
+            and first_mode.label.band == BandMode.OPEN
+            and first_mode.end == first_mode.start
         ):
-            phases = phases[1:]  # the settling of the first mode
+            del spans[0]  # the first mode settles at once
         margins = np.asarray(self.scan.columns.margins)
         locate = functools.partial(self._locate, lambda columns: columns.margins)
-        events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
+        events = event_log(spans, margins, locate, margins.shape[1] // 2, start)
         known = {event.time for event in events if event.name in ("stop", "reversal")}
-        events = [
-            *(event for event in self._reversals() if event.time not in known),
-            *events,
-        ]
+        marked = [event for event in self._reversals() if event.time not in known]
         events = [
             event
-            for event in events
+            for event in [*marked, *events]
             if event.name != "reversal" or not self._is_of_stop(event.time, events)
         ]
         events += [
@@ -279,25 +268,21 @@ class Report:
             *events_of_linings(record.modes, t),
             *self._locking(),
         ]
-        inside = [*self._phase_ends(), *friction_changes(record.modes, t)]
-        return with_phases(sorted(events, key=lambda event: event.time), inside)
+        ends = [*self._phase_ends(), *friction_changes(record.modes, t)]
+        return with_phases(sorted(events, key=lambda event: event.time), ends)
 
     @functools.cached_property
     def turned(self) -> np.ndarray:
-        """Whether the pulley has turned since it last was at rest, in every row, where
-        it may rest in an open band."""
+        """Whether the pulley has turned since it last was at rest, in every row; False
+        where it cannot rest in an open band."""
         if not self._record.system.rests_open:  # pyright: ignore
             return np.zeros(int(self._record.count) + 1, bool)
         labels = labels_of(self._record)
-        return np.asarray(
-            turned_since_rest(
-                labels, np.asarray(self._record.states.phi)[: len(labels)].tolist()
-            )
-        )
+        phi = np.asarray(self._record.states.phi)[: len(labels)].tolist()
+        return np.asarray(turned_since_rest(labels, phi))
 
     def _phase_ends(self) -> list[Event]:
         """Ends of the phases of the duty."""
-
         lever = self._record.system.lever  # pyright: ignore
         t = np.asarray(self._record.rows.t)
         if not isinstance(lever, Phases):
@@ -326,18 +311,16 @@ class Report:
     def _marks(self) -> list[Event]:
         """Events of quantities that pass their limits."""
         events: list[Event] = []
+        row = self.scan.row
         for name, limit in self._limits.items():
 
             def excess(
                 columns: ScanColumns, name: str = name, limit: float = limit
-            ) -> np.ndarray:
-                return (np.asarray(columns.marked[name]) - limit) / max(
-                    abs(limit), 1.0
-                )
+            ) -> Any:
+                return (columns.marked[name] - limit) / max(abs(limit), 1.0)
 
             values = excess(self.scan.columns)
-            row = np.asarray(self.scan.row)
-            # (a jump between two steps belongs to no crossing)
+            # (a jump between two steps is no crossing)
             rises = (
                 (values[:-1] <= 0) & (values[1:] > 0) & (row[:-1] == row[1:])[:, None]
             )
@@ -351,8 +334,8 @@ class Report:
         return events
 
     def _is_of_stop(self, time: float, events: list[Event]) -> bool:
-        """Whether the pulley turns round by the errors of the run alone, as it comes to
-        rest."""
+        """Whether a reversal at this time is an error of the run alone, as the pulley
+        comes to rest."""
         stops = [
             event.time
             for event in events
@@ -360,17 +343,16 @@ class Report:
         ]
         if not stops:
             return False
-        t = np.asarray(self.scan.columns.t)
-        speed = np.abs(np.asarray(self.scan.columns.omega))
+        t = self.scan.columns.t
+        speed = np.abs(self.scan.columns.omega)
         slight = _SLOW * float(self.result.rtol) * np.max(speed)
         return bool(np.all(speed[(t >= time) & (t <= min(stops))] <= slight))
 
     def _reversals(self) -> list[Event]:
         """Instants at which the speed of the pulley changes its sign without a rest."""
-        seen = self.scan.columns
-        row = np.asarray(self.scan.row)
-        omega = np.asarray(seen.omega)
-        t = np.asarray(seen.t)
+        row = self.scan.row
+        omega = self.scan.columns.omega
+        t = self.scan.columns.t
         slight = _STILL * float(self.result.rtol) * np.max(np.abs(omega), initial=0.0)
         way = np.where(np.abs(omega) > slight, np.sign(omega), 0.0)
         moves = np.flatnonzero(way)
@@ -392,7 +374,7 @@ class Report:
         if inside.size:
 
             def speeds(columns: ScanColumns) -> np.ndarray:
-                return np.stack([columns.omega, -np.asarray(columns.omega)], axis=1)
+                return np.stack([columns.omega, -columns.omega], axis=1)
 
             upwards = way[after[inside]] > 0
             times[inside] = self._locate(
@@ -403,18 +385,17 @@ class Report:
     def _locking(self) -> list[Event]:
         """Linings that come to lock themselves."""
         locks = self._record.modes.locks
+        if locks is None:
+            return []
         t = np.asarray(self._record.rows.t)
-        began = (
-            []
-            if locks is None
-            else np.flatnonzero(np.diff(np.asarray(locks, np.int32)) > 0)
-        )
-        return [Event(float(t[i + 1]), "self_locking") for i in began]
+        begins = np.flatnonzero(np.diff(np.asarray(locks, np.int32)) > 0)
+        return [Event(float(t[i + 1]), "self_locking") for i in begins]
 
     def _locate(
         self, margins_of: Callable[[ScanColumns], Any], crossings: list[tuple[int, int]]
     ) -> np.ndarray:
-        """Times at which margins rise through zero."""
+        """Times at which margins rise through zero: for each crossing `(i, j)` that of
+        margin `j` between the samples `i` and `i + 1`."""
         scan = self.scan
         sample, mark = np.asarray(crossings, int).T
         row = scan.row[sample]
@@ -422,11 +403,11 @@ class Report:
         margins = margins_of(scan.columns)
 
         def margin(some: np.ndarray, share: np.ndarray) -> np.ndarray:
-            looked = margins_of(scan.look(row[some], share))
-            return looked[np.arange(len(some)), mark[some]]
+            exact = margins_of(scan.look(row[some], share))
+            return exact[np.arange(len(some)), mark[some]]
 
-        # the zero of the polynomial through all samples of the step, between those
-        # numbered `place` and `place + 1`
+        # a first guess: the zero of the polynomial through all samples of the step,
+        # between those numbered `place` and `place + 1`
         place = sample % scan.samples
         last = scan.samples - 1
         values = margins[
@@ -439,12 +420,9 @@ class Report:
 
         near = rising_roots(polynomial, place / last, (place + 1) / last)
         share = np.where(np.isnan(near), (place + 0.5) / last, near)
+        # the zero of the run itself, ever further from the guess
         left = np.arange(len(near))
-        for reach in (
-            _NEAR,
-            1.0 / last,
-            1.0,
-        ):  # the run itself may have it a little aside
+        for reach in (_NEAR, 1.0 / last, 1.0):
             low = np.maximum(share[left] - reach, 0.0)
             high = np.minimum(share[left] + reach, 1.0)
             exact = rising_roots(
@@ -459,6 +437,7 @@ class Report:
 
     @functools.cached_property
     def metrics(self) -> dict[str, float | None]:
+        """Metrics of the run by name, times of the peak temperatures, and heats."""
         energy = self._energies
         scene = self.result.scene
         metrics = metrics_of(scene, greatest=False)
@@ -466,23 +445,14 @@ class Report:
             name: metric.find(self._record, scene) for name, metric in metrics.items()
         }
         values |= {name: peak.value for name, peak in self.peaks.items()}
-        hot = {
-            f"{name}_time": p.time
-            for name, p in self.peaks.items()
+        values |= {
+            f"{name}_time": peak.time
+            for name, peak in self.peaks.items()
             if name.startswith("peak_")
         }
-        heats = (
-            "heat_to_metal",
-            "heat_to_linings",
-            "heat_to_band",
-            "heat_lost",
-            "heat_to_coolant",
-        )
-        values = {
-            **values,
-            **hot,
-            **{name: energy[name] for name in heats if name in energy},
-        }
+        bodies = ("to_metal", "to_linings", "to_band", "lost", "to_coolant")
+        heats = [f"heat_{body}" for body in bodies]
+        values |= {name: energy[name] for name in heats if name in energy}
         return plain({name: float(value) for name, value in values.items()})
 
     @property
@@ -492,24 +462,20 @@ class Report:
 
     def _staged(self) -> JsonObject:
         """The stages of a staged brake, and why one is missing."""
-        scene = self.result.scene
-        if not scene.brake.in_series:
+        brake = self.result.scene.brake
+        if not brake.in_series:
             return {}
         stages = self.stages
         system = self.result.record.system
-        greatest = np.max(self.scan.columns.lever_tension)
-        load = self.scan.columns.load_torque[0]
-        hot = _sensed(
-            system, jax.tree.map(lambda column: column[0], self._record.states.heat)
-        )
-        stage_names = {stage.name for stage in stages}
+        columns = self.scan.columns
+        at_start = jax.tree.map(lambda column: column[0], self._record.states.heat)
         absent = absent_stages(
-            scene.brake,
+            brake,
             float(system.inertia),
-            float(load),
-            stage_names,
-            float(greatest),
-            hot,
+            float(columns.load_torque[0]),
+            {stage.name for stage in stages},
+            float(np.max(columns.lever_tension)),
+            _sensed(system, at_start),
         )
         return {
             "stages": [stage.as_dict() for stage in stages],
@@ -522,14 +488,14 @@ class Report:
         least = self.metrics.get(HOLDING)
         if least is None:
             return None
-        seen = self.scan.columns
-        load = np.interp(self.peaks[HOLDING].time, seen.t, seen.load_torque)
+        columns = self.scan.columns
+        load = np.interp(self.peaks[HOLDING].time, columns.t, columns.load_torque)
         return {"load_torque": abs(load), "capacity": least * abs(load)}
 
     @functools.cached_property
     def shortage(self) -> Mapping[str, float] | None:
-        """Torque of the sliding brake and load where the load exceeded it most, in a
-        run that does not end so."""
+        """Torque of the sliding brake and load when the load exceeded it most; `None`
+        for a runaway, whose status tells it."""
         return None if self.result.status == Status.RUNAWAY else shortage(self.scan)
 
     @functools.cached_property
@@ -548,18 +514,19 @@ class Report:
             f"{name}_time": peak.time for name, peak in self.peaks.items()
         }
         for name, peak in self.peaks.items():
-            # not of all linings as one body
+            # (where all linings are one body the run does not tell which it was)
             if METRICS[name].of_linings and widths[name] == scene.brake.linings.count:
                 at[f"{name}_lining"] = peak.lining
         capacity = None
         if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):
-            # (a lining that locks itself holds any load)
             end = r.end_capacity
-            capacity = {"load_torque": end.hanging, "brake_torque": end.torque}
-            capacity["pairs"] = end.pairs
+            capacity = {
+                "load_torque": end.hanging,
+                "brake_torque": end.torque,
+                "pairs": end.pairs,
+            }
         words = scene.brake.words
         parts = {"brake": words.brake, "lining": words.lining, "body": words.body}
-        several = len(self._stops) > 1
         counts = ("rejected", "retaken", "events", "segments")
         solver = {
             "method": r.method_name,
@@ -571,7 +538,7 @@ class Report:
         optional = {
             "pull": self.pull,
             "holding": self._held,
-            "stops": self._stops if several else None,
+            "stops": self._stops if len(self._stops) > 1 else None,
             **self._staged(),
             **({} if scene.brake.banded else parts),
             "rims": None if scene.brake.rims == 1 else scene.brake.rims,
