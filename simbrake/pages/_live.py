@@ -40,7 +40,7 @@ from ..plot.wheels import (
     on_circle,
     pressed_angles,
 )
-from ..runs.linings import WORDS, lining_contacts
+from ..runs.linings import CONTACT_WORDS, lining_contacts
 from ..runs.result import Result, look
 
 #: what JSON has as a mapping
@@ -368,8 +368,11 @@ def still(scene: Scene) -> Data:
     scene."""
     words = scene.brake.words
     states = {
-        int(state): {"colour": _css(CONTACT_COLOURS[state]), "words": WORDS[state]}
-        for state in WORDS
+        int(state): {
+            "colour": _css(CONTACT_COLOURS[state]),
+            "words": CONTACT_WORDS[state],
+        }
+        for state in CONTACT_WORDS
     }
     si = {"speed": "rad/s", "travel": "m", "force": "N", "torque": "N*m", "heat": "K"}
     units = {name: reading(unit) for name, unit in si.items()}

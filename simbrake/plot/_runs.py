@@ -13,7 +13,7 @@ from .._base._numbers import digits, reading
 from ..loads import AbstractString
 from ..outputs.duty import first_greatest
 from ..outputs.log import Event
-from ..runs.linings import WORDS, Contact, RunningIn, lining_values
+from ..runs.linings import CONTACT_WORDS, Contact, RunningIn, lining_values
 from ..runs.result import Result
 from . import panels
 from .drawing import (
@@ -271,7 +271,9 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     for ax, window in zip(axes[-1], columns, strict=True):
         window.label_time(ax)
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
-    named = [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds]
+    named = [
+        Patch(color=CONTACT_COLOURS[kind], label=CONTACT_WORDS[kind]) for kind in kinds
+    ]
     name_marks(figure, named)
     head(figure, result.scene, "stick and slip of each lining")
     return figure

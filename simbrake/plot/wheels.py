@@ -23,7 +23,7 @@ from ..hybrid.arrays import Array
 from ..outputs.probe import Probe, tension_before
 from ..outputs.quantities import times_within
 from ..parts.scene import banded_brake
-from ..runs.linings import WORDS, Contact, lining_contacts
+from ..runs.linings import CONTACT_WORDS, Contact, lining_contacts
 from ..runs.result import Result, look
 from .drawing import (
     BLUE,
@@ -225,7 +225,7 @@ def _contact_legend(
     )
     return [
         Patch(color=CONTACT_COLOURS[c], label=f"{lining} {words}")
-        for c, words in WORDS.items()
+        for c, words in CONTACT_WORDS.items()
         if c in present
     ]
 

@@ -13,7 +13,7 @@ from jaxtyping import Float, PyTree
 from numpy.polynomial import legendre
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, input_error
+from .._base._faults import Fault, InputError, Issues, input_error
 from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
 from ..brakes.design import AbstractBrake, under_a_band
@@ -33,28 +33,26 @@ from .result import Result, look, require_one
 WearRate = NumberOrArray | Callable[..., Any]
 #: a result, or its record
 Run = Result | Record
-#: a quantity of linings that maps alone have, as it is summed over their cells
-HEAT = "friction_heat"
+#: a quantity of linings that only maps have, as it is summed over their cells
+FRICTION_HEAT = "friction_heat"
 VIEW_OF_HEAT = View("friction heat since the start", "kJ", 1e-3)
 
 
 def fault_of_pair(pair: str, pairs: Iterable[str]) -> Fault | None:
     """Error of the name of a friction pair in a brake with these `pairs`."""
     names = list(pairs)
-    return (
-        None
-        if pair in names
-        else Fault(
-            "pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}"
-        )
+    if pair in names:
+        return None
+    return Fault(
+        "pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}"
     )
 
 
 def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     """Forces, slip speeds, pressures and temperatures of the linings in a probe.
 
-    - `pair`: its name; `external` is the one on which the lever acts, of a staged brake
-      band on linings, beside `internal`, linings on rim
+    - `pair`: its name; the lever acts on `external`, in a staged brake band on linings;
+      a staged brake also has `internal`, linings on rim
 
     Raises `InputError` for a pair that the brake does not have.
 
@@ -66,18 +64,19 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     system = _system(record)
     if fault := fault_of_pair(pair, system.pair_names):
         raise InputError([fault])
-    view = PairInProbe(system, p, system.pair_names.index(pair))
-    return view.rubbing._replace(temperature=view.sensed)
+    seen = _seen(system, p, pair)
+    return seen.rubbing._replace(temperature=seen.sensed)
 
 
-#: over what means are taken
+#: weights of means
 WEIGHTS: dict[str, Callable[[Rubbing], Any]] = {
     "time": lambda r: jnp.ones_like(r.speed),
     "slip": lambda r: r.speed,
     "work": lambda r: r.power,
 }
 
-#: quantities within linings under a band, and those of the band, not of a friction pair
+#: quantities that linings have only under a band, and those of the band as a whole,
+#: which only its own pair has
 _OF_EDGES = ("slack_edge_pressure", "tight_edge_pressure", "edge_pressure_ratio")
 _OF_BAND = ("tension", "displacement", *_OF_EDGES)
 
@@ -85,7 +84,7 @@ _OF_BAND = ("tension", "displacement", *_OF_EDGES)
 def wearing(
     rate: WearRate, r: Rubbing, place: NumberOrArray | Array | None = None
 ) -> Array:
-    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` and `place` as in
+    """Rate of wear `ḣ = I p v` (m/s) of linings; `rate` and `place` as in
     `lining_wear`."""
     pressure = r.pressure if place is None else r.pressure_at(place)
     value: Any = (
@@ -94,46 +93,55 @@ def wearing(
     return value * pressure * r.speed
 
 
-class _Picked(Struct):
-    """Integrand of `integral`, taken from a probe: a PyTree, so that it compiles once
-    for each structure."""
+class _Weighted(Struct):
+    """Integrand of `integral`: a quantity of linings times a weight, and the weight.
+
+    A PyTree, as `_WearRate`, so that it compiles once for each structure.
+    """
 
     record: Record
     pair: str = structural()
-    quantity: str = structural(default="friction_power")
-    # with its weight, by which the quantity is multiplied
-    over: str | None = structural(default=None)
-    rate: Any = None  # of wear, instead of the quantity
-    place: Any = None  # within the linings, of wear
+    quantity: str = structural()
+    over: str = structural()
 
     def __call__(self, p: Probe) -> PyTree:
-        if self.rate is not None:
-            return wearing(
-                self.rate, rubbing(self.record, p, pair=self.pair), self.place
-            )
-        view = _seen(self.record, p, self.pair)
-        value = _each(view, self.quantity)
-        if self.over is None:
-            return value
-        weight = WEIGHTS[self.over](view.rubbing)
-        return weight * value, weight
+        seen = _seen(_system(self.record), p, self.pair)
+        weight = WEIGHTS[self.over](seen.rubbing)
+        return weight * _each(seen, self.quantity), weight
+
+
+class _WearRate(Struct):
+    """Integrand of `integral`: the rate of wear."""
+
+    record: Record
+    rate: Any
+    place: Any
+    pair: str = structural()
+
+    def __call__(self, p: Probe) -> PyTree:
+        return wearing(self.rate, rubbing(self.record, p, pair=self.pair), self.place)
 
 
 def _system(run: Run) -> BrakeSystem:
     return getattr(run, "record", run).system  # pyright: ignore
 
 
-def _seen(run: Run, p: Probe, pair: str) -> PairInProbe:
-    return PairInProbe(_system(run), p, _system(run).pair_names.index(pair))
+def _seen(system: BrakeSystem, p: Probe, pair: str) -> PairInProbe:
+    return PairInProbe(system, p, system.pair_names.index(pair))
 
 
-def _each(view: PairInProbe, quantity: str) -> Array:
-    """A quantity of every lining. Raises `InputError` where the run does not have
+def _value(seen: PairInProbe, quantity: str) -> Any:
+    """A quantity of the linings. Raises `InputError` where the run does not have
     it."""
-    value = LINING_QUANTITIES[quantity].of(view.p, view)
+    value = LINING_QUANTITIES[quantity].of(seen.p, seen)
     if value is None:
-        raise InputError([_absent(view.system, quantity)])
-    return jnp.broadcast_to(value, view.pair.normal.shape)
+        raise InputError([_absent(seen.system, quantity)])
+    return value
+
+
+def _each(seen: PairInProbe, quantity: str) -> Array:
+    """A quantity of every lining, also where all of them share it."""
+    return jnp.broadcast_to(_value(seen, quantity), seen.pair.normal.shape)
 
 
 def _check(
@@ -148,47 +156,25 @@ def _check(
     have."""
     system = _system(run)
     missing = fault_of_pair(pair, system.pair_names)
-    faults = [] if missing is None else [missing]
+    faults = Issues() if missing is None else Issues([missing])
     if over not in WEIGHTS:
-        faults.append(
-            Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}")
-        )
+        faults.add("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}")
     if quantity not in quantities:
-        faults.append(
-            Fault(
-                "quantity",
-                f"{quantity!r} is none",
-                f"there are: {', '.join(quantities)}",
-            )
+        faults.add(
+            "quantity", f"{quantity!r} is none", f"there are: {', '.join(quantities)}"
         )
     if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
-        faults.append(
-            Fault(
-                "pair",
-                f"{quantity} is of the band, not of the {pair} pair",
-                "leave it out",
-            )
-        )
+        what = f"{quantity} is of the band, not of the {pair} pair"
+        faults.add("pair", what, "leave it out")
     if quantity in _OF_EDGES and not system.mechanism.banded:
-        faults.append(
-            Fault(
-                "quantity",
-                f"{quantity} is of linings under a band",
-                "look at their pressure",
-            )
-        )
+        what = f"{quantity} is of linings under a band"
+        faults.add("quantity", what, "look at their pressure")
     if quantity.endswith("pressure") and not faults:
         friction_pair = system.mechanism.pairs[system.pair_names.index(pair)]
         if friction_pair.area is None:
-            faults.append(
-                Fault(
-                    f"brake.{friction_pair.field}.area",
-                    "is missing",
-                    "a pressure is looked at",
-                )
-            )
-    if faults:
-        raise InputError(faults)
+            path = f"brake.{friction_pair.field}.area"
+            faults.add(path, "is missing", "a pressure is looked at")
+    faults.report()
 
 
 # --- over a run ---------------------------------------------------------------------
@@ -216,7 +202,8 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
     """
     _check(run, pair)
     record = record_of(run)
-    return integral(record, _Picked(record, pair), points=points)
+    integrand = _Weighted(record, pair, "friction_power", "time")
+    return integral(record, integrand, points=points)[0]
 
 
 @explained
@@ -255,13 +242,8 @@ def lining_wear(
     _check(run, pair, "pressure" if place is None else "tight_edge_pressure")
     record = record_of(run)
     rate = as_tree(rate) if callable(rate) else jnp.asarray(as_number(rate))
-    return integral(
-        record,
-        _Picked(
-            record, pair, rate=rate, place=None if place is None else jnp.asarray(place)
-        ),
-        points=points,
-    )
+    place = None if place is None else jnp.asarray(place)
+    return integral(record, _WearRate(record, rate, place, pair), points=points)
 
 
 @explained
@@ -292,9 +274,8 @@ def lining_mean(
     """
     _check(run, pair, quantity, over=over)
     record = record_of(run)
-    above, below = integral(
-        record, _Picked(record, pair, quantity, over), points=points
-    )
+    integrand = _Weighted(record, pair, quantity, over)
+    above, below = integral(record, integrand, points=points)
     return above / below
 
 
@@ -305,8 +286,7 @@ class _OfEachLining(NamedTuple):
     quantity: str
 
     def __call__(self, system: BrakeSystem, p: Probe) -> Array:
-        i = system.pair_names.index(self.pair)
-        return _each(PairInProbe(system, p, i), self.quantity)
+        return _each(_seen(system, p, self.pair), self.quantity)
 
 
 @explained
@@ -328,15 +308,14 @@ def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Vector:
 class Contact(enum.IntEnum):
     """Contact of a lining with its partner."""
 
-    SLIDES_BACK = 0  # the partner runs behind
+    SLIDES_BACK = 0  # against the direction of `SLIDES`
     FREE = 1  # nothing presses it
     STICKS = 2
-    # still moves with its partner, its friction is used up (`k` counts these)
-    AT_LIMIT = 3
+    AT_LIMIT = 3  # still moves with its partner, but its friction is used up
     SLIDES = 4
 
 
-WORDS = {
+CONTACT_WORDS = {
     Contact.SLIDES: "slides",
     Contact.AT_LIMIT: "at its friction limit",
     Contact.STICKS: "sticks",
@@ -368,24 +347,19 @@ def lining_values(
     """A quantity of every lining in SI units in the cells between `edges` (s), (cells,
     n) or (cells, 1).
 
-    The value in the middle of each cell; `friction_heat` is that at its end, by the
-    midpoint rule. One column alone: the scene has one surface for all linings.
+    The value in the middle of each cell; of `friction_heat` that at its end, by the
+    midpoint rule. There is one column where all linings share a surface.
 
     Raises `InputError` for what the run does not have.
     """
     edges = np.asarray(edges, np.float64)
-    _check(result, pair, quantity, quantities=[*LINING_QUANTITIES, HEAT])
+    _check(result, pair, quantity, quantities=[*LINING_QUANTITIES, FRICTION_HEAT])
     p = look(result, 0.5 * (edges[1:] + edges[:-1]))
-    view = _seen(result, p, pair)
-    if quantity == HEAT:
-        return np.cumsum(
-            float(view.heat_share) * np.asarray(view.rubbing.power) * np.diff(edges)[:, None],
-            axis=0,
-        )
-    values = LINING_QUANTITIES[quantity].of(p, view)
-    if values is None:
-        raise InputError([_absent(view.system, quantity)])
-    return np.asarray(values)
+    seen = _seen(_system(result), p, pair)
+    if quantity != FRICTION_HEAT:
+        return np.asarray(_value(seen, quantity))
+    heating = float(seen.heat_share) * np.asarray(seen.rubbing.power)
+    return np.cumsum(heating * np.diff(edges)[:, None], axis=0)
 
 
 def _absent(system: BrakeSystem, quantity: str) -> Fault:
@@ -486,11 +460,10 @@ def geometric_overlap(brake: AbstractBrake) -> tuple[float | None, float]:
             / (2 * math.pi * radius * np.asarray(width))
         )
 
-    # the last pair rubs on the rim, one before it on the band
+    # the last pair rubs on the rim; of two the first rubs on the band
     *outer, inner = (brake.rubbing_part(pair).area for pair in brake.pairs)
-    return share(outer[0], brake.band.radius) if outer else None, share(
-        inner, brake.pulley.radius
-    )
+    internal = share(inner, brake.pulley.radius)
+    return share(outer[0], brake.band.radius) if outer else None, internal
 
 
 @explained
@@ -505,13 +478,9 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
         array([0.75, 0.75])
     """
     s = result.series(ts)
-    nominal = geometric_overlap(result.scene.brake)
-    coefficients = []
-    for pair, share in zip(
-        s.pairs.values(),
-        (coefficient for coefficient in nominal if coefficient is not None),
-        strict=True,
-    ):
+    nominal: Any = geometric_overlap(result.scene.brake)[-len(s.pairs) :]
+    coefficients: list[tuple[Any, ...]] = [(None, None)]
+    for pair, share in zip(s.pairs.values(), nominal, strict=True):
         grown = 1.0 if running_in is None else running_in.share(pair.friction_work)
         # linings of a bandage touch the rim while band and interference outweigh the
         # centrifugal force
@@ -523,9 +492,8 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
                 for each in (slides, ~slides)
             )
         )
-    *outer, inner = coefficients
-    external = outer[0] if outer else (None, None)
-    return Overlap(np.asarray(s.t), external[0], external[1], inner[0], inner[1])
+    *_, external, internal = coefficients
+    return Overlap(np.asarray(s.t), *external, *internal)
 
 
 # --- wear of the ring ---------------------------------------------------------------
@@ -533,10 +501,11 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
 
 #: Gauss–Legendre points in every step, through which speed and wear rates are
 #: polynomials
-_POINTS = 12
+_GAUSS = 12
+_NODES, _GAUSS_WEIGHTS = (np.asarray(x) for x in legendre.leggauss(_GAUSS))
+_TO_SERIES = np.linalg.inv(legendre.legvander(_NODES, _GAUSS - 1))
+#: bisections of a step, after which a place in it is known to rounding
 _HALVINGS = 55
-_NODES, _WEIGHTS = (np.asarray(x) for x in legendre.leggauss(_POINTS))
-_TO_SERIES = np.linalg.inv(legendre.legvander(_NODES, _POINTS - 1))
 
 
 class RingWear(NamedTuple):
@@ -544,8 +513,8 @@ class RingWear(NamedTuple):
 
     - `travel` `ψ` (rad) in the run
     - `depth` (m,) of each lining of the ring (m), mean over its face
-    - `stations` (n,): depth worn off at each station of the band (m): of linings that
-      do not travel
+    - `stations` (n,): depth worn off at each station of the band (m), as linings that do
+      not travel lose it
 
     Example:
         >>> sb.results.RingWear(0.3, np.array([2e-6, 3e-6]), np.array([1e-6, 4e-6])).over_least
@@ -608,8 +577,8 @@ def ring_wear(
 
     - `count` `m`: linings of the ring; inertia and preload of the scene's bandage are
       then those of the whole ring, its masses those of the arcs `β_i`
-    - `rate` `I`: as in `lining_wear`, `None`: that of the scene's wear
-    - `pair`: whose faces, `external` or `internal`
+    - `rate` `I`: as in `lining_wear`, by default that of the scene's wear
+    - `pair`: `external` or `internal`, whose faces wear
     - `start` (rad): travel before the run, as of earlier stops
 
     Integrals are exact between the corners of `o_ij`: `ψ` and `ḣ_i` are polynomials
@@ -630,14 +599,8 @@ def ring_wear(
             "is missing",
             "wear depends on the pressure",
         )
-    if rate is None:
-        rate = (
-            None
-            if scene.wear is None
-            else scene.wear.rate
-            if pair == "external"
-            else scene.wear.internal
-        )
+    if rate is None and scene.wear is not None:
+        rate = scene.wear.rate if pair == "external" else scene.wear.internal
     if rate is None:
         raise input_error(
             "rate", "is missing", "give a wear rate, or the scene a `Wear`"
@@ -648,27 +611,27 @@ def ring_wear(
     t = np.asarray(record.rows.t)
     span = t[steps + 1] - t[steps]
     h = (0.5 * (_NODES + 1) * span[:, None]).ravel()
-    p = probe_many(record, np.repeat(steps, _POINTS).astype(np.int32), h)
+    p = probe_many(record, np.repeat(steps, _GAUSS).astype(np.int32), h)
     speed = np.asarray(p.shown.bandage_speed)
     worn = np.asarray(wearing(rate, rubbing(result.record, p, pair=pair)))
-    # of every step Legendre series over −1…1 of the travel and of the wear rates
+    # Legendre series over −1…1 of the travel and of the wear rates in every step
     speeds = (
-        np.tensordot(speed.reshape(-1, _POINTS), _TO_SERIES, axes=(1, 1))
+        np.tensordot(speed.reshape(-1, _GAUSS), _TO_SERIES, axes=(1, 1))
         * 0.5
         * span[:, None]
     )
     turning = legendre.legint(speeds, lbnd=-1, axis=1)
     rates = (
-        np.einsum("kp,spn->skn", _TO_SERIES, worn.reshape(len(steps), _POINTS, -1))
+        np.einsum("kp,spn->skn", _TO_SERIES, worn.reshape(len(steps), _GAUSS, -1))
         * 0.5
         * span[:, None, None]
     )
     gained = legendre.legval(1.0, turning.T)
     begins = start + np.cumsum(gained) - gained
     depth = np.zeros(count)
-    for psi, series, own in zip(begins, turning, rates, strict=True):
-        if np.any(own):
-            depth += _worn_in(angle, count, psi, series, own)
+    for psi, travel, wear in zip(begins, turning, rates, strict=True):
+        if np.any(wear):
+            depth += _worn_in(angle, count, psi, travel, wear)
     return RingWear(
         float(np.sum(gained)),
         depth * count / (2 * math.pi),
@@ -684,16 +647,16 @@ def _worn_in(
     width = 2 * math.pi / count
     edges = np.append(0.0, np.cumsum(angle))
     low, high = sorted((psi, psi + legendre.legval(1.0, turning)))
-    # an edge of the ring passes one of a station
+    # travels at which an edge of the ring passes an edge of a station
     turns = np.arange(math.floor(low / width), math.ceil(high / width) + 2)
     corners = np.sort(np.ravel(np.mod(-edges, width) + width * turns[:, None]))
     corners = corners[(corners > low) & (corners < high)]
-    way = 1.0 if turning[0] >= 0 or legendre.legval(1.0, turning) >= 0 else -1.0
+    sense = 1.0 if turning[0] >= 0 or legendre.legval(1.0, turning) >= 0 else -1.0
     below = np.full(corners.shape, -1.0)
     above = np.ones(corners.shape)
     for _ in range(_HALVINGS):
         middle = 0.5 * (below + above)
-        before = way * (psi + legendre.legval(middle, turning) - corners) < 0
+        before = sense * (psi + legendre.legval(middle, turning) - corners) < 0
         below = np.where(before, middle, below)
         above = np.where(before, above, middle)
     ends = np.concatenate([[-1.0], np.sort(below), [1.0]])
@@ -702,6 +665,9 @@ def _worn_in(
         x = 0.5 * (a + b) + 0.5 * (b - a) * _NODES
         share = overlaps(angle, count, psi + legendre.legval(x, turning))
         worn += np.einsum(
-            "k,kn,knm->m", 0.5 * (b - a) * _WEIGHTS, legendre.legval(x, rates).T, share
+            "k,kn,knm->m",
+            0.5 * (b - a) * _GAUSS_WEIGHTS,
+            legendre.legval(x, rates).T,
+            share,
         )
     return worn
