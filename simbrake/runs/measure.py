@@ -40,8 +40,8 @@ from .findings import PRESSURE, body_of, hottest_first, in_words_of, title_of
 from .linings import lining_peak
 from .result import Result
 
-#: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a
-#: `Result` to a number
+#: name of a metric or of an energy (`energy.friction_heat`), or a function of a `Result`
+#: to a number
 Metric = str | Callable[[Result], Any]
 
 
@@ -52,11 +52,9 @@ def as_metrics(metrics: Metric | Sequence[Metric]) -> list[Metric]:
 
 def name_of(metric: Metric) -> str:
     """Name of a metric in tables."""
-    return (
-        metric
-        if isinstance(metric, str)
-        else getattr(metric, "__name__", type(metric).__name__)
-    )
+    if isinstance(metric, str):
+        return metric
+    return getattr(metric, "__name__", type(metric).__name__)
 
 
 def unit_of(metric: Metric) -> str:
@@ -72,29 +70,22 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
     require_scene(scene)
     names = metric_names(scene)
     faults = Issues()
+    counts: Counter[str] = Counter()
     for asked in metrics:
+        if not isinstance(asked, str) and not callable(asked):
+            hint = "a name, or a function of the result to a number"
+            faults.add(repr(asked), "is not a metric", hint)
+            continue
+        counts[name_of(asked)] += 1
         if isinstance(asked, str) and asked not in names:
             near = difflib.get_close_matches(asked, names, n=3, cutoff=0.4)
-            hint = (
-                f"nearest: {', '.join(near)}"
-                if near
-                else f"there are: {', '.join(names)}, or a function of the result"
-            )
+            hint = f"there are: {', '.join(names)}, or a function of the result"
+            hint = f"nearest: {', '.join(near)}" if near else hint
             faults.add(asked, "is not a metric of this scene", hint)
-        elif not isinstance(asked, str) and not callable(asked):
-            faults.add(
-                repr(asked),
-                "is not a metric",
-                "a name, or a function of the result to a number",
-            )
-    counts = Counter(
-        name_of(asked) for asked in metrics if isinstance(asked, str) or callable(asked)
-    )
-    faults += [
-        Fault(name, "is asked for twice", "functions are distinguished by their names")
-        for name, count in counts.items()
-        if count > 1
-    ]
+    hint = "functions are distinguished by their names"
+    for name, count in counts.items():
+        if count > 1:
+            faults.add(name, "is asked for twice", hint)
     faults.report()
 
 
@@ -120,9 +111,8 @@ def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
         if value.ndim and not arrays:
             raise input_error(name, "is an array", hint)
         return value
-    if metric not in METRICS and metric.startswith(
-        "energy."
-    ):  # of a pair, or of a torque on the shaft
+    # the heat of a pair, or the work of a torque on the shaft
+    if metric not in METRICS and metric.startswith("energy."):
         return jnp.asarray(result.energy[metric.removeprefix("energy.")])
     value = getattr(result, metric)
     return jnp.asarray(getattr(value, "value", value))
@@ -131,29 +121,25 @@ def measure(result: Result, metric: Metric, *, arrays: bool = False) -> Array:
 def measure_all(
     result: Result, metrics: Sequence[Metric], *, arrays: bool = False
 ) -> list[Array]:
-    """Several numbers of a result (see `measure`); maxima of a traced one from one walk
+    """Several numbers of a result (see `measure`); maxima of a traced one from one pass
     over it."""
     names = [
         metric for metric in metrics if isinstance(metric, str) and metric in METRICS
     ]
-    greatest = (
-        ()
-        if result.concrete
-        else tuple(name for name in names if METRICS[name].greatest)
-    )
+    greatest = () if result.concrete else names
+    greatest = tuple(name for name in greatest if METRICS[name].greatest)
     maxima = greatest_values(result, greatest)
-
-    def one(metric: Metric) -> Array:
-        if isinstance(metric, str) and metric in maxima:
-            return jnp.asarray(maxima[metric].value)
-        return measure(result, metric, arrays=arrays)
-
-    return [one(metric) for metric in metrics]
+    return [
+        jnp.asarray(maxima[metric].value)
+        if isinstance(metric, str) and metric in maxima
+        else measure(result, metric, arrays=arrays)
+        for metric in metrics
+    ]
 
 
 def named(result: Result, name: str) -> Any:
-    """A metric or an energy of a result by its name, a float of a concrete one. Raises
-    `KeyError` with near names."""
+    """A metric or an energy of a result by its name, a float where the result is
+    concrete. Raises `KeyError` with near names."""
     try:
         check_metrics(result.scene, [name] if isinstance(name, str) else [repr(name)])
     except InputError as error:
@@ -174,51 +160,40 @@ def happened(value: NumberOrArray) -> Bool[np.ndarray, "*shape"] | np.bool_:
 def _limits_part(
     name: str, base: type, about: str, fields: Mapping[str, Any], **others: Any
 ) -> Any:
-    """A part of a scene with a number of each metric in `fields`, and other fields by
-    name with their types."""
-    kinds = dict.fromkeys(fields, Scalar | None) | {
-        word: kind for word, (kind, _) in others.items()
+    """A class of parts of a scene with a number for each metric in `fields`, and
+    `others`: for each name the type and the field."""
+    types = {
+        name: (Scalar | None, _limit(x.unit, x.meaning)) for name, x in fields.items()
     }
+    types |= others
     body = {
         "__module__": __name__,
         "__doc__": about,
-        "__annotations__": kinds,
+        "__annotations__": {field: kind for field, (kind, _) in types.items()},
         "faults_with": _faults_of_limits,
+        **{field: value for field, (_, value) in types.items()},
     }
-    body |= {
-        word: quantity(entry.unit, f"limit: {entry.meaning}", default=None)
-        for word, entry in fields.items()
-    }
-    kind: Any = type(base)  # (which makes a dataclass of the fields)
-    return kind(
-        name, (base,), body | {word: field for word, (_, field) in others.items()}
-    )
+    metaclass: Any = type(base)  # (makes a dataclass of the fields)
+    return metaclass(name, (base,), body)
+
+
+def _limit(unit: str, meaning: str) -> Any:
+    return quantity(unit, f"limit: {meaning}", default=None)
 
 
 def _faults_of_limits(self: Any, path: str, scene: Scene) -> Faults:
-    faults = []
+    faults = Issues()
     for name in self.given:
         lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""
-        lacks = lacks or (
-            "it has no areas of its linings"
-            if name == PRESSURE and not _has_area(scene)
-            else ""
-        )
-        faults += (
-            [
-                Fault(
-                    f"{path}.{name}",
-                    f"no run of this scene has it: {lacks}",
-                    "leave it out",
-                )
-            ]
-            if lacks
-            else []
-        )
+        if name == PRESSURE and not _has_area(scene):
+            lacks = "it has no areas of its linings"
+        if lacks:
+            problem = f"no run of this scene has it: {lacks}"
+            faults.add(f"{path}.{name}", problem, "leave it out")
     return faults
 
 
-#: what a scene can limit: all but what has to be large
+#: metrics that a scene can limit: all except the holding reserve, which is to be large
 _LIMITED = {name: metric for name, metric in METRICS.items() if name != HOLDING}
 EnergyLimits = _limits_part(
     "EnergyLimits",
@@ -246,10 +221,7 @@ Limits = _limits_part(
         (array(90000.), array(2000000.))
     """,
     {name: metric for name, metric in _LIMITED.items() if not metric.energy},
-    max_pressure=(
-        Scalar | None,
-        quantity("Pa", "limit: maximum mean pressure on a lining", default=None),
-    ),
+    max_pressure=(Scalar | None, _limit("Pa", "maximum mean pressure on a lining")),
     energy=(
         EnergyLimits | None,
         struct_field(
@@ -263,8 +235,8 @@ Limits = _limits_part(
 
 
 def with_limits(scene: Scene, limits: Mapping[str, float]) -> Scene:
-    """The scene with these limits (SI) among its own, but for energies that only some
-    scenes have (`heat_internal`)."""
+    """The scene with these limits (SI) among its own, except limits of energies that
+    only some scenes have (`heat_internal`)."""
     applicable = {
         name: most
         for name, most in limits.items()
@@ -272,7 +244,7 @@ def with_limits(scene: Scene, limits: Mapping[str, float]) -> Scene:
     }
     if not applicable:
         return scene
-    whole = {**({} if scene.limits is None else scene.limits.given), **applicable}
+    whole = ({} if scene.limits is None else scene.limits.given) | applicable
     energy = {
         name.removeprefix("energy."): whole.pop(name)
         for name in [*whole]
@@ -285,13 +257,11 @@ def _has_area(scene: Scene) -> bool:
     return scene.brake.linings.area is not None
 
 
-#: shown without a limit too, where the scene has them
+#: listed without a limit too, where the scene has them
 _USUAL = ("max_tension", "max_normal_load")
 _LININGS = "peak_lining_temperature"
-#: kelvins of 20 °C, from which the rise of a temperature is counted
+#: 20 °C (K), from which the rise of a temperature is counted
 ROOM = ZERO + 20.0
-
-
 #: a margin below this share of the limit is small
 SMALL_MARGIN = 0.10
 
@@ -300,9 +270,7 @@ class LimitVerdict(enum.StrEnum):
     """Verdict on one limit."""
 
     WITHIN = "within limit"
-    WITHIN_SO_FAR = (
-        "within limit so far"  # the run failed: how it would have gone on is not known
-    )
+    WITHIN_SO_FAR = "within limit so far"  # (the run failed later)
     SMALL = "small margin"
     EXCEEDED = "exceeded"
     NO_LIMIT = "no limit"
@@ -311,9 +279,9 @@ class LimitVerdict(enum.StrEnum):
     @property
     def colour(self) -> Colour | None:
         """Its colour, `None` if it has none."""
-        if self in (LimitVerdict.NO_LIMIT, LimitVerdict.NOT_EVALUATED):
-            return None
         return {
+            LimitVerdict.NO_LIMIT: None,
+            LimitVerdict.NOT_EVALUATED: None,
             LimitVerdict.EXCEEDED: Colour.RED,
             LimitVerdict.SMALL: Colour.AMBER,
         }.get(self, Colour.GREEN)
@@ -371,18 +339,16 @@ class LimitCheck(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """`limit − value`, of a least value `value − limit`: below 0 where the limit is
-        exceeded; `None` without one of the two."""
-        return (
-            None
-            if self.limit is None or self.value is None
-            else margin_to(self.limit, self.name, self.value)
-        )
+        """`limit − value`, or `value − limit` where the limit is a least value: below 0
+        where it is exceeded; `None` without a limit or a value."""
+        if self.limit is None or self.value is None:
+            return None
+        return margin_to(self.limit, self.name, self.value)
 
     @property
     def margin_percent(self) -> float | None:
-        """The margin in percent of the limit; of a temperature in percent of its rise
-        above 20 °C."""
+        """The margin in percent of the limit, of a temperature in percent of the
+        permissible rise above 20 °C."""
         if self.margin is None or self.limit is None:
             return None
         whole = self.limit - ROOM if self.unit == "K" else self.limit
@@ -410,17 +376,8 @@ class LimitCheck(NamedTuple):
     def as_dict(self) -> JsonObject:
         """`{name, verdict, value, limit, margin, margin_percent, unit, note}`, numbers
         in SI."""
-        names = (
-            "name",
-            "verdict",
-            "value",
-            "limit",
-            "margin",
-            "margin_percent",
-            "unit",
-            "note",
-        )
-        return {name: plain(getattr(self, name)) for name in names}
+        names = "name verdict value limit margin margin_percent unit note"
+        return {name: plain(getattr(self, name)) for name in names.split()}
 
     def __str__(self) -> str:
         return str(self.row())
@@ -429,10 +386,10 @@ class LimitCheck(NamedTuple):
 def read_limits(
     scene: Scene, limits: Mapping[str, int | float | str], path: str = "limits[{!r}]"
 ) -> tuple[dict[str, float], Faults]:
-    """Limits in SI, given as numbers or as texts with a unit; and the faults: unknown
-    metrics, what is not a number.
+    """Limits in SI, given as numbers or as texts with a unit; and the faults of unknown
+    metrics and of values that are no numbers.
 
-    `path`: where a limit stands, for the faults, with a place for its name
+    `path`: where a limit stands, for the faults, with `{!r}` for its name
     """
     reader = NumberReader()
     numbers = {}
@@ -447,14 +404,15 @@ def read_limits(
         check_metrics(scene, [name for name in limits if name != PRESSURE])
     except InputError as error:
         reader.faults += error.faults
-    for name, value in (
-        (name, value) for name, value in limits.items() if name in names
-    ):
+    for name, value in limits.items():
+        if name not in names:
+            continue
         unit = "Pa" if name == PRESSURE else unit_of(name)
         if isinstance(value, np.generic | np.ndarray) and np.ndim(value) == 0:
-            value = value.item()  # (a reader knows numbers of Python)
+            value = value.item()  # (the reader takes numbers of Python only)
         limit = reader.number(value, Quantity(unit, "limit"), path.format(name), unit)
-        numbers |= {} if limit is BAD else {name: limit}
+        if limit is not BAD:
+            numbers[name] = limit
     return numbers, reader.faults
 
 
@@ -463,14 +421,13 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
     """All limits of a concrete result with their verdicts: temperatures, the hottest
     place first, then the others.
 
-    `limits`: metric (or `max_pressure`) → permissible value in SI, the greatest, or the
-    least of a metric that begins with `min_`, as `read_limits` gives them; beside them
-    the allowable values of the scene's own parts (`Heat`, `Lining`, `Strength`,
-    `Lever`, `Wear`) are evaluated. Also listed, without
-    a verdict, are temperatures, tension and load on a lining that have no limit. A
-    value equal to its limit is within it. What did not happen (a stop that never came)
-    exceeds its limit in a run that reached its end time; in a run that failed it is not
-    evaluated.
+    `limits`: metric (or `max_pressure`) → permissible value in SI, as `read_limits`
+    gives them: the greatest value, or the least where the metric begins with `min_`.
+    The allowable values of the scene's parts (`Heat`, `Lining`, `Strength`, `Lever`,
+    `Wear`) are evaluated as well. Temperatures, tension and load on a lining are listed
+    also without a limit, and have no verdict then. A value equal to its limit is within
+    it. What did not happen (a stop that never came) exceeds its limit in a run that
+    reached its end time; in a run that failed it is not evaluated.
 
     Example:
         >>> checks = sb.results.limit_checks(result, {"stopping_time": 1.0})
@@ -478,54 +435,37 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         (1.0, 'exceeded')
     """
     summary = result.report().summary
-    own = allowable_values(result.scene)
-    marked = values_of_marks(result.scene)
-    limits = {**own, **limits}
+    scene = result.scene
+    marked = values_of_marks(scene)
+    limits = allowable_values(scene) | {**limits}
 
     def check(name: str) -> LimitCheck:
         value = summary["metrics"].get(name)
         if name not in limits:
             return LimitCheck(name, None, value, unit_of(name), LimitVerdict.NO_LIMIT)
         value = float(measure(result, name)) if value is None else value
-        note = _when(result, summary, name, limits[name], marked.get(name))
+        note = _when(summary, name, limits[name], marked.get(name))
         return _judged(result, name, limits[name], value, unit_of(name), note)
 
     hot = hottest_first(summary["metrics"])
     checks = [check(name) for name in hot]
     if _LININGS not in hot:
-        heated = result.scene.heated
-        note = (
-            "the thermal part names no place as that of the linings"
-            if heated
-            else "the scene has no thermal part"
-        )
-        checks.append(
-            LimitCheck(
-                _LININGS,
-                limits.get(_LININGS),
-                None,
-                "K",
-                LimitVerdict.NOT_EVALUATED,
-                note,
-            )
-        )
-    available = metric_names(result.scene)
+        note = "the scene has no thermal part"
+        if scene.heated:
+            note = "the thermal part names no place as that of the linings"
+        limit = limits.get(_LININGS)
+        verdict = LimitVerdict.NOT_EVALUATED
+        checks.append(LimitCheck(_LININGS, limit, None, "K", verdict, note))
+    available = metric_names(scene)
     checks += [
         check(name) for name in _USUAL if name in available and name not in limits
     ]
-    pressure = limits.get(PRESSURE, result.scene.brake.linings.permissible_pressure)
-    wear = result.scene.wear
+    pressure = limits.get(PRESSURE, scene.brake.linings.permissible_pressure)
     if pressure is not None:
-        checks.append(
-            _nearest(
-                result,
-                PRESSURE,
-                np.asarray(lining_peak(result, "pressure")),
-                pressure,
-                "Pa",
-            )
-        )
+        peaks = np.asarray(lining_peak(result, "pressure"))
+        checks.append(_nearest(result, PRESSURE, peaks, pressure, "Pa"))
     checks += [check(name) for name in limits if name not in HOT and name != PRESSURE]
+    wear = scene.wear
     if wear is not None and wear.permissible is not None:
         worn = np.asarray(wear.worn) + np.asarray(result.worn_thickness)
         more = ", with what was worn off before the run"
@@ -538,7 +478,7 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
 def _nearest(
     result: Result, name: str, value: np.ndarray, limit: Any, unit: str, more: str = ""
 ) -> LimitCheck:
-    """The lining that is nearest its limit."""
+    """The check of the lining that is nearest its limit."""
     most = np.broadcast_to(np.asarray(limit), value.shape)
     i = int(first_largest(value / most))
     note = f"{result.scene.brake.words.lining} {i + 1}{more}"
@@ -549,29 +489,21 @@ def _judged(
     result: Result, name: str, bound: float, value: float, unit: str, note: str
 ) -> LimitCheck:
     if not np.isfinite(value):
-        verdict = LimitVerdict.EXCEEDED if result.ok else LimitVerdict.NOT_EVALUATED
-        note = (
-            "did not happen in this run"
-            if result.ok
-            else "the run failed before it happened"
-        )
+        verdict = LimitVerdict.NOT_EVALUATED
+        note = "the run failed before it happened"
+        if result.ok:
+            verdict = LimitVerdict.EXCEEDED
+            note = "did not happen in this run"
         return LimitCheck(name, bound, None, unit, verdict, note)
-    within = LimitVerdict.WITHIN if result.ok else LimitVerdict.WITHIN_SO_FAR
-    return LimitCheck(
-        name,
-        bound,
-        value,
-        unit,
-        within if keeps(bound, name, value) else LimitVerdict.EXCEEDED,
-        note,
-    )
+    verdict = LimitVerdict.WITHIN if result.ok else LimitVerdict.WITHIN_SO_FAR
+    if not keeps(bound, name, value):
+        verdict = LimitVerdict.EXCEEDED
+    return LimitCheck(name, bound, value, unit, verdict, note)
 
 
-def _when(
-    result: Result, summary: JsonObject, name: str, bound: float, marked: float | None
-) -> str:
-    """When a maximum value was reached, and when it first passed its limit, where that
-    is an event."""
+def _when(summary: JsonObject, name: str, bound: float, marked: float | None) -> str:
+    """When a maximum value was reached; where it has passed its limit, and that is an
+    event (at the value `marked`), when it passed first."""
     time = summary["at"].get(f"{name}_time")
     value = summary["metrics"].get(name)
     if time is None:
@@ -593,9 +525,10 @@ def _when(
 class LimitCoverage(NamedTuple):
     """What the limits of a run cover.
 
-    - `given` of `of` limits: of the parts under load in the run, one each
-    - `missing`: those without a limit, in words, with the metrics (one suffices) that
-      can have one in `limits`;  `not_modelled`: what a brake has beside them
+    - `given` of `of` limits: one for each part that was under load in the run
+    - `missing`: parts without a limit, in words, each with the metrics that can have a
+      limit in `limits` (one suffices)
+    - `not_modelled`: parts of the brake that the scene does not model
 
     Example:
         >>> judged = result.verdict({"max_tension": "120 kN"}).judged
@@ -612,13 +545,12 @@ class LimitCoverage(NamedTuple):
         """In words, empty where nothing was under load."""
         if not self.of:
             return ""
-        none = f", none for {', '.join(self.missing)}" if self.missing else ""
-        beside = (
-            f"; not modelled: {', '.join(self.not_modelled)}"
-            if self.not_modelled
-            else ""
-        )
-        return f"{self.given} of {self.of} material limits given{none}{beside}"
+        text = f"{self.given} of {self.of} material limits given"
+        if self.missing:
+            text += f", none for {', '.join(self.missing)}"
+        if self.not_modelled:
+            text += f"; not modelled: {', '.join(self.not_modelled)}"
+        return text
 
 
 #: part of a brake → metrics that can limit it; where the first one is above 0 the part
@@ -646,20 +578,25 @@ def coverage_of(result: Result, checks: Sequence[LimitCheck]) -> LimitCoverage:
         for name, names in _PARTS.items()
         if metrics.get(names[0])
     }
-    if scene.duty.lever.controls_speed:  # (it is compared with the maximum of its own)
+    if scene.duty.lever.controls_speed:  # (such a lever has its own greatest force)
         parts.pop(in_words_of(scene, "lever force"), None)
     rubs = bool(summary["energy"]["friction_heat"])
     hot = hottest_first(metrics) if rubs else []
     for name in hot:
         parts[f"{body_of(HOT[name], scene)} temperature"] = (name,)
-    available = {*metric_names(scene), *((PRESSURE,) if _has_area(scene) else ())}
+    available = [*metric_names(scene), *([PRESSURE] if _has_area(scene) else [])]
     missing = {
         part: tuple(name for name in names if name in available)
         for part, names in parts.items()
         if limited.isdisjoint(names)
     }
-    beside = () if hot or not rubs else ("temperatures",)
-    pulled = lever_of(scene) is not None or "max_actuator_pressure" in metrics
-    if scene.brake.banded and not pulled and metrics.get("max_tension"):
-        beside += () if scene.duty.lever.controls_speed else ("lever force",)
-    return LimitCoverage(len(parts) - len(missing), len(parts), missing, beside)
+    not_modelled = ["temperatures"] if rubs and not hot else []
+    has_force = (
+        lever_of(scene) is not None
+        or "max_actuator_pressure" in metrics
+        or scene.duty.lever.controls_speed
+    )
+    if scene.brake.banded and not has_force and metrics.get("max_tension"):
+        not_modelled.append("lever force")
+    given = len(parts) - len(missing)
+    return LimitCoverage(given, len(parts), missing, tuple(not_modelled))
