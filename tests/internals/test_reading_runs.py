@@ -10,6 +10,7 @@ from shipped import load
 import simbrake as sb
 from simbrake.hybrid import Code
 from simbrake.outputs import log as _log
+from simbrake.outputs import stages as _stages
 from simbrake.physics import _chain, _sprung
 from simbrake.physics import mechanism as _mechanism
 from simbrake.results import BandMode, metric_names
@@ -49,7 +50,7 @@ def test_every_event_has_a_row_in_words():
 
 def test_modes_stages_and_codes_have_words():
     assert set(_mechanism.BAND_MODES) == set(BandMode)
-    assert {_log.stage_of(label) for label in LABELS} == set(_log.STAGES)
+    assert {_stages.stage_of(label) for label in LABELS} == set(_stages.STAGES)
     assert set(_log.STATUS_MESSAGES) == set(_log.Status)
     assert set(_log.FAILURES) == (set(Code) | set(_mechanism.BrakeCode)) - {
         Code.COMPLETED
