@@ -1,4 +1,4 @@
-"""What is said of a run, each thing once: findings with their words and numbers.
+"""Findings of a run: each fact once, in words and with its numbers.
 
 The printed summary, explanation, verdict, JSON and pages show these.
 """
@@ -51,14 +51,14 @@ _FASTER = 1.001
 _ALIKE = 1 + 1e-6
 #: groups of events that are listed one by one, at most
 _EVENTS = 12
-#: percent of a balance that shows in none of its printed digits
+#: percent of a balance below which a term is not listed
 _SHOWN = 5e-4
 
 
 class Finding(NamedTuple):
-    """One thing that is said of a run: its topic, its words, and its numbers in SI.
+    """One fact about a run: its topic, its text, and its numbers in SI.
 
-    Of an explanation the text has whole sentences.
+    In an explanation the text has whole sentences.
 
     - `severity`: green, amber or red; `None` where nothing is judged
 
@@ -84,7 +84,7 @@ def lower(text: str) -> str:
     return text[:1].lower() + text[1:]
 
 
-#: general words of texts, in whose place a machine has its own
+#: general words, which `in_words_of` replaces by those of a machine
 _GENERAL = re.compile(
     r"(?<![\w.`])(hook load|hook|drum|ropes?|pulley|lever)(?![\w`]|\.\w)", re.IGNORECASE
 )
@@ -119,7 +119,7 @@ def sentences(texts: Iterable[str]) -> str:
 
 
 def findings(report: Report) -> list[Finding]:
-    """What is said of a run beside its verdict, in the order of the summary."""
+    """Findings of a run, without its verdict, in the order of the summary."""
     summary = report.summary
     solver = summary["solver"]
     steps = (
@@ -150,7 +150,7 @@ def findings(report: Report) -> list[Finding]:
 
 
 def remarks(report: Report) -> list[Finding]:
-    """What a run could not see, and its warnings."""
+    """Notes on what a run could not see, and its warnings."""
     scene = report.result.scene
     texts = [
         *warnings(scene),
@@ -160,7 +160,7 @@ def remarks(report: Report) -> list[Finding]:
         *_over_limits(report),
         *_beyond_tables(report),
     ]
-    # (linings that lock themselves from the start are a warning of the scene)
+    # (`warnings` has linings that lock themselves from the start)
     for name, words in _WARNED.items():
         if times := [event.time for event in report.events if event.name == name]:
             texts.append(f"{name}: {words.format(min(times))}")
@@ -273,7 +273,7 @@ def _end_awaited(result: Any) -> Any:
 
 
 def _waiting(result: Any, until: Any) -> str:
-    """The phase that runs at the end, where the shaft is, and why a load runs away."""
+    """The phase in force at the end, where the shaft is, and why a load runs away."""
     record = result.record
     y = record.y_end
     phase = record.system.lever.ended(int(record.mode_end.phase))
@@ -296,7 +296,7 @@ def _rope_at(system: Any, y: Any, mode: Any) -> Any:
 
 
 def _swing(result: Any) -> str:
-    """How the hook swings at the end over a drum at rest; nothing below 1 % of its
+    """How the hook swings at the end over a drum at rest; empty below 1 % of its
     weight."""
     system = result.record.system
     _, y, mode = ends_of(result.record)[1]
@@ -323,7 +323,7 @@ def sentence(report: Report) -> str:
     end = report.summary["end"]
     reason = REASONS[judgement.reason]
     speed = number(abs(end["omega"]), "rad/s")
-    moves = f"{speed}" + (" upwards" if end["omega"] < 0 else "")
+    moves = f"{speed}{' upwards' if end['omega'] < 0 else ''}"
     share = digits(judgement.sliding, 3)
     sliding = f"the sliding friction brake gives {share} of the load's torque"
     reserve = f"reserve if the lever pulls: {digits(judgement.reserve, 4)}"
@@ -345,11 +345,11 @@ def sentence(report: Report) -> str:
             when, capacity = report.broke_away
             detail = f" at {number(when, 's')}: static capacity "
             detail += f"{digits(capacity, 4)} of the load"
-        case "H2" if report.by_worst_angle:
-            share = digits(judgement.reserve, 4)
-            detail = f" where it is heaviest in the run: it holds {share} of it"
         case "H2":
-            detail = f": it holds {digits(judgement.reserve, 4)} of it{_others(report)}"
+            worst = report.by_worst_angle
+            detail = " where it is heaviest in the run" if worst else ""
+            detail += f": it holds {digits(judgement.reserve, 4)} of it"
+            detail += "" if worst else _others(report)
         case "H4":
             many = "stops" in report.summary
             state = f"; at the end {_words(report.result.status)}" if many else ""
@@ -386,13 +386,11 @@ def sentence(report: Report) -> str:
             if judgement.pull > 0:
                 limit = number(judgement.pull, "N")
                 detail += f"; its lever is at the limit of {limit}"
-        case "L3":
-            detail = f": at {moves} at the end"
         case "L4" | "L5":
             return f"Lowered at a steady {speed}{pulled or _NO_PULL}"
         case "L6" if red:
             return f"Falls freely, at {moves} at the end"
-        case "L6" | "L7":
+        case "L3" | "L6" | "L7":
             detail = f": at {moves} at the end"
         case "U1":
             detail = f": at {moves}, {sliding}. If it is meant, give `wants`"
@@ -405,7 +403,7 @@ _NO_PULL = "; no pull of the friction brake is given: nothing is said of holding
 
 
 def _others(report: Report) -> str:
-    """What bears the part of a resting load that the friction brake does not."""
+    """What holds the part of a resting load that the friction brake does not."""
     scene = report.result.scene
     others = [] if scene.motor is None else ["the motor"]
     if any(isinstance(law, AbstractDryTorque) for law in scene.shaft):
@@ -414,7 +412,8 @@ def _others(report: Report) -> str:
 
 
 def _by_static_friction(report: Report) -> str:
-    """What a brake that holds by static friction alone could not do."""
+    """That the brake holds the load only while it sticks; empty where it also does
+    sliding."""
     judgement = report.judgement
     if not judgement.sliding_now <= 1 < judgement.reserve < math.inf:
         return ""
@@ -447,7 +446,7 @@ def _stopped(report: Report) -> str:
 
 
 def _number_of_stops(rows: Sequence[JsonObject]) -> str:
-    """How many stops there are, and how many of them end a hoist."""
+    """How many stops there are, and how many come after hoisting."""
     hoists = sum(row.get("travel", 0.0) < 0 for row in rows)
     return f"{len(rows)} stops" + (f", {hoists} after hoisting" if hoists else "")
 
@@ -512,7 +511,8 @@ def _way(angle: float, travel: float | None) -> str:
 def at_end(end: JsonObject, turned: float = 0.0) -> str:
     """Where the shaft is at the end of a run that does not end with its stop.
 
-    `turned` (rad): angle to and fro, against which a difference from the start counts.
+    `turned` (rad): angle turned to and fro; a difference from the start that is tiny
+    against it is none
     """
     time = number(end["time"], "s")
     at_rest = end["omega"] == 0
@@ -558,10 +558,10 @@ def _stops(summary: JsonObject) -> tuple[list[str], JsonObject]:
             number(time, "s") for time in (braked[0], braked[-1], max(braked))
         )
         others = len(rows) - len(braked)
+        without = f"; {others} are without it" if others else ""
         phrases.append(
             f"the longest braking takes {most} (stop {longest['stop']}), the first "
-            f"{first}, the last {last}{f'; {others} are without it' if others else ''}"
-            f"; the maximum friction heat is {number(hottest['energy'], 'J')} "
+            f"{first}, the last {last}{without}; the maximum friction heat is {number(hottest['energy'], 'J')} "
             f"(stop {hottest['stop']})"
         )
     if abs(abs(end["angle"]) - angle) > _BALANCED * angle:
@@ -601,8 +601,8 @@ def held(report: Report) -> Iterator[Finding]:
 
 
 def powers(report: Report) -> Iterator[Finding]:
-    """Mean powers of a lowering or of a shaft that is driven: what gives and takes
-    them, and what the lever needs."""
+    """Mean powers of a lowering or of a driven shaft, and the pull that the lever
+    needs."""
     if report.summary["duty"] not in (DutyKind.DRAG, DutyKind.STEADY, DutyKind.DRIVEN):
         return
     yield mean_powers(report)
@@ -619,7 +619,7 @@ def powers(report: Report) -> Iterator[Finding]:
 
 
 def mean_powers(report: Report) -> Finding:
-    """Mean powers of a run: what gives them, and what takes them."""
+    """Mean powers of a run, on both sides of its energy balance."""
     energy = report.summary["energy"]
     duration = report.summary["end"]["duration"]
     both = energy_balance(energy).positive
@@ -635,10 +635,10 @@ def mean_powers(report: Report) -> Finding:
         )
         return ", ".join(each) or "nothing"
 
-    names = {"load_power": "load_work", "friction": "friction_heat"}
-    names |= {"other": "shaft_work"}
     numbers: dict[str, Any] = {
-        key: energy.get(name, 0.0) / duration for key, name in names.items()
+        "load_power": energy.get("load_work", 0.0) / duration,
+        "friction": energy.get("friction_heat", 0.0) / duration,
+        "other": energy.get("shaft_work", 0.0) / duration,
     }
     for side, works in both._asdict().items():
         numbers[side] = {name: work / duration for name, work in works.items()}
@@ -663,12 +663,12 @@ def holding(report: Report) -> Iterator[Finding]:
 
 
 def event_groups(events: Sequence[Event]) -> list[list[Event]]:
-    """Events in order; those of one name at linings that follow each other together."""
+    """Events in order of time; consecutive events of linings with one name are in one
+    group."""
     groups: list[list[Event]] = []
     for event in events:
         last = groups[-1][-1] if groups else None
-        alike = last is not None and None not in (event.lining, last.lining)
-        if alike and last.name == event.name:  # pyright: ignore
+        if last and last.lining and event.lining and event.name == last.name:
             groups[-1].append(event)
         else:
             groups.append([event])
@@ -676,7 +676,7 @@ def event_groups(events: Sequence[Event]) -> list[list[Event]]:
 
 
 def linings_of(group: Sequence[Event]) -> str:
-    """The linings of events that follow each other, or how many events they are."""
+    """The linings of a group of events: a range, or how many events there are."""
     linings = [event.lining for event in group if event.lining is not None]
     if len(linings) <= 1:
         return "".join(map(str, linings))
@@ -703,7 +703,7 @@ def _events(report: Report) -> str:
     return ", ".join(parts) or "none"
 
 
-#: a limit on what is not a metric: it needs the areas of the linings
+#: a limit that is not on a metric, as only runs with areas of linings have the value
 PRESSURE = "max_pressure"
 
 
@@ -730,19 +730,21 @@ def title_of(metric: str, scene: Scene | None = None) -> str:
 def place_and_time(name: str, report: Report, count: int = 6) -> str:
     """Lining and time of a maximum value, as far as it has them."""
     at = report.summary["at"]
-    lining = at.get(f"{name}_lining")
-    time = at.get(f"{name}_time")
-    place = (
-        "" if lining is None else f"{report.result.scene.brake.words.lining} {lining}"
-    )
-    when = "" if time is None else f"at {number(time, 's', count=count)}"
-    return ", ".join(filter(None, (place, when)))
+    parts = []
+    if (lining := at.get(f"{name}_lining")) is not None:
+        parts.append(f"{report.result.scene.brake.words.lining} {lining}")
+    if (time := at.get(f"{name}_time")) is not None:
+        parts.append(f"at {number(time, 's', count=count)}")
+    return ", ".join(parts)
 
 
 def _maxima(report: Report) -> Finding:
     """Maximum values, each with its lining and time."""
-    values = {name: report.metrics[name] for name in report.peaks if name != HOLDING}
-    values = {name: value for name, value in values.items() if value is not None}
+    values = {
+        name: value
+        for name in report.peaks
+        if name != HOLDING and (value := report.metrics[name]) is not None
+    }
     rims = report.summary.get("rims")
     phrases = []
     for name, value in values.items():
@@ -774,7 +776,7 @@ def _energies(report: Report) -> Iterator[Finding]:
     energy = report.summary["energy"]
     into, out = energy_balance(energy)
     change = energy["kinetic_change"]
-    # a load that has sped the pulley up
+    # the load has sped the pulley up: its energy goes out, it is not released
     if change is not None and change > _BALANCED * abs(energy["load_work"] or 0.0):
         out["kinetic_change"] = change
         del into["kinetic_release"]
@@ -797,14 +799,13 @@ def body_of(place: str, scene: Scene) -> str:
 
 
 def hottest_first(metrics: Mapping[str, float | None]) -> list[str]:
-    """Names of the maximum temperatures of bodies that a run has, the highest one
-    first."""
+    """Names of the maximum temperatures that a run has, the highest first."""
     hot = [name for name in HOT if metrics.get(name) is not None]
     return sorted(hot, key=lambda name: -(metrics[name] or 0.0))
 
 
 def wear(report: Report) -> Iterator[Finding]:
-    """The most worn lining, and how much more than the others it lost."""
+    """The most worn lining, and its wear over that of the others."""
     m = report.metrics
     worn = report.summary.get("worn_thickness")
     if worn is None or m["greatest_wear"] is None:
@@ -860,22 +861,21 @@ def stage_table(summary: JsonObject) -> Table:
 
 
 def _not_seen(report: Report) -> Iterator[str]:
-    """Which given functions a run has looked at, and how often."""
+    """User-defined functions of time, and how often the run evaluated them."""
     record = report.result.record
     given = {"lever": "the lever", "load": "the load", "motor": "the motor"}
     sampled = record.system.sampled
     names = list(dict.fromkeys(given.get(x, "another given function") for x in sampled))
     if names:
         t = np.asarray(record.rows.t)[: int(record.count) + 1]
-        # (guards are looked at more often, but what turns the pulley is seen by the
-        # steps alone)
+        # (guards are evaluated more often, but only the steps follow what turns the
+        # pulley)
         longest = float(np.max(np.diff(t), initial=0.0)) * record.method.blind
-        verb = "are" if len(names) > 1 else "is"
-        functions = (
-            "user-defined functions" if len(names) > 1 else "a user-defined function"
-        )
+        functions = "is a user-defined function"
+        if len(names) > 1:
+            functions = "are user-defined functions"
         yield (
-            f"sampled: {' and '.join(names)} {verb} {functions} of time; this run "
+            f"sampled: {' and '.join(names)} {functions} of time; this run "
             f"looked at least every {number(longest, 's', count=3)}, a shorter pulse "
             "may be missed: give its knots, or a shorter max_step"
         )
@@ -909,7 +909,8 @@ def _shortage(report: Report) -> Iterator[str]:
 
 
 def _over_limits(report: Report) -> Iterator[str]:
-    """Metrics above their allowable values; those with a mark have events instead."""
+    """Metrics above their allowable values, except those with a mark, which have events
+    instead."""
     energies = report.summary["energy"]
     for name, most in allowable_values(report.result.scene).items():
         metric = METRICS.get(name)
@@ -923,7 +924,7 @@ def _over_limits(report: Report) -> Iterator[str]:
 
 
 def _beyond_tables(report: Report) -> Iterator[str]:
-    """Torques over speed as tables that a run leaves."""
+    """Tables of torques over speed whose speeds a run exceeds."""
     scene = report.result.scene
     omega = np.asarray(report.scan.columns.omega)
     tables = [(f"shaft[{i}]", law, abs(omega)) for i, law in enumerate(scene.shaft)]
