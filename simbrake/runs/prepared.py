@@ -32,14 +32,15 @@ from .mesh import cuts_of, with_finer_layers
 from .result import Result
 from .simulate import DIFFERENTIATED, Solver, room_for, simulate, solver_name, solver_of
 
-#: numbers by path, a whole vector of them, or those of the prepared scene
-Values = Mapping[str, Any] | np.ndarray | None
+#: numbers by path, a vector of all numbers, or `None`: those of the prepared scene
+Inputs = Mapping[str, Any] | np.ndarray | None
 
+#: longest record that a run is repeated with
 _MOST_STEPS = 1 << 20
-#: lines up to which derivatives are compiled as one function: with Rodas5P it would
-#: take minutes
+#: lines of a program up to which derivatives are compiled as one function: those of
+#: Rodas5P would take minutes
 _LONGEST_SLOPES = 26_000
-_COUNTS = 6  # code and counts of steps, behind the metrics
+_COUNTS = 6  # code and counts of steps, after the metrics
 
 
 class PreparedResult(NamedTuple):
@@ -63,8 +64,8 @@ class PreparedResult(NamedTuple):
 
 
 class Places(dict[str, slice]):
-    """Path of a number → where it lies in the vector of all of them; also of an entry
-    of a list.
+    """Path of a number, or of an entry of a list → its place in the vector of all
+    numbers.
 
     Raises `KeyError` with the nearest paths where there is none.
     """
@@ -85,9 +86,9 @@ class Places(dict[str, slice]):
 
 
 class PreparedAccuracy(NamedTuple):
-    """Estimated errors of a prepared run: of its metrics by name, as they are in the
-    answer (`None`, in arrays NaN, where one has no value); steps of both runs; and
-    `problem`, empty, or why there is no estimate.
+    """Estimated errors of a prepared run: of its metrics by name (`None`, in arrays NaN,
+    where a metric has no value); steps of both runs; and `problem`: why there is no
+    estimate, or empty.
 
     Example:
         >>> prepared = sb.prepare(scene, ["stopping_time"])
@@ -101,24 +102,25 @@ class PreparedAccuracy(NamedTuple):
     problem: str = ""
 
 
-def of_answers(first: Any, second: Any) -> PreparedAccuracy:
+def accuracy_from(first: Any, second: Any) -> PreparedAccuracy:
     """Errors of the first of two answers of a prepared run from their difference."""
     counts = first.accepted, second.accepted
     for which, answer in (("the run", first), ("the second run", second)):
         if answer.code:
-            return PreparedAccuracy(
-                {}, *counts, f"{which} failed ({FAILURES[answer.code][0]})"
-            )
+            problem = f"{which} failed ({FAILURES[answer.code][0]})"
+            return PreparedAccuracy({}, *counts, problem)
     if (first.events, first.segments) != (second.events, second.segments):
-        words = f"the runs have {first.events} and {second.events} events"
-        return PreparedAccuracy(
-            {}, *counts, f"{words} in {first.segments} and {second.segments} segments"
+        problem = (
+            f"the runs have {first.events} and {second.events} events in "
+            f"{first.segments} and {second.segments} segments"
         )
-    errors: dict[str, Any] = {}
-    for name, value in first.metrics.items():
-        errors[name] = _told(
+        return PreparedAccuracy({}, *counts, problem)
+    errors = {
+        name: _error_or_none(
             errors_between(value, second.metrics[name], first.accepted)
         )
+        for name, value in first.metrics.items()
+    }
     return PreparedAccuracy(errors, *counts)
 
 
@@ -126,32 +128,31 @@ def with_layers(found: PreparedAccuracy, first: Any, finer: Any) -> PreparedAccu
     """The errors with those of the layers of walls, from the answer of the same run
     with finer layers."""
     if finer.code:
-        why = f"the run with finer layers failed ({FAILURES[finer.code][0]})"
-        return found._replace(errors={}, problem=why)
+        problem = f"the run with finer layers failed ({FAILURES[finer.code][0]})"
+        return found._replace(errors={}, problem=problem)
     errors = {}
     for name, error in found.errors.items():
-        apart = np.abs(
-            np.asarray(first.metrics[name], float)
-            - np.asarray(finer.metrics[name], float)
-        )
+        value = np.asarray(first.metrics[name], float)
+        difference = np.abs(value - np.asarray(finer.metrics[name], float))
         error = np.asarray(np.nan if error is None else error)
-        errors[name] = _told(
-            np.where(np.isfinite(apart), error + error_of_layers(apart, error), np.nan)
-        )
+        both = error + error_of_layers(difference, error)
+        errors[name] = _error_or_none(np.where(np.isfinite(difference), both, np.nan))
     return found._replace(errors=errors)
 
 
-def _told(error: np.ndarray) -> Any:
-    """Errors as they are in an answer: of one number itself, `None` without a value."""
-    return error if error.ndim else None if np.isnan(error) else float(error)
+def _error_or_none(error: np.ndarray) -> Any:
+    """The error of an array; of one number as a float, `None` where it is NaN."""
+    if error.ndim:
+        return error
+    return None if np.isnan(error) else float(error)
 
 
 @explained
 class Prepared:
     """A scene compiled for fast runs with other numbers; made by `prepare`.
 
-    - `numbers` (k,): all numbers of the scene but its limits, as one vector; `places`:
-      path → where they lie in it
+    - `numbers` (k,): all numbers of the scene except its limits, as one vector
+    - `places`: path of a number → its place in this vector
     - `metrics`: names in the order of `gradient`'s rows
     - `program`: the compiled run, with the seconds that tracing and compiling took
 
@@ -182,12 +183,12 @@ class Prepared:
         self._asked = tuple(metrics)
         self.numbers, self._like = pack(scene.as_run)
         self.places = self._places()
-        #: of the metrics in the program's result, in their order; known once it is
-        #: traced
+        #: name of each metric and its place in the result of the program; known once
+        #: that is traced
         self._spans: list[tuple[str, int | slice]] = []
         self.program = self._compile()
         self._slope: Program | None = None
-        # the same scene with finer layers, once it is needed
+        #: the same scene with finer layers, made by the first call of `accuracy`
         self._finer: Prepared | None = None
 
     def __repr__(self) -> str:
@@ -203,31 +204,33 @@ class Prepared:
         return f"Prepared({self.scene.brake.kind}: {counts} → {asked}; {how})"
 
     def _places(self) -> "Places":
-        # a scene whose numbers are replaced by their places tells where each path lies
+        # in a scene whose numbers are their own places each path shows its place
         counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
         slices = Places()
         for leaf in leaves(counted):
-            # (a list may be empty)
+            # (the initial value is for empty lists)
             first = int(np.min(leaf.value, initial=self.numbers.size))
             slices[leaf.path] = slice(first, first + int(np.size(leaf.value)))
         return slices
 
     def _run(self, numbers: VectorK, max_steps: int) -> Float[Array, " out"]:
-        scene = self._like.unpack(numbers[:-2])
-        (rtol, max_step) = numbers[-2:]
-        limits = {
-            "max_step": max_step,
-            "max_steps": max_steps,
-            "max_events": self.max_events,
-        }
-        result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
+        rtol, max_step = numbers[-2:]
+        result = simulate(
+            self._like.unpack(numbers[:-2]),
+            solver=self.solver,
+            rtol=rtol,
+            max_step=max_step,
+            max_steps=max_steps,
+            max_events=self.max_events,
+        )
         values = measure_all(result, self._asked, arrays=True)
         ends = np.cumsum([0, *(value.size for value in values)]).tolist()
-        wheres = [
-            a if value.ndim == 0 else slice(a, b)
-            for a, b, value in zip(ends, ends[1:], values, strict=False)
+        self._spans = [
+            (name, slice(a, b) if value.ndim else a)
+            for name, value, a, b in zip(
+                self.metrics, values, ends, ends[1:], strict=False
+            )
         ]
-        self._spans = list(zip(self.metrics, wheres, strict=True))
         counts = jnp.stack(
             [jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)]
         )
@@ -252,9 +255,9 @@ class Prepared:
         self._spans = kept(self._subject("spans", self.max_steps), spans)
         return program
 
-    def vector(self, values: Values = None) -> Array:
-        """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`),
-        or such a vector as it is.
+    def vector(self, values: Inputs = None) -> Array:
+        """All numbers, those in `values` changed (`{"initial.omega": 18.0}`); a vector
+        of all numbers as it is.
 
         Raises `InputError` for a path that is not there, and for values of another
         shape.
@@ -271,33 +274,29 @@ class Prepared:
                     numbers[place] = self._read(path, value, place)
             return numbers
         if np.shape(values) != self.numbers.shape:
-            what = f"{shown(values)} does not fit here"
-            raise input_error(
-                "values",
-                what,
-                f"give values by path, or a vector of {self.numbers.size} numbers",
-            )
+            hint = f"give values by path, or a vector of {self.numbers.size} numbers"
+            raise input_error("values", f"{shown(values)} does not fit here", hint)
         return values
 
     def _place(self, path: str) -> slice:
         try:
             return self.places[path]
         except KeyError:
-            # raises what is wrong with an unknown path
+            # raises the error of an unknown path
             with_inputs(self.scene, {str(path): 0.0})
             raise input_error(
                 path, "is absent in the prepared scene", "prepare a scene that has it"
             ) from None
 
     def _read(self, path: str, value: Any, place: slice) -> np.ndarray:
-        """A value that is no number or list of numbers: texts with a unit."""
+        """Numbers of a value that is or has a text with a unit."""
         size = place.stop - place.start
         try:
             return np.broadcast_to(
                 np.asarray(numbers_in_si(self.scene, path, value), np.float64), size
             )
         except (ValueError, TypeError) as error:
-            if isinstance(error, InputError):
+            if isinstance(error, InputError):  # (a `ValueError`)
                 raise
             numbers = "one number" if size == 1 else f"one number or a list of {size}"
             raise input_error(
@@ -306,10 +305,10 @@ class Prepared:
 
     @explained
     def __call__(
-        self, values: Values = None, *, rtol: float | None = None
+        self, values: Inputs = None, *, rtol: float | None = None
     ) -> PreparedResult:
-        """Runs with these numbers (and another tolerance); what a run of `simulate`
-        would raise is in `code`.
+        """Runs with these numbers (and another tolerance); failures, which `simulate`
+        raises, are in `code`.
 
         Values are taken as they are: `check` looks at them first.
         """
@@ -318,7 +317,7 @@ class Prepared:
         out = np.asarray(self.program.call(numbers))
         *_, code, accepted, rejected, retaken, events, segments = out.tolist()
         if code == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
-            # the record was too short for these numbers: a longer one, from now on
+            # the record is too short for these numbers: from now on a longer one
             self.max_steps = 4 * self.max_steps
             self.program = self._compile()
             return self(values, rtol=rtol)
@@ -330,15 +329,16 @@ class Prepared:
         return PreparedResult(ByName(values), int(code), *counts)
 
     def inputs(self, numbers: Array, rtol: float) -> np.ndarray:
-        """What its programs are called with: all numbers of the scene, the tolerance
-        and the longest step."""
+        """The vector that its programs take: all numbers of the scene, the tolerance and
+        the longest step."""
+        # (`np.append` takes 2 µs more, of the tens of a call)
         whole = np.empty(numbers.size + 2)
         whole[:-2] = numbers
         whole[-2] = rtol
         whole[-1] = self.max_step
         return whole
 
-    def gradient(self, values: Values = None) -> np.ndarray:
+    def gradient(self, values: Inputs = None) -> np.ndarray:
         """Derivatives of all metrics with respect to all numbers, (metrics, k), by one
         reverse pass for each metric.
 
@@ -357,7 +357,7 @@ class Prepared:
             *slope, code = np.asarray(self._slope.call(numbers))
             if code != Code.STEP_LIMIT or self._slope_steps >= _MOST_STEPS:
                 return np.reshape(slope, (-1, self.numbers.size))
-            # a longer record, from now on
+            # from now on a longer record
             self._slope_steps = 4 * self._slope_steps
             self._slope = None
 
@@ -377,19 +377,19 @@ class Prepared:
             rows = jax.lax.map(lambda row: back(row)[0][:-2], eye)
         return jnp.append(jnp.where(there & (code == 0), rows, jnp.nan), code)
 
-    def check(self, values: Values = None) -> Scene:
+    def check(self, values: Inputs = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all its errors."""
         scene = self.scene_with(values)
         check_scene(scene)
         return scene
 
-    def scene_with(self, values: Values = None) -> Scene:
+    def scene_with(self, values: Inputs = None) -> Scene:
         """The scene with these numbers, not checked."""
         return dataclasses.replace(
             self._like.unpack(self.vector(values)), limits=self.scene.limits
         )
 
-    def accuracy(self, values: Values = None) -> PreparedAccuracy:
+    def accuracy(self, values: Inputs = None) -> PreparedAccuracy:
         """Estimated errors of the metrics of a run with these numbers, by a second run
         of the same program at the tolerance of `Result.accuracy`:
         `simbrake.results.PreparedAccuracy`.
@@ -399,39 +399,35 @@ class Prepared:
         is compiled at the first call.
         """
         first = self(values)
-        found = of_answers(first, self(values, rtol=second_rtol(self.rtol)))
+        found = accuracy_from(first, self(values, rtol=second_rtol(self.rtol)))
         if found.problem or not self.scene.network.walls:
             return found
         if self._finer is None:
             limits = {"max_step": self.max_step, "max_events": self.max_events}
             cuts = cuts_of(simulate(self.scene, rtol=self.rtol, **limits, throw=False))
-            self._finer = prepare(
-                with_finer_layers(self.scene, cuts),
-                self._asked,
-                rtol=self.rtol,
-                **limits,
-            )
-        heat = self.scene.network
-        finer = self._finer.scene.network
+            finer = with_finer_layers(self.scene, cuts)
+            self._finer = prepare(finer, self._asked, rtol=self.rtol, **limits)
         numbers = np.asarray(self.vector(values))
         given = {
             path: np.squeeze(numbers[place])[None]
             for path, place in self.places.items()
         }
-        finer_numbers = finer_values(heat, finer, given)
+        finer_numbers = finer_values(
+            self.scene.network, self._finer.scene.network, given
+        )
         answer = self._finer({path: array[0] for path, array in finer_numbers.items()})
         return with_layers(found, first, answer)
 
-    def result(self, values: Values = None) -> Result:
+    def result(self, values: Inputs = None) -> Result:
         """The whole `Result` of a run with these numbers, by `simulate`."""
-        scene = self.check(values)
-        limits = {
-            "max_step": self.max_step,
-            "max_steps": self.max_steps,
-            "max_events": self.max_events,
-        }
         return simulate(
-            scene, solver=self.solver, rtol=self.rtol, throw=False, **limits
+            self.check(values),
+            solver=self.solver,
+            rtol=self.rtol,
+            max_step=self.max_step,
+            max_steps=self.max_steps,
+            max_events=self.max_events,
+            throw=False,
         )
 
 
@@ -450,8 +446,8 @@ def prepare(
     max_steps: int | None = None,
     max_events: int = 10_000,
 ) -> Prepared:
-    """Compiles a scene's run for many calls with other numbers, each some tens of
-    microseconds: loops, live displays.
+    """Compiles a scene's run for many calls with other numbers, as in loops and live
+    displays; a call takes some tens of microseconds.
 
         run = simbrake.prepare(scene, ["stopping_time"])
         run({"initial.omega": 18.0}).metrics["stopping_time"]
