@@ -23,7 +23,7 @@ from ..runs.simulate import solver_name
 from ._chunks import LostWorkersError, Pool, Store, Task, interruptible, threads
 from ._plan import FEW, Plan
 from .evaluating import Solver
-from .many_points import ABOUT, Columns, Job, limits_of_many, run_chunk
+from .many_points import RUN_COLUMNS, Columns, Job, limits_of_many, run_chunk
 
 if TYPE_CHECKING:
     import dask.distributed
@@ -207,7 +207,7 @@ class Runs:
         self.plan = plan
         self.pool = pool
         self.store = store
-        self.columns: Columns = {name: np.zeros(n, np.int32) for name in ABOUT}
+        self.columns: Columns = {name: np.zeros(n, np.int32) for name in RUN_COLUMNS}
         self.columns |= {
             "code": np.full(n, NOT_RUN, np.int32),
             "energy.closure": np.full(n, np.nan),

@@ -5,8 +5,8 @@ derivatives and result codes.
 
 `PointEvaluator` takes one point at a time, with the Jacobian; `many_points.run_chunk`
 takes many, without. A program is compiled once for scenes of one structure and kept;
-new numbers never re-trace. A run whose record was too short is repeated with a longer
-one.
+new numbers never re-trace. A run whose record is too short is repeated with a longer
+record.
 """
 
 import copy
@@ -37,25 +37,25 @@ _LONGEST = 16384
 _REMEMBERED = 4
 #: tolerance at which rounding begins to govern
 _FINEST = 1e-12
-#: above this tolerance a tenth of it does not show the error: of 1,500 derivatives at
-#: 1e-5 to 1e-8 of a hot stop 2 to 14 % had more than three times the error stated so,
-#: 0.8 % at most beside `_FINEST`
+#: above this tolerance a second run at a tenth of it does not show the error: of 1,500
+#: derivatives of a hot stop at 1e-5 to 1e-8, 2 to 14 % had more than three times the
+#: error so stated, and 0.8 % at most where the second run was at `_FINEST`
 _LOOSE = 1e-9
-#: numbers x (k,) and numbers that are given besides → the scene with them
+#: scene, numbers x (k,), and other numbers `given` → the scene with these numbers
 Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
-#: a result (the scene, where nothing is run) and numbers given → values (m,) and
-#: whatever else is to be known of it
+#: result (the scene, where nothing is run) and numbers `given` → values (m,), and
+#: anything else that is wanted from the result
 Find: TypeAlias = Callable[[Any, Any], tuple[Any, Any]]
 
 
 def failure_name(code: int) -> str:
-    """A result code in a word."""
+    """Name of a result code."""
     return FAILURES[code][0] if code in FAILURES else f"code {code}"
 
 
 def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[Metric]) -> str:
-    """Name of a class or function that is the user's own, or of a library that simbrake
-    does not know; else empty."""
+    """Name of a class or function of the user, or of a library that simbrake does not
+    know; empty without any."""
     try:
         canonical((scene, solver, [*map(identity_of, metrics)]))
     except UnknownStructureError as error:
@@ -73,12 +73,11 @@ class Metrics(NamedTuple):
 
 
 class ProgramKey(NamedTuple):
-    """What a program of one point depends on, besides the structure of its numbers.
+    """What the program of a point depends on, besides the structure of its numbers.
 
     - `solver`: `None` where nothing is run
-    - `reverse`: derivatives by as many passes as there are values, else by as many as
-      there are numbers;  `singly`: one pass at a time, which takes less memory and
-      compiles faster
+    - `reverse`: derivatives by one pass for each value, else by one for each number
+    - `singly`: one pass at a time, which takes less memory and compiles faster
     """
 
     place: Place
@@ -91,7 +90,7 @@ class ProgramKey(NamedTuple):
 
 class Evaluation(NamedTuple):
     """Values (m,) at a point and their derivatives (m, k), the code of the run, and
-    what else `find` gave."""
+    what `find` gave besides the values."""
 
     values: np.ndarray
     jacobian: np.ndarray
@@ -113,13 +112,12 @@ def _program(asked: ProgramKey) -> Compiled:
         return values, (values, code, more)
 
     def at_once(x: Array, *rest: Any) -> tuple[Any, ...]:
-        jacobian, values = (jax.jacrev if asked.reverse else jax.jacfwd)(
-            answer, has_aux=True
-        )(x, *rest)
+        jacobian_of = jax.jacrev if asked.reverse else jax.jacfwd
+        jacobian, values = jacobian_of(answer, has_aux=True)(x, *rest)
         return jacobian, *values
 
     def along(x: Array, direction: Array, *rest: Any) -> tuple[Any, ...]:
-        """`direction` is of the values (reverse) or of the numbers (forward)."""
+        """`direction` (m,) of the values if `reverse`, else (k,) of the numbers."""
         if asked.reverse:
             _, back, values = jax.vjp(lambda x: answer(x, *rest), x, has_aux=True)
             return back(direction)[0], *values
@@ -128,14 +126,9 @@ def _program(asked: ProgramKey) -> Compiled:
         )
         return slope, *values
 
-    metrics = (
-        tuple(map(identity_of, asked.find.asked))
-        if isinstance(asked.find, Metrics)
-        else ()
-    )
-    return Compiled(
-        along if asked.singly else at_once, subject=("evaluate", asked, metrics)
-    )
+    metrics = asked.find.asked if isinstance(asked.find, Metrics) else ()
+    subject = ("evaluate", asked, tuple(map(identity_of, metrics)))
+    return Compiled(along if asked.singly else at_once, subject=subject)
 
 
 @functools.partial(Compiled, static_argnames=("find",))
@@ -146,11 +139,8 @@ def _measured(result: Result, *, find: Find) -> Array:
 def values_of(result: Result, find: Find) -> np.ndarray:
     """Values of a concrete result, by one program for every power of two of its
     length."""
-    return np.asarray(
-        _measured(
-            dataclasses.replace(result, record=result.record.compact()), find=find
-        )
-    )
+    compact = dataclasses.replace(result, record=result.record.compact())
+    return np.asarray(_measured(compact, find=find))
 
 
 @explained
@@ -159,9 +149,9 @@ class PointEvaluator:
 
     - `place`: puts the parameters into the scene, as `Paths`
     - `find`: takes metrics from the result, as `Metrics`
-    - `given`: numbers that both take besides, not differentiated
-    - `run`: whether `find` is of a run, not of the scene
-    - `size`: how many values `find` gives, where derivatives are taken `singly`
+    - `given`: other numbers for both, not differentiated
+    - `run`: whether `find` takes a result, not the scene
+    - `size`: how many values `find` gives; needed where derivatives are taken `singly`
     - `reverse`, `singly`: see `ProgramKey`
     - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the
       scene given
@@ -212,8 +202,8 @@ class PointEvaluator:
         )
 
     def like(self, result: Result) -> None:
-        """Takes the length of this run for that of the others, which are
-        differentiated."""
+        """Makes records as long as this run needs them where it is differentiated, and
+        longer ones for later attempts."""
         first = room_for(result, differentiated=True)
         longer = (first * 4**i for i in range(1, 16) if first * 4 ** (i - 1) < _LONGEST)
         self.limits = (first, *longer)
@@ -222,8 +212,8 @@ class PointEvaluator:
     def __call__(
         self, x: np.ndarray, given: Any = None, scene: Scene | None = None
     ) -> Evaluation:
-        """Values and Jacobian at a point, also of another scene of this structure; the
-        last few points are cached, except those with something `given`."""
+        """Values and Jacobian at a point, also of another scene of this structure. The
+        last few points are cached, except those with other numbers `given`."""
         key = x.tobytes() if given is None else None
         if key in self._known:
             return self._known[key]
@@ -232,7 +222,7 @@ class PointEvaluator:
         while (
             evaluation := self._at(x, given, scene)
         ).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
-            self._level += 1  # for the points to come as well
+            self._level += 1  # (also for later points)
         if key is not None:
             self._known[key] = evaluation
             if len(self._known) > _REMEMBERED:
@@ -240,27 +230,25 @@ class PointEvaluator:
         return evaluation
 
     def finer(self) -> "PointEvaluator":
-        """The same at another tolerance: what that changes is an estimate of the error
-        by integration in time.
+        """An evaluator at another tolerance: the difference of its values is an estimate
+        of the error by integration in time.
 
-        At a tenth of the tolerance; of a loose one at the tightest, as many steps are
-        then as short as events make them, and a tenth would take the same again. Where
-        rounding would govern, at ten times the tolerance, which is the more cautious
-        estimate.
+        Its tolerance is a tenth. For a loose tolerance it is the finest: many steps are
+        then as short as events make them, and would be the same at a tenth. Where
+        rounding would govern it is ten times the tolerance, for a cautious estimate.
         """
         other = copy.copy(self)
         other._known = {}
-        other.rtol = (
-            _FINEST
-            if self.rtol > _LOOSE
-            else self.rtol * (0.1 if self.rtol > _FINEST else 10.0)
-        )
+        if self.rtol > _LOOSE:
+            other.rtol = _FINEST
+        else:
+            other.rtol = self.rtol * (0.1 if self.rtol > _FINEST else 10.0)
         return other
 
     def _at(self, x: np.ndarray, given: Any, scene: Scene | None) -> Evaluation:
         program = _program(self._asked._replace(max_steps=self.limits[self._level]))
-        where = self.scene if scene is None else scene
-        rest = where, given, np.asarray(self.rtol, np.float64)
+        scene = self.scene if scene is None else scene
+        rest = scene, given, np.asarray(self.rtol, np.float64)
         if not self._asked.singly:
             jacobian, values, code, more = program(x, *rest)
             return Evaluation(np.asarray(values), np.asarray(jacobian), int(code), more)
@@ -269,8 +257,7 @@ class PointEvaluator:
         for direction in directions:
             slope, values, code, more = program(x, direction, *rest)
             slopes.append(np.asarray(slope))
-            # a run that ended early has no derivatives: never a number that looks like
-            # one
+            # a run that ended early has no derivatives, only numbers that look like them
             if int(code) != 0:
                 slopes = [np.full_like(slope, np.nan)] * len(directions)
                 break

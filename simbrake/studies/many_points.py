@@ -1,4 +1,4 @@
-"""Many points in one call: a chunk of runs by one program, or each by itself."""
+"""Runs at many points: chunks of runs by one program, or each run by itself."""
 
 import dataclasses
 import functools
@@ -25,19 +25,19 @@ from .bounds import Paths
 
 #: arrays over runs, by name
 Columns: TypeAlias = dict[str, np.ndarray]
-#: step attempts that suffice for most stops without heat: less to write and to measure
-#: than the first limit of one run
+#: step attempts that suffice for most stops without heat: a shorter record than the
+#: first limit of a single run, faster to write and to measure
 _SHORT = 128
-#: rows of all records of a chunk together, of runs as a whole (with some hundred
-#: columns half a gigabyte) and of events
-_ROWS = 2**19
-_MANY_ROWS = 2**22
+#: rows of all records of a chunk together, where steps are recorded (with some hundred
+#: columns half a gigabyte), and where only events are
+_ROWS_OF_STEPS = 2**19
+_ROWS_OF_EVENTS = 2**22
 #: runs side by side on a CPU
 LANES = 64
 
 
 def _moved(record: Record) -> Array:
-    """Whether the pulley turned at the start of a row or in between."""
+    """Whether the pulley turned at any time."""
     xp = numpy_of(record.rows.t)
     used = xp.arange(record.rows.t.shape[0], dtype=np.int32) <= record.count
     states = record.states
@@ -45,25 +45,23 @@ def _moved(record: Record) -> Array:
 
 
 def _sequence(record: Record) -> Array:
-    """A number that runs with the same modes after the same kinds of events in the same
-    order share."""
+    """A hash of the events of a run: their kinds and the modes after them, in their
+    order."""
     xp = numpy_of(record.rows.t)
     rows = record.rows
     n = rows.t.shape[0]
     events = (xp.arange(n, dtype=np.int32) < record.count) & (rows.kind >= LANDED)
     after = xp.concatenate([rows.mode[1:], rows.mode[-1:]]).astype(np.uint32)
     odd = (2 * np.arange(after.shape[1]) + 1).astype(np.uint32) * np.uint32(2654435761)
-    what = xp.sum(after * odd, axis=1, dtype=np.uint32) + (rows.kind + 11).astype(
-        np.uint32
-    )
-    what = what * np.uint32(2654435761)
+    what = xp.sum(after * odd, axis=1, dtype=np.uint32)
+    what = (what + (rows.kind + 11).astype(np.uint32)) * np.uint32(2654435761)
     order = xp.cumsum(events).astype(np.uint32) * np.uint32(2246822519) | np.uint32(1)
     mixed = xp.sum(xp.where(events, (what ^ (what >> 15)) * order, 0), dtype=np.uint32)
     return (mixed >> 1).astype(np.int32)
 
 
 class Coded(NamedTuple):
-    """What a table of many runs keeps of each decision."""
+    """The part of a judgement that a table of many runs keeps."""
 
     reason: Any
     colour: Any
@@ -71,26 +69,26 @@ class Coded(NamedTuple):
     away: Any
 
 
-_COUNTS = Coded(len(REASONS), len(COLOURS), 2, 2)
+#: how many values each of them can have
+_CHOICES = Coded(len(REASONS), len(COLOURS), 2, 2)
 
 
 def coded(judgement: Judgement) -> Array:
-    """A decision as one whole number."""
-    kept = Coded(judgement.reason, judgement.colour, judgement.steady, judgement.away)
+    """A judgement as one whole number."""
     number = jnp.zeros((), jnp.int32)
-    for part, count in zip(kept, _COUNTS, strict=True):
-        number = count * number + jnp.asarray(part, jnp.int32)
+    for name, choices in _CHOICES._asdict().items():
+        number = choices * number + jnp.asarray(getattr(judgement, name), jnp.int32)
     return number
 
 
 def decoded(numbers: np.ndarray) -> Coded:
-    """Decisions of numbers that `coded` gave."""
-    return Coded(*np.unravel_index(np.asarray(numbers, int), _COUNTS))
+    """Judgements from numbers of `coded`."""
+    return Coded(*np.unravel_index(np.asarray(numbers, int), _CHOICES))
 
 
 _CLOSURE = "energy.closure"
-#: of every run besides its metrics
-ABOUT: dict[str, Callable[[Result], Any]] = {
+#: columns of every table of runs, besides its metrics
+RUN_COLUMNS: dict[str, Callable[[Result], Any]] = {
     "code": lambda r: r.record.code,
     "band": lambda r: r.record.mode_end.band,
     "inner": lambda r: r.record.mode_end.slides,
@@ -111,8 +109,8 @@ class Job(NamedTuple):
     """Properties that all runs of a chunk share. Structure and metrics are compiled in,
     numbers are not.
 
-    - `size`: how many runs a chunk has at most, 0: each is made by itself
-    - `room`: how many instants of events a run may have, where only these are recorded
+    - `size`: how many runs a chunk has at most; 0: each run by itself
+    - `room`: how many instants of events a run may have, where only events are recorded
     """
 
     scene: Scene
@@ -126,7 +124,7 @@ class Job(NamedTuple):
 
     @property
     def recorded(self) -> bool:
-        """Whether a metric looks back at the steps of a run: a user's function, the
+        """Whether steps are recorded, as a metric needs them: a user's function, the
         holding reserve, or a mean."""
         return any(
             not isinstance(metric, str) or metric == HOLDING or _is_if_asked(metric)
@@ -135,22 +133,21 @@ class Job(NamedTuple):
 
     @property
     def measured(self) -> tuple[Metric, ...]:
-        """Metrics that its program finds: whichever are asked for, all that cost next to
-        nothing, so that there is one program for any of them; of maxima, and of a
-        user's own, those asked for alone."""
-        own = (
+        """Metrics that its program computes: those asked for, and all of simbrake's own
+        that cost next to nothing, so that one program serves for any of them."""
+        cheap = (
             name
             for name in default_metrics(self.scene)
             if isinstance(identity_of(name), str)
         )
-        return tuple(dict.fromkeys([*own, *self.metrics]))
+        return tuple(dict.fromkeys([*cheap, *self.metrics]))
 
     @property
     def lanes(self) -> int:
-        """Runs side by side on a CPU: of those that are short, explicit, and of one
-        rigid or elastic mechanism.
+        """Runs side by side on a CPU: more than one only where runs are short, explicit,
+        and of one rigid or elastic mechanism.
 
-        Others become slower: long runs reach their events at too different times,
+        Others would become slower: long runs reach their events at too different times,
         implicit steps of many lanes leave the fast memory, and the changes of mode of
         staged brakes and of single linings are more work side by side.
         """
@@ -165,18 +162,20 @@ class Job(NamedTuple):
 
     def fitting(self) -> "Job":
         """The same with chunks whose records fit."""
-        most = _ROWS // self.max_steps if self.recorded else _MANY_ROWS // self.room
+        most = _ROWS_OF_EVENTS // self.room
+        if self.recorded:
+            most = _ROWS_OF_STEPS // self.max_steps
         return self._replace(size=max(1, min(self.size, most)))
 
 
 def limits_of_many(
     scene: Scene, solver: Solver, max_steps: int | None
 ) -> tuple[int, ...]:
-    """Limits of the step attempts of many runs, tried in turn; long records cost time
-    and memory, used or not."""
+    """Limits of the step attempts of many runs, tried in turn: long records cost time
+    and memory even where they are not filled."""
     limits = step_limits(scene, max_steps)
-    # with heat a long duty or an implicit method needs more as a rule, and a limit too
-    # low compiles in vain
+    # with heat a long duty or an implicit method usually needs more, and a program with
+    # too low a limit is compiled in vain
     long = scene.heated and (isinstance(solver, Rodas5P) or limits[0] > 8 * _SHORT)
     return limits if max_steps or long else (_SHORT, *limits)
 
@@ -191,8 +190,8 @@ def _is_if_asked(metric: str) -> bool:
 
 
 def default_metrics(scene: Scene) -> tuple[str, ...]:
-    """Everything that a scene has but maxima, which cost half a run more, and what a
-    run has only if it is asked for."""
+    """All metrics of a scene, except maxima, which cost half a run more, and those that
+    a run has only if they are asked for."""
     return tuple(
         name
         for name in metric_names(scene)
@@ -203,7 +202,8 @@ def default_metrics(scene: Scene) -> tuple[str, ...]:
 def _integrate(
     numbers: Array, *, like: Packing, job: Job, metrics: Sequence[Metric], lanes: int
 ) -> Array:
-    """Columns of a chunk (names, runs), its first runs by groups of lanes."""
+    """Columns (names, runs) of a chunk, computed in groups of as many runs as lanes, up
+    to the number of points."""
     scene, rows, rtol, count = like.unpack(numbers)
     maxima = tuple(
         metric for metric in metrics if isinstance(metric, str) and is_maximum(metric)
@@ -223,19 +223,15 @@ def _integrate(
             )
             found = dict(zip(others, measure_all(result, others), strict=True)) | tops
             values = [found[metric] for metric in metrics]
-        about = [find(result) for find in ABOUT.values()]
-        return jnp.stack(
-            [jnp.asarray(value, jnp.float64) for value in (*about, *values)]
-        )
+        columns = [*(find(result) for find in RUN_COLUMNS.values()), *values]
+        return jnp.stack([jnp.asarray(value, jnp.float64) for value in columns])
 
     def group(i: Array | int) -> Array:
         if lanes == 1:
-            return values_of_run(jax.lax.dynamic_index_in_dim(rows, i, keepdims=False))[
-                :, None
-            ]
-        return jax.vmap(values_of_run, out_axes=1)(
-            jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes)
-        )
+            row = jax.lax.dynamic_index_in_dim(rows, i, keepdims=False)
+            return values_of_run(row)[:, None]
+        some = jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes)
+        return jax.vmap(values_of_run, out_axes=1)(some)
 
     if lanes == job.size:
         return group(0)
@@ -244,21 +240,21 @@ def _integrate(
         i, table = carry
         return i + 1, jax.lax.dynamic_update_slice_in_dim(table, group(i), i * lanes, 1)
 
-    begin = jnp.asarray(0, jnp.int32), jnp.zeros((len(ABOUT) + len(metrics), job.size))
+    height = len(RUN_COLUMNS) + len(metrics)
+    begin = jnp.asarray(0, jnp.int32), jnp.zeros((height, job.size))
     return jax.lax.while_loop(lambda carry: carry[0] * lanes < count, body, begin)[1]
 
 
 def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program:
-    """The compiled integration of a chunk with this layout of parameters; one thread
-    compiles, the others wait.
+    """The compiled integration of a chunk whose parameters are laid out as `like`; one
+    thread compiles, the others wait.
 
     On a CPU groups of lanes follow one another: more than a few dozen lanes gain
-    nothing there, and wait for the slowest of more runs.
+    nothing there, and every lane waits for the slowest.
     """
-
     metrics = job.measured
     lanes = job.lanes if device.platform == "cpu" else job.size
-    # the parameters of the scene are in the vector: a cached program holds none of them
+    # the numbers of the scene are in the vector: a cached program must not hold them
     without = job._replace(scene=None)
     run = functools.partial(
         _integrate, like=like, job=without, metrics=metrics, lanes=lanes
@@ -275,19 +271,18 @@ def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program
 def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     """Runs the points `rows` (points, numbers), `job.size` at most, or each by itself.
 
-    Gives an array over the points for every name in `ABOUT`, every metric, and
-    `method`. What a single run would raise is not raised: failures are in `code`.
+    Gives an array over the points for every name in `RUN_COLUMNS`, every metric, and
+    `method`. A run that fails raises nothing: its failure is in `code`.
     """
-    make = _one_by_one if job.size == 0 else _side_by_side
-    found = make(job, rows, device)
-    whole = ABOUT.keys() - {_CLOSURE}
+    run = _side_by_side if job.size else _one_by_one
+    found = run(job, rows, device)
+    integers = RUN_COLUMNS.keys() - {_CLOSURE}
     columns = {
-        name: found[name].astype(np.int32 if name in whole else np.float64)
-        for name in [*ABOUT, *map(name_of, job.metrics)]
+        name: found[name].astype(np.int32 if name in integers else np.float64)
+        for name in [*RUN_COLUMNS, *map(name_of, job.metrics)]
     }
-    return columns | {
-        "method": np.full(len(rows), solver_name(job.solver), dtype="<U32")
-    }
+    method = np.full(len(rows), solver_name(job.solver), dtype="<U32")
+    return columns | {"method": method}
 
 
 def _side_by_side(job: Job, rows: np.ndarray, device: Any) -> Columns:
@@ -296,17 +291,16 @@ def _side_by_side(job: Job, rows: np.ndarray, device: Any) -> Columns:
     filled = rows[np.minimum(np.arange(job.size), count - 1)]
     numbers, like = pack((job.scene, filled, job.rtol, np.asarray(count, np.int32)))
     with jax.default_device(device):
-        table = jax.block_until_ready(
-            _integrator(job, numbers, like, device).call(numbers)
-        )
-    names = [*ABOUT, *map(name_of, job.measured)]
+        integrate = _integrator(job, numbers, like, device).call
+        table = jax.block_until_ready(integrate(numbers))
+    names = [*RUN_COLUMNS, *map(name_of, job.measured)]
     return dict(zip(names, np.asarray(table)[:, :count], strict=True))
 
 
 def _one_by_one(job: Job, rows: np.ndarray, device: Any) -> Columns:
-    """The same by the programs of single runs, which a scene that ran before has on
-    disk."""
-    names = [*ABOUT, *job.metrics]
+    """Columns of a chunk by the program of single runs, which a scene that ran before
+    has on disk."""
+    names = [*RUN_COLUMNS, *job.metrics]
 
     def values(row: np.ndarray) -> list[float]:
         result = simulate(
@@ -322,7 +316,8 @@ def _one_by_one(job: Job, rows: np.ndarray, device: Any) -> Columns:
         def value(name: str) -> Any:
             if name.startswith("energy."):
                 return energy[name.removeprefix("energy.")]
-            return ABOUT[name](result) if name in ABOUT else measure(result, name)
+            find = RUN_COLUMNS.get(name)
+            return measure(result, name) if find is None else find(result)
 
         return [float(value(name)) for name in names]
 
