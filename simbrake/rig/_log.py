@@ -1,5 +1,5 @@
-"""A rig's log: its channels by what they are, in SI units, with what was assumed while
-reading it."""
+"""A rig's log: its channels by their meaning, in SI units, and what was assumed while
+it was read."""
 
 import dataclasses
 import functools
@@ -22,8 +22,8 @@ from ._formats import tables_of
 
 
 class Role(NamedTuple):
-    """What a channel is: its SI unit, its meaning, and patterns of its names as letters
-    and digits, the best first."""
+    """Meaning of a channel: its SI unit, the meaning in words, and patterns of its names
+    (letters and digits alone), the best first."""
 
     unit: str
     meaning: str
@@ -31,7 +31,7 @@ class Role(NamedTuple):
 
 
 _BLOCK = r"(?:TRAVELL?ING)?(?:BLOCK|BLK|HOOK)"
-#: what a channel may be, in the order in which names are looked at
+#: meanings of channels, in the order in which names are matched
 ROLES: dict[str, Role] = {
     "compensated_position": Role(
         "m",
@@ -98,11 +98,11 @@ ROLES: dict[str, Role] = {
         "1", "lines strung", (r"LINESSTRUNG|NLINES|(?:NUM|NUMBER)(?:OF)?LINES|LINS",)
     ),
 }
-#: without a usable one of these nothing can be said of a lowering
+#: channels without which no lowering can be found
 _NEEDED = ("block_position", "hook_load")
-#: channels of which motion and work are made
+#: channels from which motion and work are computed
 _MOTION = (*_NEEDED, "compensated_position", "hook_load_min", "hook_load_max", "heave")
-#: sizes, by SI unit, that no rig has, and of which nothing can be computed
+#: sizes, by SI unit, that no rig has
 _ABSURD = {"m": 1e6, "N": 1e12}
 #: units as logs write them (in lower case), by the SI unit; the table of simbrake has
 #: the others
@@ -133,37 +133,36 @@ _SPELLINGS = {
 }
 #: spellings that have another meaning elsewhere
 _DOUBTFUL = {"tonf", "ton", "tons", "mt"}
-_NO_UNIT = (
+#: what logs write where a channel has no unit
+_NO_UNIT = {
     "",
-    *[
-        "unitless",
-        "none",
-        "-",
-        "--",
-        "---",
-        "n/a",
-        "na",
-        "euc",
-        "null",
-        "dimensionless",
-        "undefined",
-    ],
-)
-#: spacing of rows that is a gap, as a multiple of the usual one, and at least (s)
+    "unitless",
+    "none",
+    "-",
+    "--",
+    "---",
+    "n/a",
+    "na",
+    "euc",
+    "null",
+    "dimensionless",
+    "undefined",
+}
+#: spacing of rows from which it is a gap: a multiple of the usual spacing, at least (s)
 _GAP = 10.0
 _GAP_S = 20.0
 
 
 @frozen
 class Channel:
-    """One column of a log: `value` (n,) at the times `t` (n,) of the rows, NaN where it
+    """A column of a log: `value` (n,) at the times `t` (n,) of the rows, NaN where it
     has none.
 
     - `mnemonic`, `unit`: as in the file
-    - `si`: unit of `value`; a column without a role stays in its unit, `si` empty
+    - `si`: unit of `value`; empty for a column without a role, which stays in its unit
     - `role`: key of `simbrake.rig.ROLES`, or empty
     - `nulls`: number of rows without value
-    - `words`: of a column of words `value` is the place in this list
+    - `words`: in a column of words `value` is the place in this list
     """
 
     mnemonic: str
@@ -180,8 +179,8 @@ class Channel:
 
     @functools.cached_property
     def updates(self) -> np.ndarray:
-        """Rows (k,) in which the value is another one than in the row with a value
-        before: the rest is held."""
+        """Rows (k,) in which the value differs from the last value before; in the other
+        rows it is held."""
         rows = np.flatnonzero(~np.isnan(self.value))
         x = self.value[rows]
         return rows[np.append(True, x[1:] != x[:-1])] if rows.size else rows
@@ -191,10 +190,10 @@ class Channel:
         """Usual time (s) between two updates while the value changes; NaN where it
         hardly does.
 
-        The median of the times between updates, each weighted by the change, so that a
-        block at rest does not count; of times up to twice the shorter ones (a tenth of
-        the updates, or of the change), so that a load which is constant between two
-        steps does not count either.
+        The median of the times between updates, weighted by the change, so that a block
+        at rest does not count; only over times up to twice the shortest tenth (of the
+        updates, or of the change), so that a load which is constant between two steps
+        does not count either.
         """
         t = self.t[self.updates]
         x = self.value[self.updates]
@@ -218,8 +217,8 @@ class Channel:
         """Mean time (s) between two updates while the value changes; 0 where it changes
         in nearly each row.
 
-        A value that is read each 5 s stands in rows of 2 s for 4 and 6 s by turns,
-        which `interval` is one of.
+        A value that is read each 5 s stands in rows of 2 s for 4 and 6 s by turns;
+        `interval` is one of these times, and `period` their mean.
         """
         t = self.t[self.updates]
         x = self.value[self.updates]
@@ -235,18 +234,16 @@ class Channel:
     @property
     def factor(self) -> float:
         """SI units of `value` in one unit of the file."""
-        own = not self.si or self.si == "1" or _plain_unit(self.unit) in _NO_UNIT
-        return 1.0 if own else float(_unit_of(self.unit, self.si).factor)
+        if self.si in ("", "1") or _plain_unit(self.unit) in _NO_UNIT:
+            return 1.0
+        return float(_unit_of(self.unit, self.si).factor)
 
     @property
     def held(self) -> bool:
         """Whether values are repeated between updates, so that differences of rows are
         no rates."""
-        return (
-            bool(self.interval > 1.5 * np.median(np.diff(self.t)))
-            if self.t.size > 3
-            else False
-        )
+        row = np.median(np.diff(self.t)) if self.t.size > 3 else np.inf
+        return bool(self.interval > 1.5 * row)
 
 
 @frozen
@@ -258,8 +255,8 @@ class Log(Tabular):
     - `t` (n,): seconds from the first row
     - `start`: time of the first row in ISO 8601, `None` in a log without date
     - `channels`: by role
-    - `columns`: all of them
-    - `guesses`: sentences on what was assumed, to be read
+    - `columns`: all channels
+    - `guesses`: what was assumed, in sentences for the user to check
     - `gaps` (g, 2): begin and end of the times without rows
     - `repeated`: rows with the time of the row before
     - `compensated`: whether the only block position is heave-compensated, which the
@@ -276,7 +273,7 @@ class Log(Tabular):
     guesses: tuple[str, ...]
 
     def __getitem__(self, name: str) -> Channel:
-        """The channel of a role or of a mnemonic; `KeyError` with the known ones."""
+        """The channel of a role or of a mnemonic; `KeyError` with the known names."""
         if name in self.channels:
             return self.channels[name]
         for column in self.columns:
@@ -298,10 +295,10 @@ class Log(Tabular):
 
     @property
     def position(self) -> Channel:
-        """Height of the block: as the drum moves it, or else less the heave."""
-        return self.channels[
-            "compensated_position" if self.compensated else "block_position"
-        ]
+        """Height of the block as the drum moves it, or else the heave-compensated
+        height."""
+        role = "compensated_position" if self.compensated else "block_position"
+        return self.channels[role]
 
     @property
     def interval(self) -> float:
@@ -359,21 +356,20 @@ class Log(Tabular):
         return Table(columns, rows)
 
     def as_dict(self) -> dict[str, Any]:
-        """What is known of the log and its channels, without the values."""
-        about = {
-            "source": self.source,
-            "start": self.start,
-            "rows": self.t.size,
-            "duration": float(self.t[-1]),
-        }
-        about |= {
-            "interval": self.interval,
-            "gaps": self.gaps,
-            "repeated": self.repeated,
-            "guesses": self.guesses,
-        }
+        """The log and its channels, without the values."""
         return plain(
-            {**about, "compensated": self.compensated, "channels": self._table}
+            {
+                "source": self.source,
+                "start": self.start,
+                "rows": self.t.size,
+                "duration": float(self.t[-1]),
+                "interval": self.interval,
+                "gaps": self.gaps,
+                "repeated": self.repeated,
+                "guesses": self.guesses,
+                "compensated": self.compensated,
+                "channels": self._table,
+            }
         )
 
 
@@ -395,16 +391,16 @@ def read(
 
     - `names`: columns by role, `{"block_position": "BLK [ft]"}`, the unit in brackets
       where the file lacks it
-    - `null`: values that mean no value, instead of the file's and of -999.25 and the
-      like
+    - `null`: numbers that mean no value, instead of those of the file and of -999.25
+      and the like
     - `time`: the column of times, or those of date and clock, and the format that each
       row must have, of its date, `("Day", "Clock", "%d/%m/%Y")`, or of all,
       `("Time", "%H:%M:%S %d/%m/%Y")`
     - `offset`: seconds by which the clock of the hook load is ahead of that of the
       block position
-    - `show_names`: call the log by its well and its file in results; else it is `log`,
-      as both may be confidential
-    - `progress`: as of an ensemble: `True`, `False`, or a function of the bytes read
+    - `show_names`: call the log by its well and its file in results; otherwise `log`, as
+      both may be confidential
+    - `progress`: as for an ensemble: `True`, `False`, or a function of the bytes read
       and their number
 
     CSV: a row of names, perhaps one of units; commas, semicolons (then decimal commas),
@@ -412,13 +408,12 @@ def read(
 
     Times: date and clock in either order, in one or two columns, perhaps with a zone, a
     clock alone (midnight is seen), or numbers. Whether `03/02/2020` is in February or
-    in March is decided by all rows, or else told. The error of a time that is not
-    understood lists the accepted forms.
+    in March is decided by all rows; where they leave it open, the guess is among the
+    guesses. The error of a time that is not understood lists the accepted forms.
 
     Raises `InputError` with all of these at once: no block position, no hook load, no
-    usable time, times that run backwards, a unit that is not known, nothing but nulls;
-    damaged files with row or element. A document type or an entity in an XML is
-    refused.
+    usable time, times that run backwards, an unknown unit, nothing but nulls; for a
+    damaged file with row or element. A document type or an entity in an XML is refused.
 
     Example:
         >>> import pathlib, tempfile
@@ -453,23 +448,20 @@ def read(
     except InputError as error:
         raise InputError([*faults, *error.faults]) from None
     wanted = {role: wanted[role] for role in wanted if role in ROLES}
-    table = max(tables, key=lambda table: _likeness(table, wanted))
-    count = len(tables)
-    remarks = (
-        [f"the file has {count} logs: the one with {len(table.names)} curves is read"]
-        if count > 1
-        else []
-    )
+    table = max(tables, key=lambda table: _usefulness(table, wanted))
+    guesses = [*table.remarks]
+    if len(tables) > 1:
+        read = f"the one with {len(table.names)} curves is read"
+        guesses.insert(0, f"the file has {len(tables)} logs: {read}")
     given = null if null is None or isinstance(null, Sequence) else [null]
     source = ", ".join(filter(None, (table.well, file.name))) if show_names else "log"
-    guesses = [*remarks, *table.remarks]
     return _Reading(
         str(path), source, table, wanted, given, clock, offset or 0.0, guesses, faults
     ).log()
 
 
-def _likeness(table: FileTable, names: Mapping[str, str]) -> tuple[bool, int]:
-    """Whether a table has a block position, and how many other channels."""
+def _usefulness(table: FileTable, names: Mapping[str, str]) -> tuple[bool, int]:
+    """Whether a table has a block position, and how many roles it has."""
     roles = _roles(table, names, [], Issues())
     return "block_position" in roles, len(roles)
 
@@ -479,17 +471,19 @@ def _plain_unit(text: str) -> str:
 
 
 def _unit_of(text: str, si: str) -> Unit:
-    """A unit as logs write it. Raises `ValueError` for what is none."""
-    factor = (
-        None
-        if text.strip() in ("mN", "MN")
-        else _SPELLINGS.get(si, {}).get(_plain_unit(text))
-    )
-    return unit(text, si) if factor is None else Unit(factor)
+    """A unit as logs write it. Raises `ValueError` for a text that is no unit."""
+    factor = _SPELLINGS.get(si, {}).get(_plain_unit(text))
+    # (in lower case milli- and meganewton are alike)
+    if factor is None or text.strip() in ("mN", "MN"):
+        return unit(text, si)
+    return Unit(factor)
 
 
-def _letters(name: str) -> str:
-    return re.sub(r"[^A-Z0-9]", "", name.upper())
+def _rank(role: Role, name: str) -> int | None:
+    """Place of the first pattern of a role that fits a name; `None`: none fits."""
+    letters = re.sub(r"[^A-Z0-9]", "", name.upper())
+    fits = (k for k, p in enumerate(role.names) if re.fullmatch(p, letters))
+    return next(fits, None)
 
 
 def _roles(
@@ -500,11 +494,11 @@ def _roles(
     roles: dict[str, tuple[int, str]] = {}
     for role, text in names.items():
         match = re.fullmatch(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]", text)
-        name, of = (
-            (text, None)
-            if text in table.names or match is None
-            else (match["name"], match["unit"])
-        )
+        name = text
+        unit_text = None
+        if match is not None and text not in table.names:
+            name = match["name"]
+            unit_text = match["unit"]
         if name not in table.names:
             faults.add(
                 f"names {role}",
@@ -513,21 +507,14 @@ def _roles(
             )
             continue
         i = table.names.index(name)
-        roles[role] = i, table.units[i] if of is None else of
+        roles[role] = i, table.units[i] if unit_text is None else unit_text
     taken = {i for i, _ in roles.values()}
     by_name: dict[str, list[tuple[int, int]]] = {}
     for i, name in enumerate(table.names):
         if i in taken or i == table.index:
             continue
         for role, about in ROLES.items():
-            rank = next(
-                (
-                    k
-                    for k, p in enumerate(about.names)
-                    if re.fullmatch(p, _letters(name))
-                ),
-                None,
-            )
+            rank = _rank(about, name)
             if rank is not None:
                 by_name.setdefault(role, []).append((rank, i))
                 break
@@ -541,8 +528,7 @@ def _roles(
             columns = [
                 i
                 for i, words in enumerate(table.descriptions)
-                if i not in taken
-                and any(re.fullmatch(p, _letters(words)) for p in about.names)
+                if i not in taken and _rank(about, words) is not None
             ]
             guesses += [
                 f"{role}: {table.names[i]}, by its description {table.descriptions[i]!r}"
@@ -559,8 +545,8 @@ def _roles(
 
 
 def _merged(x: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """The last value in each `group` (n,) of rows: rows of one time may fill in
-    turn."""
+    """The last value in each `group` (n,) of rows with one time: each of them may have
+    values of other columns."""
     import pandas as pd
 
     return pd.Series(x).groupby(group).last().to_numpy()
@@ -585,25 +571,25 @@ class _Reading:
         table = self.table
         roles = _roles(table, self.names, self.guesses, self.faults)
         times = times_of(table, self.path, self.clock, self.faults)
-        seconds = None
-        rows = slice(None)
         if times is not None:
             self.guesses += times.remarks
         self._nulls(() if times is None else times.used)
-        if times is not None:
-            full = [
-                table.values[i]
-                for role, (i, _) in roles.items()
-                if role in _MOTION and table.values[i].size
-            ]
-            # rows that share a time may be readings of their own, or fill in turn
-            each = any(np.isnan(x).mean() < 0.4 for x in full)
-            seconds, rows = self._ordered(times.seconds, spread=each)
-        of_column = {i: (role, of) for role, (i, of) in roles.items()}
-        scales = {i: self._scale(role, i, of) for i, (role, of) in of_column.items()}
+        motion = [
+            table.values[i]
+            for role, (i, _) in roles.items()
+            if role in _MOTION and table.values[i].size
+        ]
+        # rows that share a time may be readings of their own, or of one column each
+        each = any(np.isnan(x).mean() < 0.4 for x in motion)
+        ordered = None if times is None else self._ordered(times.seconds, spread=each)
+        of_column = {i: (role, text) for role, (i, text) in roles.items()}
+        scales = {
+            i: self._scale(role, i, text) for i, (role, text) in of_column.items()
+        }
         for i, scale in scales.items():
-            if scale is not None and of_column[i][0] in _MOTION:
-                self._sized(i, ROLES[of_column[i][0]].unit, float(scale.factor))
+            role = of_column[i][0]
+            if scale is not None and role in _MOTION:
+                self._check_size(i, ROLES[role].unit, float(scale.factor))
         if not {"block_position", "compensated_position"} & roles.keys():
             there = ", ".join(
                 f"{n} [{u}]" if u else n
@@ -620,14 +606,15 @@ class _Reading:
                 "has no hook load",
                 "names={'hook_load': 'COLUMN'} says which column it is",
             )
-        if self.faults or seconds is None or times is None:
+        if self.faults or ordered is None or times is None:
             raise InputError(self.faults)
+        seconds, rows = ordered
         # times since 1970 are known to a microsecond at best
         t = np.round(seconds - seconds[0], 6)
         t_load = t - self.offset if self.offset else t
         channels: list[Channel] = []
         for i, name in enumerate(table.names):
-            role, of = of_column.get(i, ("", table.units[i]))
+            role, text = of_column.get(i, ("", table.units[i]))
             if i in times.used or (i in table.texts and role != "activity"):
                 continue
             if i in table.texts:
@@ -642,17 +629,8 @@ class _Reading:
             table.values[i] = np.empty(0)
             role = "" if scale is None and role != "activity" else role
             si = ROLES[role].unit if role else ""
-            channels.append(
-                Channel(
-                    name,
-                    of,
-                    role,
-                    si,
-                    t_load if role.startswith("hook_load") else t,
-                    x,
-                    words,
-                )
-            )
+            times_of_channel = t_load if role.startswith("hook_load") else t
+            channels.append(Channel(name, text, role, si, times_of_channel, x, words))
         return Log(
             self.source,
             start_of(seconds[0], times.zone) if times.dated else None,
@@ -669,13 +647,16 @@ class _Reading:
 
     def _ordered(
         self, seconds: np.ndarray, spread: bool
-    ) -> tuple[np.ndarray | None, Any]:
-        """Times that increase, and the rows that have them."""
+    ) -> tuple[np.ndarray, Any] | None:
+        """Times that increase, and the rows that have them; `None` after an error.
+
+        - `spread`: rows that share a time are readings of their own
+        """
         self._repeated = 0
         self._group = None
         if seconds.size < 2:
             self.fault("", f"has {seconds.size} rows", "a recording has at least two")
-            return None, slice(None)
+            return None
         rows: Any = slice(None)
         steps = np.diff(seconds)
         if np.all(steps <= 0) and steps.any():
@@ -688,26 +669,20 @@ class _Reading:
             i = int(back[0]) + 1
             many = f", as {back.size} rows do" if back.size > 1 else ""
             what = f"runs {digits(-steps[i - 1], 4)} s backwards{many}"
-            self.fault(
-                f" {self.table.row(i)}, time",
-                what,
-                "sort the rows, or split the recording where its clock was set",
-            )
-            return None, slice(None)
+            hint = "sort the rows, or split the recording where its clock was set"
+            self.fault(f" {self.table.row(i)}, time", what, hint)
+            return None
         self._repeated = int(np.sum(steps == 0))
         if not steps.any():
-            self.fault(
-                "",
-                "has the same time in all rows",
-                "time='COLUMN' says which column the time is",
-            )
-            return None, slice(None)
+            hint = "time='COLUMN' says which column the time is"
+            self.fault("", "has the same time in all rows", hint)
+            return None
         first = np.append(True, steps > 0)
         group = np.cumsum(first) - 1
         starts = seconds[first]
         if spread and self._repeated > 0.5 * steps.size:
-            length = np.diff(starts, append=starts[-1] + np.median(np.diff(starts)))
-            length = np.minimum(length, np.median(np.diff(starts)))
+            usual = np.median(np.diff(starts))
+            length = np.minimum(np.diff(starts, append=starts[-1] + usual), usual)
             count = np.bincount(group)
             place = np.arange(seconds.size) - np.flatnonzero(first)[group]
             seconds = starts[group] + length[group] * place / count[group]
@@ -724,7 +699,7 @@ class _Reading:
         return seconds, rows
 
     def _nulls(self, times: Sequence[int]) -> None:
-        """NaN for null values, of the file, of loggers, or as given."""
+        """Sets NaN for null values: as given, or those of the file and of loggers."""
         table = self.table
         own = set(table.nulls)
         nulls = self.null if self.null is not None else sorted({*own, *NULLS})
@@ -787,8 +762,8 @@ class _Reading:
             )
             return None
 
-    def _sized(self, i: int, si: str, factor: float) -> None:
-        """An error for a value that is no reading."""
+    def _check_size(self, i: int, si: str, factor: float) -> None:
+        """Adds an error for values of a size that no rig has."""
         x = self.table.values[i]
         rows = np.flatnonzero(np.abs(x) > _ABSURD[si] / factor)
         if rows.size:
@@ -798,8 +773,8 @@ class _Reading:
             self.fault(where, what, "remove the row, or give this as a null value")
 
     def _without_unit(self, role: str, name: str, x: np.ndarray) -> Unit | None:
-        """SI where the size of the values agrees with it, which is told; else an error
-        of a needed channel."""
+        """SI as a guess where the size of the values agrees with it; else an error for a
+        needed channel, and `None`."""
         high = float(np.nanquantile(np.abs(x), 0.99))
         si = ROLES[role].unit
         if role in _MOTION and (high <= 60.0 if si == "m" else high >= 2e4):
@@ -819,15 +794,10 @@ class _Reading:
         return None
 
     def _words(self, texts: list[str]) -> tuple[tuple[str, ...], np.ndarray]:
-        words = {
-            text: i
-            for i, text in enumerate(
-                dict.fromkeys(text.strip() for text in texts if text.strip())
-            )
-        }
-        return tuple(words), np.array(
-            [words.get(text.strip(), np.nan) for text in texts], float
-        )
+        texts = [text.strip() for text in texts]
+        words = tuple(dict.fromkeys(filter(None, texts)))
+        place = {text: i for i, text in enumerate(words)}
+        return words, np.array([place.get(text, np.nan) for text in texts], float)
 
     def _gaps(self, t: np.ndarray) -> np.ndarray:
         steps = np.diff(t)
