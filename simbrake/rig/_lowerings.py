@@ -1,4 +1,5 @@
-"""States of the block and lowerings in a rig's log, by the updates of its height."""
+"""Finds lowerings and states of the block in a rig's log, by the updates of its
+height."""
 
 from collections.abc import Iterator, Mapping
 from datetime import datetime, timedelta
@@ -12,17 +13,17 @@ from ._found import CUT, LOADS, Gap, Level, Lowering, Lowerings
 from ._log import Log
 from ._works import SLOWEST, Course, Works, course_of
 
-#: share of the rows that makes a level of loads, width of a class of loads, ratio of
-#: two levels
+#: levels of the load: least share of the rows in a level, width of a class of loads
+#: (share of the load), least ratio of two levels
 _SHARE = 0.03
 _CLASS = 0.01
 _APART = 1.25
-#: share of a lowering in one update that makes it a jump
+#: share of a lowering from which a single update is a jump
 _SINGLE = 0.9
 #: change of speed from one update to the next (m/s^2) that no block makes in a steady
 #: motion
 _SUDDEN = 0.25
-#: correlation of the load with the acceleration of the block that shows how late it is
+#: least correlation of the load with the acceleration of the block that shows a delay
 _ALIKE = 0.6
 #: SI units of the thresholds of `lowerings` that are numbers
 THRESHOLDS = {
@@ -57,35 +58,36 @@ def lowerings(
 
     Thresholds, which are printed with the result:
 
-    - a motion ends after a `pause` (s) below `end_speed` (m/s), steps of a slow height
-      such as in drilling included, or after more than `heave` (m) upwards; its ends are
-      cut where it is slower than `end_speed`; at least `travel` (m) is a lowering
-    - flags: more than `jump` (m) and nine tenths of the travel in a single update, or
-      beyond two steady updates on each side of it (by 0.25 m/s² at least), faster than
-      `fastest` (m/s), heights below `floor` (m), a load that is missing, a gap that
-      cuts it: these lowerings are listed and left out of totals
+    - a motion ends after a `pause` (s) below `end_speed` (m/s), as does the slow motion
+      of drilling, whose height moves in steps, or after more than `heave` (m) upwards;
+      its ends are cut where it is slower than `end_speed`; from `travel` (m) on it is a
+      lowering
+    - flags: more than `jump` (m) and nine tenths of the travel in a single update, or a
+      speed that differs by as much from two steady updates on each side (by 0.25 m/s²
+      at least), faster than `fastest` (m/s), heights below `floor` (m), a missing load,
+      a gap that cuts the lowering. Flagged lowerings are listed and left out of totals
     - `spacing`: heights are taken at least so far apart (s), as differences of frequent
       readings are noise
     - `tare`: lowest and highest load (N) without string; by default the lowest level of
       the load at rest at which the block also moves
-    - loads up to `alone` times it are the block's, from `string` times it a string's;
-      without a second level at rest neither is decidable. Below `slack` times it the
-      hook is slack; a string at rest below `set_down` of its load in the motion before
-      is set down
+    - loads up to `alone` times the tare are the block's, from `string` times the tare a
+      string's; without a second level at rest they are not decidable. Below `slack`
+      times the tare the hook is slack; a string at rest below `set_down` of its load in
+      the motion before is set down
 
     Gaps: times without heights, longer than a `pause` and two and a half updates, are
     in `Lowerings.gaps`, with the change of the height over them. A lowering that goes
-    on in one is flagged. A gap over which the height changes by `heave` at most, and
+    on in a gap is flagged. A gap over which the height changes by `heave` at most, and
     which cuts nothing, is a rest.
 
-    Intervals of the work: where the log has lowest and highest loads, `Σ min F Δh` and
-    `Σ max F Δh`, bounds; else the spread of the quadratures, of which 90 % hold the
-    work: load and height may differ by half an interval of each, readings between the
-    updates scatter as their second differences do (Student's t), the height has steps,
-    and the cut of the ends leaves something out.
+    Intervals of the work: where the log has lowest and highest loads they are the
+    bounds `Σ min F Δh` and `Σ max F Δh`; else the spread of quadratures, which holds the
+    work in 90 % of cases: load and height may differ by half an interval of each,
+    readings between the updates scatter as their second differences do (Student's t),
+    the height has steps, and the cut of the ends leaves something out.
 
     Raises `InputError` where the height is updated too rarely, and where nothing is
-    lowered, in gaps neither.
+    lowered, not even in gaps.
 
     Example:
         >>> import pathlib, tempfile
@@ -102,27 +104,18 @@ def lowerings(
     thresholds = {name: value for name, value in locals().items() if name != "log"}
     faults = faults_of_thresholds(thresholds)
     position = log.position
+    column = f"{log.source} column {position.mnemonic}"
     if log.interval > SLOWEST or position.interval > SLOWEST:
         rate = digits(max(log.interval, position.interval if position.held else 0.0), 3)
         what = f"is updated each {rate} s: lowerings cannot be followed above {SLOWEST:g} s"
-        faults.add(
-            f"{log.source} column {position.mnemonic}",
-            what,
-            "give a recording over time",
-        )
+        faults.add(column, what, "give a recording over time")
     faults.report()
     height = course_of(position, spacing)
     load = course_of(log["hook_load"])
     if np.ptp(height.value) < travel:
-        what = (
-            f"stays within {digits(np.ptp(height.value), 3)} m: nothing is lowered "
-            f"by {travel:g} m"
-        )
-        raise input_error(
-            f"{log.source} column {position.mnemonic}",
-            what,
-            "is it the height of the block?",
-        )
+        stays = f"stays within {digits(np.ptp(height.value), 3)} m"
+        what = f"{stays}: nothing is lowered by {travel:g} m"
+        raise input_error(column, what, "is it the height of the block?")
     return _Finder(log, height, load, thresholds).result()
 
 
@@ -134,19 +127,16 @@ def faults_of_thresholds(thresholds: Mapping[str, Any]) -> Issues:
             faults.add(name, f"{x} is not a positive number", f"in {THRESHOLDS[name]}")
     tare = thresholds.get("tare")
     if tare is not None and not 0 < tare[0] <= tare[1]:
-        faults.add(
-            "tare",
-            f"{tare} is no interval of loads",
-            "lowest and highest load without string, N",
-        )
+        hint = "lowest and highest load without string, N"
+        faults.add("tare", f"{tare} is no interval of loads", hint)
     return faults
 
 
 def spans_of(
     found: Lowerings, height: Course, load: Course
 ) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """First and last knots of the height in each of its motions: those downwards, of
-    which `found` is, and upwards."""
+    """First and last knots of the height in each motion downwards, the lowerings of
+    `found`, and in each motion upwards."""
     turned = height._replace(value=-height.value)
     down, up = (
         _Finder(found.log, x, load, found.thresholds)._spans() for x in (height, turned)
@@ -167,33 +157,33 @@ class _Finder:
         step = np.diff(height.t)
         self.fall = -np.diff(height.value)
         self.speed = self.fall / step
-        #: speeds between two updates; a knot before an update is where the motion
-        #: began, on average
         channel = log.position
         updated = np.isin(
             height.t, channel.t[channel.updates] if channel.held else height.t
         )
-        # an update comes up to a row late: a short interval is the mean one
+        # the other knots are where a motion began on average (`course_of`)
+        both = updated[1:] & updated[:-1]
+        # an update comes up to a row late: a shorter time than usual lasted the mean
         row = log.interval
-        known = updated[1:] & updated[:-1]
-        self.lasted = np.where(known, np.clip(channel.period, step, step + row), step)
+        self.lasted = np.where(both, np.clip(channel.period, step, step + row), step)
         self.mean_speed = self.fall / self.lasted
-        self.between = np.where(known, self.mean_speed, -np.inf)
+        #: mean speed where it is known: between two updates
+        self.between = np.where(both, self.mean_speed, -np.inf)
         #: times (g, 2) and heights (g, 2) at the ends of the times without heights
-        known = ~np.isnan(channel.value)
-        times = channel.t[known]
-        values = channel.value[known]
+        recorded = ~np.isnan(channel.value)
+        times = channel.t[recorded]
+        values = channel.value[recorded]
         longest = max(thresholds["pause"], 2.5 * height.interval, 2.5 * row)
         i = np.flatnonzero(np.diff(times) > longest)
         self.gap_times = np.stack([times[i], times[i + 1]], axis=1)
         self.gap_heights = np.stack([values[i], values[i + 1]], axis=1)
-        #: no height was recorded there
+        #: whether a step is a gap, without heights
         self.blind = np.zeros(step.size, bool)
         self.blind[np.searchsorted(height.t, times[i], side="right") - 1] = True
         self.notes: list[str] = []
-        #: highest load of the block alone, lowest of a string; no load is one of the
-        #: two where they are not decidable
-        self.heavy = -np.inf, np.inf
+        #: highest load of the block alone, and lowest load of a string; no load is
+        #: beyond these where the two are not decidable
+        self.block_to_string = -np.inf, np.inf
 
     def result(self) -> Lowerings:
         tare, decidable = self._tare()
@@ -201,7 +191,8 @@ class _Finder:
         works = Works(self.log, self.height, self.load)
         limits = self.limits
         if tare is not None and decidable:
-            self.heavy = limits["alone"] * tare.high, limits["string"] * tare.high
+            ends = limits["alone"] * tare.high, limits["string"] * tare.high
+            self.block_to_string = ends
         cuts = self._cuts(spans)
         found = [
             self._lowering(works, a, b, cut=cut)
@@ -231,10 +222,10 @@ class _Finder:
         )
 
     def _clocks(self, spans: list[tuple[int, int]]) -> None:
-        """Note a load that shows the acceleration of the block, `F = m (g − a)`,
-        earlier or later than the height."""
+        """Notes where the load shows the acceleration of the block, `F = m (g − a)`,
+        earlier or later than the height does."""
         lags = np.arange(-10.0, 10.1, 0.5)
-        both = np.zeros(lags.size)
+        products = np.zeros(lags.size)
         loads = np.zeros(lags.size)
         rates = 0.0
         long = [(a, b) for a, b in spans if b - a > 4]
@@ -245,13 +236,13 @@ class _Finder:
             rate -= rate.mean()
             load = self.load.at(t[:-1] + lags[:, None])
             usual = np.maximum(np.median(load, axis=1, keepdims=True), 1.0)
-            # what is picked up or set down is more
+            # (a larger change is a string that is picked up or set down)
             load = np.clip(load / usual, 0.9, 1.1)
             load -= load.mean(axis=1, keepdims=True)
-            both = both - load @ rate
+            products = products - load @ rate
             loads = loads + (load**2).sum(axis=1)
             rates = rates + rate @ rate
-        alike = both / np.sqrt(np.maximum(loads * rates, 1e-12))
+        alike = products / np.sqrt(np.maximum(loads * rates, 1e-12))
         lag = lags[alike.argmax()]
         late = 0.5 * (self.height.interval + self.load.interval)
         if (
@@ -268,15 +259,15 @@ class _Finder:
             )
 
     def _cuts(self, spans: list[tuple[int, int]]) -> np.ndarray:
-        """Whether gaps (g) cut motions (k): the block moves at the edge of one, and is
-        elsewhere at the other edge."""
+        """Whether gaps (g) cut motions (k), (g, k): the block moves at an edge of the
+        gap, and is elsewhere at the other edge."""
         height = self.height
         held = self.log.position.held
-        # a height that is held may move unseen for so long
+        # how long the block may move before a held height shows it
         late = height.interval + self.log.interval if held else 0.0
         a, b = np.array(spans, int).reshape(-1, 2).T
-        (begin, end) = self.gap_times.T[:, :, None]
-        (before, after) = self.gap_heights.T[:, :, None]
+        begin, end = self.gap_times.T[:, :, None]
+        before, after = self.gap_heights.T[:, :, None]
         last = np.searchsorted(height.t, begin, side="right") - 1
         first = np.searchsorted(height.t, end, side="left")
         into = (b == last) | ((b < last) & (begin - height.t[b] < late))
@@ -301,42 +292,40 @@ class _Finder:
         pause, heave, slow = (
             self.limits[name] for name in ("pause", "heave", "end_speed")
         )
-        step = np.diff(self.height.t)
+        steps = np.diff(self.height.t).tolist()
+        height = self.height.value
         spans: list[tuple[int, int]] = []
-        begin = -1
-        rested = 0.0
+        begin = -1  # of the present motion, below 0 without any
+        last = 0
+        rested = 0.0  # time since it last moved
+        rest_height = 0.0
         lowest = 0.0
-        left = 0.0
-        for k, (v, dt) in enumerate(
-            zip(self.speed.tolist(), step.tolist(), strict=True)
-        ):
-            below = self.height.value[k + 1]
+        for k, (v, dt) in enumerate(zip(self.speed.tolist(), steps, strict=True)):
+            below = height[k + 1]
             if begin < 0:
                 if v >= slow and not self.blind[k]:
                     begin = k
                     rested = 0.0
-                    lowest = below
-                    left = below
+                    lowest = rest_height = below
                     last = k + 1
                 continue
             rested += dt
-            # a step of a coarse height is no speed: as fast on the whole since the last
-            # motion
-            moves = v >= slow and left - below >= slow * rested
             if self.blind[k] or (rested > pause and v < slow) or below - lowest > heave:
                 spans.append((begin, last))
                 begin = -1
                 continue
-            if moves:
+            # a step of a coarse height alone is no motion: the mean speed since the last
+            # motion has to be as high
+            if v >= slow and rest_height - below >= slow * rested:
                 rested = 0.0
-                left = below
-                if below <= max(lowest, self.height.value[last]):
+                rest_height = below
+                if below <= max(lowest, height[last]):
                     last = k + 1
             lowest = min(lowest, below)
         if begin >= 0:
             spans.append((begin, last))
-        drop = self.height.value
-        return [(a, b) for a, b in spans if drop[a] - drop[b] >= self.limits["travel"]]
+        travel = self.limits["travel"]
+        return [(a, b) for a, b in spans if height[a] - height[b] >= travel]
 
     def _lowering(self, works: Works, a: int, b: int, *, cut: bool) -> Lowering:
         t = self.height.t[a : b + 1]
@@ -358,16 +347,14 @@ class _Finder:
         if not np.isfinite(work):
             flags.append("load missing")
         mean = work / travel
+        # begin and end of the middle half of the travel
         middle = [
             np.interp(-x, -np.minimum.accumulate(h), t)
             for x in (top - 0.25 * travel, top - 0.75 * travel)
         ]
         quiet = self.load.value[slice(*np.searchsorted(self.load.t, middle))]
-        static = (
-            float(np.median(quiet))
-            if quiet.size
-            else float(self.load.at(np.array(0.5 * sum(middle))))
-        )
+        if not quiet.size:
+            quiet = self.load.at(np.array(0.5 * sum(middle)))
         return Lowering(
             start=_start(self.log, begin),
             begin=begin,
@@ -376,7 +363,7 @@ class _Finder:
             travel=travel,
             top_speed=float(max(self.between[a:b].max(), travel / (end - begin))),
             mean_load=mean,
-            static_load=static,
+            static_load=float(np.median(quiet)),
             hook_work=work,
             hook_work_low=low,
             hook_work_high=high,
@@ -386,21 +373,18 @@ class _Finder:
         )
 
     def _jumps(self, speed: np.ndarray, lasted: np.ndarray) -> bool:
-        """Whether an update is out of line with two steady ones on each side, by more
-        than a jump."""
+        """Whether an update is faster than two steady updates on each side, by more than
+        a jump."""
         if speed.size < 5:
             return False
-        beside = np.stack([speed[:-4], speed[1:-3], speed[3:-1], speed[4:]])
-        most = beside.max(0)
-        spread = np.ptp(beside, 0)
+        around = np.stack([speed[:-4], speed[1:-3], speed[3:-1], speed[4:]])
         time = lasted[2:-2]
-        least = np.maximum(
-            np.maximum(self.limits["jump"] / time, _SUDDEN * time), 2.0 * spread
-        )
-        return bool(np.any(speed[2:-2] - most > least))
+        excess = speed[2:-2] - around.max(0)
+        least = np.maximum(self.limits["jump"] / time, _SUDDEN * time)
+        return bool(np.any(excess > np.maximum(least, 2.0 * np.ptp(around, 0))))
 
     def _activity(self, begin: float, end: float) -> str:
-        """The log's own code that most rows of a span have."""
+        """The log's own activity code in most rows of a span."""
         channel = self.log.channels.get("activity")
         if channel is None:
             return ""
@@ -414,7 +398,8 @@ class _Finder:
 
     def _kind(self, load: np.ndarray | float) -> Any:
         """Places in `LOADS`."""
-        return np.select([load <= self.heavy[0], load >= self.heavy[1]], [1, 2], 0)
+        block, string = self.block_to_string
+        return np.select([load <= block, load >= string], [1, 2], 0)
 
     # --- loads -----------------------------------------------------------------------
 
@@ -428,7 +413,7 @@ class _Finder:
         return np.where(self.blind[piece], np.nan, self.speed[piece])
 
     def _tare(self) -> tuple[Level | None, bool]:
-        """Load without string, and whether there is a heavier level beside it."""
+        """Load without string, and whether there is a heavier level."""
         limit = self.limits["tare"]
         if limit is not None:
             return Level(0.5 * (limit[0] + limit[1]), limit[0], limit[1]), True
@@ -441,7 +426,9 @@ class _Finder:
         if load.size < 10:
             return None, False
         classes = np.floor(np.log(load) / _CLASS).astype(int)
-        count = np.bincount(classes - classes.min()).astype(float)
+        first = classes.min()
+        classes -= first
+        count = np.bincount(classes).astype(float)
         wide = np.convolve(count, np.ones(5), "same")
         least = _SHARE * load.size
         peaks = [
@@ -451,7 +438,7 @@ class _Finder:
         ]
         if not peaks:
             return None, False
-        loads = [np.exp((i + classes.min() + 0.5) * _CLASS) for i in peaks]
+        loads = [np.exp((i + first + 0.5) * _CLASS) for i in peaks]
         # a slack hook is not moved: the block's level is one of the loads in motion
         near = [
             np.sum(np.abs(moved - x) < 0.1 * x) >= _SHARE * moved.size for x in loads
@@ -461,9 +448,7 @@ class _Finder:
             low -= 1
         while high < wide.size - 1 and wide[high + 1] > 0.1 * wide[peak]:
             high += 1
-        inside = load[
-            (classes - classes.min() >= low) & (classes - classes.min() <= high)
-        ]
+        inside = load[(classes >= low) & (classes <= high)]
         level = Level(*np.quantile(inside, (0.5, 0.05, 0.95)).tolist())
         heavier = every > _APART * level.high
         return level, bool(heavier.mean() >= _SHARE)
