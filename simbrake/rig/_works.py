@@ -11,8 +11,8 @@ SLOWEST = 15.0
 
 
 class Course(NamedTuple):
-    """A channel as a line through its updates: `value` (k,) at `t` (k,), and the time
-    (s) between two of them."""
+    """A channel as a line through its updates: `value` (k,) at `t` (k,), and their
+    usual `interval` (s)."""
 
     t: np.ndarray
     value: np.ndarray
@@ -26,9 +26,9 @@ def course_of(channel: Channel, spacing: float = 0.0) -> Course:
     """The line through the updates of a channel, held values left out, at least
     `spacing` (s) apart.
 
-    A value that did not change for longer than its interval began to change, on
-    average, half an interval before the row that shows it: the last row before that
-    time still has it.
+    Where a value has not changed for longer than its interval, the change began on
+    average half an interval before the row that shows it; the last row before that time
+    is a point of the line as well.
     """
     t = channel.t
     x = channel.value
@@ -51,8 +51,8 @@ def course_of(channel: Channel, spacing: float = 0.0) -> Course:
 
 
 class Works:
-    """Work of the hook between two knots of the height, with its interval, by sums from
-    the begin of the log."""
+    """Work of the hook between two knots of the height, with its interval, from sums
+    that run from the begin of the log."""
 
     def __init__(self, log: Log, height: Course, load: Course) -> None:
         self.log = log
@@ -61,8 +61,8 @@ class Works:
         heights = np.round(height.value, 6)
         apart = np.diff(np.unique(heights))
         moves = np.count_nonzero(np.diff(heights))
-        #: of a height that is written coarsely, so that the block comes to the same
-        #: ones again and again; 0.7 of it is the 90 % of the two ends of a lowering
+        #: step (m) of a height that is written coarsely, so that the same values recur;
+        #: the rounding at the two ends of a lowering is within 0.7 of it in 90 % of cases
         self.step = float(apart.min()) if 0 < 3 * apart.size < moves else 0.0
         self.sums = self._cumulative(0.0)
         late = 0.5 * (height.interval + load.interval)
@@ -71,20 +71,17 @@ class Works:
         self.read = channel.t[~np.isnan(channel.value)]
         low, high = (log.channels.get(f"hook_load_{end}") for end in ("min", "max"))
         self.bounds = None
+        self.interval_by = "the spread of quadratures, 90 %"
         if (
             low is not None
             and high is not None
             and not (np.isnan(low.value).all() or np.isnan(high.value).all())
         ):
             self.bounds = self._bounds(low, high)
-        self.interval_by = (
-            "lowest and highest loads, bounds"
-            if self.bounds
-            else "the spread of quadratures, 90 %"
-        )
+            self.interval_by = "lowest and highest loads, bounds"
 
     def _cumulative(self, shift: float) -> np.ndarray:
-        """`∫F dx` from the first knot to each one, with the load `shift` s later."""
+        """`∫F dx` from the first knot to each knot, with the load `shift` s later."""
         knots = self.height.t
         times = self.load.t + shift
         grid = np.union1d(knots, times[(times > knots[0]) & (times < knots[-1])])
@@ -94,8 +91,8 @@ class Works:
         return work[np.searchsorted(grid, knots)]
 
     def _bounds(self, low: Channel, high: Channel) -> tuple[np.ndarray, np.ndarray]:
-        """`Σ min F Δh` and `Σ max F Δh` from the first knot to each one; upwards the
-        bounds change places."""
+        """`Σ min F Δh` and `Σ max F Δh` from the first knot to each knot; upwards the
+        two change places."""
         fall = -np.diff(self.height.value)
         first = np.searchsorted(low.t, self.height.t[:-1], side="left")
         last = np.searchsorted(low.t, self.height.t[1:], side="right")
@@ -126,11 +123,11 @@ class Works:
             return work, min(low, work), max(high, work)
         timing = max(abs(x[b] - x[a] - work) for x in self.shifted)
         # what the cut of the ends leaves out
-        first, top, bottom, last = self.height.value[
+        before, top, bottom, after = self.height.value[
             [max(a - 1, 0), a, b, min(b + 1, self.height.t.size - 1)]
         ]
         travel = top - bottom
-        ends = abs(work) * ((abs(top - first) + abs(last - bottom)) / travel)
+        ends = abs(work) * ((abs(top - before) + abs(after - bottom)) / travel)
         steps = 0.7 * self.step * abs(work) / travel
         half = float(np.sqrt(timing**2 + ends**2 + steps**2 + self._scatter(a, b) ** 2))
         return work, work - half, work + half
