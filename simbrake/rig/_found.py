@@ -1,4 +1,4 @@
-"""Lowerings that were found in a log: the table of them, gaps, and what no total has."""
+"""Lowerings that were found in a log, their table, gaps, and what totals leave out."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -12,14 +12,9 @@ from ._log import Log
 
 #: of the block in a row of the log
 STATES = ("no data", "down", "up", "at rest", "in slips", "set down", "slack")
-
-
-#: of the load on the hook
+#: kinds of load on the hook
 LOADS = ("not decidable", "block", "string")
-
-
-#: SI unit → quantities in it; how a number is shown where four digits are too few or
-#: too many
+#: SI unit → quantities in it
 _QUANTITIES = {
     "s": "begin duration",
     "m": "height travel recorded_travel change",
@@ -32,16 +27,12 @@ _QUANTITIES = {
     "rad/s": "drum_speed",
     "N*m": "drum_torque",
 }
-
-
 _UNITS = {name: unit for unit, names in _QUANTITIES.items() for name in names.split()}
-
-
+#: formats of quantities for which four digits are too few or too many
 _SHOWN = {"begin": ".6g", "height": ".6g", "top_speed": ".3g", "change": "+.3g"}
-
-
 #: flag of a lowering that goes on in a gap
 CUT = "cut by a gap"
+_WORKS = ("hook_work", "hook_work_low", "hook_work_high")
 
 
 class Level(NamedTuple):
@@ -95,10 +86,9 @@ class Gap(NamedTuple):
     first row of the log.
 
     - `start`: in ISO 8601, `None` in a log without date;  `begin`, `duration`
-    - `change`: of the height of the block over it, negative where the block is lower
-      after it
-    - `cut`: number of lowerings that go on in it
-    - `rest`: whether the block is where it was, and nothing is cut
+    - `change`: of the height of the block over the gap, negative downwards
+    - `cut`: number of lowerings that go on in the gap
+    - `rest`: whether the block is where it was, and no lowering is cut
     """
 
     start: str | None
@@ -113,7 +103,7 @@ class Gap(NamedTuple):
 class Lowerings(Tabular):
     """Lowerings of a log in the order of time, and the states of the block.
 
-    - `gaps`: times without heights; what the block does in those that are no rest is
+    - `gaps`: times without heights; what the block does in gaps that are no rest is
       unknown, and in no total
     - `state`, `load` (n,): places in `simbrake.rig.STATES` and `LOADS` of each row of
       the log
@@ -122,7 +112,7 @@ class Lowerings(Tabular):
     - `decidable`: whether a second, heavier level tells string and block apart
     - `interval_by`: what the intervals of the work are from
     - `thresholds`: the arguments
-    - `notes`: to be read
+    - `notes`: doubts about the log, for the user to check
     """
 
     log: Log = dataclasses.field(repr=False)
@@ -170,9 +160,9 @@ class Lowerings(Tabular):
 
     @property
     def left_out(self) -> dict[str, Any]:
-        """What no total has: flagged lowerings, those of them that gaps cut, gaps that
-        are no rest, with their time (s) and by what the block is lower or higher after
-        them (m); its travel and work, `None` where it is unknown."""
+        """What totals leave out: numbers of flagged lowerings, of lowerings that gaps cut,
+        and of gaps that are no rest, with their time (s) and by how much the block is
+        lower or higher after them (m); travel and work left out, `None`: unknown."""
         lost = [gap for gap in self.gaps if not gap.rest]
         flagged = len(self) - len(self.valid)
         unknown = None if lost or flagged else 0.0
@@ -247,9 +237,9 @@ class Lowerings(Tabular):
         if self.tare is None:
             return "load without string: unknown, the block is nowhere at rest"
         value, low, high = (number(x, "N", count=4) for x in self.tare)
-        unsure = (
-            "" if self.decidable else "; no second level: it may contain a light string"
-        )
+        unsure = ""
+        if not self.decidable:
+            unsure = "; no second level: it may contain a light string"
         return f"load without string: {value} ({low} to {high}){unsure}"
 
     @property
@@ -323,11 +313,6 @@ COLUMNS = [field.name for field in dataclasses.fields(Lowering)]
 
 def _long(seconds: float) -> str:
     """A time in words."""
-    return (
-        f"{digits(seconds, 3)} s"
-        if seconds < 3600.0
-        else f"{digits(seconds / 3600.0, 3)} h"
-    )
-
-
-_WORKS = ("hook_work", "hook_work_low", "hook_work_high")
+    if seconds < 3600.0:
+        return f"{digits(seconds, 3)} s"
+    return f"{digits(seconds / 3600.0, 3)} h"
