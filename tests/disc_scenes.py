@@ -1,5 +1,7 @@
 """Stops of a disc brake of four pads that several tests share."""
 
+from scenes import with_points
+
 import simbrake as sb
 
 R_I = 0.30
@@ -15,21 +17,15 @@ TORQUE = N * FRICTION * F * 0.5 * (R_I + R_O)
 
 
 def disc_scene(
-    *, force=None, load=LOAD, omega=W0, friction=None, end=4.0, pressure=None, **parts
+    *, force=F, load=LOAD, omega=W0, friction=None, end=4.0, pressure=None, **parts
 ):
     """A stop of four pads with two points for the force and the load, so that scenes
     share their program."""
-    force = sb.PiecewiseLinear([0.0, 9.0], [F, F]) if force is None else force
-    load = (
-        load
-        if isinstance(load, sb.PiecewiseLinear)
-        else sb.PiecewiseLinear([0.0, 9.0], [load, load])
-    )
     friction = sb.ConstantFriction(FRICTION, RATIO) if friction is None else friction
     pads = sb.Pads(friction, R_I, R_O, 0.7, N, pressure or sb.brakes.UniformWear())
     return sb.Scene(
         sb.DiscBrake(J, pads),
-        sb.ForceDuty(force, sb.TorqueLoad(load)),
+        sb.ForceDuty(with_points(force), sb.TorqueLoad(with_points(load))),
         sb.Initial(omega),
         end,
         **parts,

@@ -161,12 +161,15 @@ def points(values, times=0.0, count=6):
     )
 
 
+def with_points(x, count=2):
+    """A number as a profile of that many points; a profile as it is."""
+    return x if isinstance(x, sb.PiecewiseLinear) else points(x, count=count)
+
+
 def scene_of(lever, load=0.0, drag=0.0, **parts):
     """`stop_scene` under a lever and a load of six points each."""
-    lever, load = (
-        x if isinstance(x, sb.PiecewiseLinear) else points(x) for x in (lever, load)
-    )
-    return stop_scene(lever=lever, load=sb.TorqueLoad(load, drag=drag), **parts)
+    load = sb.TorqueLoad(with_points(load, 6), drag=drag)
+    return stop_scene(lever=with_points(lever, 6), load=load, **parts)
 
 
 def time_of(name, lining=None):

@@ -4,6 +4,7 @@ by quadrature."""
 import math
 
 import numpy as np
+from scenes import with_points
 from scipy.integrate import quad
 
 import simbrake as sb
@@ -42,20 +43,13 @@ def normals(f, force=F, back=False):
     return force * C / (M_N - leads * f * M_F) * N_1
 
 
-def shoe_scene(*, omega=W0, load=0.0, friction=None, force=None, end=4.0, **parts):
-    force = sb.PiecewiseLinear([0.0, 9.0], [F, F]) if force is None else force
-    load = (
-        load
-        if isinstance(load, sb.PiecewiseLinear)
-        else sb.PiecewiseLinear([0.0, 9.0], [load, load])
-    )
+def shoe_scene(*, omega=W0, load=0.0, friction=None, force=F, end=4.0, **parts):
     friction = (
         sb.ConstantFriction([FRICTION, FRICTION], 1.1) if friction is None else friction
     )
     brake = sb.ShoeBrake(J, sb.Shoes(friction, R, B, START, END), A, C)
-    return sb.Scene(
-        brake, sb.ForceDuty(force, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts
-    )
+    duty = sb.ForceDuty(with_points(force), sb.TorqueLoad(with_points(load)))
+    return sb.Scene(brake, duty, sb.Initial(omega), end, **parts)
 
 
 def shoe_heat():

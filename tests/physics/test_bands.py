@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers import all_near, closes, near
 from oracles.stops import at_rest
-from scenes import lining_ratio
+from scenes import lining_ratio, with_points
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -38,19 +38,8 @@ def lined(j, *, law=None, angle=None, stiffness=None, share=None, area=None):
 def scene(bands=None, *, load=LOAD, omega=W0, pull=T0, end=6.0, **parts):
     bands = (lined(0), lined(1)) if bands is None else bands
     brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R_B, bands)
-    pull = (
-        pull
-        if isinstance(pull, sb.PiecewiseLinear)
-        else sb.PiecewiseLinear([0.0, 9.0], [pull, pull])
-    )
-    load = (
-        load
-        if isinstance(load, sb.PiecewiseLinear)
-        else sb.PiecewiseLinear([0.0, 9.0], [load, load])
-    )
-    return sb.Scene(
-        brake, sb.Duty(pull, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts
-    )
+    duty = sb.Duty(with_points(pull), sb.TorqueLoad(with_points(load)))
+    return sb.Scene(brake, duty, sb.Initial(omega), end, **parts)
 
 
 def tensions(slack, f, angle, back=False):

@@ -102,7 +102,7 @@ HOIST = sb.HookLoad(mass=4e3, drum_radius=ARM, line_count=1)
 
 def disc_stop(force, load=None, **parts):
     """A disc of `TORQUE/F` N·m per newton on each pad."""
-    scene = disc_scene(force=force, omega=10.0, end=20.0, **parts)
+    scene = disc_scene(omega=10.0, end=20.0, **parts)
     load = sb.TorqueLoad(0.0) if load is None else load
     return dataclasses.replace(scene, duty=sb.ForceDuty(force, load))
 

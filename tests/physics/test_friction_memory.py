@@ -7,9 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import all_near, closes, jacobians, near
-from oracles.stops import at_rest
 from scenes import lining_ratio
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_memory import (
     AREA,
@@ -24,6 +22,7 @@ from test_memory import (
     band,
     disc,
     final,
+    stop_and_rest,
 )
 
 import simbrake as sb
@@ -128,17 +127,9 @@ def test_stop_with_all_processes_by_scipy():
             *change,
         ]
 
-    how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
-    run = solve_ivp(
-        rhs, (0.0, 9.0), [OMEGA, *(n * [room]), *(n * [0.9])], events=at_rest, **how
-    )
-    near(result.stopping_time, run.t_events[0][0], 1e-9)
-    rested = solve_ivp(
-        lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]],
-        (run.t[-1], 4.0),
-        run.y[:, -1],
-        **how,
-    )
-    all_near(final(result), rested.y[1 + n :, -1], 1e-9)
+    start = [OMEGA, *(n * [room]), *(n * [0.9])]
+    stop, rested = stop_and_rest(rhs, start, 4.0)
+    near(result.stopping_time, stop, 1e-9)
+    all_near(final(result), rested[1 + n :], 1e-9)
     assert np.ptp(final(result)) > 1e-3
     closes(result, 1e-9)

@@ -109,6 +109,20 @@ def towards(end, x):
     return end + (1 - end) * np.exp(-x)
 
 
+def stop_and_rest(rates, y, end):
+    """The time of a stop, and the state at `end`, while the speed `y[0]` stays 0, by
+    SciPy."""
+    how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
+    run = solve_ivp(rates, (0.0, 9.0), y, events=at_rest, **how)
+    rested = solve_ivp(
+        lambda t, y: [0.0, *rates(t, [0.0, *y[1:]])[1:]],
+        (run.t[-1], end),
+        run.y[:, -1],
+        **how,
+    )
+    return run.t_events[0][0], rested.y[:, -1]
+
+
 # --- sliding, closed forms ----------------------------------------------------------
 
 
@@ -293,22 +307,10 @@ def test_two_states_and_heat_against_scipy(recovering):
         ]
         return [-PADS * F * (1 - fade) * FORCE * ARM / J, *rates]
 
-    how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
-    run = solve_ivp(
-        rhs,
-        (0.0, 9.0),
-        [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM],
-        events=at_rest,
-        **how,
-    )
-    near(result.stopping_time, run.t_events[0][0], 1e-9)
-    cooled = solve_ivp(
-        lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]],
-        (run.t[-1], 4.0),
-        run.y[:, -1],
-        **how,
-    )
+    start = [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM]
+    stop, rested = stop_and_rest(rhs, start, 4.0)
+    near(result.stopping_time, stop, 1e-9)
     end = result.series([4.0])
-    states = np.repeat(cooled.y[2:, -1:], PADS, axis=1)
+    states = np.repeat(rested[2:, None], PADS, axis=1)
     all_near(end.friction_memory[0], states, 1e-8)
     all_near(end.friction_coefficient[0], F * (1 - states[0]))
