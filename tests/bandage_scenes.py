@@ -6,6 +6,7 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scenes import random_points
 
 import simbrake as sb
 
@@ -128,14 +129,7 @@ def check_conditions(record, count=300):
 def random_duty(seed):
     rng = np.random.default_rng(seed)
     n = 3
-    t = np.sort(rng.uniform(0, 3, 7))
-    pull = rng.uniform(0, 3e3, 7) * (rng.random(7) > 0.35)
-    at = np.sort(rng.uniform(0, 3, 6))
-    load = rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
-    if seed % 3 == 0:
-        # jumps
-        t[3] = t[2]
-        at[2] = at[1]
+    lever, load = random_points(rng, seed, 0, 3e3, 0.35)
     ratio = (
         rng.choice([1.0, rng.uniform(1, 1.4)]),
         rng.choice([1.0, rng.uniform(1, 1.4)]),
@@ -148,8 +142,8 @@ def random_duty(seed):
         J_b=rng.uniform(0.5, 3, n),
         spring=10 ** rng.uniform(3, 6, n - 1),
         damping=rng.choice([0.0, 0.05, 0.5], n - 1),
-        lever=(t, pull),
-        load=(at, load),
+        lever=lever,
+        load=load,
         omega=float(rng.choice([0.0, 20.0, -15.0, 3.0])),
         ratio=ratio,
     )

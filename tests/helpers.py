@@ -102,19 +102,19 @@ def nothing_compiled(caplog):
     ] == []
 
 
+def _rows_of_guards(record):
+    """Rows of a record that end with an event of a guard."""
+    kind = np.asarray(record.rows.kind)[: int(record.count)]
+    return np.flatnonzero((kind >= LANDED) & (kind != STOPPED))
+
+
 def event_times(record):
     """Times of events that a guard made."""
-    n = int(record.count)
-    kind = np.asarray(record.rows.kind)[:n]
-    i = np.flatnonzero((kind >= LANDED) & (kind != STOPPED))
-    return np.asarray(record.rows.t)[i + 1]
+    return np.asarray(record.rows.t)[_rows_of_guards(record) + 1]
 
 
 def event_guards(record):
-    n = int(record.count)
-    kind = np.asarray(record.rows.kind)[:n]
-    i = np.flatnonzero((kind >= LANDED) & (kind != STOPPED))
-    return [int(g) for g in np.asarray(record.rows.guard)[i]]
+    return np.asarray(record.rows.guard)[_rows_of_guards(record)].tolist()
 
 
 def assert_one_sided(f, numbers, ways):

@@ -211,6 +211,19 @@ LEVER = "duty.slack_tension.level"
 TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
 
 
+def random_points(rng, seed, least, most, opened):
+    """Times and values of a lever, which is 0 for the share `opened` of its points, and
+    of a load; of every third seed with jumps."""
+    t = np.sort(rng.uniform(0, 3, 7))
+    pull = rng.uniform(least, most, 7) * (rng.random(7) > opened)
+    at = np.sort(rng.uniform(0, 3, 6))
+    load = rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
+    if seed % 3 == 0:
+        t[3] = t[2]
+        at[2] = at[1]
+    return (t, pull), (at, load)
+
+
 def drawn(count, seed=1):
     """Values for that many stops."""
     rng = np.random.default_rng(seed)

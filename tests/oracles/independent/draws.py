@@ -3,6 +3,7 @@ independent model are both made."""
 
 import numpy as np
 from oracles.independent.stepping import Filling, Lines
+from scenes import random_points
 
 import simbrake as sb
 
@@ -42,19 +43,12 @@ def draw(kind, flavour, seed):
     p["omega"] = float(
         rng.choice([0.0, 20.0, 12.0, -15.0, 3.0]) * rng.uniform(0.9, 1.1)
     )
-    t = np.sort(rng.uniform(0, 3, 7))
-    pull = rng.uniform(300, 6e3, 7) * (rng.random(7) > 0.3)
-    at = np.sort(rng.uniform(0, 3, 6))
-    load = rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
-    if seed % 3 == 0:
-        # jumps
-        t[3] = t[2]
-        at[2] = at[1]
-    p["lever_points"] = (t, pull)
-    p["load_points"] = (at, load)
+    lever, load = random_points(rng, seed, 300, 6e3, 0.3)
+    p["lever_points"] = lever
+    p["load_points"] = load
     p["filling"] = None
-    p["lever"] = Lines(list(t), list(pull))
-    p["load"] = Lines(list(at), list(load))
+    p["lever"] = Lines(*map(list, lever))
+    p["load"] = Lines(*map(list, load))
     p["hook_inertia"] = p["hook_torque"] = p["mass"] = 0.0
     if flavour == "fill":
         p["filling"] = (
