@@ -141,10 +141,6 @@ class PairInProbe:
         return Rubbing(abs(now.force), now.normal, abs(now.slip), pressure, None, ratio)
 
 
-def _of_band(p: Probe, tension: VectorM) -> VectorM | None:
-    return None if p.shown.tension is None else tension
-
-
 def _reserve(p: Probe) -> VectorM | None:
     """Static capacity over the load: not a number where there is no load, `None` where
     there never is."""
@@ -416,14 +412,14 @@ class Series(NamedTuple):
         "N",
         "tension T_0 of the band at the slack (lever) end; of alike rims that of one, "
         "of unlike bands the sum",
-        lambda p, s: _of_band(p, p.flows.contact.slack_tension),
+        lambda p, s: None if p.shown.tension is None else p.flows.contact.slack_tension,
     ]
     tight_tension: Annotated[
         OfBand,
         "N",
         "tension T_n of the band at the tight (anchor) end; of alike rims that of one, "
         "of unlike bands the sum",
-        lambda p, s: _of_band(p, p.flows.contact.tight_tension),
+        lambda p, s: None if p.shown.tension is None else p.flows.contact.tight_tension,
     ]
     load_torque: Annotated[
         VectorM,

@@ -224,8 +224,11 @@ class Report:
         columns = self.scan.columns
         i = int(np.argmax(columns.lever_tension))
         limit = self._record.system.lever.greatest()  # pyright: ignore
-        numbers = (limit, columns.lever_tension[i], columns.t[i])
-        return dict(zip(("limit", "value", "time"), map(float, numbers), strict=True))
+        return {
+            "limit": float(limit),
+            "value": float(columns.lever_tension[i]),
+            "time": float(columns.t[i]),
+        }
 
     @functools.cached_property
     def events(self) -> list[Event]:

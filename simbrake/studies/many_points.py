@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeGuard
 
 import jax
 import jax.numpy as jnp
@@ -180,7 +180,7 @@ def limits_of_many(
     return limits if max_steps or long else (_SHORT, *limits)
 
 
-def is_maximum(metric: Metric) -> bool:
+def is_maximum(metric: Metric) -> TypeGuard[str]:
     """Whether a metric is a maximum over the run."""
     return isinstance(metric, str) and metric in METRICS and METRICS[metric].greatest
 
@@ -205,9 +205,7 @@ def _integrate(
     """Columns (names, runs) of a chunk, computed in groups of as many runs as lanes, up
     to the number of points."""
     scene, rows, rtol, count = like.unpack(numbers)
-    maxima = tuple(
-        metric for metric in metrics if isinstance(metric, str) and is_maximum(metric)
-    )
+    maxima = tuple(filter(is_maximum, metrics))
     others = [metric for metric in metrics if metric not in maxima]
 
     def values_of_run(x: Array) -> Array:
